@@ -1,0 +1,26 @@
+// An orthonormal frame around a normal: local +z is the normal.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+
+namespace kindling {
+
+struct Frame {
+  V3f tangent;   // unit, local +x
+  V3f bitangent; // unit, local +y
+  V3f normal;    // unit, local +z
+
+  // Any frame around a unit normal, continuous but for one meridian (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+  [[nodiscard]] static Frame around(const V3f& n) {
+    const float sign = std::copysign(1.0f, n.z);
+    const float a = -1.0f / (sign + n.z);
+    const float b = n.x * n.y * a;
+    return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+  }
+
+  [[nodiscard]] V3f to_local(const V3f& v) const { return {v.dot(tangent), v.dot(bitangent), v.dot(normal)}; }
+  [[nodiscard]] V3f to_world(const V3f& v) const { return tangent * v.x + bitangent * v.y + normal * v.z; }
+};
+
+} // namespace kindling

@@ -1,0 +1,68 @@
+// The vocabulary of vectors and the few scalar helpers that every folder shares.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ImathBox.h>
+#include <ImathMatrix.h>
+#include <ImathQuat.h>
+#include <ImathVec.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace kindling {
+
+using Imath::Box3f;
+using Imath::M33f;
+using Imath::M44d;
+using Imath::M44f; // row vectors: p_world = p_object * object_to_world; the memory order equals glTF's column-major matrices
+using Imath::Quatf;
+using Imath::V2f;
+using Imath::V2i;
+using Imath::V3d;
+using Imath::V3f;
+using Imath::V4f;
+
+// Linear Rec. 709 radiance, reflectance or weight. Products are component by component.
+using Rgb = Imath::V3f;
+
+inline constexpr float kPi = std::numbers::pi_v<float>;
+inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+// Largest float below 1: samples live in [0, 1).
+inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
+
+[[nodiscard]] inline constexpr float square(float x) { return x * x; }
+[[nodiscard]] inline float lerp(float a, float b, float t) { return a + (b - a) * t; }
+[[nodiscard]] inline V3f lerp(const V3f& a, const V3f& b, float t) { return a + (b - a) * t; }
+[[nodiscard]] inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
+[[nodiscard]] inline float max_component(const V3f& v) { return std::max(v.x, std::max(v.y, v.z)); }
+[[nodiscard]] inline float min_component(const V3f& v) { return std::min(v.x, std::min(v.y, v.z)); }
+[[nodiscard]] inline bool is_black(const Rgb& c) { return c.x == 0.0f && c.y == 0.0f && c.z == 0.0f; }
+[[nodiscard]] inline bool is_finite(const V3f& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// Relative luminance of linear Rec. 709 (ITU-R BT.709).
+[[nodiscard]] inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+
+// Transforms for row-vector matrices without the perspective divide: the last column must be (0, 0, 0, 1).
+[[nodiscard]] inline V3f transform_point(const M44f& m, const V3f& p) {
+  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
+          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
+          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
+}
+[[nodiscard]] inline V3f transform_vector(const M44f& m, const V3f& v) {
+  return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0], v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
+          v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
+}
+// A normal transforms by the inverse transpose: pass the inverse of the point transform. Not normalized.
+[[nodiscard]] inline V3f transform_normal(const M44f& inverse, const V3f& n) {
+  return {n.x * inverse[0][0] + n.y * inverse[0][1] + n.z * inverse[0][2],
+          n.x * inverse[1][0] + n.y * inverse[1][1] + n.z * inverse[1][2],
+          n.x * inverse[2][0] + n.y * inverse[2][1] + n.z * inverse[2][2]};
+}
+
+} // namespace kindling
