@@ -1,0 +1,39 @@
+// Where to put a camera when the file does not say: fitted to bounds, on an orbit, or looking from one point at
+// another. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/scene/scene.h"
+
+#include <optional>
+
+namespace kindling {
+
+struct PlacedCamera {
+  SceneCamera camera;
+  M44f camera_to_world; // rigid
+};
+
+// Camera-to-world matrix of a camera at `eye` that looks at `target`, with `up` (any length) upwards in the picture.
+// Where these do not define a direction (eye on target, up along the view), the nearest sensible one is chosen.
+[[nodiscard]] M44f look_at(const V3f& eye, const V3f& target, const V3f& up);
+
+// A perspective camera that sees the whole box, from the front (+z, as glTF's assets face), 30 degrees to the right and
+// 20 degrees above, with about 5 % of the picture free on the tightest sides. `aspect` is width / height of the
+// picture. An empty or non-finite box counts as one of 2 m around the origin, a single point as one of 2 m around it.
+[[nodiscard]] PlacedCamera fit_camera(const Box3f& bounds, float aspect);
+
+// A camera on a sphere around a target, upright: the usual turntable of glTF viewers.
+struct Orbit {
+  float theta_deg = 0.0f; // azimuth about +y, from +z towards +x
+  float phi_deg = 90.0f;  // polar angle from +y
+  float radius_m = 1.0f;  // 0: the camera is in the target and looks along the same direction
+  V3f target{0.0f, 0.0f, 0.0f};
+  float yfov_deg = 45.0f; // vertical, full angle
+};
+[[nodiscard]] PlacedCamera orbit_camera(const Orbit& orbit);
+
+// Width and height in pixels for a camera of this aspect ratio (width / height; unset: 16 to 9): the longer side is
+// `longer_side_px`.
+[[nodiscard]] V2i default_image_size(const std::optional<float>& aspect, int longer_side_px = 1280);
+
+} // namespace kindling

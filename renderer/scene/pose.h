@@ -1,0 +1,58 @@
+// Poses a Scene at one moment: animations, the node tree, skins and morph targets become a flat list of what is where.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+#include "renderer/scene/scene.h"
+
+#include <vector>
+
+namespace kindling {
+
+struct PoseOptions {
+  int scene = kNone;                  // index into Scene::scenes; kNone: the default scene, else the first
+  std::optional<double> time_s;       // unset: the rest pose; set: all animations are applied at that time
+};
+
+// A mesh in the world. Skinned or morphed meshes carry their own deformed vertices; the others share the Scene's.
+struct PosedMesh {
+  int node = kNone;
+  int mesh = kNone;                  // index into Scene::meshes
+  M44f mesh_to_world;                // identity for a skinned mesh, whose vertices are deformed in world space
+  // Empty: undeformed. Else one entry per primitive of the mesh; positions, normals and tangents replace the mesh's own
+  // (empty where the mesh has none).
+  struct Deformed {
+    std::vector<V3f> positions;
+    std::vector<V3f> normals;
+    std::vector<V4f> tangents;
+  };
+  std::vector<Deformed> deformed;
+};
+
+struct PosedCamera {
+  int node = kNone;
+  int camera = kNone;
+  M44f camera_to_world; // rigid: scale removed
+};
+
+struct PosedLight {
+  int node = kNone;
+  int light = kNone;
+  M44f light_to_world; // rigid: scale removed
+};
+
+struct PosedScene {
+  std::vector<PosedMesh> meshes; // one entry per visible (node, mesh, gpu instance), in the order of the tree
+  std::vector<PosedCamera> cameras;
+  std::vector<PosedLight> lights;
+};
+
+// Deforms in parallel with TBB; the result does not depend on the number of threads.
+// Fails (usage) if the scene index does not exist; the message lists those that do. Fails (scene_invalid)
+// if skins and morph targets would deform more than 2^30 vertices, counting each mesh in the world.
+[[nodiscard]] Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options);
+
+// Local-to-parent matrix of a transform: scale, then rotation, then translation.
+[[nodiscard]] M44f to_matrix(const Transform& transform);
+
+} // namespace kindling

@@ -1,0 +1,194 @@
+// The Scene: plain data, what a file asked for. Nothing here is prepared for rendering; posing it in time is scene/pose.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/image/image.h"
+#include "renderer/texture/texture.h"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kindling {
+
+inline constexpr int kNone = -1; // an index that is absent
+
+// One entry of glTF's textures: a picture and how to read it. `image` is null if it could not be read: use the factor alone.
+struct SceneTexture {
+  std::shared_ptr<const Image> image;
+  TextureWrap wrap_u = TextureWrap::repeat;
+  TextureWrap wrap_v = TextureWrap::repeat;
+  TextureFilter filter = TextureFilter::linear;
+  std::string name; // for messages: URI or image name
+};
+
+// A material's use of a texture. uv' = transform applied to the named texcoord set (KHR_texture_transform folded in).
+struct TextureSlot {
+  int texture = kNone; // index into Scene::textures
+  int texcoord = 0;
+  V2f offset{0.0f, 0.0f};
+  V2f scale{1.0f, 1.0f};
+  float rotation_rad = 0.0f; // counter-clockwise about the origin, as KHR_texture_transform defines it
+
+  [[nodiscard]] bool present() const { return texture != kNone; }
+};
+
+enum class AlphaMode : uint8_t { opaque, mask, blend };
+
+// glTF 2.0 metallic-roughness. Factors are linear.
+struct Material {
+  std::string name;
+  V4f base_color_factor{1.0f, 1.0f, 1.0f, 1.0f};
+  TextureSlot base_color_texture; // sRGB, alpha linear
+  float metallic_factor = 1.0f;
+  float roughness_factor = 1.0f;
+  TextureSlot metallic_roughness_texture; // G roughness, B metallic
+  TextureSlot normal_texture;
+  float normal_scale = 1.0f;
+  Rgb emissive_factor{0.0f, 0.0f, 0.0f}; // times emissive_strength: radiance in W / (sr m^2) per channel
+  float emissive_strength = 1.0f;        // KHR_materials_emissive_strength
+  TextureSlot emissive_texture;          // sRGB
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  float alpha_cutoff = 0.5f;
+  bool double_sided = false;
+  bool unlit = false; // KHR_materials_unlit: base colour is emitted, nothing is reflected
+
+  float ior = 1.5f;                         // KHR_materials_ior
+  float specular_factor = 1.0f;             // KHR_materials_specular
+  TextureSlot specular_texture;             // A
+  Rgb specular_color_factor{1.0f, 1.0f, 1.0f};
+  TextureSlot specular_color_texture;       // sRGB
+
+  std::vector<std::string> extensions_used;    // every extension object met on it, supported or not: for info
+};
+
+// Deltas of one morph target; an absent attribute is empty, others have one entry per vertex.
+struct MorphTarget {
+  std::vector<V3f> positions;
+  std::vector<V3f> normals;
+  std::vector<V3f> tangents;
+};
+
+// One triangle list in the mesh's space. Attributes are empty where absent, else one entry per vertex.
+struct Primitive {
+  int material = kNone; // kNone: glTF's default material
+  std::vector<uint32_t> indices; // three per triangle; strips and fans are unrolled, non-indexed ones get 0, 1, 2, ...
+  std::vector<V3f> positions;
+  std::vector<V3f> normals;             // empty: flat shading by the geometric normal
+  std::vector<V4f> tangents;            // xyz unit, w the sign of the bitangent
+  std::vector<std::vector<V2f>> texcoords; // by set number
+  std::vector<V4f> colors;              // COLOR_0, linear, alpha 1 where the file has RGB
+  std::vector<std::array<uint16_t, 4>> joints; // sets 0 and up concatenated: vertex v, set s at [s * vertex_count + v]
+  std::vector<V4f> weights;                    // like joints; normalized to sum 1 over all sets
+  std::vector<MorphTarget> targets;
+
+  [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
+};
+
+struct Mesh {
+  std::string name;
+  std::vector<Primitive> primitives;
+  std::vector<float> weights; // default morph weights
+};
+
+struct Transform {
+  V3f translation{0.0f, 0.0f, 0.0f};
+  Quatf rotation{1.0f, 0.0f, 0.0f, 0.0f}; // unit
+  V3f scale{1.0f, 1.0f, 1.0f};
+};
+
+struct Node {
+  std::string name;
+  std::vector<int> children;
+  std::optional<M44f> matrix; // set: used in place of `local` (such a node cannot be animated)
+  Transform local;
+  int mesh = kNone;
+  int skin = kNone;
+  int camera = kNone;
+  int light = kNone;
+  std::vector<float> weights; // overrides Mesh::weights where not empty
+  std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in the node's space
+  bool visible = true;        // KHR_node_visibility; false hides the node and all below it
+};
+
+struct Skin {
+  std::string name;
+  std::vector<int> joints; // nodes
+  std::vector<M44f> inverse_bind_matrices; // one per joint
+};
+
+enum class Interpolation : uint8_t { step, linear, cubic_spline };
+enum class AnimatedProperty : uint8_t { translation, rotation, scale, weights, visible };
+
+// values: components per key (3, 4, weight count or 1); CUBICSPLINE has in-tangent, value, out-tangent for each key.
+struct AnimationChannel {
+  int node = kNone;
+  AnimatedProperty property = AnimatedProperty::translation;
+  Interpolation interpolation = Interpolation::linear;
+  std::vector<float> times_s; // strictly increasing, >= 0
+  std::vector<float> values;
+  int components = 3;
+};
+
+struct Animation {
+  std::string name;
+  std::vector<AnimationChannel> channels;
+};
+
+// Looks along local -z, +y up (glTF 2.0, section 3.10).
+struct SceneCamera {
+  enum class Kind : uint8_t { perspective, orthographic };
+  std::string name;
+  Kind kind = Kind::perspective;
+  float yfov_rad = 0.8f;             // perspective, full angle
+  std::optional<float> aspect_ratio; // width / height
+  float xmag = 1.0f;                 // orthographic, half the width
+  float ymag = 1.0f;                 // orthographic, half the height
+  float znear = 0.0f;
+  float zfar = std::numeric_limits<float>::infinity();
+};
+
+// KHR_lights_punctual, local -z is the axis.
+struct PunctualLight {
+  enum class Kind : uint8_t { directional, point, spot };
+  std::string name;
+  Kind kind = Kind::point;
+  Rgb color{1.0f, 1.0f, 1.0f};
+  float intensity = 1.0f;            // directional: lux; point and spot: candela
+  std::optional<float> range_m;      // cut-off hint of the file
+  float inner_cone_rad = 0.0f;       // spot, half angles
+  float outer_cone_rad = kPi / 4.0f;
+};
+
+// What a list of roots shows: one entry of glTF's scenes.
+struct SceneRoot {
+  std::string name;
+  std::vector<int> nodes;
+};
+
+struct Scene {
+  std::string source; // path as the user gave it: begins every message
+  std::string generator;
+  std::string copyright;
+  std::vector<std::string> extensions_used;
+
+  std::vector<SceneTexture> textures;
+  std::vector<Material> materials;
+  std::vector<Mesh> meshes;
+  std::vector<Node> nodes;
+  std::vector<Skin> skins;
+  std::vector<Animation> animations;
+  std::vector<SceneCamera> cameras;
+  std::vector<PunctualLight> lights;
+  std::vector<SceneRoot> scenes;
+  std::vector<std::string> variants; // KHR_materials_variants names
+  int default_scene = kNone;
+  uint64_t content_hash = 0; // of all bytes that were read: the same file gives the same number
+};
+
+} // namespace kindling
