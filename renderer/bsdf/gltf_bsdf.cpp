@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/gltf_bsdf.h"
+
+#include "renderer/sampling/warp.h"
+
+namespace kindling {
+
+namespace {
+
+// A cosine that keeps every quotient below finite.
+constexpr float kMinCosTheta = 1e-4f;
+
+// In this order of arguments std::max turns NaN into 0.
+float saturate(float x) { return std::min(std::max(0.0f, x), 1.0f); }
+Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)}; }
+
+V3f lifted_above_horizon(const V3f& w) {
+  if (w.z >= kMinCosTheta) return w;
+  const float length = std::sqrt(w.x * w.x + w.y * w.y);
+  const float sin_theta = std::sqrt(1.0f - kMinCosTheta * kMinCosTheta);
+  if (!(length > 0.0f)) return {sin_theta, 0.0f, kMinCosTheta};
+  return {w.x / length * sin_theta, w.y / length * sin_theta, kMinCosTheta};
+}
+
+float dielectric_reflectance(float ior) { return square((ior - 1.0f) / (ior + 1.0f)); }
+
+// Colour of light that leaves the microfacets after two bounces or more (Kulla and Conty 2017, after Jakob et al.
+// 2014): the cosine-weighted mean of Schlick's Fresnel is F0 + (F90 - F0) / 21.
+float multiple_scattering_fresnel(float f0, float f90, float e_average) {
+  const float mean = f0 + (f90 - f0) * (1.0f / 21.0f);
+  return mean * mean * e_average / (1.0f - mean * (1.0f - e_average));
+}
+Rgb multiple_scattering_fresnel(const Rgb& f0, float f90, float e_average) {
+  return {multiple_scattering_fresnel(f0.x, f90, e_average), multiple_scattering_fresnel(f0.y, f90, e_average),
+          multiple_scattering_fresnel(f0.z, f90, e_average)};
+}
+
+} // namespace
+
+GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
+    : wo_(lifted_above_horizon(wo)), table_(1.0f, 1.0f) {
+  const Rgb base_color = saturate(parameters.base_color);
+  const float metallic = saturate(parameters.metallic);
+  const float specular = saturate(parameters.specular);
+
+  // Lambert: nothing of the microfacets is needed.
+  if (metallic == 0.0f && specular == 0.0f) {
+    albedo_ = base_color;
+    diffuse_ = base_color * kInvPi;
+    return;
+  }
+
+  // Fresnel of the two materials; the single-scattering lobe is linear in F0 and F90, so blending these blends it.
+  const Rgb tint = parameters.specular_color * dielectric_reflectance(parameters.ior);
+  const Rgb dielectric_f0 = saturate(tint) * specular;
+  f0_ = lerp(dielectric_f0, base_color, metallic);
+  f90_ = lerp(specular, 1.0f, metallic);
+
+  // Microfacets seen from wo.
+  const float mu = wo_.z;
+  const float roughness = std::max(kMinRoughness, saturate(parameters.roughness));
+  alpha_ = roughness * roughness;
+  const float alpha2 = alpha_ * alpha_;
+  t_o_ = std::sqrt(alpha2 + (1.0f - alpha2) * mu * mu);
+  table_ = GgxAlbedoTable(roughness, alpha_);
+  const GgxAlbedo seen = table_(mu);
+  const GgxAlbedo mean = ggx_average_albedo(roughness);
+
+  // Multiple scattering: its colour is computed for each material apart.
+  Rgb fms(0.0f);
+  Rgb diffuse_albedo(0.0f);
+  if (metallic < 1.0f) {
+    fms = multiple_scattering_fresnel(dielectric_f0, specular, mean.e) * (1.0f - metallic);
+    // One scalar for all channels, from the greatest: KHR_materials_specular, "rgb_mix". Per channel the base would
+    // show the complement of the tint.
+    const float f0 = max_component(dielectric_f0);
+    const float fms_base = multiple_scattering_fresnel(f0, specular, mean.e);
+    base_constant_ = 1.0f - fms_base;
+    base_e_ = fms_base - f0;
+    base_b_ = f0 - specular;
+    const float through_o = std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f);
+    const float through_mean = base_constant_ + base_e_ * mean.e + base_b_ * mean.b;
+    diffuse_albedo = base_color * ((1.0f - metallic) * through_o);
+    diffuse_ = diffuse_albedo * (kInvPi / std::max(through_mean, 1e-6f));
+  }
+  if (metallic > 0.0f) fms += multiple_scattering_fresnel(base_color, 1.0f, mean.e) * metallic;
+  const float lost = 1.0f - seen.e;
+  multiple_ = fms * (lost * kInvPi / std::max(1.0f - mean.e, 1e-6f));
+
+  // Albedos, and from them the choice of technique: visible normals for the specular lobe, cosine for the two others.
+  const Rgb single_albedo = f0_ * (seen.e - seen.b) + Rgb(f90_ * seen.b);
+  const Rgb cosine_albedo = fms * lost + diffuse_albedo;
+  albedo_ = saturate(single_albedo + cosine_albedo);
+  const float single_luminance = luminance(single_albedo);
+  const float cosine_luminance = luminance(cosine_albedo);
+  // Never 0, which means Lambert; and sound where nothing is reflected at all.
+  glossy_probability_ =
+      cosine_luminance > 0.0f ? std::max(single_luminance / (single_luminance + cosine_luminance), 1e-6f) : 1.0f;
+
+  // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX
+  // Reflections", equations 5 and 6).
+  const float s2 = square(1.0f + std::sqrt(wo_.x * wo_.x + wo_.y * wo_.y));
+  cap_bound_ = (1.0f - alpha2) * s2 / (s2 + alpha2 * mu * mu);
+  pdf_factor_ = 0.5f / (cap_bound_ * mu + t_o_);
+}
+
+BsdfEval GltfBsdf::eval(const V3f& wi) const {
+  if (!(wi.z > 0.0f)) return {};
+  if (glossy_probability_ == 0.0f) return {diffuse_ * wi.z, wi.z * kInvPi};
+
+  const float alpha2 = alpha_ * alpha_;
+  // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
+  const V3f sum = wo_ + wi;
+  const float length2 = sum.length2();
+  const float cos_d = 0.5f * std::sqrt(length2);
+  // D = alpha^2 / (pi q^2) with q = sin^2 + alpha^2 cos^2: no cancellation, however narrow the lobe.
+  const float q = (sum.x * sum.x + sum.y * sum.y + alpha2 * sum.z * sum.z) / length2;
+  const float d = alpha2 * kInvPi / (q * q);
+  // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99).
+  const float t_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
+  const float visibility = 0.5f / (wi.z * t_o_ + wo_.z * t_i);
+  const float schlick = pow5(std::max(1.0f - cos_d, 0.0f));
+  const Rgb fresnel = f0_ + (Rgb(f90_) - f0_) * schlick;
+
+  const GgxAlbedo seen = table_(wi.z);
+  const float through_i = std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f);
+  const Rgb f = fresnel * (d * visibility) + multiple_ * (1.0f - seen.e) + diffuse_ * through_i;
+  const float pdf = glossy_probability_ * d * pdf_factor_ + (1.0f - glossy_probability_) * wi.z * kInvPi;
+  return {f * wi.z, pdf};
+}
+
+// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023, "Sampling
+// Visible GGX Normals with Spherical Caps"). The density of the reflection is D pdf_factor_.
+V3f GltfBsdf::sample_visible_normal_reflection(const V2f& u) const {
+  const float stretch = 1.0f / t_o_;
+  const V3f view(wo_.x * alpha_ * stretch, wo_.y * alpha_ * stretch, wo_.z * stretch);
+  const float height = u.y * (1.0f + cap_bound_ * view.z); // 1 - z of the point on the cap
+  const float radius = safe_sqrt(height * (2.0f - height));
+  const SinCos phi = sincos_turns(u.x);
+  const float x = (radius * phi.cos + view.x) * alpha_;
+  const float y = (radius * phi.sin + view.y) * alpha_;
+  const float z = 1.0f - height + view.z;
+  const V3f normal(x, y, std::max(z, 0.0f));
+  const float scale = 2.0f * wo_.dot(normal) / normal.length2();
+  return normal * scale - wo_;
+}
+
+std::optional<BsdfSample> GltfBsdf::sample(float u_lobe, const V2f& u) const {
+  if (glossy_probability_ == 0.0f) {
+    const V3f wi = sample_cosine_hemisphere(u);
+    if (!(wi.z > 0.0f) || is_black(albedo_)) return std::nullopt;
+    return BsdfSample{wi, albedo_, wi.z * kInvPi, Lobe::diffuse};
+  }
+  const bool glossy = u_lobe < glossy_probability_;
+  const V3f wi = glossy ? sample_visible_normal_reflection(u) : sample_cosine_hemisphere(u);
+  const BsdfEval e = eval(wi);
+  if (!(e.pdf > 0.0f)) return std::nullopt;
+  return BsdfSample{wi, e.value * (1.0f / e.pdf), e.pdf, glossy ? Lobe::glossy : Lobe::diffuse};
+}
+
+} // namespace kindling

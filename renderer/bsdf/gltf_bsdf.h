@@ -1,0 +1,86 @@
+// The glTF 2.0 metallic-roughness BSDF as one concrete value: GGX with multiple-scattering compensation over a diffuse
+// base. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/bsdf/ggx_albedo.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace kindling {
+
+// Already evaluated at a point: textures, vertex colours and factors are multiplied in. What is outside of the ranges
+// is clamped, NaN to 0.
+struct BsdfParameters {
+  Rgb base_color{1.0f};     // linear, each in [0, 1]
+  float metallic = 1.0f;    // [0, 1]
+  float roughness = 1.0f;   // perceptual, [0, 1]; alpha = roughness^2 (glTF 2.0, appendix B.2.3), at least kMinAlpha
+  float ior = 1.5f;         // of the dielectric base, >= 1, or 0 for F0 = 1 (KHR_materials_ior)
+  float specular = 1.0f;    // [0, 1], weight of the dielectric reflection (KHR_materials_specular)
+  Rgb specular_color{1.0f}; // tint of the dielectric reflection at normal incidence, >= 0 (KHR_materials_specular)
+};
+
+// What a sampled direction did; decides which bounce limit counts it.
+enum class Lobe : uint8_t { diffuse, glossy, transmission };
+
+struct BsdfEval {
+  Rgb value{0.0f};  // f(wo, wi) |cos_theta_i|
+  float pdf = 0.0f; // solid-angle density with which sample() produces wi
+};
+
+struct BsdfSample {
+  V3f wi;           // unit, local
+  Rgb weight;       // f |cos_theta_i| / pdf, all lobes included
+  float pdf = 0.0f; // solid angle; 0 for a delta direction (then no other technique can produce wi)
+  Lobe lobe = Lobe::diffuse;
+};
+
+// All directions are unit, in the local frame whose +z is the shading normal, and point away from the surface.
+// The surface reflects on the side of wo: construct with wo.z > 0 (flip the frame for back faces). A wo below or at the
+// horizon is lifted just above it. wi.z <= 0 evaluates to zero.
+//
+// f = specular + multiple scattering + diffuse, each reciprocal; their albedos add up to 1 for a white material of any
+// roughness, metallic and specular, up to the interpolation of the tables (ggx_albedo.h):
+//   specular             GGX, height-correlated Smith, Schlick's Fresnel; linear in metallic
+//   multiple scattering  (1 - E(o)) (1 - E(i)) Fms / (pi (1 - Eavg)): Kulla and Conty 2017, "Revisiting Physically
+//   Based Shading" diffuse              base_color / pi (1 - S(o)) (1 - S(i)) / (1 - Savg), S the albedo of the
+//   dielectric's two lobes above
+// glTF's appendix B weights the diffuse base by 1 - F(wo . h) instead, which loses energy; KHR_materials_specular asks
+// for this albedo scaling where it can be had. With specular = 0 and metallic = 0 the value is base_color / pi,
+// exactly.
+class GltfBsdf {
+ public:
+  GltfBsdf(const BsdfParameters& parameters, const V3f& wo);
+
+  // Value and density together: what multiple importance sampling asks.
+  [[nodiscard]] BsdfEval eval(const V3f& wi) const;
+  // u_lobe in [0, 1) chooses the lobe, u in [0, 1)^2 the direction. Empty: the sample was absorbed (counts as zero).
+  // A direction of the visible-normal distribution is glossy, one of the cosine distribution diffuse.
+  [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
+  // Estimate of the directional albedo seen from wo, each in [0, 1]: for the albedo AOV and for choosing techniques.
+  // It is the albedo itself, up to the interpolation of the tables.
+  [[nodiscard]] Rgb albedo() const { return albedo_; }
+
+ private:
+  [[nodiscard]] V3f sample_visible_normal_reflection(const V2f& u) const;
+
+  V3f wo_;
+  float glossy_probability_ = 0.0f; // of choosing the visible normals; 0: Lambert, nothing below but diffuse_ is set
+  Rgb albedo_{0.0f};
+  Rgb diffuse_{0.0f};  // of the diffuse lobe all but (1 - S(i))
+  Rgb multiple_{0.0f}; // of the multiple-scattering lobe all but (1 - E(i))
+  Rgb f0_{0.0f};
+  float f90_ = 0.0f;
+  float alpha_ = 0.0f;
+  float t_o_ = 0.0f;        // sqrt(alpha^2 + (1 - alpha^2) mu_o^2): length of the stretched wo
+  float cap_bound_ = 0.0f;  // k of the bounded visible normals
+  float pdf_factor_ = 0.0f; // 1 / (2 (k mu_o + t_o))
+  // 1 - S(mu) = base_constant_ + base_e_ E(mu) + base_b_ B(mu)
+  float base_constant_ = 0.0f;
+  float base_e_ = 0.0f;
+  float base_b_ = 0.0f;
+  GgxAlbedoTable table_;
+};
+
+} // namespace kindling

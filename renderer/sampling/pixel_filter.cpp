@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/sampling/pixel_filter.h"
+
+#include <cmath>
+
+namespace kindling {
+
+namespace {
+
+struct FilterEntry {
+  FilterKind kind;
+  std::string_view name;
+  float default_width;
+};
+constexpr FilterEntry kFilters[] = {
+    {FilterKind::blackman_harris, "blackman-harris", 1.5f},
+    {FilterKind::gaussian, "gaussian", 1.5f},
+    {FilterKind::box, "box", 1.0f},
+    {FilterKind::mitchell, "mitchell", 4.0f},
+};
+
+double mitchell(double x) {
+  constexpr double kB = 1.0 / 3.0;
+  constexpr double kC = 1.0 / 3.0;
+  if (x < 1.0)
+    return ((12.0 - 9.0 * kB - 6.0 * kC) * x * x * x + (-18.0 + 12.0 * kB + 6.0 * kC) * x * x + (6.0 - 2.0 * kB)) / 6.0;
+  return ((-kB - 6.0 * kC) * x * x * x + (6.0 * kB + 30.0 * kC) * x * x + (-12.0 * kB - 48.0 * kC) * x +
+          (8.0 * kB + 24.0 * kC)) /
+         6.0;
+}
+
+} // namespace
+
+std::string_view filter_name(FilterKind kind) { return kFilters[static_cast<size_t>(kind)].name; }
+
+std::optional<FilterKind> filter_from_name(std::string_view name) {
+  for (const FilterEntry& entry : kFilters) {
+    if (entry.name == name) return entry.kind;
+  }
+  return std::nullopt;
+}
+
+float default_filter_width(FilterKind kind) { return kFilters[static_cast<size_t>(kind)].default_width; }
+
+double filter_value(FilterKind kind, double width, double x) {
+  const double t = std::abs(x) / (0.5 * width); // 0 at the centre, 1 at the edge
+  if (!(t <= 1.0)) return 0.0;
+  switch (kind) {
+  case FilterKind::blackman_harris: {
+    const double a = std::numbers::pi * t;
+    return 0.35875 + 0.48829 * std::cos(a) + 0.14128 * std::cos(2.0 * a) + 0.01168 * std::cos(3.0 * a);
+  }
+  case FilterKind::gaussian: return std::exp(-4.5 * t * t);
+  case FilterKind::box: return 1.0;
+  case FilterKind::mitchell: return mitchell(2.0 * t);
+  }
+  return 0.0;
+}
+
+PixelFilter::PixelFilter(const PixelFilterOptions& options)
+    : kind_(options.kind), radius_(0.5f * (options.width > 0.0f ? options.width : default_filter_width(options.kind))) {
+  const double step = 1.0 / kCells;
+  std::array<double, kCells + 1> value;
+  for (uint32_t i = 0; i <= kCells; ++i) value[i] = filter_value(kind_, 2.0, i * step);
+
+  std::array<double, kCells + 1> running{};
+  double signed_sum = 0.0;
+  uint32_t first_negative = kCells;
+  for (uint32_t i = 0; i < kCells; ++i) {
+    // A cell counts as what its middle is: the sign changes at a border.
+    const bool negative = filter_value(kind_, 2.0, (i + 0.5) * step) < 0.0;
+    if (negative) first_negative = std::min(first_negative, i);
+    const double mass = 0.5 * step * (std::abs(value[i]) + std::abs(value[i + 1]));
+    running[i + 1] = running[i] + mass;
+    signed_sum += negative ? -mass : mass;
+  }
+  const double total = running[kCells];
+  if (first_negative < kCells) {
+    negative_from_ = static_cast<float>(first_negative) / kCells;
+    axis_weight_ = static_cast<float>(total / signed_sum);
+  }
+  for (uint32_t i = 0; i <= kCells; ++i) {
+    density_[i] = static_cast<float>(std::abs(value[i]) / total);
+    cdf_[i] = static_cast<float>(running[i] / total);
+  }
+  cdf_[kCells] = 1.0f;
+}
+
+// In units of the radius: the density of |x| is piecewise linear on [0, 1]; u below 1/2 goes to the left.
+PixelFilter::AxisSample PixelFilter::sample_axis(float u) const {
+  const float v = std::abs(2.0f * u - 1.0f);
+  uint32_t cell = 0;
+  for (uint32_t half = kCells / 2; half > 0; half /= 2) cell += cdf_[cell + half] <= v ? half : 0;
+  // Solve d0 s + (d1 - d0) s^2 / 2 = rest for s in [0, 1], in the form that stays sound when either is small.
+  const float d0 = density_[cell];
+  const float d1 = density_[cell + 1];
+  const float rest = (v - cdf_[cell]) * kCells;
+  const float denominator = d0 + safe_sqrt(d0 * d0 + 2.0f * (d1 - d0) * rest);
+  const float s = denominator > 0.0f ? std::min(2.0f * rest / denominator, 1.0f) : 0.0f;
+  const float x = (static_cast<float>(cell) + s) * (1.0f / kCells);
+  const bool negative = x >= negative_from_;
+  return {std::copysign(x * radius_, u - 0.5f), negative ? -axis_weight_ : axis_weight_};
+}
+
+float PixelFilter::pdf_axis(float x) const {
+  const float t = std::abs(x) / radius_ * kCells;
+  if (!(t <= kCells)) return 0.0f;
+  const uint32_t cell = std::min(static_cast<uint32_t>(t), kCells - 1);
+  return 0.5f * lerp(density_[cell], density_[cell + 1], t - static_cast<float>(cell)) / radius_;
+}
+
+PixelFilter::Sample PixelFilter::sample(const V2f& u) const {
+  const AxisSample x = sample_axis(u.x);
+  const AxisSample y = sample_axis(u.y);
+  return {{x.offset, y.offset}, x.weight * y.weight};
+}
+
+} // namespace kindling

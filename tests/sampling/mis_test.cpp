@@ -1,0 +1,36 @@
+// The power heuristic: a partition of one that survives every pair of floats.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/sampling/mis.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace kindling {
+namespace {
+
+TEST(Mis, FollowsItsFormula) {
+  EXPECT_FLOAT_EQ(power_heuristic(1.0f, 1.0f), 0.5f);
+  EXPECT_FLOAT_EQ(power_heuristic(3.0f, 1.0f), 0.9f);
+  EXPECT_FLOAT_EQ(power_heuristic(1.0f, 3.0f), 0.1f);
+}
+
+TEST(Mis, WeightsAddUpToOneForAllMagnitudes) {
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  const float values[] = {0.0f, 1e-45f, 1e-38f, 1e-20f, 1e-3f, 1.0f, 7.5f, 1e19f, 1e30f, 3.4e38f, kInf};
+  for (const float a : values) {
+    for (const float b : values) {
+      const float w = power_heuristic(a, b);
+      ASSERT_TRUE(w >= 0.0f && w <= 1.0f) << a << " " << b;
+      if (a > 0.0f || b > 0.0f) {
+        EXPECT_NEAR(w + power_heuristic(b, a), 1.0f, 1e-6f) << a << " " << b;
+      }
+    }
+  }
+  EXPECT_EQ(power_heuristic(0.0f, 0.0f), 0.0f);
+  EXPECT_EQ(power_heuristic(kInf, 1.0f), 1.0f);
+  EXPECT_EQ(power_heuristic(1.0f, kInf), 0.0f);
+}
+
+} // namespace
+} // namespace kindling
