@@ -1,0 +1,30 @@
+// Reads pictures made by others: only formats we allow, recognised by their magic bytes, within limits.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+#include "renderer/image/image.h"
+
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+namespace kindling {
+
+enum class ImageFormat { unknown, png, jpeg, webp, hdr, exr };
+
+// By magic bytes alone; a name or MIME type is never believed.
+[[nodiscard]] ImageFormat detect_image_format(std::span<const std::byte> bytes);
+[[nodiscard]] std::string_view image_format_name(ImageFormat format);
+
+struct ImageLimits {
+  int max_side_px = 32768;
+  uint64_t max_pixels = 1ULL << 28; // 268 megapixels
+};
+
+// `name` stands in the error: what a person would look for. HDR and EXR decode to f32 or f16, PNG to u8 or u16.
+[[nodiscard]] Result<Image> decode_image(std::span<const std::byte> bytes, std::string_view name,
+                                         const ImageLimits& limits = {});
+[[nodiscard]] Result<Image> read_image_file(const std::filesystem::path& path, const ImageLimits& limits = {});
+
+} // namespace kindling

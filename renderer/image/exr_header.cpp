@@ -1,0 +1,133 @@
+// Walks the attributes of an OpenEXR header to check sizes before the library allocates for them.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/decoders.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace kindling::image_detail {
+
+namespace {
+
+// Little-endian reads with a sticky failure: after the end everything is zero.
+class Cursor {
+ public:
+  explicit Cursor(Bytes bytes) : bytes_(bytes) {}
+
+  int32_t read_i32() {
+    static_assert(std::endian::native == std::endian::little);
+    int32_t value = 0;
+    if (const Bytes raw = take(4); raw.size() == 4) std::memcpy(&value, raw.data(), 4);
+    return value;
+  }
+  // Up to and without the terminating zero.
+  std::string_view read_name() {
+    const auto rest = bytes_.subspan(offset_);
+    const auto end = std::find(rest.begin(), rest.end(), std::byte{0});
+    if (end == rest.end()) {
+      failed_ = true;
+      return {};
+    }
+    const auto length = static_cast<size_t>(end - rest.begin());
+    offset_ += length + 1;
+    return {reinterpret_cast<const char*>(rest.data()), length};
+  }
+  Bytes take(size_t count) {
+    if (failed_ || count > bytes_.size() - offset_) {
+      failed_ = true;
+      return {};
+    }
+    offset_ += count;
+    return bytes_.subspan(offset_ - count, count);
+  }
+  [[nodiscard]] bool failed() const { return failed_; }
+  [[nodiscard]] bool at(std::byte value) const { return offset_ < bytes_.size() && bytes_[offset_] == value; }
+
+ private:
+  Bytes bytes_;
+  size_t offset_ = 0;
+  bool failed_ = false;
+};
+
+struct Window {
+  int64_t width = 0;
+  int64_t height = 0;
+};
+
+Window read_window(Bytes value) {
+  Cursor cursor(value);
+  const int64_t min_x = cursor.read_i32(), min_y = cursor.read_i32(), max_x = cursor.read_i32(),
+                max_y = cursor.read_i32();
+  return {max_x - min_x + 1, max_y - min_y + 1};
+}
+
+int64_t ceil_div(int64_t a, int64_t b) { return (a + b - 1) / b; }
+
+// One header, up to and with its closing zero byte.
+std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const ImageLimits& limits) {
+  constexpr std::array<int64_t, 10> kLinesPerChunk{1, 1, 1, 16, 32, 16, 32, 32, 32, 256}; // by compression
+  Window data, display;
+  int64_t tile_width = 0, tile_height = 0, chunk_count = 0, lines_per_chunk = 256;
+  while (!cursor.failed()) {
+    const std::string_view name = cursor.read_name();
+    if (name.empty()) break;
+    const std::string_view type = cursor.read_name();
+    const int32_t size = cursor.read_i32();
+    if (size < 0) return "an attribute has a negative size";
+    const Bytes value = cursor.take(static_cast<size_t>(size));
+    if (cursor.failed()) break;
+    if (name == "dataWindow") data = read_window(value);
+    if (name == "displayWindow") display = read_window(value);
+    if (name == "chunkCount") chunk_count = Cursor(value).read_i32();
+    if (name == "compression" && size == 1) {
+      const auto index = static_cast<size_t>(value[0]);
+      if (index >= kLinesPerChunk.size()) return fmt::format("compression {} is unknown", index);
+      lines_per_chunk = kLinesPerChunk[index];
+    }
+    if (type == "tiledesc") {
+      Cursor tiles(value);
+      tile_width = tiles.read_i32();
+      tile_height = tiles.read_i32();
+      if (tile_width < 1 || tile_height < 1) return "its tiles have no size";
+    }
+    if (name == "type" &&
+        std::string_view(reinterpret_cast<const char*>(value.data()), value.size()).starts_with("deep")) {
+      return "it holds deep data; use a flat picture";
+    }
+    constexpr int32_t kMaxChannelListBytes = 1 << 16;
+    if (name == "channels" && size > kMaxChannelListBytes) return "it has too many channels";
+  }
+  if (cursor.failed()) return "the file ends in its header";
+  if (const auto error = check_size(data.width, data.height, limits)) return error;
+  if (const auto error = check_size(display.width, display.height, limits)) return error;
+  // Each chunk has an offset of eight bytes in a table that must be in the file.
+  const int64_t chunks = tile_width > 0 ? ceil_div(data.width, tile_width) * ceil_div(data.height, tile_height)
+                                        : ceil_div(data.height, lines_per_chunk);
+  const auto fits = static_cast<int64_t>(file_bytes / 8);
+  if (std::max(chunks, chunk_count) > fits || chunk_count < 0) {
+    return fmt::format("its table of {} chunks does not fit in {} bytes", std::max(chunks, chunk_count), file_bytes);
+  }
+  return std::nullopt;
+}
+
+} // namespace
+
+std::optional<std::string> check_exr_headers(Bytes bytes, const ImageLimits& limits) {
+  constexpr uint32_t kDeepFlag = 0x800, kMultiPartFlag = 0x1000;
+  Cursor cursor(bytes);
+  cursor.read_i32(); // the magic number, known to be right
+  const auto version = static_cast<uint32_t>(cursor.read_i32());
+  if ((version & kDeepFlag) != 0) return "it holds deep data; use a flat picture";
+  do {
+    if (auto error = check_header(cursor, bytes.size(), limits)) return error;
+  } while ((version & kMultiPartFlag) != 0 && !cursor.at(std::byte{0}));
+  return std::nullopt;
+}
+
+} // namespace kindling::image_detail

@@ -1,0 +1,44 @@
+// Writes pictures: multi-layer EXR and PNG, to a temporary name that is renamed when complete.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kindling {
+
+// One channel plane group of an EXR: `values` holds channel_names.size() interleaved floats for each pixel of the data
+// window.
+struct ExrLayer {
+  std::vector<std::string> channel_names; // complete names as stored: "R", "albedo.R", "Z"
+  bool half = true;                       // stored as half, else as float
+  std::vector<float> values;
+};
+
+struct ExrImage {
+  V2i display_size_px{0, 0}; // displayWindow is (0, 0) to size - 1
+  V2i data_min_px{0, 0};     // dataWindow, inclusive-exclusive: [data_min, data_max)
+  V2i data_max_px{0, 0};
+  std::vector<ExrLayer> layers;
+  std::map<std::string, std::string> text; // string attributes: command line, version, scene hash
+  std::map<std::string, float> numbers;    // float attributes: times
+  std::map<std::string, int> integers;     // samples per pixel, seed
+  std::map<std::string, M44f> matrices;    // worldToCamera, worldToNDC
+};
+
+[[nodiscard]] Result<void> write_exr(const std::filesystem::path& path, const ExrImage& image);
+
+// rgba: straight alpha, display-referred in [0, 1] (clamped), width * height * 4 values. bits: 8 or 16.
+// dithering is not applied. text: stored as tEXt chunks; of a key its first 79
+// printable ASCII characters but spaces.
+[[nodiscard]] Result<void> write_png(const std::filesystem::path& path, std::span<const float> rgba, const V2i& size_px,
+                                     int bits, const std::map<std::string, std::string>& text = {});
+
+} // namespace kindling

@@ -1,0 +1,112 @@
+// Reads one texel of each layout as linear values: the innermost code of a texture look-up.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/image/image.h"
+#include "renderer/texture/srgb.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <half.h>
+
+#if defined(__SSE4_1__)
+#include <immintrin.h>
+#endif
+
+namespace kindling::texture_detail {
+
+// Four floats that the compiler keeps in one register; arithmetic works component by component.
+using Float4 = float __attribute__((vector_size(16)));
+
+[[nodiscard]] constexpr bool is_integer(PixelType type) { return type == PixelType::u8 || type == PixelType::u16; }
+
+// A layout as a small number: type (2 bits), channels - 1 (2 bits), sRGB (1 bit; integers only).
+inline constexpr size_t kLayoutCount = 32;
+[[nodiscard]] constexpr uint8_t make_layout(PixelType type, int channels, bool srgb) {
+  return static_cast<uint8_t>(static_cast<int>(type) << 3 | (channels - 1) << 1 | (srgb ? 1 : 0));
+}
+
+template <typename T>
+[[nodiscard]] inline T load(const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+// The first three or four channels as they are stored, or decoded where kSrgb; the fourth of three is not defined.
+// Nothing past the texel is read. Raw integers are scaled by TexelReader::kScale after filtering.
+template <PixelType kType, int kChannels, bool kSrgb>
+struct TexelReader {
+  static constexpr int kChannelCount = kChannels;
+  static constexpr size_t kChannelBytes = bytes_per_channel(kType);
+  static constexpr size_t kBytes = kChannelBytes * kChannels;
+  static constexpr bool kRaw = !kSrgb && is_integer(kType); // read as 0 to 255 or 65535
+  static constexpr float kScale = !kRaw ? 1.0f : kType == PixelType::u8 ? 1.0f / 255.0f : 1.0f / 65535.0f;
+  static constexpr bool kHasAlpha = kChannels == 2 || kChannels == 4;
+
+  // One stored channel, counted as in the file. Alpha is never sRGB.
+  [[nodiscard]] static float channel(const std::byte* texel, int index) {
+    const std::byte* at = texel + static_cast<size_t>(index) * kChannelBytes;
+    const bool alpha = kHasAlpha && index == kChannels - 1;
+    if constexpr (kType == PixelType::u8) {
+      const auto stored = load<uint8_t>(at);
+      if constexpr (kSrgb) return alpha ? static_cast<float>(stored) * (1.0f / 255.0f) : decode_srgb_u8(stored);
+      return static_cast<float>(stored);
+    } else if constexpr (kType == PixelType::u16) {
+      const auto stored = load<uint16_t>(at);
+      if constexpr (kSrgb) return alpha ? static_cast<float>(stored) * (1.0f / 65535.0f) : decode_srgb_u16(stored);
+      return static_cast<float>(stored);
+    } else if constexpr (kType == PixelType::f16) {
+      return static_cast<float>(load<Imath::half>(at));
+    } else {
+      return load<float>(at);
+    }
+  }
+
+  [[nodiscard]] static Float4 all(const std::byte* texel) {
+    if constexpr (kChannels == 1) {
+      const float l = channel(texel, 0);
+      return Float4{l, l, l, l};
+    } else if constexpr (kChannels == 2) {
+      const float l = channel(texel, 0);
+      return Float4{l, l, l, channel(texel, 1)};
+    } else {
+      return three_or_four(texel);
+    }
+  }
+
+ private:
+  [[nodiscard]] static Float4 three_or_four(const std::byte* texel) {
+#if defined(__SSE4_1__)
+    if constexpr (kRaw && kType == PixelType::u8) {
+      const uint32_t bits = kChannels == 4
+                                ? load<uint32_t>(texel)
+                                : load<uint16_t>(texel) | static_cast<uint32_t>(load<uint8_t>(texel + 2)) << 16;
+      return (Float4)_mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_cvtsi32_si128(static_cast<int>(bits))));
+    }
+    if constexpr (kRaw && kType == PixelType::u16)
+      return (Float4)_mm_cvtepi32_ps(_mm_cvtepu16_epi32(load_words(texel)));
+#endif
+#if defined(__F16C__)
+    if constexpr (kType == PixelType::f16) return (Float4)_mm_cvtph_ps(load_words(texel));
+#endif
+    if constexpr (kType == PixelType::f32 && kChannels == 4) return load<Float4>(texel);
+    return Float4{channel(texel, 0), channel(texel, 1), channel(texel, 2), kChannels == 4 ? channel(texel, 3) : 1.0f};
+  }
+
+#if defined(__SSE4_1__)
+  [[nodiscard]] static __m128i load_words(const std::byte* texel) {
+    const uint64_t bits = kChannels == 4
+                              ? load<uint64_t>(texel)
+                              : load<uint32_t>(texel) | static_cast<uint64_t>(load<uint16_t>(texel + 4)) << 32;
+    return _mm_cvtsi64_si128(static_cast<long long>(bits));
+  }
+#endif
+};
+
+template <size_t kLayout>
+using ReaderOfLayout = TexelReader<static_cast<PixelType>(kLayout >> 3), static_cast<int>(kLayout >> 1 & 3) + 1,
+                                   (kLayout & 1) != 0 && is_integer(static_cast<PixelType>(kLayout >> 3))>;
+
+} // namespace kindling::texture_detail

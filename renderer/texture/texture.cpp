@@ -1,0 +1,214 @@
+// Texture look-up: wrap, find the texels, decode and blend them.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/texture/texture.h"
+
+#include "renderer/texture/texel_fetch.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace kindling {
+
+namespace {
+
+using texture_detail::Float4;
+using texture_detail::is_integer;
+using texture_detail::kLayoutCount;
+using texture_detail::make_layout;
+using texture_detail::ReaderOfLayout;
+
+// The four texels around a point, as indices of pixels, and how far the point is from the first towards the others.
+struct Footprint {
+  size_t top_left, top_right, bottom_left, bottom_right;
+  float tx, ty;
+};
+
+bool is_finite(const V2f& uv) { return (uv.x - uv.x) + (uv.y - uv.y) == 0.0f; }
+
+// To [0, 1]. 1 itself can come from rounding and is treated as the end of the axis by what follows.
+float wrap_coordinate(float u, TextureWrap wrap) {
+  switch (wrap) {
+  case TextureWrap::repeat: return u - std::floor(u);
+  case TextureWrap::mirrored_repeat: return 1.0f - std::abs(1.0f - (u - 2.0f * std::floor(0.5f * u)));
+  case TextureWrap::clamp_to_edge: break;
+  }
+  return std::clamp(u, 0.0f, 1.0f);
+}
+
+// A neighbour may be one step outside. The mirror image of the texel at an edge is that texel.
+int wrap_index(int index, int size, TextureWrap wrap) {
+  if (wrap != TextureWrap::repeat) return std::clamp(index, 0, size - 1);
+  return index < 0 ? index + size : index >= size ? index - size : index;
+}
+
+struct Axis {
+  int low, high;
+  float t;
+};
+
+// `unit` in [0, 1]; texel i has its centre at (i + 0.5) / size.
+template <bool kRepeats>
+inline Axis locate_axis(float unit, int size, TextureWrap wrap) {
+  const float x = unit * static_cast<float>(size) - 0.5f;
+  const float cell = std::floor(x);
+  const int low = static_cast<int>(cell);
+  const int high = low + 1;
+  if constexpr (kRepeats) return {low < 0 ? size - 1 : low, high >= size ? 0 : high, x - cell};
+  return {wrap_index(low, size, wrap), wrap_index(high, size, wrap), x - cell};
+}
+
+inline Footprint make_footprint(const Axis& u, const Axis& v, int width) {
+  const size_t top = static_cast<size_t>(v.low) * static_cast<size_t>(width);
+  const size_t bottom = static_cast<size_t>(v.high) * static_cast<size_t>(width);
+  const auto left = static_cast<size_t>(u.low), right = static_cast<size_t>(u.high);
+  return {top + left, top + right, bottom + left, bottom + right, u.t, v.t};
+}
+
+int nearest_index(float unit, int size) {
+  return std::min(static_cast<int>(unit * static_cast<float>(size)), size - 1);
+}
+
+// `pick.operator()<Reader>()` for each layout, in the order of their indices.
+template <typename Pick>
+constexpr auto for_each_layout(const Pick& pick) {
+  return [&]<size_t... kLayouts>(std::index_sequence<kLayouts...>) {
+    return std::array{pick.template operator()<ReaderOfLayout<kLayouts>>()...};
+  }
+  (std::make_index_sequence<kLayoutCount>());
+}
+
+// Bilinear in the form that returns equal texels unchanged.
+template <typename T>
+inline T blend(const T& a, const T& b, const T& c, const T& d, float tx, float ty) {
+  const T top = a + (b - a) * tx;
+  const T bottom = c + (d - c) * tx;
+  return top + (bottom - top) * ty;
+}
+
+} // namespace
+
+// The look-ups, compiled once for each layout.
+struct Texture::Lookup {
+  static Footprint locate(const Texture& t, V2f uv) {
+    if (!is_finite(uv)) uv = {0.0f, 0.0f};
+    if (t.repeats_) {
+      return make_footprint(locate_axis<true>(uv.x - std::floor(uv.x), t.width_, TextureWrap::repeat),
+                            locate_axis<true>(uv.y - std::floor(uv.y), t.height_, TextureWrap::repeat), t.width_);
+    }
+    return make_footprint(locate_axis<false>(wrap_coordinate(uv.x, t.wrap_u_), t.width_, t.wrap_u_),
+                          locate_axis<false>(wrap_coordinate(uv.y, t.wrap_v_), t.height_, t.wrap_v_), t.width_);
+  }
+
+  static size_t locate_nearest(const Texture& t, V2f uv) {
+    if (!is_finite(uv)) uv = {0.0f, 0.0f};
+    const int x = nearest_index(wrap_coordinate(uv.x, t.wrap_u_), t.width_);
+    const int y = nearest_index(wrap_coordinate(uv.y, t.wrap_v_), t.height_);
+    return static_cast<size_t>(y) * static_cast<size_t>(t.width_) + static_cast<size_t>(x);
+  }
+
+  // read(pixel index) filtered as the texture asks.
+  template <typename Read>
+  static auto filter(const Texture& t, const V2f& uv, const Read& read) {
+    if (t.filter_ == TextureFilter::nearest) return read(locate_nearest(t, uv));
+    const Footprint f = locate(t, uv);
+    return blend(read(f.top_left), read(f.top_right), read(f.bottom_left), read(f.bottom_right), f.tx, f.ty);
+  }
+
+  // RGB in the first three; alpha in the last where the layout has one.
+  template <typename Reader>
+  static Float4 all(const Texture& t, const V2f& uv) {
+    return filter(t, uv, [&](size_t pixel) { return Reader::all(t.pixels_ + pixel * Reader::kBytes); }) *
+           Reader::kScale;
+  }
+
+  template <typename Reader>
+  static V4f sample(const Texture& t, const V2f& uv) {
+    const Float4 value = all<Reader>(t, uv);
+    return {value[0], value[1], value[2], Reader::kHasAlpha ? value[3] : 1.0f};
+  }
+
+  template <typename Reader>
+  static Rgb sample_rgb(const Texture& t, const V2f& uv) {
+    const Float4 value = all<Reader>(t, uv);
+    return {value[0], value[1], value[2]};
+  }
+
+  template <typename Reader>
+  static float sample_channel(const Texture& t, const V2f& uv, int channel) {
+    if (channel == 3 && !Reader::kHasAlpha) return 1.0f;
+    const int stored = Reader::kChannelCount >= 3 ? channel : channel == 3 ? 1 : 0;
+    return filter(t, uv, [&](size_t pixel) { return Reader::channel(t.pixels_ + pixel * Reader::kBytes, stored); }) *
+           Reader::kScale;
+  }
+
+  template <typename Reader>
+  static bool is_opaque(const Texture& t) {
+    if constexpr (Reader::kHasAlpha) {
+      const size_t pixel_count = static_cast<size_t>(t.width_) * static_cast<size_t>(t.height_);
+      for (size_t i = 0; i < pixel_count; ++i) {
+        if (Reader::channel(t.pixels_ + i * Reader::kBytes, Reader::kChannelCount - 1) * Reader::kScale != 1.0f)
+          return false;
+      }
+    }
+    return true;
+  }
+};
+
+Texture::Texture(std::shared_ptr<const Image> image, const TextureSettings& settings)
+    : image_(std::move(image)), pixels_(image_->pixels.data()), width_(image_->width), height_(image_->height),
+      layout_(make_layout(image_->type, image_->channels,
+                          settings.encoding == TextureEncoding::srgb && is_integer(image_->type))),
+      wrap_u_(settings.wrap_u), wrap_v_(settings.wrap_v), filter_(settings.filter),
+      repeats_(wrap_u_ == TextureWrap::repeat && wrap_v_ == TextureWrap::repeat) {
+  assert(width_ > 0 && height_ > 0 && image_->channels >= 1 && image_->channels <= 4);
+  assert(image_->pixels.size() >= image_->byte_count());
+  static constexpr auto kIsOpaque = for_each_layout([]<typename Reader>() { return &Lookup::is_opaque<Reader>; });
+  has_alpha_ = !kIsOpaque[layout_](*this);
+}
+
+V4f Texture::sample(const V2f& uv) const {
+  static constexpr auto kSample = for_each_layout([]<typename Reader>() { return &Lookup::sample<Reader>; });
+  return kSample[layout_](*this, uv);
+}
+
+Rgb Texture::sample_rgb(const V2f& uv) const {
+  static constexpr auto kSampleRgb = for_each_layout([]<typename Reader>() { return &Lookup::sample_rgb<Reader>; });
+  return kSampleRgb[layout_](*this, uv);
+}
+
+float Texture::sample_channel(const V2f& uv, int channel) const {
+  static constexpr auto kSampleChannel =
+      for_each_layout([]<typename Reader>() { return &Lookup::sample_channel<Reader>; });
+  return kSampleChannel[layout_](*this, uv, channel);
+}
+
+Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {
+  const V2f edge1 = uv1 - uv0, edge2 = uv2 - uv0;
+  const double texels = 0.5 *
+                        std::abs(static_cast<double>(edge1.x) * edge2.y - static_cast<double>(edge1.y) * edge2.x) *
+                        width_ * height_;
+  // Two points a texel, so that a small lamp in a large dark picture is not missed.
+  constexpr double kMinPoints = 16, kMaxPoints = 65536;
+  const int count = static_cast<int>(texels > 0.0 ? std::clamp(2.0 * texels, kMinPoints, kMaxPoints) : kMinPoints);
+  // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), in 32-bit fixed point,
+  // its square folded onto the triangle.
+  constexpr uint32_t kStep1 = 3242174889U, kStep2 = 2447445414U;
+  double sum[3] = {};
+  uint32_t x = 0x80000000U, y = 0x80000000U;
+  for (int i = 0; i < count; ++i, x += kStep1, y += kStep2) {
+    float a = static_cast<float>(x >> 8) * 0x1p-24f, b = static_cast<float>(y >> 8) * 0x1p-24f;
+    if (a + b > 1.0f) {
+      a = 1.0f - a;
+      b = 1.0f - b;
+    }
+    const Rgb value = sample_rgb(uv0 + edge1 * a + edge2 * b);
+    for (int c = 0; c < 3; ++c) sum[c] += value[c];
+  }
+  const double scale = 1.0 / count;
+  return {static_cast<float>(sum[0] * scale), static_cast<float>(sum[1] * scale), static_cast<float>(sum[2] * scale)};
+}
+
+} // namespace kindling
