@@ -17,7 +17,8 @@ namespace kindling {
 using Imath::Box3f;
 using Imath::M33f;
 using Imath::M44d;
-using Imath::M44f; // row vectors: p_world = p_object * object_to_world; the memory order equals glTF's column-major matrices
+using Imath::
+    M44f; // row vectors: p_world = p_object * object_to_world; the memory order equals glTF's column-major matrices
 using Imath::Quatf;
 using Imath::V2f;
 using Imath::V2i;

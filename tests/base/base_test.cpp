@@ -16,7 +16,8 @@ namespace {
 
 TEST(Frame, IsOrthonormalAroundAnyNormal) {
   for (int i = 0; i < 2000; ++i) {
-    const float z = i < 2 ? (i == 0 ? 1.0f : -1.0f) : 2.0f * to_unit_float(hash_u32(2U * static_cast<uint32_t>(i))) - 1.0f;
+    const float z =
+        i < 2 ? (i == 0 ? 1.0f : -1.0f) : 2.0f * to_unit_float(hash_u32(2U * static_cast<uint32_t>(i))) - 1.0f;
     const float phi = 2.0f * kPi * to_unit_float(hash_u32(2U * static_cast<uint32_t>(i) + 1U));
     const float r = safe_sqrt(1.0f - z * z);
     const V3f n(r * std::cos(phi), r * std::sin(phi), z);

@@ -1,0 +1,55 @@
+// One cosine-distributed occlusion ray for each camera sample.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/ambient_occlusion_integrator.h"
+
+#include "renderer/integrator/first_hit_context.h"
+#include "renderer/sampling/warp.h"
+
+namespace kindling {
+
+AmbientOcclusionIntegrator::AmbientOcclusionIntegrator(const IntegratorSettings& settings, const World& world,
+                                                       const Camera& camera, const Sampler& sampler,
+                                                       const PixelFilter& filter)
+    : batch_size_(settings.batch_size),
+      distance_m_(settings.ao_distance_m > 0.0f ? settings.ao_distance_m : world.bounds().size().length() * 0.1f),
+      world_(world), camera_(camera), sampler_(sampler), filter_(filter) {}
+
+std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const {
+  return std::make_unique<FirstHitContext>(batch_size_);
+}
+
+void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                              Film& film) const {
+  auto& context = static_cast<FirstHitContext&>(thread);
+  context.for_each_wave(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
+    context.occlusion_rays.clear();
+    context.occlusion_slots.clear();
+    SurfacePoint surface;
+    for (size_t slot = 0; slot < count; ++slot) {
+      context.grey[slot] = 0.0f;
+      if (!context.hits[slot].is_hit()) continue;
+      world_.surface_at(context.rays[slot], context.hits[slot], surface);
+      const CameraSample& camera_sample = context.camera_samples[slot];
+      const V2f u = Sampler::sample_2d(camera_sample.pixel_key, camera_sample.sample_index,
+                                       kFirstBounceDimension + kDirectionDimension);
+      const V3f wi = Frame::around(surface.shading_normal).to_world(sample_cosine_hemisphere(u));
+      if (wi.dot(surface.geometric_normal) <= 0.0f) continue;
+      context.occlusion_slots.push_back(static_cast<uint32_t>(slot));
+      context.occlusion_rays.push_back({.origin = offset_ray_origin(surface, wi),
+                                        .t_min = 0.0f,
+                                        .direction = wi,
+                                        .t_max = distance_m_,
+                                        .key = hash_combine(context.rays[slot].key, kDirectionDimension)});
+    }
+    context.occluded.resize(context.occlusion_rays.size());
+    world_.accelerator().occluded(context.occlusion_rays, context.occluded);
+    context.counters.shadow += context.occlusion_rays.size();
+    for (size_t i = 0; i < context.occlusion_slots.size(); ++i)
+      context.grey[context.occlusion_slots[i]] = context.occluded[i] ? 0.0f : 1.0f;
+    for (size_t slot = 0; slot < count; ++slot)
+      film.add(context.camera_samples[slot].pixel, {Rgb(context.grey[slot]), context.hits[slot].is_hit() ? 1.0f : 0.0f,
+                                                    context.camera_samples[slot].filter_weight});
+  });
+}
+
+} // namespace kindling

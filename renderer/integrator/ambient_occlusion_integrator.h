@@ -1,0 +1,28 @@
+// Ambient occlusion: how much of the cosine-weighted hemisphere is free up to a distance.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/integrator.h"
+
+namespace kindling {
+
+// Grey in [0, 1], 1 where nothing is near; black background with alpha 0.
+class AmbientOcclusionIntegrator final : public Integrator {
+ public:
+  AmbientOcclusionIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
+                             const Sampler& sampler, const PixelFilter& filter);
+
+  [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
+  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                    Film& film) const override;
+
+ private:
+  uint32_t batch_size_;
+  float distance_m_;
+  const World& world_;
+  const Camera& camera_;
+  Sampler sampler_;
+  PixelFilter filter_;
+};
+
+} // namespace kindling

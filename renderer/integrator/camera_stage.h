@@ -1,0 +1,68 @@
+// The first stage of every integrator: which samples of a block are in flight, and their camera rays.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/integrator.h"
+
+#include <cstdint>
+#include <span>
+
+namespace kindling {
+
+// Dimensions of the sampler. The camera uses the first ones, then each bounce its own.
+enum Dimension : uint32_t {
+  kFilterDimension = 0, // 2-D
+  kLensDimension = 1,   // 2-D
+  kTimeDimension = 2,   // 1-D
+  kFirstBounceDimension = 8,
+
+  // Relative to the bounce:
+  kLightChoiceDimension = 0, // 1-D
+  kLightDimension = 1,       // 2-D
+  kLobeDimension = 2,        // 1-D
+  kDirectionDimension = 3,   // 2-D
+  kRouletteDimension = 4,    // 1-D
+  kBounceDimensions = 8,
+};
+
+// What of a path must outlive its camera ray in any integrator.
+struct CameraSample {
+  uint32_t pixel_key = 0;
+  uint32_t sample_index = 0;
+  V2i pixel{0, 0};
+  float filter_weight = 1.0f;
+};
+
+// One wave: samples [first, first + count) of every pixel of the block, sample by sample, pixels row by row.
+// Fills count * pixels camera samples and rays.
+inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
+                                 const PixelRect& block, const SampleRange& samples,
+                                 std::span<CameraSample> camera_samples, std::span<accel::Ray> rays) {
+  size_t slot = 0;
+  for (uint32_t s = samples.first; s < samples.first + samples.count; ++s)
+    for (int y = block.min.y; y < block.max.y; ++y)
+      for (int x = block.min.x; x < block.max.x; ++x, ++slot) {
+        CameraSample& camera_sample = camera_samples[slot];
+        camera_sample.pixel = V2i(x, y);
+        camera_sample.pixel_key = sampler.pixel_key(camera_sample.pixel);
+        camera_sample.sample_index = s;
+        const PixelFilter::Sample jitter =
+            filter.sample(Sampler::sample_2d(camera_sample.pixel_key, s, kFilterDimension));
+        camera_sample.filter_weight = jitter.weight;
+        const V2f film_px(static_cast<float>(x) + 0.5f + jitter.offset.x,
+                          static_cast<float>(y) + 0.5f + jitter.offset.y);
+        const CameraRay camera_ray = camera.generate_ray(film_px, V2f(0.5f), 0.0f);
+        rays[slot] = {.origin = camera_ray.origin,
+                      .t_min = 0.0f,
+                      .direction = camera_ray.direction,
+                      .t_max = kInfinity,
+                      .key = hash_combine(camera_sample.pixel_key, s)};
+      }
+}
+
+// Pixels of the block, and how many samples of each fit into one wave of at most `batch_size` paths.
+[[nodiscard]] inline uint32_t samples_per_wave(const PixelRect& block, uint32_t batch_size) {
+  return std::max(1U, batch_size / static_cast<uint32_t>(block.pixel_count()));
+}
+
+} // namespace kindling

@@ -1,0 +1,48 @@
+// The batch of integrators that look no further than the first surface: camera rays, their hits, and one occlusion ray each.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/camera_stage.h"
+
+#include <vector>
+
+namespace kindling {
+
+class FirstHitContext final : public ThreadContext {
+ public:
+  explicit FirstHitContext(size_t batch_size) : camera_samples(batch_size), rays(batch_size), hits(batch_size) {
+    occlusion_rays.reserve(batch_size);
+    occlusion_slots.reserve(batch_size);
+    occluded.reserve(batch_size);
+    grey.resize(batch_size);
+  }
+
+  // Calls `shade_wave(path_count)` for each wave of the block, with camera_samples, rays and hits filled.
+  template <typename ShadeWave>
+  void for_each_wave(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
+                     const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
+                     const ShadeWave& shade_wave) {
+    const uint32_t per_wave = samples_per_wave(block, batch_size);
+    for (uint32_t done = 0; done < samples.count; done += per_wave) {
+      const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
+      const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
+      rays.resize(count);
+      hits.resize(count);
+      generate_camera_rays(camera, sampler, filter, block, wave, camera_samples, rays);
+      world.accelerator().intersect_coherent(rays, hits);
+      counters.camera += count;
+      counters.paths += count;
+      shade_wave(count);
+    }
+  }
+
+  std::vector<CameraSample> camera_samples;
+  std::vector<accel::Ray> rays;
+  std::vector<accel::Hit> hits;
+  std::vector<accel::Ray> occlusion_rays;
+  std::vector<uint32_t> occlusion_slots;
+  std::vector<uint8_t> occluded;
+  std::vector<float> grey; // by slot
+};
+
+} // namespace kindling

@@ -1,0 +1,80 @@
+// Names of the integrators, and the one place that makes them.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/integrator.h"
+
+#include "renderer/integrator/ambient_occlusion_integrator.h"
+#include "renderer/integrator/debug_integrator.h"
+#include "renderer/integrator/path_integrator.h"
+
+#include <tuple>
+
+namespace kindling {
+namespace {
+
+struct NamedKind {
+  IntegratorKind kind;
+  std::string_view name;
+};
+constexpr std::array<NamedKind, 10> kNames{{
+    {IntegratorKind::path, "path"},
+    {IntegratorKind::ambient_occlusion, "ambient-occlusion"},
+    {IntegratorKind::albedo, "albedo"},
+    {IntegratorKind::normal, "normal"},
+    {IntegratorKind::geometric_normal, "geometric-normal"},
+    {IntegratorKind::depth, "depth"},
+    {IntegratorKind::uv, "uv"},
+    {IntegratorKind::barycentric, "barycentric"},
+    {IntegratorKind::instance, "instance"},
+    {IntegratorKind::material, "material"},
+}};
+constexpr std::array<IntegratorKind, 10> kKinds = [] {
+  std::array<IntegratorKind, 10> kinds{};
+  for (size_t i = 0; i < kinds.size(); ++i) kinds[i] = kNames[i].kind;
+  return kinds;
+}();
+
+} // namespace
+
+std::string_view integrator_name(IntegratorKind kind) {
+  for (const NamedKind& named : kNames)
+    if (named.kind == kind) return named.name;
+  return "unknown";
+}
+
+std::optional<IntegratorKind> integrator_from_name(std::string_view name) {
+  for (const NamedKind& named : kNames)
+    if (named.name == name) return named.kind;
+  return std::nullopt;
+}
+
+std::span<const IntegratorKind> all_integrators() { return kKinds; }
+
+void RayCounters::add(const RayCounters& other) {
+  camera += other.camera;
+  bounce += other.bounce;
+  shadow += other.shadow;
+  paths += other.paths;
+  if (other.first_non_finite) add_non_finite(other.first_non_finite->first, other.first_non_finite->second);
+  // The call above counted one of them.
+  non_finite += other.non_finite - (other.first_non_finite ? 1 : 0);
+}
+
+void RayCounters::add_non_finite(const V2i& pixel, uint32_t sample_index) {
+  ++non_finite;
+  const auto order = [](const std::pair<V2i, uint32_t>& at) { return std::tuple(at.second, at.first.y, at.first.x); };
+  const std::pair<V2i, uint32_t> here(pixel, sample_index);
+  if (!first_non_finite || order(here) < order(*first_non_finite)) first_non_finite = here;
+}
+
+std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
+                                            const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
+                                            AovSet aovs) {
+  switch (settings.kind) {
+  case IntegratorKind::path: return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs);
+  case IntegratorKind::ambient_occlusion:
+    return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter);
+  default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter);
+  }
+}
+
+} // namespace kindling

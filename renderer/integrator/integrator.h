@@ -1,0 +1,118 @@
+// What turns samples of pixels into radiance: the interface, and the settings that all integrators share.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/camera/camera.h"
+#include "renderer/film/film.h"
+#include "renderer/sampling/pixel_filter.h"
+#include "renderer/sampling/sampler.h"
+#include "renderer/world/world.h"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kindling {
+
+enum class IntegratorKind : uint8_t {
+  path,
+  ambient_occlusion,
+  albedo,
+  normal,
+  geometric_normal,
+  depth,
+  uv,
+  barycentric,
+  instance,
+  material
+};
+[[nodiscard]] std::string_view integrator_name(IntegratorKind kind);
+[[nodiscard]] std::optional<IntegratorKind> integrator_from_name(std::string_view name);
+[[nodiscard]] std::span<const IntegratorKind> all_integrators();
+
+struct IntegratorSettings {
+  IntegratorKind kind = IntegratorKind::path;
+  int max_bounces = 8; // indirect bounces in all; 0: direct light only
+  int max_diffuse_bounces = 8;
+  int max_glossy_bounces = 8;
+  int max_transmission_bounces = 8;
+  int roulette_start_bounce = 3;       // Russian roulette from this bounce on
+  float clamp_direct = kInfinity;      // largest component of a sample's directly lit part
+  float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
+  float ao_distance_m = 0.0f;          // ambient occlusion: 0 means a tenth of the scene's diagonal
+  bool environment_visible = true;     // to camera rays
+  std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1
+  bool transparent_background = false; // camera rays that leave give alpha 0
+  uint32_t batch_size = 256;           // path states that a thread advances together, a multiple of 64
+};
+
+// Counts of one thread, added up at the end.
+struct RayCounters {
+  uint64_t camera = 0;
+  uint64_t bounce = 0;
+  uint64_t shadow = 0;
+  uint64_t paths = 0;
+  uint64_t non_finite = 0;                                  // samples dropped because their radiance was not finite
+  std::optional<std::pair<V2i, uint32_t>> first_non_finite; // pixel and sample index, the smallest seen
+
+  [[nodiscard]] uint64_t total() const { return camera + bounce + shadow; }
+  void add(const RayCounters& other);
+  void add_non_finite(const V2i& pixel, uint32_t sample_index);
+};
+
+// One vertex of a replayed path, for people.
+struct PathVertex {
+  int bounce = 0;
+  std::string event; // "camera", "surface", "escaped", "absorbed", "roulette", ...
+  V3f position{0.0f};
+  V3f normal{0.0f};
+  V3f direction{0.0f}; // of the ray that arrived here
+  float distance = 0.0f;
+  uint32_t instance = accel::kNoId;
+  uint32_t mesh = accel::kNoId;
+  uint32_t triangle = accel::kNoId;
+  std::string material;
+  Rgb throughput{1.0f};
+  Rgb radiance{0.0f}; // the sample's sum so far
+};
+using PathTrace = std::vector<PathVertex>;
+
+// Everything mutable that one thread needs; made once per thread by Integrator::make_context().
+class ThreadContext {
+ public:
+  virtual ~ThreadContext() = default;
+  RayCounters counters;
+  PathTrace* trace = nullptr; // set while one sample is replayed
+};
+
+// Samples [first, first + count) of every pixel of a block.
+struct SampleRange {
+  uint32_t first = 0;
+  uint32_t count = 0;
+};
+
+// Pixels are rendered by blocks of 8 x 8 aligned to the image's origin, so that the groups of rays that an accelerator sees
+// do not depend on tiles or threads.
+inline constexpr int kBlockSize = 8;
+
+// Immutable and shared by all threads. References given at construction must outlive it.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  [[nodiscard]] virtual std::unique_ptr<ThreadContext> make_context() const = 0;
+  // Renders samples of the pixels of `block` (at most kBlockSize on a side) and adds them to the film in order.
+  virtual void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                            Film& film) const = 0;
+};
+
+[[nodiscard]] std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
+                                                          const Camera& camera, const Sampler& sampler,
+                                                          const PixelFilter& filter, AovSet aovs);
+
+} // namespace kindling

@@ -1,0 +1,272 @@
+// The stages of the path tracer, read from top to bottom: start_wave, trace_nearest, shade, trace_shadows, finish_wave.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/path_integrator.h"
+
+#include "renderer/integrator/path_trace.h"
+#include "renderer/sampling/mis.h"
+
+namespace kindling {
+namespace {
+
+uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
+  return kFirstBounceDimension + state.bounce * kBounceDimensions + dimension;
+}
+
+// What stochastic transparency sees of a ray: different for every ray of every path.
+uint32_t ray_key(const CameraSample& sample, uint32_t dimension) {
+  return hash_combine(hash_combine(sample.pixel_key, sample.sample_index), dimension);
+}
+
+Rgb clamped(const Rgb& radiance, float largest) {
+  const float peak = max_component(radiance);
+  return peak > largest ? radiance * (largest / peak) : radiance;
+}
+
+} // namespace
+
+PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
+                               const Sampler& sampler, const PixelFilter& filter, AovSet aovs)
+    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs) {}
+
+std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
+  return std::make_unique<PathContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
+}
+
+// One wave after the other: all paths of a wave advance together, so that the accelerator sees streams of rays.
+void PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                  Film& film) const {
+  auto& context = static_cast<PathContext&>(thread);
+  const uint32_t per_wave = samples_per_wave(block, settings_.batch_size);
+  for (uint32_t done = 0; done < samples.count; done += per_wave) {
+    const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
+    start_wave(block, wave, context);
+    const size_t path_count = context.active.size();
+    for (bool camera_rays = true; !context.active.empty(); camera_rays = false) {
+      trace_nearest(context, camera_rays);
+      shade(context);
+      trace_shadows(context);
+      context.active.swap(context.next_active);
+      context.rays.swap(context.next_rays);
+    }
+    finish_wave(path_count, context, film);
+  }
+}
+
+void PathIntegrator::start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count;
+  context.rays.resize(count);
+  context.active.resize(count);
+  generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);
+  for (size_t slot = 0; slot < count; ++slot) {
+    context.active[slot] = static_cast<uint32_t>(slot);
+    context.states[slot] = PathState{};
+  }
+  if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
+  context.counters.paths += count;
+  trace_event(context, [&](PathVertex& vertex) {
+    vertex.event = "camera";
+    vertex.position = context.rays[0].origin;
+    vertex.direction = context.rays[0].direction;
+  });
+}
+
+void PathIntegrator::trace_nearest(PathContext& context, bool camera_rays) const {
+  const std::span<const accel::Ray> rays(context.rays.data(), context.active.size());
+  context.hits.resize(rays.size());
+  if (!camera_rays) {
+    world_.accelerator().intersect(rays, context.hits);
+    context.counters.bounce += rays.size();
+    return;
+  }
+  // One sample of one block at a time: close together and almost parallel.
+  context.counters.camera += rays.size();
+  constexpr size_t kGroup = kBlockSize * kBlockSize;
+  for (size_t first = 0; first < rays.size(); first += kGroup) {
+    const size_t count = std::min(kGroup, rays.size() - first);
+    world_.accelerator().intersect_coherent(rays.subspan(first, count), std::span(context.hits).subspan(first, count));
+  }
+}
+
+void PathIntegrator::shade(PathContext& context) const {
+  context.shadow_rays.clear();
+  context.shadow_records.clear();
+  context.next_active.clear();
+  context.next_rays.clear();
+  SurfacePoint surface;
+  for (size_t i = 0; i < context.active.size(); ++i) {
+    const uint32_t slot = context.active[i];
+    const accel::Ray& ray = context.rays[i];
+    const accel::Hit& hit = context.hits[i];
+    PathState& state = context.states[slot];
+    if (!hit.is_hit()) {
+      shade_escaped(ray, slot, context);
+      continue;
+    }
+    world_.surface_at(ray, hit, surface);
+    add_emission(ray, hit, surface, state);
+    trace_surface(context, ray, hit, surface, world_, state);
+    if (surface.unlit || state.emission_only) {
+      if (state.bounce == 0) record_surface(ray, hit, surface, nullptr, slot, context);
+      continue;
+    }
+    const Frame frame = Frame::around(surface.shading_normal);
+    const GltfBsdf bsdf(surface.bsdf, frame.to_local(-ray.direction));
+    if (state.bounce == 0) record_surface(ray, hit, surface, &bsdf, slot, context);
+    sample_light(surface, frame, bsdf, slot, context);
+    if (sample_bounce(surface, frame, bsdf, slot, context)) context.next_active.push_back(slot);
+  }
+}
+
+void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const {
+  PathState& state = context.states[slot];
+  if (state.bounce == 0) {
+    if (settings_.transparent_background) {
+      state.alpha = 0.0f;
+      return;
+    }
+    if (settings_.background) {
+      state.light[kEmission] += *settings_.background;
+      return;
+    }
+    if (!settings_.environment_visible) return;
+  }
+  const Rgb radiance = world_.lights().environment_radiance(ray.direction);
+  float weight = 1.0f;
+  if (state.bsdf_pdf > 0.0f) weight = power_heuristic(state.bsdf_pdf, world_.lights().pdf_environment(ray.direction));
+  state.light[state.light_class(state.bounce)] += state.throughput * radiance * weight;
+  trace_event(context, [&](PathVertex& vertex) {
+    vertex.event = "escaped";
+    vertex.bounce = state.bounce;
+    vertex.direction = ray.direction;
+    vertex.throughput = state.throughput;
+    vertex.radiance = state.light[0] + state.light[1] + state.light[2];
+  });
+}
+
+void PathIntegrator::add_emission(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
+                                  PathState& state) const {
+  if (is_black(surface.emitted)) return;
+  float weight = 1.0f;
+  if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId)
+    weight =
+        power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
+                                                                     ray.direction, hit.t));
+  state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * weight;
+}
+
+// Next-event estimation: the contribution waits in a record until the shadow rays of the whole batch are traced.
+void PathIntegrator::sample_light(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
+                                  PathContext& context) const {
+  const PathState& state = context.states[slot];
+  const CameraSample& camera_sample = context.camera_samples[slot];
+  const float u_choice = Sampler::sample_1d(camera_sample.pixel_key, camera_sample.sample_index,
+                                            bounce_dimension(state, kLightChoiceDimension));
+  const V2f u =
+      Sampler::sample_2d(camera_sample.pixel_key, camera_sample.sample_index, bounce_dimension(state, kLightDimension));
+  const std::optional<LightSample> light =
+      world_.lights().sample(surface.position, surface.geometric_normal, u_choice, u);
+  if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
+  const BsdfEval eval = bsdf.eval(frame.to_local(light->wi));
+  if (is_black(eval.value)) return;
+  const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
+  const Rgb contribution = state.throughput * eval.value * light->radiance * (weight / light->pdf);
+  context.shadow_rays.push_back(
+      make_shadow_ray(surface, *light, ray_key(camera_sample, bounce_dimension(state, kLightDimension))));
+  context.shadow_records.push_back({contribution, slot, state.light_class(state.bounce + 1U)});
+}
+
+// False: the path ends here.
+bool PathIntegrator::sample_bounce(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
+                                   PathContext& context) const {
+  PathState& state = context.states[slot];
+  const CameraSample& camera_sample = context.camera_samples[slot];
+  const float u_lobe =
+      Sampler::sample_1d(camera_sample.pixel_key, camera_sample.sample_index, bounce_dimension(state, kLobeDimension));
+  const V2f u = Sampler::sample_2d(camera_sample.pixel_key, camera_sample.sample_index,
+                                   bounce_dimension(state, kDirectionDimension));
+  const std::optional<BsdfSample> sample = bsdf.sample(u_lobe, u);
+  if (!sample) return false;
+  const V3f wi = frame.to_world(sample->wi);
+  if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
+  state.throughput *= sample->weight;
+  if (is_black(state.throughput)) return false;
+
+  // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
+  if (state.bounce >= settings_.roulette_start_bounce) {
+    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
+    const float u_roulette = Sampler::sample_1d(camera_sample.pixel_key, camera_sample.sample_index,
+                                                bounce_dimension(state, kRouletteDimension));
+    if (u_roulette >= survival) return false;
+    state.throughput /= survival;
+  }
+
+  const uint32_t key = ray_key(camera_sample, bounce_dimension(state, kDirectionDimension));
+  state.emission_only = !count_bounce(sample->lobe, state);
+  state.bsdf_pdf = sample->pdf;
+  state.previous_position = surface.position;
+  context.next_rays.push_back(
+      {.origin = offset_ray_origin(surface, wi), .t_min = 0.0f, .direction = wi, .t_max = kInfinity, .key = key});
+  return true;
+}
+
+// Whether the surface that this bounce leads to may reflect in its turn.
+bool PathIntegrator::count_bounce(Lobe lobe, PathState& state) const {
+  ++state.bounce;
+  bool within = state.bounce <= settings_.max_bounces;
+  switch (lobe) {
+  case Lobe::diffuse: within &= ++state.diffuse_bounces <= settings_.max_diffuse_bounces; break;
+  case Lobe::glossy: within &= ++state.glossy_bounces <= settings_.max_glossy_bounces; break;
+  case Lobe::transmission: within &= ++state.transmission_bounces <= settings_.max_transmission_bounces; break;
+  }
+  return within;
+}
+
+void PathIntegrator::trace_shadows(PathContext& context) const {
+  const size_t count = context.shadow_rays.size();
+  if (count == 0) return;
+  context.occluded.resize(count);
+  world_.accelerator().occluded(context.shadow_rays, context.occluded);
+  context.counters.shadow += count;
+  for (size_t i = 0; i < count; ++i) {
+    if (context.occluded[i]) continue;
+    const ShadowRecord& record = context.shadow_records[i];
+    context.states[record.slot].light[record.light_class] += record.contribution;
+  }
+}
+
+// Slots run sample by sample, so each pixel receives its samples in order.
+void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& film) const {
+  const bool clamps = settings_.clamp_direct < kInfinity || settings_.clamp_indirect < kInfinity;
+  for (size_t slot = 0; slot < path_count; ++slot) {
+    PathState& state = context.states[slot];
+    const CameraSample& camera_sample = context.camera_samples[slot];
+    if (clamps) {
+      state.light[kDirect] = clamped(state.light[kDirect], settings_.clamp_direct);
+      state.light[kIndirect] = clamped(state.light[kIndirect], settings_.clamp_indirect);
+    }
+    const Rgb radiance = state.light[kEmission] + state.light[kDirect] + state.light[kIndirect];
+    if (!is_finite(radiance)) {
+      context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
+      continue;
+    }
+    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight});
+    if (context.surfaces.empty()) continue;
+    FilmSurface& surface = context.surfaces[slot];
+    surface.emission = state.light[kEmission];
+    surface.direct = state.light[kDirect];
+    film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
+  }
+}
+
+void PathIntegrator::record_surface(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
+                                    const GltfBsdf* bsdf, uint32_t slot, PathContext& context) const {
+  if (context.surfaces.empty()) return;
+  FilmSurface& record = context.surfaces[slot];
+  record.hit = true;
+  record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
+  record.normal = surface.shading_normal;
+  record.depth = hit.t * ray.direction.dot(camera_.forward());
+  record.position = surface.position;
+}
+
+} // namespace kindling

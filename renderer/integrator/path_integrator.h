@@ -1,0 +1,48 @@
+// The path tracer: unidirectional, iterative, batched; light and BSDF sampling joined by multiple importance sampling.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/integrator.h"
+#include "renderer/integrator/path_state.h"
+
+namespace kindling {
+
+// Estimates the rendering equation (Kajiya 1986) with next-event estimation and the power heuristic (Veach 1997, section 9.2).
+// Unbiased up to the bounce limits, as long as no clamp is set.
+class PathIntegrator final : public Integrator {
+ public:
+  PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
+                 const PixelFilter& filter, AovSet aovs);
+
+  [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
+  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                    Film& film) const override;
+
+ private:
+  // The stages of a wave, in the order in which they run.
+  void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void trace_nearest(PathContext& context, bool camera_rays) const;
+  void shade(PathContext& context) const;
+  void trace_shadows(PathContext& context) const;
+  void finish_wave(size_t path_count, PathContext& context, Film& film) const;
+
+  // Steps of shade(), for one path.
+  void shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const;
+  void add_emission(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface, PathState& state) const;
+  void sample_light(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
+                    PathContext& context) const;
+  [[nodiscard]] bool sample_bounce(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
+                                   PathContext& context) const;
+  void record_surface(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface, const GltfBsdf* bsdf,
+                      uint32_t slot, PathContext& context) const;
+  [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
+
+  IntegratorSettings settings_;
+  const World& world_;
+  const Camera& camera_;
+  Sampler sampler_;
+  PixelFilter filter_;
+  AovSet aovs_;
+};
+
+} // namespace kindling

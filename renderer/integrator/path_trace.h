@@ -1,0 +1,38 @@
+// Records of a path for people: filled only while one sample is replayed.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/path_state.h"
+#include "renderer/world/world.h"
+
+namespace kindling {
+
+// Appends a vertex that `fill` describes; does nothing unless a sample is replayed.
+template <typename Fill>
+void trace_event(ThreadContext& context, const Fill& fill) {
+  if (!context.trace) [[likely]]
+    return;
+  PathVertex vertex;
+  fill(vertex);
+  context.trace->push_back(std::move(vertex));
+}
+
+inline void trace_surface(ThreadContext& context, const accel::Ray& ray, const accel::Hit& hit,
+                          const SurfacePoint& surface, const World& world, const PathState& state) {
+  trace_event(context, [&](PathVertex& vertex) {
+    vertex.event = surface.unlit ? "unlit surface" : state.emission_only ? "surface after the last bounce" : "surface";
+    vertex.bounce = state.bounce;
+    vertex.position = surface.position;
+    vertex.normal = surface.shading_normal;
+    vertex.direction = ray.direction;
+    vertex.distance = hit.t;
+    vertex.instance = hit.instance;
+    vertex.mesh = hit.mesh;
+    vertex.triangle = hit.triangle;
+    vertex.material = world.material_name(surface.material);
+    vertex.throughput = state.throughput;
+    vertex.radiance = state.light[0] + state.light[1] + state.light[2];
+  });
+}
+
+} // namespace kindling

@@ -1,0 +1,196 @@
+// The render loop: passes of tiles.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/render_session.h"
+
+#include "renderer/session/tile_scheduler.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+
+namespace kindling {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+Result<void> check(const RenderSettings& settings) {
+  const auto refuse = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
+  constexpr int kMaxSide = 1 << 20;
+  const V2i size = settings.size_px;
+  if (size.x < 1 || size.y < 1 || size.x > kMaxSide || size.y > kMaxSide)
+    return refuse("image size " + std::to_string(size.x) + "x" + std::to_string(size.y) +
+                  ": each side must be 1 to 1048576 pixels");
+  if (settings.crop) {
+    const PixelRect& crop = *settings.crop;
+    if (crop.empty() || crop.min.x < 0 || crop.min.y < 0 || crop.max.x > size.x || crop.max.y > size.y)
+      return refuse("crop " + std::to_string(crop.min.x) + "," + std::to_string(crop.min.y) + "," +
+                    std::to_string(crop.max.x) + "," + std::to_string(crop.max.y) +
+                    " is not a rectangle within the image of " + std::to_string(size.x) + "x" + std::to_string(size.y) +
+                    " pixels");
+  }
+  if (settings.samples_per_pixel < 1) return refuse("samples per pixel: 0 found, at least 1 is needed");
+  if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
+    return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
+  if (settings.integrator.batch_size < kBlockSize * kBlockSize ||
+      settings.integrator.batch_size % (kBlockSize * kBlockSize) != 0)
+    return refuse("batch size " + std::to_string(settings.integrator.batch_size) +
+                  ": a positive multiple of 64 paths is needed");
+  return {};
+}
+
+// Throttles reports to a few a second; whichever thread finds the lock free reports.
+class PassProgress {
+ public:
+  PassProgress(ProgressListener* listener, Clock::time_point start, const RenderSettings& settings)
+      : listener_(listener), start_(start), settings_(settings) {}
+
+  void tile_done(double samples_per_pixel, uint64_t rays) {
+    if (!listener_) return;
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock.owns_lock() || seconds_since(last_) < 0.1) return;
+    report(samples_per_pixel, rays);
+  }
+  void pass_done(double samples_per_pixel, uint64_t rays) {
+    if (!listener_) return;
+    const std::lock_guard lock(mutex_);
+    report(samples_per_pixel, rays);
+  }
+
+ private:
+  void report(double samples_per_pixel, uint64_t rays) {
+    last_ = Clock::now();
+    ProgressSnapshot snapshot{.phase = Phase::render,
+                              .done = samples_per_pixel,
+                              .total = static_cast<double>(settings_.samples_per_pixel),
+                              .samples_per_pixel = samples_per_pixel,
+                              .rays = rays};
+    // A time limit that will end the render first is what the bar runs to.
+    if (settings_.time_limit_s) {
+      const double elapsed_s = seconds_since(start_);
+      if (elapsed_s / *settings_.time_limit_s > snapshot.done / snapshot.total) {
+        snapshot.done = std::min(elapsed_s, *settings_.time_limit_s);
+        snapshot.total = *settings_.time_limit_s;
+      }
+    }
+    listener_->on_progress(snapshot);
+  }
+
+  ProgressListener* listener_;
+  Clock::time_point start_;
+  Clock::time_point last_{};
+  const RenderSettings& settings_;
+  std::mutex mutex_;
+};
+
+// A thread's context and how long it worked.
+struct Worker {
+  std::unique_ptr<ThreadContext> context;
+  double busy_s = 0.0;
+};
+
+} // namespace
+
+Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
+                             const CancelToken* cancel, ProgressListener* listener) {
+  if (const Result<void> checked = check(settings); !checked) return checked.error();
+  const PixelRect crop = settings.crop.value_or(PixelRect{V2i(0, 0), settings.size_px});
+  RenderOutcome outcome{Film(settings.size_px, crop, settings.aovs), {}, false};
+  RenderStatistics& statistics = outcome.statistics;
+
+  const std::unique_ptr<Integrator> integrator =
+      make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
+  const std::vector<PixelRect> tiles = make_tiles(crop, settings.tile_size_px);
+  statistics.threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
+  // More threads than cores are allowed where asked for.
+  const tbb::global_control thread_limit(
+      tbb::global_control::max_allowed_parallelism,
+      static_cast<size_t>(std::max(statistics.threads, tbb::info::default_concurrency())));
+  tbb::task_arena arena(statistics.threads);
+  tbb::enumerable_thread_specific<Worker> workers([&] { return Worker{integrator->make_context(), 0.0}; });
+
+  const Clock::time_point start = Clock::now();
+  PassProgress progress(listener, start, settings);
+  std::atomic<uint64_t> rays{0};
+  const auto stop_now = [&] { return cancel && cancel->cancelled_now(); };
+
+  // Tiles are handed out one by one; a tile's pixels are written by the thread that has it, and by no other.
+  const auto render_pass = [&](const SampleRange& samples) {
+    std::atomic<size_t> tiles_done{0};
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, tiles.size(), 1),
+        [&](const tbb::blocked_range<size_t>& range) {
+          Worker& worker = workers.local();
+          const Clock::time_point tile_start = Clock::now();
+          for (size_t t = range.begin(); t != range.end() && !stop_now(); ++t) {
+            const uint64_t rays_before = worker.context->counters.total();
+            for (const PixelRect& block : make_blocks(tiles[t]))
+              integrator->render_block(block, samples, *worker.context, outcome.film);
+            rays += worker.context->counters.total() - rays_before;
+            const double pass_fraction = static_cast<double>(++tiles_done) / static_cast<double>(tiles.size());
+            progress.tile_done(samples.first + samples.count * pass_fraction, rays);
+          }
+          worker.busy_s += seconds_since(tile_start);
+        },
+        tbb::simple_partitioner());
+  };
+
+  for (uint32_t done = 0; done < settings.samples_per_pixel;) {
+    const double elapsed_s = seconds_since(start);
+    const SampleRange pass =
+        next_pass(done, settings.samples_per_pixel, done > 0 ? done / std::max(elapsed_s, 1e-6) : 0.0);
+    arena.execute([&] { render_pass(pass); });
+    ++statistics.passes;
+    if (done == 0) statistics.first_pass_s = seconds_since(start);
+    if (stop_now()) {
+      outcome.interrupted = true;
+      break;
+    }
+    done += pass.count;
+    statistics.samples_per_pixel = done;
+    progress.pass_done(done, rays);
+    if (done == settings.samples_per_pixel) break;
+    if (cancel && cancel->cancelled()) {
+      outcome.interrupted = true;
+      break;
+    }
+    if (settings.time_limit_s && seconds_since(start) >= *settings.time_limit_s) break;
+  }
+
+  statistics.render_s = seconds_since(start);
+  statistics.idle_s = statistics.render_s * statistics.threads;
+  for (const Worker& worker : workers) {
+    statistics.rays.add(worker.context->counters);
+    statistics.idle_s -= worker.busy_s;
+  }
+  return outcome;
+}
+
+Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,
+                                     const V2i& pixel, uint32_t sample_index) {
+  if (const Result<void> checked = check(settings); !checked) return checked.error();
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= settings.size_px.x || pixel.y >= settings.size_px.y)
+    return Error{ErrorKind::usage, "pixel " + std::to_string(pixel.x) + "," + std::to_string(pixel.y) +
+                                       " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +
+                                       std::to_string(settings.size_px.y) + " pixels"};
+  const std::unique_ptr<Integrator> integrator =
+      make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
+  const PixelRect block{pixel, pixel + V2i(1)};
+  Film film(settings.size_px, block, AovSet{});
+  ReplayedSample replayed;
+  const std::unique_ptr<ThreadContext> context = integrator->make_context();
+  context->trace = &replayed.trace;
+  integrator->render_block(block, {sample_index, 1}, *context, film);
+  const std::vector<float> rgb = film.resolve(Aov::beauty);
+  replayed.radiance = Rgb(rgb[0], rgb[1], rgb[2]);
+  return replayed;
+}
+
+} // namespace kindling

@@ -1,0 +1,63 @@
+// Renders a World through a Camera to a Film: passes over tiles on all threads, until the samples, the time or the user end it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/progress.h"
+#include "renderer/base/result.h"
+#include "renderer/camera/camera.h"
+#include "renderer/film/film.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/sampling/pixel_filter.h"
+#include "renderer/world/world.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace kindling {
+
+struct RenderSettings {
+  IntegratorSettings integrator;
+  V2i size_px{1280, 720};
+  std::optional<PixelRect> crop; // default: the whole image
+  uint32_t samples_per_pixel = 64;
+  std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
+  uint32_t seed = 0;
+  PixelFilter filter;
+  AovSet aovs;
+  int threads = 0;       // 0: as many as the machine gives us
+  int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
+};
+
+struct RenderStatistics {
+  double render_s = 0.0;
+  double first_pass_s = 0.0;      // from the start of the render phase until every pixel had one sample
+  uint32_t samples_per_pixel = 0; // finished for every pixel
+  int threads = 0;
+  int passes = 0;
+  double idle_s = 0.0; // sum over the threads of the time without a tile
+  RayCounters rays;
+};
+
+struct RenderOutcome {
+  Film film;
+  RenderStatistics statistics;
+  bool interrupted = false; // cancelled before all samples were taken; the film holds the finished passes
+};
+
+// `cancel` may be null. Reports Phase::render. A cancelled render finishes the pass in hand; one cancelled at once finishes
+// only the tiles in hand, and its film may hold one sample more for some pixels than for others (each is the mean of its
+// own). Fails (usage) on impossible settings.
+[[nodiscard]] Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
+                                           const CancelToken* cancel, ProgressListener* listener);
+
+struct ReplayedSample {
+  PathTrace trace;
+  Rgb radiance{0.0f};
+};
+
+// One sample of one pixel again, with a record of its path; the same radiance as in the render.
+[[nodiscard]] Result<ReplayedSample> replay_sample(const World& world, const Camera& camera,
+                                                   const RenderSettings& settings, const V2i& pixel,
+                                                   uint32_t sample_index);
+
+} // namespace kindling

@@ -1,0 +1,44 @@
+// Cuts images into tiles and blocks, and renders into passes.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/tile_scheduler.h"
+
+namespace kindling {
+namespace {
+
+// Largest multiple of `step` that is not above `x`, for negative x as well.
+int floor_to(int x, int step) {
+  const int quotient = x / step - (x % step != 0 && x < 0 ? 1 : 0);
+  return quotient * step;
+}
+
+std::vector<PixelRect> cut(const PixelRect& area, int side) {
+  std::vector<PixelRect> cells;
+  for (int y = floor_to(area.min.y, side); y < area.max.y; y += side)
+    for (int x = floor_to(area.min.x, side); x < area.max.x; x += side) {
+      const PixelRect cell{V2i(std::max(x, area.min.x), std::max(y, area.min.y)),
+                           V2i(std::min(x + side, area.max.x), std::min(y + side, area.max.y))};
+      if (!cell.empty()) cells.push_back(cell);
+    }
+  return cells;
+}
+
+} // namespace
+
+std::vector<PixelRect> make_tiles(const PixelRect& crop, int tile_size_px) { return cut(crop, tile_size_px); }
+
+std::vector<PixelRect> make_blocks(const PixelRect& tile) { return cut(tile, kBlockSize); }
+
+SampleRange next_pass(uint32_t done, uint32_t total, double passes_per_second) {
+  constexpr double kPassSeconds = 0.5; // long enough to hide the wait at its end
+  constexpr uint32_t kLongestPass = 64;
+  uint32_t count = done == 0 ? 1 : std::min(done, kLongestPass);
+  if (passes_per_second > 0.0) {
+    const double affordable = std::max(1.0, passes_per_second * kPassSeconds);
+    count = static_cast<uint32_t>(std::min<double>(count, affordable));
+  }
+  // A wave holds four samples of a whole block: a pass of a multiple of four fills it.
+  if (count > 4) count -= count % 4;
+  return {done, std::min(count, total - done)};
+}
+
+} // namespace kindling

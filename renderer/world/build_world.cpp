@@ -1,0 +1,364 @@
+// Builds the World in order: textures, materials, geometry and instances, lights, accelerator.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/build_world.h"
+
+#include "renderer/world/builtin_environment.h"
+
+#include <chrono>
+#include <map>
+#include <set>
+
+namespace kindling {
+namespace {
+
+// Front faces of a mesh with negative determinant are clockwise.
+bool is_mirrored(const M44f& m) { return m.determinant() < 0.0f; }
+
+bool is_invertible(const M44f& m) {
+  const float determinant = m.determinant();
+  return std::isfinite(determinant) && determinant != 0.0f;
+}
+
+V3f row(const M44f& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
+
+} // namespace
+
+class WorldBuilder {
+ public:
+  WorldBuilder(Scene scene, PosedScene posed, const WorldOptions& options, const CancelToken* cancel,
+               ProgressListener* listener)
+      : scene_(std::move(scene)), posed_(std::move(posed)), options_(options), cancel_(cancel), listener_(listener),
+        world_(new World()) {}
+
+  Result<std::unique_ptr<const World>> build() {
+    const auto start = std::chrono::steady_clock::now();
+    prepare_materials();
+    prepare_geometry();
+    collect_lights();
+    if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
+    finish_statistics();
+    world_->statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return std::unique_ptr<const World>(std::move(world_));
+  }
+
+ private:
+  // --- textures and materials -----------------------------------------------------------------------------------------
+
+  // One Texture for each use of a picture as colour or as data; the pixels are shared.
+  int32_t bind_texture(const TextureSlot& slot, TextureEncoding encoding) {
+    if (!slot.present()) return kNone;
+    const SceneTexture& source = scene_.textures[static_cast<size_t>(slot.texture)];
+    if (!source.image) return kNone;
+    const auto [entry, inserted] =
+        texture_numbers_.try_emplace({slot.texture, encoding}, static_cast<int32_t>(world_->textures_.size()));
+    if (inserted)
+      world_->textures_.emplace_back(source.image,
+                                     TextureSettings{source.wrap_u, source.wrap_v, source.filter, encoding});
+    return entry->second;
+  }
+
+  TextureBinding bind(const TextureSlot& slot, TextureEncoding encoding) {
+    return make_binding(slot, bind_texture(slot, encoding));
+  }
+
+  ShadingMaterial prepare(const Material& material) {
+    ShadingMaterial shading;
+    shading.base_color_factor = material.base_color_factor;
+    shading.metallic_factor = material.metallic_factor;
+    shading.roughness_factor = material.roughness_factor;
+    shading.normal_scale = material.normal_scale;
+    shading.emission_factor = material.emissive_factor * material.emissive_strength;
+    shading.emissive = !is_black(shading.emission_factor) && !material.unlit;
+    shading.ior = material.ior;
+    shading.specular_factor = material.specular_factor;
+    shading.specular_color_factor = material.specular_color_factor;
+    shading.alpha_cutoff = material.alpha_cutoff;
+    shading.alpha_mode = material.alpha_mode;
+    shading.double_sided = material.double_sided;
+    shading.unlit = material.unlit;
+    shading.base_color = bind(material.base_color_texture, TextureEncoding::srgb);
+    shading.metallic_roughness = bind(material.metallic_roughness_texture, TextureEncoding::linear);
+    shading.normal = bind(material.normal_texture, TextureEncoding::linear);
+    shading.emission = bind(material.emissive_texture, TextureEncoding::srgb);
+    shading.specular = bind(material.specular_texture, TextureEncoding::linear);
+    shading.specular_color = bind(material.specular_color_texture, TextureEncoding::srgb);
+    return shading;
+  }
+
+  void prepare_materials() {
+    scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
+    for (const Material& material : scene_.materials) {
+      world_->materials_.push_back(prepare(material));
+      world_->material_names_.push_back(material.name);
+    }
+    std::set<const Image*> pictures; // shared ones count once
+    for (const auto& [key, number] : texture_numbers_) {
+      const Image* picture = scene_.textures[static_cast<size_t>(key.first)].image.get();
+      if (pictures.insert(picture).second) world_->statistics_.texture_bytes += picture->byte_count();
+    }
+    for (SceneTexture& texture : scene_.textures) texture.image.reset();
+  }
+
+  [[nodiscard]] uint32_t material_index(const Primitive& primitive) const {
+    return primitive.material == kNone ? static_cast<uint32_t>(scene_.materials.size() - 1)
+                                       : static_cast<uint32_t>(primitive.material);
+  }
+
+  // --- geometry -------------------------------------------------------------------------------------------------------
+
+  // Whether rays need not ask the filter at this geometry.
+  [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
+    const ShadingMaterial& material = world_->materials_[geometry.material];
+    if (material.alpha_mode == AlphaMode::opaque) return true;
+    if (geometry.color_offset != Geometry::kAbsent) {
+      for (size_t v = 0; v < geometry.position_count; ++v)
+        if (geometry.record(static_cast<uint32_t>(v))[geometry.color_offset + 3] < 1.0f) return false;
+    }
+    if (material.base_color.present() &&
+        world_->textures_[static_cast<size_t>(material.base_color.texture)].has_alpha())
+      return false;
+    return material.alpha_mode == AlphaMode::mask ? material.base_color_factor.w >= material.alpha_cutoff
+                                                  : material.base_color_factor.w >= 1.0f;
+  }
+
+  void append(Geometry&& geometry) { world_->geometries_.push_back(std::move(geometry)); }
+
+  // The primitives of one posed mesh, moved out of the scene when nobody else will read them.
+  void append_mesh(PosedMesh& posed, const M44f& bake, bool last_use) {
+    Mesh& mesh = scene_.meshes[static_cast<size_t>(posed.mesh)];
+    for (size_t p = 0; p < mesh.primitives.size(); ++p) {
+      if (mesh.primitives[p].indices.empty()) continue;
+      Primitive primitive = last_use ? std::move(mesh.primitives[p]) : mesh.primitives[p];
+      if (!posed.deformed.empty()) {
+        PosedMesh::Deformed& deformed = posed.deformed[p];
+        primitive.positions = std::move(deformed.positions);
+        primitive.normals = std::move(deformed.normals);
+        primitive.tangents = std::move(deformed.tangents);
+      }
+      const uint32_t material = material_index(primitive);
+      append(make_geometry(std::move(primitive), bake, material, scene_.materials[material]));
+    }
+  }
+
+  void add_instance(uint32_t group, const M44f& object_to_world) {
+    WorldInstance instance;
+    instance.object_to_world = object_to_world;
+    instance.first_mesh = groups_[group].first_mesh;
+    instance.identity = object_to_world == M44f();
+    instance.mirrored = is_mirrored(object_to_world);
+    world_->instances_.push_back(instance);
+    accel_instances_.push_back({group, object_to_world});
+  }
+
+  // A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
+  static bool is_baked(const PosedMesh& posed, const std::vector<uint32_t>& undeformed_uses) {
+    return !posed.deformed.empty() || undeformed_uses[static_cast<size_t>(posed.mesh)] == 1 ||
+           !is_invertible(posed.mesh_to_world);
+  }
+
+  // Meshes that stand once, and deformed ones, are baked into one group in world space: their boxes may overlap as they
+  // like without a second level. Meshes on several nodes become one group each, and one instance for each node.
+  void prepare_geometry() {
+    std::vector<uint32_t> uses(scene_.meshes.size(), 0);
+    std::vector<uint32_t> undeformed_uses(scene_.meshes.size(), 0);
+    for (const PosedMesh& posed : posed_.meshes) {
+      ++uses[static_cast<size_t>(posed.mesh)];
+      if (posed.deformed.empty()) ++undeformed_uses[static_cast<size_t>(posed.mesh)];
+    }
+    for (PosedMesh& posed : posed_.meshes) {
+      const auto mesh = static_cast<size_t>(posed.mesh);
+      if (!is_baked(posed, undeformed_uses)) continue;
+      append_mesh(posed, posed.mesh_to_world, --uses[mesh] == 0);
+    }
+    const auto baked_count = static_cast<uint32_t>(world_->geometries_.size());
+    if (baked_count > 0) {
+      groups_.push_back({0, baked_count});
+      add_instance(0, M44f());
+    }
+    std::vector<uint32_t> group_of_mesh(scene_.meshes.size(), accel::kNoId);
+    for (PosedMesh& posed : posed_.meshes) {
+      const auto mesh = static_cast<size_t>(posed.mesh);
+      if (is_baked(posed, undeformed_uses)) continue;
+      if (group_of_mesh[mesh] == accel::kNoId) {
+        const auto first = static_cast<uint32_t>(world_->geometries_.size());
+        append_mesh(posed, M44f(), true);
+        group_of_mesh[mesh] = static_cast<uint32_t>(groups_.size());
+        groups_.push_back({first, static_cast<uint32_t>(world_->geometries_.size()) - first});
+      }
+      add_instance(group_of_mesh[mesh], posed.mesh_to_world);
+    }
+    posed_.meshes = {};
+    scene_.meshes = {};
+
+    for (const Geometry& geometry : world_->geometries_)
+      accel_meshes_.push_back({geometry.position_span(), geometry.indices, is_opaque(geometry)});
+    world_->bounds_ = world_bounds();
+  }
+
+  [[nodiscard]] Box3f world_bounds() const {
+    std::vector<Box3f> group_bounds;
+    for (const accel::MeshGroup& group : groups_) {
+      Box3f box;
+      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
+        for (const V3f& p : world_->geometries_[m].position_span())
+          if (is_finite(p)) box.extendBy(p);
+      group_bounds.push_back(box);
+    }
+    Box3f bounds;
+    for (const accel::Instance& instance : accel_instances_) {
+      const Box3f& box = group_bounds[instance.group];
+      if (box.isEmpty()) continue;
+      for (int corner = 0; corner < 8; ++corner)
+        bounds.extendBy(transform_point(instance.object_to_world,
+                                        V3f((corner & 1) ? box.max.x : box.min.x, (corner & 2) ? box.max.y : box.min.y,
+                                            (corner & 4) ? box.max.z : box.min.z)));
+    }
+    return bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : bounds;
+  }
+
+  // --- lights ---------------------------------------------------------------------------------------------------------
+
+  void collect_emissive_triangles(LightSetInput& input) {
+    std::map<uint32_t, uint32_t> emission_of_material;
+    bool any_textured = false;
+    for (WorldInstance& instance : world_->instances_) {
+      const accel::MeshGroup& group =
+          groups_[accel_instances_[static_cast<size_t>(&instance - world_->instances_.data())].group];
+      bool emissive = false;
+      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
+        emissive |= is_sampled_emitter(m);
+      if (!emissive) continue;
+      instance.emissive = true;
+      instance.emissive_begin = static_cast<uint32_t>(world_->first_emissive_.size());
+      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
+        if (!is_sampled_emitter(m)) {
+          world_->first_emissive_.push_back(accel::kNoId);
+          continue;
+        }
+        world_->first_emissive_.push_back(static_cast<uint32_t>(input.triangles.size()));
+        const Geometry& geometry = world_->geometries_[m];
+        const ShadingMaterial& material = world_->materials_[geometry.material];
+        const auto [entry, inserted] =
+            emission_of_material.try_emplace(geometry.material, static_cast<uint32_t>(input.emissions.size()));
+        if (inserted)
+          input.emissions.push_back({material.emission_factor,
+                                     material.emission.present()
+                                         ? &world_->textures_[static_cast<size_t>(material.emission.texture)]
+                                         : nullptr,
+                                     material.double_sided});
+        any_textured |= material.emission.present();
+        for (size_t i = 0; i < geometry.indices.size(); i += 3)
+          append_emissive(input, geometry, material, instance, i, entry->second);
+      }
+    }
+    if (!any_textured) input.triangle_uvs.clear();
+    world_->statistics_.emissive_triangle_count = input.triangles.size();
+  }
+
+  // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light.
+  [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
+    return world_->materials_[world_->geometries_[mesh].material].emissive && accel_meshes_[mesh].opaque;
+  }
+
+  static void append_emissive(LightSetInput& input, const Geometry& geometry, const ShadingMaterial& material,
+                              const WorldInstance& instance, size_t first_index, uint32_t emission) {
+    EmissiveTriangle triangle;
+    V3f* corners[3] = {&triangle.p0, &triangle.p1, &triangle.p2};
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t vertex = geometry.indices[first_index + c];
+      *corners[c] = transform_point(instance.object_to_world, geometry.positions[vertex]);
+      const uint8_t offset = geometry.texcoord_offset[material.emission.texcoord];
+      V2f uv(0.0f);
+      if (material.emission.present() && offset != Geometry::kAbsent) {
+        const float* record = geometry.record(vertex);
+        uv = V2f(record[offset], record[offset + 1]);
+      }
+      input.triangle_uvs.push_back(material.emission.apply(uv));
+    }
+    // Wound so that the front is counter-clockwise in world space; barycentrics would change with the order, but emission
+    // at a hit is read through the surface, and the LightSet only ever sees its own.
+    if (instance.mirrored) {
+      std::swap(triangle.p1, triangle.p2);
+      std::swap(input.triangle_uvs[input.triangle_uvs.size() - 1], input.triangle_uvs[input.triangle_uvs.size() - 2]);
+    }
+    triangle.emission = emission;
+    input.triangles.push_back(triangle);
+  }
+
+  void collect_punctual_lights(LightSetInput& input) {
+    for (const PosedLight& posed : posed_.lights) {
+      const PunctualLight& light = scene_.lights[static_cast<size_t>(posed.light)];
+      const V3f position = row(posed.light_to_world, 3);
+      const V3f axis = -row(posed.light_to_world, 2).normalized();
+      const Rgb strength = light.color * light.intensity;
+      switch (light.kind) {
+      case PunctualLight::Kind::point: input.points.push_back({position, strength, light.range_m}); break;
+      case PunctualLight::Kind::directional: input.directionals.push_back({axis, strength}); break;
+      case PunctualLight::Kind::spot:
+        input.spots.push_back(
+            {position, axis, strength, std::cos(light.inner_cone_rad), std::cos(light.outer_cone_rad), light.range_m});
+        break;
+      }
+    }
+  }
+
+  void collect_lights() {
+    LightSetInput input;
+    collect_emissive_triangles(input);
+    collect_punctual_lights(input);
+    input.environment = options_.environment;
+    const bool dark =
+        input.triangles.empty() && input.points.empty() && input.spots.empty() && input.directionals.empty();
+    if (!input.environment && dark && options_.builtin_environment) {
+      input.environment = builtin_environment();
+      if (listener_)
+        listener_->on_warning(scene_.source +
+                              ": no lights and no --env: lit by the built-in neutral studio environment");
+    }
+    input.scene_center = world_->bounds_.center();
+    input.scene_radius_m = std::max(world_->bounds_.size().length() * 0.5f, 1e-6f);
+    world_->lights_ = std::make_unique<LightSet>(std::move(input));
+  }
+
+  // --- accelerator ----------------------------------------------------------------------------------------------------
+
+  [[nodiscard]] bool build_accelerator() {
+    std::atomic<bool> cancel_flag{false};
+    accel::BuildOptions build_options;
+    build_options.quality = options_.quality;
+    build_options.cancel = &cancel_flag;
+    build_options.on_progress = [&](double fraction) {
+      if (cancel_ && cancel_->cancelled()) cancel_flag = true;
+      if (listener_) listener_->on_progress({.phase = Phase::build, .done = fraction, .total = 1.0});
+    };
+    if (cancel_ && cancel_->cancelled()) return false;
+    const accel::BuildInput input{accel_meshes_, groups_, accel_instances_, {&World::accept_hit, world_.get()}};
+    world_->accelerator_ = accel::make_accelerator(options_.accelerator, input, build_options);
+    return world_->accelerator_ != nullptr;
+  }
+
+  void finish_statistics() {
+    WorldStatistics& statistics = world_->statistics_;
+    for (const Geometry& geometry : world_->geometries_) statistics.geometry_bytes += geometry.memory_bytes();
+    statistics.light_bytes = world_->lights_->memory_bytes();
+    statistics.accelerator = world_->accelerator_->statistics();
+  }
+
+  Scene scene_;
+  PosedScene posed_;
+  const WorldOptions& options_;
+  const CancelToken* cancel_;
+  ProgressListener* listener_;
+  std::unique_ptr<World> world_;
+  std::map<std::pair<int, TextureEncoding>, int32_t> texture_numbers_;
+  std::vector<accel::TriangleMesh> accel_meshes_;
+  std::vector<accel::MeshGroup> groups_;
+  std::vector<accel::Instance> accel_instances_;
+};
+
+Result<std::unique_ptr<const World>> build_world(Scene scene, PosedScene posed, const WorldOptions& options,
+                                                 const CancelToken* cancel, ProgressListener* listener) {
+  return WorldBuilder(std::move(scene), std::move(posed), options, cancel, listener).build();
+}
+
+} // namespace kindling

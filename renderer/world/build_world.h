@@ -1,0 +1,29 @@
+// From a Scene, posed at one moment, to the World that is rendered.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/make_accelerator.h"
+#include "renderer/base/progress.h"
+#include "renderer/base/result.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/scene.h"
+#include "renderer/world/world.h"
+
+#include <memory>
+
+namespace kindling {
+
+struct WorldOptions {
+  accel::Kind accelerator = accel::Kind::embree;
+  accel::Quality quality = accel::Quality::balanced;
+  std::shared_ptr<const Environment> environment; // null: none, or the built-in one if the scene has no lights
+  bool builtin_environment = true;                // a scene without any light gets a neutral one
+};
+
+// Consumes the scene: vertex arrays are moved where they are used once and not deformed. Parallel with TBB; the result does
+// not depend on the number of threads. Reports Phase::build. Fails (render_failed) when cancelled.
+[[nodiscard]] Result<std::unique_ptr<const World>> build_world(Scene scene, PosedScene posed,
+                                                               const WorldOptions& options, const CancelToken* cancel,
+                                                               ProgressListener* listener);
+
+} // namespace kindling

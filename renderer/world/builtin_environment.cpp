@@ -1,0 +1,56 @@
+// Paints the studio environment.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/builtin_environment.h"
+
+#include "renderer/base/math.h"
+
+#include <cstring>
+
+namespace kindling {
+namespace {
+
+constexpr int kWidth = 256;
+constexpr int kHeight = 128;
+
+float smoothstep(float edge0, float edge1, float x) {
+  const float t = std::clamp((x - edge0) / (edge1 - edge0), 0.0f, 1.0f);
+  return t * t * (3.0f - 2.0f * t);
+}
+
+// A round softbox around `axis`: full inside `inner_deg`, gone outside `outer_deg`.
+float softbox(const V3f& direction, const V3f& axis, float inner_deg, float outer_deg) {
+  const float angle_deg = std::acos(std::clamp(direction.dot(axis.normalized()), -1.0f, 1.0f)) * 180.0f * kInvPi;
+  return 1.0f - smoothstep(inner_deg, outer_deg, angle_deg);
+}
+
+float studio_radiance(const V3f& d) {
+  const float sky = d.y >= 0.0f ? lerp(0.6f, 0.9f, d.y) : lerp(0.6f, 0.25f, smoothstep(0.0f, 0.35f, -d.y));
+  return sky + 6.0f * softbox(d, V3f(0.7f, 0.9f, 0.6f), 16.0f, 24.0f) +
+         2.0f * softbox(d, V3f(-0.9f, 0.5f, 0.2f), 18.0f, 30.0f);
+}
+
+} // namespace
+
+std::shared_ptr<const Environment> builtin_environment() {
+  auto picture = std::make_shared<Image>();
+  picture->width = kWidth;
+  picture->height = kHeight;
+  picture->channels = 3;
+  picture->type = PixelType::f32;
+  picture->pixels.resize(picture->byte_count());
+  std::byte* out = picture->pixels.data();
+  for (int y = 0; y < kHeight; ++y) {
+    const float theta = (static_cast<float>(y) + 0.5f) / kHeight * kPi;
+    for (int x = 0; x < kWidth; ++x) {
+      const float phi = ((static_cast<float>(x) + 0.5f) / kWidth - 0.5f) * 2.0f * kPi;
+      const float value =
+          studio_radiance(V3f(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)));
+      const float rgb[3] = {value, value, value};
+      std::memcpy(out, rgb, sizeof rgb);
+      out += sizeof rgb;
+    }
+  }
+  return std::make_shared<Environment>(std::move(picture), 0.0f, 1.0f);
+}
+
+} // namespace kindling

@@ -1,0 +1,97 @@
+// Packs vertex attributes into records.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/geometry.h"
+
+#include <tbb/parallel_for.h>
+
+namespace kindling {
+namespace {
+
+// Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
+uint32_t used_texcoord_sets(const Material& material) {
+  uint32_t used = 1;
+  for (const TextureSlot* slot :
+       {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+        &material.emissive_texture, &material.specular_texture, &material.specular_color_texture})
+    if (slot->present() && slot->texcoord >= 0 && slot->texcoord < Geometry::kMaxTexcoordSets)
+      used |= 1U << static_cast<unsigned>(slot->texcoord);
+  return used;
+}
+
+V3f normalized_or(const V3f& v, const V3f& fallback) {
+  const float length = v.length();
+  return length > 0.0f && std::isfinite(length) ? v / length : fallback;
+}
+
+} // namespace
+
+Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index, const Material& material) {
+  Geometry geometry;
+  geometry.material = material_index;
+  geometry.indices = std::move(primitive.indices);
+  geometry.position_count = primitive.positions.size();
+  geometry.positions = std::move(primitive.positions);
+  const size_t count = geometry.position_count;
+
+  const bool identity = bake == M44f();
+  // Flattened by its transform: no normal but that of its faces is left.
+  if (bake.determinant() == 0.0f) primitive.normals.clear();
+  const M44f inverse = identity ? M44f() : bake.inverse();
+  const bool mirrored = bake.determinant() < 0.0f;
+
+  uint8_t stride = 0;
+  const auto place = [&](uint8_t& offset, bool present, uint8_t floats) {
+    if (!present) return;
+    offset = stride;
+    stride = static_cast<uint8_t>(stride + floats);
+  };
+  const uint32_t used_sets = used_texcoord_sets(material);
+  place(geometry.normal_offset, !primitive.normals.empty(), 3);
+  for (size_t set = 0; set < primitive.texcoords.size() && set < geometry.texcoord_offset.size(); ++set)
+    place(geometry.texcoord_offset[set], !primitive.texcoords[set].empty() && ((used_sets >> set) & 1U) != 0, 2);
+  place(geometry.tangent_offset, !primitive.tangents.empty() && material.normal_texture.present(), 4);
+  place(geometry.color_offset, !primitive.colors.empty(), 4);
+  geometry.stride = stride;
+  geometry.attributes.resize(count * stride);
+
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 16384), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t v = range.begin(); v != range.end(); ++v) {
+      float* record = geometry.attributes.data() + v * stride;
+      if (geometry.normal_offset != Geometry::kAbsent) {
+        V3f n = primitive.normals[v];
+        if (!identity) n = normalized_or(transform_normal(inverse, n), n);
+        record[geometry.normal_offset + 0] = n.x;
+        record[geometry.normal_offset + 1] = n.y;
+        record[geometry.normal_offset + 2] = n.z;
+      }
+      for (size_t set = 0; set < geometry.texcoord_offset.size(); ++set) {
+        const uint8_t offset = geometry.texcoord_offset[set];
+        if (offset == Geometry::kAbsent) continue;
+        record[offset + 0] = primitive.texcoords[set][v].x;
+        record[offset + 1] = primitive.texcoords[set][v].y;
+      }
+      if (geometry.tangent_offset != Geometry::kAbsent) {
+        const V4f t = primitive.tangents[v];
+        const V3f axis(t.x, t.y, t.z);
+        const V3f baked = identity ? axis : normalized_or(transform_vector(bake, axis), axis);
+        record[geometry.tangent_offset + 0] = baked.x;
+        record[geometry.tangent_offset + 1] = baked.y;
+        record[geometry.tangent_offset + 2] = baked.z;
+        record[geometry.tangent_offset + 3] = mirrored ? -t.w : t.w;
+      }
+      if (geometry.color_offset != Geometry::kAbsent)
+        for (int c = 0; c < 4; ++c) record[geometry.color_offset + c] = primitive.colors[v][c];
+      if (!identity) geometry.positions[v] = transform_point(bake, geometry.positions[v]);
+    }
+  });
+
+  // A mirroring transform turns front faces into clockwise ones (glTF 2.0, section 3.7.4): wind them back.
+  if (mirrored)
+    for (size_t i = 0; i + 2 < geometry.indices.size(); i += 3)
+      std::swap(geometry.indices[i + 1], geometry.indices[i + 2]);
+
+  geometry.positions.resize(count + 2, V3f(0.0f)); // readable padding for the accelerator's quadword loads
+  return geometry;
+}
+
+} // namespace kindling

@@ -1,0 +1,80 @@
+// Vertices of one accelerator mesh, laid out as shading reads them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/scene/scene.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// Positions are apart, for the accelerator; the other attributes of a vertex stand side by side in one record of floats, so
+// that a hit touches one or two cache lines per vertex. Offsets are in floats from the start of a record.
+struct Geometry {
+  static constexpr uint8_t kAbsent = 0xff;
+  static constexpr int kMaxTexcoordSets = 8;
+
+  std::vector<V3f> positions; // position_count of them, and padding that the accelerator may read
+  size_t position_count = 0;
+  std::vector<uint32_t> indices;
+  std::vector<float> attributes;
+  uint8_t stride = 0;
+  uint8_t normal_offset = kAbsent;                       // 3 floats
+  uint8_t tangent_offset = kAbsent;                      // 4 floats
+  uint8_t color_offset = kAbsent;                        // 4 floats
+  std::array<uint8_t, kMaxTexcoordSets> texcoord_offset; // 2 floats each
+  uint32_t material = 0;
+
+  Geometry() { texcoord_offset.fill(kAbsent); }
+
+  [[nodiscard]] std::span<const V3f> position_span() const { return {positions.data(), position_count}; }
+  [[nodiscard]] size_t memory_bytes() const {
+    return positions.capacity() * sizeof(V3f) + indices.capacity() * sizeof(uint32_t) +
+           attributes.capacity() * sizeof(float);
+  }
+  [[nodiscard]] const float* record(uint32_t vertex) const { return attributes.data() + size_t{vertex} * stride; }
+
+  // Interpolated attributes; the offset must be present.
+  [[nodiscard]] V2f interpolate2(const std::array<const float*, 3>& records, uint8_t offset,
+                                 const V3f& barycentric) const {
+    const float *a = records[0] + offset, *b = records[1] + offset, *c = records[2] + offset;
+    return {a[0] * barycentric.x + b[0] * barycentric.y + c[0] * barycentric.z,
+            a[1] * barycentric.x + b[1] * barycentric.y + c[1] * barycentric.z};
+  }
+  [[nodiscard]] V3f interpolate3(const std::array<const float*, 3>& records, uint8_t offset,
+                                 const V3f& barycentric) const {
+    const float *a = records[0] + offset, *b = records[1] + offset, *c = records[2] + offset;
+    return {a[0] * barycentric.x + b[0] * barycentric.y + c[0] * barycentric.z,
+            a[1] * barycentric.x + b[1] * barycentric.y + c[1] * barycentric.z,
+            a[2] * barycentric.x + b[2] * barycentric.y + c[2] * barycentric.z};
+  }
+  [[nodiscard]] V4f interpolate4(const std::array<const float*, 3>& records, uint8_t offset,
+                                 const V3f& barycentric) const {
+    const V3f xyz = interpolate3(records, offset, barycentric);
+    return {xyz.x, xyz.y, xyz.z,
+            records[0][offset + 3] * barycentric.x + records[1][offset + 3] * barycentric.y +
+                records[2][offset + 3] * barycentric.z};
+  }
+};
+
+// Where an accelerator instance is. The instance of all baked geometry is an identity.
+struct WorldInstance {
+  M44f object_to_world;
+  uint32_t first_mesh = 0;     // accelerator meshes of its group start here
+  uint32_t emissive_begin = 0; // into World's table of first emissive triangles, one entry per mesh of the group
+  bool identity = true;
+  bool mirrored = false; // negative determinant: front faces are clockwise in world space
+  bool emissive = false; // false: no entries in the table
+};
+
+// Makes a Geometry of a primitive and (if it is deformed) its posed vertices, keeping what `material` and the debug views
+// can ask for. `bake` is applied to positions, normals and tangents: identity for geometry that is instanced.
+// Consumes the primitive's arrays.
+[[nodiscard]] Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index,
+                                     const Material& material);
+
+} // namespace kindling

@@ -1,0 +1,22 @@
+// Folds texture transforms.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/shading_material.h"
+
+namespace kindling {
+
+TextureBinding make_binding(const TextureSlot& slot, int32_t texture) {
+  TextureBinding binding;
+  binding.texture = texture;
+  binding.texcoord = static_cast<uint8_t>(slot.texcoord);
+  binding.transformed = slot.offset != V2f(0.0f) || slot.scale != V2f(1.0f) || slot.rotation_rad != 0.0f;
+  const float c = std::cos(slot.rotation_rad), s = std::sin(slot.rotation_rad);
+  binding.m[0] = c * slot.scale.x;
+  binding.m[1] = s * slot.scale.y;
+  binding.m[2] = slot.offset.x;
+  binding.m[3] = -s * slot.scale.x;
+  binding.m[4] = c * slot.scale.y;
+  binding.m[5] = slot.offset.y;
+  return binding;
+}
+
+} // namespace kindling

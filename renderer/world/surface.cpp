@@ -1,0 +1,216 @@
+// From a hit to a surface: interpolation, textures, normal map, error bound; and the cut-out test that rays ask on the way.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/base/hash.h"
+#include "renderer/world/world.h"
+
+namespace kindling {
+namespace {
+
+// Bound of the relative rounding error of n operations: n epsilon / (1 - n epsilon) (Higham 2002, section 3.1).
+constexpr float gamma(int n) {
+  constexpr float kEpsilon = std::numeric_limits<float>::epsilon() * 0.5f;
+  return static_cast<float>(n) * kEpsilon / (1.0f - static_cast<float>(n) * kEpsilon);
+}
+
+float max_abs(const V3f& v) { return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z))); }
+
+// Of a point interpolated from three others with coordinates up to `magnitude`; with room for the sums made with it.
+float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
+
+// What the look-ups of one hit share.
+struct HitRecords {
+  const Geometry& geometry;
+  std::array<const float*, 3> records;
+  V3f barycentric;
+
+  HitRecords(const Geometry& g, const accel::Hit& hit) : geometry(g), barycentric(1.0f - hit.u - hit.v, hit.u, hit.v) {
+    const uint32_t* index = g.indices.data() + size_t{hit.triangle} * 3;
+    records = {g.record(index[0]), g.record(index[1]), g.record(index[2])};
+  }
+  [[nodiscard]] V2f texcoord(uint8_t set) const {
+    const uint8_t offset = geometry.texcoord_offset[set];
+    return offset == Geometry::kAbsent ? V2f(0.0f) : geometry.interpolate2(records, offset, barycentric);
+  }
+  [[nodiscard]] V2f texcoord(const TextureBinding& binding) const { return binding.apply(texcoord(binding.texcoord)); }
+};
+
+// A shading normal that faces away from wo would reflect nothing: bend it to where it just faces it.
+V3f bent_towards(const V3f& normal, const V3f& wo) {
+  constexpr float kMinCosine = 1e-3f;
+  const float cosine = normal.dot(wo);
+  if (cosine >= kMinCosine) return normal;
+  return (normal + wo * (kMinCosine - cosine)).normalized();
+}
+
+} // namespace
+
+void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const {
+  const Geometry& geometry = geometries_[hit.mesh];
+  const WorldInstance& instance = instances_[hit.instance];
+  const ShadingMaterial& material = materials_[geometry.material];
+  const HitRecords lookup(geometry, hit);
+  const V3f wo = -ray.direction;
+
+  // Position by barycentrics (more accurate than along the ray) with a bound of its rounding error.
+  const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
+  V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
+  float magnitude = std::max(max_abs(p0), std::max(max_abs(p1), max_abs(p2)));
+  float error = position_bound(magnitude);
+  if (!instance.identity) {
+    const M44f& m = instance.object_to_world;
+    p0 = transform_point(m, p0);
+    p1 = transform_point(m, p1);
+    p2 = transform_point(m, p2);
+    const float world_magnitude = std::max(max_abs(p0), std::max(max_abs(p1), max_abs(p2)));
+    // The accelerator intersects in object space: its rounding there, carried over, counts as well.
+    const float scale =
+        std::max(std::max(max_abs(V3f(m[0][0], m[0][1], m[0][2])), max_abs(V3f(m[1][0], m[1][1], m[1][2]))),
+                 max_abs(V3f(m[2][0], m[2][1], m[2][2])));
+    const float translation = max_abs(V3f(m[3][0], m[3][1], m[3][2]));
+    error = 3.0f * gamma(10) * (world_magnitude + scale * magnitude * 3.0f + translation);
+  }
+  surface.position = p0 * lookup.barycentric.x + p1 * lookup.barycentric.y + p2 * lookup.barycentric.z;
+  surface.position_error = error;
+
+  V3f face_normal = (p1 - p0).cross(p2 - p0);
+  if (instance.mirrored) face_normal = -face_normal;
+  const float face_length = face_normal.length();
+  face_normal = face_length > 0.0f ? face_normal / face_length : wo;
+  const bool front = face_normal.dot(wo) >= 0.0f;
+
+  // The interpolated normal, on the side that the file gave it.
+  V3f normal = face_normal;
+  if (geometry.normal_offset != Geometry::kAbsent) {
+    V3f n = geometry.interpolate3(lookup.records, geometry.normal_offset, lookup.barycentric);
+    if (!instance.identity) n = transform_normal(instance.object_to_world.inverse(), n);
+    const float length = n.length();
+    if (length > 0.0f && std::isfinite(length)) normal = n / length;
+  }
+
+  if (material.normal.present() && geometry.tangent_offset != Geometry::kAbsent) {
+    const V4f tangent4 = geometry.interpolate4(lookup.records, geometry.tangent_offset, lookup.barycentric);
+    V3f tangent(tangent4.x, tangent4.y, tangent4.z);
+    if (!instance.identity) tangent = transform_vector(instance.object_to_world, tangent);
+    const float handedness = (tangent4.w < 0.0f) != instance.mirrored ? -1.0f : 1.0f;
+    const float tangent_length = tangent.length();
+    if (tangent_length > 0.0f && std::isfinite(tangent_length)) {
+      tangent /= tangent_length;
+      const V3f bitangent = normal.cross(tangent) * handedness;
+      const Rgb texel =
+          textures_[static_cast<size_t>(material.normal.texture)].sample_rgb(lookup.texcoord(material.normal));
+      const V3f mapped((texel.x * 2.0f - 1.0f) * material.normal_scale, (texel.y * 2.0f - 1.0f) * material.normal_scale,
+                       texel.z * 2.0f - 1.0f);
+      const V3f n = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
+      const float length = n.length();
+      if (length > 0.0f && std::isfinite(length)) normal = n / length;
+    }
+  }
+  // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
+  // follow the side of the face that is seen.
+  surface.geometric_normal = front ? face_normal : -face_normal;
+  if (!front) normal = -normal;
+  surface.shading_normal = bent_towards(normal, wo);
+
+  surface.uv = lookup.texcoord(0);
+  surface.material = geometry.material;
+  surface.unlit = material.unlit;
+
+  V4f base = material.base_color_factor;
+  if (material.base_color.present())
+    base *= textures_[static_cast<size_t>(material.base_color.texture)].sample(lookup.texcoord(material.base_color));
+  if (geometry.color_offset != Geometry::kAbsent)
+    base *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric);
+  surface.bsdf.base_color =
+      Rgb(std::clamp(base.x, 0.0f, 1.0f), std::clamp(base.y, 0.0f, 1.0f), std::clamp(base.z, 0.0f, 1.0f));
+
+  surface.emissive_triangle = accel::kNoId;
+  surface.emitted = Rgb(0.0f);
+  if (material.unlit) {
+    surface.emitted = surface.bsdf.base_color;
+    return;
+  }
+
+  surface.bsdf.metallic = material.metallic_factor;
+  surface.bsdf.roughness = material.roughness_factor;
+  if (material.metallic_roughness.present()) {
+    const Rgb texel = textures_[static_cast<size_t>(material.metallic_roughness.texture)].sample_rgb(
+        lookup.texcoord(material.metallic_roughness));
+    surface.bsdf.roughness *= texel.y;
+    surface.bsdf.metallic *= texel.z;
+  }
+  surface.bsdf.ior = material.ior;
+  surface.bsdf.specular = material.specular_factor;
+  if (material.specular.present())
+    surface.bsdf.specular *=
+        textures_[static_cast<size_t>(material.specular.texture)].sample_channel(lookup.texcoord(material.specular), 3);
+  surface.bsdf.specular_color = material.specular_color_factor;
+  if (material.specular_color.present())
+    surface.bsdf.specular_color *= textures_[static_cast<size_t>(material.specular_color.texture)].sample_rgb(
+        lookup.texcoord(material.specular_color));
+
+  if (material.emissive && (front || material.double_sided)) {
+    surface.emitted = material.emission_factor;
+    if (material.emission.present())
+      surface.emitted *=
+          textures_[static_cast<size_t>(material.emission.texture)].sample_rgb(lookup.texcoord(material.emission));
+    if (instance.emissive) {
+      const uint32_t first = first_emissive_[instance.emissive_begin + (hit.mesh - instance.first_mesh)];
+      if (first != accel::kNoId) surface.emissive_triangle = first + hit.triangle;
+    }
+  }
+}
+
+bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::Hit& candidate) {
+  const World& world = *static_cast<const World*>(context);
+  const Geometry& geometry = world.geometries_[candidate.mesh];
+  const ShadingMaterial& material = world.materials_[geometry.material];
+  const HitRecords lookup(geometry, candidate);
+
+  float alpha = material.base_color_factor.w;
+  if (material.base_color.present())
+    alpha *= world.textures_[static_cast<size_t>(material.base_color.texture)].sample_channel(
+        lookup.texcoord(material.base_color), 3);
+  if (geometry.color_offset != Geometry::kAbsent)
+    alpha *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric).w;
+
+  if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff;
+  // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the order of visits.
+  const uint32_t h =
+      hash_combine(hash_combine(hash_combine(ray.key, candidate.instance), candidate.mesh), candidate.triangle);
+  return to_unit_float(h) < alpha;
+}
+
+const std::string& World::material_name(uint32_t material) const { return material_names_[material]; }
+
+World::~World() = default;
+
+V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
+  const V3f& n = surface.geometric_normal;
+  const float distance = surface.position_error * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
+  // The bound has room for the rounding of this sum.
+  return surface.position + n * (direction.dot(n) < 0.0f ? -distance : distance);
+}
+
+accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key) {
+  accel::Ray ray{.origin = offset_ray_origin(surface, light.wi),
+                 .t_min = 0.0f,
+                 .direction = light.wi,
+                 .t_max = light.distance,
+                 .key = key};
+  if (light.distance == kInfinity) return ray;
+  // At grazing angles an offset of either end moves the crossing of the light's plane by many times its own size.
+  const V3f on_light = surface.position + light.wi * light.distance;
+  const float light_error = position_bound(std::max(max_abs(on_light), light.distance));
+  const V3f target =
+      on_light +
+      light.normal * (light_error * (std::abs(light.normal.x) + std::abs(light.normal.y) + std::abs(light.normal.z)));
+  const V3f to_target = target - ray.origin;
+  const float distance = to_target.length();
+  if (distance > 0.0f) {
+    ray.direction = to_target / distance;
+    ray.t_max = distance * (1.0f - gamma(3));
+  }
+  return ray;
+}
+
+} // namespace kindling

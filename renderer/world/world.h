@@ -1,0 +1,87 @@
+// The World: the prepared, immutable scene. Rays go to its accelerator, hits come back as surfaces ready to shade.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/base/frame.h"
+#include "renderer/base/math.h"
+#include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/light/light_set.h"
+#include "renderer/world/geometry.h"
+#include "renderer/world/shading_material.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kindling {
+
+// A point on a surface, in world space, as an integrator needs it.
+struct SurfacePoint {
+  V3f position;
+  float position_error = 0.0f;               // bound of the distance between `position` and the true hit, metres
+  V3f geometric_normal;                      // unit, on the side of wo
+  V3f shading_normal;                        // unit, on the side of wo: normal-mapped, bent where it would face away
+  V2f uv;                                    // texture coordinate set 0
+  Rgb emitted{0.0f};                         // towards wo, all of it
+  uint32_t emissive_triangle = accel::kNoId; // number in the LightSet: it can be sampled there, so MIS applies
+  bool unlit = false;                        // reflects nothing: `emitted` is the whole of it
+  uint32_t material = 0;                     // index for reports
+  BsdfParameters bsdf;
+};
+
+struct WorldStatistics {
+  double build_s = 0.0;
+  size_t geometry_bytes = 0;
+  size_t texture_bytes = 0;
+  size_t light_bytes = 0;
+  size_t emissive_triangle_count = 0;
+  accel::Statistics accelerator;
+};
+
+class World {
+ public:
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  [[nodiscard]] const accel::Accelerator& accelerator() const { return *accelerator_; }
+  [[nodiscard]] const LightSet& lights() const { return *lights_; }
+  // Bounds of all geometry; a unit box around the origin if there is none.
+  [[nodiscard]] const Box3f& bounds() const { return bounds_; }
+
+  // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
+  void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
+
+  [[nodiscard]] const std::string& material_name(uint32_t material) const;
+  [[nodiscard]] const WorldStatistics& statistics() const { return statistics_; }
+
+ private:
+  friend class WorldBuilder;
+  World() = default;
+
+  static bool accept_hit(const void* world, const accel::Ray& ray, const accel::Hit& candidate);
+
+  std::vector<Geometry> geometries_; // one per accelerator mesh
+  std::vector<ShadingMaterial> materials_;
+  std::vector<Texture> textures_;
+  std::vector<std::string> material_names_;
+  std::vector<WorldInstance> instances_; // one per accelerator instance
+  std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: number of its first triangle in the LightSet
+  std::unique_ptr<accel::Accelerator> accelerator_;
+  std::unique_ptr<LightSet> lights_;
+  Box3f bounds_;
+  WorldStatistics statistics_;
+};
+
+// Where a new ray may start so that it cannot meet the surface it leaves: off the surface on the side of `direction` by
+// the error bound of the point (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th ed., section 6.8.6).
+[[nodiscard]] V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction);
+
+// The shadow ray from a surface to a light sample: starts off the surface, aims at the sampled point from there, and ends just
+// before the light's own surface, by the error bounds of both. t counts in metres.
+[[nodiscard]] accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key);
+
+} // namespace kindling

@@ -1,0 +1,65 @@
+// Nothing allocates per sample: counted through the global operator new.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/test_scenes.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const auto a = static_cast<std::size_t>(alignment);
+  if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
+namespace kindling::test {
+namespace {
+
+TEST(Allocation, NonePerSample) {
+  Material glossy;
+  glossy.roughness_factor = 0.3f;
+  glossy.metallic_factor = 0.5f;
+  Material veil = diffuse_material(Rgb(0.5f));
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor.w = 0.5f;
+  for (const accel::Kind kind : kAllKinds)
+    for (const IntegratorKind integrator_kind : all_integrators()) {
+      const auto world =
+          make_world(make_scene({glossy, emissive_material(Rgb(3.0f)), veil},
+                                {sphere(V3f(0.0f), 1.0f, 16, 0), quad(V3f(-1, 2, -1), V3f(2, 0, 0), V3f(0, 0, 2), 1),
+                                 quad(V3f(-3, -1, 3), V3f(6, 0, 0), V3f(0, 0, -6), 2)}),
+                     kind, std::make_shared<Environment>(Rgb(0.3f)));
+      const Camera camera(SceneCamera{}, look_at(V3f(1, 1, 4), V3f(0.0f)), V2i(8, 8));
+      IntegratorSettings settings;
+      settings.kind = integrator_kind;
+      AovSet aovs;
+      for (const AovInfo& info : kAovs) aovs.insert(info.aov);
+      const Sampler sampler(1);
+      const PixelFilter filter;
+      const auto integrator = make_integrator(settings, *world, camera, sampler, filter, aovs);
+      const auto context = integrator->make_context();
+      const PixelRect block{V2i(0, 0), V2i(8, 8)};
+      Film film(V2i(8, 8), block, aovs);
+      integrator->render_block(block, {0, 4}, *context, film); // the accelerator may warm up
+      const long before = allocations;
+      integrator->render_block(block, {4, 16}, *context, film);
+      EXPECT_EQ(allocations - before, 0) << integrator_name(integrator_kind) << " with " << accel::kind_name(kind);
+    }
+}
+
+} // namespace
+} // namespace kindling::test

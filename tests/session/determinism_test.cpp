@@ -1,0 +1,182 @@
+// The same image, bit for bit, for any number of threads, tile size, batch size, crop and split into passes.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/test_scenes.h"
+
+#include <cstring>
+
+namespace kindling::test {
+namespace {
+
+std::unique_ptr<const World> mixed_world(accel::Kind kind) {
+  Material glossy;
+  glossy.base_color_factor = V4f(0.9f, 0.6f, 0.3f, 1.0f);
+  glossy.roughness_factor = 0.3f;
+  Material veil = diffuse_material(Rgb(0.2f, 0.4f, 0.8f));
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor.w = 0.5f;
+  Scene scene = make_scene({glossy, diffuse_material(Rgb(0.7f)), emissive_material(Rgb(5.0f, 4.0f, 3.0f)), veil},
+                           {sphere(V3f(0.0f), 1.0f, 32, 0), quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
+                            quad(V3f(-1, 3, -1), V3f(2, 0, 0), V3f(0, 0, 2), 2),
+                            quad(V3f(1, -1, 1), V3f(2, 0, 0), V3f(0, 2, 0), 3)});
+  // A second ball by instancing.
+  Node copy = scene.nodes[0];
+  copy.local.translation = V3f(-2.2f, 0, 0.3f);
+  copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(copy);
+  return make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+}
+
+const V2i kSize(75, 53); // not a multiple of anything
+
+Camera test_camera() { return {SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize}; }
+
+Film render_film(const World& world, const RenderSettings& settings) {
+  Result<RenderOutcome> outcome = render(world, test_camera(), settings, nullptr, nullptr);
+  EXPECT_TRUE(outcome.ok());
+  return std::move(outcome).value().film;
+}
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+class Determinism : public testing::TestWithParam<accel::Kind> {};
+
+TEST_P(Determinism, ThreadsTilesAndBatches) {
+  const auto world = mixed_world(GetParam());
+  RenderSettings settings = small_render(kSize, 7);
+  settings.integrator.roulette_start_bounce = 2;
+  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  settings.threads = 1;
+  const Film reference = render_film(*world, settings);
+  struct Variation {
+    int threads;
+    int tile_size_px;
+    uint32_t batch_size;
+  };
+  for (const Variation& v :
+       {Variation{2, 32, 256}, Variation{7, 32, 256}, Variation{3, 8, 64}, Variation{2, 64, 512}}) {
+    settings.threads = v.threads;
+    settings.tile_size_px = v.tile_size_px;
+    settings.integrator.batch_size = v.batch_size;
+    const Film film = render_film(*world, settings);
+    for (const AovInfo& info : kAovs)
+      EXPECT_TRUE(same_bits(film.resolve(info.aov), reference.resolve(info.aov)))
+          << info.name << " differs with " << v.threads << " threads, tiles of " << v.tile_size_px << ", batches of "
+          << v.batch_size;
+  }
+}
+
+TEST_P(Determinism, CropShowsTheSamePixels) {
+  const auto world = mixed_world(GetParam());
+  RenderSettings settings = small_render(kSize, 5);
+  const std::vector<float> whole = render_film(*world, settings).resolve_rgba();
+  settings.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
+  const std::vector<float> crop = render_film(*world, settings).resolve_rgba();
+  for (int y = settings.crop->min.y; y < settings.crop->max.y; ++y) {
+    const size_t width = static_cast<size_t>(settings.crop->width());
+    const float* from_crop = crop.data() + static_cast<size_t>(y - settings.crop->min.y) * width * 4;
+    const float* from_whole = whole.data() + (static_cast<size_t>(y) * static_cast<size_t>(kSize.x) + 13) * 4;
+    ASSERT_EQ(std::memcmp(from_crop, from_whole, width * 4 * sizeof(float)), 0) << "row " << y;
+  }
+}
+
+TEST_P(Determinism, SeedsDiffer) {
+  const auto world = mixed_world(GetParam());
+  RenderSettings settings = small_render(kSize, 2);
+  const std::vector<float> first = render_film(*world, settings).resolve_rgba();
+  settings.seed = 1;
+  EXPECT_FALSE(same_bits(first, render_film(*world, settings).resolve_rgba()));
+}
+
+TEST_P(Determinism, ReplayGivesTheSameSample) {
+  const auto world = mixed_world(GetParam());
+  RenderSettings settings = small_render(kSize, 1);
+  settings.aovs = AovSet{};
+  const std::vector<float> beauty = render_film(*world, settings).resolve(Aov::beauty);
+  for (const V2i& pixel : {V2i(37, 26), V2i(20, 30), V2i(70, 5)}) {
+    const Result<ReplayedSample> replayed = replay_sample(*world, test_camera(), settings, pixel, 0);
+    ASSERT_TRUE(replayed.ok());
+    const float* expected =
+        beauty.data() +
+        (static_cast<size_t>(pixel.y) * static_cast<size_t>(kSize.x) + static_cast<size_t>(pixel.x)) * 3;
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(replayed.value().radiance[c], expected[c]);
+    ASSERT_GE(replayed.value().trace.size(), 2U);
+    EXPECT_EQ(replayed.value().trace.front().event, "camera");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Accelerators, Determinism, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
+                         [](const auto& param) { return std::string(accel::kind_name(param.param)); });
+
+// The accelerators see the same scene: pictures differ by rounding only.
+TEST(Accelerators, AgreeOnThePicture) {
+  RenderSettings settings = small_render(kSize, 8);
+  const std::vector<float> oracle = render_film(*mixed_world(accel::Kind::brute_force), settings).resolve_rgba();
+  for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
+    const std::vector<float> picture = render_film(*mixed_world(kind), settings).resolve_rgba();
+    size_t different = 0;
+    for (size_t i = 0; i < oracle.size(); i += 4)
+      different += std::abs(picture[i] - oracle[i]) > 1e-3f * (1.0f + oracle[i]) ? 1 : 0;
+    // A path whose hit moves by rounding may take another branch at an edge: rare.
+    EXPECT_LE(different, oracle.size() / 4 / 100) << accel::kind_name(kind);
+  }
+}
+
+// --- the loop around it -----------------------------------------------------------------------------------------------
+
+TEST(RenderSession, RefusesImpossibleSettings) {
+  const auto world = mixed_world(accel::Kind::embree);
+  const auto refused = [&](auto change) {
+    RenderSettings settings = small_render(kSize, 1);
+    change(settings);
+    const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, nullptr, nullptr);
+    return !outcome.ok() && outcome.error().kind == ErrorKind::usage && !outcome.error().message.empty();
+  };
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.size_px = V2i(0, 5); }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples_per_pixel = 0; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.tile_size_px = 12; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.batch_size = 100; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.crop = PixelRect{V2i(5, 5), V2i(100, 20)}; }));
+  EXPECT_FALSE(refused([](RenderSettings&) {}));
+}
+
+class CancelAfterFirstReport final : public ProgressListener {
+ public:
+  explicit CancelAfterFirstReport(CancelToken& token) : token_(token) {}
+  void on_progress(const ProgressSnapshot&) override { token_.cancel(); }
+  void on_warning(std::string_view) override {}
+  void on_info(std::string_view) override {}
+
+ private:
+  CancelToken& token_;
+};
+
+TEST(RenderSession, CancelledRenderIsWhole) {
+  const auto world = mixed_world(accel::Kind::embree);
+  RenderSettings settings = small_render(kSize, 1U << 20);
+  CancelToken token;
+  CancelAfterFirstReport listener(token);
+  const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, &token, &listener);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_TRUE(outcome.value().interrupted);
+  const uint32_t finished = outcome.value().statistics.samples_per_pixel;
+  ASSERT_GE(finished, 1U);
+  settings.samples_per_pixel = finished;
+  EXPECT_TRUE(same_bits(outcome.value().film.resolve_rgba(), render_film(*world, settings).resolve_rgba()));
+}
+
+TEST(RenderSession, TimeLimitEndsTheRender) {
+  const auto world = mixed_world(accel::Kind::embree);
+  RenderSettings settings = small_render(kSize, 1U << 24);
+  settings.time_limit_s = 0.3;
+  const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_FALSE(outcome.value().interrupted);
+  EXPECT_GE(outcome.value().statistics.render_s, 0.3);
+  EXPECT_LT(outcome.value().statistics.samples_per_pixel, settings.samples_per_pixel);
+}
+
+} // namespace
+} // namespace kindling::test
