@@ -1,0 +1,136 @@
+// The whole contract of an accelerator: what it is built from, what a ray asks, and what it answers.
+//
+// A library of its own: nothing under renderer/ is included here. Implementations: brute_force.h (the oracle),
+// embree/embree_accelerator.h and kdtree/kdtree_accelerator.h; make_accelerator.h picks one by name.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ImathBox.h>
+#include <ImathMatrix.h>
+#include <ImathVec.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace kindling::accel {
+
+inline constexpr uint32_t kNoId = 0xffffffffU;
+
+// 48 bytes: three SIMD-loadable quadwords. The direction need not be unit: t counts in lengths of it.
+// Origin and direction must be finite (below 1.8e18) and the direction not zero, or the ray is a miss, as it is if t_min or t_max
+// is NaN. t_min below 0 counts as 0. Ends are exact up to rounding in the distance of the triangle.
+struct alignas(16) Ray {
+  Imath::V3f origin;
+  float t_min = 0.0f;
+  Imath::V3f direction;
+  float t_max = 0.0f; // hits are accepted in (t_min, t_max]
+  uint32_t key = 0;   // opaque to the accelerator: handed to the hit filter, e.g. a hash of the path
+  float time = 0.0f;  // in [0, 1] over the shutter
+  uint32_t padding[2] = {0, 0};
+};
+static_assert(sizeof(Ray) == 48);
+
+// Barycentric coordinates: p = (1 - u - v) p0 + u p1 + v p2.
+struct Hit {
+  float t = 0.0f; // valid only if is_hit()
+  float u = 0.0f;
+  float v = 0.0f;
+  uint32_t instance = kNoId; // index into BuildInput::instances; kNoId: no hit
+  uint32_t mesh = kNoId;     // index into BuildInput::meshes
+  uint32_t triangle = kNoId; // index of the triangle in its mesh
+
+  [[nodiscard]] bool is_hit() const { return instance != kNoId; }
+};
+static_assert(sizeof(Hit) == 24);
+
+// Decides whether a candidate hit counts (cut-outs). Called only for meshes that are not opaque, during traversal, in any
+// order and possibly more than once for one candidate: the answer must depend on its arguments alone. Thread-safe.
+struct HitFilter {
+  bool (*accept)(const void* context, const Ray& ray, const Hit& candidate) = nullptr;
+  const void* context = nullptr; // must outlive the accelerator
+};
+
+// One indexed triangle mesh in its own space. Arrays are borrowed and must outlive the accelerator; at least 16 bytes
+// after the last position must be readable (Embree loads positions as quadwords).
+// Triangles with a non-finite vertex (or a coordinate beyond 1.8e18) or no area are never hit.
+struct TriangleMesh {
+  std::span<const Imath::V3f> positions;
+  std::span<const uint32_t> indices; // three per triangle, each < positions.size()
+  bool opaque = true;                // false: the hit filter is asked
+
+  [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
+};
+
+// Meshes that move together: [first_mesh, first_mesh + mesh_count) of BuildInput::meshes.
+struct MeshGroup {
+  uint32_t first_mesh = 0;
+  uint32_t mesh_count = 0;
+};
+
+// A group placed in the world. Row-vector convention: p_world = p_object * object_to_world; affine. If it is not invertible,
+// nothing of the instance is ever hit.
+// An exact identity costs nothing: its triangles are traced in world space without a second level.
+struct Instance {
+  uint32_t group = 0;
+  Imath::M44f object_to_world;
+};
+
+struct BuildInput {
+  std::span<const TriangleMesh> meshes;
+  std::span<const MeshGroup> groups;
+  std::span<const Instance> instances;
+  HitFilter filter; // may be null if all meshes are opaque
+};
+
+enum class Kind { brute_force, embree, kdtree };
+enum class Quality { fast, balanced, best };
+
+struct BuildOptions {
+  Quality quality = Quality::balanced;
+  bool robust = true;                       // watertight at the price of some speed (Embree: RTC_SCENE_FLAG_ROBUST)
+  const std::atomic<bool>* cancel = nullptr; // polled; a cancelled build returns null
+  std::function<void(double)> on_progress;  // fraction done in [0, 1]; called from any one thread at a time
+};
+
+// What a build cost and made; for reports.
+struct Statistics {
+  double build_s = 0.0;
+  size_t memory_bytes = 0; // held by the accelerator, without the borrowed arrays
+  size_t triangle_count = 0;
+  size_t instance_count = 0;
+  size_t node_count = 0;      // 0 where the library does not tell
+  size_t leaf_count = 0;
+  size_t reference_count = 0; // triangle references in leaves
+};
+
+// Immutable once built; every query is thread-safe. Batch queries answer each ray exactly as the single query does,
+// whatever else is in the batch, so that images do not depend on how rays were grouped.
+class Accelerator {
+ public:
+  virtual ~Accelerator() = default;
+
+  // Nearest hit in (t_min, t_max], or a Hit with instance kNoId.
+  [[nodiscard]] virtual Hit intersect(const Ray& ray) const = 0;
+  // Whether anything is hit in (t_min, t_max].
+  [[nodiscard]] virtual bool occluded(const Ray& ray) const = 0;
+
+  // The same for hits.size() == rays.size() rays in any order and direction (streams of mixed rays).
+  virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+  // occluded[i] = 1 if ray i is blocked, else 0.
+  virtual void occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) const = 0;
+
+  // The same for rays that start close together and point almost the same way (camera rays of a tile). The one exception to the
+  // rule above: the answer may differ from the single query's by rounding, and in which of several triangles at the same distance
+  // is named; it is the same whenever the same rays come in the same order. Group rays by fixed blocks of the image.
+  virtual void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const { intersect(rays, hits); }
+
+  // World bounds of all that can be hit; empty if nothing can.
+  [[nodiscard]] virtual Imath::Box3f bounds() const = 0;
+  [[nodiscard]] virtual Statistics statistics() const = 0;
+};
+
+} // namespace kindling::accel

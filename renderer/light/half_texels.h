@@ -1,0 +1,58 @@
+// Texels of four halves, and their bilinear interpolation: two loads and two conversions where the machine has F16C.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+
+#include <half.h>
+
+#include <cstdint>
+
+#ifdef __F16C__
+#include <immintrin.h>
+#endif
+
+namespace kindling {
+
+// Bits of IEEE 754 binary16.
+struct alignas(8) HalfTexel {
+  uint16_t r = 0;
+  uint16_t g = 0;
+  uint16_t b = 0;
+  uint16_t density = 0; // not interpolated: belongs to the texel's square
+};
+static_assert(sizeof(HalfTexel) == 8);
+
+[[nodiscard]] inline float half_to_float(uint16_t bits) {
+#ifdef __F16C__
+  return _cvtsh_ss(bits);
+#else
+  return imath_half_to_float(bits);
+#endif
+}
+
+// To nearest, ties to even.
+[[nodiscard]] inline uint16_t float_to_half(float value) { return imath_float_to_half(value); }
+
+// RGB between the pairs upper[0], upper[1] and lower[0], lower[1]; fx and fy in [0, 1]. Both ways below do the same
+// operations in the same order, so they give the same bits.
+[[nodiscard]] inline Rgb interpolate(const HalfTexel* upper, const HalfTexel* lower, float fx, float fy) {
+#ifdef __F16C__
+  const __m256 a = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(upper)));
+  const __m256 b = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(lower)));
+  const __m256 column = _mm256_add_ps(a, _mm256_mul_ps(_mm256_sub_ps(b, a), _mm256_set1_ps(fy)));
+  const __m128 left = _mm256_castps256_ps128(column);
+  const __m128 right = _mm256_extractf128_ps(column, 1);
+  const __m128 result = _mm_add_ps(left, _mm_mul_ps(_mm_sub_ps(right, left), _mm_set1_ps(fx)));
+  alignas(16) float rgb[4];
+  _mm_store_ps(rgb, result);
+  return {rgb[0], rgb[1], rgb[2]};
+#else
+  const auto rgb = [](const HalfTexel& t) { return Rgb(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b)); };
+  const Rgb left = lerp(rgb(upper[0]), rgb(lower[0]), fy);
+  const Rgb right = lerp(rgb(upper[1]), rgb(lower[1]), fy);
+  return lerp(left, right, fx);
+#endif
+}
+
+} // namespace kindling
