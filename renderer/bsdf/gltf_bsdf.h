@@ -1,5 +1,6 @@
 // The glTF 2.0 metallic-roughness BSDF as one concrete value: GGX with multiple-scattering compensation over a diffuse
-// base. SPDX-License-Identifier: Apache-2.0
+// base.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
@@ -43,12 +44,10 @@ struct BsdfSample {
 // f = specular + multiple scattering + diffuse, each reciprocal; their albedos add up to 1 for a white material of any
 // roughness, metallic and specular, up to the interpolation of the tables (ggx_albedo.h):
 //   specular             GGX, height-correlated Smith, Schlick's Fresnel; linear in metallic
-//   multiple scattering  (1 - E(o)) (1 - E(i)) Fms / (pi (1 - Eavg)): Kulla and Conty 2017, "Revisiting Physically
-//   Based Shading" diffuse              base_color / pi (1 - S(o)) (1 - S(i)) / (1 - Savg), S the albedo of the
-//   dielectric's two lobes above
-// glTF's appendix B weights the diffuse base by 1 - F(wo . h) instead, which loses energy; KHR_materials_specular asks
-// for this albedo scaling where it can be had. With specular = 0 and metallic = 0 the value is base_color / pi,
-// exactly.
+//   multiple scattering  (1 - E(o)) (1 - E(i)) Fms / (pi (1 - Eavg)): Kulla and Conty 2017, "Revisiting Physically Based Shading"
+//   diffuse              base_color / pi (1 - S(o)) (1 - S(i)) / (1 - Savg), S the albedo of the dielectric's two lobes above
+// glTF's appendix B weights the diffuse base by 1 - F(wo . h) instead, which loses energy; KHR_materials_specular asks for
+// this albedo scaling where it can be had. With specular = 0 and metallic = 0 the value is base_color / pi, exactly.
 class GltfBsdf {
  public:
   GltfBsdf(const BsdfParameters& parameters, const V3f& wo);

@@ -1,5 +1,6 @@
 // Where to put a camera when the file does not say: fitted to bounds, on an orbit, or looking from one point at
-// another. SPDX-License-Identifier: Apache-2.0
+// another.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/scene/scene.h"

@@ -1,5 +1,6 @@
 // Directions to equirectangular coordinates by polynomials: several times faster than the C library, and the same bits
-// on every machine. SPDX-License-Identifier: Apache-2.0
+// on every machine.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"

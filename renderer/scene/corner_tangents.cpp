@@ -1,5 +1,6 @@
 // MikkTSpace-compatible tangents per corner: weld, connect, group, average. Written from the description in Mikkelsen's
-// thesis. SPDX-License-Identifier: Apache-2.0
+// thesis.
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/corner_tangents.h"
 
 #include "renderer/base/frame.h"

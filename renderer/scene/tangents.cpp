@@ -1,5 +1,6 @@
 // Tangents for a primitive: flat normals where it has none, one tangent per corner, and vertices split where corners
-// disagree. SPDX-License-Identifier: Apache-2.0
+// disagree.
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/tangents.h"
 
 #include "renderer/scene/corner_tangents.h"

@@ -247,6 +247,7 @@ class WorldBuilder {
                                          : nullptr,
                                      material.double_sided});
         any_textured |= material.emission.present();
+        has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
         for (size_t i = 0; i < geometry.indices.size(); i += 3)
           append_emissive(input, geometry, material, instance, i, entry->second);
       }
@@ -254,6 +255,9 @@ class WorldBuilder {
     if (!any_textured) input.triangle_uvs.clear();
     world_->statistics_.emissive_triangle_count = input.triangles.size();
   }
+
+  // Textured emission of the plain strength is a display or a glowing mark: it does not light a scene.
+  [[nodiscard]] bool is_lamp(const Material& material) const { return !material.emissive_texture.present() || material.emissive_strength > 1.0f; }
 
   // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
@@ -351,6 +355,7 @@ class WorldBuilder {
   ProgressListener* listener_;
   std::unique_ptr<World> world_;
   std::map<std::pair<int, TextureEncoding>, int32_t> texture_numbers_;
+  bool has_lamp_ = false;
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> groups_;
   std::vector<accel::Instance> accel_instances_;

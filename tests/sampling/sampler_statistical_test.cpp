@@ -1,5 +1,6 @@
 // What the sampler promises in the mean: uniformity and independence across pixels and dimensions, and fast
-// convergence. SPDX-License-Identifier: Apache-2.0
+// convergence.
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/sampling/chi_square.h"
 
 #include "renderer/sampling/sampler.h"

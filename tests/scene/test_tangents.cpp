@@ -1,5 +1,6 @@
 // Tangents of meshes whose answer is known: planes, mirrored seams, spheres, degenerate triangles; and what splitting
-// carries along. SPDX-License-Identifier: Apache-2.0
+// carries along.
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/tangents.h"
 
 #include <gtest/gtest.h>

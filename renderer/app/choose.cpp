@@ -1,0 +1,127 @@
+// What a person picks from a scene.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/choose.h"
+
+#include "renderer/app/parse_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace kindling::app {
+
+namespace {
+
+Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
+
+// "0 (Front), 1 (Side) or 2", at most ten.
+std::string list_choices(const std::vector<std::string>& names) {
+  constexpr size_t kMost = 10;
+  std::vector<std::string> choices;
+  for (size_t i = 0; i < std::min(names.size(), kMost); ++i)
+    choices.push_back(names[i].empty() ? fmt::format("{}", i) : fmt::format("{} ({})", i, names[i]));
+  if (names.size() > kMost) choices.push_back(fmt::format("another of the {}", names.size()));
+  return join_choices(choices);
+}
+
+float aspect_of(const SceneCamera& camera) {
+  if (camera.kind == SceneCamera::Kind::orthographic) return camera.xmag / camera.ymag;
+  return camera.aspect_ratio.value_or(0.0f);
+}
+
+} // namespace
+
+std::optional<int> find_by_name_or_index(std::string_view text, const std::vector<std::string>& names) {
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found != names.end() && !text.empty()) return static_cast<int>(found - names.begin());
+  const Result<int64_t> index = parse_integer(text, 0, static_cast<int64_t>(names.size()) - 1);
+  if (!index.ok()) return std::nullopt;
+  return static_cast<int>(index.value());
+}
+
+Result<int> choose_scene(const Scene& scene, const std::string& name) {
+  if (name.empty()) return kNone;
+  std::vector<std::string> names;
+  for (const SceneRoot& root : scene.scenes) names.push_back(root.name);
+  if (const std::optional<int> index = find_by_name_or_index(name, names)) return *index;
+  if (names.empty()) return usage(fmt::format("--scene: {} has no scenes; leave the flag away", scene.source));
+  return usage(fmt::format("--scene: {} has no scene '{}'; use {}", scene.source, name, list_choices(names)));
+}
+
+std::string camera_name(const Scene& scene, const PosedCamera& posed) {
+  const std::string& node = scene.nodes[static_cast<size_t>(posed.node)].name;
+  return node.empty() ? scene.cameras[static_cast<size_t>(posed.camera)].name : node;
+}
+
+std::vector<std::string> camera_names(const Scene& scene, const PosedScene& posed) {
+  std::vector<std::string> names;
+  for (const PosedCamera& camera : posed.cameras) names.push_back(camera_name(scene, camera));
+  return names;
+}
+
+Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const PosedScene& posed,
+                                                  const RenderOptions& options) {
+  if (options.orbit) {
+    const V3f& orbit = *options.orbit;
+    return std::optional(orbit_camera(
+        {orbit.x, orbit.y, orbit.z, options.target, static_cast<float>(options.yfov_deg.value_or(Orbit{}.yfov_deg))}));
+  }
+  size_t index = 0;
+  if (!options.camera.empty()) {
+    const std::vector<std::string> names = camera_names(scene, posed);
+    std::optional<int> found = find_by_name_or_index(options.camera, names);
+    if (!found) { // a node's name hides that of its camera, which is as good a name
+      const auto by_camera = std::find_if(posed.cameras.begin(), posed.cameras.end(), [&](const PosedCamera& camera) {
+        return scene.cameras[static_cast<size_t>(camera.camera)].name == options.camera;
+      });
+      if (by_camera != posed.cameras.end()) found = static_cast<int>(by_camera - posed.cameras.begin());
+    }
+    if (!found && names.empty())
+      return usage(fmt::format("--camera: {} has no cameras; leave the flag away or use --orbit", scene.source));
+    if (!found)
+      return usage(
+          fmt::format("--camera: {} has no camera '{}'; use {}", scene.source, options.camera, list_choices(names)));
+    index = static_cast<size_t>(*found);
+  }
+  if (posed.cameras.empty()) return std::optional<PlacedCamera>();
+  const PosedCamera& chosen = posed.cameras[index];
+  PlacedCamera placed{scene.cameras[static_cast<size_t>(chosen.camera)], chosen.camera_to_world};
+  if (Result<void> overridden = override_fov(placed.camera, options); !overridden.ok()) return overridden.error();
+  return std::optional(std::move(placed));
+}
+
+Result<void> override_fov(SceneCamera& camera, const RenderOptions& options) {
+  if (!options.yfov_deg) return {};
+  if (camera.kind == SceneCamera::Kind::orthographic)
+    return usage("--fov: the camera is orthographic and has none; use a perspective one");
+  camera.yfov_rad = static_cast<float>(*options.yfov_deg) * kPi / 180.0f;
+  return {};
+}
+
+Result<V2i> choose_size(const SceneCamera* camera, const RenderOptions& options) {
+  V2i size;
+  if (options.size_px) {
+    size = *options.size_px;
+  } else {
+    const float aspect = camera ? aspect_of(*camera) : 0.0f;
+    const bool sane = std::isfinite(aspect) && aspect > 0.01f && aspect < 100.0f;
+    size = default_image_size(sane ? std::optional(aspect) : std::nullopt);
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    const double scaled = std::max(1.0, std::round(size[axis] * options.scale));
+    if (scaled > kMaxSide)
+      return usage(
+          fmt::format("--scale: a side of {} pixels would be {:.0f}; use at most {}", size[axis], scaled, kMaxSide));
+    size[axis] = static_cast<int>(scaled);
+  }
+  if (options.crop && (options.crop->max.x > size.x || options.crop->max.y > size.y))
+    return usage(fmt::format("--crop: {},{},{},{} is not inside the image; use 0,0 to {},{}", options.crop->min.x,
+                             options.crop->min.y, options.crop->max.x, options.crop->max.y, size.x, size.y));
+  if (options.replay_pixel && (options.replay_pixel->x >= size.x || options.replay_pixel->y >= size.y))
+    return usage(fmt::format("--pixel: {},{} is not inside the image; use 0,0 to {},{}", options.replay_pixel->x,
+                             options.replay_pixel->y, size.x - 1, size.y - 1));
+  return size;
+}
+
+} // namespace kindling::app

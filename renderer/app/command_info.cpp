@@ -1,0 +1,103 @@
+// `kindling info`: loads the file and prints the topic that was asked for.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/command_info.h"
+
+#include "renderer/app/choose.h"
+#include "renderer/app/exit_code.h"
+#include "renderer/app/progress_display.h"
+#include "renderer/app/scene_info.h"
+#include "renderer/app/text_format.h"
+#include "renderer/import/load_gltf.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <tbb/global_control.h>
+
+#include <unistd.h>
+
+namespace kindling::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string dump(const Json& json) { return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"; }
+
+std::string list_extensions(bool json) {
+  const std::vector<ExtensionSupport> extensions = supported_extensions();
+  if (json) {
+    Json array = Json::array();
+    for (const ExtensionSupport& extension : extensions)
+      array.push_back({{"name", extension.name}, {"support", support_name(extension.level)}, {"note", extension.note}});
+    return dump(array);
+  }
+  std::string text;
+  for (const ExtensionSupport& extension : extensions) text += std::string(extension.name) + "\n";
+  return text;
+}
+
+// One a line, fields separated by tabs.
+std::string list_scenes(const Scene& scene, bool json) {
+  std::vector<std::string> names;
+  for (const SceneRoot& root : scene.scenes) names.push_back(root.name);
+  if (json) return dump(names);
+  std::string text;
+  for (size_t i = 0; i < names.size(); ++i)
+    text += fmt::format("{}\t{}{}\n", i, printable(names[i]),
+                        static_cast<int>(i) == scene.default_scene ? "\tdefault" : "");
+  return text;
+}
+
+std::string list_variants(const Scene& scene, bool json) {
+  if (json) return dump(scene.variants);
+  std::string text;
+  for (const std::string& name : scene.variants) text += printable(name) + "\n";
+  return text;
+}
+
+std::string list_cameras(const SceneInfo& info, bool json) {
+  if (json) return dump(Json::parse(format_info_json(info))["cameras"]);
+  std::string text;
+  for (size_t i = 0; i < info.cameras.size(); ++i)
+    text += fmt::format("{}\t{}\t{}\n", i, printable(info.cameras[i].name), info.cameras[i].kind);
+  return text;
+}
+
+Result<std::string> describe(const InfoOptions& options, Console& console) {
+  if (options.topic == InfoTopic::extensions) return list_extensions(options.json);
+
+  ProgressDisplay display(console, isatty(STDERR_FILENO) == 1 ? ProgressMode::automatic : ProgressMode::none, {});
+  display.start_phase(Phase::load);
+  ImportOptions import_options;
+  import_options.decode_textures = options.topic == InfoTopic::everything; // their sizes are in their pixels
+  Result<Scene> scene = load_gltf(options.scene_file, import_options, &display);
+  display.end_phase();
+  if (!scene.ok()) return scene.error();
+  if (options.topic == InfoTopic::scenes) return list_scenes(scene.value(), options.json);
+  if (options.topic == InfoTopic::variants) return list_variants(scene.value(), options.json);
+
+  const Result<int> root = choose_scene(scene.value(), options.scene_name);
+  if (!root.ok()) return root.error();
+  const Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), std::nullopt});
+  if (!posed.ok()) return posed.error();
+  int shown = root.value() != kNone ? root.value() : scene.value().default_scene;
+  if (shown == kNone && !scene.value().scenes.empty()) shown = 0;
+  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown);
+  if (options.topic == InfoTopic::cameras) return list_cameras(info, options.json);
+  return options.json ? format_info_json(info) : format_info_tables(info);
+}
+
+} // namespace
+
+Result<int> run_info(const InfoOptions& options, Console& console) {
+  std::optional<tbb::global_control> limit;
+  if (options.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(options.threads));
+  const Result<std::string> text = describe(options, console);
+  if (!text.ok()) return text.error();
+  std::string reason;
+  if (!write_standard_output(text.value(), reason)) return Error{ErrorKind::input_output, "standard output: " + reason};
+  return kExitOk;
+}
+
+} // namespace kindling::app

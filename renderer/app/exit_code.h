@@ -1,0 +1,27 @@
+// The exit codes of the command line: scripts and render farms decide by them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+
+namespace kindling::app {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitRenderFailed = 1;
+inline constexpr int kExitUsage = 2;
+inline constexpr int kExitSceneInvalid = 3;
+inline constexpr int kExitInputOutput = 4;
+// Ended by a signal: 128 + its number, 130 for SIGINT and 143 for SIGTERM. The images are written all the same.
+[[nodiscard]] constexpr int exit_code_of_signal(int signal) { return 128 + signal; }
+
+[[nodiscard]] constexpr int exit_code_of(ErrorKind kind) {
+  switch (kind) {
+  case ErrorKind::scene_invalid: return kExitSceneInvalid;
+  case ErrorKind::input_output: return kExitInputOutput;
+  case ErrorKind::usage: return kExitUsage;
+  case ErrorKind::render_failed: return kExitRenderFailed;
+  }
+  return kExitRenderFailed;
+}
+
+} // namespace kindling::app

@@ -1,0 +1,64 @@
+// The `kindling` program: parses the command line, runs the command, turns errors into one line and an exit code.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/command_info.h"
+#include "renderer/app/command_render.h"
+#include "renderer/app/console.h"
+#include "renderer/app/exit_code.h"
+#include "renderer/app/options.h"
+#include "renderer/app/signals.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <new>
+#include <optional>
+#include <span>
+
+namespace kindling::app {
+
+namespace {
+
+Result<int> print(const PrintText& print) {
+  std::string reason;
+  if (write_standard_output(print.text, reason)) return kExitOk;
+  return Error{ErrorKind::input_output, "standard output: " + reason};
+}
+
+ConsoleSettings console_settings(const CommandLine& line) {
+  if (const auto* render = std::get_if<RenderOptions>(&line.command))
+    return {render->quiet, render->verbose, render->progress == ProgressMode::json};
+  return {};
+}
+
+Result<int> run_command(const CommandLine& line, Console& console) {
+  if (const auto* render = std::get_if<RenderOptions>(&line.command)) return run_render(*render, line.text, console);
+  if (const auto* info = std::get_if<InfoOptions>(&line.command)) return run_info(*info, console);
+  return print(std::get<PrintText>(line.command));
+}
+
+int run(std::span<const char* const> arguments) {
+  std::optional<Console> console(std::in_place);
+  try {
+    ignore_broken_pipes();
+    const Result<CommandLine> line = parse_command_line(arguments);
+    if (line.ok()) console.emplace(console_settings(line.value()));
+    const Result<int> code = line.ok() ? run_command(line.value(), *console) : Result<int>(line.error());
+    if (code.ok()) return code.value();
+    const Error& error = code.error();
+    console->error(error.kind == ErrorKind::usage ? error.message + help_hint(arguments) : error.message);
+    return exit_code_of(error.kind);
+  } catch (const std::bad_alloc&) {
+    console->error("out of memory");
+  } catch (const std::exception& exception) {
+    console->error(fmt::format("unexpected: {}", exception.what()));
+  }
+  return kExitRenderFailed;
+}
+
+} // namespace
+
+} // namespace kindling::app
+
+int main(int argc, char** argv) {
+  return kindling::app::run(std::span<const char* const>(argv + 1, argc > 0 ? static_cast<size_t>(argc - 1) : 0));
+}

@@ -1,0 +1,113 @@
+// What the command line asks for, as plain data.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/make_accelerator.h"
+#include "renderer/app/progress_display.h"
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+#include "renderer/film/aov.h"
+#include "renderer/film/film.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/sampling/pixel_filter.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace kindling::app {
+
+inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
+// With a time limit and without --spp: more than anybody waits for.
+inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
+
+struct RenderOptions {
+  std::filesystem::path scene_file;
+  std::vector<std::filesystem::path> outputs; // empty: the stem of the scene with .png, in the current folder
+
+  std::optional<V2i> size_px; // unset: default_image_size() of the camera
+  double scale = 1.0;         // of the size
+  std::optional<PixelRect> crop;
+  std::optional<uint32_t> spp;
+  std::optional<double> time_limit_s;
+  uint32_t seed = 0; // below 2^31, so that image metadata can hold it
+  PixelFilterOptions filter;
+
+  std::string scene_name;         // name or index; empty: the file's default scene
+  std::string camera;             // name or index; empty: the first
+  std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in metres
+  V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
+  std::optional<double> yfov_deg; // of a perspective camera
+  std::optional<double> time_s;   // of the animations; unset: the rest pose
+
+  std::filesystem::path env_file;
+  double env_rotation_deg = 0.0;
+  double env_intensity = 1.0;
+  std::optional<Rgb> env_color;
+
+  IntegratorSettings integrator; // background included
+  accel::Kind accelerator = accel::Kind::embree;
+  accel::Quality quality = accel::Quality::balanced;
+
+  AovSet aovs;
+  bool exr_half = true;
+  int png_bits = 8;
+  std::string view;
+  double exposure_stops = 0.0;
+  std::string ocio_config;
+
+  std::optional<V2i> replay_pixel; // set: one sample is replayed, no image is written
+  uint32_t replay_sample = 0;
+
+  int threads = 0; // 0: all
+  int tile_size_px = 32;
+
+  std::filesystem::path stats_file;
+  ProgressMode progress = ProgressMode::automatic;
+  bool quiet = false;
+  bool verbose = false;
+
+  [[nodiscard]] uint32_t samples_per_pixel() const {
+    return spp.value_or(time_limit_s ? kUnlimitedSamplesPerPixel : kDefaultSamplesPerPixel);
+  }
+};
+
+enum class InfoTopic { everything, cameras, scenes, variants, extensions };
+
+struct InfoOptions {
+  std::filesystem::path scene_file; // empty only for InfoTopic::extensions
+  InfoTopic topic = InfoTopic::everything;
+  std::string scene_name; // whose cameras are listed: name or index; empty: the default scene
+  bool json = false;
+  int threads = 0;
+};
+
+// --help or --version: text for standard output.
+struct PrintText {
+  std::string text;
+};
+
+class FlagSet;
+// Declare the flags of a command; parsing fills `options`, which must outlive the set.
+void add_render_flags(FlagSet& flags, RenderOptions& options);
+void add_info_flags(FlagSet& flags, InfoOptions& options);
+// What no flag can judge alone; fails (usage).
+[[nodiscard]] Result<void> check_render_flags(const FlagSet& flags, RenderOptions& options);
+[[nodiscard]] Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options);
+
+struct CommandLine {
+  std::variant<PrintText, RenderOptions, InfoOptions> command;
+  std::string text; // as typed, quoted for a shell: for metadata and replays
+};
+
+// `arguments` without the program's name. Fails (usage).
+[[nodiscard]] Result<CommandLine> parse_command_line(std::span<const char* const> arguments);
+// What ends the message of a usage error: " (try 'kindling render --help')".
+[[nodiscard]] std::string help_hint(std::span<const char* const> arguments);
+
+} // namespace kindling::app

@@ -1,0 +1,46 @@
+// The values of flags, from text: sizes, durations, colours, lists and numbers. Pure functions.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+#include "renderer/film/film.h"
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kindling::app {
+
+// Errors are of kind usage and do not name the flag: what was found, and what would be accepted.
+
+[[nodiscard]] Result<int64_t> parse_integer(std::string_view text, int64_t min, int64_t max);
+// Finite, in [min, max].
+[[nodiscard]] Result<double> parse_number(std::string_view text, double min = -std::numeric_limits<double>::max(),
+                                          double max = std::numeric_limits<double>::max());
+// "640x360", each side from 1 to kMaxSide.
+inline constexpr int kMaxSide = 65536;
+[[nodiscard]] Result<V2i> parse_size(std::string_view text);
+// "0.5" or "50%", above 0 and at most 64.
+[[nodiscard]] Result<double> parse_scale(std::string_view text);
+// "90", "90s", "1.5m", "2h", "1h30m": seconds, above 0.
+[[nodiscard]] Result<double> parse_duration(std::string_view text);
+// "X0,Y0,X1,Y1": pixels from the top left corner, X1 and Y1 not included.
+[[nodiscard]] Result<PixelRect> parse_crop(std::string_view text);
+// "X,Y", not negative.
+[[nodiscard]] Result<V2i> parse_pixel(std::string_view text);
+// "X,Y,Z", finite.
+[[nodiscard]] Result<V3f> parse_vector(std::string_view text);
+// "R,G,B" or one number for grey; linear, not negative.
+[[nodiscard]] Result<Rgb> parse_color(std::string_view text);
+// "a,b,c": at least one, none empty.
+[[nodiscard]] Result<std::vector<std::string>> parse_list(std::string_view text);
+
+// "a, b or c", for messages.
+[[nodiscard]] std::string join_choices(const std::vector<std::string>& names);
+// The candidate nearest to `word` by edit distance, empty if none is near.
+[[nodiscard]] std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
+
+} // namespace kindling::app

@@ -1,0 +1,124 @@
+// Shows the progress of a render on standard error.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/progress_display.h"
+
+#include "renderer/app/process_info.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace kindling::app {
+
+namespace {
+
+// Standard error is a terminal that can rewrite a line.
+bool can_rewrite_lines() {
+  const char* terminal = std::getenv("TERM");
+  return isatty(STDERR_FILENO) == 1 && terminal && std::string_view(terminal) != "dumb";
+}
+
+int terminal_columns() {
+  winsize size{};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return 80;
+}
+
+double seconds_between(std::chrono::steady_clock::time_point from, std::chrono::steady_clock::time_point to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+// A plain line for a phase that took less would only be noise.
+constexpr double kPlainPhaseSeconds = 1.0;
+
+} // namespace
+
+std::optional<ProgressMode> progress_mode_from_name(std::string_view name) {
+  if (name == "auto") return ProgressMode::automatic;
+  if (name == "plain") return ProgressMode::plain;
+  if (name == "json") return ProgressMode::json;
+  if (name == "none") return ProgressMode::none;
+  return std::nullopt;
+}
+
+ProgressDisplay::ProgressDisplay(Console& console, ProgressMode mode, const ProgressContext& context)
+    : console_(console), context_(context), phase_start_(Clock::now()), shown_(phase_start_) {
+  switch (mode) {
+  case ProgressMode::automatic: style_ = can_rewrite_lines() ? Style::terminal : Style::plain; break;
+  case ProgressMode::plain: style_ = Style::plain; break;
+  case ProgressMode::json: style_ = Style::json; break;
+  case ProgressMode::none: style_ = Style::none; break;
+  }
+}
+
+void ProgressDisplay::start_phase(Phase phase) {
+  const std::lock_guard lock(mutex_);
+  last_ = {.phase = phase, .done = 0.0, .total = 1.0};
+  phase_start_ = Clock::now();
+  phase_running_ = true;
+  if (style_ == Style::plain)
+    shown_ = phase_start_;
+  else
+    show(phase_start_);
+}
+
+void ProgressDisplay::end_phase() {
+  const std::lock_guard lock(mutex_);
+  if (!phase_running_) return;
+  phase_running_ = false;
+  const Clock::time_point now = Clock::now();
+  if (last_.phase != Phase::render) last_.done = last_.total;
+  if (style_ == Style::json || (style_ == Style::plain && seconds_between(phase_start_, now) >= kPlainPhaseSeconds))
+    show(now);
+  if (style_ == Style::terminal) console_.status({});
+}
+
+void ProgressDisplay::on_progress(const ProgressSnapshot& snapshot) {
+  const std::lock_guard lock(mutex_);
+  const Clock::time_point now = Clock::now();
+  if (snapshot.phase == Phase::textures) {
+    if (!textures_start_) textures_start_ = now;
+    textures_s_ = seconds_between(*textures_start_, now);
+  }
+  last_ = snapshot;
+  note_interruption();
+  const double interval_s = style_ == Style::terminal ? 0.1 : style_ == Style::json ? 0.2 : 5.0;
+  if (seconds_between(shown_, now) >= interval_s) show(now);
+}
+
+ProgressState ProgressDisplay::state_at(Clock::time_point now) const {
+  ProgressState state;
+  const bool decoding = last_.phase == Phase::textures && textures_start_;
+  const double phase_elapsed_s = seconds_between(decoding ? *textures_start_ : phase_start_, now);
+  state.phase = last_.phase;
+  state.elapsed_s = seconds_since_process_start();
+  state.resident_bytes = resident_bytes();
+  state.fraction = last_.total > 0.0 ? last_.done / last_.total : 0.0;
+  if (last_.phase == Phase::render) {
+    state.samples_per_pixel = last_.samples_per_pixel;
+    state.spp_wanted = context_.spp_wanted;
+    state.rays = last_.rays;
+    state.rays_per_s = phase_elapsed_s > 0.0 ? static_cast<double>(last_.rays) / phase_elapsed_s : 0.0;
+  }
+  if (phase_running_) state.remaining_s = remaining_seconds(state.fraction, phase_elapsed_s);
+  return state;
+}
+
+void ProgressDisplay::show(Clock::time_point now) {
+  shown_ = now;
+  switch (style_) {
+  case Style::terminal: console_.status(format_status_line(state_at(now), terminal_columns())); break;
+  case Style::plain: console_.line("kindling: " + format_plain_line(state_at(now))); break;
+  case Style::json: console_.line(format_json_line(state_at(now))); break;
+  case Style::none: break;
+  }
+}
+
+void ProgressDisplay::note_interruption() {
+  if (interruption_noted_ || !context_.signals || context_.signals->received() == 0) return;
+  interruption_noted_ = true;
+  console_.note("interrupted: finishing the pass and writing the images; once more quits at once");
+}
+
+} // namespace kindling::app

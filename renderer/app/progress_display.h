@@ -1,0 +1,66 @@
+// Shows the progress of a render on standard error, and warnings as they come.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/console.h"
+#include "renderer/app/progress_format.h"
+#include "renderer/app/signals.h"
+#include "renderer/base/progress.h"
+
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <string_view>
+
+namespace kindling::app {
+
+enum class ProgressMode { automatic, plain, json, none };
+[[nodiscard]] std::optional<ProgressMode>
+progress_mode_from_name(std::string_view name); // "auto", "plain", "json", "none"
+
+// What the display says besides what it is told.
+struct ProgressContext {
+  std::optional<uint32_t> spp_wanted;   // unset: a time limit ends the render
+  const SignalGuard* signals = nullptr; // may be null: asked whether the user wants to end
+};
+
+// automatic: the rewritten line of a terminal, plain lines elsewhere. A line of the terminal is rewritten at most ten
+// times a second; a plain line comes every 5 s and at the end of a phase that was long enough to matter; a JSON line at
+// each report of the library, at most five times a second, and at the end of each phase.
+class ProgressDisplay final : public ProgressListener {
+ public:
+  ProgressDisplay(Console& console, ProgressMode mode, const ProgressContext& context);
+
+  void on_progress(const ProgressSnapshot& snapshot) override;
+  void on_warning(std::string_view message) override { console_.warning(message); }
+  void on_info(std::string_view message) override { console_.detail(message); }
+
+  void start_phase(Phase phase);
+  // Ends the phase and removes the status line.
+  void end_phase();
+
+  // Between the first and the last report of texture decoding, which is a part of loading.
+  [[nodiscard]] double textures_s() const { return textures_s_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class Style { terminal, plain, json, none };
+
+  [[nodiscard]] ProgressState state_at(Clock::time_point now) const;
+  void show(Clock::time_point now);
+  void note_interruption();
+
+  Console& console_;
+  Style style_;
+  ProgressContext context_;
+  std::mutex mutex_; // reports come from worker threads
+  ProgressSnapshot last_;
+  Clock::time_point phase_start_;
+  Clock::time_point shown_;
+  std::optional<Clock::time_point> textures_start_;
+  double textures_s_ = 0.0;
+  bool interruption_noted_ = false;
+  bool phase_running_ = false;
+};
+
+} // namespace kindling::app

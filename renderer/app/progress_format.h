@@ -1,0 +1,41 @@
+// One moment of a render as a line: for a terminal, for a log, for a program. Pure functions.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/progress.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kindling::app {
+
+// "load", "textures", "build", "render", "write".
+[[nodiscard]] std::string_view phase_name(Phase phase);
+
+struct ProgressState {
+  Phase phase = Phase::load;
+  double fraction = 0.0;              // of the phase, in [0, 1]
+  double samples_per_pixel = 0.0;     // render phase
+  std::optional<uint32_t> spp_wanted; // unset: the time limit ends the render
+  uint64_t rays = 0;
+  double rays_per_s = 0.0;           // mean over the render phase
+  double elapsed_s = 0.0;            // since the process started
+  std::optional<double> remaining_s; // of the phase; unset while nobody can say
+  uint64_t resident_bytes = 0;
+};
+
+// Proportional; unset below 2 % and in the first half second, when it would be a guess.
+[[nodiscard]] std::optional<double> remaining_seconds(double fraction, double phase_elapsed_s);
+
+// "render   [#####-----]  50.0%  32/64 spp  1:20 left  12.3 Mrays/s  1:23 elapsed  512 MiB", never wider than
+// `columns`: the parts of least interest stand last and go first.
+[[nodiscard]] std::string format_status_line(const ProgressState& state, int columns);
+// "render 50% 32/64 spp, 12.3 Mrays/s, 1:23 elapsed, 1:20 left, 512 MiB"
+[[nodiscard]] std::string format_plain_line(const ProgressState& state);
+// One JSON object with the keys event ("progress"), phase, fraction, spp, spp_wanted, rays, rays_per_s, elapsed_s,
+// remaining_s and rss_bytes; null where nobody knows.
+[[nodiscard]] std::string format_json_line(const ProgressState& state);
+
+} // namespace kindling::app

@@ -1,0 +1,304 @@
+// The flags of `kindling render` and `kindling info`: name, unit, default, and where each value goes.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/flag_set.h"
+#include "renderer/app/options.h"
+#include "renderer/app/parse_values.h"
+
+#include <fmt/format.h>
+
+namespace kindling::app {
+
+namespace {
+
+Error unknown_name(std::string_view what, std::string_view text, const std::vector<std::string>& names) {
+  return {ErrorKind::usage, fmt::format("unknown {} '{}'; use {}", what, text, join_choices(names))};
+}
+
+template <typename T>
+Result<void> choose(std::optional<T> found, T& target, std::string_view what, std::string_view text,
+                    const std::vector<std::string>& names) {
+  if (!found) return unknown_name(what, text, names);
+  target = *found;
+  return {};
+}
+
+Result<void> set_text(std::string_view text, std::string& target) {
+  if (text.empty()) return Error{ErrorKind::usage, "the value is empty; use a name"};
+  target = text;
+  return {};
+}
+
+Result<void> set_path(std::string_view text, std::filesystem::path& target) {
+  if (text.empty()) return Error{ErrorKind::usage, "the value is empty; use the name of a file"};
+  target = text;
+  return {};
+}
+
+std::vector<std::string> integrator_names() {
+  std::vector<std::string> names;
+  for (const IntegratorKind kind : all_integrators()) names.emplace_back(integrator_name(kind));
+  return names;
+}
+
+std::vector<std::string> filter_names() {
+  std::vector<std::string> names;
+  for (const FilterKind kind :
+       {FilterKind::blackman_harris, FilterKind::gaussian, FilterKind::box, FilterKind::mitchell})
+    names.emplace_back(filter_name(kind));
+  return names;
+}
+
+std::vector<std::string> aov_names() {
+  std::vector<std::string> names;
+  for (const AovInfo& info : kAovs) names.emplace_back(info.name);
+  return names;
+}
+
+std::optional<accel::Quality> quality_from_name(std::string_view name) {
+  if (name == "fast") return accel::Quality::fast;
+  if (name == "balanced") return accel::Quality::balanced;
+  if (name == "best") return accel::Quality::best;
+  return std::nullopt;
+}
+
+Result<void> set_background(std::string_view text, IntegratorSettings& settings) {
+  settings.background.reset();
+  settings.transparent_background = text == "transparent";
+  if (text == "env" || text == "transparent") return {};
+  Result<Rgb> color = parse_color(text);
+  if (!color.ok())
+    return Error{ErrorKind::usage,
+                 fmt::format("'{}' is not a background; use env, transparent or R,G,B in linear light", text)};
+  settings.background = color.value();
+  return {};
+}
+
+Result<void> add_aovs(std::string_view text, AovSet& aovs) {
+  Result<std::vector<std::string>> names = parse_list(text);
+  if (!names.ok()) return names.error();
+  for (const std::string& name : names.value()) {
+    const std::optional<Aov> aov = aov_from_name(name);
+    if (!aov) return unknown_name("AOV", name, aov_names());
+    aovs.insert(*aov);
+  }
+  return {};
+}
+
+void add_scene_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Scene");
+  flags.value("--scene", "NAME|INDEX", "Which of the file's scenes [its default]",
+              [&o](auto text) { return set_text(text, o.scene_name); });
+  flags.value("--time", "SECONDS", "Pose the animations at this time [rest pose]",
+              [&o](auto text) { return store(parse_number(text), o.time_s); });
+
+  flags.group("Camera");
+  flags.value("--camera", "NAME|INDEX",
+              "One of 'info --list-cameras' [the first; fitted to the scene if there is none]",
+              [&o](auto text) { return set_text(text, o.camera); });
+  flags.value("--orbit", "THETA,PHI,RADIUS",
+              "A camera of its own: azimuth from +z towards +x and polar angle from +y, degrees; distance, metres",
+              [&o](auto text) { return store(parse_vector(text), o.orbit); });
+  flags.value("--target", "X,Y,Z", "What --orbit looks at, metres [0,0,0]",
+              [&o](auto text) { return store(parse_vector(text), o.target); });
+  flags.value("--fov", "DEG", "Vertical field of view of a perspective camera, degrees [the camera's; 45 with --orbit]",
+              [&o](auto text) { return store(parse_number(text, 0.01, 179.0), o.yfov_deg); });
+
+  flags.group("Light");
+  flags.value("--env", "FILE", "Environment picture, equirectangular: .hdr or .exr, also .png, .jpg, .webp [none]",
+              [&o](auto text) { return set_path(text, o.env_file); });
+  flags.value("--env-rotation", "DEG", "Turn it counter-clockwise about +y, degrees [0]",
+              [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
+  flags.value("--env-intensity", "FACTOR", "Multiply its radiance [1]",
+              [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
+  flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of a picture [none]",
+              [&o](auto text) { return store(parse_color(text), o.env_color); });
+  flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
+              [&o](auto text) { return set_background(text, o.integrator); });
+}
+
+void add_image_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Image");
+  flags.repeated("-o,--output", "FILE",
+                 "Where to write, .png or .exr; several are allowed [SCENE's stem + .png in the current folder]",
+                 [&o](auto text) {
+                   std::filesystem::path path;
+                   Result<void> set = set_path(text, path);
+                   if (set.ok()) o.outputs.push_back(path);
+                   return set;
+                 });
+  flags.value("--size", "WxH", "Pixels [1280 on the longer side, by the camera's aspect ratio; 1280x720 without one]",
+              [&o](auto text) { return store(parse_size(text), o.size_px); });
+  flags.value("--scale", "FACTOR", "Multiply the size, as in 0.5 or 50% [1]",
+              [&o](auto text) { return store(parse_scale(text), o.scale); });
+  flags.value("--crop", "X0,Y0,X1,Y1",
+              "Render only these pixels, counted from the top left of the whole image, X1 and Y1 not included [all]",
+              [&o](auto text) { return store(parse_crop(text), o.crop); });
+  flags.repeated("--aov", "NAME[,NAME]...",
+                 fmt::format("Further layers for EXR: {} [beauty and alpha]", join_choices(aov_names())),
+                 [&o](auto text) { return add_aovs(text, o.aovs); });
+  flags.toggle("--exr-float", "EXR colours in 32 bits [16]", o.exr_half, false);
+  flags.value("--png-bits", "8|16", "Bits of a PNG's channels [8]", [&o](auto text) -> Result<void> {
+    if (text != "8" && text != "16") return unknown_name("depth", text, {"8", "16"});
+    o.png_bits = text == "8" ? 8 : 16;
+    return {};
+  });
+  flags.value("--view", "NAME", "OpenColorIO view of PNG images [the configuration's default]",
+              [&o](auto text) { return set_text(text, o.view); });
+  flags.value("--exposure", "STOPS", "Multiply PNG images by 2^STOPS before the view [0]",
+              [&o](auto text) { return store(parse_number(text, -64.0, 64.0), o.exposure_stops); });
+  flags.value("--ocio", "CONFIG", "OpenColorIO configuration [$OCIO, else the built-in one]",
+              [&o](auto text) { return set_text(text, o.ocio_config); });
+}
+
+void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Sampling");
+  flags.value("--spp", "N", "Samples per pixel [64; without end if there is a --time-limit]",
+              [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
+  flags.value("--time-limit", "TIME", "End after the pass that passes it: seconds, or 90s, 5m, 1h30m [none]",
+              [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
+  flags.value("--seed", "N", "Other noise, same picture [0]",
+              [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
+  flags.value(
+      "--filter", "NAME", fmt::format("Pixel filter: {} [blackman-harris]", join_choices(filter_names())),
+      [&o](auto text) { return choose(filter_from_name(text), o.filter.kind, "filter", text, filter_names()); });
+  flags.value("--filter-width", "PIXELS", "Full width [1.5; box 1, mitchell 4]",
+              [&o](auto text) { return store(parse_number(text, 0.01, 64.0), o.filter.width); });
+}
+
+// Bounces that a limit can name: a path of more would not fit its counters.
+constexpr int64_t kMostBounces = 4096;
+
+void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
+  IntegratorSettings& s = o.integrator;
+  flags.group("Light transport");
+  flags.value("--integrator", "NAME", fmt::format("{} [path]", join_choices(integrator_names())), [&s](auto text) {
+    return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names());
+  });
+  flags.value("--max-bounces", "N", "Reflections and refractions of a path [8]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_bounces); });
+  flags.value("--max-diffuse-bounces", "N", "Diffuse ones of them [as --max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_diffuse_bounces); });
+  flags.value("--max-glossy-bounces", "N", "Glossy ones of them [as --max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_glossy_bounces); });
+  flags.value("--max-transmission-bounces", "N", "Transmitted ones of them [as --max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_transmission_bounces); });
+  flags.value("--roulette-start", "N", "Russian roulette from this bounce on [3]",
+              [&s](auto text) { return store(parse_integer(text, 1, kMostBounces), s.roulette_start_bounce); });
+  flags.value("--clamp-direct", "RADIANCE", "Largest component of a sample's directly lit part; biased [no limit]",
+              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
+  flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
+              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
+  flags.value("--ao-distance", "METRES", "Reach of ambient occlusion [a tenth of the scene's diagonal]",
+              [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
+}
+
+void add_machine_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Machine");
+  flags.value("--threads", "N", "For loading, building and rendering; 0: all [0]",
+              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
+  flags.value("--accel", "NAME", "Accelerator: embree, kdtree or brute-force [embree]", [&o](auto text) {
+    return choose(accel::kind_from_name(text), o.accelerator, "accelerator", text, {"kdtree", "embree", "brute-force"});
+  });
+  flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {
+    return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
+  });
+  flags.value("--tile-size", "PIXELS", "Side of a thread's tile, a multiple of 8; the image does not depend on it [32]",
+              [&o](auto text) -> Result<void> {
+                Result<int64_t> size = parse_integer(text, kBlockSize, 1024);
+                if (size.ok() && size.value() % kBlockSize != 0)
+                  return Error{ErrorKind::usage,
+                               fmt::format("'{}' is not a multiple of {}; use 8, 16, 32 or so", text, kBlockSize)};
+                return store(std::move(size), o.tile_size_px);
+              });
+  flags.value(
+      "--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
+      [&o](auto text) -> Result<void> {
+        Result<int64_t> size = parse_integer(text, 64, 65536);
+        if (size.ok() && size.value() % 64 != 0)
+          return Error{ErrorKind::usage, fmt::format("'{}' is not a multiple of 64; use 64, 128, 256 or so", text)};
+        return store(std::move(size), o.integrator.batch_size);
+      });
+}
+
+void add_report_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Reports");
+  flags.value("--progress", "MODE",
+              "auto, plain, json or none [auto: a line that is rewritten on a terminal, else plain]", [&o](auto text) {
+                return choose(progress_mode_from_name(text), o.progress, "progress mode", text,
+                              {"auto", "plain", "json", "none"});
+              });
+  flags.value("--stats", "FILE.json", "Write times, rays and memory as JSON [none]",
+              [&o](auto text) { return set_path(text, o.stats_file); });
+  flags.value("--pixel", "X,Y", "Replay one sample of this pixel and print its path; writes no image",
+              [&o](auto text) { return store(parse_pixel(text), o.replay_pixel); });
+  flags.value("--sample", "N", "Which sample of --pixel, from 0 [0]", [&o](auto text) {
+    return store(parse_integer(text, 0, std::numeric_limits<uint32_t>::max()), o.replay_sample);
+  });
+  flags.toggle("-q,--quiet", "Print errors only", o.quiet);
+  flags.toggle("-v,--verbose", "Print details too", o.verbose);
+}
+
+Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
+
+} // namespace
+
+void add_render_flags(FlagSet& flags, RenderOptions& options) {
+  add_image_flags(flags, options);
+  add_sampling_flags(flags, options);
+  add_scene_flags(flags, options);
+  add_integrator_flags(flags, options);
+  add_machine_flags(flags, options);
+  add_report_flags(flags, options);
+}
+
+Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
+  if (o.scene_file.empty())
+    return usage("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
+  if (flags.given("--env") && flags.given("--env-color")) return usage("--env and --env-color: give one of them");
+  if (flags.given("--env-rotation") && !flags.given("--env"))
+    return usage("--env-rotation: has no meaning without --env");
+  if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))
+    return usage("--env-intensity: has no meaning without --env or --env-color");
+  if (flags.given("--orbit") && flags.given("--camera")) return usage("--orbit and --camera: give one of them");
+  if (flags.given("--target") && !flags.given("--orbit")) return usage("--target: has no meaning without --orbit");
+  if (o.orbit && o.orbit->z < 0.0f)
+    return usage(fmt::format("--orbit: the radius {:g} is negative; use 0 or more", o.orbit->z));
+  if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
+  if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
+
+  IntegratorSettings& s = o.integrator;
+  if (!flags.given("--max-diffuse-bounces")) s.max_diffuse_bounces = s.max_bounces;
+  if (!flags.given("--max-glossy-bounces")) s.max_glossy_bounces = s.max_bounces;
+  if (!flags.given("--max-transmission-bounces")) s.max_transmission_bounces = s.max_bounces;
+  return {};
+}
+
+void add_info_flags(FlagSet& flags, InfoOptions& o) {
+  const auto topic = [&](const char* name, const char* description, InfoTopic value) {
+    flags.toggle(name, description, [&o, value] { o.topic = value; });
+  };
+  flags.group("What to print");
+  topic("--list-cameras", "The cameras of a scene, one a line: index, name, kind", InfoTopic::cameras);
+  topic("--list-scenes", "The scenes, one a line: index, name", InfoTopic::scenes);
+  topic("--list-variants", "The material variants, one name a line", InfoTopic::variants);
+  topic("--list-extensions", "The glTF extensions that are understood, one name a line; needs no SCENE",
+        InfoTopic::extensions);
+  flags.value("--scene", "NAME|INDEX", "Whose cameras, triangles and bounds [the file's default scene]",
+              [&o](auto text) { return set_text(text, o.scene_name); });
+  flags.group("How");
+  flags.toggle("--json", "JSON in place of tables", o.json);
+  flags.value("--threads", "N", "For loading; 0: all [0]",
+              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
+}
+
+Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) {
+  int topics = 0;
+  for (const char* name : {"--list-cameras", "--list-scenes", "--list-variants", "--list-extensions"})
+    topics += flags.given(name) ? 1 : 0;
+  if (topics > 1) return usage("give one --list-... flag at a time");
+  if (options.scene_file.empty() && options.topic != InfoTopic::extensions)
+    return usage("no scene; use 'kindling info SCENE' with a .gltf or .glb file, or --list-extensions");
+  return {};
+}
+
+} // namespace kindling::app

@@ -1,0 +1,49 @@
+// The summary of a render for people.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/report.h"
+
+#include "renderer/app/text_format.h"
+
+#include <fmt/format.h>
+
+namespace kindling::app {
+
+namespace {
+
+// "12.3 M", without the blank of a bare number.
+std::string count(uint64_t value) { return format_count(static_cast<double>(value)); }
+
+std::string rate(double per_second, std::string_view unit) {
+  const std::string text = format_count(per_second);
+  return text + (text.find(' ') == std::string::npos ? " " : "") + std::string(unit) + "/s";
+}
+
+} // namespace
+
+std::string format_summary(const RenderReport& r) {
+  const RenderStatistics& s = r.statistics;
+  const PhaseTimes& t = r.times;
+  std::string crop;
+  if (r.crop.width() != r.size_px.x || r.crop.height() != r.size_px.y)
+    crop = fmt::format(" (crop of {}x{})", r.crop.width(), r.crop.height());
+  std::string text = fmt::format("{} {}x{}{} at {}{} spp, {} on {} thread{}\n",
+                                 r.interrupted ? "interrupted:" : "rendered", r.size_px.x, r.size_px.y, crop,
+                                 s.samples_per_pixel, r.interrupted ? fmt::format(" of {}", r.spp_wanted) : "",
+                                 r.accelerator_description, s.threads, s.threads == 1 ? "" : "s");
+  text += fmt::format("  time    load {}", format_seconds(t.load_s));
+  if (t.textures_s > 0.0) text += fmt::format(" (textures {})", format_seconds(t.textures_s));
+  text += fmt::format(", build {}, render {}, write {}; {} in all\n", format_seconds(t.build_s),
+                      format_seconds(t.render_s), format_seconds(t.write_s), format_seconds(t.total_s));
+  text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
+                      format_seconds(r.time_to_first_pixel_s()));
+  text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),
+                      count(s.rays.camera), count(s.rays.bounce), count(s.rays.shadow), rate(r.rays_per_s(), "rays"));
+  text += fmt::format("  paths   {}; {}\n", count(s.rays.paths), rate(r.paths_per_s(), "paths"));
+  text += fmt::format("  memory  peak {}: geometry {}, accelerator {}, textures {}, lights {}, film {}",
+                      format_bytes(r.peak_resident_bytes), format_bytes(r.world.geometry_bytes),
+                      format_bytes(r.world.accelerator.memory_bytes), format_bytes(r.world.texture_bytes),
+                      format_bytes(r.world.light_bytes), format_bytes(r.film_bytes));
+  return text;
+}
+
+} // namespace kindling::app

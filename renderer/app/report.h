@@ -1,0 +1,64 @@
+// What a render cost and made: the summary for people and the JSON for programs.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/film/film.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/session/render_session.h"
+#include "renderer/world/world.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kindling::app {
+
+// Wall times of the phases, seconds.
+struct PhaseTimes {
+  double load_s = 0.0;     // files read, decoded and validated; the environment too
+  double textures_s = 0.0; // the part of load_s in which textures were decoded
+  double build_s = 0.0;    // posing, lights, materials and the accelerator
+  double render_s = 0.0;
+  double write_s = 0.0;
+  double total_s = 0.0;         // since the process was started
+  double before_render_s = 0.0; // from the start of the process to the first camera ray
+};
+
+struct RenderReport {
+  std::string command_line;
+  std::string scene_file;
+  uint64_t scene_hash = 0;
+  V2i size_px{0, 0};
+  PixelRect crop;
+  uint32_t spp_wanted = 0;
+  uint32_t seed = 0;
+  std::string integrator;
+  std::string accelerator;             // as --accel takes it
+  std::string accelerator_description; // "Embree 3.13.5"
+  std::string view;
+  bool interrupted = false;
+  PhaseTimes times;
+  RenderStatistics statistics;
+  WorldStatistics world;
+  uint64_t film_bytes = 0;
+  uint64_t peak_resident_bytes = 0;
+  uint64_t warnings = 0;
+  std::vector<std::string> outputs;
+
+  // From the start of the process until every pixel had its first sample.
+  [[nodiscard]] double time_to_first_pixel_s() const { return times.before_render_s + statistics.first_pass_s; }
+  [[nodiscard]] double rays_per_s() const { return per_second(statistics.rays.total()); }
+  [[nodiscard]] double paths_per_s() const { return per_second(statistics.rays.paths); }
+
+ private:
+  [[nodiscard]] double per_second(uint64_t count) const {
+    return statistics.render_s > 0.0 ? static_cast<double>(count) / statistics.render_s : 0.0;
+  }
+};
+
+// Several lines without a final '\n'.
+[[nodiscard]] std::string format_summary(const RenderReport& report);
+// The keys are described in README.md and stay what they are.
+[[nodiscard]] std::string format_stats_json(const RenderReport& report, bool one_line);
+
+} // namespace kindling::app

@@ -1,0 +1,159 @@
+// Collects what is in a Scene.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/scene_info.h"
+
+#include "renderer/app/choose.h"
+#include "renderer/scene/bounds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+namespace kindling::app {
+
+namespace {
+
+MeshInfo mesh_info(const Mesh& mesh) {
+  MeshInfo info;
+  info.name = mesh.name;
+  info.primitives = mesh.primitives.size();
+  std::array<bool, 6> has{}; // in the order of the names below
+  size_t texcoord_sets = 0;
+  for (const Primitive& primitive : mesh.primitives) {
+    info.triangles += primitive.triangle_count();
+    info.vertices += primitive.positions.size();
+    has[0] |= !primitive.normals.empty();
+    has[1] |= !primitive.tangents.empty();
+    has[3] |= !primitive.colors.empty();
+    has[4] |= !primitive.joints.empty();
+    has[5] |= !primitive.targets.empty();
+    texcoord_sets = std::max(texcoord_sets, primitive.texcoords.size());
+  }
+  has[2] = texcoord_sets > 0;
+  const std::array<std::string, 6> names{
+      "normals",
+      "tangents",
+      fmt::format("uv{}", texcoord_sets > 1 ? fmt::format(" x{}", texcoord_sets) : std::string()),
+      "colours",
+      "skin",
+      "morph"};
+  for (size_t i = 0; i < names.size(); ++i)
+    if (has[i]) info.attributes.push_back(names[i]);
+  return info;
+}
+
+MaterialInfo material_info(const Material& material) {
+  MaterialInfo info;
+  info.name = material.name;
+  info.alpha_mode = name_of(material.alpha_mode);
+  info.double_sided = material.double_sided;
+  info.unlit = material.unlit;
+  info.emissive = !is_black(material.emissive_factor);
+  for (const TextureSlot* slot :
+       {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+        &material.emissive_texture, &material.specular_texture, &material.specular_color_texture})
+    info.textures += slot->present() ? 1 : 0;
+  info.extensions = material.extensions_used;
+  return info;
+}
+
+std::string format_name(const Image& image) {
+  constexpr std::array<std::string_view, 5> kChannels{"?", "L", "LA", "RGB", "RGBA"};
+  constexpr std::array<std::string_view, 4> kTypes{"8 bit", "16 bit", "half", "float"};
+  return fmt::format("{} {}", kChannels.at(static_cast<size_t>(std::clamp(image.channels, 0, 4))),
+                     kTypes.at(static_cast<size_t>(image.type)));
+}
+
+CameraInfo camera_info(const SceneCamera& camera, std::string name) {
+  if (camera.kind == SceneCamera::Kind::orthographic)
+    return {std::move(name), std::string(name_of(camera.kind)),
+            fmt::format("{:g} x {:g} m", 2.0f * camera.xmag, 2.0f * camera.ymag)};
+  std::string lens = fmt::format("{:.4g} degrees high", camera.yfov_rad * 180.0f / kPi);
+  if (camera.aspect_ratio) lens += fmt::format(", aspect {:.4g}", *camera.aspect_ratio);
+  return {std::move(name), std::string(name_of(camera.kind)), std::move(lens)};
+}
+
+LightInfo light_info(const PunctualLight& light) {
+  LightInfo info;
+  info.name = light.name;
+  info.kind = name_of(light.kind);
+  info.intensity =
+      fmt::format("{:g} {}", light.intensity, light.kind == PunctualLight::Kind::directional ? "lux" : "candela");
+  return info;
+}
+
+AnimationInfo animation_info(const Animation& animation) {
+  AnimationInfo info{animation.name, animation.channels.size(), 0.0};
+  for (const AnimationChannel& channel : animation.channels)
+    if (!channel.times_s.empty())
+      info.duration_s = std::max(info.duration_s, static_cast<double>(channel.times_s.back()));
+  return info;
+}
+
+// Instances share the triangles of their mesh; each deformed mesh has its own.
+uint64_t accelerator_bytes(const PosedScene& posed, const std::vector<MeshInfo>& meshes) {
+  std::set<int> seen;
+  uint64_t triangles = 0;
+  for (const PosedMesh& mesh : posed.meshes)
+    if (!mesh.deformed.empty() || seen.insert(mesh.mesh).second)
+      triangles += meshes[static_cast<size_t>(mesh.mesh)].triangles;
+  return triangles * kAcceleratorBytesPerTriangle + posed.meshes.size() * kAcceleratorBytesPerInstance;
+}
+
+} // namespace
+
+std::string_view support_name(ExtensionSupport::Level level) {
+  switch (level) {
+  case ExtensionSupport::Level::full: return "full";
+  case ExtensionSupport::Level::partial: return "partial";
+  case ExtensionSupport::Level::ignored: return "ignored";
+  }
+  return "unknown";
+}
+
+SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene) {
+  SceneInfo info;
+  info.file = scene.source;
+  info.generator = scene.generator;
+  info.copyright = scene.copyright;
+  info.content_hash = scene.content_hash;
+  for (const SceneRoot& root : scene.scenes) info.scenes.push_back(root.name);
+  info.shown_scene = shown_scene;
+  info.in_file = describe(scene);
+  info.in_scene = describe(scene, posed);
+  info.bounds = world_bounds(scene, posed);
+  info.variants = scene.variants;
+
+  for (const Mesh& mesh : scene.meshes) info.meshes.push_back(mesh_info(mesh));
+  for (const PosedMesh& mesh : posed.meshes) ++info.meshes[static_cast<size_t>(mesh.mesh)].placed;
+
+  for (const Material& material : scene.materials) info.materials.push_back(material_info(material));
+  std::set<const Image*> held;
+  for (const SceneTexture& texture : scene.textures) {
+    TextureInfo entry{texture.name, 0, 0, "unreadable", 0};
+    if (const Image* image = texture.image.get())
+      entry = {texture.name, image->width, image->height, format_name(*image),
+               held.insert(image).second ? image->byte_count() : 0};
+    info.textures.push_back(std::move(entry));
+  }
+  for (const PosedCamera& camera : posed.cameras)
+    info.cameras.push_back(camera_info(scene.cameras[static_cast<size_t>(camera.camera)], camera_name(scene, camera)));
+  for (const PunctualLight& light : scene.lights) info.lights.push_back(light_info(light));
+  for (const PosedLight& light : posed.lights) ++info.lights[static_cast<size_t>(light.light)].placed;
+  for (const Animation& animation : scene.animations) info.animations.push_back(animation_info(animation));
+
+  info.memory = {info.in_file.geometry_bytes + info.in_scene.deformed_bytes, info.in_file.texture_bytes,
+                 accelerator_bytes(posed, info.meshes)};
+
+  const std::vector<ExtensionSupport> supported = supported_extensions();
+  for (const std::string& name : scene.extensions_used) {
+    const auto entry = std::find_if(supported.begin(), supported.end(),
+                                    [&](const ExtensionSupport& extension) { return extension.name == name; });
+    info.extensions.push_back({name, entry == supported.end() ? "unknown" : std::string(support_name(entry->level))});
+  }
+  return info;
+}
+
+} // namespace kindling::app

@@ -1,0 +1,64 @@
+// The report of a render for programs. README.md describes the keys.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/report.h"
+#include "renderer/app/text_format.h"
+#include "renderer/app/version.h"
+
+#include <nlohmann/json.hpp>
+
+namespace kindling::app {
+
+std::string format_stats_json(const RenderReport& r, bool one_line) {
+  const RenderStatistics& s = r.statistics;
+  const accel::Statistics& a = r.world.accelerator;
+  nlohmann::ordered_json json;
+  if (one_line) json["event"] = "summary";
+  json["version"] = version();
+  json["compiler"] = compiler();
+  json["command_line"] = r.command_line;
+  json["scene"] = r.scene_file;
+  json["scene_hash"] = format_hash(r.scene_hash);
+  json["width"] = r.size_px.x;
+  json["height"] = r.size_px.y;
+  json["crop"] = {r.crop.min.x, r.crop.min.y, r.crop.max.x, r.crop.max.y};
+  json["spp"] = s.samples_per_pixel;
+  json["spp_wanted"] = r.spp_wanted;
+  json["seed"] = r.seed;
+  json["threads"] = s.threads;
+  json["integrator"] = r.integrator;
+  json["view"] = r.view;
+  json["interrupted"] = r.interrupted;
+  json["warnings"] = r.warnings;
+  json["phases"] = {{"load", r.times.load_s},
+                    {"textures", r.times.textures_s},
+                    {"build", r.times.build_s},
+                    {"render", r.times.render_s},
+                    {"write", r.times.write_s}};
+  json["total_s"] = r.times.total_s;
+  json["time_to_first_ray_s"] = r.times.before_render_s;
+  json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
+  json["passes"] = s.passes;
+  json["idle_s"] = s.idle_s;
+  json["rays"] = {
+      {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};
+  json["rays_per_s"] = r.rays_per_s();
+  json["paths"] = s.rays.paths;
+  json["paths_per_s"] = r.paths_per_s();
+  json["non_finite_samples"] = s.rays.non_finite;
+  json["accelerator"] = {{"name", r.accelerator},          {"description", r.accelerator_description},
+                         {"build_s", a.build_s},           {"memory_bytes", a.memory_bytes},
+                         {"triangles", a.triangle_count},  {"instances", a.instance_count},
+                         {"nodes", a.node_count},          {"leaves", a.leaf_count},
+                         {"references", a.reference_count}};
+  json["emissive_triangles"] = r.world.emissive_triangle_count;
+  json["memory"] = {{"geometry_bytes", r.world.geometry_bytes},
+                    {"accelerator_bytes", a.memory_bytes},
+                    {"texture_bytes", r.world.texture_bytes},
+                    {"light_bytes", r.world.light_bytes},
+                    {"film_bytes", r.film_bytes}};
+  json["peak_rss_bytes"] = r.peak_resident_bytes;
+  json["outputs"] = r.outputs;
+  return json.dump(one_line ? -1 : 2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+} // namespace kindling::app

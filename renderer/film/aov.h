@@ -1,0 +1,77 @@
+// The arbitrary output variables (AOVs) that a render can be asked for.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace kindling {
+
+enum class Aov : uint8_t {
+  beauty,
+  alpha,
+  albedo,
+  normal,
+  depth,
+  position,
+  emission,
+  direct,
+  indirect,
+  samples,
+  variance
+};
+
+struct AovInfo {
+  Aov aov;
+  std::string_view name; // as --aov takes it
+  int channels;
+  bool half;                // stored as half in EXR, else as float
+  std::string_view meaning; // one sentence with unit and space
+};
+
+inline constexpr std::array<AovInfo, 11> kAovs{{
+    {Aov::beauty, "beauty", 3, true, "radiance, linear Rec. 709, premultiplied by alpha"},
+    {Aov::alpha, "alpha", 1, true, "coverage of the pixel"},
+    {Aov::albedo, "albedo", 3, true,
+     "directional albedo of the first surface; mean over all samples, those that miss count as 0"},
+    {Aov::normal, "normal", 3, true,
+     "shading normal of the first surface, world space; mean over all samples (not unit at edges), misses count as 0"},
+    {Aov::depth, "depth", 1, false,
+     "distance along the camera's axis to the first surface, metres; mean over the hits, 0 without any"},
+    {Aov::position, "position", 3, false, "first surface, world space, metres; mean over the hits, 0 without any"},
+    {Aov::emission, "emission", 3, true, "light emitted by what the camera sees itself, environment included"},
+    {Aov::direct, "direct", 3, true, "light that was reflected once"},
+    {Aov::indirect, "indirect", 3, true, "light that was reflected more than once"},
+    {Aov::samples, "samples", 1, false, "samples taken"},
+    {Aov::variance, "variance", 1, false,
+     "unbiased estimate of the variance of the pixel's mean luminance; 0 below two samples"},
+}};
+
+[[nodiscard]] constexpr const AovInfo& aov_info(Aov aov) { return kAovs[static_cast<size_t>(aov)]; }
+[[nodiscard]] constexpr std::optional<Aov> aov_from_name(std::string_view name) {
+  for (const AovInfo& info : kAovs)
+    if (info.name == name) return info.aov;
+  return std::nullopt;
+}
+
+class AovSet {
+ public:
+  constexpr void insert(Aov aov) { bits_ |= 1U << static_cast<unsigned>(aov); }
+  [[nodiscard]] constexpr bool contains(Aov aov) const { return ((bits_ >> static_cast<unsigned>(aov)) & 1U) != 0; }
+  // Whether anything but beauty, alpha and the sample count is in it: then paths must record their first surface.
+  [[nodiscard]] constexpr bool needs_surface() const {
+    return contains(Aov::albedo) || contains(Aov::normal) || contains(Aov::depth) || contains(Aov::position);
+  }
+  [[nodiscard]] constexpr bool needs_components() const {
+    return contains(Aov::emission) || contains(Aov::direct) || contains(Aov::indirect);
+  }
+  [[nodiscard]] constexpr uint32_t bits() const { return bits_; }
+
+ private:
+  uint32_t bits_ = 0;
+};
+
+} // namespace kindling

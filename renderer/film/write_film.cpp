@@ -1,0 +1,104 @@
+// Chooses the writer by extension and hands it the film's layers.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/film/write_film.h"
+
+#include "renderer/image/write_image.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <string_view>
+
+namespace kindling {
+
+namespace {
+
+enum class OutputFormat { unsupported, exr, png };
+
+OutputFormat output_format(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".exr") return OutputFormat::exr;
+  if (extension == ".png") return OutputFormat::png;
+  return OutputFormat::unsupported;
+}
+
+constexpr float kLargestHalf = 65504.0f;
+
+// Channel names as other programs know them: Z for depth, LAYER.R/G/B for colours, LAYER.X/Y/Z for vectors.
+std::vector<std::string> channel_names(Aov aov) {
+  const std::string name(aov_info(aov).name);
+  switch (aov) {
+  case Aov::beauty: return {"R", "G", "B"};
+  case Aov::alpha: return {"A"};
+  case Aov::depth: return {"Z"};
+  case Aov::normal:
+  case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};
+  default:
+    if (aov_info(aov).channels == 1) return {name};
+    return {name + ".R", name + ".G", name + ".B"};
+  }
+}
+
+ExrLayer make_layer(std::vector<std::string> names, bool half, std::vector<float> values) {
+  // Beyond the largest half lies infinity, which poisons every filter that meets it.
+  if (half)
+    for (float& value : values) value = std::clamp(value, -kLargestHalf, kLargestHalf);
+  return {std::move(names), half, std::move(values)};
+}
+
+Result<void> write_film_exr(const std::filesystem::path& path, const Film& film, const ImageMetadata& metadata,
+                            const WriteOptions& options) {
+  ExrImage image;
+  image.display_size_px = film.size_px();
+  image.data_min_px = film.crop().min;
+  image.data_max_px = film.crop().max;
+  image.layers.push_back(make_layer({"R", "G", "B", "A"}, options.half, film.resolve_rgba()));
+  for (const AovInfo& info : kAovs) {
+    if (info.aov == Aov::beauty || info.aov == Aov::alpha || !film.aovs().contains(info.aov)) continue;
+    image.layers.push_back(make_layer(channel_names(info.aov), info.half && options.half, film.resolve(info.aov)));
+  }
+  image.text = metadata.text;
+  image.numbers = metadata.numbers;
+  image.integers = metadata.integers;
+  image.matrices["worldToCamera"] = metadata.world_to_camera;
+  image.matrices["worldToNDC"] = metadata.world_to_ndc;
+  return write_exr(path, image);
+}
+
+Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
+                            const ImageMetadata& metadata, const WriteOptions& options) {
+  std::vector<float> rgba = film.resolve_rgba();
+  for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
+    const float alpha = rgba[i + 3];
+    for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
+  }
+  view.apply(rgba);
+  std::map<std::string, std::string> text = metadata.text;
+  for (const auto& [key, value] : metadata.numbers) text[key] = fmt::format("{:g}", value);
+  for (const auto& [key, value] : metadata.integers) text[key] = fmt::format("{}", value);
+  text["kindling:view"] = view.view();
+  return write_png(path, rgba, {film.crop().width(), film.crop().height()}, options.png_bits, text);
+}
+
+} // namespace
+
+Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
+                        const ImageMetadata& metadata, const WriteOptions& options) {
+  switch (output_format(path)) {
+  case OutputFormat::exr: return write_film_exr(path, film, metadata, options);
+  case OutputFormat::png: return write_film_png(path, film, view, metadata, options);
+  case OutputFormat::unsupported: break;
+  }
+  return Error{ErrorKind::usage, unsupported_output(path)};
+}
+
+std::string unsupported_output(const std::filesystem::path& path) {
+  if (output_format(path) != OutputFormat::unsupported) return {};
+  const std::string extension = path.extension().string();
+  if (extension.empty())
+    return fmt::format("{}: the name of a picture needs an extension; use .exr or .png", path.string());
+  return fmt::format("{}: pictures are not written as '{}'; use .exr or .png", path.string(), extension);
+}
+
+} // namespace kindling

@@ -1,0 +1,183 @@
+// From arguments to options: where each value goes, what the defaults are, and what excludes what.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/options.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::app {
+namespace {
+
+RenderOptions render_options(std::vector<const char*> flags) {
+  std::vector<const char*> arguments{"render", "a.glb"};
+  arguments.insert(arguments.end(), flags.begin(), flags.end());
+  Result<CommandLine> line = parse_command_line(arguments);
+  EXPECT_TRUE(line.ok()) << (line.ok() ? "" : line.error().message);
+  return line.ok() ? std::get<RenderOptions>(line.value().command) : RenderOptions{};
+}
+
+std::string refusal(std::vector<const char*> arguments) {
+  const Result<CommandLine> line = parse_command_line(arguments);
+  if (line.ok()) return "accepted";
+  EXPECT_EQ(line.error().kind, ErrorKind::usage);
+  return line.error().message;
+}
+
+TEST(Options, Defaults) {
+  const RenderOptions options = render_options({});
+  EXPECT_EQ(options.scene_file, "a.glb");
+  EXPECT_EQ(options.samples_per_pixel(), 64U);
+  EXPECT_EQ(options.integrator.max_bounces, 8);
+  EXPECT_EQ(options.accelerator, accel::Kind::embree);
+  EXPECT_EQ(options.filter.kind, FilterKind::blackman_harris);
+  EXPECT_TRUE(options.outputs.empty());
+  EXPECT_TRUE(options.exr_half);
+  EXPECT_EQ(options.progress, ProgressMode::automatic);
+}
+
+TEST(Options, ValuesArriveWhereTheyBelong) {
+  const RenderOptions options = render_options({"-o",
+                                                "x.png",
+                                                "--output=y.exr",
+                                                "--spp",
+                                                "16",
+                                                "--size",
+                                                "320x200",
+                                                "--crop=1,2,30,40",
+                                                "--camera",
+                                                "Side",
+                                                "--time",
+                                                "1.5",
+                                                "--env",
+                                                "e.hdr",
+                                                "--env-rotation",
+                                                "-90",
+                                                "--env-intensity",
+                                                "2",
+                                                "--accel",
+                                                "kdtree",
+                                                "--accel-quality",
+                                                "best",
+                                                "--integrator",
+                                                "ambient-occlusion",
+                                                "--clamp-indirect",
+                                                "10",
+                                                "--seed",
+                                                "9",
+                                                "--filter",
+                                                "mitchell",
+                                                "--filter-width",
+                                                "3",
+                                                "--threads",
+                                                "3",
+                                                "--tile-size",
+                                                "64",
+                                                "--aov",
+                                                "albedo,depth",
+                                                "--aov",
+                                                "normal",
+                                                "--exr-float",
+                                                "--png-bits",
+                                                "16",
+                                                "--view",
+                                                "Raw",
+                                                "--exposure",
+                                                "-1",
+                                                "--stats",
+                                                "s.json",
+                                                "--progress",
+                                                "plain",
+                                                "-v",
+                                                "--batch-size",
+                                                "128",
+                                                "--time-limit",
+                                                "5m"});
+  EXPECT_EQ(options.outputs, (std::vector<std::filesystem::path>{"x.png", "y.exr"}));
+  EXPECT_EQ(options.samples_per_pixel(), 16U);
+  EXPECT_EQ(*options.size_px, V2i(320, 200));
+  EXPECT_EQ(options.crop->max, V2i(30, 40));
+  EXPECT_EQ(options.camera, "Side");
+  EXPECT_EQ(*options.time_s, 1.5);
+  EXPECT_EQ(options.env_file, "e.hdr");
+  EXPECT_EQ(options.env_rotation_deg, -90.0);
+  EXPECT_EQ(options.accelerator, accel::Kind::kdtree);
+  EXPECT_EQ(options.quality, accel::Quality::best);
+  EXPECT_EQ(options.integrator.kind, IntegratorKind::ambient_occlusion);
+  EXPECT_EQ(options.integrator.clamp_indirect, 10.0f);
+  EXPECT_EQ(options.filter.kind, FilterKind::mitchell);
+  EXPECT_EQ(options.filter.width, 3.0f);
+  EXPECT_EQ(options.tile_size_px, 64);
+  for (const Aov aov : {Aov::albedo, Aov::depth, Aov::normal}) EXPECT_TRUE(options.aovs.contains(aov));
+  EXPECT_FALSE(options.aovs.contains(Aov::position));
+  EXPECT_FALSE(options.exr_half);
+  EXPECT_EQ(options.png_bits, 16);
+  EXPECT_EQ(options.exposure_stops, -1.0);
+  EXPECT_EQ(options.integrator.batch_size, 128U);
+  EXPECT_EQ(*options.time_limit_s, 300.0);
+  EXPECT_TRUE(options.verbose);
+}
+
+TEST(Options, AValueMayBeginWithAMinus) {
+  const RenderOptions options = render_options({"--orbit", "-140,50,5", "--target", "-1,0,-2", "--fov", "30"});
+  EXPECT_EQ(*options.orbit, V3f(-140.0f, 50.0f, 5.0f));
+  EXPECT_EQ(options.target, V3f(-1.0f, 0.0f, -2.0f));
+  EXPECT_EQ(*options.yfov_deg, 30.0);
+}
+
+TEST(Options, TheLastUseOfAFlagCounts) {
+  EXPECT_EQ(render_options({"--spp", "4", "--spp", "8"}).samples_per_pixel(), 8U);
+  const RenderOptions options = render_options({"--background", "transparent", "--background", "1,0,0"});
+  EXPECT_FALSE(options.integrator.transparent_background);
+  EXPECT_EQ(*options.integrator.background, Rgb(1.0f, 0.0f, 0.0f));
+}
+
+TEST(Options, SeparateBounceLimitsFollowTheTotal) {
+  const RenderOptions all = render_options({"--max-bounces", "32"});
+  EXPECT_EQ(all.integrator.max_diffuse_bounces, 32);
+  EXPECT_EQ(all.integrator.max_glossy_bounces, 32);
+  EXPECT_EQ(all.integrator.max_transmission_bounces, 32);
+  const RenderOptions one = render_options({"--max-diffuse-bounces", "1", "--max-bounces", "4"});
+  EXPECT_EQ(one.integrator.max_diffuse_bounces, 1);
+  EXPECT_EQ(one.integrator.max_glossy_bounces, 4);
+}
+
+TEST(Options, ATimeLimitAloneLeavesTheSamplesOpen) {
+  EXPECT_EQ(render_options({"--time-limit", "10"}).samples_per_pixel(), kUnlimitedSamplesPerPixel);
+  EXPECT_EQ(render_options({"--time-limit", "10", "--spp", "5"}).samples_per_pixel(), 5U);
+}
+
+TEST(Options, CommandLineIsKeptForAShell) {
+  const Result<CommandLine> line = parse_command_line(std::vector<const char*>{"render", "my scene.glb", "--spp", "4"});
+  ASSERT_TRUE(line.ok());
+  EXPECT_EQ(line.value().text, "kindling render 'my scene.glb' --spp 4");
+}
+
+TEST(Options, WhatExcludesWhat) {
+  EXPECT_EQ(refusal({"render", "a.glb", "--env-rotation", "3"}), "--env-rotation: has no meaning without --env");
+  EXPECT_EQ(refusal({"render", "a.glb", "--target", "0,0,0"}), "--target: has no meaning without --orbit");
+  EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,1", "--camera", "0"}),
+            "--orbit and --camera: give one of them");
+  EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,-1"}), "--orbit: the radius -1 is negative; use 0 or more");
+  EXPECT_EQ(refusal({"render", "a.glb", "-q", "-v"}), "--quiet and --verbose: give one of them");
+  EXPECT_EQ(refusal({"render", "a.glb", "--tile-size", "20"}),
+            "--tile-size: '20' is not a multiple of 8; use 8, 16, 32 or so");
+  EXPECT_EQ(refusal({"render", "a.glb", "--batch-size", "65"}),
+            "--batch-size: '65' is not a multiple of 64; use 64, 128, 256 or so");
+}
+
+TEST(Options, InfoTopics) {
+  const Result<CommandLine> line =
+      parse_command_line(std::vector<const char*>{"info", "--list-scenes", "a.glb", "--json"});
+  ASSERT_TRUE(line.ok());
+  const auto& info = std::get<InfoOptions>(line.value().command);
+  EXPECT_EQ(info.topic, InfoTopic::scenes);
+  EXPECT_TRUE(info.json);
+  EXPECT_EQ(info.scene_file, "a.glb");
+}
+
+TEST(Options, HintsNameTheCommand) {
+  EXPECT_EQ(help_hint(std::vector<const char*>{"info", "x"}), " (try 'kindling info --help')");
+  EXPECT_EQ(help_hint({}), " (try 'kindling --help')");
+}
+
+} // namespace
+} // namespace kindling::app

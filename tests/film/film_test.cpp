@@ -1,0 +1,200 @@
+// Means, moments and AOVs of the Film against numbers worked out by hand.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/film/film.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace kindling {
+namespace {
+
+AovSet all_aovs() {
+  AovSet set;
+  for (const AovInfo& info : kAovs) set.insert(info.aov);
+  return set;
+}
+
+Film one_pixel_film(AovSet aovs = all_aovs()) { return Film({1, 1}, {{0, 0}, {1, 1}}, aovs); }
+
+FilmSample grey(float value, float weight = 1.0f) { return {Rgb(value), 1.0f, weight}; }
+
+TEST(Film, MeanOfSamples) {
+  Film film = one_pixel_film({});
+  film.add({0, 0}, {Rgb(1.0f, 2.0f, 3.0f), 1.0f, 1.0f});
+  film.add({0, 0}, {Rgb(3.0f, 0.0f, 0.0f), 0.0f, 1.0f});
+  EXPECT_EQ(film.resolve_rgba(), (std::vector<float>{2.0f, 1.0f, 1.5f, 0.5f}));
+  EXPECT_EQ(film.resolve(Aov::beauty), (std::vector<float>{2.0f, 1.0f, 1.5f}));
+  EXPECT_EQ(film.resolve(Aov::samples), (std::vector<float>{2.0f}));
+  EXPECT_EQ(film.total_samples(), 2U);
+}
+
+TEST(Film, NegativeWeightsDivideByTheirSum) {
+  Film film = one_pixel_film({});
+  film.add({0, 0}, grey(4.0f));
+  film.add({0, 0}, grey(2.0f));
+  film.add({0, 0}, grey(1.0f, -1.0f));
+  EXPECT_FLOAT_EQ(film.resolve(Aov::beauty)[0], 5.0f);
+}
+
+TEST(Film, WeightsWithoutPositiveSumDivideByTheCount) {
+  Film film = one_pixel_film({});
+  film.add({0, 0}, grey(4.0f));
+  film.add({0, 0}, grey(1.0f, -1.0f));
+  EXPECT_FLOAT_EQ(film.resolve(Aov::beauty)[0], 1.5f);
+}
+
+TEST(Film, AlphaStaysInItsRange) {
+  Film film = one_pixel_film({});
+  film.add({0, 0}, {Rgb(1.0f), 1.0f, 1.0f});
+  film.add({0, 0}, {Rgb(1.0f), 1.0f, 1.0f});
+  film.add({0, 0}, {Rgb(0.0f), 0.0f, -1.0f});
+  EXPECT_FLOAT_EQ(film.resolve(Aov::alpha)[0], 1.0f);
+}
+
+TEST(Film, VarianceOfTheMean) {
+  Film film = one_pixel_film();
+  for (const float y : {1.0f, 2.0f, 3.0f, 6.0f}) film.add({0, 0}, grey(y));
+  // s^2 = (4 + 1 + 0 + 9) / 3, of the mean: / 4.
+  EXPECT_NEAR(film.resolve(Aov::variance)[0], 14.0 / 12.0, 1e-6);
+}
+
+TEST(Film, VarianceNeedsTwoSamples) {
+  Film film = one_pixel_film();
+  film.add({0, 0}, grey(5.0f));
+  EXPECT_EQ(film.resolve(Aov::variance)[0], 0.0f);
+}
+
+// The estimate is unbiased: over many pixels of n samples, its mean is sigma^2 / n.
+TEST(Film, VarianceIsUnbiased) {
+  constexpr int kPixels = 20000;
+  constexpr int kSamples = 4;
+  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, all_aovs());
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+  for (int x = 0; x < kPixels; ++x)
+    for (int s = 0; s < kSamples; ++s) film.add({x, 0}, grey(uniform(random)));
+  double sum = 0.0;
+  for (const float v : film.resolve(Aov::variance)) sum += v;
+  // Uniform: sigma^2 = 1/12, fourth central moment 1/80. Var(s^2) = (m4 - sigma^4 (n - 3) / (n - 1)) / n; 5 standard
+  // errors.
+  const double sigma2 = 1.0 / 12.0;
+  const double variance_of_s2 = (1.0 / 80.0 - sigma2 * sigma2 * (kSamples - 3.0) / (kSamples - 1.0)) / kSamples;
+  const double standard_error = std::sqrt(variance_of_s2 / kPixels) / kSamples;
+  EXPECT_NEAR(sum / kPixels, sigma2 / kSamples, 5.0 * standard_error);
+}
+
+// Signed weights: the estimate agrees with the spread of the means of many pixels.
+TEST(Film, VarianceUnderNegativeLobes) {
+  constexpr int kPixels = 4000;
+  constexpr int kSamples = 256;
+  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, all_aovs());
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+  for (int x = 0; x < kPixels; ++x)
+    for (int s = 0; s < kSamples; ++s) {
+      const float weight = uniform(random) < 0.1f ? -1.0f : 1.0f;
+      film.add({x, 0}, grey(uniform(random) + (weight < 0.0f ? 0.5f : 0.0f), weight));
+    }
+  const std::vector<float> means = film.resolve(Aov::beauty);
+  double sum = 0.0;
+  double squares = 0.0;
+  double estimate = 0.0;
+  for (int x = 0; x < kPixels; ++x) {
+    sum += means[3 * static_cast<size_t>(x)];
+    squares += square(means[3 * static_cast<size_t>(x)]);
+  }
+  for (const float v : film.resolve(Aov::variance)) estimate += v;
+  const double mean = sum / kPixels;
+  const double spread = (squares - kPixels * mean * mean) / (kPixels - 1);
+  // The standard error of a normal sample's variance is sqrt(2 / (N - 1)) of it: 2.2 %; the first-order formula adds
+  // O(1/n).
+  EXPECT_NEAR(estimate / kPixels / spread, 1.0, 5.0 * std::sqrt(2.0 / (kPixels - 1)) + 4.0 / kSamples);
+}
+
+TEST(Film, SurfaceMeans) {
+  Film film = one_pixel_film();
+  FilmSurface hit;
+  hit.hit = true;
+  hit.albedo = Rgb(0.5f, 0.25f, 1.0f);
+  hit.normal = V3f(0.0f, 0.0f, 1.0f);
+  hit.depth = 4.0f;
+  hit.position = V3f(1.0f, 2.0f, 3.0f);
+  hit.emission = Rgb(1.0f);
+  hit.direct = Rgb(2.0f);
+  film.add({0, 0}, grey(7.0f));
+  film.add_surface({0, 0}, hit, 1.0f);
+  FilmSurface miss;
+  miss.emission = Rgb(3.0f);
+  miss.depth = 100.0f; // of no account: nothing was hit
+  film.add({0, 0}, grey(3.0f));
+  film.add_surface({0, 0}, miss, 1.0f);
+
+  EXPECT_EQ(film.resolve(Aov::albedo), (std::vector<float>{0.25f, 0.125f, 0.5f}));
+  EXPECT_EQ(film.resolve(Aov::normal), (std::vector<float>{0.0f, 0.0f, 0.5f}));
+  EXPECT_EQ(film.resolve(Aov::depth), (std::vector<float>{4.0f}));
+  EXPECT_EQ(film.resolve(Aov::position), (std::vector<float>{1.0f, 2.0f, 3.0f}));
+  EXPECT_EQ(film.resolve(Aov::emission)[0], 2.0f);
+  EXPECT_EQ(film.resolve(Aov::direct)[0], 1.0f);
+  EXPECT_EQ(film.resolve(Aov::indirect)[0], 2.0f); // 5 - 2 - 1
+}
+
+TEST(Film, IndirectOfDirectLightAloneIsZero) {
+  Film film = one_pixel_film();
+  FilmSurface surface;
+  surface.hit = true;
+  for (int s = 1; s < 100; ++s) {
+    surface.emission = Rgb(0.1f * static_cast<float>(s));
+    surface.direct = Rgb(1.0f / static_cast<float>(s));
+    film.add({0, 0}, {surface.emission + surface.direct, 1.0f, 1.0f});
+    film.add_surface({0, 0}, surface, 1.0f);
+  }
+  EXPECT_EQ(film.resolve(Aov::indirect), (std::vector<float>{0.0f, 0.0f, 0.0f}));
+}
+
+TEST(Film, NothingHitLeavesZeros) {
+  Film film = one_pixel_film();
+  film.add({0, 0}, grey(1.0f));
+  film.add_surface({0, 0}, FilmSurface{}, 1.0f);
+  EXPECT_EQ(film.resolve(Aov::depth), (std::vector<float>{0.0f}));
+  EXPECT_EQ(film.resolve(Aov::position), (std::vector<float>{0.0f, 0.0f, 0.0f}));
+}
+
+TEST(Film, PixelsWithoutSamplesAreBlackAndTransparent) {
+  const Film film = one_pixel_film();
+  EXPECT_EQ(film.resolve_rgba(), (std::vector<float>{0.0f, 0.0f, 0.0f, 0.0f}));
+  EXPECT_EQ(film.total_samples(), 0U);
+}
+
+TEST(Film, CropAddressesPixelsOfTheWholeImage) {
+  Film film({100, 80}, {{10, 20}, {13, 22}}, {});
+  film.add({10, 20}, grey(1.0f));
+  film.add({12, 20}, grey(2.0f));
+  film.add({11, 21}, grey(3.0f));
+  const std::vector<float> rgb = film.resolve(Aov::beauty);
+  ASSERT_EQ(rgb.size(), 3U * 2U * 3U);
+  EXPECT_EQ(rgb[0], 1.0f);
+  EXPECT_EQ(rgb[2 * 3], 2.0f);
+  EXPECT_EQ(rgb[(3 + 1) * 3], 3.0f);
+  EXPECT_EQ(rgb[1 * 3], 0.0f);
+}
+
+TEST(Film, MemoryGrowsOnlyWithWhatIsAskedFor) {
+  const PixelRect whole{{0, 0}, {64, 64}};
+  const Film plain({64, 64}, whole, {});
+  const Film full({64, 64}, whole, all_aovs());
+  EXPECT_LE(plain.memory_bytes(), 64U * 64U * 48U);
+  EXPECT_GT(full.memory_bytes(), plain.memory_bytes());
+}
+
+TEST(Aovs, NamesAreUniqueAndFound) {
+  for (const AovInfo& info : kAovs) {
+    EXPECT_EQ(aov_from_name(info.name), info.aov);
+    EXPECT_EQ(aov_info(info.aov).name, info.name);
+  }
+  EXPECT_FALSE(aov_from_name("shadow").has_value());
+}
+
+} // namespace
+} // namespace kindling
