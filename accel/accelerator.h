@@ -91,9 +91,9 @@ enum class Quality { fast, balanced, best };
 
 struct BuildOptions {
   Quality quality = Quality::balanced;
-  bool robust = true;                       // watertight at the price of some speed (Embree: RTC_SCENE_FLAG_ROBUST)
+  bool robust = true;                        // watertight at the price of some speed (Embree: RTC_SCENE_FLAG_ROBUST)
   const std::atomic<bool>* cancel = nullptr; // polled; a cancelled build returns null
-  std::function<void(double)> on_progress;  // fraction done in [0, 1]; called from any one thread at a time
+  std::function<void(double)> on_progress;   // fraction done in [0, 1]; called from any one thread at a time
 };
 
 // What a build cost and made; for reports.
@@ -102,7 +102,7 @@ struct Statistics {
   size_t memory_bytes = 0; // held by the accelerator, without the borrowed arrays
   size_t triangle_count = 0;
   size_t instance_count = 0;
-  size_t node_count = 0;      // 0 where the library does not tell
+  size_t node_count = 0; // 0 where the library does not tell
   size_t leaf_count = 0;
   size_t reference_count = 0; // triangle references in leaves
 };

@@ -12,7 +12,8 @@ namespace kindling::accel {
 
 // Builds over the borrowed input. Null only if cancelled. Throws std::bad_alloc when memory runs out, nothing else.
 // Parallel with TBB in the caller's arena.
-[[nodiscard]] std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input, const BuildOptions& options = {});
+[[nodiscard]] std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input,
+                                                            const BuildOptions& options = {});
 
 // "embree", "kdtree", "brute-force".
 [[nodiscard]] std::string_view kind_name(Kind kind);

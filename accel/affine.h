@@ -1,0 +1,104 @@
+// Instance transforms as the accelerators use them: rays to object space, boxes to world space.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+
+#include <ImathBox.h>
+#include <ImathMatrix.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+
+namespace kindling::accel {
+
+// Four floats that live in one register; lanes x, y, z and one to spare.
+using Quad = float __attribute__((vector_size(16)));
+
+// A ray is two of them: (origin, t_min) and (direction, t_max). One wide access each, since narrow stores that are soon
+// loaded as a quadword stall.
+static_assert(offsetof(Ray, t_min) == 12 && offsetof(Ray, direction) == 16 && offsetof(Ray, t_max) == 28);
+[[nodiscard]] inline Quad origin_quad(const Ray& ray) {
+  Quad quad;
+  std::memcpy(&quad, reinterpret_cast<const char*>(&ray), sizeof(Quad));
+  return quad;
+}
+[[nodiscard]] inline Quad direction_quad(const Ray& ray) {
+  Quad quad;
+  std::memcpy(&quad, reinterpret_cast<const char*>(&ray) + offsetof(Ray, direction), sizeof(Quad));
+  return quad;
+}
+
+[[nodiscard]] inline bool is_identity(const Imath::M44f& m) { return m == Imath::M44f(); }
+
+// Takes a world ray into the object space of an instance. The direction is not normalized, so t means the same in both.
+class RayToObject {
+ public:
+  // Inverts in double precision. False if the matrix is not finite, singular, or shrinks by more than 1e12: nothing of that
+  // instance can be hit.
+  [[nodiscard]] bool set_inverse_of(const Imath::M44f& object_to_world) {
+    const Imath::M44d m(object_to_world);
+    const double c00 = m[1][1] * m[2][2] - m[1][2] * m[2][1], c01 = m[0][2] * m[2][1] - m[0][1] * m[2][2],
+                 c02 = m[0][1] * m[1][2] - m[0][2] * m[1][1], c10 = m[1][2] * m[2][0] - m[1][0] * m[2][2],
+                 c11 = m[0][0] * m[2][2] - m[0][2] * m[2][0], c12 = m[0][2] * m[1][0] - m[0][0] * m[1][2],
+                 c20 = m[1][0] * m[2][1] - m[1][1] * m[2][0], c21 = m[0][1] * m[2][0] - m[0][0] * m[2][1],
+                 c22 = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+    const double determinant = m[0][0] * c00 + m[0][1] * c10 + m[0][2] * c20;
+    if (!std::isfinite(determinant) || determinant == 0.0) return false;
+    const double inverse[3][3] = {{c00, c01, c02}, {c10, c11, c12}, {c20, c21, c22}};
+    bool finite = true;
+    for (int column = 0; column < 3; ++column) {
+      double origin = 0.0;
+      for (int row = 0; row < 3; ++row) {
+        const double value = inverse[row][column] / determinant;
+        rows_[row][column] = static_cast<float>(value);
+        origin -= m[3][row] * value;
+        finite = finite && std::fabs(value) <= 1e12;
+      }
+      rows_[3][column] = static_cast<float>(origin);
+      finite = finite && std::isfinite(rows_[3][column]);
+    }
+    return finite;
+  }
+
+  [[nodiscard]] Ray operator()(const Ray& ray) const {
+    Ray out = ray;
+    Quad origin = ray.origin.x * rows_[0] + ray.origin.y * rows_[1] + ray.origin.z * rows_[2] + rows_[3];
+    Quad direction = ray.direction.x * rows_[0] + ray.direction.y * rows_[1] + ray.direction.z * rows_[2];
+    origin[3] = ray.t_min;
+    direction[3] = ray.t_max;
+    std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
+    std::memcpy(reinterpret_cast<char*>(&out) + offsetof(Ray, direction), &direction, sizeof(Quad));
+    return out;
+  }
+
+ private:
+  std::array<Quad, 4> rows_{}; // of the inverse, for row vectors
+};
+
+// Bounds of a transformed box, a few rounding errors larger than exact. Empty stays empty.
+[[nodiscard]] inline Imath::Box3f transform_bounds(const Imath::M44f& m, const Imath::Box3f& box) {
+  Imath::Box3f out;
+  if (box.isEmpty()) return out;
+  float largest = 0.0f;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double p[3] = {(corner & 1) ? box.max.x : box.min.x, (corner & 2) ? box.max.y : box.min.y,
+                         (corner & 4) ? box.max.z : box.min.z};
+    Imath::V3f q;
+    for (int k = 0; k < 3; ++k) {
+      q[k] = static_cast<float>(p[0] * m[0][k] + p[1] * m[1][k] + p[2] * m[2][k] + m[3][k]);
+      largest = std::max(largest, std::fabs(q[k]));
+    }
+    out.extendBy(q);
+  }
+  const float margin = 8.0f * std::numeric_limits<float>::epsilon() * largest;
+  out.min -= Imath::V3f(margin);
+  out.max += Imath::V3f(margin);
+  return out;
+}
+
+} // namespace kindling::accel

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/brute_force.h"
+
+#include "accel/affine.h"
+#include "accel/triangle.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace kindling::accel {
+namespace {
+
+struct CheckedMesh {
+  std::vector<uint32_t> triangles; // those that can be hit
+  Imath::Box3f bounds;             // of them
+};
+
+struct PlacedGroup {
+  uint32_t instance = 0;
+  MeshGroup group;
+  bool identity = true;
+  RayToObject to_object;
+};
+
+// Conservative: the margin exceeds the rounding errors of the triangle test, which sees vertices relative to the origin.
+bool may_hit(const Imath::Box3f& box, const Ray& ray, float t_max) {
+  float extent = 0.0f;
+  for (int k = 0; k < 3; ++k)
+    extent = std::max({extent, std::fabs(box.min[k] - ray.origin[k]), std::fabs(box.max[k] - ray.origin[k])});
+  const double margin = 1e-5 * extent;
+  double enter = 0.0, leave = static_cast<double>(t_max) * (1.0 + 1e-5);
+  for (int k = 0; k < 3; ++k) {
+    const double low = static_cast<double>(box.min[k]) - ray.origin[k] - margin;
+    const double high = static_cast<double>(box.max[k]) - ray.origin[k] + margin;
+    const double d = ray.direction[k];
+    if (d == 0.0) {
+      if (low > 0.0 || high < 0.0) return false;
+      continue;
+    }
+    enter = std::max(enter, std::min(low / d, high / d));
+    leave = std::min(leave, std::max(low / d, high / d));
+  }
+  return enter <= leave;
+}
+
+class BruteForce final : public Accelerator {
+ public:
+  BruteForce(const BuildInput& input, const BuildOptions& options)
+      : meshes_(input.meshes.begin(), input.meshes.end()), filter_(input.filter) {
+    const auto start = std::chrono::steady_clock::now();
+    checked_.resize(meshes_.size());
+    for (size_t m = 0; m < meshes_.size(); ++m) {
+      check(m);
+      if (options.on_progress) options.on_progress(static_cast<double>(m + 1) / static_cast<double>(meshes_.size()));
+    }
+    for (size_t i = 0; i < input.instances.size(); ++i) {
+      const Instance& instance = input.instances[i];
+      PlacedGroup placed{
+          static_cast<uint32_t>(i), input.groups[instance.group], is_identity(instance.object_to_world), {}};
+      if (!placed.to_object.set_inverse_of(instance.object_to_world)) continue;
+      placed_.push_back(placed);
+      for (uint32_t m = 0; m < placed.group.mesh_count; ++m) {
+        const CheckedMesh& mesh = checked_[placed.group.first_mesh + m];
+        statistics_.triangle_count += mesh.triangles.size();
+        bounds_.extendBy(placed.identity ? mesh.bounds : transform_bounds(instance.object_to_world, mesh.bounds));
+      }
+    }
+    statistics_.instance_count = input.instances.size();
+    statistics_.memory_bytes = placed_.capacity() * sizeof(PlacedGroup) + checked_.capacity() * sizeof(CheckedMesh);
+    for (const CheckedMesh& mesh : checked_) statistics_.memory_bytes += mesh.triangles.capacity() * sizeof(uint32_t);
+    statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  [[nodiscard]] Hit intersect(const Ray& ray) const override { return trace<false>(ray); }
+  [[nodiscard]] bool occluded(const Ray& ray) const override { return trace<true>(ray).is_hit(); }
+  void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    for (size_t i = 0; i < rays.size(); ++i) hits[i] = trace<false>(rays[i]);
+  }
+  void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    for (size_t i = 0; i < rays.size(); ++i) blocked[i] = trace<true>(rays[i]).is_hit() ? 1 : 0;
+  }
+  [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
+  [[nodiscard]] Statistics statistics() const override { return statistics_; }
+
+ private:
+  void check(size_t m) {
+    const TriangleMesh& mesh = meshes_[m];
+    CheckedMesh& checked = checked_[m];
+    for (size_t i = 0; i < mesh.triangle_count(); ++i) {
+      const Imath::V3f& p0 = mesh.positions[mesh.indices[3 * i]];
+      const Imath::V3f& p1 = mesh.positions[mesh.indices[3 * i + 1]];
+      const Imath::V3f& p2 = mesh.positions[mesh.indices[3 * i + 2]];
+      if (!can_be_hit(p0, p1, p2)) continue;
+      checked.triangles.push_back(static_cast<uint32_t>(i));
+      for (const Imath::V3f* p : {&p0, &p1, &p2}) checked.bounds.extendBy(*p);
+    }
+  }
+
+  template <bool kAny>
+  Hit trace(const Ray& world) const {
+    Hit best;
+    if (!can_hit(world)) return best;
+    const float t_min = std::max(world.t_min, 0.0f);
+    float t_max = world.t_max;
+    for (const PlacedGroup& placed : placed_) {
+      const Ray ray = placed.identity ? world : placed.to_object(world);
+      if (!can_hit(ray)) continue;
+      const RayShear shear(ray.origin, ray.direction);
+      for (uint32_t m = placed.group.first_mesh; m < placed.group.first_mesh + placed.group.mesh_count; ++m) {
+        if (checked_[m].triangles.empty() || !may_hit(checked_[m].bounds, ray, t_max)) continue;
+        const TriangleMesh& mesh = meshes_[m];
+        for (const uint32_t triangle : checked_[m].triangles) {
+          Hit hit;
+          const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(triangle)];
+          if (!intersect_triangle(shear, mesh.positions[corner[0]], mesh.positions[corner[1]],
+                                  mesh.positions[corner[2]], t_min, t_max, hit.t, hit.u, hit.v))
+            continue;
+          if (best.is_hit() && hit.t == best.t) continue; // met first: the smaller ids
+          hit.instance = placed.instance;
+          hit.mesh = m;
+          hit.triangle = triangle;
+          if (!mesh.opaque && filter_.accept != nullptr && !filter_.accept(filter_.context, world, hit)) continue;
+          best = hit;
+          t_max = hit.t;
+          if (kAny) return best;
+        }
+      }
+    }
+    return best;
+  }
+
+  std::vector<TriangleMesh> meshes_;
+  HitFilter filter_;
+  std::vector<CheckedMesh> checked_;
+  std::vector<PlacedGroup> placed_;
+  Imath::Box3f bounds_;
+  Statistics statistics_;
+};
+
+} // namespace
+
+std::unique_ptr<Accelerator> make_brute_force(const BuildInput& input, const BuildOptions& options) {
+  if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) return nullptr;
+  return std::make_unique<BruteForce>(input, options);
+}
+
+} // namespace kindling::accel

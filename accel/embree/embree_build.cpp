@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/embree/embree_build.h"
+
+#include "accel/affine.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <mutex>
+#include <new>
+
+namespace kindling::accel::embree {
+namespace {
+
+// Collects the progress of all scenes and passes it on from one thread at a time.
+class Monitor {
+ public:
+  Monitor(const BuildOptions& options, double total_weight) : options_(options), total_weight_(total_weight) {}
+
+  [[nodiscard]] bool cancelled() const {
+    return options_.cancel != nullptr && options_.cancel->load(std::memory_order_relaxed);
+  }
+  void add(double weight) {
+    if (!options_.on_progress) return;
+    std::lock_guard lock(mutex_);
+    done_ += weight;
+    const double fraction = std::min(1.0, done_ / total_weight_);
+    if (fraction < reported_ + 0.005) return;
+    reported_ = fraction;
+    options_.on_progress(fraction);
+  }
+
+ private:
+  const BuildOptions& options_;
+  double total_weight_;
+  std::mutex mutex_;
+  double done_ = 0.0, reported_ = 0.0;
+};
+
+// The part of one scene in the monitor.
+struct SceneProgress {
+  Monitor& monitor;
+  double weight = 1.0;
+  std::mutex mutex;
+  double fraction = 0.0;
+
+  static bool callback(void* user, double fraction) {
+    auto& self = *static_cast<SceneProgress*>(user);
+    double step = 0.0;
+    {
+      std::lock_guard lock(self.mutex);
+      step = std::max(0.0, std::min(1.0, fraction) - self.fraction);
+      self.fraction += step;
+    }
+    self.monitor.add(self.weight * step);
+    return !self.monitor.cancelled();
+  }
+};
+
+bool count_memory(void* user, ssize_t bytes, bool) {
+  static_cast<std::atomic<int64_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
+  return true;
+}
+
+class Builder {
+ public:
+  Builder(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out)
+      : input_(input), options_(options), filter_(filter), out_(out) {}
+
+  bool run() {
+    out_.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
+    out_.device = Device(rtcNewDevice(nullptr));
+    if (!out_.device) throw std::bad_alloc();
+    rtcSetDeviceMemoryMonitorFunction(out_.device.get(), count_memory, out_.memory_bytes.get());
+
+    make_geometries();
+    const std::vector<uint32_t> moved = moved_groups();
+    double total = 1.0 + static_cast<double>(top_triangles_ + input_.instances.size());
+    for (const uint32_t g : moved) total += static_cast<double>(group_triangles(g));
+    Monitor monitor(options_, total);
+
+    out_.groups.resize(input_.groups.size());
+    std::atomic<bool> ok{true};
+    tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
+      if (!build_group(moved[i], monitor)) ok.store(false, std::memory_order_relaxed);
+    });
+    if (!ok.load()) return failed(monitor);
+    if (!build_top(monitor)) return failed(monitor);
+    check_errors();
+    if (options_.on_progress) options_.on_progress(1.0);
+    return true;
+  }
+
+ private:
+  [[nodiscard]] size_t group_triangles(uint32_t g) const {
+    const MeshGroup& group = input_.groups[g];
+    size_t count = 0;
+    for (uint32_t m = 0; m < group.mesh_count; ++m) count += input_.meshes[group.first_mesh + m].triangle_count();
+    return count;
+  }
+
+  // Sorts instances into those whose meshes lie in the top scene and those that are moved; singular ones are left out.
+  std::vector<uint32_t> moved_groups() {
+    std::vector<uint8_t> used(input_.groups.size(), 0);
+    for (size_t i = 0; i < input_.instances.size(); ++i) {
+      const Instance& instance = input_.instances[i];
+      const size_t triangles = group_triangles(instance.group);
+      RayToObject inverse;
+      if (triangles == 0 || !inverse.set_inverse_of(instance.object_to_world)) continue;
+      out_.triangle_count += triangles;
+      if (is_identity(instance.object_to_world)) {
+        top_triangles_ += triangles;
+        still_.push_back(static_cast<uint32_t>(i));
+      } else {
+        used[instance.group] = 1;
+        moved_.push_back(static_cast<uint32_t>(i));
+      }
+    }
+    std::vector<uint32_t> groups;
+    for (size_t g = 0; g < used.size(); ++g)
+      if (used[g] != 0) groups.push_back(static_cast<uint32_t>(g));
+    return groups;
+  }
+
+  [[nodiscard]] RTCBuildQuality build_quality() const {
+    switch (options_.quality) {
+    case Quality::fast: return RTC_BUILD_QUALITY_LOW;
+    case Quality::balanced: return RTC_BUILD_QUALITY_MEDIUM;
+    case Quality::best: return RTC_BUILD_QUALITY_HIGH;
+    }
+    return RTC_BUILD_QUALITY_MEDIUM;
+  }
+
+  void make_geometries() {
+    geometries_.resize(input_.meshes.size());
+    for (size_t m = 0; m < input_.meshes.size(); ++m) {
+      const TriangleMesh& mesh = input_.meshes[m];
+      if (mesh.triangle_count() == 0) continue;
+      Geometry geometry(rtcNewGeometry(out_.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+      rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
+                                 sizeof(Imath::V3f), mesh.positions.size());
+      rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
+                                 3 * sizeof(uint32_t), mesh.triangle_count());
+      // A scene of low quality is one tree per mesh under a top tree; only this makes the lower ones cheap too.
+      if (options_.quality == Quality::fast) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_LOW);
+      if (!mesh.opaque && input_.filter.accept != nullptr) {
+        rtcSetGeometryIntersectFilterFunction(geometry.get(), filter_);
+        rtcSetGeometryOccludedFilterFunction(geometry.get(), filter_);
+      }
+      rtcCommitGeometry(geometry.get());
+      geometries_[m] = std::move(geometry);
+    }
+    check_errors();
+  }
+
+  Scene new_scene() {
+    Scene scene(rtcNewScene(out_.device.get()));
+    if (!scene) throw std::bad_alloc();
+    rtcSetSceneFlags(scene.get(), options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    rtcSetSceneBuildQuality(scene.get(), build_quality());
+    return scene;
+  }
+
+  bool commit(const Scene& scene, double weight, Monitor& monitor) {
+    if (monitor.cancelled()) return false;
+    SceneProgress progress{monitor, weight, {}, 0.0};
+    rtcSetSceneProgressMonitorFunction(scene.get(), SceneProgress::callback, &progress);
+    rtcCommitScene(scene.get());
+    rtcSetSceneProgressMonitorFunction(scene.get(), nullptr, nullptr);
+    if (monitor.cancelled()) return false;
+    monitor.add(weight * (1.0 - progress.fraction));
+    return true;
+  }
+
+  bool build_group(uint32_t g, Monitor& monitor) {
+    const MeshGroup& group = input_.groups[g];
+    Scene scene = new_scene();
+    for (uint32_t m = 0; m < group.mesh_count; ++m)
+      if (geometries_[group.first_mesh + m])
+        rtcAttachGeometryByID(scene.get(), geometries_[group.first_mesh + m].get(), m);
+    if (!commit(scene, static_cast<double>(group_triangles(g)), monitor)) return false;
+    out_.groups[g] = std::move(scene);
+    return true;
+  }
+
+  bool build_top(Monitor& monitor) {
+    Scene scene = new_scene();
+    for (const uint32_t i : still_) {
+      const MeshGroup& group = input_.groups[input_.instances[i].group];
+      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
+        if (!geometries_[m]) continue;
+        rtcAttachGeometryByID(scene.get(), geometries_[m].get(), static_cast<unsigned>(out_.top_geometries.size()));
+        out_.top_geometries.push_back({i, m});
+      }
+    }
+    for (const uint32_t i : moved_) {
+      const Instance& instance = input_.instances[i];
+      const Geometry geometry(rtcNewGeometry(out_.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+      rtcSetGeometryInstancedScene(geometry.get(), out_.groups[instance.group].get());
+      rtcSetGeometryTimeStepCount(geometry.get(), 1);
+      // Row vectors by rows are column vectors by columns.
+      rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.object_to_world[0][0]);
+      rtcCommitGeometry(geometry.get());
+      rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(out_.top_geometries.size()));
+      out_.top_geometries.push_back({i, input_.groups[instance.group].first_mesh});
+    }
+    if (!commit(scene, 1.0 + static_cast<double>(top_triangles_ + input_.instances.size()), monitor)) return false;
+    out_.top = std::move(scene);
+    return true;
+  }
+
+  bool failed(const Monitor& monitor) {
+    if (!monitor.cancelled()) throw std::bad_alloc();
+    return false;
+  }
+
+  // Embree reports what its tasks throw as errors of the device; valid input leaves only lack of memory.
+  void check_errors() {
+    if (rtcGetDeviceError(out_.device.get()) != RTC_ERROR_NONE) throw std::bad_alloc();
+  }
+
+  const BuildInput& input_;
+  const BuildOptions& options_;
+  RTCFilterFunctionN filter_;
+  BuiltScenes& out_;
+  std::vector<Geometry> geometries_;    // by mesh; empty where it has no triangles
+  std::vector<uint32_t> still_, moved_; // instances
+  size_t top_triangles_ = 0;
+};
+
+} // namespace
+
+bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out) {
+  return Builder(input, options, filter, out).run();
+}
+
+} // namespace kindling::accel::embree

@@ -1,0 +1,56 @@
+// Builds the binary kd-tree over a list of geometries.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/binary_tree.h"
+#include "accel/kdtree/config.h"
+#include "accel/kdtree/reference.h"
+
+#include <ImathBox.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+
+namespace kindling::accel::kd {
+
+// Passes cancellation in and progress out, for all trees of an accelerator together. Thread-safe.
+class BuildMonitor {
+ public:
+  BuildMonitor(const BuildOptions& options, size_t total_triangles)
+      : options_(options), total_(static_cast<double>(std::max<size_t>(1, total_triangles))) {}
+
+  [[nodiscard]] bool cancelled() const {
+    return options_.cancel != nullptr && options_.cancel->load(std::memory_order_relaxed);
+  }
+  // So many triangles' worth of work is done.
+  void add(double triangles) {
+    if (!options_.on_progress) return;
+    std::lock_guard lock(mutex_);
+    done_ += triangles;
+    const double fraction = std::min(1.0, done_ / total_);
+    if (fraction < reported_ + 0.005) return;
+    reported_ = fraction;
+    options_.on_progress(fraction);
+  }
+
+ private:
+  const BuildOptions& options_;
+  double total_;
+  std::mutex mutex_;
+  double done_ = 0.0, reported_ = 0.0;
+};
+
+struct BinaryTree {
+  std::unique_ptr<BinaryNode> root; // null: nothing can be hit
+  Imath::Box3f bounds;              // of all triangles that can be hit
+  size_t triangle_count = 0;        // that can be hit
+};
+
+// The tree is the same for any number of threads. After a cancellation it is incomplete: ask the monitor.
+[[nodiscard]] BinaryTree build_binary_tree(const Config& config, std::span<const Geometry> geometries,
+                                           BuildMonitor& monitor);
+
+} // namespace kindling::accel::kd

@@ -1,0 +1,15 @@
+// Our own accelerator: a kd-tree built by the surface area heuristic, in two levels where instances are moved.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+
+#include <memory>
+
+namespace kindling::accel {
+
+// Null only if cancelled; throws std::bad_alloc if memory runs out. Parallel in the caller's TBB arena; the result, and so
+// every answer, is the same for any number of threads. Ties in t usually go to the smallest (instance, mesh, triangle).
+[[nodiscard]] std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options);
+
+} // namespace kindling::accel

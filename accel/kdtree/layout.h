@@ -1,0 +1,16 @@
+// Turns a binary tree into wide nodes and leaf blocks.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/binary_tree.h"
+#include "accel/kdtree/build.h"
+#include "accel/kdtree/node.h"
+
+#include <vector>
+
+namespace kindling::accel::kd {
+
+// Throws std::bad_alloc if memory runs out, or if the tree exceeds what a ChildWord can number (2^27 leaf blocks).
+[[nodiscard]] Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries);
+
+} // namespace kindling::accel::kd

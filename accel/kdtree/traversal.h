@@ -1,0 +1,169 @@
+// One ray through a tree of wide nodes.
+//
+// The near child of a node is found from the point where the ray enters it: comparing that point with the seven planes gives
+// seven bits, and a table turns them into the lane. The intervals of all eight children follow from the distances of the planes
+// off that critical path; those that the ray also enters go to the stack, farthest first.
+//
+// Robustness (tests/accel/test_watertight.cpp):
+//  - distances are (plane - origin) * (1 / direction), where direction 0 gives infinities; 0 * infinity is NaN and must mean
+//    "no restriction", which the order of the operands of min and max ensures; a ray in a plane visits both sides;
+//  - a child is entered if its interval is empty by no more than rounding: enter <= leave * (1 + 4 ulp);
+//  - hits in a leaf count up to the end of the ray, not of the cell; the search ends when the next cell lies behind the hit.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/config.h"
+#include "accel/kdtree/leaf.h"
+#include "accel/kdtree/node.h"
+#include "accel/kdtree/simd8.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace kindling::accel::kd {
+
+inline constexpr float kWiden = 1.0f + 5e-7f; // a little over 4 ulp
+
+// At most 7 pushes per three binary levels, and one more round; a compressed store may write 8 entries past the top.
+inline constexpr size_t kStackSize = 7 * ((kMaxDepth + 2) / 3 + 1) + 9;
+
+namespace tables {
+
+// Comparisons of the entry point with the planes (bit set: above) -> lane of the child that holds it. Bit 2 is ignored.
+consteval std::array<uint8_t, 256> make_near_lane() {
+  std::array<uint8_t, 256> table{};
+  for (uint32_t bits = 0; bits < 256; ++bits) {
+    const uint32_t first = (bits >> kRootLane) & 1;
+    const uint32_t second = (bits >> (kSecondLane + first)) & 1;
+    const uint32_t third = (bits >> (kThirdLane + 2 * first + second)) & 1;
+    table[bits] = static_cast<uint8_t>(4 * first + 2 * second + third);
+  }
+  return table;
+}
+
+// Signs of the direction along the axes of the planes -> eight bytes, children from far to near: the lane in bits 0 to 2, the
+// lane of its third-level plane in bits 3 to 5, that of its second-level plane in bits 6 and 7.
+consteval std::array<uint64_t, 256> make_order() {
+  std::array<uint64_t, 256> table{};
+  for (uint32_t signs = 0; signs < 256; ++signs) {
+    for (uint32_t position = 0; position < kWideLanes; ++position) {
+      const uint32_t far1 = position < 4, far2 = (position & 2) == 0, far3 = (position & 1) == 0;
+      const uint32_t first = far1 ^ ((signs >> kRootLane) & 1);
+      const uint32_t plane2 = kSecondLane + first;
+      const uint32_t second = far2 ^ ((signs >> plane2) & 1);
+      const uint32_t plane3 = kThirdLane + 2 * first + second;
+      const uint32_t third = far3 ^ ((signs >> plane3) & 1);
+      const uint64_t entry = (4 * first + 2 * second + third) | ((plane3 & 7) << 3) | (plane2 << 6);
+      table[signs] |= entry << (8 * position);
+    }
+  }
+  return table;
+}
+
+// Bits of a mask -> eight bytes: the numbers of the set bits, then zeros.
+consteval std::array<uint64_t, 256> make_compress() {
+  std::array<uint64_t, 256> table{};
+  for (uint32_t mask = 0; mask < 256; ++mask) {
+    uint32_t count = 0;
+    for (uint32_t bit = 0; bit < 8; ++bit)
+      if ((mask >> bit) & 1) table[mask] |= static_cast<uint64_t>(bit) << (8 * count++);
+  }
+  return table;
+}
+
+inline constexpr std::array<uint8_t, 256> kNearLane = make_near_lane();
+inline constexpr std::array<uint64_t, 256> kOrder = make_order();
+inline constexpr std::array<uint64_t, 256> kCompress = make_compress();
+
+} // namespace tables
+
+// Cells still to visit: nearer ones on top.
+struct TraversalStack {
+  std::array<ChildWord, kStackSize> child;
+  std::array<float, kStackSize> enter, leave;
+};
+
+// Cuts [enter, leave] to the box; false if nothing is left.
+inline bool clip_to_box(const Imath::Box3f& box, const Imath::V3f& origin, const Imath::V3f& direction, float& enter,
+                        float& leave) {
+  for (int k = 0; k < 3; ++k) {
+    const float reciprocal = 1.0f / direction[k];
+    const bool down = std::signbit(direction[k]);
+    const float t0 = ((down ? box.max[k] : box.min[k]) - origin[k]) * reciprocal;
+    const float t1 = ((down ? box.min[k] : box.max[k]) - origin[k]) * reciprocal;
+    enter = t0 > enter ? t0 : enter; // NaN: no restriction
+    leave = t1 < leave ? t1 : leave;
+  }
+  return enter <= leave * kWiden;
+}
+
+// `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
+// true at the first found.
+template <bool kAny>
+inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
+                       TreeHit& best) {
+  float enter = t_min, leave = t_far;
+  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, ray.origin, ray.direction, enter, leave)) return false;
+  const auto* quads =
+      reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
+  const Float8 origin = Float8::load_twice(quads);
+  const Float8 direction = Float8::load_twice(quads + 4);
+  const Float8 reciprocal = Float8(1.0f) / direction;
+  const RayShear shear(ray.origin, ray.direction);
+
+  TraversalStack stack;
+  size_t top = 1;
+  stack.enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
+  ChildWord child = tree.root;
+  Float8 point = origin + Float8(enter) * direction;
+  while (true) {
+    while (static_cast<int32_t>(child) > 0) {
+      const WideNode& node = tree.nodes[child];
+      const Float8 planes = Float8::load(node.planes.data());
+      const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+      const uint32_t near = tables::kNearLane[(permute(point, axes) >= planes).bits()];
+      child = node.child[near];
+
+      const Float8 axis_reciprocal = permute(reciprocal, axes);
+      const Float8 t = (planes - permute(origin, axes)) * axis_reciprocal;
+      const Int8 order = Int8::from_bytes(tables::kOrder[sign_bits(axis_reciprocal)]);
+      const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
+                   t3 = permute(t, shift_right<3>(order));
+      // In this order lanes 0 to 3 are on the far side of the root's plane, and so on.
+      const Float8 tn(enter), tx(leave);
+      const Float8 en = max(blend<0x55>(tn, t3), max(blend<0x33>(tn, t2), max(blend<0x0f>(tn, t1), tn)));
+      const Float8 ex = min(blend<0xaa>(tx, t3), min(blend<0xcc>(tx, t2), min(blend<0xf0>(tx, t1), tx)));
+      const Int8 children = permute(Int8::load(node.child.data()), order);
+      const uint32_t near_bit = low_bits_equal(order, near);
+      const uint32_t mask = (en <= ex * Float8(kWiden)).bits() & nonzero_bits(children) & ~near_bit;
+      const Int8 compress = Int8::from_bytes(tables::kCompress[mask]);
+      permute(children, compress).store_unaligned(&stack.child[top]);
+      permute(en, compress).store_unaligned(&stack.enter[top]);
+      permute(ex, compress).store_unaligned(&stack.leave[top]);
+      top += static_cast<size_t>(std::popcount(mask));
+
+      alignas(32) float leaves[8];
+      ex.store(leaves);
+      leave = leaves[std::countr_zero(near_bit)];
+    }
+    if (child != kEmptyChild) {
+      uint32_t first = child & kBlockIndexMask, count = (child & ~kLeafBit) >> kBlockIndexBits;
+      if (count == kLargeLeaf) {
+        count = tree.large_leaves[first].block_count;
+        first = tree.large_leaves[first].first_block;
+      }
+      if (intersect_leaf<kAny>(tree.blocks.data() + first, count, shear, t_min, filter, t_far, best)) return true;
+    }
+    --top;
+    enter = stack.enter[top];
+    if (!(enter <= t_far)) return !kAny && best.is_hit();
+    child = stack.child[top];
+    leave = stack.leave[top] < t_far ? stack.leave[top] : t_far;
+    point = origin + Float8(enter) * direction;
+  }
+}
+
+} // namespace kindling::accel::kd

@@ -1,0 +1,81 @@
+// The watertight ray-triangle test, one triangle at a time, and which triangles can be hit at all.
+//
+// After Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013: shear the triangle so that the ray runs
+// along its largest axis, then test the origin against the three edges. The two triangles at an edge evaluate the same
+// products with opposite signs, so no ray can pass between them; this holds only while no product is fused with a sum
+// (-ffp-contract=off). Departures: no permutation of the axes by the sign of the direction, because both facings are
+// accepted; no second try in double precision, because an edge value of zero counts as inside.
+// kdtree/leaf.h has the same operations in the same order for eight triangles: results are equal bit for bit.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+
+#include <cmath>
+
+namespace kindling::accel {
+
+// What the test needs of a ray, once per ray and space.
+struct RayShear {
+  int kx = 0, ky = 1, kz = 2; // kz: axis of the largest component of the direction
+  float sx = 0.0f, sy = 0.0f; // shear
+  float sz = 1.0f;            // 1 / direction[kz]
+  Imath::V3f origin;          // components in the order kx, ky, kz
+
+  RayShear() = default;
+  RayShear(const Imath::V3f& o, const Imath::V3f& d) {
+    const float ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
+    kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
+    kx = kz == 2 ? 0 : kz + 1;
+    ky = kx == 2 ? 0 : kx + 1;
+    const float* dp = &d.x;
+    const float* op = &o.x;
+    sx = dp[kx] / dp[kz];
+    sy = dp[ky] / dp[kz];
+    sz = 1.0f / dp[kz];
+    origin = {op[kx], op[ky], op[kz]};
+  }
+};
+
+// True if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v (see Hit) only then.
+[[nodiscard]] inline bool intersect_triangle(const RayShear& ray, const Imath::V3f& p0, const Imath::V3f& p1,
+                                             const Imath::V3f& p2, float t_min, float t_max, float& t, float& u,
+                                             float& v) {
+  const float az = p0[ray.kz] - ray.origin.z, bz = p1[ray.kz] - ray.origin.z, cz = p2[ray.kz] - ray.origin.z;
+  const float ax = (p0[ray.kx] - ray.origin.x) - ray.sx * az, ay = (p0[ray.ky] - ray.origin.y) - ray.sy * az;
+  const float bx = (p1[ray.kx] - ray.origin.x) - ray.sx * bz, by = (p1[ray.ky] - ray.origin.y) - ray.sy * bz;
+  const float cx = (p2[ray.kx] - ray.origin.x) - ray.sx * cz, cy = (p2[ray.ky] - ray.origin.y) - ray.sy * cz;
+  const float e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+  const bool inside = (e0 >= 0.0f && e1 >= 0.0f && e2 >= 0.0f) || (e0 <= 0.0f && e1 <= 0.0f && e2 <= 0.0f);
+  const float det = (e0 + e1) + e2;
+  if (!inside || det == 0.0f) return false;
+  const float distance = (((e0 * az + e1 * bz) + e2 * cz) * ray.sz) / det;
+  if (!(distance > t_min && distance <= t_max)) return false;
+  t = distance;
+  u = e1 / det;
+  v = e2 / det;
+  return true;
+}
+
+// Coordinates beyond this count as not finite: their products would overflow. The same bound as Embree's.
+inline constexpr float kLargestCoordinate = 1.844e18f;
+
+// False for triangles that are never hit: a vertex not finite, or no area (exact for coordinates of similar size).
+[[nodiscard]] inline bool can_be_hit(const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2) {
+  for (const Imath::V3f* p : {&p0, &p1, &p2})
+    for (int k = 0; k < 3; ++k)
+      if (!(std::fabs((*p)[k]) <= kLargestCoordinate)) return false;
+  const Imath::V3d a = Imath::V3d(p1) - Imath::V3d(p0), b = Imath::V3d(p2) - Imath::V3d(p0);
+  return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
+}
+
+// False for rays that miss by definition: not finite (see kLargestCoordinate), no direction, or an empty or NaN interval.
+// t_min below 0 counts as 0.
+[[nodiscard]] inline bool can_hit(const Ray& ray) {
+  const float sum = (std::fabs(ray.origin.x) + std::fabs(ray.origin.y) + std::fabs(ray.origin.z)) +
+                    (std::fabs(ray.direction.x) + std::fabs(ray.direction.y) + std::fabs(ray.direction.z));
+  const bool points = (ray.direction.x != 0.0f) | (ray.direction.y != 0.0f) | (ray.direction.z != 0.0f);
+  return (sum <= kLargestCoordinate) & points & (ray.t_min < ray.t_max) & (ray.t_max > 0.0f); // without branches
+}
+
+} // namespace kindling::accel

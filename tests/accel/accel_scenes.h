@@ -1,0 +1,109 @@
+// Meshes, scenes and rays for the accelerator tests, and what it means that two accelerators agree.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/make_accelerator.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace kindling::accel::testing {
+
+using Imath::Box3f;
+using Imath::M44f;
+using Imath::V3f;
+
+struct Mesh {
+  std::vector<V3f> positions;
+  std::vector<uint32_t> indices;
+  bool opaque = true;
+
+  uint32_t add(const V3f& p) {
+    positions.push_back(p);
+    return static_cast<uint32_t>(positions.size() - 1);
+  }
+  void add_triangle(const V3f& a, const V3f& b, const V3f& c) {
+    for (const V3f& p : {a, b, c}) indices.push_back(add(p));
+  }
+  [[nodiscard]] V3f corner(uint32_t triangle, int k) const {
+    return positions[indices[3 * triangle + static_cast<uint32_t>(k)]];
+  }
+  [[nodiscard]] Box3f bounds() const;
+};
+
+// Owns what a BuildInput borrows.
+class TestScene {
+ public:
+  TestScene() = default;
+  // One mesh, one instance with identity transform.
+  explicit TestScene(Mesh mesh) { add_instance(add_group({std::move(mesh)}), M44f()); }
+
+  uint32_t add_group(std::vector<Mesh> meshes);
+  void add_instance(uint32_t group, const M44f& object_to_world) { instances_.push_back({group, object_to_world}); }
+  void set_filter(HitFilter filter) { filter_ = filter; }
+
+  [[nodiscard]] BuildInput input() const { return {views_, groups_, instances_, filter_}; }
+  [[nodiscard]] const Mesh& mesh(uint32_t i) const { return meshes_[i]; }
+  [[nodiscard]] const std::vector<Instance>& instances() const { return instances_; }
+  [[nodiscard]] Box3f bounds() const; // in the world; of finite vertices
+
+ private:
+  std::deque<Mesh> meshes_; // with 16 bytes of padding in the positions' capacity
+  std::vector<TriangleMesh> views_;
+  std::vector<MeshGroup> groups_;
+  std::vector<Instance> instances_;
+  HitFilter filter_;
+};
+
+using Rng = std::mt19937;
+[[nodiscard]] float uniform(Rng& rng, float low = 0.0f, float high = 1.0f);
+[[nodiscard]] V3f uniform_in(Rng& rng, const Box3f& box);
+[[nodiscard]] V3f uniform_direction(Rng& rng);
+
+// Closed meshes.
+[[nodiscard]] Mesh sphere(int rings, int segments, float radius, const V3f& center);
+[[nodiscard]] Mesh gridded_box(int cells, const V3f& low, const V3f& high);
+// Open ones.
+[[nodiscard]] Mesh triangle_soup(Rng& rng, int count, float extent, float size);
+[[nodiscard]] Mesh terrain(int cells, float extent, float height);
+[[nodiscard]] Mesh slivers(Rng& rng, int count);       // long and thin, down to one part in a million
+[[nodiscard]] Mesh coplanar_pile(Rng& rng, int count); // overlapping triangles in one axis-parallel plane
+[[nodiscard]] Mesh duplicates(int count);              // the same triangle
+[[nodiscard]] Mesh degenerate(Rng& rng, int count);    // points, lines, NaN and infinite vertices: none can be hit
+[[nodiscard]] Mesh scaled(Mesh mesh, float factor);
+
+struct NamedScene {
+  std::string name;
+  TestScene scene;
+};
+// All of the above and a few sizes, each without instances to move.
+[[nodiscard]] std::deque<NamedScene> adversarial_scenes();
+
+// Random segments and lines through the scene.
+[[nodiscard]] std::vector<Ray> random_rays(Rng& rng, const Box3f& box, int count);
+// Along the axes, with components +0 and -0, through random points and through vertices.
+[[nodiscard]] std::vector<Ray> axis_parallel_rays(Rng& rng, const TestScene& scene, int count);
+// Almost in the planes of triangles, and exactly through vertices and edges.
+[[nodiscard]] std::vector<Ray> grazing_rays(Rng& rng, const TestScene& scene, int count);
+
+inline constexpr Kind kAllKinds[] = {Kind::brute_force, Kind::embree, Kind::kdtree};
+// Name of a parameterized test.
+[[nodiscard]] std::string kind_label(const ::testing::TestParamInfo<Kind>& info);
+
+[[nodiscard]] std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptions options = {});
+
+// Empty if `hit` is as good an answer as `expected`; otherwise says what is wrong. Answers may differ
+//  - in t by the rounding errors of the distance: 64 eps * (size of the coordinates relative to the ray's origin) / cosine;
+//  - altogether if the nearer hit lies no farther from an edge of its triangle, seen along the ray, than the rounding errors
+//    of the vertices: 64 eps * the same size.
+[[nodiscard]] std::string disagreement(const TestScene& scene, const Ray& ray, const Hit& expected, const Hit& hit);
+// The first of these tolerances.
+[[nodiscard]] float distance_tolerance(const TestScene& scene, const Ray& ray, const Hit& hit);
+
+} // namespace kindling::accel::testing

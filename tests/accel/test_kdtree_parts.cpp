@@ -1,0 +1,263 @@
+// The parts of the kd-tree on their own: clipping, split search, wide node tables, and the layout's invariants.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/clipping.h"
+#include "accel/kdtree/layout.h"
+#include "accel/kdtree/partition.h"
+#include "accel/kdtree/split.h"
+#include "accel/kdtree/traversal.h"
+#include "accel/triangle.h"
+#include "tests/accel/accel_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace kindling::accel::kd {
+namespace {
+
+using accel::testing::Mesh;
+using accel::testing::Rng;
+using accel::testing::uniform;
+using accel::testing::uniform_direction;
+using accel::testing::uniform_in;
+using Imath::Box3f;
+using Imath::V3f;
+
+TEST(Clipping, BoundsHoldEverySampledPointAndAreTight) {
+  Rng rng(101);
+  int clipped = 0;
+  for (int round = 0; round < 600; ++round) {
+    const std::array<V3f, 3> t = {uniform_direction(rng), uniform_direction(rng), uniform_direction(rng)};
+    Box3f box(uniform_in(rng, Box3f(V3f(-1), V3f(0.5f))));
+    box.extendBy(box.min + uniform_in(rng, Box3f(V3f(0.05f), V3f(1))));
+    V3f low, high;
+    const bool met = clip_bounds(t, box.min, box.max, low, high);
+    Box3f sampled;
+    for (int i = 0; i < 4000; ++i) {
+      const float r = std::sqrt(uniform(rng)), s = uniform(rng);
+      const V3f p = t[0] * (1.0f - r) + t[1] * (r * (1.0f - s)) + t[2] * (r * s);
+      if (box.intersects(p)) sampled.extendBy(p);
+    }
+    if (sampled.isEmpty()) continue;
+    ASSERT_TRUE(met);
+    ++clipped;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LE(low[k], sampled.min[k] + 1e-6f); // the samples are rounded
+      EXPECT_GE(high[k], sampled.max[k] - 1e-6f);
+      EXPECT_GE(low[k], box.min[k]);
+      EXPECT_LE(high[k], box.max[k]);
+    }
+  }
+  EXPECT_GT(clipped, 100);
+}
+
+TEST(Clipping, TouchingCountsAndMissingDoesNot) {
+  const std::array<V3f, 3> t = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0)};
+  V3f low, high;
+  EXPECT_TRUE(clip_bounds(t, V3f(-1), V3f(0), low, high));
+  EXPECT_EQ(low, V3f(0));
+  EXPECT_EQ(high, V3f(0));
+  EXPECT_FALSE(clip_bounds(t, V3f(0, 0, 0.5f), V3f(1), low, high));
+  EXPECT_FALSE(clip_bounds(t, V3f(0.9f, 0.9f, -1), V3f(1), low, high)); // the boxes meet, the triangle does not
+  ASSERT_TRUE(clip_bounds(t, V3f(0.5f, -1, -1), V3f(2), low, high));
+  EXPECT_EQ(low, V3f(0.5f, 0, 0));
+  EXPECT_EQ(high, V3f(1, 0.5f, 0));
+}
+
+std::vector<Reference> random_references(Rng& rng, int count, bool planars) {
+  std::vector<Reference> references;
+  for (int i = 0; i < count; ++i) {
+    Box3f box(uniform_in(rng, Box3f(V3f(0), V3f(1))));
+    box.extendBy(uniform_in(rng, Box3f(V3f(0), V3f(1))));
+    if (planars && i % 3 == 0) box.max[i % 9 / 3] = box.min[i % 9 / 3] = std::round(box.min[i % 9 / 3] * 4.0f) / 4.0f;
+    references.push_back({box.min, 0, box.max, static_cast<uint32_t>(i)});
+  }
+  return references;
+}
+
+// All planes, counted one by one.
+double cheapest_split(const Config& config, const Box3f& box, const std::vector<Reference>& references) {
+  const CostModel model(config, box);
+  double best = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const Reference& at : references)
+      for (const float p : {at.min[axis], at.max[axis]}) {
+        if (!(p > box.min[axis] && p < box.max[axis])) continue;
+        size_t left = 0, right = 0, inside = 0;
+        for (const Reference& r : references) {
+          if (r.min[axis] == p && r.max[axis] == p) {
+            ++inside;
+          } else {
+            left += r.min[axis] < p ? 1 : 0;
+            right += r.max[axis] > p ? 1 : 0;
+          }
+        }
+        best = std::min(
+            {best, model.split_cost(axis, p, left + inside, right), model.split_cost(axis, p, left, right + inside)});
+      }
+  return best;
+}
+
+TEST(Split, ExactSearchFindsTheCheapestPlane) {
+  Rng rng(103);
+  const Config config;
+  SplitScratch scratch;
+  for (const int count : {1, 2, 9, 40, 400}) // 400: sorted by radix
+    for (const bool planars : {false, true}) {
+      const std::vector<Reference> references = random_references(rng, count, planars);
+      const Box3f box(V3f(0), V3f(1));
+      const auto split = best_split_exact(config, box, references, scratch);
+      ASSERT_TRUE(split.has_value());
+      EXPECT_DOUBLE_EQ(split->cost, cheapest_split(config, box, references)) << count << planars;
+    }
+}
+
+TEST(Split, BinnedSearchComesClose) {
+  Rng rng(107);
+  const Config config;
+  SplitScratch scratch;
+  const std::vector<Reference> references = random_references(rng, 5000, true);
+  const Box3f box(V3f(-1), V3f(1));
+  const auto exact = best_split_exact(config, box, references, scratch);
+  const auto binned = best_split_binned(config, box, references);
+  ASSERT_TRUE(exact && binned);
+  EXPECT_LE(binned->cost, 1.02 * exact->cost);
+}
+
+TEST(Split, NothingToSplit) {
+  const Config config;
+  SplitScratch scratch;
+  const std::vector<Reference> filling = {{V3f(0), 0, V3f(1), 0}};
+  EXPECT_FALSE(best_split_exact(config, Box3f(V3f(0), V3f(1)), filling, scratch));
+  const std::vector<Reference> point = {{V3f(0), 0, V3f(0), 0}};
+  EXPECT_FALSE(best_split_exact(config, Box3f(V3f(0), V3f(0)), point, scratch));
+}
+
+TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {
+  for (uint32_t signs = 0; signs < 256; ++signs) {
+    std::set<uint32_t> lanes;
+    std::vector<uint32_t> order;
+    for (int i = 7; i >= 0; --i) {
+      const auto entry = static_cast<uint32_t>(tables::kOrder[signs] >> (8 * i)) & 0xffU;
+      order.push_back(entry & 7);
+      lanes.insert(entry & 7);
+      EXPECT_EQ((entry >> 3) & 7, kThirdLane + (entry & 7) / 2);
+      EXPECT_EQ(entry >> 6, (entry & 7) / 4);
+    }
+    EXPECT_EQ(lanes.size(), 8U);
+    // Near side first at each plane: the lower side, unless the direction is negative.
+    for (size_t i = 0; i < 8; ++i) {
+      const uint32_t first = i >= 4, second = (i >> 1) & 1, third = i & 1;
+      const uint32_t side1 = first ^ ((signs >> kRootLane) & 1);
+      const uint32_t side2 = second ^ ((signs >> (kSecondLane + side1)) & 1);
+      const uint32_t side3 = third ^ ((signs >> (kThirdLane + 2 * side1 + side2)) & 1);
+      EXPECT_EQ(order[i], 4 * side1 + 2 * side2 + side3);
+    }
+  }
+}
+
+// Walks a finished tree: every triangle is found in every leaf whose cell it crosses, and nowhere is a lane unreachable.
+class LayoutWalk {
+ public:
+  LayoutWalk(const Tree& tree, const Mesh& mesh) : tree_(tree), mesh_(mesh) { walk(tree.root, tree.bounds, 0); }
+
+  size_t leaves = 0, references = 0, missing = 0;
+  uint32_t wide_depth = 0;
+  std::set<uint32_t> seen;
+
+ private:
+  void walk(ChildWord child, const Box3f& box, uint32_t depth) {
+    if (child == kEmptyChild) {
+      expect_none(box, {});
+      return;
+    }
+    if ((child & kLeafBit) != 0) {
+      uint32_t first = child & kBlockIndexMask, count = (child & ~kLeafBit) >> kBlockIndexBits;
+      if (count == kLargeLeaf) {
+        count = tree_.large_leaves[first].block_count;
+        first = tree_.large_leaves[first].first_block;
+      }
+      ++leaves;
+      wide_depth = std::max(wide_depth, depth);
+      std::set<uint32_t> inside;
+      for (uint32_t b = first; b < first + count; ++b)
+        for (uint32_t lane = 0; lane < kBlockWidth; ++lane) {
+          const uint32_t primitive = tree_.blocks[b].primitive[lane];
+          if (primitive == kPrimitiveMask) {
+            EXPECT_TRUE(std::isnan(tree_.blocks[b].vertex[0][0][lane]));
+            continue;
+          }
+          inside.insert(primitive & kPrimitiveMask);
+          ++references;
+        }
+      seen.insert(inside.begin(), inside.end());
+      expect_none(box, inside);
+      return;
+    }
+    const WideNode& node = tree_.nodes[child];
+    const uint32_t axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
+    for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+      Box3f cell = box;
+      bool reachable = true;
+      uint32_t range = 0;
+      for (uint32_t level = 0; level < kWideLevels; ++level) {
+        const uint32_t plane_lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + range;
+        const float plane = node.planes[plane_lane];
+        const int axis = static_cast<int>((axes >> (2 * plane_lane)) & 3);
+        const uint32_t side = (lane >> (kWideLevels - 1 - level)) & 1;
+        if (std::isinf(plane)) {
+          reachable = reachable && side == 0;
+        } else {
+          (side == 0 ? cell.max : cell.min)[axis] = plane;
+        }
+        range = 2 * range + side;
+      }
+      if (reachable) {
+        walk(node.child[lane], cell, depth + 1);
+      } else {
+        EXPECT_EQ(node.child[lane], kEmptyChild);
+      }
+    }
+  }
+
+  // No other triangle crosses the inside of the cell.
+  void expect_none(const Box3f& cell, const std::set<uint32_t>& except) {
+    const V3f margin = (cell.max - cell.min) * 1e-4f;
+    for (uint32_t i = 0; i < mesh_.indices.size() / 3; ++i) {
+      if (except.contains(i)) continue;
+      V3f low, high;
+      if (clip_bounds({mesh_.corner(i, 0), mesh_.corner(i, 1), mesh_.corner(i, 2)}, cell.min + margin,
+                      cell.max - margin, low, high))
+        ++missing;
+    }
+  }
+
+  const Tree& tree_;
+  const Mesh& mesh_;
+};
+
+TEST(Layout, EveryCellHoldsTheTrianglesThatCrossIt) {
+  Rng rng(109);
+  const std::vector<Mesh> meshes = {testing::triangle_soup(rng, 400, 1.0f, 0.3f), testing::sphere(12, 24, 1.0f, V3f(0)),
+                                    testing::gridded_box(4, V3f(-1), V3f(1)), testing::duplicates(300)};
+  for (const Mesh& mesh : meshes) {
+    const Geometry geometry{{mesh.positions, mesh.indices, true}, 0, 0, 0};
+    const BuildOptions options;
+    BuildMonitor monitor(options, mesh.indices.size() / 3);
+    const Config config;
+    const std::vector<Geometry> geometries = {geometry};
+    const Tree tree = lay_out(build_binary_tree(config, geometries, monitor), geometries);
+    const LayoutWalk walk(tree, mesh);
+    EXPECT_EQ(walk.missing, 0U);
+    EXPECT_EQ(walk.seen.size(), tree.triangle_count);
+    EXPECT_EQ(walk.leaves, tree.leaf_count);
+    EXPECT_EQ(walk.references, tree.reference_count);
+    EXPECT_LE(walk.wide_depth, kMaxDepth);
+  }
+}
+
+} // namespace
+} // namespace kindling::accel::kd
