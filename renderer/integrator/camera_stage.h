@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/integrator.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -63,6 +64,41 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
 // Pixels of the block, and how many samples of each fit into one wave of at most `batch_size` paths.
 [[nodiscard]] inline uint32_t samples_per_wave(const PixelRect& block, uint32_t batch_size) {
   return std::max(1U, batch_size / static_cast<uint32_t>(block.pixel_count()));
+}
+
+// The whole block of the image's grid that `part` lies in, cut to the image alone.
+[[nodiscard]] inline PixelRect whole_block(const PixelRect& part, const V2i& image_size_px) {
+  const V2i corner(part.min.x / kBlockSize * kBlockSize, part.min.y / kBlockSize * kBlockSize);
+  return {corner,
+          V2i(std::min(corner.x + kBlockSize, image_size_px.x), std::min(corner.y + kBlockSize, image_size_px.y))};
+}
+
+// Second stage for camera rays: one sample of one whole block at a time goes to the accelerator, close together and almost
+// parallel. An accelerator may let the answers for such a group depend on the group, so a block that a crop or a
+// replay has cut is traced whole and its own part kept: a pixel is the same in every crop.
+inline void intersect_camera_rays(const accel::Accelerator& accelerator, const Camera& camera, const Sampler& sampler,
+                                  const PixelFilter& filter, const PixelRect& block, const SampleRange& samples,
+                                  std::span<const accel::Ray> rays, std::span<accel::Hit> hits) {
+  const PixelRect whole = whole_block(block, camera.size_px());
+  const auto group = static_cast<size_t>(block.pixel_count());
+  for (uint32_t s = 0; s < samples.count; ++s) {
+    const std::span<accel::Hit> own = hits.subspan(s * group, group);
+    if (whole.pixel_count() == block.pixel_count()) {
+      accelerator.intersect_coherent(rays.subspan(s * group, group), own);
+      continue;
+    }
+    constexpr size_t kWhole = kBlockSize * kBlockSize;
+    std::array<CameraSample, kWhole> whole_samples;
+    std::array<accel::Ray, kWhole> whole_rays;
+    std::array<accel::Hit, kWhole> whole_hits;
+    const auto whole_count = static_cast<size_t>(whole.pixel_count());
+    generate_camera_rays(camera, sampler, filter, whole, {samples.first + s, 1}, whole_samples, whole_rays);
+    accelerator.intersect_coherent(std::span(whole_rays).first(whole_count), std::span(whole_hits).first(whole_count));
+    size_t slot = 0;
+    for (int y = block.min.y; y < block.max.y; ++y)
+      for (int x = block.min.x; x < block.max.x; ++x)
+        own[slot++] = whole_hits[static_cast<size_t>((y - whole.min.y) * whole.width() + (x - whole.min.x))];
+  }
 }
 
 } // namespace kindling

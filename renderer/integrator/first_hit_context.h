@@ -29,7 +29,7 @@ class FirstHitContext final : public ThreadContext {
       rays.resize(count);
       hits.resize(count);
       generate_camera_rays(camera, sampler, filter, block, wave, camera_samples, rays);
-      world.accelerator().intersect_coherent(rays, hits);
+      intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, wave, rays, hits);
       counters.camera += count;
       counters.paths += count;
       shade_wave(count);

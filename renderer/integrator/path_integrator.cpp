@@ -1,4 +1,5 @@
-// The stages of the path tracer, read from top to bottom: start_wave, trace_nearest, shade, trace_shadows, finish_wave.
+// The stages of the path tracer, read from top to bottom: start_wave, trace_camera_rays, then shade,
+// trace_shadows and trace_bounces until no path is left, finish_wave.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
@@ -41,12 +42,13 @@ void PathIntegrator::render_block(const PixelRect& block, const SampleRange& sam
     const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
     start_wave(block, wave, context);
     const size_t path_count = context.active.size();
-    for (bool camera_rays = true; !context.active.empty(); camera_rays = false) {
-      trace_nearest(context, camera_rays);
+    trace_camera_rays(block, wave, context);
+    while (!context.active.empty()) {
       shade(context);
       trace_shadows(context);
       context.active.swap(context.next_active);
       context.rays.swap(context.next_rays);
+      trace_bounces(context);
     }
     finish_wave(path_count, context, film);
   }
@@ -70,21 +72,17 @@ void PathIntegrator::start_wave(const PixelRect& block, const SampleRange& sampl
   });
 }
 
-void PathIntegrator::trace_nearest(PathContext& context, bool camera_rays) const {
-  const std::span<const accel::Ray> rays(context.rays.data(), context.active.size());
-  context.hits.resize(rays.size());
-  if (!camera_rays) {
-    world_.accelerator().intersect(rays, context.hits);
-    context.counters.bounce += rays.size();
-    return;
-  }
-  // One sample of one block at a time: close together and almost parallel.
-  context.counters.camera += rays.size();
-  constexpr size_t kGroup = kBlockSize * kBlockSize;
-  for (size_t first = 0; first < rays.size(); first += kGroup) {
-    const size_t count = std::min(kGroup, rays.size() - first);
-    world_.accelerator().intersect_coherent(rays.subspan(first, count), std::span(context.hits).subspan(first, count));
-  }
+void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+  context.hits.resize(context.rays.size());
+  intersect_camera_rays(world_.accelerator(), camera_, sampler_, filter_, block, samples, context.rays, context.hits);
+  context.counters.camera += context.rays.size();
+}
+
+void PathIntegrator::trace_bounces(PathContext& context) const {
+  if (context.rays.empty()) return;
+  context.hits.resize(context.rays.size());
+  world_.accelerator().intersect(context.rays, context.hits);
+  context.counters.bounce += context.rays.size();
 }
 
 void PathIntegrator::shade(PathContext& context) const {

@@ -21,9 +21,10 @@ class PathIntegrator final : public Integrator {
  private:
   // The stages of a wave, in the order in which they run.
   void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
-  void trace_nearest(PathContext& context, bool camera_rays) const;
+  void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void shade(PathContext& context) const;
   void trace_shadows(PathContext& context) const;
+  void trace_bounces(PathContext& context) const;
   void finish_wave(size_t path_count, PathContext& context, Film& film) const;
 
   // Steps of shade(), for one path.

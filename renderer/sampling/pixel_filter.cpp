@@ -84,13 +84,19 @@ PixelFilter::PixelFilter(const PixelFilterOptions& options)
     cdf_[i] = static_cast<float>(running[i] / total);
   }
   cdf_[kCells] = 1.0f;
+  uint32_t cell = 0;
+  for (uint32_t i = 0; i < kGuideSize; ++i) {
+    while (cdf_[cell + 1] <= static_cast<float>(i) / kGuideSize) ++cell;
+    guide_[i] = static_cast<uint8_t>(cell);
+  }
 }
 
 // In units of the radius: the density of |x| is piecewise linear on [0, 1]; u below 1/2 goes to the left.
 PixelFilter::AxisSample PixelFilter::sample_axis(float u) const {
   const float v = std::abs(2.0f * u - 1.0f);
-  uint32_t cell = 0;
-  for (uint32_t half = kCells / 2; half > 0; half /= 2) cell += cdf_[cell + half] <= v ? half : 0;
+  if (kind_ == FilterKind::box) return {(2.0f * u - 1.0f) * radius_, 1.0f};
+  uint32_t cell = guide_[std::min(static_cast<uint32_t>(v * kGuideSize), kGuideSize - 1)];
+  while (cell + 1 < kCells && cdf_[cell + 1] <= v) ++cell;
   // Solve d0 s + (d1 - d0) s^2 / 2 = rest for s in [0, 1], in the form that stays sound when either is small.
   const float d0 = density_[cell];
   const float d1 = density_[cell + 1];

@@ -52,6 +52,7 @@ class PixelFilter {
 
  private:
   static constexpr uint32_t kCells = 128;
+  static constexpr uint32_t kGuideSize = 256;
 
   struct AxisSample {
     float offset;
@@ -66,6 +67,7 @@ class PixelFilter {
   float axis_weight_ = 1.0f;              // integral |f| / integral f
   std::array<float, kCells + 1> density_; // of |x| at i * radius / kCells, per pixel; integrates to 1
   std::array<float, kCells + 1> cdf_;     // of |x|, its exact integral
+  std::array<uint8_t, kGuideSize> guide_; // cell in which cdf_ passes i / kGuideSize: where the search starts
 };
 
 } // namespace kindling

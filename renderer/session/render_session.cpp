@@ -21,13 +21,17 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-Result<void> check(const RenderSettings& settings) {
+Result<void> check(const RenderSettings& settings, const Camera& camera) {
   const auto refuse = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
   constexpr int kMaxSide = 1 << 20;
   const V2i size = settings.size_px;
   if (size.x < 1 || size.y < 1 || size.x > kMaxSide || size.y > kMaxSide)
     return refuse("image size " + std::to_string(size.x) + "x" + std::to_string(size.y) +
                   ": each side must be 1 to 1048576 pixels");
+  if (camera.size_px() != size)
+    return refuse("the camera is made for " + std::to_string(camera.size_px().x) + "x" +
+                  std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
+                  std::to_string(size.y));
   if (settings.crop) {
     const PixelRect& crop = *settings.crop;
     if (crop.empty() || crop.min.x < 0 || crop.min.y < 0 || crop.max.x > size.x || crop.max.y > size.y)
@@ -100,7 +104,7 @@ struct Worker {
 
 Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                              const CancelToken* cancel, ProgressListener* listener) {
-  if (const Result<void> checked = check(settings); !checked) return checked.error();
+  if (const Result<void> checked = check(settings, camera); !checked) return checked.error();
   const PixelRect crop = settings.crop.value_or(PixelRect{V2i(0, 0), settings.size_px});
   RenderOutcome outcome{Film(settings.size_px, crop, settings.aovs), {}, false};
   RenderStatistics& statistics = outcome.statistics;
@@ -175,7 +179,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
 
 Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,
                                      const V2i& pixel, uint32_t sample_index) {
-  if (const Result<void> checked = check(settings); !checked) return checked.error();
+  if (const Result<void> checked = check(settings, camera); !checked) return checked.error();
   if (pixel.x < 0 || pixel.y < 0 || pixel.x >= settings.size_px.x || pixel.y >= settings.size_px.y)
     return Error{ErrorKind::usage, "pixel " + std::to_string(pixel.x) + "," + std::to_string(pixel.y) +
                                        " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +

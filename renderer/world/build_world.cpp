@@ -257,7 +257,9 @@ class WorldBuilder {
   }
 
   // Textured emission of the plain strength is a display or a glowing mark: it does not light a scene.
-  [[nodiscard]] bool is_lamp(const Material& material) const { return !material.emissive_texture.present() || material.emissive_strength > 1.0f; }
+  [[nodiscard]] bool is_lamp(const Material& material) const {
+    return !material.emissive_texture.present() || material.emissive_strength > 1.0f;
+  }
 
   // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {

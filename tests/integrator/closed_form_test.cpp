@@ -162,7 +162,7 @@ TEST_P(ClosedForm, AlphaBlendIsCoverage) {
                                               quad(V3f(-1, 1, -0.5f), V3f(2, 0, 0), V3f(0, 0, 1), 1),
                                               quad(V3f(-2, 0.9f, -2), V3f(4, 0, 0), V3f(0, 0, 4), 2)}),
                                   GetParam());
-    const Camera side = beam_camera(V3f(3, 0.5f, 0), V3f(0.0f), 1e-3f);
+    const Camera side = beam_camera(V3f(3, 0.5f, 0), V3f(0.0f), 1e-3f, V2i(16, 16));
     expect_mean(render_mean(*world, side, settings), rho * 3.0 * 4.0 * corner_form_factor(1.0, 0.5, 1.0) * 0.75);
   }
 }
