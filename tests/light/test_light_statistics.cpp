@@ -262,8 +262,8 @@ TEST(LightStatistics, AllKindsTogether) {
   input.emissions = {{Rgb(2.0f), nullptr, false}, {Rgb(0.3f), nullptr, true}};
   add_rectangle(input, {-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0);
   add_rectangle(input, {3, 0.5f, -1}, {0, 2, 0}, {0, 0, 2}, 1);
-  input.points = {{{0, 3, 1}, Rgb(4.0f), {}}};
-  input.directionals = {{V3f(0.6f, -0.8f, 0.0f), Rgb(0.5f)}};
+  input.points.push_back({{0, 3, 1}, Rgb(4.0f), {}});
+  input.directionals.push_back({V3f(0.6f, -0.8f, 0.0f), Rgb(0.5f)});
   input.environment = std::make_shared<Environment>(Rgb(0.25f));
   input.scene_radius_m = 3.0f;
   const LightSet lights(input);
