@@ -128,10 +128,9 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathCon
     }
     if (!settings_.environment_visible) return;
   }
-  const Rgb radiance = world_.lights().environment_radiance(ray.direction);
-  float weight = 1.0f;
-  if (state.bsdf_pdf > 0.0f) weight = power_heuristic(state.bsdf_pdf, world_.lights().pdf_environment(ray.direction));
-  state.light[state.light_class(state.bounce)] += state.throughput * radiance * weight;
+  const EnvironmentEval environment = world_.lights().environment_eval(ray.direction);
+  const float weight = state.bsdf_pdf > 0.0f ? power_heuristic(state.bsdf_pdf, environment.pdf) : 1.0f;
+  state.light[state.light_class(state.bounce)] += state.throughput * environment.radiance * weight;
   trace_event(context, [&](PathVertex& vertex) {
     vertex.event = "escaped";
     vertex.bounce = state.bounce;

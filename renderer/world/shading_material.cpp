@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/shading_material.h"
 
+#include "renderer/world/geometry.h"
+
 namespace kindling {
 
 TextureBinding make_binding(const TextureSlot& slot, int32_t texture) {
@@ -16,6 +18,12 @@ TextureBinding make_binding(const TextureSlot& slot, int32_t texture) {
   binding.m[3] = -s * slot.scale.x;
   binding.m[4] = c * slot.scale.y;
   binding.m[5] = slot.offset.y;
+  // No primitive keeps a set this high: it reads as (0, 0).
+  if (slot.texcoord < 0 || slot.texcoord >= Geometry::kMaxTexcoordSets) {
+    binding.texcoord = 0;
+    binding.transformed = true;
+    binding.m[0] = binding.m[1] = binding.m[3] = binding.m[4] = 0.0f;
+  }
   return binding;
 }
 

@@ -1,0 +1,80 @@
+// The order in which a file becomes a Scene.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/load_gltf.h"
+
+#include "renderer/import/animations.h"
+#include "renderer/import/document.h"
+#include "renderer/import/extensions.h"
+#include "renderer/import/materials.h"
+#include "renderer/import/meshes.h"
+#include "renderer/import/nodes.h"
+#include "renderer/import/textures.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <exception>
+#include <new>
+
+namespace kindling {
+namespace gltf {
+namespace {
+
+void import_asset(const Document& document, Scene& scene) {
+  const nlohmann::json& root = *document.json;
+  scene.generator = document.core.asset.generator;
+  scene.copyright = document.core.asset.copyright;
+  if (root.contains("extensionsUsed")) scene.extensions_used = root["extensionsUsed"].get<std::vector<std::string>>();
+  if (const auto* extension = find_extension(root, "KHR_materials_variants")) {
+    for (const auto& variant : (*extension)["variants"]) scene.variants.push_back(variant["name"].get<std::string>());
+  }
+}
+
+Scene import(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener,
+             Warnings& warnings) {
+  const auto progress = [&](double done) {
+    if (listener != nullptr) listener->on_progress({.phase = Phase::load, .done = done, .total = 1.0});
+  };
+  progress(0.0);
+  Document document = open_document(path, options.limits, warnings);
+  progress(0.3);
+  Scene scene;
+  scene.source = path.string();
+  import_asset(document, scene);
+  import_samplers(document, scene);
+  import_materials(document, scene, warnings);
+  import_meshes(document, scene, warnings);
+  progress(0.9);
+  import_cameras(document, scene);
+  import_lights(document, scene);
+  import_skins(document, scene, warnings);
+  import_nodes(document, scene, warnings);
+  import_animations(document, scene, warnings);
+  progress(1.0);
+  if (options.decode_textures) import_images(document, scene, listener, warnings);
+  scene.content_hash = document.content_hash;
+  return scene;
+}
+
+} // namespace
+} // namespace gltf
+
+Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener) {
+  gltf::Warnings warnings;
+  const auto error = [&](ErrorKind kind, std::string_view message) {
+    return Error{kind, fmt::format("{}: {}", path.string(), message)};
+  };
+  try {
+    Scene scene = gltf::import(path, options, listener, warnings);
+    warnings.send(path.string(), listener);
+    return scene;
+  } catch (const gltf::ImportFailure& failure) {
+    return error(failure.error.kind, failure.error.message);
+  } catch (const std::bad_alloc&) {
+    return error(ErrorKind::render_failed, "not enough memory to read the scene");
+  } catch (const std::exception& e) {
+    return error(ErrorKind::scene_invalid, fmt::format("cannot be read: {}", e.what()));
+  }
+}
+
+} // namespace kindling

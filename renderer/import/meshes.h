@@ -1,0 +1,17 @@
+// All meshes of a file: checked one after the other, then read in parallel.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/document.h"
+#include "renderer/scene/scene.h"
+
+namespace kindling::gltf {
+
+// Fills scene.meshes; needs scene.materials. The result, its errors and its warnings do not depend on the number of
+// threads. Throws ImportFailure.
+void import_meshes(Document& document, Scene& scene, Warnings& warnings);
+
+// How many morph targets the file gives each primitive of a mesh (all have as many). import_meshes() has checked it.
+[[nodiscard]] size_t morph_target_count(const Document& document, size_t mesh);
+
+} // namespace kindling::gltf

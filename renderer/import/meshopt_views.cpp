@@ -1,0 +1,121 @@
+// The adapter of libmeshoptimizer.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/meshopt_views.h"
+
+#include "renderer/import/accessor.h"
+#include "renderer/import/extensions.h"
+
+#include <fmt/format.h>
+#include <meshoptimizer.h>
+#include <nlohmann/json.hpp>
+#include <tbb/parallel_for.h>
+
+#include <optional>
+
+namespace kindling::gltf {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kName = "EXT_meshopt_compression";
+
+struct CompressedView {
+  size_t view = 0;
+  std::string pointer;
+  Bytes bytes;
+  size_t count = 0;
+  size_t stride = 0;
+  std::string mode;
+  std::string filter;
+  OwnedBytes decoded;
+  bool failed = false;
+};
+
+// What libmeshoptimizer asserts instead of reporting: EXT_meshopt_compression, "JSON schema updates".
+void check_stride(const CompressedView& view) {
+  const auto refuse = [&](std::string_view accepted) {
+    fail(view.pointer + "/byteStride",
+         fmt::format("{} with mode {} and filter {}, accepted is {}", view.stride, view.mode, view.filter, accepted));
+  };
+  if (view.mode == "ATTRIBUTES") {
+    if (view.stride % 4 != 0) refuse("a multiple of 4");
+    if (view.filter == "OCTAHEDRAL" && view.stride != 4 && view.stride != 8) refuse("4 or 8");
+    if (view.filter == "QUATERNION" && view.stride != 8) refuse("8");
+    return;
+  }
+  if (view.stride != 2 && view.stride != 4) refuse("2 or 4");
+  if (view.filter != "NONE") {
+    fail(view.pointer + "/filter", fmt::format("{} with mode {}, accepted is NONE", view.filter, view.mode));
+  }
+  if (view.mode == "TRIANGLES" && view.count % 3 != 0) {
+    fail(view.pointer + "/count", fmt::format("{}, accepted are multiples of 3", view.count));
+  }
+}
+
+std::optional<CompressedView> find_compressed(const Document& document, size_t index, ElementBudget& budget) {
+  const json& view_json = (*document.json)["bufferViews"][index];
+  const json* extension = find_extension(view_json, kName);
+  if (extension == nullptr) return std::nullopt;
+  CompressedView view;
+  view.view = index;
+  view.pointer = fmt::format("/bufferViews/{}/extensions/{}", index, kName);
+  view.count = (*extension)["count"].get<size_t>();
+  view.stride = (*extension)["byteStride"].get<size_t>();
+  view.mode = (*extension)["mode"].get<std::string>();
+  view.filter = extension->value("filter", "NONE");
+  check_stride(view);
+
+  const auto buffer = (*extension)["buffer"].get<size_t>();
+  const auto offset = static_cast<size_t>(integer_or(*extension, "byteOffset", 0));
+  const auto length = (*extension)["byteLength"].get<size_t>();
+  const Bytes bytes = document.buffers[buffer];
+  if (offset > bytes.size() || length > bytes.size() - offset) {
+    fail(view.pointer,
+         fmt::format("bytes {} to {} of buffer {}, which has {}", offset, offset + length, buffer, bytes.size()),
+         "BUFFER_VIEW_TOO_LONG");
+  }
+  view.bytes = bytes.subspan(offset, length);
+
+  const size_t declared = view_json["byteLength"].get<size_t>();
+  if (view.count > declared || view.count * view.stride != declared) {
+    fail(view.pointer + "/count",
+         fmt::format("{} elements of {} bytes, the bufferView has {} bytes", view.count, view.stride, declared));
+  }
+  budget.charge(declared / 4, view.pointer);
+  return view;
+}
+
+bool decode(CompressedView& view) {
+  // OwnedBytes come from operator new[]: aligned for the 16-byte moves of the filters.
+  view.decoded = OwnedBytes(view.count * view.stride);
+  void* out = view.decoded.data();
+  const auto* in = reinterpret_cast<const unsigned char*>(view.bytes.data());
+  if (view.mode == "TRIANGLES")
+    return meshopt_decodeIndexBuffer(out, view.count, view.stride, in, view.bytes.size()) == 0;
+  if (view.mode == "INDICES")
+    return meshopt_decodeIndexSequence(out, view.count, view.stride, in, view.bytes.size()) == 0;
+  if (meshopt_decodeVertexBuffer(out, view.count, view.stride, in, view.bytes.size()) != 0) return false;
+  if (view.filter == "OCTAHEDRAL") meshopt_decodeFilterOct(out, view.count, view.stride);
+  if (view.filter == "QUATERNION") meshopt_decodeFilterQuat(out, view.count, view.stride);
+  if (view.filter == "EXPONENTIAL") meshopt_decodeFilterExp(out, view.count, view.stride);
+  return true;
+}
+
+} // namespace
+
+void decompress_meshopt_views(Document& document) {
+  ElementBudget budget(document);
+  std::vector<CompressedView> compressed;
+  for (size_t i = 0; i < document.views.size(); ++i) {
+    if (auto view = find_compressed(document, i, budget)) compressed.push_back(std::move(*view));
+  }
+  tbb::parallel_for(size_t{0}, compressed.size(), [&](size_t i) { compressed[i].failed = !decode(compressed[i]); });
+  for (CompressedView& view : compressed) {
+    if (view.failed)
+      fail(view.pointer, fmt::format("{} bytes that meshoptimizer cannot decode as {}", view.bytes.size(), view.mode));
+    document.storage.push_back(std::move(view.decoded));
+    document.views[view.view].bytes = document.storage.back().span();
+  }
+}
+
+} // namespace kindling::gltf

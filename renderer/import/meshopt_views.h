@@ -1,0 +1,12 @@
+// EXT_meshopt_compression: bufferViews are decompressed into memory of their own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/document.h"
+
+namespace kindling::gltf {
+
+// Replaces the bytes of every compressed bufferView, in parallel with TBB. Throws ImportFailure.
+void decompress_meshopt_views(Document& document);
+
+} // namespace kindling::gltf

@@ -1,0 +1,22 @@
+// One primitive of a mesh: its accessors become the arrays of a Primitive.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/accessor.h"
+#include "renderer/scene/scene.h"
+
+#include <optional>
+#include <string>
+
+namespace kindling::gltf {
+
+// Checks formats and counts of all accessors that the primitive refers to and charges the budget for what
+// read_primitive() will decode. Throws ImportFailure. Not thread-safe (the budget).
+void check_primitive(const Document& document, size_t mesh, size_t primitive, ElementBudget& budget);
+
+// Nothing for points, lines and primitives without positions or triangles: a warning. `material` is null for the
+// default one; it decides whether tangents are kept or made. Throws ImportFailure. Thread-safe.
+[[nodiscard]] std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t primitive,
+                                                      const Material* material, Warnings& warnings);
+
+} // namespace kindling::gltf

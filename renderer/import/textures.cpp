@@ -1,0 +1,224 @@
+// Samplers, and the fetching, comparing and decoding of pictures.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/textures.h"
+
+#include "renderer/image/decode_image.h"
+#include "renderer/import/extensions.h"
+#include "renderer/import/uri.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <tuple>
+
+namespace kindling::gltf {
+namespace {
+
+using nlohmann::json;
+
+TextureWrap to_wrap(int code) {
+  if (code == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return TextureWrap::clamp_to_edge;
+  if (code == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT) return TextureWrap::mirrored_repeat;
+  return TextureWrap::repeat;
+}
+
+// The image of a texture: of EXT_texture_webp before the plain source, as that extension says.
+int image_of(const Document& document, size_t texture) {
+  const json& object = (*document.json)["textures"][texture];
+  const int plain = document.core.textures[texture].source;
+  const json* webp = find_extension(object, "EXT_texture_webp");
+  return webp == nullptr ? plain : static_cast<int>(integer_or(*webp, "source", plain));
+}
+
+// One picture of the file: its encoded bytes, then what came of them.
+struct Picture {
+  int image = kNone; // index into the file's images
+  std::string name;
+  OwnedBytes owned; // where the bytes are not part of a buffer
+  Bytes bytes;
+  std::string error; // not empty: unreadable
+  uint64_t hash = 0;
+  size_t same_as = 0; // the first picture with these bytes: itself or an earlier one
+  std::shared_ptr<const Image> decoded;
+};
+
+std::string short_name(const json& image, int index) {
+  const auto uri = image.find("uri");
+  if (uri != image.end() && !is_data_uri(uri->get_ref<const std::string&>())) return uri->get<std::string>();
+  const auto name = image.find("name");
+  if (name != image.end()) return name->get<std::string>();
+  return fmt::format("image {}", index);
+}
+
+void fetch(const Document& document, Picture& picture) {
+  const json& image = (*document.json)["images"][static_cast<size_t>(picture.image)];
+  const auto view = image.find("bufferView");
+  const auto uri = image.find("uri");
+  if (view != image.end()) {
+    picture.bytes = document.views[view->get<size_t>()].bytes;
+    if (picture.bytes.empty()) picture.error = fmt::format("bufferView {} has no data", view->get<size_t>());
+    return;
+  }
+  const auto& text = uri->get_ref<const std::string&>();
+  Result<OwnedBytes> bytes = Error{};
+  if (is_data_uri(text)) {
+    bytes = decode_data_uri(text);
+  } else {
+    const auto path = resolve_uri(document.path.parent_path(), text);
+    bytes = path ? read_file(path.value(), document.limits.max_file_bytes) : Result<OwnedBytes>(path.error());
+  }
+  if (!bytes) {
+    picture.error = fmt::format("{}: {}", in_quotes(picture.name), bytes.error().message);
+    return;
+  }
+  picture.owned = std::move(bytes).value();
+  picture.bytes = picture.owned.span();
+}
+
+void check_image_objects(const Document& document) {
+  const auto images = document.json->find("images");
+  if (images == document.json->end()) return;
+  for (size_t i = 0; i < images->size(); ++i) {
+    const bool has_uri = (*images)[i].contains("uri");
+    if (has_uri != (*images)[i].contains("bufferView")) continue;
+    fail(fmt::format("/images/{}", i),
+         has_uri ? "both uri and bufferView, accepted is one" : "neither uri nor bufferView, accepted is one",
+         "ONE_OF_MISMATCH");
+  }
+}
+
+// Textures that a slot of some material refers to.
+std::vector<bool> used_textures(const Scene& scene) {
+  std::vector<bool> used(scene.textures.size(), false);
+  for (const Material& material : scene.materials) {
+    for (const TextureSlot* slot :
+         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+          &material.emissive_texture, &material.specular_texture, &material.specular_color_texture}) {
+      if (slot->present()) used[static_cast<size_t>(slot->texture)] = true;
+    }
+  }
+  return used;
+}
+
+// Equal bytes are one picture, whatever their names.
+void find_equal(std::vector<Picture>& pictures) {
+  std::multimap<std::tuple<uint64_t, size_t>, size_t> seen;
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    Picture& picture = pictures[i];
+    picture.same_as = i;
+    if (!picture.error.empty()) continue;
+    const std::tuple<uint64_t, size_t> key(picture.hash, picture.bytes.size());
+    const auto [first, last] = seen.equal_range(key);
+    const auto same = std::find_if(first, last, [&](const auto& other) {
+      const Bytes bytes = pictures[other.second].bytes;
+      return bytes.empty() || std::memcmp(bytes.data(), picture.bytes.data(), bytes.size()) == 0;
+    });
+    if (same != last) {
+      picture.same_as = same->second;
+    } else {
+      seen.emplace(key, i);
+    }
+  }
+}
+
+void decode_all(const Document& document, std::vector<Picture>& pictures, ProgressListener* listener) {
+  std::mutex mutex;
+  size_t done = 0;
+  std::atomic<uint64_t> total{0};
+  tbb::parallel_for(size_t{0}, pictures.size(), [&](size_t i) {
+    Picture& picture = pictures[i];
+    if (picture.error.empty() && picture.same_as == i && total.load() <= document.limits.max_texture_bytes) {
+      Result<Image> image = decode_image(picture.bytes, picture.name);
+      if (image) {
+        total.fetch_add(image.value().byte_count());
+        picture.decoded = std::make_shared<const Image>(std::move(image).value());
+      } else {
+        picture.error = image.error().message;
+      }
+    }
+    if (listener == nullptr) return;
+    const std::lock_guard lock(mutex);
+    ++done;
+    listener->on_progress(
+        {.phase = Phase::textures, .done = static_cast<double>(done), .total = static_cast<double>(pictures.size())});
+  });
+  if (total.load() > document.limits.max_texture_bytes) {
+    fail("/images", fmt::format("decoded pictures of more than {} bytes", document.limits.max_texture_bytes));
+  }
+}
+
+} // namespace
+
+void import_samplers(const Document& document, Scene& scene) {
+  check_image_objects(document);
+  for (size_t i = 0; i < document.core.textures.size(); ++i) {
+    SceneTexture texture;
+    if (const int index = document.core.textures[i].sampler; index >= 0) {
+      const tinygltf::Sampler& sampler = document.core.samplers[static_cast<size_t>(index)];
+      texture.wrap_u = to_wrap(sampler.wrapS);
+      texture.wrap_v = to_wrap(sampler.wrapT);
+      if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) texture.filter = TextureFilter::nearest;
+    }
+    if (const int image = image_of(document, i); image >= 0) {
+      texture.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
+    }
+    scene.textures.push_back(std::move(texture));
+  }
+}
+
+void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings) {
+  const std::vector<bool> used = used_textures(scene);
+  std::map<int, size_t> picture_of_image;
+  std::vector<Picture> pictures;
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
+    const int image = image_of(document, i);
+    if (image < 0) {
+      warnings.add("no source", fmt::format("/textures/{}", i),
+                   "a texture without a picture that can be read: the material's factor is used alone");
+      continue;
+    }
+    if (picture_of_image.emplace(image, pictures.size()).second) {
+      Picture picture;
+      picture.image = image;
+      picture.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
+      pictures.push_back(std::move(picture));
+    }
+  }
+
+  tbb::parallel_for(size_t{0}, pictures.size(), [&](size_t i) {
+    fetch(document, pictures[i]);
+    pictures[i].hash = hash_bytes(pictures[i].bytes);
+  });
+  for (const Picture& picture : pictures) {
+    if (picture.owned.size() == 0) continue; // in a buffer, which has been counted
+    document.bytes_read += picture.bytes.size();
+    document.content_hash = hash_bytes(std::as_bytes(std::span(&picture.hash, 1)), document.content_hash);
+  }
+  find_equal(pictures);
+  decode_all(document, pictures, listener);
+
+  for (Picture& picture : pictures) {
+    const Picture& source = pictures[picture.same_as];
+    picture.decoded = source.decoded;
+    if (picture.decoded == nullptr) {
+      warnings.add(fmt::format("image {}", picture.image), fmt::format("/images/{}", picture.image),
+                   fmt::format("{}: the material's factor is used alone", source.error));
+    }
+  }
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
+    if (const auto found = picture_of_image.find(image_of(document, i)); found != picture_of_image.end()) {
+      scene.textures[i].image = pictures[found->second].decoded;
+    }
+  }
+}
+
+} // namespace kindling::gltf

@@ -1,0 +1,18 @@
+// Textures of a file: samplers, and the pictures that materials use, decoded in parallel.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/document.h"
+#include "renderer/scene/scene.h"
+
+namespace kindling::gltf {
+
+// Fills scene.textures (one for each of the file's, images still null).
+void import_samplers(const Document& document, Scene& scene);
+
+// Gives an Image to each texture that a material uses; equal pictures are held once, even under two names. What cannot
+// be read is a warning. Adds the pictures' bytes to document.content_hash. Throws ImportFailure if the pictures need
+// more than ImportLimits::max_texture_bytes.
+void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings);
+
+} // namespace kindling::gltf

@@ -1,0 +1,223 @@
+// Files, containers, buffers and URIs.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/file_bytes.h"
+#include "renderer/import/uri.h"
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::test {
+namespace {
+
+size_t triangle_count(const Loaded& loaded) {
+  return loaded.scene && !loaded.scene->meshes.empty() && !loaded.scene->meshes[0].primitives.empty()
+             ? loaded.scene->meshes[0].primitives[0].triangle_count()
+             : 0;
+}
+
+std::string_view span_text(const Result<gltf::OwnedBytes>& bytes) { return gltf::as_text(bytes.value().span()); }
+
+TEST(Hash, AgreesWithThePublishedXxh64) {
+  // XXH64 with seed 0 of "" and of "a", and one input of more than 32 bytes, as the reference implementation prints them.
+  const auto hash = [](std::string_view text) {
+    return gltf::hash_bytes(std::as_bytes(std::span(text.data(), text.size())));
+  };
+  EXPECT_EQ(hash(""), 0xef46db3751d8e999ULL);
+  EXPECT_EQ(hash("a"), 0xd24ec4f1a98c6e5bULL);
+  EXPECT_EQ(hash("The quick brown fox jumps over the lazy dog"), 0x0b242d361fda71bcULL);
+}
+
+TEST(Uri, DecodesPercent) {
+  EXPECT_EQ(gltf::percent_decode("a%20b%C3%A4%41"), "a b\xc3\xa4"
+                                                    "A");
+  EXPECT_EQ(gltf::percent_decode("100%"), "100%");
+  EXPECT_EQ(gltf::percent_decode("%zz%2"), "%zz%2");
+}
+
+TEST(Uri, DecodesData) {
+  EXPECT_EQ(span_text(gltf::decode_data_uri("data:;base64,aGVsbG8=")), "hello");
+  EXPECT_EQ(span_text(gltf::decode_data_uri("DATA:text/plain;BASE64,aGVsbG8")), "hello");
+  EXPECT_EQ(span_text(gltf::decode_data_uri("data:;base64,aGVsbG8%3D")), "hello");
+  EXPECT_EQ(span_text(gltf::decode_data_uri("data:,a%20b")), "a b");
+  EXPECT_EQ(span_text(gltf::decode_data_uri("data:,")), "");
+  EXPECT_FALSE(gltf::decode_data_uri("data:;base64,####").ok());
+  EXPECT_FALSE(gltf::decode_data_uri("data:;base64,a").ok());
+  EXPECT_FALSE(gltf::decode_data_uri("data:;base64").ok());
+}
+
+TEST(Uri, StaysInTheFolderOfTheScene) {
+  const std::filesystem::path folder = "/scenes";
+  EXPECT_EQ(gltf::resolve_uri(folder, "a/b%20c.bin").value(), folder / "a/b c.bin");
+  EXPECT_EQ(gltf::resolve_uri(folder, "..a/b...bin").value(), folder / "..a/b...bin");
+  for (const char* bad : {"../a.bin", "a/../../b.bin", "%2e%2e/a.bin", "a\\..\\b", "..", "/etc/passwd", "%2Fetc/passwd",
+                          "file:///etc/passwd", "http://example.com/a.bin", "C:/a.bin", "\\\\server\\a", "", "a%00b"}) {
+    EXPECT_FALSE(gltf::resolve_uri(folder, bad).ok()) << bad;
+  }
+}
+
+TEST(Container, GltfWithDataUriAndGlbHoldTheSame) {
+  const GltfBuilder builder = triangle();
+  const Loaded text = load(builder);
+  const Loaded binary = load_text(builder.glb(), {}, "test.glb");
+  EXPECT_EQ(triangle_count(text), 1U) << text.error;
+  EXPECT_EQ(triangle_count(binary), 1U) << binary.error;
+  EXPECT_EQ(text.scene->meshes[0].primitives[0].positions, binary.scene->meshes[0].primitives[0].positions);
+  EXPECT_TRUE(text.warnings.empty());
+}
+
+TEST(Container, GlbIsKnownByItsBytesNotItsName) {
+  EXPECT_EQ(triangle_count(load_text(triangle().glb(), {}, "test.gltf")), 1U);
+}
+
+TEST(Container, ReadsExternalBuffersOfAnyName) {
+  const TempFolder folder;
+  for (const auto& [uri, file] :
+       {std::pair("plain.bin", "plain.bin"), std::pair("with%20space.bin", "with space.bin"),
+        std::pair("sub/M%C3%BCll%E2%99%BB.bin", "sub/M\xc3\xbcll\xe2\x99\xbb.bin"),
+        std::pair("raw \xe2\x9d\xa4.bin", "raw \xe2\x9d\xa4.bin"), std::pair("50%25.bin", "50%.bin")}) {
+    GltfBuilder builder = triangle();
+    builder.root["buffers"] = json::array({json{{"byteLength", builder.bin.size()}, {"uri", uri}}});
+    folder.write(file, builder.bin);
+    const Loaded loaded = load_file(folder.write("test.gltf", builder.gltf()));
+    EXPECT_EQ(triangle_count(loaded), 1U) << uri << ": " << loaded.error;
+  }
+}
+
+TEST(Container, ContentHashCoversEveryFile) {
+  const TempFolder folder;
+  GltfBuilder builder = triangle();
+  builder.root["buffers"] = json::array({json{{"byteLength", builder.bin.size()}, {"uri", "a.bin"}}});
+  folder.write("a.bin", builder.bin);
+  const auto path = folder.write("test.gltf", builder.gltf());
+  const uint64_t first = load_file(path).scene->content_hash;
+  EXPECT_EQ(load_file(path).scene->content_hash, first);
+  builder.bin[4] = 'x';
+  folder.write("a.bin", builder.bin);
+  EXPECT_NE(load_file(path).scene->content_hash, first);
+}
+
+TEST(Container, RefusesBuffersOutsideTheFolder) {
+  for (const char* uri : {"../a.bin", "/a.bin", "file:///a.bin", "http://example.com/a.bin"}) {
+    GltfBuilder builder = triangle();
+    builder.root["buffers"] = json::array({json{{"byteLength", builder.bin.size()}, {"uri", uri}}});
+    const Loaded loaded = load(builder);
+    EXPECT_EQ(loaded.kind, ErrorKind::scene_invalid);
+    EXPECT_NE(loaded.error.find("/buffers/0/uri: refused"), std::string::npos) << loaded.error;
+  }
+}
+
+TEST(Container, SaysWhatCannotBeRead) {
+  const TempFolder folder;
+  Loaded loaded = load_file(folder.path() / "absent.gltf");
+  EXPECT_EQ(loaded.kind, ErrorKind::input_output);
+  EXPECT_EQ(loaded.error, "no such file");
+  std::filesystem::create_directory(folder.path() / "folder.gltf");
+  loaded = load_file(folder.path() / "folder.gltf");
+  EXPECT_EQ(loaded.kind, ErrorKind::input_output);
+  EXPECT_EQ(loaded.error, "is not a regular file");
+
+  GltfBuilder builder = triangle();
+  builder.root["buffers"] = json::array({json{{"byteLength", builder.bin.size()}, {"uri", "absent.bin"}}});
+  loaded = load(builder);
+  EXPECT_EQ(loaded.kind, ErrorKind::input_output);
+  EXPECT_EQ(loaded.error, "/buffers/0/uri: 'absent.bin' no such file (IO_ERROR)");
+}
+
+TEST(Container, RefusesBrokenGlb) {
+  const std::string good = triangle().glb();
+  const auto error = [&](auto&& change) {
+    std::string bytes = good;
+    change(bytes);
+    return load_text(bytes, {}, "test.glb").error;
+  };
+  EXPECT_NE(error([](std::string& b) { b.clear(); }).find("GLB_UNEXPECTED_END_OF_HEADER"), std::string::npos);
+  EXPECT_NE(error([](std::string& b) { b[0] = 'x'; }).find("GLB_INVALID_MAGIC"), std::string::npos);
+  EXPECT_NE(error([](std::string& b) { b[4] = 1; }).find("GLB_INVALID_VERSION"), std::string::npos);
+  EXPECT_NE(error([](std::string& b) { b.pop_back(); }).find("GLB_LENGTH_MISMATCH"), std::string::npos);
+  EXPECT_NE(error([](std::string& b) { b[14] = 1; }).find("GLB_CHUNK_TOO_BIG"), std::string::npos);
+  EXPECT_NE(error([](std::string& b) { b[16] = 'X'; }).find("GLB_UNEXPECTED_FIRST_CHUNK"), std::string::npos);
+  const std::string text = make_glb(R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4}]})", "");
+  EXPECT_NE(load_text(text, {}, "test.glb").error.find("BUFFER_MISSING_GLB_DATA"), std::string::npos);
+}
+
+TEST(Container, WarnsOfBytesAfterTheEnd) {
+  const Loaded loaded = load_text(triangle().glb() + "tail", {}, "test.glb");
+  EXPECT_EQ(triangle_count(loaded), 1U);
+  EXPECT_TRUE(loaded.warned("GLB_EXTRA_DATA"));
+}
+
+TEST(Container, RefusesOtherVersions) {
+  EXPECT_EQ(load_text(R"({"asset":{"version":"1.0"}})").error,
+            "/asset/version: glTF 1.0, accepted is 2.0 (UNKNOWN_ASSET_MAJOR_VERSION)");
+  EXPECT_EQ(load_text(R"({"asset":{"version":"two"}})").error,
+            "/asset/version: 'two', accepted is a version like 2.0 (PATTERN_MISMATCH)");
+  EXPECT_TRUE(load_text(R"({"asset":{"version":"2.7"}})").scene);
+  EXPECT_FALSE(load_text(R"({"asset":{"version":"2.7","minVersion":"2.1"}})").scene);
+  EXPECT_EQ(load_text("{}").error, "'asset' is missing (UNDEFINED_PROPERTY)");
+}
+
+TEST(Container, SurvivesDeepJson) {
+  const size_t depth = 200000;
+  const std::string deep = std::string(depth, '[') + std::string(depth, ']');
+  EXPECT_TRUE(load_text(R"({"asset":{"version":"2.0"},"extras":)" + deep + "}").scene);
+  EXPECT_FALSE(load_text(std::string(depth, '[')).scene);
+  EXPECT_FALSE(load_text(std::string(depth, '{')).scene);
+}
+
+TEST(Container, HoldsItsLimits) {
+  const GltfBuilder builder = triangle();
+  ImportOptions options;
+  options.limits.max_file_bytes = 100;
+  EXPECT_EQ(load(builder, options).kind, ErrorKind::input_output);
+  options = {};
+  options.limits.max_json_bytes = 100;
+  EXPECT_NE(load(builder, options).error.find("at most 100 are accepted"), std::string::npos);
+  options = {};
+  options.limits.max_total_elements = 5;
+  EXPECT_NE(load(builder, options).error.find("at most 5 are accepted"), std::string::npos);
+  options = {};
+  options.limits.max_nodes = 0;
+  EXPECT_NE(load(builder, options).error.find("/nodes: 1 nodes, at most 0"), std::string::npos);
+}
+
+TEST(Container, RefusesToGrowASmallFileIntoAHugeScene) {
+  GltfBuilder builder;
+  // A billion points that no byte of the file backs.
+  const int position = builder.push("accessors", {{"componentType", kFloat}, {"count", 1000000000}, {"type", "VEC3"}});
+  builder.root_node({{"mesh", builder.mesh({{"attributes", {{"POSITION", position}}}})}});
+  EXPECT_NE(load(builder).error.find("are accepted for a file of this size"), std::string::npos);
+}
+
+TEST(Container, RefusesVerticesFarApartThatNoByteBacks) {
+  GltfBuilder builder;
+  const int position = builder.push("accessors", {{"componentType", kFloat}, {"count", 4000000000}, {"type", "VEC3"}});
+  const int indices = builder.accessor<uint32_t>({0, 1, 3999999999U}, kUnsignedInt, "SCALAR");
+  builder.root_node({{"mesh", builder.mesh({{"attributes", {{"POSITION", position}}}, {"indices", indices}})}});
+  EXPECT_NE(load(builder).error.find("are accepted for a file of this size"), std::string::npos);
+}
+
+TEST(Container, EndsInTimeWhateverIsRepeated) {
+  // Each of these takes minutes if some step compares all with all.
+  GltfBuilder builder;
+  for (int i = 0; i < 30000; ++i) {
+    builder.push("images", {{"uri", "absent" + std::to_string(i) + ".png"}});
+    builder.push("textures", {{"source", i}});
+    builder.push("materials", {{"emissiveTexture", {{"index", i}}}});
+    builder.push("nodes", json::object());
+    builder.push("scenes", {{"nodes", {i}}});
+  }
+  const Loaded loaded = load(builder);
+  ASSERT_TRUE(loaded.scene) << loaded.error;
+  ASSERT_EQ(loaded.warnings.size(), 101U);
+  EXPECT_EQ(loaded.warnings.back(), "and 29900 other warnings");
+}
+
+TEST(Container, AcceptsByteOrderMarkAndIntegersWrittenAsFloats) {
+  GltfBuilder builder = triangle();
+  builder.root["scene"] = 0.0;
+  builder.root["nodes"][0]["mesh"] = 0.0;
+  EXPECT_EQ(triangle_count(load_text("\xef\xbb\xbf" + builder.gltf())), 1U);
+}
+
+} // namespace
+} // namespace kindling::test

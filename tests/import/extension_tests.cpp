@@ -1,0 +1,107 @@
+// The table of extensions: one source for code, documents and messages.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+namespace kindling::test {
+namespace {
+
+using Level = ExtensionSupport::Level;
+
+std::string_view level_name(Level level) {
+  return level == Level::full ? "full" : level == Level::partial ? "partial" : "ignored";
+}
+
+TEST(Extensions, AreSortedAndUnique) {
+  const std::vector<ExtensionSupport> list = supported_extensions();
+  for (size_t i = 1; i < list.size(); ++i) EXPECT_LT(list[i - 1].name, list[i].name);
+}
+
+TEST(Extensions, HoldWhatTheImporterPromises) {
+  const std::vector<ExtensionSupport> list = supported_extensions();
+  for (const char* name :
+       {"KHR_texture_transform", "KHR_lights_punctual", "KHR_materials_unlit", "KHR_materials_emissive_strength",
+        "KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_draco_mesh_compression", "EXT_texture_webp",
+        "EXT_mesh_gpu_instancing", "KHR_node_visibility"}) {
+    const auto found =
+        std::find_if(list.begin(), list.end(), [&](const ExtensionSupport& e) { return e.name == name; });
+    ASSERT_NE(found, list.end()) << name;
+    EXPECT_EQ(found->level, Level::full) << name;
+  }
+}
+
+TEST(Extensions, AreTheTableOfTheReadme) {
+  std::ifstream stream(KINDLING_SOURCE_DIR "/renderer/import/README.md");
+  ASSERT_TRUE(stream);
+  std::stringstream text;
+  text << stream.rdbuf();
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(text, line);) {
+    if (line.starts_with("| KHR_") || line.starts_with("| EXT_")) rows.push_back(line);
+  }
+  std::vector<std::string> wanted;
+  for (const ExtensionSupport& extension : supported_extensions()) {
+    wanted.push_back("| " + std::string(extension.name) + " | " + std::string(level_name(extension.level)) + " | " +
+                     std::string(extension.note) + (extension.note.empty() ? "|" : " |"));
+  }
+  EXPECT_EQ(rows, wanted);
+}
+
+Loaded with_extensions(json used, json required) {
+  GltfBuilder builder;
+  builder.root["extensionsUsed"] = std::move(used);
+  if (!required.empty()) builder.root["extensionsRequired"] = std::move(required);
+  return load(builder);
+}
+
+TEST(Extensions, UnknownRequiredOnesAreRefusedWithTheList) {
+  const Loaded loaded =
+      with_extensions({"KHR_lights_punctual", "ACME_hologram"}, {"KHR_lights_punctual", "ACME_hologram"});
+  EXPECT_EQ(loaded.kind, ErrorKind::scene_invalid);
+  const std::string start = "/extensionsRequired/1: 'ACME_hologram' is required but not supported; supported are ";
+  ASSERT_EQ(loaded.error.substr(0, start.size()), start);
+  for (const ExtensionSupport& extension : supported_extensions()) {
+    const bool listed = loaded.error.find(std::string(extension.name)) != std::string::npos;
+    EXPECT_EQ(listed, extension.level != Level::ignored) << extension.name;
+  }
+}
+
+TEST(Extensions, IgnoredOnesWarnOnce) {
+  GltfBuilder builder;
+  builder.root["extensionsUsed"] = {"KHR_materials_sheen", "ACME_hologram", "KHR_lights_punctual"};
+  for (int i = 0; i < 3; ++i) builder.push("materials", {{"extensions", {{"KHR_materials_sheen", json::object()}}}});
+  EXPECT_EQ(load(builder).warnings,
+            (std::vector<std::string>{"/extensionsUsed/0: 'KHR_materials_sheen' has no effect yet",
+                                      "/extensionsUsed/1: 'ACME_hologram' has no effect yet (unknown)"}));
+}
+
+TEST(Extensions, RequiredLooksLoadWithAWarningButMissingDataDoNot) {
+  const Loaded looks = with_extensions({"KHR_materials_clearcoat"}, {"KHR_materials_clearcoat"});
+  EXPECT_TRUE(looks.scene);
+  EXPECT_TRUE(looks.warned("'KHR_materials_clearcoat' has no effect yet, although the file requires it"));
+  for (const char* name : {"KHR_texture_basisu", "KHR_meshopt_compression", "KHR_texture_procedurals"}) {
+    EXPECT_TRUE(with_extensions({name}, {}).scene) << name;
+    EXPECT_FALSE(with_extensions({name}, {name}).scene) << name;
+  }
+}
+
+TEST(Extensions, EndlessListsAreRefused) {
+  json names = json::array();
+  for (int i = 0; i < 1001; ++i) names.push_back("ACME_" + std::to_string(i));
+  EXPECT_EQ(with_extensions(names, {}).error, "/extensionsUsed: 1001 names, at most 1000 are accepted");
+}
+
+TEST(Extensions, VariantsAreListed) {
+  GltfBuilder builder;
+  builder.root["extensions"]["KHR_materials_variants"]["variants"] =
+      json::parse(R"([{"name": "red"}, {"name": "blue"}])");
+  EXPECT_EQ(load(builder).scene->variants, (std::vector<std::string>{"red", "blue"}));
+}
+
+} // namespace
+} // namespace kindling::test

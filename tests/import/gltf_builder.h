@@ -1,0 +1,95 @@
+// Writes small glTF files for the tests of the importer, and loads them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/load_gltf.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kindling::test {
+
+using nlohmann::json;
+
+inline constexpr int kByte = 5120;
+inline constexpr int kUnsignedByte = 5121;
+inline constexpr int kShort = 5122;
+inline constexpr int kUnsignedShort = 5123;
+inline constexpr int kUnsignedInt = 5125;
+inline constexpr int kFloat = 5126;
+
+[[nodiscard]] std::string base64(std::string_view bytes);
+[[nodiscard]] std::string data_uri(std::string_view bytes, std::string_view media_type = "application/octet-stream");
+
+// A container of the two chunks; no BIN chunk if `bin` is empty.
+[[nodiscard]] std::string make_glb(std::string json_text, std::string bin);
+
+// A folder of this test alone, removed at the end.
+class TempFolder {
+ public:
+  TempFolder();
+  ~TempFolder();
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path write(const std::filesystem::path& name, std::string_view content) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+// A file in the making: JSON to change at will, and one buffer.
+struct GltfBuilder {
+  json root = {{"asset", {{"version", "2.0"}}}};
+  std::string bin;
+
+  // Bytes become a bufferView at a multiple of 4.
+  int view(std::string_view bytes, int stride = 0);
+  // One bufferView of its own, tightly packed.
+  template <typename T>
+  int accessor(const std::vector<T>& values, int component_type, const char* type, bool normalized = false) {
+    const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    return accessor_of(view(bytes), values.size() / components(type), component_type, type, normalized);
+  }
+  int accessor_of(int buffer_view, size_t count, int component_type, const char* type, bool normalized = false);
+  static size_t components(std::string_view type);
+
+  int push(const char* list, json item); // its index
+  int mesh(json primitive) { return push("meshes", {{"primitives", json::array({std::move(primitive)})}}); }
+  // A node, also listed in the scene.
+  int root_node(json node);
+
+  [[nodiscard]] std::string gltf() const; // the buffer as a data: URI
+  [[nodiscard]] std::string glb() const;
+};
+
+// One triangle in z = 0 with corners (0,0), (1,0), (0,1), on a node of a scene.
+[[nodiscard]] GltfBuilder triangle();
+
+// What load_gltf() made of a text: the scene or the error without the file's path, and the warnings likewise.
+struct Loaded {
+  std::optional<Scene> scene;
+  std::string error;
+  ErrorKind kind = ErrorKind::scene_invalid;
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] bool warned(std::string_view part) const;
+};
+
+[[nodiscard]] Loaded load_file(const std::filesystem::path& path, const ImportOptions& options = {});
+[[nodiscard]] Loaded load_text(std::string_view content, const ImportOptions& options = {},
+                               const char* name = "test.gltf");
+[[nodiscard]] Loaded load(const GltfBuilder& builder, const ImportOptions& options = {});
+
+// Pictures of one pixel.
+extern const std::string_view kPngBase64;
+extern const std::string_view kWebpBase64;
+[[nodiscard]] std::string from_base64(std::string_view text);
+
+} // namespace kindling::test
