@@ -105,6 +105,10 @@ std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const
   }
   if (cursor.failed()) return "the file ends in its header";
   if (const auto error = check_size(data.width, data.height, limits)) return error;
+  if (tile_width > limits.max_side_px || tile_height > limits.max_side_px) { // the library makes room for whole tiles
+    return fmt::format("its tiles are {} x {} pixels; a side may have at most {}", tile_width, tile_height,
+                       limits.max_side_px);
+  }
   if (const auto error = check_size(display.width, display.height, limits)) return error;
   // Each chunk has an offset of eight bytes in a table that must be in the file.
   const int64_t chunks = tile_width > 0 ? ceil_div(data.width, tile_width) * ceil_div(data.height, tile_height)

@@ -3,17 +3,18 @@
 #include "renderer/image/write_image.h"
 
 #include "renderer/image/atomic_file.h"
-#include "renderer/image/atomic_file_proxy.h"
 #include "renderer/image/decoders.h"
-#include "renderer/image/oiio_setup.h"
 
-#include <OpenImageIO/imageio.h>
+#include <OpenEXR/openexr.h>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <optional>
-#include <utility>
+#include <string_view>
 
 #include <half.h>
 
@@ -27,6 +28,8 @@ struct ChannelSource {
   bool half = true;
   const float* values = nullptr; // of the first pixel
   size_t stride = 0;             // floats from pixel to pixel
+
+  [[nodiscard]] size_t bytes() const { return half ? 2 : 4; }
 };
 
 // By name, as OpenEXR stores them.
@@ -61,30 +64,90 @@ std::optional<std::string> check(const ExrImage& image, const std::vector<Channe
   return std::nullopt;
 }
 
-OIIO::ImageSpec make_spec(const ExrImage& image, const std::vector<ChannelSource>& channels) {
-  const V2i size = image.data_max_px - image.data_min_px;
-  OIIO::ImageSpec spec(size.x, size.y, static_cast<int>(channels.size()), OIIO::TypeFloat);
-  spec.x = image.data_min_px.x;
-  spec.y = image.data_min_px.y;
-  spec.full_width = image.display_size_px.x;
-  spec.full_height = image.display_size_px.y;
-  spec.channelnames.clear();
-  spec.alpha_channel = -1;
-  for (const ChannelSource& channel : channels) {
-    if (channel.name == "A") spec.alpha_channel = static_cast<int>(spec.channelnames.size());
-    spec.channelnames.push_back(channel.name);
-    spec.channelformats.push_back(channel.half ? OIIO::TypeHalf : OIIO::TypeFloat);
-  }
-  spec.attribute("compression", "zip");
-  // ITU-R BT.709 primaries and white point D65: x and y of red, green, blue and white.
-  constexpr float kRec709[8] = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
-  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), kRec709);
-  for (const auto& [name, value] : image.text) spec.attribute(name, value);
-  for (const auto& [name, value] : image.numbers) spec.attribute(name, value);
-  for (const auto& [name, value] : image.integers) spec.attribute(name, value);
-  for (const auto& [name, value] : image.matrices) spec.attribute(name, OIIO::TypeMatrix, value.getValue());
-  return spec;
+// ---- OpenEXR's C library: no global thread pool, silent, bytes to an AtomicFile
+
+// A failed write is not told to the library: the file keeps the reason until commit().
+int64_t write_bytes(exr_const_context_t, void* file, const void* data, uint64_t size, uint64_t offset,
+                    exr_stream_error_func_ptr_t) {
+  static_cast<AtomicFile*>(file)->seek(static_cast<int64_t>(offset));
+  static_cast<AtomicFile*>(file)->write(data, size);
+  return static_cast<int64_t>(size);
 }
+void keep_file(exr_const_context_t, void*, int) {}
+void ignore_message(exr_const_context_t, exr_result_t, const char*) {} // the default prints; codes are enough here
+
+// Empty for success.
+std::string explain(exr_result_t code, std::string_view what) {
+  if (code == EXR_ERR_SUCCESS) return {};
+  return fmt::format("{}: {}", what, exr_get_default_error_message(code));
+}
+
+class ExrContext {
+ public:
+  ExrContext() = default;
+  ~ExrContext() {
+    if (handle) exr_finish(&handle);
+  }
+  ExrContext(const ExrContext&) = delete;
+  ExrContext& operator=(const ExrContext&) = delete;
+
+  exr_context_t handle = nullptr;
+};
+
+// The attributes that every file needs, the channels, and those of the caller.
+std::string set_header(exr_context_t context, const ExrImage& image, const std::vector<ChannelSource>& channels) {
+  std::string error;
+  const auto done = [&error](exr_result_t code, std::string_view what) {
+    if (error.empty()) error = explain(code, what);
+  };
+  size_t longest = 0;
+  const auto measure = [&longest](const auto& named) {
+    for (const auto& [name, value] : named) longest = std::max(longest, name.size());
+  };
+  for (const ChannelSource& channel : channels) longest = std::max(longest, channel.name.size());
+  measure(image.text);
+  measure(image.numbers);
+  measure(image.integers);
+  measure(image.matrices);
+  constexpr size_t kShortName = 31; // longer ones raise the file's version, so that old readers refuse it
+  if (longest > kShortName) done(exr_set_longname_support(context, 1), "long names");
+
+  int part = 0;
+  done(exr_add_part(context, nullptr, EXR_STORAGE_SCANLINE, &part), "part");
+  const exr_attr_box2i_t display{{0, 0}, {image.display_size_px.x - 1, image.display_size_px.y - 1}};
+  const exr_attr_box2i_t data{{image.data_min_px.x, image.data_min_px.y},
+                              {image.data_max_px.x - 1, image.data_max_px.y - 1}};
+  const exr_attr_v2f_t screen_center{0.0f, 0.0f};
+  done(exr_initialize_required_attr(context, part, &display, &data, 1.0f, &screen_center, 1.0f,
+                                    EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP),
+       "header");
+  for (const ChannelSource& channel : channels) {
+    done(exr_add_channel(context, part, channel.name.c_str(), channel.half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
+                         EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1),
+         "channel " + channel.name);
+  }
+  // ITU-R BT.709 primaries and white point D65: x and y of red, green, blue and white.
+  const exr_attr_chromaticities_t rec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
+  done(exr_attr_set_chromaticities(context, part, "chromaticities", &rec709), "attribute chromaticities");
+  for (const auto& [name, value] : image.text) {
+    done(exr_attr_set_string(context, part, name.c_str(), value.c_str()), "attribute " + name);
+  }
+  for (const auto& [name, value] : image.numbers) {
+    done(exr_attr_set_float(context, part, name.c_str(), value), "attribute " + name);
+  }
+  for (const auto& [name, value] : image.integers) {
+    done(exr_attr_set_int(context, part, name.c_str(), value), "attribute " + name);
+  }
+  for (const auto& [name, value] : image.matrices) {
+    exr_attr_m44f_t matrix;
+    std::memcpy(matrix.m, value.getValue(), sizeof matrix.m);
+    done(exr_attr_set_m44f(context, part, name.c_str(), &matrix), "attribute " + name);
+  }
+  done(exr_write_header(context), "header");
+  return error;
+}
+
+// ---- pixels
 
 // Finite values stay finite.
 Imath::half to_half(float value) {
@@ -92,17 +155,17 @@ Imath::half to_half(float value) {
   return Imath::half(std::isfinite(value) ? std::clamp(value, -kHalfMax, kHalfMax) : value);
 }
 
-// Rows [first_row, last_row) of the data window, pixel by pixel, each channel at its own depth.
-void pack_rows(const std::vector<ChannelSource>& channels, size_t width, size_t first_row, size_t last_row,
-               std::vector<std::byte>& packed) {
+// Rows [first_row, last_row) of the data window, channel after channel, each at its own depth.
+std::vector<std::byte> pack_rows(const std::vector<ChannelSource>& channels, size_t width, size_t first_row,
+                                 size_t last_row) {
+  const size_t count = (last_row - first_row) * width;
   size_t pixel_bytes = 0;
-  for (const ChannelSource& channel : channels) pixel_bytes += channel.half ? 2 : 4;
-  packed.resize((last_row - first_row) * width * pixel_bytes);
-  size_t offset = 0;
+  for (const ChannelSource& channel : channels) pixel_bytes += channel.bytes();
+  std::vector<std::byte> packed(count * pixel_bytes);
+  std::byte* out = packed.data();
   for (const ChannelSource& channel : channels) {
-    std::byte* out = packed.data() + offset;
     const float* in = channel.values + first_row * width * channel.stride;
-    for (size_t i = 0; i < (last_row - first_row) * width; ++i, out += pixel_bytes, in += channel.stride) {
+    for (size_t i = 0; i < count; ++i, out += channel.bytes(), in += channel.stride) {
       if (channel.half) {
         const Imath::half value = to_half(*in);
         std::memcpy(out, &value, sizeof value);
@@ -110,33 +173,95 @@ void pack_rows(const std::vector<ChannelSource>& channels, size_t width, size_t 
         std::memcpy(out, in, sizeof *in);
       }
     }
-    offset += channel.half ? 2 : 4;
   }
+  return packed;
+}
+
+class ExrEncoder {
+ public:
+  explicit ExrEncoder(exr_context_t context) : context_(context) {}
+  ~ExrEncoder() { exr_encoding_destroy(context_, &pipeline_); }
+  ExrEncoder(const ExrEncoder&) = delete;
+  ExrEncoder& operator=(const ExrEncoder&) = delete;
+
+  // The compressed chunk that begins with line `y`. `packed`: its rows, from pack_rows().
+  exr_result_t run(int y, const std::vector<std::byte>& packed, std::vector<std::byte>& compressed) {
+    exr_chunk_info_t chunk{};
+    exr_result_t code = exr_write_scanline_chunk_info(context_, 0, y, &chunk);
+    if (code == EXR_ERR_SUCCESS) code = exr_encoding_initialize(context_, 0, &chunk, &pipeline_);
+    if (code != EXR_ERR_SUCCESS) return code;
+    const std::byte* plane = packed.data();
+    for (int16_t c = 0; c < pipeline_.channel_count; ++c) {
+      exr_coding_channel_info_t& channel = pipeline_.channels[c];
+      channel.encode_from_ptr = reinterpret_cast<const uint8_t*>(plane);
+      channel.user_pixel_stride = channel.bytes_per_element;
+      channel.user_line_stride = channel.width * channel.bytes_per_element;
+      plane += static_cast<ptrdiff_t>(channel.user_line_stride) * channel.height;
+    }
+    code = exr_encoding_choose_default_routines(context_, 0, &pipeline_);
+    if (code != EXR_ERR_SUCCESS) return code;
+    pipeline_.yield_until_ready_fn = nullptr; // chunks are written in order by the caller
+    pipeline_.write_fn = nullptr;
+    code = exr_encoding_run(context_, 0, &pipeline_);
+    if (code != EXR_ERR_SUCCESS) return code;
+    const auto* bytes = static_cast<const std::byte*>(pipeline_.compressed_buffer);
+    compressed.assign(bytes, bytes + pipeline_.compressed_bytes);
+    return EXR_ERR_SUCCESS;
+  }
+
+ private:
+  exr_context_t context_;
+  exr_encode_pipeline_t pipeline_{};
+};
+
+// Bands of several chunks, compressed in parallel and written in order: all threads, little memory.
+std::string write_pixels(exr_context_t context, const ExrImage& image, const std::vector<ChannelSource>& channels) {
+  constexpr size_t kBandBytes = size_t{16} << 20, kChunkRows = 16; // ZIP compresses 16 rows together
+  const V2i size = image.data_max_px - image.data_min_px;
+  const auto width = static_cast<size_t>(size.x), height = static_cast<size_t>(size.y);
+  size_t row_bytes = 0;
+  for (const ChannelSource& channel : channels) row_bytes += channel.bytes() * width;
+  const size_t chunk_count = (height + kChunkRows - 1) / kChunkRows;
+  const size_t band_chunks = std::clamp<size_t>(kBandBytes / (row_bytes * kChunkRows), 1, chunk_count);
+  const auto first_line = [&](size_t chunk) { return image.data_min_px.y + static_cast<int>(chunk * kChunkRows); };
+
+  struct Chunk {
+    std::vector<std::byte> compressed;
+    exr_result_t code = EXR_ERR_SUCCESS;
+  };
+  std::vector<Chunk> chunks(band_chunks);
+  for (size_t band = 0; band < chunk_count; band += band_chunks) {
+    const size_t end = std::min(band + band_chunks, chunk_count);
+    tbb::parallel_for(band, end, [&](size_t i) {
+      const std::vector<std::byte> packed =
+          pack_rows(channels, width, i * kChunkRows, std::min((i + 1) * kChunkRows, height));
+      Chunk& chunk = chunks[i - band];
+      chunk.code = ExrEncoder(context).run(first_line(i), packed, chunk.compressed);
+    });
+    for (size_t i = band; i < end; ++i) {
+      const Chunk& chunk = chunks[i - band];
+      if (chunk.code != EXR_ERR_SUCCESS) return explain(chunk.code, "pixels");
+      const exr_result_t code =
+          exr_write_scanline_chunk(context, 0, first_line(i), chunk.compressed.data(), chunk.compressed.size());
+      if (code != EXR_ERR_SUCCESS) return explain(code, "pixels");
+    }
+  }
+  return {};
 }
 
 // Empty when written, else the detail.
 std::string write_to(AtomicFile& file, const ExrImage& image, const std::vector<ChannelSource>& channels) {
-  image_detail::prepare_oiio();
-  image_detail::AtomicFileProxy proxy(file); // outlives the output
-  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("openexr");
-  if (!output || !output->set_ioproxy(&proxy)) return "OpenImageIO was built without its OpenEXR writer";
-  const OIIO::ImageSpec spec = make_spec(image, channels);
-  if (!output->open("file.exr", spec)) return output->geterror();
-
-  // In bands of a few megabytes, multiples of the 16 rows that ZIP compresses together: several threads, little memory.
-  const auto width = static_cast<size_t>(spec.width), height = static_cast<size_t>(spec.height);
-  constexpr size_t kBandBytes = size_t{16} << 20, kChunkRows = 16;
-  const size_t rows = std::max<size_t>(kBandBytes / (width * spec.pixel_bytes(true)) / kChunkRows, 1) * kChunkRows;
-  std::vector<std::byte> packed;
-  for (size_t row = 0; row < height; row += rows) {
-    const size_t end = std::min(row + rows, height);
-    pack_rows(channels, width, row, end, packed);
-    if (!output->write_scanlines(spec.y + static_cast<int>(row), spec.y + static_cast<int>(end), 0, OIIO::TypeUnknown,
-                                 packed.data())) {
-      return output->geterror();
-    }
-  }
-  return output->close() ? std::string() : output->geterror();
+  exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
+  options.error_handler_fn = ignore_message;
+  options.user_data = &file;
+  options.write_fn = write_bytes;
+  options.destroy_fn = keep_file;
+  ExrContext context;
+  const exr_result_t started = exr_start_write(&context.handle, "an EXR", EXR_WRITE_FILE_DIRECTLY, &options);
+  if (started != EXR_ERR_SUCCESS) return explain(started, "start");
+  if (std::string error = set_header(context.handle, image, channels); !error.empty()) return error;
+  if (std::string error = write_pixels(context.handle, image, channels); !error.empty()) return error;
+  return explain(exr_finish(&context.handle), "end");
 }
 
 } // namespace

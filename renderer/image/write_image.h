@@ -35,9 +35,8 @@ struct ExrImage {
 
 [[nodiscard]] Result<void> write_exr(const std::filesystem::path& path, const ExrImage& image);
 
-// rgba: straight alpha, display-referred in [0, 1] (clamped), width * height * 4 values. bits: 8 or 16.
-// dithering is not applied. text: stored as tEXt chunks; of a key its first 79
-// printable ASCII characters but spaces.
+// rgba: straight alpha, display-referred in [0, 1] (clamped), width * height * 4 values. bits: 8 or 16. Dithering is not
+// applied. text: tEXt chunks, iTXt where a value is not ASCII; of a key its first 79 printable ASCII characters.
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, std::span<const float> rgba, const V2i& size_px,
                                      int bits, const std::map<std::string, std::string>& text = {});
 

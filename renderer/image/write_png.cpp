@@ -1,15 +1,16 @@
-// PNG, 8 or 16 bits, RGBA with straight alpha, with text chunks.
+// PNG, 8 or 16 bits, RGBA with straight alpha, with text chunks; through libpng, silent.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/write_image.h"
 
 #include "renderer/image/atomic_file.h"
-#include "renderer/image/atomic_file_proxy.h"
 #include "renderer/image/decoders.h"
-#include "renderer/image/oiio_setup.h"
 
-#include <OpenImageIO/imageio.h>
+#include <png.h>
 
 #include <algorithm>
+#include <bit>
+#include <csetjmp>
+#include <cstdio>
 #include <exception>
 #include <limits>
 
@@ -17,55 +18,128 @@ namespace kindling {
 
 namespace {
 
-// A PNG keyword: 1 to 79 printable characters without spaces at the ends (PNG specification, 11.3.3.2). Empty: none is
-// left.
+// What libpng's callbacks see. No destructor: longjmp passes over it.
+struct PngSink {
+  AtomicFile* file;
+  std::jmp_buf jump;
+  char message[160];
+};
+
+[[noreturn]] void on_png_error(png_structp png, png_const_charp message) {
+  auto* sink = static_cast<PngSink*>(png_get_error_ptr(png));
+  std::snprintf(sink->message, sizeof sink->message, "%s", message);
+  std::longjmp(sink->jump, 1);
+}
+
+void on_png_warning(png_structp, png_const_charp) {}
+
+// A failed write is not told to libpng: the file keeps the reason until commit().
+void write_png_bytes(png_structp png, png_bytep data, size_t size) {
+  static_cast<PngSink*>(png_get_io_ptr(png))->file->write(data, size);
+}
+
+void flush_png(png_structp) {}
+
+class PngHandles {
+ public:
+  explicit PngHandles(PngSink& sink) {
+    png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, on_png_error, on_png_warning);
+    if (png) info = png_create_info_struct(png);
+  }
+  ~PngHandles() {
+    if (png) png_destroy_write_struct(&png, info ? &info : nullptr);
+  }
+  PngHandles(const PngHandles&) = delete;
+  PngHandles& operator=(const PngHandles&) = delete;
+
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+};
+
+// A PNG keyword: 1 to 79 printable ASCII characters; spaces neither at the ends nor two in a row (PNG specification,
+// 11.3.3.2). Empty: none is left.
 std::string png_keyword(const std::string& name) {
   std::string keyword;
   for (const char c : name) {
-    if (keyword.size() < 79 && c > ' ' && c < 127) keyword += c;
+    const bool is_space = c == ' ' && !keyword.empty() && keyword.back() != ' ';
+    if (keyword.size() < 79 && (is_space || (c > ' ' && c < 127))) keyword += c;
   }
+  if (!keyword.empty() && keyword.back() == ' ') keyword.pop_back();
   return keyword;
 }
 
+struct PngText {
+  std::string keyword;
+  std::string value;
+};
+
+std::vector<PngText> png_texts(const std::map<std::string, std::string>& text) {
+  std::vector<PngText> texts;
+  for (const auto& [name, value] : text) {
+    if (std::string keyword = png_keyword(name); !keyword.empty()) texts.push_back({std::move(keyword), value});
+  }
+  return texts;
+}
+
+// Into libpng's form: plain ASCII as tEXt (Latin-1 by its specification), anything else as iTXt (UTF-8).
+std::vector<png_text> png_text_chunks(std::vector<PngText>& texts) {
+  std::vector<png_text> chunks;
+  for (PngText& text : texts) {
+    const bool is_ascii = std::all_of(text.value.begin(), text.value.end(), [](char c) { return c > 0; });
+    png_text chunk{};
+    chunk.compression = is_ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
+    chunk.key = text.keyword.data();
+    chunk.text = text.value.data();
+    chunk.text_length = is_ascii ? text.value.size() : 0;
+    chunk.itxt_length = is_ascii ? 0 : text.value.size();
+    chunks.push_back(chunk);
+  }
+  return chunks;
+}
+
 template <typename T>
-void quantize(std::span<const float> values, std::vector<T>& out) {
+void quantize(const float* values, size_t count, T* out) {
   constexpr auto kMax = static_cast<float>(std::numeric_limits<T>::max());
-  out.resize(values.size());
-  for (size_t i = 0; i < values.size(); ++i) {
+  for (size_t i = 0; i < count; ++i) {
     const float value = values[i] > 0.0f ? std::min(values[i], 1.0f) : 0.0f; // NaN becomes 0
     out[i] = static_cast<T>(value * kMax + 0.5f);
   }
 }
 
+// No object with a destructor may live in the function that calls setjmp. `row`: room for one row.
 template <typename T>
-bool write_rows(OIIO::ImageOutput& output, std::span<const float> rgba, const V2i& size, OIIO::TypeDesc type) {
-  std::vector<T> row;
+bool write_picture(PngSink& sink, const PngHandles& handles, const V2i& size, const png_text* texts, int text_count,
+                   const float* rgba, T* row) {
+  if (setjmp(sink.jump) != 0) return false;
+  png_set_write_fn(handles.png, &sink, write_png_bytes, flush_png);
+  png_set_IHDR(handles.png, handles.info, static_cast<png_uint_32>(size.x), static_cast<png_uint_32>(size.y),
+               8 * sizeof(T), PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  if (text_count > 0) png_set_text(handles.png, handles.info, texts, text_count);
+  png_write_info(handles.png, handles.info);
+  if constexpr (sizeof(T) == 2 && std::endian::native == std::endian::little) png_set_swap(handles.png);
   const size_t row_values = static_cast<size_t>(size.x) * 4;
   for (int y = 0; y < size.y; ++y) {
-    quantize(rgba.subspan(static_cast<size_t>(y) * row_values, row_values), row);
-    if (!output.write_scanline(y, 0, type, row.data())) return false;
+    quantize(rgba + static_cast<size_t>(y) * row_values, row_values, row);
+    png_write_row(handles.png, reinterpret_cast<png_const_bytep>(row));
   }
+  png_write_end(handles.png, nullptr);
   return true;
 }
 
 // Empty when written, else the detail.
-std::string write_to(AtomicFile& file, std::span<const float> rgba, const V2i& size, int bits,
+template <typename T>
+std::string write_to(AtomicFile& file, std::span<const float> rgba, const V2i& size,
                      const std::map<std::string, std::string>& text) {
-  image_detail::prepare_oiio();
-  image_detail::AtomicFileProxy proxy(file); // outlives the output
-  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("png");
-  if (!output || !output->set_ioproxy(&proxy)) return "OpenImageIO was built without its PNG writer";
-  const OIIO::TypeDesc type = bits == 8 ? OIIO::TypeUInt8 : OIIO::TypeUInt16;
-  OIIO::ImageSpec spec(size.x, size.y, 4, type);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  for (const auto& [name, value] : text) {
-    if (const std::string keyword = png_keyword(name); !keyword.empty()) spec.attribute(keyword, value);
-  }
-  if (!output->open("file.png", spec)) return output->geterror();
+  std::vector<PngText> texts = png_texts(text);
+  const std::vector<png_text> chunks = png_text_chunks(texts);
+  std::vector<T> row(static_cast<size_t>(size.x) * 4);
+  PngSink sink{&file, {}, {}};
+  const PngHandles handles(sink);
+  if (!handles.info) return "not enough memory";
   const bool written =
-      bits == 8 ? write_rows<uint8_t>(*output, rgba, size, type) : write_rows<uint16_t>(*output, rgba, size, type);
-  if (!written || !output->close()) return output->geterror();
-  return {};
+      write_picture(sink, handles, size, chunks.data(), static_cast<int>(chunks.size()), rgba.data(), row.data());
+  return written ? std::string() : std::string(sink.message);
 }
 
 } // namespace
@@ -84,8 +158,9 @@ Result<void> write_png(const std::filesystem::path& path, std::span<const float>
   try {
     Result<AtomicFile> file = AtomicFile::create(path);
     if (!file) return file.error();
-    if (const std::string error = write_to(file.value(), rgba, size_px, bits, text); !error.empty())
-      return failed(error);
+    const std::string error = bits == 8 ? write_to<uint8_t>(file.value(), rgba, size_px, text)
+                                        : write_to<uint16_t>(file.value(), rgba, size_px, text);
+    if (!error.empty()) return failed(error);
     return file.value().commit();
   } catch (const std::exception& e) {
     return failed(e.what());

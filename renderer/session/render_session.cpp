@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
 
+#include "renderer/base/flush_denormals.h"
 #include "renderer/session/tile_scheduler.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -131,6 +132,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     tbb::parallel_for(
         tbb::blocked_range<size_t>(0, tiles.size(), 1),
         [&](const tbb::blocked_range<size_t>& range) {
+          const FlushDenormals flush_denormals;
           Worker& worker = workers.local();
           const Clock::time_point tile_start = Clock::now();
           for (size_t t = range.begin(); t != range.end() && !stop_now(); ++t) {
@@ -191,6 +193,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   ReplayedSample replayed;
   const std::unique_ptr<ThreadContext> context = integrator->make_context();
   context->trace = &replayed.trace;
+  const FlushDenormals flush_denormals;
   integrator->render_block(block, {sample_index, 1}, *context, film);
   const std::vector<float> rgb = film.resolve(Aov::beauty);
   replayed.radiance = Rgb(rgb[0], rgb[1], rgb[2]);

@@ -188,6 +188,13 @@ TEST(DecodeImage, HdrRefusesOtherAxesAndXyz) {
   EXPECT_NE(decode_error(bytes_of("#?RADIANCE\n")).find("ends in its header"), std::string::npos);
 }
 
+// Rows that may be run-length encoded take four bytes and two for each 127 pixels of each component at the least.
+TEST(DecodeImage, HdrRefusesMorePixelsThanItsBytesCanHold) {
+  const std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 16000\n";
+  EXPECT_EQ(decode_error(bytes_of(text + "some bytes")),
+            "some name: cannot decode HDR: 63 bytes cannot hold 16000 x 16000 pixels");
+}
+
 TEST(DecodeImage, ExrKeepsHalfAndFloat) {
   for (const PixelType type : {PixelType::f16, PixelType::f32}) {
     for (const int channels : {1, 3}) {
@@ -197,6 +204,19 @@ TEST(DecodeImage, ExrKeepsHalfAndFloat) {
       expect_same(decoded(test::encode_with_oiio(image, "openexr", names)), image);
     }
   }
+}
+
+TEST(DecodeImage, ExrOfTiles) {
+  for (const PixelType type : {PixelType::f16, PixelType::f32}) {
+    const Image image = test::make_noise_image(21, 13, 3, type);
+    expect_same(decoded(test::encode_exr_tiled(image, 8)), image);
+  }
+}
+
+TEST(DecodeImage, ExrOfPartsGivesTheFirstWithColour) {
+  const Image picture = test::make_noise_image(20, 11, 3, PixelType::f16);
+  const Image mask = test::make_noise_image(20, 11, 1, PixelType::f32);
+  expect_same(decoded(test::encode_exr_mask_and_picture(mask, picture)), picture);
 }
 
 TEST(DecodeImage, ExrTakesColourByNameAmongOthers) {
@@ -265,6 +285,9 @@ std::vector<FileBytes> all_samples() {
           test::encode_webp_lossless(test::make_noise_image(24, 16, 4, PixelType::u8)),
           test::encode_with_oiio(test::make_noise_image(24, 16, 3, PixelType::f32), "hdr"),
           test::encode_with_oiio(test::make_noise_image(24, 40, 3, PixelType::f16), "openexr"),
+          test::encode_exr_tiled(test::make_noise_image(24, 20, 3, PixelType::f16), 16),
+          test::encode_exr_mask_and_picture(test::make_noise_image(24, 16, 1, PixelType::f32),
+                                            test::make_noise_image(24, 16, 3, PixelType::f16)),
           test::encode_exr_window(test::make_noise_image(8, 8, 4, PixelType::f32), 2, 2, 12, 12)};
 }
 

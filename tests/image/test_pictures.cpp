@@ -15,6 +15,7 @@
 
 #include <half.h>
 #include <jpeglib.h>
+#include <unistd.h>
 
 namespace kindling::test {
 
@@ -121,6 +122,33 @@ FileBytes encode_exr_window(const Image& image, int x, int y, int full_width, in
   spec.full_width = full_width;
   spec.full_height = full_height;
   return write_with_oiio("openexr", spec, image);
+}
+
+FileBytes encode_exr_tiled(const Image& image, int tile_side) {
+  OIIO::ImageSpec spec(image.width, image.height, image.channels, oiio_type(image.type));
+  spec.tile_width = spec.tile_height = tile_side;
+  return write_with_oiio("openexr", spec, image);
+}
+
+FileBytes encode_exr_mask_and_picture(const Image& mask, const Image& picture) {
+  OIIO::ImageSpec specs[2];
+  for (int i = 0; i < 2; ++i) {
+    const Image& image = i == 0 ? mask : picture;
+    specs[i] = OIIO::ImageSpec(image.width, image.height, image.channels, oiio_type(image.type));
+    specs[i].attribute("oiio:subimagename", i == 0 ? "mask" : "picture");
+  }
+  specs[0].channelnames = {"mask"};
+  // Not in memory: OpenImageIO 2.4 writes several parts to named files alone.
+  const std::string path = testing::TempDir() + "kindling_parts_" + std::to_string(getpid()) + ".exr";
+  const auto output = OIIO::ImageOutput::create("openexr");
+  EXPECT_TRUE(output && output->open(path, 2, specs)) << output->geterror();
+  EXPECT_TRUE(output->write_image(specs[0].format, mask.pixels.data())) << output->geterror();
+  EXPECT_TRUE(output->open(path, specs[1], OIIO::ImageOutput::AppendSubimage)) << output->geterror();
+  EXPECT_TRUE(output->write_image(specs[1].format, picture.pixels.data())) << output->geterror();
+  EXPECT_TRUE(output->close());
+  FileBytes bytes = read_file(path);
+  std::remove(path.c_str());
+  return bytes;
 }
 
 FileBytes encode_webp_lossless(const Image& image) {

@@ -22,6 +22,9 @@ using FileBytes = std::vector<std::byte>;
                                          const std::vector<std::string>& names = {});
 // A part of a display window of that size, at that corner.
 [[nodiscard]] FileBytes encode_exr_window(const Image& image, int x, int y, int full_width, int full_height);
+[[nodiscard]] FileBytes encode_exr_tiled(const Image& image, int tile_side);
+// Two parts: one channel "mask", then a picture.
+[[nodiscard]] FileBytes encode_exr_mask_and_picture(const Image& mask, const Image& picture);
 [[nodiscard]] FileBytes encode_webp_lossless(const Image& image);
 // color_components: 1, 3 or 4 (CMYK, with Adobe's marker and its inverted ink).
 [[nodiscard]] FileBytes encode_jpeg(std::span<const uint8_t> samples, int width, int height, int components,

@@ -148,6 +148,21 @@ TEST_F(WriteImage, ExrHalfSaturatesInsteadOfOverflowing) {
   EXPECT_EQ(static_cast<float>(values[1]), -65504.0f);
 }
 
+// OpenEXR 2 added names of more than 31 characters; a file without them stays readable for what came before.
+TEST_F(WriteImage, ExrSaysInItsVersionWhetherNamesAreLong) {
+  constexpr auto kLongNames = std::byte{0x04}; // bit 10 of the version, in its second byte
+  ExrImage image = make_layers();
+  ASSERT_TRUE(write_exr(at("a.exr"), image).ok());
+  EXPECT_EQ(test::read_file(at("a.exr").string())[5] & kLongNames, std::byte{0});
+  const std::string name = "anAttributeOfMoreThanThirtyOneCharacters";
+  image.text[name] = "value";
+  ASSERT_TRUE(write_exr(at("a.exr"), image).ok());
+  EXPECT_EQ(test::read_file(at("a.exr").string())[5] & kLongNames, kLongNames);
+  const auto input = OIIO::ImageInput::open(at("a.exr").string());
+  ASSERT_TRUE(input);
+  EXPECT_EQ(input->spec().get_string_attribute(name), "value");
+}
+
 TEST_F(WriteImage, ExrRefusesWhatCannotBeWritten) {
   ExrImage image = make_layers();
   image.layers[3].values.pop_back();
@@ -159,6 +174,9 @@ TEST_F(WriteImage, ExrRefusesWhatCannotBeWritten) {
   image = make_layers();
   image.data_max_px = image.data_min_px;
   EXPECT_NE(write_exr(at("a.exr"), image).error().message.find("data window is empty"), std::string::npos);
+  image = make_layers();
+  image.text["compression"] = "none"; // the library's own, of another type
+  EXPECT_NE(write_exr(at("a.exr"), image).error().message.find("attribute compression: "), std::string::npos);
   EXPECT_EQ(file_count(), 0U);
 }
 
@@ -199,6 +217,8 @@ TEST_F(WriteImage, PngTextChunksAreInTheFile) {
   ASSERT_TRUE(write_png(at("a.png"), std::vector<float>(16, 0.5f), {2, 2}, 8,
                         {{"Software", "Kindling 0.1.0"},
                          {"command line", "kindling render a.glb"},
+                         {" two  spaces ", "x"},
+                         {"umlaut", "ü.glb"},
                          {"view", "Standard"},
                          {long_name, "y"},
                          {"  ", "lost"}})
@@ -207,12 +227,18 @@ TEST_F(WriteImage, PngTextChunksAreInTheFile) {
   std::map<std::string, std::string> texts;
   for (const test::PngChunk& chunk : test::read_png_chunks(test::read_file(at("a.png").string()))) {
     EXPECT_NE(chunk.type, "gAMA"); // would make viewers apply a second curve
-    if (chunk.type != "tEXt") continue;
     const std::string body(chunk.data.begin(), chunk.data.end());
-    texts[body.substr(0, body.find('\0'))] = body.substr(body.find('\0') + 1);
+    const std::string key = body.substr(0, body.find('\0'));
+    if (chunk.type == "tEXt") texts[key] = body.substr(key.size() + 1);
+    // Not compressed, then empty language and translated keyword.
+    if (chunk.type == "iTXt") {
+      EXPECT_EQ(body.substr(key.size()), std::string(5, '\0') + "ü.glb") << key;
+    }
   }
   EXPECT_EQ(texts["Software"], "Kindling 0.1.0");
-  EXPECT_EQ(texts["commandline"], "kindling render a.glb");
+  EXPECT_EQ(texts["command line"], "kindling render a.glb");
+  EXPECT_EQ(texts["two spaces"], "x");
+  EXPECT_EQ(texts.count("umlaut"), 0U); // tEXt is Latin-1
   EXPECT_EQ(texts["view"], "Standard");
   EXPECT_EQ(texts[std::string(79, 'x')], "y");
 }

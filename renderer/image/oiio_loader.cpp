@@ -1,0 +1,58 @@
+// dlopen, once.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/oiio_loader.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <system_error>
+
+#include <dlfcn.h>
+
+namespace kindling::image_detail {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> oiio_module_folders() {
+  std::vector<fs::path> folders;
+  std::error_code code;
+  if (const fs::path program = fs::read_symlink("/proc/self/exe", code); !code) {
+    folders.push_back(program.parent_path());
+    folders.push_back((program.parent_path() / KINDLING_OIIO_FROM_PROGRAM).lexically_normal());
+  }
+  folders.emplace_back(KINDLING_OIIO_INSTALL_FOLDER);
+  folders.emplace_back(KINDLING_OIIO_BUILD_FOLDER);
+  return folders;
+}
+
+Result<OiioModule> load_oiio_module(std::span<const fs::path> folders) {
+  std::string searched;
+  for (const fs::path& folder : folders) {
+    const fs::path file = folder / KINDLING_OIIO_FILE;
+    std::error_code code;
+    if (!fs::is_regular_file(file, code)) {
+      searched += (searched.empty() ? "" : ", ") + folder.string();
+      continue;
+    }
+    void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle) {
+      return Error{ErrorKind::input_output, fmt::format("the OpenImageIO module cannot be loaded: {}", dlerror())};
+    }
+    auto* decode_hdr = reinterpret_cast<kindling_oiio_decode_hdr_function*>(dlsym(handle, kOiioDecodeHdrSymbol));
+    if (!decode_hdr) {
+      dlclose(handle);
+      return Error{ErrorKind::input_output,
+                   fmt::format("the OpenImageIO module {} is of another version of Kindling", file.string())};
+    }
+    return OiioModule{decode_hdr};
+  }
+  return Error{ErrorKind::input_output,
+               fmt::format("the OpenImageIO module {} was not found in {}", KINDLING_OIIO_FILE, searched)};
+}
+
+const Result<OiioModule>& oiio_module() {
+  static const Result<OiioModule> loaded = load_oiio_module(oiio_module_folders());
+  return loaded;
+}
+
+} // namespace kindling::image_detail
