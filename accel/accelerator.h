@@ -28,9 +28,10 @@ struct alignas(16) Ray {
   float t_min = 0.0f;
   Imath::V3f direction;
   float t_max = 0.0f; // hits are accepted in (t_min, t_max]
-  uint32_t key = 0;   // opaque to the accelerator: handed to the hit filter, e.g. a hash of the path
+  uint32_t key = 0;   // opaque to the accelerator, for the hit filter: e.g. a hash of pixel and bounce
   float time = 0.0f;  // in [0, 1] over the shutter
-  uint32_t padding[2] = {0, 0};
+  uint32_t index = 0; // opaque to the accelerator, for the hit filter: e.g. the number of the sample
+  uint32_t padding = 0;
 };
 static_assert(sizeof(Ray) == 48);
 

@@ -39,7 +39,8 @@ void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const Samp
                                         .t_min = 0.0f,
                                         .direction = wi,
                                         .t_max = distance_m_,
-                                        .key = hash_combine(context.rays[slot].key, kDirectionDimension)});
+                                        .key = hash_combine(camera_sample.pixel_key, kDirectionDimension),
+                                        .index = camera_sample.sample_index});
     }
     context.occluded.resize(context.occlusion_rays.size());
     world_.accelerator().occluded(context.occlusion_rays, context.occluded);

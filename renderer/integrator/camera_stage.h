@@ -18,11 +18,10 @@ enum Dimension : uint32_t {
   kFirstBounceDimension = 8,
 
   // Relative to the bounce:
-  kLightChoiceDimension = 0, // 1-D
-  kLightDimension = 1,       // 2-D
-  kLobeDimension = 2,        // 1-D
-  kDirectionDimension = 3,   // 2-D
-  kRouletteDimension = 4,    // 1-D
+  kChoiceDimension = 0,    // 2-D: of the light and of the lobe
+  kLightDimension = 1,     // 2-D
+  kDirectionDimension = 2, // 2-D
+  kRouletteDimension = 3,  // 1-D
   kBounceDimensions = 8,
 };
 
@@ -57,7 +56,8 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
                       .t_min = 0.0f,
                       .direction = camera_ray.direction,
                       .t_max = kInfinity,
-                      .key = hash_combine(camera_sample.pixel_key, s)};
+                      .key = camera_sample.pixel_key,
+                      .index = s};
       }
 }
 

@@ -13,10 +13,8 @@ uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
   return kFirstBounceDimension + state.bounce * kBounceDimensions + dimension;
 }
 
-// What stochastic transparency sees of a ray: different for every ray of every path.
-uint32_t ray_key(const CameraSample& sample, uint32_t dimension) {
-  return hash_combine(hash_combine(sample.pixel_key, sample.sample_index), dimension);
-}
+// What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
+uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.pixel_key, dimension); }
 
 Rgb clamped(const Rgb& radiance, float largest) {
   const float peak = max_component(radiance);
@@ -107,11 +105,14 @@ void PathIntegrator::shade(PathContext& context) const {
       if (state.bounce == 0) record_surface(ray, hit, surface, nullptr, slot, context);
       continue;
     }
+    const CameraSample& sample = context.camera_samples[slot];
     const Frame frame = Frame::around(surface.shading_normal);
-    const GltfBsdf bsdf(surface.bsdf, frame.to_local(-ray.direction));
-    if (state.bounce == 0) record_surface(ray, hit, surface, &bsdf, slot, context);
-    sample_light(surface, frame, bsdf, slot, context);
-    if (sample_bounce(surface, frame, bsdf, slot, context)) context.next_active.push_back(slot);
+    const Vertex vertex{
+        surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
+        Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
+    if (state.bounce == 0) record_surface(ray, hit, surface, &vertex.bsdf, slot, context);
+    sample_light(vertex, context);
+    if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
   }
 }
 
@@ -152,57 +153,55 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const accel::Hit& hit, 
 }
 
 // Next-event estimation: the contribution waits in a record until the shadow rays of the whole batch are traced.
-void PathIntegrator::sample_light(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
-                                  PathContext& context) const {
-  const PathState& state = context.states[slot];
-  const CameraSample& camera_sample = context.camera_samples[slot];
-  const float u_choice = Sampler::sample_1d(camera_sample.pixel_key, camera_sample.sample_index,
-                                            bounce_dimension(state, kLightChoiceDimension));
-  const V2f u =
-      Sampler::sample_2d(camera_sample.pixel_key, camera_sample.sample_index, bounce_dimension(state, kLightDimension));
+void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) const {
+  const SurfacePoint& surface = vertex.surface;
+  const PathState& state = context.states[vertex.slot];
+  const CameraSample& sample = context.camera_samples[vertex.slot];
+  const uint32_t dimension = bounce_dimension(state, kLightDimension);
+  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
   const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, u_choice, u);
+      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u);
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
-  const BsdfEval eval = bsdf.eval(frame.to_local(light->wi));
+  const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   const Rgb contribution = state.throughput * eval.value * light->radiance * (weight / light->pdf);
-  context.shadow_rays.push_back(
-      make_shadow_ray(surface, *light, ray_key(camera_sample, bounce_dimension(state, kLightDimension))));
-  context.shadow_records.push_back({contribution, slot, state.light_class(state.bounce + 1U)});
+  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.sample_index));
+  context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
 
 // False: the path ends here.
-bool PathIntegrator::sample_bounce(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
-                                   PathContext& context) const {
-  PathState& state = context.states[slot];
-  const CameraSample& camera_sample = context.camera_samples[slot];
-  const float u_lobe =
-      Sampler::sample_1d(camera_sample.pixel_key, camera_sample.sample_index, bounce_dimension(state, kLobeDimension));
-  const V2f u = Sampler::sample_2d(camera_sample.pixel_key, camera_sample.sample_index,
-                                   bounce_dimension(state, kDirectionDimension));
-  const std::optional<BsdfSample> sample = bsdf.sample(u_lobe, u);
-  if (!sample) return false;
-  const V3f wi = frame.to_world(sample->wi);
+bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) const {
+  const SurfacePoint& surface = vertex.surface;
+  PathState& state = context.states[vertex.slot];
+  const CameraSample& sample = context.camera_samples[vertex.slot];
+  const uint32_t dimension = bounce_dimension(state, kDirectionDimension);
+  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
+  const std::optional<BsdfSample> scattered = vertex.bsdf.sample(vertex.u_choice.y, u);
+  if (!scattered) return false;
+  const V3f wi = vertex.frame.to_world(scattered->wi);
   if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
-  state.throughput *= sample->weight;
+  state.throughput *= scattered->weight;
   if (is_black(state.throughput)) return false;
 
   // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
   if (state.bounce >= settings_.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
-    const float u_roulette = Sampler::sample_1d(camera_sample.pixel_key, camera_sample.sample_index,
-                                                bounce_dimension(state, kRouletteDimension));
+    const float u_roulette =
+        Sampler::sample_1d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kRouletteDimension));
     if (u_roulette >= survival) return false;
     state.throughput /= survival;
   }
 
-  const uint32_t key = ray_key(camera_sample, bounce_dimension(state, kDirectionDimension));
-  state.emission_only = !count_bounce(sample->lobe, state);
-  state.bsdf_pdf = sample->pdf;
+  state.emission_only = !count_bounce(scattered->lobe, state);
+  state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
-  context.next_rays.push_back(
-      {.origin = offset_ray_origin(surface, wi), .t_min = 0.0f, .direction = wi, .t_max = kInfinity, .key = key});
+  context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
+                               .t_min = 0.0f,
+                               .direction = wi,
+                               .t_max = kInfinity,
+                               .key = ray_key(sample, dimension),
+                               .index = sample.sample_index});
   return true;
 }
 

@@ -19,6 +19,15 @@ class PathIntegrator final : public Integrator {
                     Film& film) const override;
 
  private:
+  // A surface at which a path scatters.
+  struct Vertex {
+    const SurfacePoint& surface;
+    Frame frame; // around the shading normal
+    GltfBsdf bsdf;
+    uint32_t slot; // of the path
+    V2f u_choice;  // x chooses the light, y the lobe
+  };
+
   // The stages of a wave, in the order in which they run.
   void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
@@ -30,10 +39,8 @@ class PathIntegrator final : public Integrator {
   // Steps of shade(), for one path.
   void shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const;
   void add_emission(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface, PathState& state) const;
-  void sample_light(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
-                    PathContext& context) const;
-  [[nodiscard]] bool sample_bounce(const SurfacePoint& surface, const Frame& frame, const GltfBsdf& bsdf, uint32_t slot,
-                                   PathContext& context) const;
+  void sample_light(const Vertex& vertex, PathContext& context) const;
+  [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
   void record_surface(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface, const GltfBsdf* bsdf,
                       uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;

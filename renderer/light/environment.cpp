@@ -73,31 +73,9 @@ float brightest(const Image& image, const TexelReader& texel) {
       [](float a, float b) { return std::max(a, b); });
 }
 
-// Root mean square over the texel in the middle of the bilinear interpolation of its 3 x 3 neighbourhood: with one
-// constant density per texel this is the one that minimizes the variance. With hat functions a_i over s in [-1/2, 1/2]
-// the mean square is the sum of V_ij V_kl A_ik A_jl, where A_ik is the integral of a_i a_k.
-float rms_of_interpolation(const float v[3][3]) {
-  constexpr float kDiagonal = 1.0f / 24.0f;
-  constexpr float kCentre = 14.0f / 24.0f;
-  constexpr float kBeside = 2.0f / 24.0f;
-  const auto apply = [](const float a[3], float out[3]) {
-    out[0] = kDiagonal * a[0] + kBeside * a[1];
-    out[1] = kBeside * (a[0] + a[2]) + kCentre * a[1];
-    out[2] = kBeside * a[1] + kDiagonal * a[2];
-  };
-  float columns[3][3];
-  for (int j = 0; j < 3; ++j) {
-    const float column[3] = {v[0][j], v[1][j], v[2][j]};
-    apply(column, columns[j]);
-  }
-  float sum = 0.0f;
-  for (int i = 0; i < 3; ++i) {
-    const float row[3] = {columns[0][i], columns[1][i], columns[2][i]};
-    float mixed[3];
-    apply(row, mixed);
-    sum += mixed[0] * v[i][0] + mixed[1] * v[i][1] + mixed[2] * v[i][2];
-  }
-  return std::sqrt(std::max(sum, 0.0f));
+// Samples x in [0, 1) with a density that runs linearly from a to b, both >= 0 and not both 0, by inversion.
+float sample_linear(float u, float a, float b) {
+  return std::min(u * (a + b) / (a + std::sqrt(lerp(a * a, b * b, u))), kOneMinusEpsilon);
 }
 
 // Integral over theta of sin(theta) times the hat function of row y of `height` (clamped at the poles).
@@ -114,7 +92,7 @@ double row_integral(int y, int height) {
 } // namespace
 
 Environment::Environment(const Rgb& radiance)
-    : pdf_scale_(kindling::is_black(radiance) ? 0.0f : 0.25f * kInvPi), constant_(radiance),
+    : constant_pdf_(kindling::is_black(radiance) ? 0.0f : 0.25f * kInvPi), constant_(radiance),
       total_radiance_(radiance * (4.0f * kPi)) {}
 
 Environment::Environment(std::shared_ptr<const Image> picture, float rotation_rad, float intensity) {
@@ -149,7 +127,10 @@ bool Environment::store_texels(const Image& image, float intensity) {
         const Rgb c = texel(x, y) * to_stored;
         HalfTexel& t = texels_[texel_index(x, y)];
         t = {float_to_half(c.x), float_to_half(c.y), float_to_half(c.z), 0};
-        sum += V3d(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b));
+        const Rgb stored(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b));
+        // Positive wherever the colour is.
+        t.weight = kindling::is_black(stored) ? 0 : std::max<uint16_t>(1, float_to_half(luminance(stored)));
+        sum += V3d(stored);
       }
       row_sums[static_cast<size_t>(y)] = sum;
     }
@@ -174,74 +155,43 @@ void Environment::fill_border() {
 
 void Environment::build_distribution() {
   const auto columns = static_cast<size_t>(width_);
-  const auto rows = static_cast<size_t>(height_);
-  polar_edges_.resize(rows + 1);
-  for (size_t y = 0; y <= rows; ++y) {
-    const double s = std::sin(0.5 * std::numbers::pi * static_cast<double>(y) / height_);
-    polar_edges_[y] = static_cast<float>(2.0 * s * s);
-  }
-  std::vector<double> solid_angles(rows); // of one texel
-  to_solid_angle_.resize(rows);
-  const double band = std::numbers::pi / height_;
-  for (size_t y = 0; y < rows; ++y) {
-    solid_angles[y] =
-        2.0 * std::numbers::pi / width_ * 2.0 * std::sin((static_cast<double>(y) + 0.5) * band) * std::sin(0.5 * band);
-    to_solid_angle_[y] = static_cast<float>(1.0 / (solid_angles[y] * width_ * height_));
-  }
-
-  const auto stored_luminance = [&](int x, int y) {
-    const HalfTexel& t = texels_[texel_index(x, y)];
-    return luminance({half_to_float(t.r), half_to_float(t.g), half_to_float(t.b)});
+  const auto rows = static_cast<size_t>(height_) + 1;
+  // Cell rows run from texel centre to texel centre, so the first and the last are half as high and reach the poles.
+  const auto theta_of_edge = [this](size_t row) {
+    return std::clamp((static_cast<double>(row) - 0.5) / height_, 0.0, 1.0) * std::numbers::pi;
   };
+  std::vector<double> cos_bands(rows); // cos(theta) at the top minus that at the bottom: solid angle over 2 pi
+  for (size_t y = 0; y < rows; ++y) cos_bands[y] = std::cos(theta_of_edge(y)) - std::cos(theta_of_edge(y + 1));
+
   std::vector<float> weights(columns * rows);
-  tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const tbb::blocked_range<int>& range) {
-    for (int y = range.begin(); y < range.end(); ++y) {
-      float v[3][3] = {};
-      for (int i = 0; i < 3; ++i) {
-        v[i][1] = stored_luminance(-1, y + i - 1);
-        v[i][2] = stored_luminance(0, y + i - 1);
+  std::vector<double> row_sums(rows);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, rows, 16), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t y = range.begin(); y < range.end(); ++y) {
+      // Border texels repeat the picture's, so the rows around the poles need no special case.
+      const HalfTexel* upper = &texels_[texel_index(0, static_cast<int>(y) - 1)];
+      const HalfTexel* lower = &texels_[texel_index(0, static_cast<int>(y))];
+      double sum = 0.0;
+      for (size_t x = 0; x < columns; ++x) {
+        const float mean = 0.25f * (half_to_float(upper[x].weight) + half_to_float(upper[x + 1].weight) +
+                                    half_to_float(lower[x].weight) + half_to_float(lower[x + 1].weight));
+        const double weight = static_cast<double>(mean) * cos_bands[y];
+        weights[y * columns + x] = static_cast<float>(weight);
+        sum += weight;
       }
-      for (int x = 0; x < width_; ++x) {
-        bool any = false;
-        for (int i = 0; i < 3; ++i) {
-          v[i][0] = v[i][1];
-          v[i][1] = v[i][2];
-          v[i][2] = stored_luminance(x + 1, y + i - 1);
-          any = any || v[i][0] > 0.0f || v[i][1] > 0.0f || v[i][2] > 0.0f;
-        }
-        const double weight = static_cast<double>(rms_of_interpolation(v)) * solid_angles[static_cast<size_t>(y)];
-        weights[static_cast<size_t>(y) * columns + static_cast<size_t>(x)] =
-            any ? std::max(static_cast<float>(weight), std::numeric_limits<float>::min()) : 0.0f;
-      }
+      row_sums[y] = sum;
     }
   });
-  distribution_ = Distribution2D(weights, static_cast<uint32_t>(width_), static_cast<uint32_t>(height_));
-  store_densities();
-}
-
-// The density of a texel is kept beside its colour, so that a look-up finds both in the same cache line.
-void Environment::store_densities() {
-  const auto density = [&](int x, int y) {
-    return distribution_.probability(static_cast<uint32_t>(x), static_cast<uint32_t>(y)) * static_cast<float>(width_) *
-           static_cast<float>(height_) * to_solid_angle_[static_cast<size_t>(y)];
-  };
-  float greatest = 0.0f;
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) greatest = std::max(greatest, density(x, y));
+  double total = 0.0;
+  for (const double sum : row_sums) total += sum;
+  distribution_ = Distribution2D(weights, static_cast<uint32_t>(columns), static_cast<uint32_t>(rows));
+  // Density in the picture's unit square: weight * band / total * (cells per unit square); over solid angle divided by
+  // 2 pi^2 sin(theta).
+  row_factors_.resize(rows);
+  for (size_t y = 0; y < rows; ++y) {
+    const double cell_height = (theta_of_edge(y + 1) - theta_of_edge(y)) / std::numbers::pi;
+    row_factors_[y] = static_cast<float>(cos_bands[y] / total * static_cast<double>(columns) / cell_height /
+                                         (2.0 * std::numbers::pi * std::numbers::pi));
   }
-  int exponent = 0;
-  (void)std::frexp(greatest, &exponent);
-  pdf_scale_ = std::ldexp(1.0f, exponent - 15);
-  tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const tbb::blocked_range<int>& range) {
-    constexpr float kSmallestHalf = 0x1p-24f;
-    for (int y = range.begin(); y < range.end(); ++y) {
-      for (int x = 0; x < width_; ++x) {
-        const float d = density(x, y);
-        texels_[texel_index(x, y)].density = d > 0.0f ? float_to_half(std::max(d / pdf_scale_, kSmallestHalf)) : 0;
-      }
-    }
-  });
-  fill_border();
 }
 
 LightSample Environment::sample(const V2f& u) const {
@@ -254,34 +204,43 @@ LightSample Environment::sample(const V2f& u) const {
   if (width_ == 0) {
     result.wi = sample_uniform_sphere(u);
     result.radiance = constant_;
-    result.pdf = pdf_scale_;
+    result.pdf = constant_pdf_;
     return result;
   }
+  // A cell between four texel centres, then bilinearly within.
   const Distribution2D::Sample chosen = distribution_.sample(u);
+  const auto rows = static_cast<float>(height_ + 1);
+  const float u_s =
+      std::clamp(chosen.uv.x * static_cast<float>(width_) - static_cast<float>(chosen.column), 0.0f, kOneMinusEpsilon);
+  const float u_t = std::clamp(chosen.uv.y * rows - static_cast<float>(chosen.row), 0.0f, kOneMinusEpsilon);
+  const HalfTexel* upper = &texels_[texel_index(static_cast<int>(chosen.column), static_cast<int>(chosen.row) - 1)];
+  const HalfTexel* lower = upper + (static_cast<size_t>(width_) + 2);
+  const float w00 = half_to_float(upper[0].weight), w10 = half_to_float(upper[1].weight);
+  const float w01 = half_to_float(lower[0].weight), w11 = half_to_float(lower[1].weight);
+  float t = sample_linear(u_t, w00 + w10, w01 + w11);
+  const float s = sample_linear(u_s, lerp(w00, w01, t), lerp(w10, w11, t));
+  // The weights of a half cell at a pole do not vary across it.
+  if (chosen.row == 0)
+    t = 0.5f + 0.5f * t;
+  else if (static_cast<int>(chosen.row) == height_)
+    t *= 0.5f;
 
-  // Uniform by solid angle in the texel. 1 - |cos(theta)| is measured from the nearer pole, where cos(theta) has no
-  // digits.
-  const bool lower = 2 * static_cast<int>(chosen.row) >= height_;
-  const auto rows = static_cast<size_t>(height_);
-  const size_t y = chosen.row;
-  const float upper_edge = polar_edges_[lower ? rows - y : y];
-  const float lower_edge = polar_edges_[lower ? rows - y - 1 : y + 1];
-  const float fraction = chosen.uv.y * static_cast<float>(height_) - static_cast<float>(y);
-  const float polar = lerp(upper_edge, lower_edge, std::clamp(fraction, 0.0f, 1.0f));
-  const float sin_theta = safe_sqrt(polar * (2.0f - polar));
-  const float cos_theta = lower ? polar - 1.0f : 1.0f - polar;
-
-  const SinCos phi = sincos_turns(chosen.uv.x - 0.5f - rotation_turns_);
-  result.wi = V3f(sin_theta * phi.cos, cos_theta, sin_theta * phi.sin);
-  result.radiance = eval_uv(chosen.uv.x, acos_half_turns(cos_theta)).radiance;
-  // Of the texel that was drawn: rounding may put the direction just across its border.
-  result.pdf = chosen.pdf * to_solid_angle_[y];
+  float picture_u = (static_cast<float>(chosen.column) + 0.5f + s) / static_cast<float>(width_);
+  picture_u -= picture_u >= 1.0f ? 1.0f : 0.0f;
+  const float picture_v =
+      std::clamp((static_cast<float>(chosen.row) - 0.5f + t) / static_cast<float>(height_), 0.0f, 1.0f);
+  const SinCos theta = sincos_turns(0.5f * picture_v);
+  const SinCos phi = sincos_turns(picture_u - 0.5f - rotation_turns_);
+  result.wi = V3f(theta.sin * phi.cos, theta.cos, theta.sin * phi.sin);
+  const EnvironmentEval eval = eval_uv(picture_u, picture_v, theta.sin);
+  result.radiance = eval.radiance;
+  result.pdf = eval.pdf;
   return result;
 }
 
 size_t Environment::memory_bytes() const {
-  return sizeof(*this) + texels_.size() * sizeof(HalfTexel) +
-         (polar_edges_.size() + to_solid_angle_.size()) * sizeof(float) + distribution_.memory_bytes();
+  return sizeof(*this) + texels_.size() * sizeof(HalfTexel) + row_factors_.size() * sizeof(float) +
+         distribution_.memory_bytes();
 }
 
 } // namespace kindling

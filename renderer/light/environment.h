@@ -25,8 +25,8 @@ struct EnvironmentEval {
 // Direction d (unit, +Y up) maps to u = 0.5 + atan2(d.z, d.x) / (2 pi), v = acos(d.y) / pi; v = 0 is the top row.
 // A rotation by r turns the environment counter-clockwise about +Y, seen from above: what was seen along d is then seen
 // along rotate_y(d, r) = (d.x cos r + d.z sin r, d.y, d.z cos r - d.x sin r).
-// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density that is
-// constant over a texel's solid angle and positive wherever the interpolated radiance is.
+// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density in proportion to
+// the luminance of that interpolation, not to a constant per texel: a sun of a few texels is sampled without variance.
 //
 // Texels are held as halves under one common power of two, so that the brightest uses the top of the range: pictures
 // that were halves or RGBE stay exact over 2^29 of dynamic range.
@@ -41,18 +41,21 @@ class Environment {
   [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
   // distance is kInfinity. pdf is 0 and the radiance black if the environment is black.
   [[nodiscard]] LightSample sample(const V2f& u) const;
-  // Solid-angle density of sample() producing wi, rounded to a half: within 2^-11 of what sample() reports.
+  // Solid-angle density of sample() producing wi. It is that of the exact luminances; cells between texels are drawn by
+  // probabilities rounded to 2^-24 of their row, which moves no more than a part in 2^14 of the light.
   [[nodiscard]] float pdf(const V3f& wi) const { return eval(wi).pdf; }
   // radiance() and pdf() at the price of one of them.
   [[nodiscard]] EnvironmentEval eval(const V3f& wi) const;
   // Radiance integrated over the sphere, W/m^2 per channel: pi times it is a disc's flux per unit radius squared.
   [[nodiscard]] Rgb total_radiance() const { return total_radiance_; }
-  [[nodiscard]] bool is_black() const { return pdf_scale_ == 0.0f; }
+  [[nodiscard]] bool is_black() const { return constant_pdf_ == 0.0f && row_factors_.empty(); }
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
-  // u in [0, 1] of the picture itself (rotation applied), v in [0, 1].
-  [[nodiscard]] EnvironmentEval eval_uv(float u, float v) const;
+  static constexpr float kMinSinTheta = 1e-6f; // keeps densities finite at the poles
+
+  // u in [0, 1] of the picture itself (rotation applied), v in [0, 1]; sin_theta as v says.
+  [[nodiscard]] EnvironmentEval eval_uv(float u, float v, float sin_theta) const;
   // x in [-1, width], y in [-1, height].
   [[nodiscard]] size_t texel_index(int x, int y) const {
     return static_cast<size_t>(y + 1) * (static_cast<size_t>(width_) + 2) + static_cast<size_t>(x + 1);
@@ -61,25 +64,23 @@ class Environment {
   [[nodiscard]] bool store_texels(const Image& image, float intensity);
   void fill_border();
   void build_distribution();
-  void store_densities();
 
   int width_ = 0; // 0: one colour
   int height_ = 0;
   float rotation_turns_ = 0.0f; // in [0, 1)
   float scale_ = 1.0f;          // radiance = stored value * scale_
-  float pdf_scale_ = 0.0f;      // solid-angle density = stored density * pdf_scale_; 0: black
+  float constant_pdf_ = 0.0f;   // of one colour that is not black
   Rgb constant_{0.0f};
   Rgb total_radiance_{0.0f};
-  // R, G, B and the sampling density of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the
-  // picture (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
+  // R, G, B and luminance of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
+  // (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
   std::vector<HalfTexel> texels_;
+  // Over the cells between texel centres: width columns (the last one wraps), height + 1 rows (half cells at the poles).
   Distribution2D distribution_;
-  std::vector<float>
-      to_solid_angle_;             // for each row: solid-angle density = density over the picture's unit square * this
-  std::vector<float> polar_edges_; // 1 - cos(theta) of the row borders, from the top: height + 1 of them
+  std::vector<float> row_factors_; // for each of these rows: solid-angle density = weight * factor / sin(theta)
 };
 
-inline EnvironmentEval Environment::eval_uv(float u, float v) const {
+inline EnvironmentEval Environment::eval_uv(float u, float v, float sin_theta) const {
   // Texel centres are at half-integers; the border shifts indices by one. min(1, NaN) is 1: never out of bounds.
   const float x = std::min(1.0f, u) * static_cast<float>(width_) + 0.5f;
   const float y = std::min(1.0f, v) * static_cast<float>(height_) + 0.5f;
@@ -89,16 +90,16 @@ inline EnvironmentEval Environment::eval_uv(float u, float v) const {
   const float fy = y - static_cast<float>(y0);
   const size_t stride = static_cast<size_t>(width_) + 2;
   const HalfTexel* top = texels_.data() + static_cast<size_t>(y0) * stride + static_cast<size_t>(x0);
-  const Rgb stored = interpolate(top, top + stride, fx, fy);
-  const HalfTexel* nearest = top + (fy >= 0.5f ? stride : 0) + (fx >= 0.5f ? 1 : 0);
-  return {stored * scale_, half_to_float(nearest->density) * pdf_scale_};
+  const V4f stored = interpolate(top, top + stride, fx, fy);
+  const float to_pdf = row_factors_[static_cast<size_t>(y0)] / std::max(sin_theta, kMinSinTheta);
+  return {Rgb(stored.x, stored.y, stored.z) * scale_, stored.w * to_pdf};
 }
 
 inline EnvironmentEval Environment::eval(const V3f& wi) const {
-  if (width_ == 0) return {constant_, pdf_scale_};
+  if (width_ == 0) return {constant_, constant_pdf_};
   float u = atan2_turns(wi.z, wi.x) + 0.5f + rotation_turns_;
   u -= u >= 1.0f ? 1.0f : 0.0f;
-  return eval_uv(u, acos_half_turns(wi.y));
+  return eval_uv(u, acos_half_turns(wi.y), std::sqrt(wi.x * wi.x + wi.z * wi.z));
 }
 
 } // namespace kindling

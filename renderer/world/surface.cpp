@@ -1,6 +1,7 @@
 // From a hit to a surface: interpolation, textures, normal map, error bound; and the cut-out test that rays ask on the way.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
+#include "renderer/sampling/sampler.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
@@ -174,10 +175,11 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
     alpha *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric).w;
 
   if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff;
-  // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the order of visits.
-  const uint32_t h =
-      hash_combine(hash_combine(hash_combine(ray.key, candidate.instance), candidate.mesh), candidate.triangle);
-  return to_unit_float(h) < alpha;
+  // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the order of visits. Over the
+  // samples of a pixel the numbers of one triangle are stratified, those of different triangles independent.
+  if (alpha >= 1.0f) return true;
+  const uint32_t h = hash_combine(hash_combine(ray.key, candidate.instance), candidate.mesh);
+  return Sampler::sample_1d(h, ray.index, candidate.triangle) < alpha;
 }
 
 const std::string& World::material_name(uint32_t material) const { return material_names_[material]; }
@@ -191,12 +193,13 @@ V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
   return surface.position + n * (direction.dot(n) < 0.0f ? -distance : distance);
 }
 
-accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key) {
+accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key, uint32_t index) {
   accel::Ray ray{.origin = offset_ray_origin(surface, light.wi),
                  .t_min = 0.0f,
                  .direction = light.wi,
                  .t_max = light.distance,
-                 .key = key};
+                 .key = key,
+                 .index = index};
   if (light.distance == kInfinity) return ray;
   // At grazing angles an offset of either end moves the crossing of the light's plane by many times its own size.
   const V3f on_light = surface.position + light.wi * light.distance;

@@ -82,6 +82,7 @@ class World {
 
 // The shadow ray from a surface to a light sample: starts off the surface, aims at the sampled point from there, and ends just
 // before the light's own surface, by the error bounds of both. t counts in metres.
-[[nodiscard]] accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key);
+[[nodiscard]] accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key,
+                                         uint32_t index);
 
 } // namespace kindling
