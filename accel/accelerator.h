@@ -31,7 +31,7 @@ struct alignas(16) Ray {
   uint32_t key = 0;   // opaque to the accelerator, for the hit filter: e.g. a hash of pixel and bounce
   float time = 0.0f;  // in [0, 1] over the shutter
   uint32_t index = 0; // opaque to the accelerator, for the hit filter: e.g. the number of the sample
-  uint32_t padding = 0;
+  uint32_t flags = 0; // opaque to the accelerator, for the hit filter
 };
 static_assert(sizeof(Ray) == 48);
 

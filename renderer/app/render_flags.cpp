@@ -174,7 +174,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--integrator", "NAME", fmt::format("{} [path]", join_choices(integrator_names())), [&s](auto text) {
     return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names());
   });
-  flags.value("--max-bounces", "N", "Reflections and refractions of a path [8]",
+  flags.value("--max-bounces", "N", "Indirect bounces of a path; 0: direct light only [8]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_bounces); });
   flags.value("--max-diffuse-bounces", "N", "Diffuse ones of them [as --max-bounces]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_diffuse_bounces); });
@@ -182,7 +182,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_glossy_bounces); });
   flags.value("--max-transmission-bounces", "N", "Transmitted ones of them [as --max-bounces]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_transmission_bounces); });
-  flags.value("--roulette-start", "N", "Russian roulette from this bounce on [3]",
+  flags.value("--roulette-start", "N", "Russian roulette from this bounce on [2]",
               [&s](auto text) { return store(parse_integer(text, 1, kMostBounces), s.roulette_start_bounce); });
   flags.value("--clamp-direct", "RADIANCE", "Largest component of a sample's directly lit part; biased [no limit]",
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });

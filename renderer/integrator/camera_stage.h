@@ -22,6 +22,7 @@ enum Dimension : uint32_t {
   kLightDimension = 1,     // 2-D
   kDirectionDimension = 2, // 2-D
   kRouletteDimension = 3,  // 1-D
+  kCoverageDimension = 4,  // 1-D, of the first partly transparent surface; later ones are hashed
   kBounceDimensions = 8,
 };
 
@@ -57,7 +58,8 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
                       .direction = camera_ray.direction,
                       .t_max = kInfinity,
                       .key = camera_sample.pixel_key,
-                      .index = s};
+                      .index = s,
+                      .flags = kHitPartlyTransparent};
       }
 }
 

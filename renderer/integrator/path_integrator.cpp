@@ -16,6 +16,9 @@ uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
 // What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
 uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.pixel_key, dimension); }
 
+// More than this many partly transparent surfaces in a row absorb what is left of a path.
+constexpr uint32_t kMaxTransparentSurfaces = 128;
+
 Rgb clamped(const Rgb& radiance, float largest) {
   const float peak = max_component(radiance);
   return peak > largest ? radiance * (largest / peak) : radiance;
@@ -99,10 +102,15 @@ void PathIntegrator::shade(PathContext& context) const {
       continue;
     }
     world_.surface_at(ray, hit, surface);
-    add_emission(ray, hit, surface, state);
     trace_surface(context, ray, hit, surface, world_, state);
+    // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
+    const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
+    add_emission(ray, surface, state);
     if (surface.unlit || state.emission_only) {
-      if (state.bounce == 0) record_surface(ray, hit, surface, nullptr, slot, context);
+      if (passes)
+        continue_through(ray, surface, slot, context);
+      else if (state.bounce == 0)
+        record_surface(surface, nullptr, slot, context);
       continue;
     }
     const CameraSample& sample = context.camera_samples[slot];
@@ -110,8 +118,12 @@ void PathIntegrator::shade(PathContext& context) const {
     const Vertex vertex{
         surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
         Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
-    if (state.bounce == 0) record_surface(ray, hit, surface, &vertex.bsdf, slot, context);
     sample_light(vertex, context);
+    if (passes) {
+      continue_through(ray, surface, slot, context);
+      continue;
+    }
+    if (state.bounce == 0) record_surface(surface, &vertex.bsdf, slot, context);
     if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
   }
 }
@@ -141,15 +153,33 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathCon
   });
 }
 
-void PathIntegrator::add_emission(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
-                                  PathState& state) const {
+bool PathIntegrator::passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const {
+  const PathState& state = context.states[slot];
+  const CameraSample& sample = context.camera_samples[slot];
+  const uint32_t layer = state.transparent_surfaces;
+  const uint32_t key = layer == 0 ? sample.pixel_key : hash_combine(sample.pixel_key, layer);
+  return Sampler::sample_1d(key, sample.sample_index, bounce_dimension(state, kCoverageDimension)) >= surface.alpha;
+}
+
+// The same ray from behind the surface; the density of its direction is what it was.
+void PathIntegrator::continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot,
+                                      PathContext& context) const {
+  if (++context.states[slot].transparent_surfaces > kMaxTransparentSurfaces) return;
+  context.next_active.push_back(slot);
+  context.next_rays.push_back(ray);
+  context.next_rays.back().origin = offset_ray_origin(surface, ray.direction);
+}
+
+void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
   if (is_black(surface.emitted)) return;
   float weight = 1.0f;
-  if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId)
+  if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
+    const float distance = (surface.position - state.previous_position).length();
     weight =
         power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
-                                                                     ray.direction, hit.t));
-  state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * weight;
+                                                                     ray.direction, distance));
+  }
+  state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
 
 // Next-event estimation: the contribution waits in a record until the shadow rays of the whole batch are traced.
@@ -165,7 +195,7 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
-  const Rgb contribution = state.throughput * eval.value * light->radiance * (weight / light->pdf);
+  const Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
   context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.sample_index));
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
@@ -196,12 +226,14 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   state.emission_only = !count_bounce(scattered->lobe, state);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
+  state.transparent_surfaces = 0;
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
                                .t_min = 0.0f,
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = ray_key(sample, dimension),
-                               .index = sample.sample_index});
+                               .index = sample.sample_index,
+                               .flags = kHitPartlyTransparent});
   return true;
 }
 
@@ -254,14 +286,14 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
   }
 }
 
-void PathIntegrator::record_surface(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
-                                    const GltfBsdf* bsdf, uint32_t slot, PathContext& context) const {
+void PathIntegrator::record_surface(const SurfacePoint& surface, const GltfBsdf* bsdf, uint32_t slot,
+                                    PathContext& context) const {
   if (context.surfaces.empty()) return;
   FilmSurface& record = context.surfaces[slot];
   record.hit = true;
   record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
   record.normal = surface.shading_normal;
-  record.depth = hit.t * ray.direction.dot(camera_.forward());
+  record.depth = (surface.position - camera_.position()).dot(camera_.forward());
   record.position = surface.position;
 }
 

@@ -38,11 +38,12 @@ class PathIntegrator final : public Integrator {
 
   // Steps of shade(), for one path.
   void shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const;
-  void add_emission(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface, PathState& state) const;
+  [[nodiscard]] bool passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
+  void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
+  void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
   void sample_light(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
-  void record_surface(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface, const GltfBsdf* bsdf,
-                      uint32_t slot, PathContext& context) const;
+  void record_surface(const SurfacePoint& surface, const GltfBsdf* bsdf, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
 
   IntegratorSettings settings_;

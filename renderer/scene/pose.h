@@ -10,15 +10,15 @@
 namespace kindling {
 
 struct PoseOptions {
-  int scene = kNone;                  // index into Scene::scenes; kNone: the default scene, else the first
-  std::optional<double> time_s;       // unset: the rest pose; set: all animations are applied at that time
+  int scene = kNone;            // index into Scene::scenes; kNone: the default scene, else the first
+  std::optional<double> time_s; // unset: the rest pose; set: all animations are applied at that time
 };
 
 // A mesh in the world. Skinned or morphed meshes carry their own deformed vertices; the others share the Scene's.
 struct PosedMesh {
   int node = kNone;
-  int mesh = kNone;                  // index into Scene::meshes
-  M44f mesh_to_world;                // identity for a skinned mesh, whose vertices are deformed in world space
+  int mesh = kNone;   // index into Scene::meshes
+  M44f mesh_to_world; // identity for a skinned mesh, whose vertices are deformed in world space
   // Empty: undeformed. Else one entry per primitive of the mesh; positions, normals and tangents replace the mesh's own
   // (empty where the mesh has none).
   struct Deformed {

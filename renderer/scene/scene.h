@@ -58,13 +58,13 @@ struct Material {
   bool double_sided = false;
   bool unlit = false; // KHR_materials_unlit: base colour is emitted, nothing is reflected
 
-  float ior = 1.5f;                         // KHR_materials_ior
-  float specular_factor = 1.0f;             // KHR_materials_specular
-  TextureSlot specular_texture;             // A
+  float ior = 1.5f;             // KHR_materials_ior
+  float specular_factor = 1.0f; // KHR_materials_specular
+  TextureSlot specular_texture; // A
   Rgb specular_color_factor{1.0f, 1.0f, 1.0f};
-  TextureSlot specular_color_texture;       // sRGB
+  TextureSlot specular_color_texture; // sRGB
 
-  std::vector<std::string> extensions_used;    // every extension object met on it, supported or not: for info
+  std::vector<std::string> extensions_used; // every extension object met on it, supported or not: for info
 };
 
 // Deltas of one morph target; an absent attribute is empty, others have one entry per vertex.
@@ -76,13 +76,13 @@ struct MorphTarget {
 
 // One triangle list in the mesh's space. Attributes are empty where absent, else one entry per vertex.
 struct Primitive {
-  int material = kNone; // kNone: glTF's default material
+  int material = kNone;          // kNone: glTF's default material
   std::vector<uint32_t> indices; // three per triangle; strips and fans are unrolled, non-indexed ones get 0, 1, 2, ...
   std::vector<V3f> positions;
-  std::vector<V3f> normals;             // empty: flat shading by the geometric normal
-  std::vector<V4f> tangents;            // xyz unit, w the sign of the bitangent
-  std::vector<std::vector<V2f>> texcoords; // by set number
-  std::vector<V4f> colors;              // COLOR_0, linear, alpha 1 where the file has RGB
+  std::vector<V3f> normals;                    // empty: flat shading by the geometric normal
+  std::vector<V4f> tangents;                   // xyz unit, w the sign of the bitangent
+  std::vector<std::vector<V2f>> texcoords;     // by set number
+  std::vector<V4f> colors;                     // COLOR_0, linear, alpha 1 where the file has RGB
   std::vector<std::array<uint16_t, 4>> joints; // sets 0 and up concatenated: vertex v, set s at [s * vertex_count + v]
   std::vector<V4f> weights;                    // like joints; normalized to sum 1 over all sets
   std::vector<MorphTarget> targets;
@@ -111,14 +111,14 @@ struct Node {
   int skin = kNone;
   int camera = kNone;
   int light = kNone;
-  std::vector<float> weights; // overrides Mesh::weights where not empty
+  std::vector<float> weights;           // overrides Mesh::weights where not empty
   std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in the node's space
-  bool visible = true;        // KHR_node_visibility; false hides the node and all below it
+  bool visible = true;                  // KHR_node_visibility; false hides the node and all below it
 };
 
 struct Skin {
   std::string name;
-  std::vector<int> joints; // nodes
+  std::vector<int> joints;                 // nodes
   std::vector<M44f> inverse_bind_matrices; // one per joint
 };
 
@@ -159,9 +159,9 @@ struct PunctualLight {
   std::string name;
   Kind kind = Kind::point;
   Rgb color{1.0f, 1.0f, 1.0f};
-  float intensity = 1.0f;            // directional: lux; point and spot: candela
-  std::optional<float> range_m;      // cut-off hint of the file
-  float inner_cone_rad = 0.0f;       // spot, half angles
+  float intensity = 1.0f;       // directional: lux; point and spot: candela
+  std::optional<float> range_m; // cut-off hint of the file
+  float inner_cone_rad = 0.0f;  // spot, half angles
   float outer_cone_rad = kPi / 4.0f;
 };
 

@@ -124,6 +124,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.bsdf.base_color =
       Rgb(std::clamp(base.x, 0.0f, 1.0f), std::clamp(base.y, 0.0f, 1.0f), std::clamp(base.z, 0.0f, 1.0f));
 
+  surface.alpha = material.alpha_mode == AlphaMode::blend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
   surface.emissive_triangle = accel::kNoId;
   surface.emitted = Rgb(0.0f);
   if (material.unlit) {
@@ -175,6 +176,7 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
     alpha *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric).w;
 
   if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff;
+  if ((ray.flags & kHitPartlyTransparent) != 0) return alpha > 0.0f;
   // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the order of visits. Over the
   // samples of a pixel the numbers of one triangle are stratified, those of different triangles independent.
   if (alpha >= 1.0f) return true;

@@ -18,6 +18,10 @@
 
 namespace kindling {
 
+// Ray::flags: partly transparent (BLEND) surfaces are hit wherever alpha is above 0, and SurfacePoint::alpha says how much. Without
+// it their coverage is decided at random on the way, as occlusion needs it.
+inline constexpr uint32_t kHitPartlyTransparent = 1;
+
 // A point on a surface, in world space, as an integrator needs it.
 struct SurfacePoint {
   V3f position;
@@ -25,7 +29,8 @@ struct SurfacePoint {
   V3f geometric_normal;                      // unit, on the side of wo
   V3f shading_normal;                        // unit, on the side of wo: normal-mapped, bent where it would face away
   V2f uv;                                    // texture coordinate set 0
-  Rgb emitted{0.0f};                         // towards wo, all of it
+  float alpha = 1.0f;                        // coverage, below 1 for BLEND materials alone
+  Rgb emitted{0.0f};                         // towards wo where covered, all of it
   uint32_t emissive_triangle = accel::kNoId; // number in the LightSet: it can be sampled there, so MIS applies
   bool unlit = false;                        // reflects nothing: `emitted` is the whole of it
   uint32_t material = 0;                     // index for reports

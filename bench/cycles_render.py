@@ -1,0 +1,169 @@
+"""Renders one glTF scene with Cycles; run by Blender: blender -b --factory-startup --python-exit-code 1 -P cycles_render.py -- JOB.json
+
+The job is written by versus_cycles.py. Settings are those that make a plain path tracer of Cycles: no denoising, no
+clamps, no adaptive sampling, no glossy blur, no light threshold, caustics on, box filter, single-scatter GGX.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import math
+import re
+import struct
+import sys
+import time
+
+import numpy
+
+# The glTF importer of Blender 3.4 uses the alias that NumPy 1.24 dropped.
+if not hasattr(numpy, "bool"):
+    numpy.bool = bool
+
+import bpy  # noqa: E402  (after the repair of numpy)
+
+
+def read_gltf_json(path):
+    """The JSON of a .gltf or of the first chunk of a .glb (glTF 2.0, section 4.4)."""
+    with open(path, "rb") as file:
+        data = file.read()
+    if data[:4] == b"glTF":
+        length = struct.unpack_from("<I", data, 12)[0]
+        return json.loads(data[20:20 + length])
+    return json.loads(data)
+
+
+def principled_nodes(material):
+    if material.use_nodes:
+        for node in material.node_tree.nodes:
+            if node.type == "BSDF_PRINCIPLED":
+                yield node
+
+
+def repair_materials(gltf):
+    """Single-scatter GGX everywhere; specular 0 where the file says specularFactor 0, which the importer takes for absent."""
+    without_specular = set()
+    for material in gltf.get("materials", []):
+        specular = material.get("extensions", {}).get("KHR_materials_specular", {})
+        if specular.get("specularFactor", 1.0) == 0.0:
+            without_specular.add(material.get("name"))
+    for material in bpy.data.materials:
+        name = material.name
+        if name not in without_specular:
+            name = re.sub(r"\.\d{3}$", "", name)  # Blender's suffix for a name that was taken
+        for node in principled_nodes(material):
+            node.distribution = "GGX"
+            if name in without_specular:
+                node.inputs["Specular"].default_value = 0.0
+
+
+def set_world(job):
+    """The equirectangular picture, u = 0.5 + atan2(z, x) / 2 pi in glTF axes, which after the importer's turn of +Y to +Z is
+    exactly Blender's own mapping; a rotation turns it counter-clockwise seen from above. Without a picture: black."""
+    world = bpy.data.worlds.new("environment")
+    bpy.context.scene.world = world
+    world.use_nodes = True
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    background = nodes["Background"]
+    if not job.get("environment"):
+        background.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+        return
+    texture = nodes.new("ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.load(job["environment"])
+    texture.image.colorspace_settings.name = "Linear"
+    texture.projection = "EQUIRECTANGULAR"
+    coordinates = nodes.new("ShaderNodeTexCoord")
+    mapping = nodes.new("ShaderNodeMapping")
+    # The look-up direction turns against the environment.
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, -math.radians(job.get("environment_rotation_deg", 0.0)))
+    links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    links.new(texture.outputs["Color"], background.inputs["Color"])
+    background.inputs["Strength"].default_value = job.get("environment_intensity", 1.0)
+    world.cycles.sampling_method = "AUTOMATIC"  # importance map at the resolution of the picture
+    world.cycles_visibility.camera = job.get("background_visible", True)
+
+
+def set_cycles(job):
+    scene = bpy.context.scene
+    render, cycles = scene.render, scene.cycles
+    render.engine = "CYCLES"
+    render.threads_mode = "FIXED"
+    render.threads = job["threads"]
+    render.resolution_x, render.resolution_y = job["size_px"]
+    render.resolution_percentage = 100
+    render.pixel_aspect_x = render.pixel_aspect_y = 1.0
+    render.use_border = False
+    render.use_compositing = False
+    render.use_sequencer = False
+    render.film_transparent = False
+    render.use_motion_blur = False
+    render.use_persistent_data = False
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_mode = "RGB"
+    render.image_settings.color_depth = "32"
+    render.image_settings.exr_codec = "ZIP"
+    render.use_file_extension = False
+
+    cycles.device = "CPU"
+    cycles.samples = job["spp"]
+    cycles.seed = job["seed"]
+    cycles.use_animated_seed = False
+    cycles.use_adaptive_sampling = False
+    cycles.use_denoising = False
+    cycles.time_limit = 0.0
+    cycles.sample_clamp_direct = 0.0
+    cycles.sample_clamp_indirect = 0.0
+    cycles.blur_glossy = 0.0
+    cycles.light_sampling_threshold = 0.0
+    cycles.caustics_reflective = True
+    cycles.caustics_refractive = True
+    cycles.pixel_filter_type = "BOX"
+    cycles.use_fast_gi = False
+    cycles.film_exposure = 1.0
+    cycles.max_bounces = job["max_bounces"]
+    cycles.diffuse_bounces = job["max_bounces"]
+    cycles.glossy_bounces = job["max_bounces"]
+    cycles.transmission_bounces = job["max_bounces"]
+    cycles.volume_bounces = 0
+    cycles.transparent_max_bounces = 64
+    scene.view_settings.exposure = 0.0
+
+
+def set_camera(gltf, size_px):
+    """The first camera of the file; the vertical angle of view holds whatever the aspect ratio, as glTF says."""
+    cameras = [thing for thing in bpy.context.scene.objects if thing.type == "CAMERA"]
+    if not cameras:
+        sys.exit("cycles_render.py: the scene has no camera")
+    camera = cameras[0]
+    bpy.context.scene.camera = camera
+    perspective = gltf["cameras"][0].get("perspective") if gltf.get("cameras") else None
+    if perspective:
+        camera.data.sensor_fit = "VERTICAL"
+        camera.data.angle = perspective["yfov"]
+    camera.data.clip_end = 1e6
+    camera.data.dof.use_dof = False
+
+
+def main():
+    with open(sys.argv[sys.argv.index("--") + 1], encoding="utf-8") as file:
+        job = json.load(file)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module="cycles")
+    bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+    import_started = time.perf_counter()
+    bpy.ops.import_scene.gltf(filepath=job["scene"])
+    import_s = time.perf_counter() - import_started
+    gltf = read_gltf_json(job["scene"])
+    repair_materials(gltf)
+    set_world(job)
+    set_cycles(job)
+    set_camera(gltf, job["size_px"])
+    bpy.context.scene.render.filepath = job["output"]
+    render_started = time.perf_counter()
+    print("KINDLING-RENDER-STARTS", flush=True)
+    bpy.ops.render.render(write_still=True)
+    render_s = time.perf_counter() - render_started
+    print("KINDLING-RESULT " + json.dumps({
+        "import_s": import_s, "render_call_s": render_s, "version": bpy.app.version_string,
+        "sampling_pattern": bpy.context.scene.cycles.sampling_pattern}), flush=True)
+
+
+main()

@@ -1,0 +1,88 @@
+"""Reads the colour of a picture through oiiotool and measures noise in it; shared by the comparison scripts of this folder."""
+# SPDX-License-Identifier: Apache-2.0
+import array
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+
+TRIMMED_FRACTION = 0.001  # worst pixels left out of a noise figure: single fireflies would decide it alone
+RADIANCE_FLOOR = 0.01  # of the squared mean, added to the denominator so that black pixels do not count without limit
+
+
+@dataclass
+class Picture:
+    width: int
+    height: int
+    rgb: array.array  # floats, interleaved, rows from the top
+
+    def mean(self):
+        """Mean of each channel."""
+        count = self.width * self.height
+        return [sum(self.rgb[channel::3]) / count for channel in range(3)]
+
+
+def read_rgb(path):
+    """Channels R, G, B of any picture that OpenImageIO reads, linear values as stored."""
+    oiiotool = shutil.which("oiiotool")
+    if not oiiotool:
+        sys.exit("oiiotool is not installed (Debian: apt-get install openimageio-tools)")
+    with tempfile.TemporaryDirectory() as folder:
+        flat = os.path.join(folder, "flat.tif")
+        subprocess.run([oiiotool, "-q", str(path), "--ch", "R,G,B", "-d", "float", "--scanline", "--planarconfig", "contig",
+                        "--compression", "none", "-o", flat], check=True)
+        with open(flat, "rb") as file:
+            return parse_float_tiff(file.read())
+
+
+def parse_float_tiff(data):
+    """An uncompressed, striped, interleaved RGB float TIFF in the machine's byte order."""
+    order = {b"II": "<", b"MM": ">"}[data[:2]]
+    directory = struct.unpack_from(order + "I", data, 4)[0]
+    tags = {}
+    for i in range(struct.unpack_from(order + "H", data, directory)[0]):
+        tag, kind, count = struct.unpack_from(order + "HHI", data, directory + 2 + 12 * i)
+        letter = {3: "H", 4: "I"}.get(kind)
+        if letter:
+            size = struct.calcsize(order + str(count) + letter)
+            offset = directory + 2 + 12 * i + 8
+            if size > 4:
+                offset = struct.unpack_from(order + "I", data, offset)[0]
+            tags[tag] = struct.unpack_from(order + str(count) + letter, data, offset)
+    width, height = tags[256][0], tags[257][0]
+    assert tags[277][0] == 3 and tags[259][0] == 1 and tags[339][0] == 3, "not an uncompressed float RGB TIFF"
+    rgb = array.array("f")
+    for offset, size in zip(tags[273], tags[279]):
+        rgb.frombytes(data[offset:offset + size])
+    if (order == "<") != (sys.byteorder == "little"):
+        rgb.byteswap()
+    assert len(rgb) == 3 * width * height
+    return Picture(width, height, rgb)
+
+
+def mean_picture(pictures):
+    """The pixel-wise mean of pictures of one size."""
+    first = pictures[0]
+    count = len(pictures)
+    return Picture(first.width, first.height, array.array("f", (sum(values) / count for values in zip(*(p.rgb for p in pictures)))))
+
+
+def noise(pictures, reference):
+    """relMSE of one picture, estimated from two or more with independent seeds: mean over pixels and channels of
+    variance / (R^2 + 0.01 mean(R)^2), the worst 0.1 % of the pixels dropped. The variance is that of the pictures among
+    themselves, so a difference of model against the reference R, which is only the scale, does not count as noise."""
+    count = len(pictures)
+    assert count >= 2
+    mean = sum(reference.rgb) / len(reference.rgb)
+    floor = RADIANCE_FLOOR * mean * mean + 1e-20
+    errors = []
+    for r, *values in zip(reference.rgb, *(p.rgb for p in pictures)):
+        centre = sum(values) / count
+        variance = sum((v - centre) ** 2 for v in values) / (count - 1)
+        errors.append(variance / (r * r + floor))
+    per_pixel = sorted((errors[i] + errors[i + 1] + errors[i + 2]) / 3.0 for i in range(0, len(errors), 3))
+    kept = per_pixel[:len(per_pixel) - int(len(per_pixel) * TRIMMED_FRACTION)]
+    return sum(kept) / len(kept)

@@ -1,0 +1,84 @@
+// Whole small renders of the shipped scenes with each accelerator: samples per second, from the first ray to the film.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/camera/camera.h"
+#include "renderer/import/load_gltf.h"
+#include "renderer/scene/pose.h"
+#include "renderer/session/render_session.h"
+#include "renderer/world/build_world.h"
+
+#include <benchmark/benchmark.h>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+struct Prepared {
+  std::unique_ptr<const World> world;
+  std::unique_ptr<Camera> camera;
+};
+
+// Null world with the reason in `error` where the scene cannot be used.
+Prepared prepare(const std::string& name, accel::Kind kind, const V2i& size_px, std::string& error) {
+  Result<Scene> scene = load_gltf(std::filesystem::path(KINDLING_SOURCE_DIR) / "scenes" / name, {}, nullptr);
+  if (!scene.ok()) return error = scene.error().message, Prepared{};
+  Result<PosedScene> posed = pose_scene(scene.value(), {});
+  if (!posed.ok()) return error = posed.error().message, Prepared{};
+  if (posed.value().cameras.empty()) return error = name + " has no camera", Prepared{};
+  const PosedCamera& view = posed.value().cameras.front();
+  auto camera =
+      std::make_unique<Camera>(scene.value().cameras[static_cast<size_t>(view.camera)], view.camera_to_world, size_px);
+  WorldOptions options;
+  options.accelerator = kind;
+  Result<std::unique_ptr<const World>> world =
+      build_world(std::move(scene).value(), std::move(posed).value(), options, nullptr, nullptr);
+  if (!world.ok()) return error = world.error().message, Prepared{};
+  return {std::move(world).value(), std::move(camera)};
+}
+
+void render_scene(benchmark::State& state, const std::string& name, accel::Kind kind) {
+  RenderSettings settings;
+  settings.size_px = {160, 90};
+  settings.samples_per_pixel = 16;
+  settings.threads = static_cast<int>(state.range(0));
+  std::string error;
+  const Prepared prepared = prepare(name, kind, settings.size_px, error);
+  if (!prepared.world) return state.SkipWithError(error.c_str());
+  RayCounters rays;
+  for (auto _ : state) {
+    Result<RenderOutcome> outcome = render(*prepared.world, *prepared.camera, settings, nullptr, nullptr);
+    if (!outcome.ok()) return state.SkipWithError(outcome.error().message.c_str());
+    rays.add(outcome.value().statistics.rays);
+    ++settings.seed;
+  }
+  state.counters["samples/s"] = benchmark::Counter(static_cast<double>(rays.paths), benchmark::Counter::kIsRate);
+  state.counters["rays/s"] = benchmark::Counter(static_cast<double>(rays.total()), benchmark::Counter::kIsRate);
+}
+
+void register_benchmarks() {
+  for (const char* name : {"cornell_box.glb", "interior.glb", "material_grid.glb", "instancing.glb"}) {
+    for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
+      const std::string title = std::string(name) + "/" + std::string(accel::kind_name(kind));
+      benchmark::RegisterBenchmark(title.c_str(),
+                                   [name, kind](benchmark::State& state) { render_scene(state, name, kind); })
+          ->ArgName("threads")
+          ->Arg(1)
+          ->Arg(2)
+          ->UseRealTime()
+          ->Unit(benchmark::kMillisecond);
+    }
+  }
+}
+
+} // namespace
+} // namespace kindling
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  kindling::register_benchmarks();
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}

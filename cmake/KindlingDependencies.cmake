@@ -1,0 +1,42 @@
+# Every third-party package, found once: what a folder links is found here, so that the installed package can ask for the same
+# list again. Each is linked only by the folder that wraps it (Imath, TBB and fmt excepted).
+# SPDX-License-Identifier: Apache-2.0
+set(KINDLING_PACKAGES
+  "Threads"
+  "Imath 3 CONFIG"
+  "TBB CONFIG"
+  "fmt CONFIG"
+  "spdlog CONFIG"
+  "PNG"
+  "JPEG"
+  "OpenEXR 3.1 CONFIG"
+  "OpenImageIO 2.4 CONFIG"
+  "OpenColorIO 2.1 CONFIG HINTS /usr/share" # where Debian 12 puts its configuration, and CMake does not look
+  "TinyGLTF CONFIG"
+  "meshoptimizer CONFIG"
+  "draco CONFIG"
+  "CLI11 CONFIG"
+  "nlohmann_json CONFIG")
+set(CMAKE_MESSAGE_LOG_LEVEL NOTICE) # Debian's Imath speaks at length of a Python library that nobody here wants
+foreach(package IN LISTS KINDLING_PACKAGES)
+  separate_arguments(package)
+  find_package(${package} REQUIRED)
+endforeach()
+unset(CMAKE_MESSAGE_LOG_LEVEL)
+
+# Embree 4 where found, else 3.13. Both are wrapped by accel/embree, which includes the right header by KINDLING_EMBREE_MAJOR.
+find_package(embree 4 QUIET CONFIG)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 REQUIRED CONFIG)
+endif()
+string(REGEX MATCH "^[0-9]+" KINDLING_EMBREE_MAJOR "${EMBREE_VERSION}")
+message(STATUS "Embree ${EMBREE_VERSION}, TBB ${TBB_VERSION}, Imath ${Imath_VERSION}, OpenImageIO ${OpenImageIO_VERSION}, "
+               "OpenColorIO ${OpenColorIO_VERSION}")
+
+if(KINDLING_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+endif()
+if(KINDLING_BUILD_BENCH)
+  find_package(benchmark REQUIRED CONFIG)
+endif()

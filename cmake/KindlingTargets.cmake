@@ -1,0 +1,68 @@
+# How a folder becomes a target: kindling_library(), kindling_test() and kindling_bench(), and the flags they share.
+include(GNUInstallDirs)
+
+add_library(kindling_flags INTERFACE)
+add_library(kindling::flags ALIAS kindling_flags)
+target_compile_features(kindling_flags INTERFACE cxx_std_20)
+# No contraction to fused multiply-add: the watertight intersection tests and the bit-identity of images rest on it.
+target_compile_options(kindling_flags INTERFACE
+  $<BUILD_INTERFACE:-Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wno-missing-field-initializers>
+  $<BUILD_INTERFACE:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
+if(KINDLING_ARCH)
+  target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-march=${KINDLING_ARCH}>)
+endif()
+if(KINDLING_WARNINGS_AS_ERRORS)
+  # GCC 12 takes some copies of vectors that it inlined for uninitialized; such a warning is to be read, not to be obeyed.
+  target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-Werror -Wno-error=maybe-uninitialized>)
+endif()
+if(KINDLING_SANITIZE)
+  target_compile_options(kindling_flags INTERFACE
+    $<BUILD_INTERFACE:-fsanitize=${KINDLING_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>)
+  target_link_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${KINDLING_SANITIZE}>)
+endif()
+
+# kindling_library(NAME SOURCES a.cpp... [PUBLIC libs...] [PRIVATE libs...]): static library kindling_NAME, alias kindling::NAME.
+# Include paths are spelled from the root ("renderer/base/math.h").
+function(kindling_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target kindling_${name})
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    target_include_directories(${target} PUBLIC
+      $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kindling>)
+    target_link_libraries(${target} PUBLIC kindling_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  else()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} INTERFACE
+      $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kindling>)
+    target_link_libraries(${target} INTERFACE kindling_flags ${ARG_PUBLIC})
+  endif()
+  add_library(kindling::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY KINDLING_LIBRARIES ${target})
+endfunction()
+
+# kindling_test(NAME LABEL unit|statistical|image SOURCES a.cpp... LIBS libs...): GoogleTest program test_NAME, each test one ctest test.
+function(kindling_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  if(NOT ARG_LABEL MATCHES "^(unit|statistical|image)$" OR ARG_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "kindling_test(${name}): LABEL must be unit, statistical or image, not '${ARG_LABEL}' (${ARG_UNPARSED_ARGUMENTS})")
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  add_executable(test_${name} ${ARG_SOURCES})
+  target_link_libraries(test_${name} PRIVATE kindling_flags ${ARG_LIBS} GTest::gtest GTest::gtest_main)
+  target_compile_definitions(test_${name} PRIVATE
+    KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}" KINDLING_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS "${ARG_LABEL}" TIMEOUT ${ARG_TIMEOUT})
+endfunction()
+
+# kindling_bench(NAME SOURCES a.cpp... LIBS libs...): Google Benchmark program bench_NAME.
+function(kindling_bench name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(bench_${name} ${ARG_SOURCES})
+  target_link_libraries(bench_${name} PRIVATE kindling_flags ${ARG_LIBS} benchmark::benchmark)
+  target_compile_definitions(bench_${name} PRIVATE KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+endfunction()

@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Installs what is missing on Debian 12, builds Kindling with its tests and benchmarks and runs all tests.
+# SPDX-License-Identifier: Apache-2.0
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+
+usage='usage: cmake/check.sh [-DNAME=VALUE]...
+Installs the missing Debian packages (root or sudo), builds Release into build/release and runs all tests.
+-D options go to CMake, e.g. -DKINDLING_WARNINGS_AS_ERRORS=ON'
+for argument in "$@"; do
+  case "$argument" in
+    -h | --help)
+      printf '%s\n' "$usage"
+      exit 0
+      ;;
+    -D*=*) ;;
+    *) fail "unknown argument '$argument'; it takes CMake's -DNAME=VALUE" ;;
+  esac
+done
+
+install_packages
+configure release "$@"
+build release
+say "Running all tests"
+(cd "$kindling_root" && ctest --preset release --parallel 2) || fail "tests failed (their output is above)"
+say "All tests passed"

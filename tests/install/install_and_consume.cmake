@@ -1,0 +1,30 @@
+# cmake -P: installs the build, then configures, builds and runs consumer/ against what was installed and nothing else.
+# SPDX-License-Identifier: Apache-2.0
+set(prefix ${WORK_DIR}/prefix)
+set(build ${WORK_DIR}/build)
+file(REMOVE_RECURSE ${WORK_DIR})
+
+function(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${what}: ${result}\n${output}")
+  endif()
+  message(STATUS "${what}: done")
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+set(sanitizer)
+if(SANITIZE)
+  set(sanitizer -DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE})
+endif()
+run("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix} --config ${BUILD_TYPE})
+run("configure the consumer" ${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${build} -G ${GENERATOR} -DCMAKE_MAKE_PROGRAM=${MAKE_PROGRAM}
+  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_PREFIX_PATH=${prefix} -DKINDLING_VERSION=${VERSION}
+  -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF ${sanitizer})
+run("build the consumer" ${CMAKE_COMMAND} --build ${build} --parallel 2)
+run("trace a triangle" ${build}/trace_triangle)
+run("render a picture" ${build}/render_picture ${SCENE})
+run("the installed program" ${prefix}/bin/kindling --version)
+if(NOT output MATCHES "${VERSION}")
+  message(FATAL_ERROR "kindling --version printed '${output}', which does not name version ${VERSION}")
+endif()
