@@ -51,7 +51,8 @@ struct Picture {
 
 std::string short_name(const json& image, int index) {
   const auto uri = image.find("uri");
-  if (uri != image.end() && !is_data_uri(uri->get_ref<const std::string&>())) return uri->get<std::string>();
+  if (uri != image.end() && !is_data_uri(uri->get_ref<const std::string&>()))
+    return percent_decode(uri->get_ref<const std::string&>());
   const auto name = image.find("name");
   if (name != image.end()) return name->get<std::string>();
   return fmt::format("image {}", index);

@@ -42,7 +42,7 @@ struct IntegratorSettings {
   int max_diffuse_bounces = 8;
   int max_glossy_bounces = 8;
   int max_transmission_bounces = 8;
-  int roulette_start_bounce = 3;       // Russian roulette from this bounce on
+  int roulette_start_bounce = 2;       // Russian roulette from this bounce on
   float clamp_direct = kInfinity;      // largest component of a sample's directly lit part
   float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
   float ao_distance_m = 0.0f;          // ambient occlusion: 0 means a tenth of the scene's diagonal
