@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "renderer/sampling/sampler.h"
+#include "renderer/world/shading_normal.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
@@ -34,14 +35,6 @@ struct HitRecords {
   }
   [[nodiscard]] V2f texcoord(const TextureBinding& binding) const { return binding.apply(texcoord(binding.texcoord)); }
 };
-
-// A shading normal that faces away from wo would reflect nothing: bend it to where it just faces it.
-V3f bent_towards(const V3f& normal, const V3f& wo) {
-  constexpr float kMinCosine = 1e-3f;
-  const float cosine = normal.dot(wo);
-  if (cosine >= kMinCosine) return normal;
-  return (normal + wo * (kMinCosine - cosine)).normalized();
-}
 
 } // namespace
 
@@ -110,7 +103,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   // follow the side of the face that is seen.
   surface.geometric_normal = front ? face_normal : -face_normal;
   if (!front) normal = -normal;
-  surface.shading_normal = bent_towards(normal, wo);
+  surface.shading_normal = with_valid_reflection(normal, surface.geometric_normal, wo);
 
   surface.uv = lookup.texcoord(0);
   surface.material = geometry.material;

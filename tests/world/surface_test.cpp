@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
+#include "renderer/base/hash.h"
+#include "renderer/world/shading_normal.h"
+
 #include <cstring>
 
 namespace kindling::test {
@@ -119,6 +122,35 @@ TEST(Surface, TexturesThroughTheirTransforms) {
   slot.offset = V2f(0.0f);
   slot.scale = V2f(2.0f, 1.0f); // uv (0.25, 0.25) reads (0.5+, 0.25)
   EXPECT_EQ(color_at(slot, -0.4f, 0.5f), Rgb(0, 1, 0));
+}
+
+// Any shading normal, even one below the surface, is turned just so far that the mirror direction of wo leaves the surface;
+// one that does so already is not touched.
+TEST(Surface, ShadingNormalsReflectUpwards) {
+  const auto direction = [](uint32_t i, float lowest_z) {
+    const float z = lowest_z + (1.0f - lowest_z) * to_unit_float(hash_u32(2 * i));
+    const float phi = 2.0f * kPi * to_unit_float(hash_u32(2 * i + 1));
+    const float r = safe_sqrt(1.0f - z * z);
+    return V3f(r * std::cos(phi), r * std::sin(phi), z);
+  };
+  const V3f up(0, 0, 1);
+  int untouched = 0;
+  for (uint32_t i = 0; i < 20000; ++i) {
+    const V3f wo = direction(3 * i, 1e-3f), normal = direction(3 * i + 100001, -1.0f);
+    const V3f turned = with_valid_reflection(normal, up, wo);
+    const auto mirrored_z = [&](const V3f& n) { return 2.0f * n.dot(wo) * n.z - wo.z; };
+    EXPECT_NEAR(turned.length(), 1.0f, 1e-5f);
+    EXPECT_GT(turned.dot(wo), 0.0f);
+    const float lowest = std::min(0.9f * wo.z, 0.01f);
+    EXPECT_GE(mirrored_z(turned), lowest - 2e-6f);
+    if (normal.dot(wo) > 0.0f && mirrored_z(normal) >= lowest) {
+      EXPECT_EQ(turned, normal);
+      ++untouched;
+    } else {
+      EXPECT_NEAR(mirrored_z(turned), lowest, 2e-6f); // no further than needed
+    }
+  }
+  EXPECT_GT(untouched, 2000);
 }
 
 TEST(Surface, NormalMapBendsTowardsTheTangent) {
