@@ -66,4 +66,13 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
           n.x * inverse[2][0] + n.y * inverse[2][1] + n.z * inverse[2][2]};
 }
 
+// The direction of a transformed normal, without an inverse: cofactors in place of the inverse transpose, so of another length.
+// A mirroring transform keeps the side that the normal points to, as the inverse transpose does.
+[[nodiscard]] inline V3f transform_normal_direction(const M44f& m, const V3f& n) {
+  const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
+  const V3f yz = y.cross(z);
+  const V3f cofactors = yz * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
+  return x.dot(yz) < 0.0f ? -cofactors : cofactors;
+}
+
 } // namespace kindling

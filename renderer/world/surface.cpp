@@ -76,7 +76,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   V3f normal = face_normal;
   if (geometry.normal_offset != Geometry::kAbsent) {
     V3f n = geometry.interpolate3(lookup.records, geometry.normal_offset, lookup.barycentric);
-    if (!instance.identity) n = transform_normal(instance.object_to_world.inverse(), n);
+    if (!instance.identity) n = transform_normal_direction(instance.object_to_world, n);
     const float length = n.length();
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }

@@ -41,6 +41,12 @@ TEST(Transform, AgreesWithImath) {
   // A transformed normal stays perpendicular to transformed tangents.
   const V3f tangent(1, 2, 3), normal = tangent.cross(V3f(0, 1, 0));
   EXPECT_NEAR(transform_normal(m.inverse(), normal).dot(transform_vector(m, tangent)), 0.0f, 1e-4f);
+  for (const float mirror : {1.0f, -1.0f}) {
+    M44f n = m;
+    for (int c = 0; c < 3; ++c) n[0][c] *= mirror;
+    const V3f by_inverse = transform_normal(n.inverse(), normal).normalized();
+    EXPECT_NEAR((transform_normal_direction(n, normal).normalized() - by_inverse).length(), 0.0f, 1e-5f);
+  }
 }
 
 TEST(Hash, SpreadsNeighbours) {
