@@ -37,8 +37,7 @@ class RecordingRender {
     IntegratorSettings integrator_settings;
     integrator_settings.kind = kind;
     integrator_settings.batch_size = settings.batch_size;
-    integrator_ =
-        make_integrator(integrator_settings, world, camera, Sampler(settings.seed), PixelFilter(), AovSet{});
+    integrator_ = make_integrator(integrator_settings, world, camera, Sampler(settings.seed), PixelFilter(), AovSet{});
     context_ = integrator_->make_context();
   }
 
