@@ -4,6 +4,7 @@
 
 #include "renderer/app/choose.h"
 #include "renderer/app/exit_code.h"
+#include "renderer/app/load_environment.h"
 #include "renderer/app/outputs.h"
 #include "renderer/app/process_info.h"
 #include "renderer/app/progress_display.h"
@@ -11,9 +12,7 @@
 #include "renderer/app/report.h"
 #include "renderer/app/signals.h"
 #include "renderer/camera/camera.h"
-#include "renderer/image/decode_image.h"
 #include "renderer/import/load_gltf.h"
-#include "renderer/light/environment.h"
 #include "renderer/session/render_session.h"
 #include "renderer/world/build_world.h"
 
@@ -31,20 +30,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-using EnvironmentPointer = std::shared_ptr<const Environment>;
-
-// Null if none was asked for.
-Result<EnvironmentPointer> load_environment(const RenderOptions& options) {
-  const auto intensity = static_cast<float>(options.env_intensity);
-  if (options.env_color) return EnvironmentPointer(std::make_shared<Environment>(*options.env_color * intensity));
-  if (options.env_file.empty()) return EnvironmentPointer();
-  Result<Image> image = read_image_file(options.env_file);
-  if (!image.ok()) return Error{image.error().kind, "--env: " + image.error().message};
-  const auto rotation_rad = static_cast<float>(options.env_rotation_deg * std::numbers::pi / 180.0);
-  return EnvironmentPointer(
-      std::make_shared<Environment>(std::make_shared<const Image>(std::move(image).value()), rotation_rad, intensity));
-}
 
 // One run of the command: what its phases hand to each other.
 class RenderCommand {

@@ -35,7 +35,11 @@ std::string wrap(const std::string& text) {
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App*, std::string name) const override {
-    return "\nUsage: " + name + (name.ends_with("render") ? " SCENE [-o FILE]... [flags]" : " SCENE [flags]") + "\n\n" +
+    return "\nUsage: " + name +
+           (name.ends_with("render")     ? " SCENE [-o FILE]... [flags]"
+            : name.ends_with("shootout") ? " SCENE... [flags]"
+                                         : " SCENE [flags]") +
+           "\n\n" +
            "SCENE is a .gltf or .glb file. [Defaults] stand in brackets; of a flag that is given twice the last "
            "counts.\n\n";
   }

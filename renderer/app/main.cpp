@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/command_info.h"
 #include "renderer/app/command_render.h"
+#include "renderer/app/command_shootout.h"
 #include "renderer/app/console.h"
 #include "renderer/app/exit_code.h"
 #include "renderer/app/options.h"
@@ -27,12 +28,16 @@ Result<int> print(const PrintText& print) {
 ConsoleSettings console_settings(const CommandLine& line) {
   if (const auto* render = std::get_if<RenderOptions>(&line.command))
     return {render->quiet, render->verbose, render->progress == ProgressMode::json};
+  if (const auto* shootout = std::get_if<ShootoutOptions>(&line.command))
+    return {shootout->view.quiet, shootout->view.verbose, false};
   return {};
 }
 
 Result<int> run_command(const CommandLine& line, Console& console) {
   if (const auto* render = std::get_if<RenderOptions>(&line.command)) return run_render(*render, line.text, console);
   if (const auto* info = std::get_if<InfoOptions>(&line.command)) return run_info(*info, console);
+  if (const auto* shootout = std::get_if<ShootoutOptions>(&line.command))
+    return run_shootout(*shootout, line.text, console);
   return print(std::get<PrintText>(line.command));
 }
 

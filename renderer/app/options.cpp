@@ -21,6 +21,7 @@ constexpr std::string_view kHelp =
 Usage:
   kindling render SCENE [-o FILE]... [flags]   render a .gltf or .glb file to PNG and EXR
   kindling info SCENE [flags]                  print what is in a file
+  kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
   kindling info --list-extensions              print the glTF extensions that are understood
   kindling COMMAND --help                      all flags of a command
   kindling --version                           version, compiler and libraries
@@ -50,7 +51,8 @@ Result<std::optional<PrintText>> parse_command(std::span<const char* const> argu
   CLI::App app(description, "kindling " + command);
   app.set_help_flag();
   FlagSet flags(app);
-  std::string scene;
+  constexpr bool kSeveralScenes = std::is_same_v<Options, ShootoutOptions>;
+  std::conditional_t<kSeveralScenes, std::vector<std::string>, std::string> scene;
   add_flags(flags, options);
   app.add_option("SCENE", scene);
   app.set_help_flag("-h,--help", "Print this text")->group("Reports");
@@ -67,10 +69,15 @@ Result<std::optional<PrintText>> parse_command(std::span<const char* const> argu
   }
   if (const std::vector<std::string> extras = app.remaining(); !extras.empty())
     return usage_error(describe_extra(extras.front(), flags, !scene.empty()));
-  options.scene_file = scene;
+  if constexpr (kSeveralScenes)
+    options.scene_files.assign(scene.begin(), scene.end());
+  else
+    options.scene_file = scene;
   Result<void> checked = [&] {
     if constexpr (std::is_same_v<Options, RenderOptions>)
       return check_render_flags(flags, options);
+    else if constexpr (kSeveralScenes)
+      return check_shootout_flags(flags, options);
     else
       return check_info_flags(flags, options);
   }();
@@ -85,7 +92,7 @@ Result<CommandLine> parse_command_line(std::span<const char* const> arguments) {
   line.text = "kindling";
   for (const char* argument : arguments) line.text += ' ' + shell_quote(argument);
 
-  if (arguments.empty()) return usage_error("no command; use render or info");
+  if (arguments.empty()) return usage_error("no command; use render, info or shootout");
   const std::string_view command = arguments.front();
   const auto rest = arguments.subspan(1);
   if (command == "--help" || command == "-h" || command == "help") {
@@ -109,17 +116,20 @@ Result<CommandLine> parse_command_line(std::span<const char* const> arguments) {
   if (command == "render")
     return take(RenderOptions{}, "Renders a glTF scene to PNG and EXR pictures.", add_render_flags);
   if (command == "info") return take(InfoOptions{}, "Prints what is in a glTF file.", add_info_flags);
+  if (command == "shootout")
+    return take(ShootoutOptions{}, "Races accelerators on the rays that path tracing a glTF scene takes.",
+                add_shootout_flags);
 
   const std::string extension = std::filesystem::path(command).extension().string();
   if (extension == ".gltf" || extension == ".glb")
     return usage_error(fmt::format("'{}' is not a command; did you mean 'kindling render {}'?", command, command));
-  return usage_error(
-      fmt::format("unknown {} '{}'; use render or info", command.starts_with('-') ? "flag" : "command", command));
+  return usage_error(fmt::format("unknown {} '{}'; use render, info or shootout",
+                                 command.starts_with('-') ? "flag" : "command", command));
 }
 
 std::string help_hint(std::span<const char* const> arguments) {
   if (!arguments.empty())
-    for (const std::string_view command : {"render", "info"})
+    for (const std::string_view command : {"render", "info", "shootout"})
       if (command == arguments.front()) return fmt::format(" (try 'kindling {} --help')", command);
   return " (try 'kindling --help')";
 }

@@ -3,7 +3,9 @@
 #pragma once
 
 #include "accel/make_accelerator.h"
+#include "renderer/app/accelerator_variant.h"
 #include "renderer/app/progress_display.h"
+#include "renderer/app/shootout_clock.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/film/aov.h"
@@ -87,6 +89,29 @@ struct InfoOptions {
   int threads = 0;
 };
 
+// `kindling shootout`.
+struct ShootoutOptions {
+  std::vector<std::filesystem::path> scene_files;
+  RenderOptions view; // of it: which scene, camera, light, size, --quiet and --verbose
+
+  std::vector<AcceleratorVariant> accelerators{{accel::Kind::embree},
+                                               {accel::Kind::embree, accel::Quality::balanced, false},
+                                               {accel::Kind::embree, accel::Quality::best, false},
+                                               {accel::Kind::kdtree}};
+  uint32_t rays_per_kind = 1 << 17;
+  uint32_t batch_size = 256;
+  uint32_t repeat = 5;
+  uint32_t build_repeat = 3;
+  ShootoutClock clock = ShootoutClock::wall;
+  int threads = 0; // of the build with many; 0: all
+  int heat_map_width_px = 320;
+
+  std::filesystem::path rays_file;
+  std::filesystem::path json_file;
+  std::filesystem::path csv_file;
+  std::filesystem::path html_file;
+};
+
 // --help or --version: text for standard output.
 struct PrintText {
   std::string text;
@@ -96,12 +121,14 @@ class FlagSet;
 // Declare the flags of a command; parsing fills `options`, which must outlive the set.
 void add_render_flags(FlagSet& flags, RenderOptions& options);
 void add_info_flags(FlagSet& flags, InfoOptions& options);
+void add_shootout_flags(FlagSet& flags, ShootoutOptions& options);
 // What no flag can judge alone; fails (usage).
 [[nodiscard]] Result<void> check_render_flags(const FlagSet& flags, RenderOptions& options);
 [[nodiscard]] Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options);
+[[nodiscard]] Result<void> check_shootout_flags(const FlagSet& flags, const ShootoutOptions& options);
 
 struct CommandLine {
-  std::variant<PrintText, RenderOptions, InfoOptions> command;
+  std::variant<PrintText, RenderOptions, InfoOptions, ShootoutOptions> command;
   std::string text; // as typed, quoted for a shell: for metadata and replays
 };
 

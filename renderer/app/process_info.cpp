@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/process_info.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <fstream>
+#include <string_view>
 
 namespace kindling::app {
 
@@ -22,6 +26,18 @@ bool read_text(const char* path, char* text, size_t size) {
   std::fclose(file);
   text[count] = '\0';
   return count > 0;
+}
+
+// What follows `key` and a colon in a file of /proc, to the end of its line; empty if it is not there.
+std::string find_field(const char* path, std::string_view key) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with(key)) continue;
+    const size_t colon = line.find(':');
+    const size_t begin = colon == std::string::npos ? colon : line.find_first_not_of(" \t", colon + 1);
+    return begin == std::string::npos ? std::string() : line.substr(begin);
+  }
+  return {};
 }
 
 } // namespace
@@ -51,5 +67,20 @@ uint64_t peak_resident_bytes() {
   if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024U; // Linux counts in KiB
 }
+
+bool restart_peak_resident() {
+  malloc_trim(0);
+  // proc(5): writing 5 to clear_refs sets VmHWM to what is resident.
+  std::FILE* file = std::fopen("/proc/self/clear_refs", "w");
+  if (!file) return false;
+  const bool written = std::fwrite("5", 1, 1, file) == 1;
+  return std::fclose(file) == 0 && written;
+}
+
+uint64_t restarted_peak_resident_bytes() {
+  return std::strtoull(find_field("/proc/self/status", "VmHWM").c_str(), nullptr, 10) * 1024U; // in kB
+}
+
+std::string processor_name() { return find_field("/proc/cpuinfo", "model name"); }
 
 } // namespace kindling::app

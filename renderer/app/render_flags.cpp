@@ -1,38 +1,16 @@
 // The flags of `kindling render` and `kindling info`: name, unit, default, and where each value goes.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/accelerator_variant.h"
 #include "renderer/app/flag_set.h"
 #include "renderer/app/options.h"
 #include "renderer/app/parse_values.h"
+#include "renderer/app/scene_flags.h"
 
 #include <fmt/format.h>
 
 namespace kindling::app {
 
 namespace {
-
-Error unknown_name(std::string_view what, std::string_view text, const std::vector<std::string>& names) {
-  return {ErrorKind::usage, fmt::format("unknown {} '{}'; use {}", what, text, join_choices(names))};
-}
-
-template <typename T>
-Result<void> choose(std::optional<T> found, T& target, std::string_view what, std::string_view text,
-                    const std::vector<std::string>& names) {
-  if (!found) return unknown_name(what, text, names);
-  target = *found;
-  return {};
-}
-
-Result<void> set_text(std::string_view text, std::string& target) {
-  if (text.empty()) return Error{ErrorKind::usage, "the value is empty; use a name"};
-  target = text;
-  return {};
-}
-
-Result<void> set_path(std::string_view text, std::filesystem::path& target) {
-  if (text.empty()) return Error{ErrorKind::usage, "the value is empty; use the name of a file"};
-  target = text;
-  return {};
-}
 
 std::vector<std::string> integrator_names() {
   std::vector<std::string> names;
@@ -52,13 +30,6 @@ std::vector<std::string> aov_names() {
   std::vector<std::string> names;
   for (const AovInfo& info : kAovs) names.emplace_back(info.name);
   return names;
-}
-
-std::optional<accel::Quality> quality_from_name(std::string_view name) {
-  if (name == "fast") return accel::Quality::fast;
-  if (name == "balanced") return accel::Quality::balanced;
-  if (name == "best") return accel::Quality::best;
-  return std::nullopt;
 }
 
 Result<void> set_background(std::string_view text, IntegratorSettings& settings) {
@@ -84,38 +55,6 @@ Result<void> add_aovs(std::string_view text, AovSet& aovs) {
   return {};
 }
 
-void add_scene_flags(FlagSet& flags, RenderOptions& o) {
-  flags.group("Scene");
-  flags.value("--scene", "NAME|INDEX", "Which of the file's scenes [its default]",
-              [&o](auto text) { return set_text(text, o.scene_name); });
-  flags.value("--time", "SECONDS", "Pose the animations at this time [rest pose]",
-              [&o](auto text) { return store(parse_number(text), o.time_s); });
-
-  flags.group("Camera");
-  flags.value("--camera", "NAME|INDEX",
-              "One of 'info --list-cameras' [the first; fitted to the scene if there is none]",
-              [&o](auto text) { return set_text(text, o.camera); });
-  flags.value("--orbit", "THETA,PHI,RADIUS",
-              "A camera of its own: azimuth from +z towards +x and polar angle from +y, degrees; distance, metres",
-              [&o](auto text) { return store(parse_vector(text), o.orbit); });
-  flags.value("--target", "X,Y,Z", "What --orbit looks at, metres [0,0,0]",
-              [&o](auto text) { return store(parse_vector(text), o.target); });
-  flags.value("--fov", "DEG", "Vertical field of view of a perspective camera, degrees [the camera's; 45 with --orbit]",
-              [&o](auto text) { return store(parse_number(text, 0.01, 179.0), o.yfov_deg); });
-
-  flags.group("Light");
-  flags.value("--env", "FILE", "Environment picture, equirectangular: .hdr or .exr, also .png, .jpg, .webp [none]",
-              [&o](auto text) { return set_path(text, o.env_file); });
-  flags.value("--env-rotation", "DEG", "Turn it counter-clockwise about +y, degrees [0]",
-              [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
-  flags.value("--env-intensity", "FACTOR", "Multiply its radiance [1]",
-              [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
-  flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of a picture [none]",
-              [&o](auto text) { return store(parse_color(text), o.env_color); });
-  flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
-              [&o](auto text) { return set_background(text, o.integrator); });
-}
-
 void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Image");
   flags.repeated("-o,--output", "FILE",
@@ -126,8 +65,7 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
                    if (set.ok()) o.outputs.push_back(path);
                    return set;
                  });
-  flags.value("--size", "WxH", "Pixels [1280 on the longer side, by the camera's aspect ratio; 1280x720 without one]",
-              [&o](auto text) { return store(parse_size(text), o.size_px); });
+  add_size_flag(flags, o);
   flags.value("--scale", "FACTOR", "Multiply the size, as in 0.5 or 50% [1]",
               [&o](auto text) { return store(parse_scale(text), o.scale); });
   flags.value("--crop", "X0,Y0,X1,Y1",
@@ -210,14 +148,8 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
                                fmt::format("'{}' is not a multiple of {}; use 8, 16, 32 or so", text, kBlockSize)};
                 return store(std::move(size), o.tile_size_px);
               });
-  flags.value(
-      "--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
-      [&o](auto text) -> Result<void> {
-        Result<int64_t> size = parse_integer(text, 64, 65536);
-        if (size.ok() && size.value() % 64 != 0)
-          return Error{ErrorKind::usage, fmt::format("'{}' is not a multiple of 64; use 64, 128, 256 or so", text)};
-        return store(std::move(size), o.integrator.batch_size);
-      });
+  flags.value("--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
+              [&o](auto text) { return set_batch_size(text, o.integrator.batch_size); });
 }
 
 void add_report_flags(FlagSet& flags, RenderOptions& o) {
@@ -246,6 +178,8 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
   add_image_flags(flags, options);
   add_sampling_flags(flags, options);
   add_scene_flags(flags, options);
+  flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
+              [&options](auto text) { return set_background(text, options.integrator); });
   add_integrator_flags(flags, options);
   add_machine_flags(flags, options);
   add_report_flags(flags, options);
@@ -254,15 +188,7 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
 Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.scene_file.empty())
     return usage("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
-  if (flags.given("--env") && flags.given("--env-color")) return usage("--env and --env-color: give one of them");
-  if (flags.given("--env-rotation") && !flags.given("--env"))
-    return usage("--env-rotation: has no meaning without --env");
-  if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))
-    return usage("--env-intensity: has no meaning without --env or --env-color");
-  if (flags.given("--orbit") && flags.given("--camera")) return usage("--orbit and --camera: give one of them");
-  if (flags.given("--target") && !flags.given("--orbit")) return usage("--target: has no meaning without --orbit");
-  if (o.orbit && o.orbit->z < 0.0f)
-    return usage(fmt::format("--orbit: the radius {:g} is negative; use 0 or more", o.orbit->z));
+  if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
   if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
   if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
 

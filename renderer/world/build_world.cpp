@@ -338,9 +338,13 @@ class WorldBuilder {
       if (listener_) listener_->on_progress({.phase = Phase::build, .done = fraction, .total = 1.0});
     };
     if (cancel_ && cancel_->cancelled()) return false;
-    const accel::BuildInput input{accel_meshes_, groups_, accel_instances_, {&World::accept_hit, world_.get()}};
-    world_->accelerator_ = accel::make_accelerator(options_.accelerator, input, build_options);
-    return world_->accelerator_ != nullptr;
+    world_->accel_meshes_ = std::move(accel_meshes_);
+    world_->accel_groups_ = std::move(groups_);
+    world_->accel_instances_ = std::move(accel_instances_);
+    world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options);
+    if (!world_->accelerator_) return false;
+    if (options_.wrap_accelerator) world_->accelerator_ = options_.wrap_accelerator(std::move(world_->accelerator_));
+    return true;
   }
 
   void finish_statistics() {

@@ -9,6 +9,7 @@
 #include "renderer/scene/scene.h"
 #include "renderer/world/world.h"
 
+#include <functional>
 #include <memory>
 
 namespace kindling {
@@ -18,6 +19,8 @@ struct WorldOptions {
   accel::Quality quality = accel::Quality::balanced;
   std::shared_ptr<const Environment> environment; // null: none, or the built-in one if the scene has no lights
   bool builtin_environment = true;                // a scene without any light gets a neutral one
+  // Called once with the accelerator; what it returns is used in its place (a recorder of rays around it). May be null.
+  std::function<std::unique_ptr<accel::Accelerator>(std::unique_ptr<accel::Accelerator>)> wrap_accelerator;
 };
 
 // Consumes the scene: vertex arrays are moved where they are used once and not deformed. Parallel with TBB; the result does

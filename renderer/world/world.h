@@ -53,6 +53,10 @@ class World {
   World& operator=(const World&) = delete;
 
   [[nodiscard]] const accel::Accelerator& accelerator() const { return *accelerator_; }
+  // What it was built from: others can be built over the same geometry, as long as the World lives.
+  [[nodiscard]] accel::BuildInput accelerator_input() const {
+    return {accel_meshes_, accel_groups_, accel_instances_, {&World::accept_hit, this}};
+  }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
   // Bounds of all geometry; a unit box around the origin if there is none.
   [[nodiscard]] const Box3f& bounds() const { return bounds_; }
@@ -75,6 +79,9 @@ class World {
   std::vector<std::string> material_names_;
   std::vector<WorldInstance> instances_; // one per accelerator instance
   std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: number of its first triangle in the LightSet
+  std::vector<accel::TriangleMesh> accel_meshes_; // borrow from geometries_
+  std::vector<accel::MeshGroup> accel_groups_;
+  std::vector<accel::Instance> accel_instances_;
   std::unique_ptr<accel::Accelerator> accelerator_;
   std::unique_ptr<LightSet> lights_;
   Box3f bounds_;

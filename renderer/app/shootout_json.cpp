@@ -1,0 +1,99 @@
+// A shootout for programs. README.md describes the keys.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/shootout_report.h"
+#include "renderer/app/text_format.h"
+#include "renderer/app/version.h"
+
+#include <nlohmann/json.hpp>
+
+namespace kindling::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json summary_json(const std::vector<double>& times_s) {
+  const Summary summary = summarize(times_s);
+  return {{"median_s", summary.median},
+          {"min_s", summary.min},
+          {"max_s", summary.max},
+          {"spread_percent", summary.spread_percent()},
+          {"times_s", times_s}};
+}
+
+Json disagreements_json(const Disagreements& disagreements) {
+  return {{"hit_or_miss", disagreements.hit_or_miss}, {"distance", disagreements.distance}};
+}
+
+Json accelerator_json(const SceneResult& scene, size_t index) {
+  const AcceleratorResult& a = scene.accelerators[index];
+  const accel::Statistics& s = a.build.statistics;
+  Json json;
+  json["name"] = a.variant.name();
+  json["description"] = accel::kind_description(a.variant.kind);
+  json["quality"] = quality_name(a.variant.quality);
+  json["robust"] = a.variant.robust;
+  json["build"] = {{"one_thread", summary_json(a.build.one_thread_s)},
+                   {"many_threads", summary_json(a.build.many_threads_s)}};
+  json["memory_bytes"] = s.memory_bytes;
+  json["build_peak_bytes"] = a.build.peak_growth_bytes ? Json(*a.build.peak_growth_bytes) : Json();
+  json["nodes"] = s.node_count;
+  json["leaves"] = s.leaf_count;
+  json["references"] = s.reference_count;
+  json["traversal"] = Json::array();
+  for (const TraversalResult& result : a.traversal) {
+    const RaySetInfo& set = scene.sets[result.set];
+    Json row = {{"rays", set.name}, {"call", call_form_name(result.form)}};
+    row["mega_rays_per_s"] = mega_rays_per_s(set, median(result.times_s));
+    row["ratio_to_first"] = result.ratio_to_first;
+    row["disagreements"] = disagreements_json(result.disagreements);
+    row.update(summary_json(result.times_s));
+    json["traversal"].push_back(std::move(row));
+  }
+  json["geometric_mean_ratio"] = {{"single", mean_ratio(scene, index, CallForm::single)},
+                                  {"batch", mean_ratio(scene, index, CallForm::batch)},
+                                  {"best", mean_ratio(scene, index, std::nullopt)}};
+  json["disagreements"] = disagreements_json(sum_disagreements(a));
+  return json;
+}
+
+Json scene_json(const SceneResult& scene) {
+  Json json;
+  json["file"] = scene.file;
+  json["geometry_hash"] = format_hash(scene.geometry_hash);
+  json["width"] = scene.size_px.x;
+  json["height"] = scene.size_px.y;
+  json["triangles"] = scene.triangle_count;
+  json["instances"] = scene.instance_count;
+  json["rays"] = Json::array();
+  for (const RaySetInfo& set : scene.sets)
+    json["rays"].push_back({{"name", set.name},
+                            {"query", set.query == RayQuery::nearest ? "nearest" : "any-hit"},
+                            {"coherent_group", set.coherent_group},
+                            {"count", set.ray_count},
+                            {"hits", set.hit_count}});
+  json["accelerators"] = Json::array();
+  for (size_t a = 0; a < scene.accelerators.size(); ++a) json["accelerators"].push_back(accelerator_json(scene, a));
+  return json;
+}
+
+} // namespace
+
+std::string format_shootout_json(const ShootoutReport& report) {
+  Json json;
+  json["version"] = version();
+  json["compiler"] = compiler();
+  json["command_line"] = report.command_line;
+  json["processor"] = report.processor;
+  json["clock"] = report.clock == ShootoutClock::cpu ? "cpu" : "wall";
+  json["traversal_threads"] = 1;
+  json["build_threads"] = report.build_threads;
+  json["repeat"] = report.repeat;
+  json["build_repeat"] = report.build_repeat;
+  json["batch_size"] = report.batch_size;
+  json["scenes"] = Json::array();
+  for (const SceneResult& scene : report.scenes) json["scenes"].push_back(scene_json(scene));
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+} // namespace kindling::app

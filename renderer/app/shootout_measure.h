@@ -1,0 +1,66 @@
+// The measurements of a shootout: builds, traversal with its cross-check, and the cost of each pixel's camera ray.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/app/shootout_report.h"
+#include "renderer/camera/camera.h"
+#include "renderer/session/ray_set.h"
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace kindling::app {
+
+// Answers to a set of rays: `hits` for RayQuery::nearest, `occluded` for RayQuery::any_hit.
+struct Answers {
+  std::vector<accel::Hit> hits;
+  std::vector<uint8_t> occluded;
+
+  explicit Answers(const RaySet& set);
+};
+
+struct RaceSettings {
+  uint32_t batch_size = 256;
+  uint32_t repeat = 5;
+  uint32_t build_repeat = 3;
+  int build_threads = 1; // of the build with many
+  ShootoutClock clock = ShootoutClock::wall;
+};
+
+// Between two measurements: false ends the race. The text says what comes next.
+using RaceProgress = std::function<bool(const std::string& next)>;
+
+// The forms of call that make sense for a set: single and batch, coherent for nearest hits that come in groups.
+[[nodiscard]] std::vector<CallForm> call_forms(const RaySet& set);
+
+// Traces all rays of the set; a batch call gets `batch_size` rays, a coherent call one group.
+void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm form, uint32_t batch_size,
+           Answers& answers);
+
+// Ray by ray. Distances are equal if they differ by no more than kDistanceTolerance times the sum of the distance and the
+// largest coordinate of the ray's origin, in lengths of the direction.
+inline constexpr float kDistanceTolerance = 1e-4f;
+[[nodiscard]] Disagreements count_disagreements(const RaySet& set, const Answers& expected, const Answers& found);
+
+// Builds every variant `build_repeat` times on one thread and on many, in turn; keeps the last of each. An empty result if
+// `progress` has ended it.
+[[nodiscard]] std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildInput& input,
+                                                                           std::span<AcceleratorResult> results,
+                                                                           const RaceSettings& settings,
+                                                                           const RaceProgress& progress);
+
+// On the calling thread. First a round that warms up and is checked, then `repeat` rounds: kinds of rays, then forms of call,
+// then accelerators in turn, a different one first in each round. Fills SceneResult::sets and traversal; results[i] belongs to
+// accelerators[i]. False if `progress` has ended it.
+[[nodiscard]] bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
+                                  const RaceSettings& settings, const RaceProgress& progress, SceneResult& result);
+
+// Wall time of the single nearest-hit query of the ray through each pixel's centre, less what reading the clock takes: median of
+// kHeatMapRounds rounds over the picture.
+inline constexpr int kHeatMapRounds = 7;
+[[nodiscard]] HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera);
+
+} // namespace kindling::app

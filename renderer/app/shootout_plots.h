@@ -1,0 +1,53 @@
+// Plots as SVG for the page of a shootout. Pure functions.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/indexed_png.h"
+#include "renderer/app/shootout_report.h"
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace kindling::app {
+
+// &, <, > and quotes as entities, control characters as '?'.
+[[nodiscard]] std::string escape_html(std::string_view text);
+
+// The colour of the n-th accelerator, "#rrggbb"; they repeat after eight.
+[[nodiscard]] std::string_view series_color(size_t n);
+
+// The largest of 1, 2 and 5 times a power of ten that cuts [0, `largest`] into at least four steps; 1 for nothing.
+[[nodiscard]] double axis_step(double largest);
+
+// One group of bars for each kind of rays, one bar in it for each accelerator.
+struct BarChart {
+  std::string unit;                         // of the values
+  std::vector<std::string> series;          // names of accelerators
+  std::vector<std::string> groups;          // names of kinds of rays
+  std::vector<std::vector<Summary>> values; // [group][series]; whiskers show min and max
+};
+[[nodiscard]] std::string draw_bars(const BarChart& chart);
+
+// Lines through points on logarithmic axes; points that are not positive are left out.
+struct LineChart {
+  std::string x_label;
+  std::string y_label;
+  struct Line {
+    std::string name;
+    size_t color = 0; // series_color()
+    bool dashed = false;
+    std::vector<std::pair<double, double>> points; // (x, y)
+  };
+  std::vector<Line> lines;
+};
+[[nodiscard]] std::string draw_lines(const LineChart& chart);
+
+// Dark to bright: black, purple, red, yellow.
+[[nodiscard]] Palette heat_palette();
+// A picture of a heat map as a data: URI; `largest` nanoseconds and more are the brightest.
+[[nodiscard]] std::string heat_map_uri(const HeatMap& map, double largest);
+
+} // namespace kindling::app

@@ -1,0 +1,123 @@
+// What a shootout has measured, and the forms in which it is told: tables, JSON, CSV, a page of HTML.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/app/accelerator_variant.h"
+#include "renderer/app/measurement.h"
+#include "renderer/app/shootout_clock.h"
+#include "renderer/base/math.h"
+#include "renderer/session/ray_set.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kindling::app {
+
+// How rays are handed over: one at a time, in batches of any rays, in groups of coherent ones.
+enum class CallForm { single, batch, coherent };
+inline constexpr std::array kCallForms{CallForm::single, CallForm::batch, CallForm::coherent};
+[[nodiscard]] std::string_view call_form_name(CallForm form);
+
+// Against the single calls of the first accelerator, ray by ray; never by ids.
+struct Disagreements {
+  uint64_t hit_or_miss = 0; // one hits, the other does not
+  uint64_t distance = 0;    // both hit, farther apart than rounding explains
+  struct First {            // in the set; distances are infinite for a miss, 0 for an any hit
+    size_t ray = 0;
+    float expected_t = 0.0f;
+    float found_t = 0.0f;
+  };
+  std::optional<First> first;
+
+  [[nodiscard]] uint64_t total() const { return hit_or_miss + distance; }
+  void add(const Disagreements& other) {
+    hit_or_miss += other.hit_or_miss;
+    distance += other.distance;
+    if (!first) first = other.first;
+  }
+};
+
+// One kind of rays by one form of call through one accelerator.
+struct TraversalResult {
+  size_t set = 0; // index into SceneResult::sets
+  CallForm form = CallForm::single;
+  std::vector<double> times_s; // of all rays of the set, one for each repetition
+  double ratio_to_first = 0.0; // speed against the first accelerator with the same call: speed_ratio()
+  Disagreements disagreements;
+};
+
+struct BuildResult {
+  std::vector<double> one_thread_s;
+  std::vector<double> many_threads_s; // wall time, always
+  std::optional<uint64_t>
+      peak_growth_bytes; // of the process during the first build; unset where the system does not tell
+  accel::Statistics statistics;
+};
+
+struct HeatMap {
+  V2i size_px{0, 0};
+  std::vector<float> nanoseconds; // by pixel, row by row from the top: median of repeated single camera rays
+};
+
+struct AcceleratorResult {
+  AcceleratorVariant variant;
+  BuildResult build;
+  std::vector<TraversalResult> traversal; // sets in order, forms within; the same order for all accelerators
+  HeatMap heat_map;                       // empty if none was asked for
+};
+
+struct RaySetInfo {
+  std::string name;
+  RayQuery query = RayQuery::nearest;
+  uint32_t coherent_group = 0;
+  size_t ray_count = 0;
+  size_t hit_count = 0; // by the first accelerator
+};
+
+struct SceneResult {
+  std::string file;
+  uint64_t geometry_hash = 0;
+  V2i size_px{0, 0};
+  size_t triangle_count = 0; // as placed
+  size_t instance_count = 0;
+  std::vector<RaySetInfo> sets;
+  std::vector<AcceleratorResult> accelerators;
+};
+
+struct ShootoutReport {
+  std::string command_line;
+  std::string processor; // empty where the system does not tell
+  ShootoutClock clock = ShootoutClock::wall;
+  int build_threads = 1;
+  uint32_t repeat = 0;
+  uint32_t build_repeat = 0;
+  uint32_t batch_size = 0;
+  std::vector<SceneResult> scenes;
+};
+
+// Millions of rays per second; 0 for no rays or no time.
+[[nodiscard]] double mega_rays_per_s(const RaySetInfo& set, double seconds);
+// Of ratio_to_first over the kinds of rays: with one form of call, or (unset) with the fastest form of each kind on both sides.
+[[nodiscard]] double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form);
+[[nodiscard]] Disagreements sum_disagreements(const AcceleratorResult& accelerator);
+// "0.042 ms", "35.1 ms", then as format_seconds() does: small scenes are built in microseconds.
+[[nodiscard]] std::string format_build_time(double seconds);
+// "wall time" or "CPU time of the thread".
+[[nodiscard]] std::string_view clock_description(ShootoutClock clock);
+// "SCENE.glb" of its path.
+[[nodiscard]] std::string scene_name(const SceneResult& scene);
+
+// The tables of one scene for a terminal; ends with '\n'.
+[[nodiscard]] std::string format_scene_tables(const ShootoutReport& report, const SceneResult& scene);
+// README.md describes the keys and columns.
+[[nodiscard]] std::string format_shootout_json(const ShootoutReport& report);
+[[nodiscard]] std::string format_shootout_csv(const ShootoutReport& report);
+// Complete in itself: pictures are inline, nothing is fetched.
+[[nodiscard]] std::string format_shootout_html(const ShootoutReport& report);
+
+} // namespace kindling::app

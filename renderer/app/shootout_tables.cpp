@@ -1,0 +1,158 @@
+// A shootout as tables, and the figures that all reports derive in the same way.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/shootout_report.h"
+#include "renderer/app/text_format.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace kindling::app {
+
+namespace {
+
+std::string or_dash(size_t count, const std::string& text) { return count > 0 ? text : "-"; }
+
+std::string build_table(const ShootoutReport& report, const SceneResult& scene) {
+  TextTable table({{"accelerator"},
+                   {"build, 1 thread", true},
+                   {fmt::format("{} thread{}", report.build_threads, report.build_threads == 1 ? "" : "s"), true},
+                   {"memory", true},
+                   {"at peak", true},
+                   {"nodes", true},
+                   {"leaves", true},
+                   {"refs/leaf", true},
+                   {"refs/triangle", true}});
+  for (const AcceleratorResult& accelerator : scene.accelerators) {
+    const BuildResult& build = accelerator.build;
+    const accel::Statistics& s = build.statistics;
+    const auto ratio = [](size_t a, size_t b) {
+      return a > 0 && b > 0 ? fmt::format("{:.2f}", static_cast<double>(a) / static_cast<double>(b)) : "-";
+    };
+    table.add({accelerator.variant.name(), format_build_time(median(build.one_thread_s)),
+               format_build_time(median(build.many_threads_s)), or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
+               build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
+               or_dash(s.node_count, format_count(static_cast<double>(s.node_count))),
+               or_dash(s.leaf_count, format_count(static_cast<double>(s.leaf_count))),
+               ratio(s.reference_count, s.leaf_count), ratio(s.reference_count, s.triangle_count)});
+  }
+  return table.str();
+}
+
+std::string speed_cell(const RaySetInfo& set, const TraversalResult& result, bool with_ratio) {
+  const Summary summary = summarize(result.times_s);
+  std::string text = fmt::format("{:.3f} ±{:.0f}%", mega_rays_per_s(set, summary.median), summary.spread_percent() / 2);
+  if (with_ratio) text += fmt::format("  {:.2f}x", result.ratio_to_first);
+  return text;
+}
+
+std::string speed_table(const SceneResult& scene) {
+  std::vector<TextTable::Column> columns{{"rays"}, {"call"}};
+  for (const AcceleratorResult& accelerator : scene.accelerators) columns.push_back({accelerator.variant.name(), true});
+  TextTable table(columns);
+  for (size_t row = 0; row < scene.accelerators.front().traversal.size(); ++row) {
+    const TraversalResult& first = scene.accelerators.front().traversal[row];
+    const RaySetInfo& set = scene.sets[first.set];
+    std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
+    for (size_t a = 0; a < scene.accelerators.size(); ++a)
+      cells.push_back(speed_cell(set, scene.accelerators[a].traversal[row], a > 0));
+    table.add(cells);
+  }
+  if (scene.accelerators.size() > 1) {
+    const auto add_mean = [&](const std::string& call, std::optional<CallForm> form) {
+      std::vector<std::string> cells{"geometric mean", call, ""};
+      for (size_t a = 1; a < scene.accelerators.size(); ++a)
+        cells.push_back(fmt::format("{:.2f}x", mean_ratio(scene, a, form)));
+      table.add(cells);
+    };
+    add_mean("single", CallForm::single);
+    add_mean("batch", CallForm::batch);
+    add_mean("best of each", std::nullopt);
+  }
+  return table.str();
+}
+
+std::string disagreement_lines(const SceneResult& scene) {
+  std::string text;
+  for (const AcceleratorResult& accelerator : scene.accelerators) {
+    uint64_t compared = 0;
+    for (const TraversalResult& result : accelerator.traversal) compared += scene.sets[result.set].ray_count;
+    const Disagreements sum = sum_disagreements(accelerator);
+    text +=
+        fmt::format("  {}: {} disagreement{} with single calls of {} among {} answers ({} hit or miss, {} distance)\n",
+                    accelerator.variant.name(), sum.total(), sum.total() == 1 ? "" : "s",
+                    scene.accelerators.front().variant.name(), compared, sum.hit_or_miss, sum.distance);
+  }
+  return text;
+}
+
+} // namespace
+
+std::string_view call_form_name(CallForm form) {
+  switch (form) {
+  case CallForm::single: return "single";
+  case CallForm::batch: return "batch";
+  case CallForm::coherent: return "coherent";
+  }
+  return "single";
+}
+
+double mega_rays_per_s(const RaySetInfo& set, double seconds) {
+  return seconds > 0.0 ? static_cast<double>(set.ray_count) / seconds * 1e-6 : 0.0;
+}
+
+double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form) {
+  const std::vector<TraversalResult>& own = scene.accelerators[accelerator].traversal;
+  const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
+  std::vector<double> ratios;
+  if (form) {
+    for (const TraversalResult& result : own)
+      if (result.form == *form) ratios.push_back(result.ratio_to_first);
+    return geometric_mean(ratios);
+  }
+  const auto best_row = [](const std::vector<TraversalResult>& rows, size_t set) {
+    const TraversalResult* best = nullptr;
+    for (const TraversalResult& row : rows)
+      if (row.set == set && (!best || median(row.times_s) < median(best->times_s))) best = &row;
+    return best;
+  };
+  for (size_t set = 0; set < scene.sets.size(); ++set) {
+    const TraversalResult* mine = best_row(own, set);
+    const TraversalResult* theirs = best_row(first, set);
+    if (mine && theirs) ratios.push_back(speed_ratio(theirs->times_s, mine->times_s));
+  }
+  return geometric_mean(ratios);
+}
+
+Disagreements sum_disagreements(const AcceleratorResult& accelerator) {
+  Disagreements sum;
+  for (const TraversalResult& result : accelerator.traversal) sum.add(result.disagreements);
+  return sum;
+}
+
+std::string format_build_time(double seconds) {
+  return seconds < 0.1 ? fmt::format("{:#.3g} ms", seconds * 1e3) : format_seconds(seconds);
+}
+
+std::string_view clock_description(ShootoutClock clock) {
+  return clock == ShootoutClock::cpu ? "CPU time of the thread" : "wall time";
+}
+
+std::string scene_name(const SceneResult& scene) { return std::filesystem::path(scene.file).filename().string(); }
+
+std::string format_scene_tables(const ShootoutReport& report, const SceneResult& scene) {
+  std::string text =
+      fmt::format("{}\n  {} triangles, {} instances; rays of a picture of {}x{}\n", printable(scene.file),
+                  scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
+  for (const RaySetInfo& set : scene.sets)
+    if (set.ray_count == 0) text += fmt::format("  no rays of kind {}: no path goes there\n", set.name);
+  text += fmt::format("\nbuilds, median of {}\n{}", report.build_repeat, build_table(report, scene));
+  text +=
+      fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",
+                  report.repeat, clock_description(report.clock), report.batch_size, speed_table(scene));
+  text += "\ncross-check\n" + disagreement_lines(scene);
+  return text;
+}
+
+} // namespace kindling::app

@@ -1,0 +1,65 @@
+// Records the rays that the path tracer really traces, by kind: an accelerator that listens, and the render that feeds it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/base/progress.h"
+#include "renderer/camera/camera.h"
+#include "renderer/session/ray_set.h"
+#include "renderer/world/world.h"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// Answers as the accelerator inside does, and shows a listener each call. Without a listener it is as thread-safe as the
+// one inside; with one, for one thread at a time.
+class RecordingAccelerator final : public accel::Accelerator {
+ public:
+  enum class Call { nearest, any_hit, coherent };
+  using Listener = std::function<void(Call, std::span<const accel::Ray>)>;
+
+  explicit RecordingAccelerator(std::unique_ptr<accel::Accelerator> inner) : inner_(std::move(inner)) {}
+
+  void listen(Listener listener) { listener_ = std::move(listener); }
+
+  [[nodiscard]] accel::Hit intersect(const accel::Ray& ray) const override;
+  [[nodiscard]] bool occluded(const accel::Ray& ray) const override;
+  void intersect(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
+  void occluded(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
+  void intersect_coherent(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
+  [[nodiscard]] Imath::Box3f bounds() const override { return inner_->bounds(); }
+  [[nodiscard]] accel::Statistics statistics() const override { return inner_->statistics(); }
+
+ private:
+  void tell(Call call, std::span<const accel::Ray> rays) const {
+    if (listener_) listener_(call, rays);
+  }
+
+  std::unique_ptr<accel::Accelerator> inner_;
+  Listener listener_;
+};
+
+struct RecordSettings {
+  size_t rays_per_kind = 1 << 18; // at most; a scene whose rays escape early may give fewer
+  uint32_t batch_size = 256;      // of the path tracer, a multiple of 64
+  uint32_t seed = 0;
+};
+
+// Renders on this thread, tiles spread evenly over the picture, until every kind has its rays or no more come. `recorder`
+// must be the accelerator of `world`. Sets, some of which may be empty:
+//   camera             coherent groups of an 8 x 8 block
+//   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path tracer batches them. A partly
+//                      transparent surface that a path passes counts as one
+//   bounce1-shuffled   the same rays as bounce1 in a random order
+//   shadow1, shadow3   any hit: from the first and the third surface to a sampled light
+//   ambient-occlusion  any hit: cosine-distributed from the first surface, a tenth of the scene's diagonal long
+// The same rays for the same arguments. A cancelled recording is what was recorded so far. `cancel` may be null.
+[[nodiscard]] std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& recorder, const Camera& camera,
+                                              const RecordSettings& settings, const CancelToken* cancel);
+
+} // namespace kindling
