@@ -141,9 +141,15 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathCon
     }
     if (!settings_.environment_visible) return;
   }
-  const EnvironmentEval environment = world_.lights().environment_eval(ray.direction);
-  const float weight = state.bsdf_pdf > 0.0f ? power_heuristic(state.bsdf_pdf, environment.pdf) : 1.0f;
-  state.light[state.light_class(state.bounce)] += state.throughput * environment.radiance * weight;
+  Rgb radiance;
+  if (state.bsdf_pdf > 0.0f) {
+    const EnvironmentEval environment =
+        world_.lights().environment_eval(state.previous_position, state.previous_normal, ray.direction);
+    radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
+  } else {
+    radiance = world_.lights().environment_radiance(ray.direction);
+  }
+  state.light[state.light_class(state.bounce)] += state.throughput * radiance;
   trace_event(context, [&](PathVertex& vertex) {
     vertex.event = "escaped";
     vertex.bounce = state.bounce;
@@ -177,7 +183,7 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
     const float distance = (surface.position - state.previous_position).length();
     weight =
         power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
-                                                                     ray.direction, distance));
+                                                                     state.previous_normal, ray.direction, distance));
   }
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
@@ -226,6 +232,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   state.emission_only = !count_bounce(scattered->lobe, state);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
+  state.previous_normal = surface.geometric_normal;
   state.transparent_surfaces = 0;
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
                                .t_min = 0.0f,

@@ -19,6 +19,7 @@ struct PathState {
   float bsdf_pdf = 0.0f; // of the direction that the path's ray has; 0 after the camera and after delta directions
   std::array<Rgb, 3> light{Rgb(0.0f), Rgb(0.0f), Rgb(0.0f)}; // by LightClass
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
+  V3f previous_normal{0.0f};                                 // likewise
   float alpha = 1.0f;
   uint16_t bounce = 0; // reflections so far
   uint8_t diffuse_bounces = 0;
@@ -31,7 +32,7 @@ struct PathState {
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 76);
+static_assert(sizeof(PathState) == 88);
 
 // A light sample that waits for its shadow ray.
 struct ShadowRecord {

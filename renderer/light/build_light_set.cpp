@@ -1,8 +1,8 @@
-// Prepares a LightSet: powers of lights, and the distribution that chooses among them.
+// Prepares a LightSet: how strongly each light shines, and the bounds that its tree wants.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
-#include "renderer/sampling/quantized_cdf.h"
+#include "renderer/light/closed_shells.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -14,49 +14,30 @@ namespace kindling {
 
 namespace {
 
-// Of the power of a light, only what is finite and positive counts.
-double accepted_power(double power) { return power > 0.0 && std::isfinite(power) ? power : 0.0; }
+// Weight of the inner side of a closed body: it is hidden, unless another surface lives inside.
+constexpr float kInnerSide = 1.0f / 16.0f;
 
-double point_power(const PointLight& light) {
-  return 4.0 * std::numbers::pi * static_cast<double>(luminance(light.intensity));
+// Of a light, only what is finite and positive counts.
+float accepted(double intensity) {
+  return intensity > 0.0 && std::isfinite(intensity) ? static_cast<float>(std::clamp(intensity, 1e-30, 1e30)) : 0.0f;
 }
 
-// As if the falloff between the cones were a step halfway.
-double spot_power(const SpotLight& light) {
-  const double mean_cos = 0.5 * (static_cast<double>(light.cos_inner) + static_cast<double>(light.cos_outer));
-  return 2.0 * std::numbers::pi * (1.0 - mean_cos) * static_cast<double>(luminance(light.intensity));
-}
-
-// Half of the choices go by power; the other half evenly to the groups, and by power within a group.
-std::vector<float> choice_weights(std::span<const double> powers, std::span<const uint32_t> groups, double sum) {
-  std::vector<double> group_power;
-  double total = 0.0;
-  for (size_t i = 0; i < powers.size(); ++i) {
-    group_power.resize(std::max(group_power.size(), size_t{groups[i]} + 1), 0.0);
-    group_power[groups[i]] += powers[i];
-    total += powers[i];
+// A sphere around the centroid, wide enough for the rounding of differences of positions.
+EmitterBounds triangle_bounds(const V3f& p0, const V3f& p1, const V3f& p2, const V3f& normal) {
+  EmitterBounds result;
+  result.center = (p0 + p1 + p2) * (1.0f / 3.0f);
+  float radius2 = 0.0f;
+  float largest = 0.0f;
+  for (const V3f& p : {p0, p1, p2}) {
+    radius2 = std::max(radius2, (p - result.center).length2());
+    largest = std::max(largest, std::max(std::fabs(p.x), std::max(std::fabs(p.y), std::fabs(p.z))));
   }
-  const auto group_count =
-      static_cast<double>(std::ranges::count_if(group_power, [](double power) { return power > 0.0; }));
-  std::vector<float> weights(powers.size(), 0.0f);
-  for (size_t i = 0; i < powers.size(); ++i) {
-    if (!(powers[i] > 0.0)) continue;
-    const double weight = 0.5 * powers[i] / total + 0.5 * powers[i] / group_power[groups[i]] / group_count;
-    // Too faint for a float is not without power.
-    weights[i] = std::max(static_cast<float>(sum * weight), std::numeric_limits<float>::min());
-  }
-  return weights;
+  result.radius = std::sqrt(radius2) * (1.0f + 1e-6f) + largest * 4e-7f;
+  result.axis = normal;
+  return result;
 }
 
 } // namespace
-
-float environment_share(double environment_power, double other_power) {
-  if (!(environment_power > 0.0)) return 0.0f;
-  if (!(other_power > 0.0)) return 1.0f;
-  const double decades = std::log10(environment_power) - std::log10(other_power);
-  const double beyond = std::clamp(std::fabs(decades) - 2.0, 0.0, 1.0);
-  return static_cast<float>(0.5 + std::copysign(0.45 * beyond, decades));
-}
 
 LightSet::LightSet(LightSetInput input)
     : emissions_(std::move(input.emissions)), environment_(std::move(input.environment)) {
@@ -64,34 +45,56 @@ LightSet::LightSet(LightSetInput input)
   if (environment_ && environment_->is_black()) environment_ = nullptr;
 
   triangles_.reserve(input.triangles.size());
+  std::vector<bool> two_sided(input.triangles.size());
   bool textured = false;
   for (const EmissiveTriangle& t : input.triangles) {
-    triangles_.push_back({t.p0, t.emission, t.p1, 0.0f, t.p2, 0.0f});
+    two_sided[triangles_.size()] = emissions_[t.emission].two_sided;
+    triangles_.push_back({t.p0, t.emission, t.p1, t.p2});
     textured = textured || emissions_[t.emission].texture != nullptr;
   }
   if (textured) uvs_ = std::move(input.triangle_uvs);
+  add_punctuals(input);
 
-  const double disc = std::numbers::pi * static_cast<double>(square(input.scene_radius_m));
-  std::vector<double> powers(triangles_.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, triangles_.size(), 256),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      for (size_t i = range.begin(); i < range.end(); ++i) {
-                        const Triangle& t = triangles_[i];
-                        const V3f normal = (t.p1 - t.p0).cross(t.p2 - t.p0);
-                        const double area = 0.5 * static_cast<double>(normal.length());
-                        if (!(area > 0.0) || !std::isfinite(area)) continue;
-                        const double sides = emissions_[t.emission].two_sided ? 2.0 : 1.0;
-                        const double mean = static_cast<double>(luminance(mean_emission(static_cast<uint32_t>(i))));
-                        powers[i] = accepted_power(std::numbers::pi * sides * area * mean);
-                      }
-                    });
-  std::vector<uint32_t> groups(triangles_.size()); // one per emission, then one per punctual light
-  for (size_t i = 0; i < triangles_.size(); ++i) groups[i] = triangles_[i].emission;
+  std::vector<EmitterBounds> emitters(triangles_.size());
+  const std::vector<OuterSide> outer = find_outer_sides(input.triangles, two_sided, input.scene_radius_m);
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, triangles_.size(), 256), [&](const tbb::blocked_range<size_t>& range) {
+        for (size_t i = range.begin(); i < range.end(); ++i) {
+          const Triangle& t = triangles_[i];
+          const V3f normal = (t.p1 - t.p0).cross(t.p2 - t.p0);
+          const double double_area = static_cast<double>(normal.length());
+          if (!(double_area > 0.0) || !std::isfinite(double_area)) continue;
+          emitters[i] = triangle_bounds(t.p0, t.p1, t.p2, normal * static_cast<float>(1.0 / double_area));
+          emitters[i].intensity =
+              accepted(0.5 * double_area * static_cast<double>(luminance(mean_emission(static_cast<uint32_t>(i)))));
+          if (!two_sided[i]) continue;
+          emitters[i].back = outer[i] == OuterSide::both ? 1.0f : kInnerSide;
+          if (outer[i] == OuterSide::back) emitters[i].axis = -emitters[i].axis;
+        }
+      });
+  for (size_t i = 0; i < first_directional_; ++i) emitters.push_back(punctual_bounds(punctuals_[i]));
+  for (const EmitterBounds& e : emitters) light_count_ += e.intensity > 0.0f ? 1 : 0;
+  tree_ = LightTree(emitters);
+
+  size_t families = tree_.empty() ? 0 : 1;
+  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
+    families += punctuals_[i].luminance > 0.0f ? 2 : 0; // even one may be below the horizon
+    light_count_ += punctuals_[i].luminance > 0.0f ? 1 : 0;
+  }
+  if (environment_) {
+    // Half of a uniform sky of radiance L lights a plane by pi L. An environment of subnormal radiance is still there.
+    environment_irradiance_ = std::clamp(0.25f * luminance(environment_->total_radiance()), 1e-30f, 1e30f);
+    ++families;
+    ++light_count_;
+  }
+  single_family_ = families <= 1;
+}
+
+void LightSet::add_punctuals(const LightSetInput& input) {
   for (const PointLight& light : input.points) {
     Punctual p{Punctual::Kind::point, light.position, V3f(0.0f), light.intensity};
     p.inverse_range = light.range_m && *light.range_m > 0.0f ? 1.0f / *light.range_m : 0.0f;
     punctuals_.push_back(p);
-    powers.push_back(accepted_power(point_power(light)));
   }
   for (const SpotLight& light : input.spots) {
     Punctual p{Punctual::Kind::spot, light.position, light.axis, light.intensity};
@@ -99,65 +102,28 @@ LightSet::LightSet(LightSetInput input)
     p.angle_scale = 1.0f / std::max(0.001f, light.cos_inner - light.cos_outer);
     p.angle_offset = -light.cos_outer * p.angle_scale;
     punctuals_.push_back(p);
-    powers.push_back(accepted_power(spot_power(light)));
   }
+  first_directional_ = punctuals_.size();
   for (const DirectionalLight& light : input.directionals) {
     punctuals_.push_back({Punctual::Kind::directional, V3f(0.0f), light.direction, light.irradiance});
-    powers.push_back(accepted_power(disc * static_cast<double>(luminance(light.irradiance))));
   }
-
-  while (groups.size() < powers.size()) {
-    groups.push_back(static_cast<uint32_t>(emissions_.size() + groups.size() - triangles_.size()));
-  }
-
-  double other_power = 0.0;
-  for (const double power : powers) {
-    other_power += power;
-    light_count_ += power > 0.0 ? 1 : 0;
-  }
-  double share = 0.0;
-  if (environment_) {
-    const double environment_power = disc * static_cast<double>(luminance(environment_->total_radiance()));
-    // An environment of, say, subnormal radiance is still there.
-    share = static_cast<double>(environment_share(std::max(environment_power, 1e-300), other_power));
-    ++light_count_;
-  }
-  if (light_count_ == 0) return;
-
-  std::vector<float> weights = choice_weights(powers, groups, 1.0 - share);
-  if (environment_) weights.push_back(static_cast<float>(share));
-  build_distribution(weights);
+  for (Punctual& p : punctuals_) p.luminance = accepted(static_cast<double>(luminance(p.intensity)));
 }
 
-void LightSet::build_distribution(std::span<const float> weights) {
-  while (((weights.size() - 1) >> run_shift_) >= kMaxCdfCells) ++run_shift_;
-  const size_t run = size_t{1} << run_shift_;
-  std::vector<float> cells((weights.size() + run - 1) >> run_shift_, 0.0f);
-  for (size_t i = 0; i < weights.size(); ++i) cells[i >> run_shift_] += weights[i];
-  cdf_.resize(cells.size() + 1);
-  guide_size_ = guide_size(cells.size());
-  guide_.resize(guide_size_ + 1);
-  (void)build_quantized_cdf(cells, cdf_);
-  build_cdf_guide(cdf_, guide_);
-  for (size_t i = 0; i < weights.size(); ++i) {
-    const size_t cell = i >> run_shift_;
-    const float cell_probability = cdf_[cell + 1] - cdf_[cell];
-    const float p = run_shift_ == 0     ? cell_probability
-                    : weights[i] > 0.0f ? cell_probability * (weights[i] / cells[cell])
-                                        : 0.0f;
-    set_probability(static_cast<uint32_t>(i), p);
+EmitterBounds LightSet::punctual_bounds(const Punctual& light) {
+  EmitterBounds result;
+  result.center = light.position;
+  result.radius =
+      4e-7f * max_component({std::fabs(light.position.x), std::fabs(light.position.y), std::fabs(light.position.z)});
+  result.intensity = is_finite(light.position) ? light.luminance : 0.0f;
+  result.cos_normals = -1.0f;
+  if (light.kind == Punctual::Kind::spot) {
+    // Full inside of the cone and nothing beyond: the normals fill the cone and shine straight on.
+    result.axis = light.axis;
+    result.cos_normals = std::clamp(-light.angle_offset / light.angle_scale - 1e-5f, -1.0f, 1.0f);
+    result.cos_emission = 1.0f - 1e-4f;
   }
-}
-
-void LightSet::set_probability(uint32_t light, float value) {
-  const size_t punctual = size_t{light} - triangles_.size();
-  if (light < triangles_.size()) {
-    triangles_[light].probability = value;
-  } else if (punctual < punctuals_.size()) {
-    punctuals_[punctual].probability = value;
-  } else {
-    environment_probability_ = value;
-  }
+  return result;
 }
 
 Rgb LightSet::mean_emission(uint32_t index) const {
@@ -189,8 +155,8 @@ Rgb LightSet::mean_emission(uint32_t index) const {
 
 size_t LightSet::memory_bytes() const {
   return sizeof(*this) + emissions_.size() * sizeof(Emission) + triangles_.size() * sizeof(Triangle) +
-         uvs_.size() * sizeof(V2f) + punctuals_.size() * sizeof(Punctual) + cdf_.size() * sizeof(float) +
-         guide_.size() * sizeof(uint32_t) + (environment_ ? environment_->memory_bytes() : 0);
+         uvs_.size() * sizeof(V2f) + punctuals_.size() * sizeof(Punctual) + tree_.memory_bytes() +
+         (environment_ ? environment_->memory_bytes() : 0);
 }
 
 } // namespace kindling

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
-#include "renderer/sampling/quantized_cdf.h"
+#include "renderer/base/hash.h"
 #include "renderer/sampling/warp.h"
 
 namespace kindling {
@@ -12,6 +12,9 @@ namespace {
 // Seen from farther than this many longest edges, distance and angle hardly vary over a triangle: by area is as good
 // and cheaper.
 constexpr float kFarInEdges = 2.0f;
+
+// A directional light this little below the horizon may still be asked: rounding must not hide it.
+constexpr float kHorizon = 1e-5f;
 
 template <typename Triangle>
 bool sampled_by_solid_angle(const Triangle& t, const V3f& point) {
@@ -34,43 +37,96 @@ float area_density(const V3f& double_area_normal, const V3f& wi, float distance)
 
 } // namespace
 
-std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& /*normal*/, float u_light,
-                                            const V2f& u) const {
-  if (empty()) return std::nullopt;
-  const Chosen chosen = choose(u_light, u);
-  if (chosen.light < triangles_.size()) return sample_triangle(chosen.light, point, chosen.u);
-  const size_t other = chosen.light - triangles_.size();
-  if (other < punctuals_.size()) return sample_punctual(punctuals_[other], point);
-  LightSample result = environment_->sample(chosen.u);
-  result.pdf *= environment_probability_;
-  if (!(result.pdf > 0.0f)) return std::nullopt;
+float LightSet::directional_irradiance(const Punctual& light, const V3f& normal) {
+  const bool any_side = normal == V3f(0.0f);
+  return light.luminance * (any_side ? 1.0f : std::max(-normal.dot(light.axis) + kHorizon, 0.0f));
+}
+
+LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal) const {
+  const float tree = tree_.irradiance(point, normal);
+  Shares result;
+  result.strongest = std::max(tree, environment_irradiance_);
+  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
+    result.strongest = std::max(result.strongest, directional_irradiance(punctuals_[i], normal));
+  }
+  result.tree = light_share_weight(tree, result.strongest);
+  result.environment = light_share_weight(environment_irradiance_, result.strongest);
+  result.sum = result.tree;
+  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
+    result.sum += light_share_weight(directional_irradiance(punctuals_[i], normal), result.strongest);
+  }
+  result.sum += result.environment;
   return result;
 }
 
-LightSet::Chosen LightSet::choose(float u_light, const V2f& u) const {
-  const uint32_t cell = find_cdf_cell(cdf_.data(), guide_.data(), guide_size_, u_light);
-  if (run_shift_ == 0) return {cell, u};
-  // Among the lights of a run u.x decides, and is stretched again.
-  const float cell_probability = cdf_[cell + 1] - cdf_[cell];
-  const auto end = static_cast<uint32_t>(
-      std::min(size_t{cell + 1} << run_shift_, triangles_.size() + punctuals_.size() + (environment_ ? 1 : 0)));
-  uint32_t light = cell << run_shift_;
-  float rest = u.x * cell_probability;
-  uint32_t last = light;
-  for (; light < end; ++light) {
-    const float p = probability(light);
-    if (p <= 0.0f) continue;
-    last = light;
-    if (rest < p) break;
-    rest -= p;
-  }
-  return {last, {std::min(rest / probability(last), kOneMinusEpsilon), u.y}};
+float LightSet::environment_probability(const V3f& point, const V3f& normal) const {
+  if (single_family_) return environment_ ? 1.0f : 0.0f;
+  const Shares all = shares(point, normal);
+  return all.environment / all.sum;
 }
 
-float LightSet::probability(uint32_t light) const {
-  if (light < triangles_.size()) return triangles_[light].probability;
-  const size_t other = light - triangles_.size();
-  return other < punctuals_.size() ? punctuals_[other].probability : environment_probability_;
+float LightSet::tree_probability(const V3f& point, const V3f& normal) const {
+  if (single_family_) return tree_.empty() ? 0.0f : 1.0f;
+  const Shares all = shares(point, normal);
+  return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
+}
+
+std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal, float u_light, const V2f& u) const {
+  if (empty()) return std::nullopt;
+  if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u);
+  // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
+  const auto digits = hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
+  double rest = static_cast<double>(u_light) + static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
+  if (single_family_ && !environment_) return sample_tree(point, normal, rest, u);
+
+  std::optional<LightSample> result;
+  float probability = 1.0f;
+  if (single_family_) {
+    result = environment_->sample(u);
+  } else {
+    // The tree, then the directional lights, then the environment.
+    const Shares all = shares(point, normal);
+    rest *= static_cast<double>(all.sum);
+    const auto chooses = [&](float weight) {
+      if (rest < static_cast<double>(weight)) {
+        rest /= static_cast<double>(weight);
+        probability = weight / all.sum;
+        return true;
+      }
+      rest -= static_cast<double>(weight);
+      return false;
+    };
+    if (chooses(all.tree)) {
+      result = sample_tree(point, normal, rest, u);
+    } else {
+      bool chosen = false;
+      for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
+        chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest));
+        if (chosen) result = sample_punctual(punctuals_[i], point);
+      }
+      if (!chosen && environment_) {
+        result = environment_->sample(u);
+        probability = all.environment / all.sum;
+      }
+    }
+  }
+  if (!result) return std::nullopt;
+  result->pdf *= probability;
+  if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
+  return result;
+}
+
+std::optional<LightSample> LightSet::sample_tree(const V3f& point, const V3f& normal, double u_light,
+                                                 const V2f& u) const {
+  const std::optional<LightTree::Choice> choice = tree_.choose(point, normal, u_light);
+  if (!choice) return std::nullopt;
+  std::optional<LightSample> result = choice->emitter < triangles_.size()
+                                          ? sample_triangle(choice->emitter, point, u)
+                                          : sample_punctual(punctuals_[choice->emitter - triangles_.size()], point);
+  if (!result) return std::nullopt;
+  result->pdf *= choice->probability;
+  if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
+  return result;
 }
 
 std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u) const {
@@ -83,7 +139,7 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
   V2f barycentrics;
   if (sampled_by_solid_angle(t, point)) {
     const SphericalTriangle seen(t.p0, t.p1, t.p2, point);
-    result.pdf = seen.pdf() * t.probability;
+    result.pdf = seen.pdf();
     if (!(result.pdf > 0.0f)) return std::nullopt;
     const SphericalTriangle::Sample sample = seen.sample(u);
     barycentrics = sample.barycentrics;
@@ -98,7 +154,7 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
     const V3f to_light = on_light - point;
     result.distance = to_light.length();
     result.wi = to_light * (1.0f / result.distance);
-    result.pdf = area_density(normal, result.wi, result.distance) * t.probability;
+    result.pdf = area_density(normal, result.wi, result.distance);
   }
   if (!(result.pdf > 0.0f && result.pdf < kInfinity)) return std::nullopt;
   result.radiance = emission_at(index, barycentrics.x, barycentrics.y);
@@ -106,18 +162,21 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
   return result;
 }
 
-float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& wi, float distance) const {
+float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
+                             float distance) const {
   const Triangle& t = triangles_[triangle];
-  if (!(t.probability > 0.0f)) return 0.0f;
+  float probability = tree_.probability(triangle, point, normal);
+  if (!(probability > 0.0f)) return 0.0f;
+  probability *= tree_probability(point, normal);
   const float density = sampled_by_solid_angle(t, point) ? SphericalTriangle(t.p0, t.p1, t.p2, point).pdf()
                                                          : area_density(double_area_normal(t), wi, distance);
-  return density < kInfinity ? density * t.probability : 0.0f;
+  return density * probability < kInfinity ? density * probability : 0.0f;
 }
 
 std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, const V3f& point) {
   LightSample result;
   result.delta = true;
-  result.pdf = light.probability;
+  result.pdf = 1.0f;
   if (light.kind == Punctual::Kind::directional) {
     result.wi = -light.axis;
     result.distance = kInfinity;

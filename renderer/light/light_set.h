@@ -5,12 +5,12 @@
 #include "renderer/base/math.h"
 #include "renderer/light/environment.h"
 #include "renderer/light/light_sample.h"
+#include "renderer/light/light_tree.h"
 #include "renderer/texture/texture.h"
 
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace kindling {
@@ -55,11 +55,12 @@ struct LightSetInput {
   std::vector<DirectionalLight> directionals;
   std::shared_ptr<const Environment> environment; // may be null
   V3f scene_center{0.0f};
-  float scene_radius_m = 1.0f; // for the power of infinite lights
+  float scene_radius_m = 1.0f;
 };
 
-// Immutable, thread-safe, without allocation after construction. Lights are chosen in proportion to their estimated
-// power; the environment has a share of its own (environment_share()). Lights without power are never chosen.
+// Immutable, thread-safe, without allocation after construction. Triangles, point and spot lights are chosen by a
+// LightTree; that tree, each directional light and the environment have shares (light_share()) that follow the
+// irradiance which each would bring to the point if nothing were in between. Lights without power are never chosen.
 //
 // Triangles nearer than twice their longest edge are sampled uniformly by solid angle, others by area. The
 // choice is a function of triangle and point alone, so that pdf_triangle() can repeat it.
@@ -69,19 +70,21 @@ class LightSet {
 
   [[nodiscard]] bool empty() const { return light_count_ == 0; }
 
-  // A light and a direction to it, seen from `point`. `normal` (unit) is a hint for choosing well; light from both
-  // sides is always offered. u_light in [0, 1), u in [0, 1)^2. Empty: nothing useful (counts as zero). Point, spot and
-  // directional lights follow KHR_lights_punctual, with its window for `range_m`.
+  // A light and a direction to it, seen from `point`. `normal` (unit, on the side that is lit): light from below its
+  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1), u in [0, 1)^2.
+  // Empty: nothing useful (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
+  // window for `range_m`.
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light,
                                                   const V2f& u) const;
 
-  // The density with which sample() from `point` would have produced this hit of emissive triangle number `triangle`
-  // (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit at
-  // `distance`. Says nothing about the side: where the triangle is dark, emitted() is black.
-  [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& wi, float distance) const;
+  // The density with which sample() from `point` and `normal` would have produced this hit of emissive triangle number
+  // `triangle` (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit
+  // at `distance`. Says nothing about the side: where the triangle is dark, emitted() is black.
+  [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
+                                   float distance) const;
   // The same for leaving the scene along wi.
-  [[nodiscard]] float pdf_environment(const V3f& wi) const {
-    return environment_ ? environment_->pdf(wi) * environment_probability_ : 0.0f;
+  [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi) const {
+    return environment_ ? environment_->pdf(wi) * environment_probability(point, normal) : 0.0f;
   }
 
   // Radiance that triangle number `triangle` sends back along -wi from barycentrics (u, v). Black on a dark side.
@@ -90,10 +93,10 @@ class LightSet {
     return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
   }
   // environment_radiance() and pdf_environment() from one look-up.
-  [[nodiscard]] EnvironmentEval environment_eval(const V3f& wi) const {
+  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi) const {
     if (!environment_) return {};
     EnvironmentEval eval = environment_->eval(wi);
-    eval.pdf *= environment_probability_;
+    eval.pdf *= environment_probability(point, normal);
     return eval;
   }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
@@ -103,16 +106,14 @@ class LightSet {
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
-  // 48 bytes per triangle, and 5 of the distribution; 24 more if any emission is textured.
+  // 40 bytes, those of the tree, and 24 more if any emission is textured.
   struct Triangle {
     V3f p0;
     uint32_t emission;
     V3f p1;
-    float probability; // of being chosen
     V3f p2;
-    float padding;
   };
-  static_assert(sizeof(Triangle) == 48);
+  static_assert(sizeof(Triangle) == 40);
   // Point, spot and directional lights.
   struct Punctual {
     enum class Kind : uint32_t { point, spot, directional } kind;
@@ -122,17 +123,24 @@ class LightSet {
     float inverse_range = 0.0f; // 0: unlimited
     float angle_scale = 0.0f;   // spot: falloff = clamp(cos * angle_scale + angle_offset, 0, 1)^2
     float angle_offset = 1.0f;
-    float probability = 0.0f;
+    float luminance = 0.0f; // of intensity; 0: never chosen
   };
-  struct Chosen {
-    uint32_t light; // triangles first, then punctual lights, then the environment
-    V2f u;          // what is left of u
+  // What the lights outside of the tree weigh at a point, by light_share_weight(), and the tree.
+  struct Shares {
+    float strongest = 0.0f; // irradiance
+    float tree = 0.0f;
+    float environment = 0.0f;
+    float sum = 0.0f;
   };
 
-  void build_distribution(std::span<const float> weights);
-  [[nodiscard]] Chosen choose(float u_light, const V2f& u) const;
-  [[nodiscard]] float probability(uint32_t light) const;
-  void set_probability(uint32_t light, float value);
+  void add_punctuals(const LightSetInput& input);
+  [[nodiscard]] static EmitterBounds punctual_bounds(const Punctual& light);
+  [[nodiscard]] Shares shares(const V3f& point, const V3f& normal) const;
+  [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
+  [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal) const;
+  [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal) const;
+  [[nodiscard]] std::optional<LightSample> sample_tree(const V3f& point, const V3f& normal, double u_light,
+                                                       const V2f& u) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
   [[nodiscard]] static std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point);
   // Averages the emission of a triangle over its area.
@@ -141,23 +149,23 @@ class LightSet {
 
   std::vector<Emission> emissions_;
   std::vector<Triangle> triangles_;
-  std::vector<V2f> uvs_; // three per triangle, or empty
-  std::vector<Punctual> punctuals_;
+  std::vector<V2f> uvs_;            // three per triangle, or empty
+  std::vector<Punctual> punctuals_; // points and spots, which are in the tree, then directional lights
+  size_t first_directional_ = 0;
+  LightTree tree_;                                 // of triangles, then points and spots
   std::shared_ptr<const Environment> environment_; // null if absent
-  float environment_probability_ = 0.0f;
+  float environment_irradiance_ = 0.0f;            // luminance, on a plane in the open, the mean over its directions
+  bool single_family_ = false;                     // nothing, only the tree or only the environment: shares are 0 and 1
   size_t light_count_ = 0;
-
-  // One cell for each run of 2^run_shift_ lights: 1 light, unless there are more than a million.
-  std::vector<float> cdf_;
-  std::vector<uint32_t> guide_;
-  uint32_t guide_size_ = 1;
-  uint32_t run_shift_ = 0;
 };
 
-// Share of the samples that goes to the environment, given its power and that of all other lights in the same unit: 0
-// or 1 where one of them has none; one half if they are within a factor of 100; then it slides, over another factor of
-// 10, to 0.05 for the lesser and 0.95 for the greater. (Power alone is a poor guide here: most of an environment may
-// not come in.)
-[[nodiscard]] float environment_share(double environment_power, double other_power);
+// How the tree, the environment and each directional light share the samples at a point: in proportion to this weight,
+// given the unoccluded irradiance that each would bring there, and the largest of them. All within a factor of 100 weigh
+// the same, for what is in between is not known (most of an environment may not come in); below it the weight falls in
+// proportion, down to a floor of 1/19: of two, the lesser has at least 0.05 of the samples. Zero has no weight.
+[[nodiscard]] inline float light_share_weight(float irradiance, float strongest) {
+  if (!(irradiance > 0.0f)) return 0.0f;
+  return std::clamp(irradiance / strongest * 100.0f, 1.0f / 19.0f, 1.0f);
+}
 
 } // namespace kindling

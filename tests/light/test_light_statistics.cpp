@@ -218,7 +218,7 @@ TEST(LightStatistics, TriangleSamplesFollowTheDensity) {
       const float distance = to_light.length();
       const V3f wi = to_light * (1.0f / distance);
       const float per_area =
-          lights.pdf_triangle(0, point, wi, distance) * 0.5f * std::fabs(normal.dot(wi)) / square(distance);
+          lights.pdf_triangle(0, point, {0, 1, 0}, wi, distance) * 0.5f * std::fabs(normal.dot(wi)) / square(distance);
       return static_cast<double>(per_area);
     };
     const test::ChiSquareResult result = test::chi_square_test({0, 1, 0, 1}, draw, density, {.seed = 6});

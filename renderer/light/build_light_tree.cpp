@@ -1,0 +1,282 @@
+// Builds the light tree: a binary tree by the surface-area and orientation heuristic, folded into nodes of eight.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/light/light_tree.h"
+
+#include <tbb/parallel_invoke.h>
+
+#include <array>
+#include <cassert>
+#include <memory>
+
+namespace kindling {
+
+namespace {
+
+constexpr uint32_t kBins = 12;
+constexpr uint32_t kParallelFrom = 4096; // emitters; fewer are not worth a task
+constexpr float kFaintest = 1e-15f;      // of the sum of intensities: leaves room for the square of a distance
+constexpr float kRoundingOfCosines = 1e-5f;
+
+// A family of emitters, as far as the cost of a split wants to know it.
+struct Family {
+  Box3f box;
+  V3d axis{0.0};
+  double intensity = 0.0;
+
+  // The axes of two-sided emitters have no sense: each joins the side of those before it.
+  void add(const EmitterBounds& e) {
+    box.extendBy(e.center - V3f(e.radius));
+    box.extendBy(e.center + V3f(e.radius));
+    add_axis(V3d(e.axis) * static_cast<double>(e.cos_normals > -1.0f ? e.intensity : 0.0f), e.back >= 1.0f);
+    intensity += static_cast<double>(e.intensity);
+  }
+  void add(const Family& other) {
+    if (other.intensity <= 0.0) return;
+    box.extendBy(other.box);
+    add_axis(other.axis, false);
+    intensity += other.intensity;
+  }
+  void add_axis(const V3d& weighted, bool either_sense) {
+    axis += either_sense && axis.dot(weighted) < 0.0 ? -weighted : weighted;
+  }
+  // Of intensity, size and spread of directions. A cap of normals of half-angle t has a mean of length (1 + cos t) / 2,
+  // which replaces the measure of directions of the paper (1 for a plane, 4 for a ball) by a line through both ends.
+  [[nodiscard]] double cost() const {
+    if (!(intensity > 0.0)) return 0.0;
+    const double alignment = std::min(axis.length() / intensity, 1.0);
+    return intensity * static_cast<double>((box.max - box.min).length2()) * (4.0 - 3.0 * alignment);
+  }
+};
+
+} // namespace
+
+class LightTreeBuilder {
+ public:
+  LightTreeBuilder(std::span<const EmitterBounds> emitters, LightTree& tree)
+      : emitters_(emitters.begin(), emitters.end()), tree_(tree) {}
+
+  void build() {
+    double total = 0.0;
+    for (uint32_t i = 0; i < emitters_.size(); ++i) {
+      if (!(emitters_[i].intensity > 0.0f)) continue;
+      order_.push_back(i);
+      total += static_cast<double>(emitters_[i].intensity);
+    }
+    if (order_.empty()) return;
+    tree_.total_intensity_ = static_cast<float>(std::min(total, 1e30));
+    for (EmitterBounds& e : emitters_) {
+      e.intensity = std::max(static_cast<float>(static_cast<double>(e.intensity) / total), kFaintest);
+    }
+    if (order_.size() <= 2) {
+      tree_.by_intensity_ = true;
+      tree_.few_[0] = order_.front();
+      // On the grid of single precision near 1, so that the two add up to 1.
+      const double share = order_.size() == 1 ? 1.0 : static_cast<double>(emitters_[order_[0]].intensity);
+      tree_.few_probability_[0] = std::clamp(1.0f - static_cast<float>(1.0 - share), 0x1p-20f, 1.0f);
+      if (order_.size() == 2) {
+        tree_.few_probability_[0] = std::min(tree_.few_probability_[0], 1.0f - 0x1p-20f);
+        tree_.few_[1] = order_[1];
+        tree_.few_probability_[1] = 1.0f - tree_.few_probability_[0];
+      }
+    }
+    tree_.places_.assign(emitters_.size(), LightTree::kNowhere);
+    const auto root = split(0, static_cast<uint32_t>(order_.size()));
+    tree_.nodes_.reserve(order_.size() / 4 + 1);
+    add_node(*root, LightTree::kNowhere);
+    tree_.nodes_.shrink_to_fit();
+    tree_.parents_.shrink_to_fit();
+  }
+
+ private:
+  // A range of order_; leaves have up to eight emitters.
+  struct Range {
+    uint32_t begin, end;
+    EmitterBounds bounds;
+    std::unique_ptr<Range> left, right;
+    [[nodiscard]] uint32_t size() const { return end - begin; }
+  };
+
+  std::unique_ptr<Range> split(uint32_t begin, uint32_t end) {
+    auto range = std::make_unique<Range>();
+    range->begin = begin;
+    range->end = end;
+    range->bounds = bounds(begin, end);
+    if (end - begin <= LightTree::kWidth) return range;
+    const uint32_t middle = partition(begin, end);
+    const auto left = [&] { range->left = split(begin, middle); };
+    const auto right = [&] { range->right = split(middle, end); };
+    if (end - begin >= kParallelFrom) {
+      tbb::parallel_invoke(left, right);
+    } else {
+      left();
+      right();
+    }
+    return range;
+  }
+
+  // Sorts the range into two and returns where the second begins.
+  uint32_t partition(uint32_t begin, uint32_t end) {
+    Box3f centers;
+    for (uint32_t i = begin; i < end; ++i) centers.extendBy(emitters_[order_[i]].center);
+    const V3f extent = centers.max - centers.min;
+    const float longest = max_component(extent);
+    const uint32_t half = begin + (end - begin) / 2;
+    if (!(longest > 0.0f)) return half;
+
+    const V3f scale(kBins / std::max(extent.x, 1e-30f), kBins / std::max(extent.y, 1e-30f),
+                    kBins / std::max(extent.z, 1e-30f));
+    const auto bin_of = [&](const EmitterBounds& e, int axis) {
+      return std::min(static_cast<uint32_t>((e.center[axis] - centers.min[axis]) * scale[axis]), kBins - 1);
+    };
+    std::array<std::array<Family, kBins>, 3> bins;
+    for (uint32_t i = begin; i < end; ++i) {
+      const EmitterBounds& e = emitters_[order_[i]];
+      for (int axis = 0; axis < 3; ++axis) bins[static_cast<size_t>(axis)][bin_of(e, axis)].add(e);
+    }
+    double best = std::numeric_limits<double>::infinity();
+    int best_axis = -1;
+    uint32_t best_bin = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(extent[axis] > 1e-6f * longest)) continue;
+      const auto& row = bins[static_cast<size_t>(axis)];
+      const auto thin = static_cast<double>(longest / extent[axis]); // K_r of the paper
+      std::array<double, kBins> below{};
+      Family family;
+      for (uint32_t b = 0; b + 1 < kBins; ++b) {
+        family.add(row[b]);
+        below[b] = family.cost();
+      }
+      family = Family();
+      for (uint32_t b = kBins - 1; b > 0; --b) {
+        family.add(row[b]);
+        const double cost = thin * (below[b - 1] + family.cost());
+        if (cost < best) {
+          best = cost;
+          best_axis = axis;
+          best_bin = b;
+        }
+      }
+    }
+    if (best_axis < 0) return half;
+    const auto first = order_.begin();
+    const auto middle = std::partition(first + begin, first + end,
+                                       [&](uint32_t e) { return bin_of(emitters_[e], best_axis) < best_bin; });
+    const auto result = static_cast<uint32_t>(middle - first);
+    return result > begin && result < end ? result : half;
+  }
+
+  // The tightest sphere around the middle of the box, the tightest cone around the mean axis.
+  [[nodiscard]] EmitterBounds bounds(uint32_t begin, uint32_t end) const {
+    if (end - begin == 1) return emitters_[order_[begin]];
+    EmitterBounds result;
+    Family all, spread; // spread: those that fade like a cosine
+    result.cos_emission = 1.0f;
+    for (uint32_t i = begin; i < end; ++i) {
+      const EmitterBounds& e = emitters_[order_[i]];
+      all.add(e);
+      if (e.cos_emission <= 0.0f && e.cos_normals >= 1.0f) spread.add(e);
+      result.back = std::max(result.back, e.back);
+      result.cos_emission = std::min(result.cos_emission, e.cos_emission);
+    }
+    result.center = (all.box.min + all.box.max) * 0.5f;
+    const double length = all.axis.length();
+    const bool aligned = length > 1e-3 * all.intensity;
+    if (aligned) result.axis = V3f(all.axis * (1.0 / length));
+    result.cos_normals = aligned ? 1.0f : -1.0f;
+    for (uint32_t i = begin; i < end; ++i) {
+      const EmitterBounds& e = emitters_[order_[i]];
+      result.radius = std::max(result.radius, (e.center - result.center).length() + e.radius);
+      float cosine = e.axis.dot(result.axis);
+      if (result.back >= 1.0f) cosine = std::fabs(cosine);
+      if (e.cos_normals < 1.0f) {
+        cosine = std::cos(
+            std::min(std::acos(std::clamp(cosine, -1.0f, 1.0f)) + std::acos(e.cos_normals), std::numbers::pi_v<float>));
+      }
+      result.cos_normals = std::min(result.cos_normals, cosine - kRoundingOfCosines);
+    }
+    result.cos_normals = std::max(result.cos_normals, -1.0f);
+    result.radius *= 1.0f + 1e-6f;
+    // Of a ball of cosines a quarter is seen from any side (a half, if all shine both ways), of a plane all.
+    double intensity = all.intensity;
+    if (spread.intensity > 0.0) {
+      const double alignment = std::min(spread.axis.length() / spread.intensity, 1.0);
+      const double ball = result.back >= 1.0f ? 0.5 : 0.25;
+      intensity -= spread.intensity * (1.0 - ball) * (1.0 - alignment);
+    }
+    result.intensity = std::max(static_cast<float>(intensity), kFaintest);
+    return result;
+  }
+
+  // Opens the widest ranges until eight children are found. Returns the number of the node.
+  uint32_t add_node(const Range& range, uint32_t parent) {
+    std::array<const Range*, LightTree::kWidth> open{&range};
+    uint32_t count = 1;
+    while (count < LightTree::kWidth) {
+      int widest = -1;
+      double largest = -1.0;
+      for (uint32_t i = 0; i < count; ++i) {
+        if (!open[i]->left) continue;
+        const EmitterBounds& b = open[i]->bounds;
+        const double size = static_cast<double>(b.intensity) * static_cast<double>(b.radius * b.radius);
+        if (size > largest) {
+          largest = size;
+          widest = static_cast<int>(i);
+        }
+      }
+      if (widest < 0) break;
+      // Neighbours stay neighbours, for the sake of the random number's stratification.
+      const Range* opened = open[static_cast<size_t>(widest)];
+      std::move_backward(open.begin() + widest + 1, open.begin() + count, open.begin() + count + 1);
+      open[static_cast<size_t>(widest)] = opened->left.get();
+      open[static_cast<size_t>(widest) + 1] = opened->right.get();
+      ++count;
+    }
+
+    const auto number = static_cast<uint32_t>(tree_.nodes_.size());
+    tree_.nodes_.emplace_back();
+    tree_.parents_.push_back(parent);
+    uint32_t lane = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Range& child = *open[i];
+      const uint32_t still_to_come = count - i - 1;
+      if (child.size() <= LightTree::kWidth && lane + child.size() + still_to_come <= LightTree::kWidth) {
+        for (uint32_t e = child.begin; e < child.end; ++e) {
+          fill_lane(number, lane, emitters_[order_[e]], LightTree::kEmitterBit | order_[e]);
+          tree_.places_[order_[e]] = number * LightTree::kWidth + lane++;
+        }
+        continue;
+      }
+      fill_lane(number, lane, child.bounds, 0);
+      const uint32_t node = add_node(child, number * LightTree::kWidth + lane);
+      tree_.nodes_[number].child[lane++] = node;
+    }
+    return number;
+  }
+
+  void fill_lane(uint32_t number, uint32_t lane, const EmitterBounds& b, uint32_t child) {
+    LightTree::Node& node = tree_.nodes_[number];
+    node.center_x[lane] = b.center.x;
+    node.center_y[lane] = b.center.y;
+    node.center_z[lane] = b.center.z;
+    node.radius[lane] = b.radius;
+    node.axis_x[lane] = b.axis.x;
+    node.axis_y[lane] = b.axis.y;
+    node.axis_z[lane] = b.axis.z;
+    node.cos_normals[lane] = b.cos_normals;
+    node.cos_emission[lane] = b.cos_emission;
+    node.intensity[lane] = b.intensity;
+    node.back[lane] = b.back;
+    node.child[lane] = child;
+  }
+
+  std::vector<EmitterBounds> emitters_; // intensities relative to their sum
+  LightTree& tree_;
+  std::vector<uint32_t> order_;
+};
+
+LightTree::LightTree(std::span<const EmitterBounds> emitters) {
+  assert(emitters.size() < (size_t{1} << 29)); // places are node * 8 + lane
+  LightTreeBuilder(emitters, *this).build();
+}
+
+} // namespace kindling

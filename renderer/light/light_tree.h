@@ -1,0 +1,100 @@
+// A tree over lights with a place: picks one with a probability close to its share of the light at a point.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// Where one emitter is, which way it shines and how strongly: all that the tree knows of it. World space.
+struct EmitterBounds {
+  V3f center{0.0f};
+  float radius = 0.0f;        // of a sphere that holds it
+  V3f axis{0.0f, 0.0f, 1.0f}; // unit, the middle of its normals
+  float cos_normals = 1.0f;   // no normal is farther than this from the axis; -1: anywhere
+  float cos_emission = 0.0f;  // no light leaves farther than this from a normal, in which it fades like a cosine
+  float intensity = 0.0f;     // luminance of W / sr along the axis; not positive: never chosen
+  float back = 0.0f;          // weight of the other side: 1 for two-sided emitters, 0 for one-sided
+};
+
+// Importance-driven descent through a hierarchy of bounds (Conty Estevez and Kulla, "Importance Sampling of Many Lights
+// with Adaptive Tree Splitting", HPG 2018; bounds as in pbrt-v4, section 12.6.3), without splitting, eight children to a
+// node. The importance of a child bounds the cosines at both ends from below zero only where they are certainly not
+// positive, so what may contribute has a probability. Up to two emitters are chosen by their intensity alone.
+//
+// Immutable, thread-safe, without allocation after construction; built in parallel, the same for any thread count.
+class LightTree {
+ public:
+  LightTree() = default;
+  explicit LightTree(std::span<const EmitterBounds> emitters);
+
+  struct Choice {
+    uint32_t emitter = 0; // its place among those of the constructor
+    float probability = 0.0f;
+    double u = 0.0; // what is left of the random number: uniform in [0, 1) again
+  };
+
+  // u in [0, 1). `normal` (unit): light below its horizon is not wanted; zero: light from all around is.
+  // Empty: nothing reaches the point. That may come out below the root, too, so that the sum of all probabilities may be
+  // less than one.
+  [[nodiscard]] std::optional<Choice> choose(const V3f& point, const V3f& normal, double u) const {
+    if (!by_intensity_) return choose_by_importance(point, normal, u);
+    const auto first = static_cast<double>(few_probability_[0]);
+    if (u < first) return Choice{few_[0], few_probability_[0], u / first};
+    return Choice{few_[1], few_probability_[1], (u - first) / (1.0 - first)};
+  }
+  // The probability with which choose() finds this emitter; 0 for those that it never does.
+  [[nodiscard]] float probability(uint32_t emitter, const V3f& point, const V3f& normal) const {
+    if (!by_intensity_) return probability_by_importance(emitter, point, normal);
+    return emitter == few_[0] ? few_probability_[0] : emitter == few_[1] ? few_probability_[1] : 0.0f;
+  }
+  // What the root expects of all emitters, as irradiance (luminance), if nothing is in between. Zero only if none can
+  // reach the point.
+  [[nodiscard]] float irradiance(const V3f& point, const V3f& normal) const;
+
+  [[nodiscard]] bool empty() const { return nodes_.empty(); }
+  // Choices do not depend on the point.
+  [[nodiscard]] bool by_intensity() const { return by_intensity_; }
+  [[nodiscard]] size_t memory_bytes() const {
+    return nodes_.size() * sizeof(Node) + parents_.size() * sizeof(uint32_t) + places_.size() * sizeof(uint32_t);
+  }
+
+ private:
+  friend class LightTreeBuilder;
+  static constexpr uint32_t kWidth = 8;
+  static constexpr uint32_t kNowhere = ~0U;
+  static constexpr uint32_t kEmitterBit = 1U << 31; // a child that is an emitter, not a node
+
+  // 48 bytes per child. A lane without a child has intensity 0.
+  struct alignas(64) Node {
+    float center_x[kWidth], center_y[kWidth], center_z[kWidth], radius[kWidth];
+    float axis_x[kWidth], axis_y[kWidth], axis_z[kWidth], cos_normals[kWidth];
+    float cos_emission[kWidth], intensity[kWidth], back[kWidth];
+    uint32_t child[kWidth];
+  };
+  static_assert(sizeof(Node) == 48 * kWidth);
+
+  [[nodiscard]] std::optional<Choice> choose_by_importance(const V3f& point, const V3f& normal, double u) const;
+  [[nodiscard]] float probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const;
+
+  struct alignas(32) Lanes {
+    float value[kWidth];
+  };
+  // The importance of each child.
+  static Lanes importances(const Node& node, const V3f& point, const V3f& normal);
+
+  std::vector<Node> nodes_;       // the root first
+  std::vector<uint32_t> parents_; // of each node but the root: node * 8 + lane
+  std::vector<uint32_t> places_;  // of each emitter: node * 8 + lane, or nowhere
+  float total_intensity_ = 0.0f;  // of all emitters; what the nodes say is relative to it
+  bool by_intensity_ = false;     // up to two emitters
+  uint32_t few_[2] = {kNowhere, kNowhere};
+  float few_probability_[2] = {1.0f, 0.0f};
+};
+
+} // namespace kindling
