@@ -5,6 +5,7 @@
 #include "accel/kdtree/build.h"
 #include "accel/kdtree/instance_level.h"
 #include "accel/kdtree/layout.h"
+#include "accel/kdtree/stream.h"
 #include "accel/kdtree/traversal.h"
 #include "accel/triangle.h"
 
@@ -50,16 +51,33 @@ class KdTreeAccelerator final : public Accelerator {
     Hit hit;
     return trace<true>(ray, hit);
   }
+  // Streams through the world tree; moved instances follow ray by ray.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
-    for (size_t i = 0; i < rays.size(); ++i) {
-      hits[i] = Hit();
-      trace<false>(rays[i], hits[i]);
+    if (rays.size() < kd::kSmallestStream) {
+      for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(rays[i]);
+      return;
     }
+    std::fill(hits.begin(), hits.end(), Hit());
+    kd::Stream<false> stream(world_tree_, input_filter_);
+    stream.trace(rays, [&](size_t i, const kd::TreeHit& hit) {
+      hits[i] = kd::CandidateFilter{input_filter_, rays[i], world_tree_, kNoId}.resolve(hit);
+    });
+    if (instance_level_.empty()) return;
+    for (size_t i = 0; i < rays.size(); ++i)
+      if (can_hit(rays[i])) trace_instances<false>(rays[i], hits[i].is_hit() ? hits[i].t : rays[i].t_max, hits[i]);
   }
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    if (rays.size() < kd::kSmallestStream) {
+      for (size_t i = 0; i < rays.size(); ++i) blocked[i] = occluded(rays[i]) ? 1 : 0;
+      return;
+    }
+    std::fill(blocked.begin(), blocked.end(), uint8_t{0});
+    kd::Stream<true> stream(world_tree_, input_filter_);
+    stream.trace(rays, [&](size_t i, const kd::TreeHit&) { blocked[i] = 1; });
+    if (instance_level_.empty()) return;
     for (size_t i = 0; i < rays.size(); ++i) {
       Hit hit;
-      blocked[i] = trace<true>(rays[i], hit) ? 1 : 0;
+      if (blocked[i] == 0 && can_hit(rays[i])) blocked[i] = trace_instances<true>(rays[i], rays[i].t_max, hit) ? 1 : 0;
     }
   }
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
@@ -77,6 +95,13 @@ class KdTreeAccelerator final : public Accelerator {
       if (kAny) return true;
       hit = filter.resolve(in_world);
     }
+    return trace_instances<kAny>(world, t_far, hit);
+  }
+
+  // Goes on behind the world tree, where `hit`, if any, lies at t_far.
+  template <bool kAny>
+  bool trace_instances(const Ray& world, float t_far, Hit& hit) const {
+    const float t_min = std::max(world.t_min, 0.0f);
     return instance_level_.visit(world, t_min, t_far,
                                  [&](uint32_t i) { return trace_moved<kAny>(moved_[i], world, t_min, t_far, hit); });
   }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace kindling::accel::kd {
 
@@ -40,6 +41,26 @@ struct CandidateFilter {
   }
 };
 
+// RayShear(origin, direction) without branches, which for mixed rays would be mispredicted.
+inline RayShear shear_of(const Ray& ray) {
+  // By ax > ay, ax > az, ay > az in bits 0 to 2: the axes in the order x, y, z of the sheared space.
+  static constexpr uint8_t kAxes[8][3] = {{0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {1, 2, 0},
+                                          {2, 0, 1}, {0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+  const Imath::V3f& d = ray.direction;
+  const float ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
+  const auto& axes =
+      kAxes[static_cast<uint32_t>(ax > ay) | static_cast<uint32_t>(ax > az) << 1 | static_cast<uint32_t>(ay > az) << 2];
+  RayShear shear;
+  shear.kx = axes[0];
+  shear.ky = axes[1];
+  shear.kz = axes[2];
+  shear.sz = 1.0f / d[shear.kz];
+  shear.sx = d[shear.kx] / d[shear.kz];
+  shear.sy = d[shear.ky] / d[shear.kz];
+  shear.origin = {ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]};
+  return shear;
+}
+
 // Takes the candidates `mask` of a block; out of line of the common case that there is none.
 template <bool kAny>
 inline bool take_candidates(const LeafBlock& block, uint32_t mask, Float8 t, Float8 e1, Float8 e2, Float8 det,
@@ -64,26 +85,40 @@ inline bool take_candidates(const LeafBlock& block, uint32_t mask, Float8 t, Flo
   return false;
 }
 
+// A ray against the eight triangles of a block: edge functions and their sum, and where the line of the ray is inside.
+struct BlockTest {
+  Float8 az, bz, cz, e0, e1, e2, det;
+  Mask8 inside;
+
+  BlockTest(const LeafBlock& block, const RayShear& ray) {
+    const Float8 ox(ray.origin.x), oy(ray.origin.y), oz(ray.origin.z), sx(ray.sx), sy(ray.sy), zero(0.0f);
+    const auto& p = block.vertex;
+    az = Float8::load(p[0][ray.kz]) - oz;
+    bz = Float8::load(p[1][ray.kz]) - oz;
+    cz = Float8::load(p[2][ray.kz]) - oz;
+    const Float8 ax = (Float8::load(p[0][ray.kx]) - ox) - sx * az, ay = (Float8::load(p[0][ray.ky]) - oy) - sy * az;
+    const Float8 bx = (Float8::load(p[1][ray.kx]) - ox) - sx * bz, by = (Float8::load(p[1][ray.ky]) - oy) - sy * bz;
+    const Float8 cx = (Float8::load(p[2][ray.kx]) - ox) - sx * cz, cy = (Float8::load(p[2][ray.ky]) - oy) - sy * cz;
+    e0 = cx * by - cy * bx;
+    e1 = ax * cy - ay * cx;
+    e2 = bx * ay - by * ax;
+    det = (e0 + e1) + e2; // NaN if any of them is
+    inside = ((min(min(e0, e1), e2) >= zero) | (max(max(e0, e1), e2) <= zero)) & differs(det, zero);
+  }
+  [[nodiscard]] Float8 t(float sz) const { return (((e0 * az + e1 * bz) + e2 * cz) * Float8(sz)) / det; }
+};
+
 // Nearest hit: narrows t_far and sets best. Any hit: returns true at the first. Hits outside the cell of the leaf count too.
 template <bool kAny>
 inline bool intersect_leaf(const LeafBlock* block, uint32_t count, const RayShear& ray, float t_min,
                            const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  const Float8 ox(ray.origin.x), oy(ray.origin.y), oz(ray.origin.z), sx(ray.sx), sy(ray.sy);
-  const Float8 zero(0.0f);
   for (const LeafBlock* end = block + count; block != end; ++block) {
-    const auto& p = block->vertex;
-    const Float8 az = Float8::load(p[0][ray.kz]) - oz, bz = Float8::load(p[1][ray.kz]) - oz,
-                 cz = Float8::load(p[2][ray.kz]) - oz;
-    const Float8 ax = (Float8::load(p[0][ray.kx]) - ox) - sx * az, ay = (Float8::load(p[0][ray.ky]) - oy) - sy * az;
-    const Float8 bx = (Float8::load(p[1][ray.kx]) - ox) - sx * bz, by = (Float8::load(p[1][ray.ky]) - oy) - sy * bz;
-    const Float8 cx = (Float8::load(p[2][ray.kx]) - ox) - sx * cz, cy = (Float8::load(p[2][ray.ky]) - oy) - sy * cz;
-    const Float8 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
-    const Float8 det = (e0 + e1) + e2; // NaN if any of them is
-    const Mask8 inside = ((min(min(e0, e1), e2) >= zero) | (max(max(e0, e1), e2) <= zero)) & differs(det, zero);
-    if (inside.bits() == 0) continue;
-    const Float8 t = (((e0 * az + e1 * bz) + e2 * cz) * Float8(ray.sz)) / det;
-    const uint32_t mask = (inside & (t > Float8(t_min)) & (t <= Float8(t_far))).bits();
-    if (mask != 0 && take_candidates<kAny>(*block, mask, t, e1, e2, det, filter, t_far, best)) return true;
+    const BlockTest test(*block, ray);
+    if (test.inside.bits() == 0) continue;
+    const Float8 t = test.t(ray.sz);
+    const uint32_t mask = (test.inside & (t > Float8(t_min)) & (t <= Float8(t_far))).bits();
+    if (mask != 0 && take_candidates<kAny>(*block, mask, t, test.e1, test.e2, test.det, filter, t_far, best))
+      return true;
   }
   return false;
 }

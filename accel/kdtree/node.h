@@ -4,6 +4,7 @@
 
 #include "accel/kdtree/aligned_array.h"
 #include "accel/kdtree/reference.h"
+#include "accel/kdtree/simd8.h"
 
 #include <ImathBox.h>
 
@@ -43,6 +44,9 @@ inline constexpr uint32_t kAxesExponent = 0x3f800000U;
 struct alignas(64) LeafBlock {
   float vertex[3][3][kBlockWidth]; // [corner][axis][lane]
   uint32_t primitive[kBlockWidth]; // with kAskFilter
+
+  // Bit i: lane i has kAskFilter.
+  [[nodiscard]] uint32_t asking() const { return sign_bits(Int8::load(primitive)); }
 };
 static_assert(sizeof(LeafBlock) == 320);
 inline constexpr uint32_t kAskFilter = 0x80000000U; // the primitive's mesh is not opaque
@@ -51,6 +55,11 @@ inline constexpr uint32_t kPrimitiveMask = 0x7fffffffU;
 struct LargeLeaf {
   uint32_t first_block = 0;
   uint32_t block_count = 0;
+};
+
+struct LeafRange {
+  const LeafBlock* blocks = nullptr;
+  uint32_t count = 0;
 };
 
 // A finished tree over some geometries in one space.
@@ -67,6 +76,14 @@ struct Tree {
   [[nodiscard]] size_t memory_bytes() const {
     return sizeof(Tree) + nodes.size() * sizeof(WideNode) + blocks.size() * sizeof(LeafBlock) +
            large_leaves.capacity() * sizeof(LargeLeaf) + geometries.capacity() * sizeof(Geometry);
+  }
+  [[nodiscard]] LeafRange leaf_range(ChildWord leaf) const {
+    uint32_t first = leaf & kBlockIndexMask, count = (leaf & ~kLeafBit) >> kBlockIndexBits;
+    if (count == kLargeLeaf) {
+      count = large_leaves[first].block_count;
+      first = large_leaves[first].first_block;
+    }
+    return {blocks.data() + first, count};
   }
   [[nodiscard]] const Geometry& geometry_of(uint32_t primitive) const {
     size_t first = 0, last = geometries.size();

@@ -80,6 +80,8 @@ inline uint32_t low_bits_equal(Int8 a, uint32_t x) {
   return static_cast<uint32_t>(
       _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(low, _mm256_set1_epi32(static_cast<int>(x))))));
 }
+// Bit i: top bit of lane i.
+inline uint32_t sign_bits(Int8 a) { return static_cast<uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps(a.v))); }
 // Bit i: lane i is not zero.
 inline uint32_t nonzero_bits(Int8 a) {
   return ~static_cast<uint32_t>(
@@ -198,6 +200,9 @@ inline Int8 shift_by_lane(Int8 a) {
 }
 inline uint32_t low_bits_equal(const Int8& a, uint32_t x) {
   return bits8([&](size_t i) { return (a.v[i] & 7) == x; });
+}
+inline uint32_t sign_bits(const Int8& a) {
+  return bits8([&](size_t i) { return a.v[i] >> 31; });
 }
 inline uint32_t nonzero_bits(const Int8& a) {
   return bits8([&](size_t i) { return a.v[i] != 0; });

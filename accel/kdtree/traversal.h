@@ -97,7 +97,45 @@ inline bool clip_to_box(const Imath::Box3f& box, const Imath::V3f& origin, const
     enter = t0 > enter ? t0 : enter; // NaN: no restriction
     leave = t1 < leave ? t1 : leave;
   }
-  return enter <= leave * kWiden;
+  const bool enters = enter <= leave * kWiden;
+  enter = enter < leave ? enter : leave; // never beyond the end of the ray
+  return enters;
+}
+
+// Outcome of a step down: the child to visit next, which may be empty, and where its interval ends (it begins with the node's).
+struct WideStep {
+  ChildWord child;
+  float leave;
+  uint32_t pushed; // other children that went to the stack, from `top` on, farthest first
+};
+
+// From a node, entered at `point` for [enter, leave], to its near child. Ray quantities are {x, y, z, *, x, y, z, *}.
+inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal, Float8 point, float enter,
+                          float leave, TraversalStack& stack, size_t top) {
+  const Float8 planes = Float8::load(node.planes.data());
+  const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+  const uint32_t near = tables::kNearLane[(permute(point, axes) >= planes).bits()];
+
+  const Float8 axis_reciprocal = permute(reciprocal, axes);
+  const Float8 t = (planes - permute(origin, axes)) * axis_reciprocal;
+  const Int8 order = Int8::from_bytes(tables::kOrder[sign_bits(axis_reciprocal)]);
+  const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
+               t3 = permute(t, shift_right<3>(order));
+  // In this order lanes 0 to 3 are on the far side of the root's plane, and so on.
+  const Float8 tn(enter), tx(leave);
+  const Float8 en = max(blend<0x55>(tn, t3), max(blend<0x33>(tn, t2), max(blend<0x0f>(tn, t1), tn)));
+  const Float8 ex = min(blend<0xaa>(tx, t3), min(blend<0xcc>(tx, t2), min(blend<0xf0>(tx, t1), tx)));
+  const Int8 children = permute(Int8::load(node.child.data()), order);
+  const uint32_t near_bit = low_bits_equal(order, near);
+  const uint32_t mask = (en <= ex * Float8(kWiden)).bits() & nonzero_bits(children) & ~near_bit;
+  const Int8 compress = Int8::from_bytes(tables::kCompress[mask]);
+  permute(children, compress).store_unaligned(&stack.child[top]);
+  permute(en, compress).store_unaligned(&stack.enter[top]);
+  permute(ex, compress).store_unaligned(&stack.leave[top]);
+
+  alignas(32) float leaves[8];
+  ex.store(leaves);
+  return {node.child[near], leaves[std::countr_zero(near_bit)], static_cast<uint32_t>(std::popcount(mask))};
 }
 
 // `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
@@ -112,7 +150,7 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
   const Float8 origin = Float8::load_twice(quads);
   const Float8 direction = Float8::load_twice(quads + 4);
   const Float8 reciprocal = Float8(1.0f) / direction;
-  const RayShear shear(ray.origin, ray.direction);
+  const RayShear shear = shear_of(ray);
 
   TraversalStack stack;
   size_t top = 1;
@@ -121,41 +159,14 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
   Float8 point = origin + Float8(enter) * direction;
   while (true) {
     while (static_cast<int32_t>(child) > 0) {
-      const WideNode& node = tree.nodes[child];
-      const Float8 planes = Float8::load(node.planes.data());
-      const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
-      const uint32_t near = tables::kNearLane[(permute(point, axes) >= planes).bits()];
-      child = node.child[near];
-
-      const Float8 axis_reciprocal = permute(reciprocal, axes);
-      const Float8 t = (planes - permute(origin, axes)) * axis_reciprocal;
-      const Int8 order = Int8::from_bytes(tables::kOrder[sign_bits(axis_reciprocal)]);
-      const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
-                   t3 = permute(t, shift_right<3>(order));
-      // In this order lanes 0 to 3 are on the far side of the root's plane, and so on.
-      const Float8 tn(enter), tx(leave);
-      const Float8 en = max(blend<0x55>(tn, t3), max(blend<0x33>(tn, t2), max(blend<0x0f>(tn, t1), tn)));
-      const Float8 ex = min(blend<0xaa>(tx, t3), min(blend<0xcc>(tx, t2), min(blend<0xf0>(tx, t1), tx)));
-      const Int8 children = permute(Int8::load(node.child.data()), order);
-      const uint32_t near_bit = low_bits_equal(order, near);
-      const uint32_t mask = (en <= ex * Float8(kWiden)).bits() & nonzero_bits(children) & ~near_bit;
-      const Int8 compress = Int8::from_bytes(tables::kCompress[mask]);
-      permute(children, compress).store_unaligned(&stack.child[top]);
-      permute(en, compress).store_unaligned(&stack.enter[top]);
-      permute(ex, compress).store_unaligned(&stack.leave[top]);
-      top += static_cast<size_t>(std::popcount(mask));
-
-      alignas(32) float leaves[8];
-      ex.store(leaves);
-      leave = leaves[std::countr_zero(near_bit)];
+      const WideStep step = step_down(tree.nodes[child], origin, reciprocal, point, enter, leave, stack, top);
+      child = step.child;
+      leave = step.leave;
+      top += step.pushed;
     }
     if (child != kEmptyChild) {
-      uint32_t first = child & kBlockIndexMask, count = (child & ~kLeafBit) >> kBlockIndexBits;
-      if (count == kLargeLeaf) {
-        count = tree.large_leaves[first].block_count;
-        first = tree.large_leaves[first].first_block;
-      }
-      if (intersect_leaf<kAny>(tree.blocks.data() + first, count, shear, t_min, filter, t_far, best)) return true;
+      const LeafRange range = tree.leaf_range(child);
+      if (intersect_leaf<kAny>(range.blocks, range.count, shear, t_min, filter, t_far, best)) return true;
     }
     --top;
     enter = stack.enter[top];

@@ -87,11 +87,17 @@ TEST(Watertight, KdTreeInstances) {
     scene.add_instance(scene.add_group({shell.mesh}), m);
     const auto accelerator = build(Kind::kdtree, scene);
     int leaks = 0;
-    for (Ray ray : rays_from_inside(shell.mesh, shell.center, shell.inner, 50000)) {
+    std::vector<Ray> rays = rays_from_inside(shell.mesh, shell.center, shell.inner, 50000);
+    for (Ray& ray : rays) {
       ray.origin = ray.origin * m;
       m.multDirMatrix(V3f(ray.direction), ray.direction);
       leaks += accelerator->intersect(ray).is_hit() && accelerator->occluded(ray) ? 0 : 1;
     }
+    std::vector<Hit> hits(rays.size());
+    std::vector<uint8_t> blocked(rays.size());
+    accelerator->intersect(rays, hits);
+    accelerator->occluded(rays, blocked);
+    for (size_t i = 0; i < rays.size(); ++i) leaks += hits[i].is_hit() && blocked[i] != 0 ? 0 : 1;
     EXPECT_EQ(leaks, 0);
   }
 }

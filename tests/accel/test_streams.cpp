@@ -1,0 +1,139 @@
+// Streams of the kd-tree: every ray of a batch is answered bit for bit as it is alone, whatever its company.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/accel/accel_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace kindling::accel::testing {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+M44f moved(Rng& rng) {
+  M44f m, r;
+  m.setScale(V3f(uniform(rng, 0.3f, 1.5f), -uniform(rng, 0.3f, 1.5f), uniform(rng, 0.3f, 1.5f)));
+  r.setAxisAngle(uniform_direction(rng), uniform(rng, 0.0f, 6.0f));
+  m *= r;
+  r.makeIdentity();
+  r.setTranslation(uniform_direction(rng) * 1.5f);
+  return m * r;
+}
+
+bool accept_by_hash(const void*, const Ray& ray, const Hit& candidate) {
+  uint32_t h = ray.key * 2654435761U ^ candidate.triangle * 40503U ^ candidate.mesh * 97U ^ candidate.instance * 31U;
+  h ^= h >> 15;
+  return (h & 3) != 0;
+}
+
+// Cut-outs in piles, so that filtered and opaque triangles share leaf blocks; with and without moved instances.
+void add_filtered_scenes(std::deque<NamedScene>& scenes) {
+  for (const bool instances : {false, true}) {
+    Rng rng(101);
+    TestScene scene;
+    Mesh leaves = triangle_soup(rng, 600, 1.0f, 0.4f), pile = coplanar_pile(rng, 200);
+    leaves.opaque = pile.opaque = false;
+    const uint32_t group =
+        scene.add_group({leaves, triangle_soup(rng, 300, 1.0f, 0.2f), pile, sphere(12, 24, 0.9f, V3f(0))});
+    scene.add_instance(group, M44f());
+    for (int i = 0; instances && i < 12; ++i) scene.add_instance(group, moved(rng));
+    scene.set_filter({accept_by_hash, nullptr});
+    scenes.push_back({instances ? "cut-outs and instances" : "cut-outs", std::move(scene)});
+  }
+}
+
+std::deque<NamedScene> all_scenes() {
+  std::deque<NamedScene> scenes = adversarial_scenes();
+  add_filtered_scenes(scenes);
+  Rng rng(103);
+  TestScene only_moved;
+  const uint32_t ball = only_moved.add_group({sphere(12, 24, 1.0f, V3f(0))});
+  for (int i = 0; i < 20; ++i) only_moved.add_instance(ball, moved(rng));
+  scenes.push_back({"moved instances alone", std::move(only_moved)});
+  return scenes;
+}
+
+// Rays of every sort with ends of every sort: open, cut, exactly at the hit, a whisker before it, empty, and none at all.
+std::vector<Ray> mixed_rays(Rng& rng, const TestScene& scene, const Accelerator& accelerator, int count) {
+  std::vector<Ray> rays = random_rays(rng, scene.bounds(), count);
+  for (const std::vector<Ray>& more : {axis_parallel_rays(rng, scene, count), grazing_rays(rng, scene, count)})
+    rays.insert(rays.end(), more.begin(), more.end());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    Ray& ray = rays[i];
+    ray.key = static_cast<uint32_t>(rng());
+    const Hit hit = accelerator.intersect(ray);
+    switch (rng() % 12) {
+    case 0: ray.t_max = kInfinity; break;
+    case 1: ray.t_max = uniform(rng) * 2.0f; break;
+    case 2: ray.t_max = hit.is_hit() ? hit.t : 1.0f; break;
+    case 3: ray.t_max = hit.is_hit() ? std::nextafter(hit.t, 0.0f) : 1.0f; break;
+    case 4: ray.t_min = hit.is_hit() ? hit.t : 0.5f; break;
+    case 5: ray.t_min = -1.0f; break;
+    case 6: ray.t_max = -1.0f; break;
+    case 7: (rng() % 2 == 0 ? ray.t_min : ray.t_max) = kNan; break;
+    case 8: ray.origin[static_cast<int>(rng() % 3)] = rng() % 2 == 0 ? kNan : kInfinity; break;
+    case 9: ray.direction = V3f(0); break;
+    default: break;
+    }
+  }
+  std::shuffle(rays.begin(), rays.end(), rng);
+  return rays;
+}
+
+TEST(Streams, EqualSingleRaysForBatchesOfAnySize) {
+  for (const NamedScene& named : all_scenes()) {
+    SCOPED_TRACE(named.name);
+    const auto accelerator = build(Kind::kdtree, named.scene);
+    Rng rng(107);
+    const std::vector<Ray> rays = mixed_rays(rng, named.scene, *accelerator, 600);
+    std::vector<Hit> expected(rays.size());
+    std::vector<uint8_t> expected_blocked(rays.size());
+    for (size_t i = 0; i < rays.size(); ++i) {
+      expected[i] = accelerator->intersect(rays[i]);
+      expected_blocked[i] = accelerator->occluded(rays[i]) ? 1 : 0;
+    }
+    for (int repetition = 0; repetition < 40; ++repetition) {
+      const size_t size = std::min<size_t>(repetition < 8 ? static_cast<size_t>(repetition) : rng() % 301, rays.size());
+      // Any rays in any order, some of them twice.
+      std::vector<size_t> chosen(size);
+      for (size_t& i : chosen) i = rng() % rays.size();
+      std::vector<Ray> batch(size);
+      std::transform(chosen.begin(), chosen.end(), batch.begin(), [&](size_t i) { return rays[i]; });
+      Hit stale;
+      stale.instance = stale.triangle = 5;
+      std::vector<Hit> hits(size, stale), coherent(size, stale);
+      std::vector<uint8_t> blocked(size, 7);
+      accelerator->intersect(batch, hits);
+      accelerator->intersect_coherent(batch, coherent);
+      accelerator->occluded(batch, blocked);
+      for (size_t i = 0; i < size; ++i) {
+        ASSERT_EQ(std::memcmp(&hits[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
+        ASSERT_EQ(std::memcmp(&coherent[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
+        ASSERT_EQ(blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
+      }
+    }
+  }
+}
+
+// Equal ends are the rule here: the hits of a pile lie at one distance, and the smallest triangle must win in every company.
+TEST(Streams, TiesGoToTheSmallestTriangle) {
+  const TestScene scene(duplicates(300));
+  const auto accelerator = build(Kind::kdtree, scene);
+  Rng rng(109);
+  std::vector<Ray> rays;
+  for (const Ray& ray : random_rays(rng, scene.bounds(), 2000))
+    if (accelerator->intersect(ray).is_hit()) rays.push_back(ray);
+  ASSERT_GT(rays.size(), 100U);
+  std::vector<Hit> hits(rays.size());
+  accelerator->intersect(rays, hits);
+  for (const Hit& hit : hits) EXPECT_EQ(hit.triangle, 0U);
+}
+
+} // namespace
+} // namespace kindling::accel::testing
