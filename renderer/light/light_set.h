@@ -160,12 +160,11 @@ class LightSet {
 };
 
 // How the tree, the environment and each directional light share the samples at a point: in proportion to this weight,
-// given the unoccluded irradiance that each would bring there, and the largest of them. All within a factor of 100 weigh
-// the same, for what is in between is not known (most of an environment may not come in); below it the weight falls in
-// proportion, down to a floor of 1/19: of two, the lesser has at least 0.05 of the samples. Zero has no weight.
+// given the unoccluded irradiance that each would bring there, and the largest of them: in proportion to it, down to a floor
+// of 1/19, for what is in between is not known. So of two the lesser has at least 0.05 of the samples. Zero has no weight.
 [[nodiscard]] inline float light_share_weight(float irradiance, float strongest) {
   if (!(irradiance > 0.0f)) return 0.0f;
-  return std::clamp(irradiance / strongest * 100.0f, 1.0f / 19.0f, 1.0f);
+  return std::clamp(irradiance / strongest, 1.0f / 19.0f, 1.0f);
 }
 
 } // namespace kindling
