@@ -5,6 +5,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/simd_target.h"
+
 #include <ImathBox.h>
 #include <ImathMatrix.h>
 #include <ImathVec.h>
@@ -92,6 +94,7 @@ enum class Quality { fast, balanced, best };
 
 struct BuildOptions {
   Quality quality = Quality::balanced;
+  SimdTarget simd = best_simd_target();      // of the kd-tree's kernels; must be one of simd_targets()
   bool robust = true;                        // watertight at the price of some speed (Embree: RTC_SCENE_FLAG_ROBUST)
   const std::atomic<bool>* cancel = nullptr; // polled; a cancelled build returns null
   std::function<void(double)> on_progress;   // fraction done in [0, 1]; called from any one thread at a time

@@ -1,7 +1,7 @@
 // Which three binary levels share a wide node is chosen to minimize the summed area of all wide nodes, a measure of how many
 // are visited: f(n) = A(n) + g(left, 2) + g(right, 2), where g(n, d) is the least sum for the subtree of n if d more levels
 // fit into the current wide node: g(n, 0) = f(n), g(n, d) = min(f(n), g(left, d-1) + g(right, d-1)), and 0 for leaves.
-// Nodes and blocks are numbered depth first, so that near ones share pages.
+// Nodes and leaves are numbered depth first, so that near ones share pages.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/layout.h"
 
@@ -35,11 +35,6 @@ void choose_cuts(BinaryNode& node, const Imath::Box3f& box) {
     node.cut_cost[d] = std::min(own, cut_cost(node.child[0], d - 1) + cut_cost(node.child[1], d - 1));
 }
 
-struct PlacedLeaf {
-  const BinaryNode* leaf;
-  uint32_t first_block;
-};
-
 class Layouter {
  public:
   explicit Layouter(Tree& tree) : tree_(tree) { nodes_.push_back({}); } // number 0 means an empty child
@@ -52,22 +47,15 @@ class Layouter {
   void finish(std::span<const Geometry> geometries) {
     tree_.nodes = AlignedArray<WideNode>(nodes_.size());
     std::copy(nodes_.begin(), nodes_.end(), tree_.nodes.data());
-    tree_.blocks = AlignedArray<LeafBlock>(block_count_);
-    tbb::parallel_for(size_t{0}, leaves_.size(), [&](size_t i) { fill_blocks(geometries, leaves_[i]); });
     tree_.leaf_count = leaves_.size();
+    fill_leaves(geometries);
   }
 
  private:
   ChildWord place_leaf(const BinaryNode& leaf) {
-    const uint32_t blocks = (leaf.count + kBlockWidth - 1) / kBlockWidth;
-    const uint64_t first = block_count_;
-    block_count_ += blocks;
     tree_.reference_count += leaf.count;
-    if (block_count_ > kBlockIndexMask) throw std::bad_alloc();
-    leaves_.push_back({&leaf, static_cast<uint32_t>(first)});
-    if (blocks < kLargeLeaf) return kLeafBit | (blocks << kBlockIndexBits) | static_cast<uint32_t>(first);
-    tree_.large_leaves.push_back({static_cast<uint32_t>(first), blocks});
-    return kLeafBit | (kLargeLeaf << kBlockIndexBits) | static_cast<uint32_t>(tree_.large_leaves.size() - 1);
+    leaves_.push_back(&leaf);
+    return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // until fill_leaves() knows the address
   }
 
   ChildWord place_inner(const BinaryNode& root) {
@@ -105,29 +93,41 @@ class Layouter {
     }
   }
 
-  void fill_blocks(std::span<const Geometry> geometries, const PlacedLeaf& placed) {
-    const BinaryNode& leaf = *placed.leaf;
-    const uint32_t blocks = (leaf.count + kBlockWidth - 1) / kBlockWidth;
-    for (uint32_t i = 0; i < blocks * kBlockWidth; ++i) {
-      LeafBlock& block = tree_.blocks[placed.first_block + i / kBlockWidth];
-      const uint32_t lane = i % kBlockWidth;
-      const bool used = i < leaf.count;
-      const LeafReference reference = used ? leaf.references[i] : LeafReference{};
-      const Geometry& geometry = geometries[reference.geometry];
-      for (int corner = 0; corner < 3; ++corner)
-        for (int axis = 0; axis < 3; ++axis)
-          block.vertex[corner][axis][lane] =
-              used ? geometry.vertex(reference.triangle, corner)[axis] : std::numeric_limits<float>::quiet_NaN();
-      block.primitive[lane] =
-          used ? (geometry.first_primitive + reference.triangle) | (geometry.mesh.opaque ? 0 : kAskFilter)
-               : kPrimitiveMask;
-    }
+  // Encodes leaves chunk by chunk, strings the chunks together, and puts addresses in place of the numbers of leaves.
+  void fill_leaves(std::span<const Geometry> geometries) {
+    constexpr size_t kChunk = 512; // leaves
+    const size_t chunks = (leaves_.size() + kChunk - 1) / kChunk;
+    std::vector<std::vector<LeafUnit>> encoded(chunks);
+    std::vector<size_t> offset(leaves_.size()); // in the chunk, then in the tree
+    tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+      for (size_t i = c * kChunk; i < std::min(leaves_.size(), (c + 1) * kChunk); ++i) {
+        offset[i] = encoded[c].size();
+        append_leaf(geometries, {leaves_[i]->references.get(), leaves_[i]->count}, encoded[c]);
+      }
+    });
+    std::vector<size_t> first(chunks + 1, 0);
+    for (size_t c = 0; c < chunks; ++c) first[c + 1] = first[c] + encoded[c].size();
+    if (first[chunks] >= kLeafBit) throw std::bad_alloc();
+    tree_.leaves = AlignedArray<LeafUnit>(first[chunks] + kLeafPadding);
+    std::fill_n(tree_.leaves.data() + first[chunks], kLeafPadding, LeafUnit{});
+    tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+      std::copy(encoded[c].begin(), encoded[c].end(), tree_.leaves.data() + first[c]);
+      encoded[c] = {};
+    });
+    const auto address = [&](ChildWord& child) {
+      if ((child & kLeafBit) == 0) return;
+      const uint32_t leaf = child & ~kLeafBit;
+      child = kLeafBit | static_cast<uint32_t>(first[leaf / kChunk] + offset[leaf]);
+    };
+    tbb::parallel_for(size_t{0}, tree_.nodes.size(), [&](size_t i) {
+      for (ChildWord& child : tree_.nodes[i].child) address(child);
+    });
+    address(tree_.root);
   }
 
   Tree& tree_;
   std::vector<WideNode> nodes_;
-  std::vector<PlacedLeaf> leaves_;
-  uint64_t block_count_ = 0;
+  std::vector<const BinaryNode*> leaves_;
 };
 
 } // namespace

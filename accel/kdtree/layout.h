@@ -10,7 +10,7 @@
 
 namespace kindling::accel::kd {
 
-// Throws std::bad_alloc if memory runs out, or if the tree exceeds what a ChildWord can number (2^27 leaf blocks).
+// Throws std::bad_alloc if memory runs out, or if the tree exceeds what a ChildWord can number (32 GiB of leaves).
 [[nodiscard]] Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries);
 
 } // namespace kindling::accel::kd

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "accel/kdtree/aligned_array.h"
+#include "accel/kdtree/leaf_block.h"
 #include "accel/kdtree/reference.h"
-#include "accel/kdtree/simd8.h"
 
 #include <ImathBox.h>
 
@@ -15,18 +15,14 @@
 
 namespace kindling::accel::kd {
 
-inline constexpr uint32_t kBlockWidth = 8; // triangles in a leaf block
 inline constexpr uint32_t kWideLanes = 8;  // children of a wide node
 inline constexpr uint32_t kWideLevels = 3; // binary levels in one
 
-// What a child is. 0: empty. Top bit clear: number of a wide node (number 0 is not used). Top bit set: a leaf; 4 bits count
-// its blocks and 27 bits number the first, or, if the count is 15, number an entry of Tree::large_leaves.
+// What a child is. 0: empty. Top bit clear: number of a wide node (number 0 is not used). Top bit set: a leaf, and the number of
+// the unit in Tree::leaves where its first block begins.
 using ChildWord = uint32_t;
 inline constexpr ChildWord kEmptyChild = 0;
 inline constexpr ChildWord kLeafBit = 0x80000000U;
-inline constexpr uint32_t kBlockIndexBits = 27;
-inline constexpr uint32_t kBlockIndexMask = (1U << kBlockIndexBits) - 1;
-inline constexpr uint32_t kLargeLeaf = 15;
 
 // Three levels of the binary tree in one cache line. Planes in lanes: 3 the root's, 0 and 1 those of its children below and
 // above, 4 to 7 those of the next level in spatial order. Lane 2 holds the axes: the axis of lane i in bits 2i and 2i+1,
@@ -40,33 +36,10 @@ static_assert(sizeof(WideNode) == 64);
 inline constexpr uint32_t kAxesLane = 2, kRootLane = 3, kSecondLane = 0, kThirdLane = 4;
 inline constexpr uint32_t kAxesExponent = 0x3f800000U;
 
-// Eight triangles as a structure of arrays; unused lanes are NaN and never hit.
-struct alignas(64) LeafBlock {
-  float vertex[3][3][kBlockWidth]; // [corner][axis][lane]
-  uint32_t primitive[kBlockWidth]; // with kAskFilter
-
-  // Bit i: lane i has kAskFilter.
-  [[nodiscard]] uint32_t asking() const { return sign_bits(Int8::load(primitive)); }
-};
-static_assert(sizeof(LeafBlock) == 320);
-inline constexpr uint32_t kAskFilter = 0x80000000U; // the primitive's mesh is not opaque
-inline constexpr uint32_t kPrimitiveMask = 0x7fffffffU;
-
-struct LargeLeaf {
-  uint32_t first_block = 0;
-  uint32_t block_count = 0;
-};
-
-struct LeafRange {
-  const LeafBlock* blocks = nullptr;
-  uint32_t count = 0;
-};
-
 // A finished tree over some geometries in one space.
 struct Tree {
   AlignedArray<WideNode> nodes;
-  AlignedArray<LeafBlock> blocks;
-  std::vector<LargeLeaf> large_leaves;
+  AlignedArray<LeafUnit> leaves; // blocks, one behind the other
   ChildWord root = kEmptyChild;
   Imath::Box3f bounds;              // exact
   Imath::Box3f clip_bounds;         // a little larger: rays are cut to it
@@ -74,17 +47,11 @@ struct Tree {
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 
   [[nodiscard]] size_t memory_bytes() const {
-    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + blocks.size() * sizeof(LeafBlock) +
-           large_leaves.capacity() * sizeof(LargeLeaf) + geometries.capacity() * sizeof(Geometry);
+    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(LeafUnit) +
+           geometries.capacity() * sizeof(Geometry);
   }
-  [[nodiscard]] LeafRange leaf_range(ChildWord leaf) const {
-    uint32_t first = leaf & kBlockIndexMask, count = (leaf & ~kLeafBit) >> kBlockIndexBits;
-    if (count == kLargeLeaf) {
-      count = large_leaves[first].block_count;
-      first = large_leaves[first].first_block;
-    }
-    return {blocks.data() + first, count};
-  }
+  // The first block of a leaf.
+  [[nodiscard]] LeafBlock leaf_block(ChildWord leaf) const { return LeafBlock(leaves.data() + (leaf & ~kLeafBit)); }
   [[nodiscard]] const Geometry& geometry_of(uint32_t primitive) const {
     size_t first = 0, last = geometries.size();
     while (last - first > 1) {

@@ -4,7 +4,7 @@
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/partition.h"
 #include "accel/kdtree/split.h"
-#include "accel/kdtree/traversal.h"
+#include "accel/kdtree/tables.h"
 #include "accel/triangle.h"
 #include "tests/accel/accel_scenes.h"
 
@@ -175,24 +175,21 @@ class LayoutWalk {
       return;
     }
     if ((child & kLeafBit) != 0) {
-      uint32_t first = child & kBlockIndexMask, count = (child & ~kLeafBit) >> kBlockIndexBits;
-      if (count == kLargeLeaf) {
-        count = tree_.large_leaves[first].block_count;
-        first = tree_.large_leaves[first].first_block;
-      }
       ++leaves;
       wide_depth = std::max(wide_depth, depth);
       std::set<uint32_t> inside;
-      for (uint32_t b = first; b < first + count; ++b)
-        for (uint32_t lane = 0; lane < kBlockWidth; ++lane) {
-          const uint32_t primitive = tree_.blocks[b].primitive[lane];
-          if (primitive == kPrimitiveMask) {
-            EXPECT_TRUE(std::isnan(tree_.blocks[b].vertex[0][0][lane]));
-            continue;
-          }
-          inside.insert(primitive & kPrimitiveMask);
+      for (const LeafUnit* unit = tree_.leaves.data() + (child & ~kLeafBit);;) {
+        const LeafBlock block(unit);
+        EXPECT_LE(block.vertex_count(), kBlockVertices);
+        EXPECT_LE(block.triangle_count(), kBlockTriangles);
+        for (uint32_t i = 0; i < block.triangle_count(); ++i) {
+          expect_same_corners(block, i);
+          inside.insert(block.primitive(i));
           ++references;
         }
+        if (block.is_last()) break;
+        unit += block.unit_count();
+      }
       seen.insert(inside.begin(), inside.end());
       expect_none(box, inside);
       return;
@@ -220,6 +217,17 @@ class LayoutWalk {
       } else {
         EXPECT_EQ(node.child[lane], kEmptyChild);
       }
+    }
+  }
+
+  // The vertices that a triangle picks are its own, bit for bit.
+  void expect_same_corners(const LeafBlock& block, uint32_t triangle) {
+    for (uint32_t corner = 0; corner < 3; ++corner) {
+      const uint32_t vertex = (block.corners()[triangle] >> (4 * corner)) & 15U;
+      const V3f expected = mesh_.corner(block.primitive(triangle), static_cast<int>(corner));
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        EXPECT_EQ(std::bit_cast<uint32_t>(block.row(axis)[vertex]),
+                  std::bit_cast<uint32_t>(expected[static_cast<int>(axis)]));
     }
   }
 

@@ -8,27 +8,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/affine.h"
-#include "accel/kdtree/traversal.h"
-#include "accel/triangle.h"
+#include "accel/kdtree/kernels/traversal.h"
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <new>
-#include <span>
-#include <type_traits>
-
-namespace kindling::accel::kd {
+namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Rays in flight. More hide more latency until their stacks no longer fit the first-level cache.
 inline constexpr uint32_t kStreamSlots = 32;
 // Fewer rays than this are faster one by one.
 inline constexpr size_t kSmallestStream = 4;
+// Lines that are fetched of a leaf block; a full one has five.
+inline constexpr size_t kBlockLines = 4;
 
 // About 70 KB, meant for the stack; nothing is initialized before it is used.
 template <bool kAny>
@@ -137,7 +126,7 @@ class Stream {
     const uint32_t leaf = child >> 31;
     const auto node_at = reinterpret_cast<uintptr_t>(tree_.nodes.data()) + size_t{child} * sizeof(WideNode);
     const auto block_at =
-        reinterpret_cast<uintptr_t>(tree_.blocks.data()) + size_t{child & kBlockIndexMask} * sizeof(LeafBlock);
+        reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
     prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf))));
     node_[counts.node] = &slot;
     counts.node += alive & (leaf ^ 1);
@@ -169,27 +158,22 @@ class Stream {
 
   void test_leaves(std::span<const Ray> rays, Counts& total) {
     for (uint32_t k = 0; k < total.leaf; ++k) { // the first lines were fetched when the leaf was popped
-      const auto* block = reinterpret_cast<const std::byte*>(tree_.blocks.data() + (leaf_[k]->child & kBlockIndexMask));
-      for (size_t line = 1; line < sizeof(LeafBlock) / 64; ++line) prefetch(block + 64 * line);
+      const auto* block = reinterpret_cast<const std::byte*>(tree_.leaves.data() + (leaf_[k]->child & ~kLeafBit));
+      for (size_t line = 1; line < kBlockLines; ++line) prefetch(block + 64 * line);
     }
     Counts counts = total;
     counts.leaf = 0;
     for (uint32_t k = 0; k < total.leaf; ++k) {
       Slot& slot = *leaf_[k];
       const ChildWord child = slot.child;
-      const uint32_t blocks = (child & ~kLeafBit) >> kBlockIndexBits;
+      const LeafBlock block = tree_.leaf_block(child);
+      test_block(block, rays, slot);
+      // What is left of the leaf is one more cell, which only the end of the ray keeps from being visited.
       uint32_t top = slot.top;
-      if (blocks == kLargeLeaf) [[unlikely]] {
-        const LeafRange range = tree_.leaf_range(child);
-        for (uint32_t i = 0; i < range.count; ++i) test_block(range.blocks[i], rays, slot);
-      } else {
-        test_block(tree_.blocks[child & kBlockIndexMask], rays, slot);
-        // What is left of the leaf is one more cell, which only the end of the ray keeps from being visited.
-        slot.stack.child[top] = child - (1U << kBlockIndexBits) + 1;
-        slot.stack.enter[top] = 0.0f;
-        slot.stack.leave[top] = 0.0f;
-        top += blocks > 1 ? 1 : 0;
-      }
+      slot.stack.child[top] = child + block.unit_count();
+      slot.stack.enter[top] = 0.0f;
+      slot.stack.leave[top] = 0.0f;
+      top += block.is_last() ? 0 : 1;
       pop(slot, top, counts);
     }
     total = counts;
@@ -198,17 +182,21 @@ class Stream {
   // Same outcome as intersect_leaf() for one block. Distances are computed before it is known whether they are needed, so that
   // only hits in the ray's interval, one or two per ray, are a branch; and no hit is, where any will do.
   void test_block(const LeafBlock& block, std::span<const Ray> rays, Slot& slot) {
-    const BlockTest test(block, slot.shear);
-    const Float8 t = test.t(slot.shear.sz);
-    const uint32_t mask = (test.inside & (t > Float8(slot.t_min)) & (t <= Float8(slot.t_far))).bits();
-    if (kAny && (mask & block.asking()) == 0) {
-      slot.t_far = mask != 0 ? -1.0f : slot.t_far;
-      slot.best.primitive = mask != 0 ? 0 : slot.best.primitive;
-    } else if (mask != 0) {
-      const CandidateFilter filter{filter_, rays[slot.ray], tree_, kNoId};
-      if (take_candidates<kAny>(block, mask, t, test.e1, test.e2, test.det, filter, slot.t_far, slot.best))
-        slot.t_far = -1.0f;
-    }
+    const ShearedVertices vertices(block, slot.shear);
+    const uint32_t asking = kAny ? block.asking() : 0;
+    for_each_group(block, [&](uint32_t first, uint32_t count) {
+      const TriangleTest test(vertices, block.corners() + first, count);
+      const WideFloat t = test.distance(vertices, slot.shear.sz);
+      const uint32_t mask = test.inside & above(t, WideFloat(slot.t_min)) & at_most(t, WideFloat(slot.t_far));
+      if (kAny && (mask & (asking >> first)) == 0) {
+        slot.t_far = mask != 0 ? -1.0f : slot.t_far;
+        slot.best.primitive = mask != 0 ? 0 : slot.best.primitive;
+      } else if (mask != 0) {
+        const CandidateFilter filter{filter_, rays[slot.ray], tree_, kNoId};
+        if (take_candidates<kAny>(block, first, mask, t, test, filter, slot.t_far, slot.best)) slot.t_far = -1.0f;
+      }
+      return false;
+    });
   }
 
   static Quad quad_of(const Imath::V3f& v) { return Quad{v.x, v.y, v.z, 0.0f}; }
@@ -219,4 +207,4 @@ class Stream {
   alignas(64) std::array<std::byte, kStreamSlots * sizeof(Slot)> slots_;
 };
 
-} // namespace kindling::accel::kd
+} // namespace kindling::accel::kd::KINDLING_SIMD

@@ -12,73 +12,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/config.h"
-#include "accel/kdtree/leaf.h"
-#include "accel/kdtree/node.h"
-#include "accel/kdtree/simd8.h"
+#include "accel/kdtree/kernels/leaf_test.h"
+#include "accel/kdtree/kernels/simd.h"
 
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-
-namespace kindling::accel::kd {
+namespace kindling::accel::kd::KINDLING_SIMD {
 
 inline constexpr float kWiden = 1.0f + 5e-7f; // a little over 4 ulp
 
 // At most 7 pushes per three binary levels, and one more round; a compressed store may write 8 entries past the top.
 inline constexpr size_t kStackSize = 7 * ((kMaxDepth + 2) / 3 + 1) + 9;
-
-namespace tables {
-
-// Comparisons of the entry point with the planes (bit set: above) -> lane of the child that holds it. Bit 2 is ignored.
-consteval std::array<uint8_t, 256> make_near_lane() {
-  std::array<uint8_t, 256> table{};
-  for (uint32_t bits = 0; bits < 256; ++bits) {
-    const uint32_t first = (bits >> kRootLane) & 1;
-    const uint32_t second = (bits >> (kSecondLane + first)) & 1;
-    const uint32_t third = (bits >> (kThirdLane + 2 * first + second)) & 1;
-    table[bits] = static_cast<uint8_t>(4 * first + 2 * second + third);
-  }
-  return table;
-}
-
-// Signs of the direction along the axes of the planes -> eight bytes, children from far to near: the lane in bits 0 to 2, the
-// lane of its third-level plane in bits 3 to 5, that of its second-level plane in bits 6 and 7.
-consteval std::array<uint64_t, 256> make_order() {
-  std::array<uint64_t, 256> table{};
-  for (uint32_t signs = 0; signs < 256; ++signs) {
-    for (uint32_t position = 0; position < kWideLanes; ++position) {
-      const uint32_t far1 = position < 4, far2 = (position & 2) == 0, far3 = (position & 1) == 0;
-      const uint32_t first = far1 ^ ((signs >> kRootLane) & 1);
-      const uint32_t plane2 = kSecondLane + first;
-      const uint32_t second = far2 ^ ((signs >> plane2) & 1);
-      const uint32_t plane3 = kThirdLane + 2 * first + second;
-      const uint32_t third = far3 ^ ((signs >> plane3) & 1);
-      const uint64_t entry = (4 * first + 2 * second + third) | ((plane3 & 7) << 3) | (plane2 << 6);
-      table[signs] |= entry << (8 * position);
-    }
-  }
-  return table;
-}
-
-// Bits of a mask -> eight bytes: the numbers of the set bits, then zeros.
-consteval std::array<uint64_t, 256> make_compress() {
-  std::array<uint64_t, 256> table{};
-  for (uint32_t mask = 0; mask < 256; ++mask) {
-    uint32_t count = 0;
-    for (uint32_t bit = 0; bit < 8; ++bit)
-      if ((mask >> bit) & 1) table[mask] |= static_cast<uint64_t>(bit) << (8 * count++);
-  }
-  return table;
-}
-
-inline constexpr std::array<uint8_t, 256> kNearLane = make_near_lane();
-inline constexpr std::array<uint64_t, 256> kOrder = make_order();
-inline constexpr std::array<uint64_t, 256> kCompress = make_compress();
-
-} // namespace tables
 
 // Cells still to visit: nearer ones on top.
 struct TraversalStack {
@@ -114,7 +56,7 @@ inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal
                           float leave, TraversalStack& stack, size_t top) {
   const Float8 planes = Float8::load(node.planes.data());
   const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
-  const uint32_t near = tables::kNearLane[(permute(point, axes) >= planes).bits()];
+  const uint32_t near = tables::kNearLane[at_least(permute(point, axes), planes)];
 
   const Float8 axis_reciprocal = permute(reciprocal, axes);
   const Float8 t = (planes - permute(origin, axes)) * axis_reciprocal;
@@ -127,11 +69,11 @@ inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal
   const Float8 ex = min(blend<0xaa>(tx, t3), min(blend<0xcc>(tx, t2), min(blend<0xf0>(tx, t1), tx)));
   const Int8 children = permute(Int8::load(node.child.data()), order);
   const uint32_t near_bit = low_bits_equal(order, near);
-  const uint32_t mask = (en <= ex * Float8(kWiden)).bits() & nonzero_bits(children) & ~near_bit;
-  const Int8 compress = Int8::from_bytes(tables::kCompress[mask]);
-  permute(children, compress).store_unaligned(&stack.child[top]);
-  permute(en, compress).store_unaligned(&stack.enter[top]);
-  permute(ex, compress).store_unaligned(&stack.leave[top]);
+  const uint32_t mask = at_most(en, ex * Float8(kWiden)) & nonzero_bits(children) & ~near_bit;
+  const Compress8 compress(mask);
+  compress(children).store(&stack.child[top]);
+  compress(en).store(&stack.enter[top]);
+  compress(ex).store(&stack.leave[top]);
 
   alignas(32) float leaves[8];
   ex.store(leaves);
@@ -165,8 +107,8 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
       top += step.pushed;
     }
     if (child != kEmptyChild) {
-      const LeafRange range = tree.leaf_range(child);
-      if (intersect_leaf<kAny>(range.blocks, range.count, shear, t_min, filter, t_far, best)) return true;
+      const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
+      if (intersect_leaf<kAny>(unit, shear, t_min, filter, t_far, best)) return true;
     }
     --top;
     enter = stack.enter[top];
@@ -177,4 +119,4 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
   }
 }
 
-} // namespace kindling::accel::kd
+} // namespace kindling::accel::kd::KINDLING_SIMD

@@ -1,0 +1,38 @@
+// Hits while a ray is under way: what a tree found, and asking the hit filter about it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "accel/kdtree/node.h"
+
+#include <cstdint>
+
+namespace kindling::accel::kd {
+
+// Best hit so far in one tree.
+struct TreeHit {
+  float t = 0.0f, u = 0.0f, v = 0.0f;
+  uint32_t primitive = kNoId;
+
+  [[nodiscard]] bool is_hit() const { return primitive != kNoId; }
+};
+
+// Resolves candidates of one tree and asks the hit filter about them.
+struct CandidateFilter {
+  const HitFilter& filter;
+  const Ray& world_ray;
+  const Tree& tree;
+  uint32_t instance; // kNoId: that of the geometry
+
+  [[nodiscard]] Hit resolve(const TreeHit& candidate) const {
+    const Geometry& geometry = tree.geometry_of(candidate.primitive);
+    return {candidate.t,         candidate.u,
+            candidate.v,         instance == kNoId ? geometry.instance : instance,
+            geometry.mesh_index, candidate.primitive - geometry.first_primitive};
+  }
+  [[nodiscard]] bool accepts(const TreeHit& candidate) const {
+    return filter.accept == nullptr || filter.accept(filter.context, world_ray, resolve(candidate));
+  }
+};
+
+} // namespace kindling::accel::kd

@@ -1,0 +1,30 @@
+// All that the kernels include from outside of this folder. It comes before the instruction set is raised, so that no inline
+// function of a foreign header is compiled for a processor that the rest of the program does not ask for.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "accel/affine.h"
+#include "accel/kdtree/candidate.h"
+#include "accel/kdtree/config.h"
+#include "accel/kdtree/node.h"
+#include "accel/kdtree/queries.h"
+#include "accel/kdtree/structure.h"
+#include "accel/kdtree/tables.h"
+#include "accel/triangle.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <span>
+#include <type_traits>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif

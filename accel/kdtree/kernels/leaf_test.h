@@ -1,0 +1,126 @@
+// The leaf test: one ray against the triangles of a block, and what counts as a hit.
+//
+// The arithmetic is that of accel/triangle.h, operation by operation; the shear onto the largest axis costs nothing here,
+// because it only chooses the rows of the block. Vertices are translated and sheared once, then picked by the triangles.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/simd.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+// RayShear(origin, direction) without branches, which for mixed rays would be mispredicted.
+inline RayShear shear_of(const Ray& ray) {
+  // By ax > ay, ax > az, ay > az in bits 0 to 2: the axes in the order x, y, z of the sheared space.
+  static constexpr uint8_t kAxes[8][3] = {{0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {1, 2, 0},
+                                          {2, 0, 1}, {0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+  const Imath::V3f& d = ray.direction;
+  const float ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
+  const auto& axes =
+      kAxes[static_cast<uint32_t>(ax > ay) | static_cast<uint32_t>(ax > az) << 1 | static_cast<uint32_t>(ay > az) << 2];
+  RayShear shear;
+  shear.kx = axes[0];
+  shear.ky = axes[1];
+  shear.kz = axes[2];
+  shear.sz = 1.0f / d[shear.kz];
+  shear.sx = d[shear.kx] / d[shear.kz];
+  shear.sy = d[shear.ky] / d[shear.kz];
+  shear.origin = {ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]};
+  return shear;
+}
+
+// The vertices of a block in the sheared space of a ray.
+struct ShearedVertices {
+  Table16 x, y, z;
+
+  ShearedVertices(const LeafBlock& block, const RayShear& ray)
+      : x(Table16::load(block.row(static_cast<uint32_t>(ray.kx))) - Table16(ray.origin.x)),
+        y(Table16::load(block.row(static_cast<uint32_t>(ray.ky))) - Table16(ray.origin.y)),
+        z(Table16::load(block.row(static_cast<uint32_t>(ray.kz))) - Table16(ray.origin.z)) {
+    x = x - Table16(ray.sx) * z;
+    y = y - Table16(ray.sy) * z;
+  }
+};
+
+// Up to kLanes triangles: edge functions, and bit i if the line of the ray is inside of triangle i.
+struct TriangleTest {
+  WideFloat e0, e1, e2, det;
+  WideInt a, b, c; // corners
+  uint32_t inside;
+
+  TriangleTest(const ShearedVertices& vertices, const uint16_t* corners, uint32_t count) {
+    a = WideInt::load(corners);
+    b = shift_right<4>(a);
+    c = shift_right<8>(a);
+    const WideFloat ax = pick(vertices.x, a), bx = pick(vertices.x, b), cx = pick(vertices.x, c);
+    const WideFloat ay = pick(vertices.y, a), by = pick(vertices.y, b), cy = pick(vertices.y, c);
+    const WideFloat zero(0.0f);
+    e0 = cx * by - cy * bx;
+    e1 = ax * cy - ay * cx;
+    e2 = bx * ay - by * ax;
+    det = (e0 + e1) + e2; // NaN if any of them is
+    inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & differs(det, zero) &
+             ((1U << count) - 1U); // behind the last triangle stands anything
+  }
+  // Along the ray.
+  [[nodiscard]] WideFloat distance(const ShearedVertices& vertices, float sz) const {
+    const WideFloat az = pick(vertices.z, a), bz = pick(vertices.z, b), cz = pick(vertices.z, c);
+    return (((e0 * az + e1 * bz) + e2 * cz) * WideFloat(sz)) / det;
+  }
+};
+
+// Takes the candidates `mask` of a block from number `first` on; out of line of the common case that there is none.
+template <bool kAny>
+inline bool take_candidates(const LeafBlock& block, uint32_t first, uint32_t mask, WideFloat t,
+                            const TriangleTest& test, const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  alignas(64) float ts[kLanes], e1s[kLanes], e2s[kLanes], dets[kLanes];
+  t.store(ts);
+  test.e1.store(e1s);
+  test.e2.store(e2s);
+  test.det.store(dets);
+  for (; mask != 0; mask &= mask - 1) {
+    const auto lane = static_cast<uint32_t>(std::countr_zero(mask));
+    if (ts[lane] > t_far) continue;
+    const uint32_t primitive = block.primitive(first + lane);
+    // Ties go to the smallest primitive, as in the oracle; the same one may come up again from another leaf.
+    if (best.is_hit() && ts[lane] == best.t && primitive >= best.primitive) continue;
+    const TreeHit candidate{ts[lane], e1s[lane] / dets[lane], e2s[lane] / dets[lane], primitive};
+    if (((block.asking() >> (first + lane)) & 1U) != 0 && !filter.accepts(candidate)) continue;
+    best = candidate;
+    t_far = candidate.t;
+    if (kAny) return true;
+  }
+  return false;
+}
+
+// Calls f(first triangle, count) for as many triangles of a block as are tested at once; ends early if it returns true.
+template <class F>
+inline bool for_each_group(const LeafBlock& block, const F& f) {
+  const uint32_t count = block.triangle_count();
+  if constexpr (kLanes >= kBlockTriangles) return f(0U, count);
+  for (uint32_t first = 0; first < count; first += kLanes)
+    if (f(first, std::min(kLanes, count - first))) return true;
+  return false;
+}
+
+// Nearest hit: narrows t_far and sets best. Any hit: returns true at the first. Hits outside the cell of the leaf count too.
+template <bool kAny>
+inline bool intersect_leaf(const LeafUnit* unit, const RayShear& ray, float t_min, const CandidateFilter& filter,
+                           float& t_far, TreeHit& best) {
+  while (true) {
+    const LeafBlock block(unit);
+    const ShearedVertices vertices(block, ray);
+    const bool ends = for_each_group(block, [&](uint32_t first, uint32_t count) {
+      const TriangleTest test(vertices, block.corners() + first, count);
+      if (test.inside == 0) return false;
+      const WideFloat t = test.distance(vertices, ray.sz);
+      const uint32_t mask = test.inside & above(t, WideFloat(t_min)) & at_most(t, WideFloat(t_far));
+      return mask != 0 && take_candidates<kAny>(block, first, mask, t, test, filter, t_far, best);
+    });
+    if (ends) return true;
+    if (block.is_last()) return false;
+    unit += block.unit_count();
+  }
+}
+
+} // namespace kindling::accel::kd::KINDLING_SIMD

@@ -1,0 +1,351 @@
+// Lanes of float or uint32_t for one SIMD target: AVX-512, AVX2 or plain loops, with equal results. Included once for each target,
+// with KINDLING_SIMD its namespace and KINDLING_SIMD_LEVEL its level (512, 2 or 0).
+//
+// All operations are IEEE single operations without contraction. min and max return the second operand if either is NaN.
+// Float8 and Int8 have eight lanes, which is what a wide node has. WideFloat and WideInt have kLanes, as many as the target handles at
+// once: the triangles of a leaf and the rays of a packet. Sixteen floats to pick from are a Table16.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/includes.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+#if KINDLING_SIMD_LEVEL >= 2
+
+struct Float8 {
+  __m256 v;
+  Float8() = default;
+  Float8(__m256 x) : v(x) {}
+  explicit Float8(float x) : v(_mm256_set1_ps(x)) {}
+  static Float8 load(const float* p) { return _mm256_loadu_ps(p); }
+  // {p[0..3], p[0..3]}; p aligned to 16 bytes.
+  static Float8 load_twice(const float* p) { return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p)); }
+  void store(float* p) const { _mm256_storeu_ps(p, v); }
+};
+inline Float8 operator+(Float8 a, Float8 b) { return _mm256_add_ps(a.v, b.v); }
+inline Float8 operator-(Float8 a, Float8 b) { return _mm256_sub_ps(a.v, b.v); }
+inline Float8 operator*(Float8 a, Float8 b) { return _mm256_mul_ps(a.v, b.v); }
+inline Float8 operator/(Float8 a, Float8 b) { return _mm256_div_ps(a.v, b.v); }
+inline Float8 min(Float8 a, Float8 b) { return _mm256_min_ps(a.v, b.v); }
+inline Float8 max(Float8 a, Float8 b) { return _mm256_max_ps(a.v, b.v); }
+// Bit i: sign of lane i.
+inline uint32_t sign_bits(Float8 a) { return static_cast<uint32_t>(_mm256_movemask_ps(a.v)); }
+// Lanes of b where the bit of the constant mask is set, else of a.
+template <int kMask>
+inline Float8 blend(Float8 a, Float8 b) {
+  return _mm256_blend_ps(a.v, b.v, kMask);
+}
+
+struct Int8 {
+  __m256i v;
+  Int8() = default;
+  Int8(__m256i x) : v(x) {}
+  explicit Int8(uint32_t x) : v(_mm256_set1_epi32(static_cast<int>(x))) {}
+  static Int8 load(const uint32_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
+  // Lane i: byte i.
+  static Int8 from_bytes(uint64_t bytes) {
+    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(bytes)));
+  }
+  void store(uint32_t* p) const { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v); }
+};
+template <int kBits>
+inline Int8 shift_right(Int8 a) {
+  return _mm256_srli_epi32(a.v, kBits);
+}
+// Lane i shifted by 2 i.
+inline Int8 shift_by_lane(Int8 a) { return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14)); }
+// Lane i: a[low three bits of index[i]].
+inline Float8 permute(Float8 a, Int8 index) { return _mm256_permutevar8x32_ps(a.v, index.v); }
+inline Int8 permute(Int8 a, Int8 index) { return _mm256_permutevar8x32_epi32(a.v, index.v); }
+// Lane kLane of a in all lanes.
+template <int kLane>
+inline Float8 broadcast_lane(Float8 a) {
+  return _mm256_permutevar8x32_ps(a.v, _mm256_set1_epi32(kLane));
+}
+inline void prefetch(const void* p) { _mm_prefetch(static_cast<const char*>(p), _MM_HINT_T0); }
+
+#endif
+
+#if KINDLING_SIMD_LEVEL == 512
+
+// Comparisons: bit i of the result is lane i.
+inline uint32_t at_least(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
+inline uint32_t at_most(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
+// The low three bits of lane i equal x.
+inline uint32_t low_bits_equal(Int8 a, uint32_t x) {
+  const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
+  return _mm256_cmpeq_epi32_mask(low, _mm256_set1_epi32(static_cast<int>(x)));
+}
+inline uint32_t nonzero_bits(Int8 a) { return _mm256_test_epi32_mask(a.v, a.v); }
+
+// Moves the lanes of a mask to the front; what stands behind them is undefined.
+class Compress8 {
+ public:
+  explicit Compress8(uint32_t mask) : mask_(static_cast<__mmask8>(mask)) {}
+  [[nodiscard]] Float8 operator()(Float8 a) const { return _mm256_maskz_compress_ps(mask_, a.v); }
+  [[nodiscard]] Int8 operator()(Int8 a) const { return _mm256_maskz_compress_epi32(mask_, a.v); }
+
+ private:
+  __mmask8 mask_;
+};
+
+inline constexpr uint32_t kLanes = 16;
+
+struct WideFloat {
+  __m512 v;
+  WideFloat() = default;
+  WideFloat(__m512 x) : v(x) {}
+  explicit WideFloat(float x) : v(_mm512_set1_ps(x)) {}
+  static WideFloat load(const float* p) { return _mm512_loadu_ps(p); }
+  void store(float* p) const { _mm512_storeu_ps(p, v); }
+};
+inline WideFloat operator+(WideFloat a, WideFloat b) { return _mm512_add_ps(a.v, b.v); }
+inline WideFloat operator-(WideFloat a, WideFloat b) { return _mm512_sub_ps(a.v, b.v); }
+inline WideFloat operator*(WideFloat a, WideFloat b) { return _mm512_mul_ps(a.v, b.v); }
+inline WideFloat operator/(WideFloat a, WideFloat b) { return _mm512_div_ps(a.v, b.v); }
+inline WideFloat min(WideFloat a, WideFloat b) { return _mm512_min_ps(a.v, b.v); }
+inline WideFloat max(WideFloat a, WideFloat b) { return _mm512_max_ps(a.v, b.v); }
+inline uint32_t at_least(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
+inline uint32_t at_most(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
+inline uint32_t above(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ); }
+// False if either is NaN.
+inline uint32_t differs(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_NEQ_OQ); }
+// Lanes of b where the bit is set, else of a.
+inline WideFloat select(uint32_t mask, WideFloat a, WideFloat b) {
+  return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), a.v, b.v);
+}
+
+struct WideInt {
+  __m512i v;
+  WideInt() = default;
+  WideInt(__m512i x) : v(x) {}
+  explicit WideInt(uint32_t x) : v(_mm512_set1_epi32(static_cast<int>(x))) {}
+  static WideInt load(const uint32_t* p) { return _mm512_loadu_si512(p); }
+  // Lane i: p[i].
+  static WideInt load(const uint16_t* p) {
+    return _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
+  }
+  void store(uint32_t* p) const { _mm512_storeu_si512(p, v); }
+};
+template <int kBits>
+inline WideInt shift_right(WideInt a) {
+  return _mm512_srli_epi32(a.v, kBits);
+}
+inline WideInt select(uint32_t mask, WideInt a, WideInt b) {
+  return _mm512_mask_blend_epi32(static_cast<__mmask16>(mask), a.v, b.v);
+}
+
+using Table16 = WideFloat;
+// Lane i: table[low four bits of index[i]].
+inline WideFloat pick(Table16 table, WideInt index) { return _mm512_permutexvar_ps(index.v, table.v); }
+
+#elif KINDLING_SIMD_LEVEL == 2
+
+inline uint32_t to_bits(__m256 mask) { return static_cast<uint32_t>(_mm256_movemask_ps(mask)); }
+inline uint32_t to_bits(__m256i mask) { return to_bits(_mm256_castsi256_ps(mask)); }
+inline uint32_t at_least(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)); }
+inline uint32_t at_most(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)); }
+inline uint32_t above(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GT_OQ)); }
+inline uint32_t differs(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_NEQ_OQ)); }
+inline uint32_t low_bits_equal(Int8 a, uint32_t x) {
+  const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
+  return to_bits(_mm256_cmpeq_epi32(low, _mm256_set1_epi32(static_cast<int>(x))));
+}
+inline uint32_t nonzero_bits(Int8 a) { return ~to_bits(_mm256_cmpeq_epi32(a.v, _mm256_setzero_si256())) & 0xffU; }
+
+class Compress8 {
+ public:
+  explicit Compress8(uint32_t mask) : index_(Int8::from_bytes(tables::kCompress[mask])) {}
+  [[nodiscard]] Float8 operator()(Float8 a) const { return permute(a, index_); }
+  [[nodiscard]] Int8 operator()(Int8 a) const { return permute(a, index_); }
+
+ private:
+  Int8 index_;
+};
+
+inline constexpr uint32_t kLanes = 8;
+using WideFloat = Float8;
+// All bits of lane i: bit i.
+inline __m256i lanes_of(uint32_t mask) {
+  const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+  return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bit), bit);
+}
+inline WideFloat select(uint32_t mask, WideFloat a, WideFloat b) {
+  return _mm256_blendv_ps(a.v, b.v, _mm256_castsi256_ps(lanes_of(mask)));
+}
+
+struct WideInt : Int8 {
+  using Int8::Int8;
+  WideInt(Int8 x) : Int8(x) {}
+  static WideInt load(const uint32_t* p) { return Int8::load(p); }
+  static WideInt load(const uint16_t* p) {
+    return WideInt(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
+  }
+};
+template <int kBits>
+inline WideInt shift_right(WideInt a) {
+  return WideInt(_mm256_srli_epi32(a.v, kBits));
+}
+inline WideInt select(uint32_t mask, WideInt a, WideInt b) {
+  return WideInt(_mm256_blendv_epi8(a.v, b.v, lanes_of(mask)));
+}
+
+struct Table16 {
+  Float8 low, high;
+  Table16(Float8 l, Float8 h) : low(l), high(h) {}
+  explicit Table16(float x) : low(x), high(x) {}
+  static Table16 load(const float* p) { return {Float8::load(p), Float8::load(p + 8)}; }
+};
+inline Table16 operator-(Table16 a, Table16 b) { return {a.low - b.low, a.high - b.high}; }
+inline Table16 operator*(Table16 a, Table16 b) { return {a.low * b.low, a.high * b.high}; }
+inline WideFloat pick(const Table16& table, WideInt index) {
+  return _mm256_blendv_ps(permute(table.low, index).v, permute(table.high, index).v,
+                          _mm256_castsi256_ps(_mm256_slli_epi32(index.v, 28)));
+}
+
+#else
+
+template <class T, uint32_t N>
+struct alignas(sizeof(T) * N) Lanes {
+  std::array<T, N> v;
+  Lanes() = default;
+  explicit Lanes(T x) { v.fill(x); }
+  template <class S>
+  static Lanes load(const S* p) {
+    Lanes r;
+    for (uint32_t i = 0; i < N; ++i) r.v[i] = p[i];
+    return r;
+  }
+  static Lanes load_twice(const T* p) {
+    Lanes r;
+    for (uint32_t i = 0; i < N; ++i) r.v[i] = p[i % (N / 2)];
+    return r;
+  }
+  static Lanes from_bytes(uint64_t bytes) {
+    Lanes r;
+    for (uint32_t i = 0; i < N; ++i) r.v[i] = static_cast<T>((bytes >> (8 * i)) & 0xffU);
+    return r;
+  }
+  void store(T* p) const { std::memcpy(p, v.data(), sizeof(v)); }
+};
+using Float8 = Lanes<float, 8>;
+using Int8 = Lanes<uint32_t, 8>;
+
+template <class T, uint32_t N, class F>
+inline Lanes<T, N> combine(const Lanes<T, N>& a, const Lanes<T, N>& b, F f) {
+  Lanes<T, N> r;
+  for (uint32_t i = 0; i < N; ++i) r.v[i] = f(a.v[i], b.v[i]);
+  return r;
+}
+template <class T, uint32_t N, class F>
+inline uint32_t compare(const Lanes<T, N>& a, const Lanes<T, N>& b, F f) {
+  uint32_t r = 0;
+  for (uint32_t i = 0; i < N; ++i) r |= static_cast<uint32_t>(f(a.v[i], b.v[i])) << i;
+  return r;
+}
+template <uint32_t N>
+inline Lanes<float, N> operator+(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return combine(a, b, [](float x, float y) { return x + y; });
+}
+template <uint32_t N>
+inline Lanes<float, N> operator-(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return combine(a, b, [](float x, float y) { return x - y; });
+}
+template <uint32_t N>
+inline Lanes<float, N> operator*(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return combine(a, b, [](float x, float y) { return x * y; });
+}
+template <uint32_t N>
+inline Lanes<float, N> operator/(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return combine(a, b, [](float x, float y) { return x / y; });
+}
+template <uint32_t N>
+inline Lanes<float, N> min(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return combine(a, b, [](float x, float y) { return x < y ? x : y; });
+}
+template <uint32_t N>
+inline Lanes<float, N> max(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return combine(a, b, [](float x, float y) { return x > y ? x : y; });
+}
+template <uint32_t N>
+inline uint32_t at_least(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return compare(a, b, [](float x, float y) { return x >= y; });
+}
+template <uint32_t N>
+inline uint32_t at_most(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return compare(a, b, [](float x, float y) { return x <= y; });
+}
+template <uint32_t N>
+inline uint32_t above(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return compare(a, b, [](float x, float y) { return x > y; });
+}
+template <uint32_t N>
+inline uint32_t differs(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+  return compare(a, b, [](float x, float y) { return x < y || x > y; });
+}
+inline uint32_t sign_bits(const Float8& a) {
+  return compare(a, a, [](float x, float) { return std::bit_cast<uint32_t>(x) >> 31; });
+}
+inline uint32_t low_bits_equal(const Int8& a, uint32_t x) {
+  return compare(a, Int8(x), [](uint32_t y, uint32_t z) { return (y & 7) == z; });
+}
+inline uint32_t nonzero_bits(const Int8& a) {
+  return compare(a, a, [](uint32_t x, uint32_t) { return x != 0; });
+}
+template <class T, uint32_t N>
+inline Lanes<T, N> select(uint32_t mask, const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  Lanes<T, N> r;
+  for (uint32_t i = 0; i < N; ++i) r.v[i] = ((mask >> i) & 1U) != 0 ? b.v[i] : a.v[i];
+  return r;
+}
+template <int kMask>
+inline Float8 blend(const Float8& a, const Float8& b) {
+  return select(kMask, a, b);
+}
+template <int kBits>
+inline Int8 shift_right(Int8 a) {
+  for (uint32_t& x : a.v) x >>= kBits;
+  return a;
+}
+inline Int8 shift_by_lane(Int8 a) {
+  for (uint32_t i = 0; i < 8; ++i) a.v[i] >>= 2 * i;
+  return a;
+}
+template <class T>
+inline Lanes<T, 8> permute(const Lanes<T, 8>& a, const Int8& index) {
+  Lanes<T, 8> r;
+  for (uint32_t i = 0; i < 8; ++i) r.v[i] = a.v[index.v[i] & 7];
+  return r;
+}
+template <int kLane>
+inline Float8 broadcast_lane(const Float8& a) {
+  return Float8(a.v[kLane]);
+}
+inline void prefetch(const void* p) { __builtin_prefetch(p); }
+
+class Compress8 {
+ public:
+  explicit Compress8(uint32_t mask) : index_(Int8::from_bytes(tables::kCompress[mask])) {}
+  template <class T>
+  [[nodiscard]] Lanes<T, 8> operator()(const Lanes<T, 8>& a) const {
+    return permute(a, index_);
+  }
+
+ private:
+  Int8 index_;
+};
+
+inline constexpr uint32_t kLanes = 8;
+using WideFloat = Float8;
+using WideInt = Int8;
+using Table16 = Lanes<float, 16>;
+inline WideFloat pick(const Table16& table, const WideInt& index) {
+  WideFloat r;
+  for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = table.v[index.v[i] & 15];
+  return r;
+}
+
+#endif
+
+} // namespace kindling::accel::kd::KINDLING_SIMD

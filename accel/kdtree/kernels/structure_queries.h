@@ -1,0 +1,100 @@
+// The queries of a structure: single rays, streams and coherent batches through the world's tree and its moved instances.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/stream.h"
+#include "accel/kdtree/kernels/traversal.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+template <bool kAny>
+inline bool trace_moved(const Structure& s, const MovedInstance& moved, const Ray& world, float t_min, float& t_far,
+                        Hit& hit) {
+  const Ray ray = moved.to_object(world);
+  if (!can_hit(ray)) return false;
+  const CandidateFilter filter{s.filter, world, *moved.tree, moved.instance};
+  TreeHit in_tree;
+  if (!trace_tree<kAny>(*moved.tree, ray, t_min, filter, t_far, in_tree)) return false;
+  if (kAny) return true;
+  if (hit.is_hit() && in_tree.t == hit.t && hit.instance < moved.instance) return false;
+  hit = filter.resolve(in_tree);
+  return false;
+}
+
+// Goes on behind the world tree, where `hit`, if any, lies at t_far.
+template <bool kAny>
+inline bool trace_instances(const Structure& s, const Ray& world, float t_far, Hit& hit) {
+  const float t_min = std::max(world.t_min, 0.0f);
+  return visit_instances(s.instance_level, world, t_min, t_far,
+                         [&](uint32_t i) { return trace_moved<kAny>(s, s.moved[i], world, t_min, t_far, hit); });
+}
+
+template <bool kAny>
+inline bool trace(const Structure& s, const Ray& world, Hit& hit) {
+  if (!can_hit(world)) return false;
+  const float t_min = std::max(world.t_min, 0.0f);
+  float t_far = world.t_max;
+  TreeHit in_world;
+  const CandidateFilter filter{s.filter, world, s.world_tree, kNoId};
+  if (trace_tree<kAny>(s.world_tree, world, t_min, filter, t_far, in_world)) {
+    if (kAny) return true;
+    hit = filter.resolve(in_world);
+  }
+  return trace_instances<kAny>(s, world, t_far, hit);
+}
+
+inline Hit intersect(const Structure& s, const Ray& ray) {
+  Hit hit;
+  trace<false>(s, ray, hit);
+  return hit;
+}
+
+inline bool occluded(const Structure& s, const Ray& ray) {
+  Hit hit;
+  return trace<true>(s, ray, hit);
+}
+
+// What the batch queries do behind the world's tree: moved instances, ray by ray.
+inline void add_instances(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
+  if (s.instance_level.empty()) return;
+  for (size_t i = 0; i < rays.size(); ++i)
+    if (can_hit(rays[i])) trace_instances<false>(s, rays[i], hits[i].is_hit() ? hits[i].t : rays[i].t_max, hits[i]);
+}
+inline void add_instances(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
+  if (s.instance_level.empty()) return;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    Hit hit;
+    if (blocked[i] == 0 && can_hit(rays[i])) blocked[i] = trace_instances<true>(s, rays[i], rays[i].t_max, hit) ? 1 : 0;
+  }
+}
+
+inline void intersect_stream(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
+  if (rays.size() < kSmallestStream) {
+    for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(s, rays[i]);
+    return;
+  }
+  std::fill(hits.begin(), hits.end(), Hit());
+  Stream<false> stream(s.world_tree, s.filter);
+  stream.trace(rays, [&](size_t i, const TreeHit& hit) {
+    hits[i] = CandidateFilter{s.filter, rays[i], s.world_tree, kNoId}.resolve(hit);
+  });
+  add_instances(s, rays, hits);
+}
+
+inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
+  if (rays.size() < kSmallestStream) {
+    for (size_t i = 0; i < rays.size(); ++i) blocked[i] = occluded(s, rays[i]) ? 1 : 0;
+    return;
+  }
+  std::fill(blocked.begin(), blocked.end(), uint8_t{0});
+  Stream<true> stream(s.world_tree, s.filter);
+  stream.trace(rays, [&](size_t i, const TreeHit&) { blocked[i] = 1; });
+  add_instances(s, rays, blocked);
+}
+
+constexpr Queries make_queries() {
+  return {intersect, occluded, intersect_stream, occluded_stream, intersect_stream, occluded_stream};
+}
+
+} // namespace kindling::accel::kd::KINDLING_SIMD
