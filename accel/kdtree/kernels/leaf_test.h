@@ -31,14 +31,14 @@ inline RayShear shear_of(const Ray& ray) {
 
 // The vertices of a block in the sheared space of a ray.
 struct ShearedVertices {
-  Table16 x, y, z;
+  Float16 x, y, z;
 
   ShearedVertices(const LeafBlock& block, const RayShear& ray)
-      : x(Table16::load(block.row(static_cast<uint32_t>(ray.kx))) - Table16(ray.origin.x)),
-        y(Table16::load(block.row(static_cast<uint32_t>(ray.ky))) - Table16(ray.origin.y)),
-        z(Table16::load(block.row(static_cast<uint32_t>(ray.kz))) - Table16(ray.origin.z)) {
-    x = x - Table16(ray.sx) * z;
-    y = y - Table16(ray.sy) * z;
+      : x(Float16::load(block.row(static_cast<uint32_t>(ray.kx))) - Float16(ray.origin.x)),
+        y(Float16::load(block.row(static_cast<uint32_t>(ray.ky))) - Float16(ray.origin.y)),
+        z(Float16::load(block.row(static_cast<uint32_t>(ray.kz))) - Float16(ray.origin.z)) {
+    x = x - Float16(ray.sx) * z;
+    y = y - Float16(ray.sy) * z;
   }
 };
 

@@ -2,8 +2,8 @@
 // with KINDLING_SIMD its namespace and KINDLING_SIMD_LEVEL its level (512, 2 or 0).
 //
 // All operations are IEEE single operations without contraction. min and max return the second operand if either is NaN.
-// Float8 and Int8 have eight lanes, which is what a wide node has. WideFloat and WideInt have kLanes, as many as the target handles at
-// once: the triangles of a leaf and the rays of a packet. Sixteen floats to pick from are a Table16.
+// Float8 and Int8 have eight lanes, which is what a wide node has; Float16 has sixteen, as many as a leaf block has vertices and a packet
+// rays, in one register or two. WideFloat and WideInt have kLanes, as many as the target handles at once: triangles of a leaf.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -115,6 +115,10 @@ inline uint32_t differs(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.
 inline WideFloat select(uint32_t mask, WideFloat a, WideFloat b) {
   return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), a.v, b.v);
 }
+inline WideFloat magnitude(WideFloat a) { return _mm512_abs_ps(a.v); }
+inline uint32_t sign_bits(WideFloat a) { return _mm512_movepi32_mask(_mm512_castps_si512(a.v)); }
+inline float least(WideFloat a) { return _mm512_reduce_min_ps(a.v); }
+inline float greatest(WideFloat a) { return _mm512_reduce_max_ps(a.v); }
 
 struct WideInt {
   __m512i v;
@@ -132,13 +136,21 @@ template <int kBits>
 inline WideInt shift_right(WideInt a) {
   return _mm512_srli_epi32(a.v, kBits);
 }
-inline WideInt select(uint32_t mask, WideInt a, WideInt b) {
-  return _mm512_mask_blend_epi32(static_cast<__mmask16>(mask), a.v, b.v);
-}
 
-using Table16 = WideFloat;
+using Float16 = WideFloat;
 // Lane i: table[low four bits of index[i]].
-inline WideFloat pick(Table16 table, WideInt index) { return _mm512_permutexvar_ps(index.v, table.v); }
+inline WideFloat pick(Float16 table, WideInt index) { return _mm512_permutexvar_ps(index.v, table.v); }
+// Lane i: the bits whose numbers are the low four bits of a[i], b[i] and c[i].
+inline WideInt bits_of(WideInt a, WideInt b, WideInt c) {
+  const __m512i one = _mm512_set1_epi32(1), low = _mm512_set1_epi32(15);
+  return _mm512_or_si512(_mm512_or_si512(_mm512_sllv_epi32(one, _mm512_and_si512(a.v, low)),
+                                         _mm512_sllv_epi32(one, _mm512_and_si512(b.v, low))),
+                         _mm512_sllv_epi32(one, _mm512_and_si512(c.v, low)));
+}
+// Bit i: all bits of lane i are in the set.
+inline uint32_t subset_of(WideInt bits, uint32_t set) {
+  return _mm512_testn_epi32_mask(bits.v, _mm512_set1_epi32(static_cast<int>(~set)));
+}
 
 #elif KINDLING_SIMD_LEVEL == 2
 
@@ -187,21 +199,67 @@ template <int kBits>
 inline WideInt shift_right(WideInt a) {
   return WideInt(_mm256_srli_epi32(a.v, kBits));
 }
-inline WideInt select(uint32_t mask, WideInt a, WideInt b) {
-  return WideInt(_mm256_blendv_epi8(a.v, b.v, lanes_of(mask)));
-}
 
-struct Table16 {
+struct Float16 {
   Float8 low, high;
-  Table16(Float8 l, Float8 h) : low(l), high(h) {}
-  explicit Table16(float x) : low(x), high(x) {}
-  static Table16 load(const float* p) { return {Float8::load(p), Float8::load(p + 8)}; }
+  Float16() = default;
+  Float16(Float8 l, Float8 h) : low(l), high(h) {}
+  explicit Float16(float x) : low(x), high(x) {}
+  static Float16 load(const float* p) { return {Float8::load(p), Float8::load(p + 8)}; }
+  void store(float* p) const {
+    low.store(p);
+    high.store(p + 8);
+  }
 };
-inline Table16 operator-(Table16 a, Table16 b) { return {a.low - b.low, a.high - b.high}; }
-inline Table16 operator*(Table16 a, Table16 b) { return {a.low * b.low, a.high * b.high}; }
-inline WideFloat pick(const Table16& table, WideInt index) {
+inline Float16 operator+(const Float16& a, const Float16& b) { return {a.low + b.low, a.high + b.high}; }
+inline Float16 operator-(const Float16& a, const Float16& b) { return {a.low - b.low, a.high - b.high}; }
+inline Float16 operator*(const Float16& a, const Float16& b) { return {a.low * b.low, a.high * b.high}; }
+inline Float16 operator/(const Float16& a, const Float16& b) { return {a.low / b.low, a.high / b.high}; }
+inline Float16 min(const Float16& a, const Float16& b) { return {min(a.low, b.low), min(a.high, b.high)}; }
+inline Float16 max(const Float16& a, const Float16& b) { return {max(a.low, b.low), max(a.high, b.high)}; }
+inline uint32_t at_least(const Float16& a, const Float16& b) {
+  return at_least(a.low, b.low) | at_least(a.high, b.high) << 8;
+}
+inline uint32_t at_most(const Float16& a, const Float16& b) {
+  return at_most(a.low, b.low) | at_most(a.high, b.high) << 8;
+}
+inline uint32_t above(const Float16& a, const Float16& b) { return above(a.low, b.low) | above(a.high, b.high) << 8; }
+inline uint32_t differs(const Float16& a, const Float16& b) {
+  return differs(a.low, b.low) | differs(a.high, b.high) << 8;
+}
+inline Float16 select(uint32_t mask, const Float16& a, const Float16& b) {
+  return {select(mask, a.low, b.low), select(mask >> 8, a.high, b.high)};
+}
+inline Float16 magnitude(const Float16& a) {
+  const __m256 sign = _mm256_set1_ps(-0.0f);
+  return {_mm256_andnot_ps(sign, a.low.v), _mm256_andnot_ps(sign, a.high.v)};
+}
+inline uint32_t sign_bits(const Float16& a) { return sign_bits(a.low) | sign_bits(a.high) << 8; }
+inline float least(const Float16& a) {
+  const Float8 half = min(a.low, a.high);
+  const __m128 quarter = _mm_min_ps(_mm256_castps256_ps128(half.v), _mm256_extractf128_ps(half.v, 1));
+  const __m128 pair = _mm_min_ps(quarter, _mm_movehl_ps(quarter, quarter));
+  return _mm_cvtss_f32(_mm_min_ss(pair, _mm_movehdup_ps(pair)));
+}
+inline float greatest(const Float16& a) {
+  const Float8 half = max(a.low, a.high);
+  const __m128 quarter = _mm_max_ps(_mm256_castps256_ps128(half.v), _mm256_extractf128_ps(half.v, 1));
+  const __m128 pair = _mm_max_ps(quarter, _mm_movehl_ps(quarter, quarter));
+  return _mm_cvtss_f32(_mm_max_ss(pair, _mm_movehdup_ps(pair)));
+}
+inline WideFloat pick(const Float16& table, WideInt index) {
   return _mm256_blendv_ps(permute(table.low, index).v, permute(table.high, index).v,
                           _mm256_castsi256_ps(_mm256_slli_epi32(index.v, 28)));
+}
+inline WideInt bits_of(WideInt a, WideInt b, WideInt c) {
+  const __m256i one = _mm256_set1_epi32(1), low = _mm256_set1_epi32(15);
+  return WideInt(_mm256_or_si256(_mm256_or_si256(_mm256_sllv_epi32(one, _mm256_and_si256(a.v, low)),
+                                                 _mm256_sllv_epi32(one, _mm256_and_si256(b.v, low))),
+                                 _mm256_sllv_epi32(one, _mm256_and_si256(c.v, low))));
+}
+inline uint32_t subset_of(WideInt bits, uint32_t set) {
+  const __m256i outside = _mm256_and_si256(bits.v, _mm256_set1_epi32(static_cast<int>(~set)));
+  return to_bits(_mm256_cmpeq_epi32(outside, _mm256_setzero_si256()));
 }
 
 #else
@@ -284,7 +342,8 @@ template <uint32_t N>
 inline uint32_t differs(const Lanes<float, N>& a, const Lanes<float, N>& b) {
   return compare(a, b, [](float x, float y) { return x < y || x > y; });
 }
-inline uint32_t sign_bits(const Float8& a) {
+template <uint32_t N>
+inline uint32_t sign_bits(const Lanes<float, N>& a) {
   return compare(a, a, [](float x, float) { return std::bit_cast<uint32_t>(x) >> 31; });
 }
 inline uint32_t low_bits_equal(const Int8& a, uint32_t x) {
@@ -339,11 +398,25 @@ class Compress8 {
 inline constexpr uint32_t kLanes = 8;
 using WideFloat = Float8;
 using WideInt = Int8;
-using Table16 = Lanes<float, 16>;
-inline WideFloat pick(const Table16& table, const WideInt& index) {
+using Float16 = Lanes<float, 16>;
+inline WideFloat pick(const Float16& table, const WideInt& index) {
   WideFloat r;
   for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = table.v[index.v[i] & 15];
   return r;
+}
+inline Float16 magnitude(Float16 a) {
+  for (float& x : a.v) x = std::fabs(x);
+  return a;
+}
+inline float least(const Float16& a) { return *std::min_element(a.v.begin(), a.v.end()); }
+inline float greatest(const Float16& a) { return *std::max_element(a.v.begin(), a.v.end()); }
+inline WideInt bits_of(const WideInt& a, const WideInt& b, const WideInt& c) {
+  WideInt r;
+  for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = 1U << (a.v[i] & 15) | 1U << (b.v[i] & 15) | 1U << (c.v[i] & 15);
+  return r;
+}
+inline uint32_t subset_of(const WideInt& bits, uint32_t set) {
+  return compare(bits, WideInt(~set), [](uint32_t x, uint32_t y) { return (x & y) == 0; });
 }
 
 #endif

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/packet.h"
 #include "accel/kdtree/kernels/stream.h"
 #include "accel/kdtree/kernels/traversal.h"
 
@@ -93,8 +94,35 @@ inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::
   add_instances(s, rays, blocked);
 }
 
+inline void intersect_coherent(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
+  std::fill(hits.begin(), hits.end(), Hit());
+  const auto finish = [&](size_t i, const TreeHit& hit) {
+    hits[i] = CandidateFilter{s.filter, rays[i], s.world_tree, kNoId}.resolve(hit);
+  };
+  trace_packets<false>(s.world_tree, s.filter, rays, finish, [&](size_t i) {
+    TreeHit best;
+    float t_far = rays[i].t_max;
+    const CandidateFilter filter{s.filter, rays[i], s.world_tree, kNoId};
+    if (trace_tree<false>(s.world_tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
+  });
+  add_instances(s, rays, hits);
+}
+
+inline void occluded_coherent(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
+  std::fill(blocked.begin(), blocked.end(), uint8_t{0});
+  trace_packets<true>(
+      s.world_tree, s.filter, rays, [&](size_t i, const TreeHit&) { blocked[i] = 1; },
+      [&](size_t i) {
+        TreeHit best;
+        float t_far = rays[i].t_max;
+        const CandidateFilter filter{s.filter, rays[i], s.world_tree, kNoId};
+        if (trace_tree<true>(s.world_tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) blocked[i] = 1;
+      });
+  add_instances(s, rays, blocked);
+}
+
 constexpr Queries make_queries() {
-  return {intersect, occluded, intersect_stream, occluded_stream, intersect_stream, occluded_stream};
+  return {intersect, occluded, intersect_stream, occluded_stream, intersect_coherent, occluded_coherent};
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

@@ -1,0 +1,410 @@
+// Packets: sixteen rays, close together and of like direction, go through one tree in step.
+//
+// All rays of a packet have the same signs of direction, so that they agree which child of a plane is the near one, and the
+// same largest axis, so that they shear triangles alike. A wide node is walked plane by plane: a plane that all rays cross
+// outside of their intervals costs one comparison for all of them. The interval of a ray that does not enter a cell is empty, stays so
+// further down, and needs no mask. In a leaf, triangles that lie to one side of all rays are sorted out first, all at once, by
+// interval arithmetic over the packet; the others are tested one by one against all rays. If only few rays have come to a leaf, they are
+// tested one by one against all triangles.
+//
+// Distances to planes, intervals and triangle tests are those of trace_tree(), operation by operation. What may differ: a ray is taken
+// through cells that it would not have entered alone if only rounding kept it out; and a triangle that a ray misses by less than the
+// rounding of an edge function, which then counts as zero, may be sorted out before. Packets are sixteen wide on every target, so that
+// all targets agree.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/traversal.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+inline constexpr uint32_t kPacketRays = 16;
+
+// What the rays of a packet have in common: the signs of the direction in bits 0 to 2 and the number of its largest axis above.
+inline constexpr uint32_t kPacketClasses = 24;
+inline uint32_t packet_class(const Ray& ray) {
+  const Imath::V3f& d = ray.direction;
+  const float ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
+  const uint32_t kz = ax > ay ? (ax > az ? 0U : 2U) : (ay > az ? 1U : 2U); // as RayShear has it
+  return (static_cast<uint32_t>(std::signbit(d.x)) | static_cast<uint32_t>(std::signbit(d.y)) << 1 |
+          static_cast<uint32_t>(std::signbit(d.z)) << 2) +
+         8 * kz;
+}
+
+template <bool kAny>
+class Packet {
+ public:
+  Packet(const Tree& tree, const HitFilter& filter) : tree_(tree), filter_(filter) {}
+  Packet(const Packet&) = delete;
+  Packet& operator=(const Packet&) = delete;
+
+  // Fills the packet with sixteen rays. False if they are not of one class, or one of them misses by definition.
+  bool assign(const Ray* rays) {
+    for (uint32_t i = 0; i < kPacketRays; i += 4) {
+      const Ray* four = rays + i;
+      transpose(origin_quad(four[0]), origin_quad(four[1]), origin_quad(four[2]), origin_quad(four[3]),
+                {origin_[0] + i, origin_[1] + i, origin_[2] + i, t_min_ + i});
+      transpose(direction_quad(four[0]), direction_quad(four[1]), direction_quad(four[2]), direction_quad(four[3]),
+                {direction_[0] + i, direction_[1] + i, direction_[2] + i, t_far_ + i});
+    }
+    const Float16 zero(0.0f), x = Float16::load(direction_[0]), y = Float16::load(direction_[1]),
+                  z = Float16::load(direction_[2]), ax = magnitude(x), ay = magnitude(y), az = magnitude(z);
+    const uint32_t signs[3] = {sign_bits(x), sign_bits(y), sign_bits(z)};
+    const uint32_t x_most = above(ax, ay) & above(ax, az), y_most = ~above(ax, ay) & above(ay, az) & kAllRays;
+    // As in can_hit().
+    const Float16 sum = (magnitude(Float16::load(origin_[0])) + magnitude(Float16::load(origin_[1])) +
+                         magnitude(Float16::load(origin_[2]))) +
+                        (ax + ay + az);
+    const Float16 t_min = Float16::load(t_min_), t_far = Float16::load(t_far_);
+    const uint32_t valid = at_most(sum, Float16(kLargestCoordinate)) & (differs(x, zero) | differs(y, zero) | differs(z, zero)) &
+                           above(t_far, t_min) & above(t_far, zero);
+    const auto uniform = [](uint32_t bits) { return bits == 0 || bits == kAllRays; };
+    if (!(uniform(signs[0]) & uniform(signs[1]) & uniform(signs[2]) & uniform(x_most) & uniform(y_most) &
+          (valid == kAllRays)))
+      return false;
+    max(t_min, zero).store(t_min_);
+    for (uint32_t i = 0; i < kPacketRays; ++i) {
+      ray_[i] = rays + i;
+      best_[i] = TreeHit();
+    }
+    count_ = kPacketRays;
+    return true;
+  }
+  // Adds a ray of the packet's class that passed can_hit(); at most kPacketRays of them.
+  void add(const Ray& ray) {
+    const uint32_t i = count_++;
+    ray_[i] = &ray;
+    for (int k = 0; k < 3; ++k) {
+      origin_[k][i] = ray.origin[k];
+      direction_[k][i] = ray.direction[k];
+    }
+    t_min_[i] = std::max(ray.t_min, 0.0f);
+    t_far_[i] = ray.t_max;
+    best_[i] = TreeHit();
+  }
+  // The nearest hit or, if kAny, any, once traced.
+  [[nodiscard]] const TreeHit& hit(uint32_t i) const { return best_[i]; }
+  void clear() { count_ = 0; }
+
+  void trace() {
+    if (tree_.root == kEmptyChild || count_ == 0) return;
+    for (uint32_t i = count_; i < kPacketRays; ++i) fill_lane(i);
+    Float16 enter, leave;
+    if (!clip_to_bounds(enter, leave)) return;
+    prepare_shear();
+    ChildWord child = tree_.root;
+    uint32_t heap = 1; // number of the plane in its wide node, from 1 as in a binary heap
+    uint32_t top = 0;
+    while (true) {
+      while (static_cast<int32_t>(child) > 0) {
+        const WideNode& node = tree_.nodes[child];
+        heap = descend(node, child, heap, enter, leave, top);
+        child = node.child[heap - kWideLanes];
+        heap = 1;
+      }
+      if (child != kEmptyChild && test_leaf(child, enter, leave)) return;
+      const Float16 far = Float16::load(t_far_);
+      do {
+        if (top == 0) return;
+        const Entry& entry = stack_[--top];
+        enter = Float16::load(entry.enter);
+        leave = min(Float16::load(entry.leave), far);
+        child = entry.child;
+        heap = entry.heap;
+      } while (at_most(enter, far) == 0);
+    }
+  }
+
+ private:
+  struct alignas(64) Entry {
+    float enter[kPacketRays], leave[kPacketRays];
+    ChildWord child;
+    uint32_t heap;
+  };
+  static constexpr uint32_t kAllRays = (1U << kPacketRays) - 1;
+  // With fewer rays in a leaf than this, rays are tested one by one.
+  static constexpr int kFewRays = 4;
+
+  // Four quads to the four places given, each of which gets one lane of all.
+  static void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4>& out) {
+    using Index = int32_t __attribute__((vector_size(16)));
+    const Quad ab_low = __builtin_shuffle(a, b, Index{0, 4, 1, 5}), ab_high = __builtin_shuffle(a, b, Index{2, 6, 3, 7});
+    const Quad cd_low = __builtin_shuffle(c, d, Index{0, 4, 1, 5}), cd_high = __builtin_shuffle(c, d, Index{2, 6, 3, 7});
+    const std::array<Quad, 4> lanes = {__builtin_shuffle(ab_low, cd_low, Index{0, 1, 4, 5}),
+                                       __builtin_shuffle(ab_low, cd_low, Index{2, 3, 6, 7}),
+                                       __builtin_shuffle(ab_high, cd_high, Index{0, 1, 4, 5}),
+                                       __builtin_shuffle(ab_high, cd_high, Index{2, 3, 6, 7})};
+    for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Quad));
+  }
+
+  // An empty lane repeats the first ray over an interval that is empty from the start.
+  void fill_lane(uint32_t i) {
+    for (int k = 0; k < 3; ++k) {
+      origin_[k][i] = origin_[k][0];
+      direction_[k][i] = direction_[k][0];
+    }
+    t_min_[i] = 0.0f;
+    t_far_[i] = -1.0f;
+  }
+
+  // As clip_to_box(); lanes that miss the box get an empty interval. False if all do.
+  bool clip_to_bounds(Float16& enter, Float16& leave) {
+    enter = Float16::load(t_min_);
+    leave = Float16::load(t_far_);
+    for (int k = 0; k < 3; ++k) {
+      const Float16 reciprocal = Float16(1.0f) / Float16::load(direction_[k]);
+      reciprocal.store(reciprocal_[k]);
+      negative_[k] = std::signbit(direction_[k][0]) ? 1 : 0;
+      const Imath::Box3f& box = tree_.clip_bounds;
+      const float near = negative_[k] != 0 ? box.max[k] : box.min[k], far = negative_[k] != 0 ? box.min[k] : box.max[k];
+      const Float16 origin = Float16::load(origin_[k]);
+      enter = max((Float16(near) - origin) * reciprocal, enter);
+      leave = min((Float16(far) - origin) * reciprocal, leave);
+    }
+    const uint32_t enters = at_most(enter, leave * Float16(kWiden));
+    enter = select(enters, Float16(std::numeric_limits<float>::infinity()), min(enter, leave));
+    leave = select(enters, Float16(-std::numeric_limits<float>::infinity()), leave);
+    return enters != 0;
+  }
+
+  // RayShear for all rays, and its range over the packet.
+  void prepare_shear() {
+    const RayShear first(ray_[0]->origin, ray_[0]->direction);
+    kx_ = static_cast<uint32_t>(first.kx);
+    ky_ = static_cast<uint32_t>(first.ky);
+    kz_ = static_cast<uint32_t>(first.kz);
+    const Float16 dz = Float16::load(direction_[kz_]);
+    const Float16 sx = Float16::load(direction_[kx_]) / dz, sy = Float16::load(direction_[ky_]) / dz;
+    sx.store(sx_);
+    sy.store(sy_);
+    (Float16(1.0f) / dz).store(sz_);
+    const Float16 ox = Float16::load(origin_[kx_]), oy = Float16::load(origin_[ky_]), oz = Float16::load(origin_[kz_]);
+    x_range_ = {least(ox), greatest(ox), least(sx), greatest(sx)};
+    y_range_ = {least(oy), greatest(oy), least(sy), greatest(sy)};
+    z_low_ = least(oz);
+    z_high_ = greatest(oz);
+  }
+  [[nodiscard]] RayShear shear_of_ray(uint32_t i) const {
+    RayShear shear;
+    shear.kx = static_cast<int>(kx_);
+    shear.ky = static_cast<int>(ky_);
+    shear.kz = static_cast<int>(kz_);
+    shear.sx = sx_[i];
+    shear.sy = sy_[i];
+    shear.sz = sz_[i];
+    shear.origin = {origin_[kx_][i], origin_[ky_][i], origin_[kz_][i]};
+    return shear;
+  }
+
+  // From plane `heap` of a node to one of its children: the heap number of that.
+  uint32_t descend(const WideNode& node, ChildWord number, uint32_t heap, Float16& enter, Float16& leave,
+                   uint32_t& top) {
+    const uint32_t axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
+    const Float16 widen(kWiden);
+    do {
+      const uint32_t lane = heap >= 4 ? heap : heap == 1 ? kRootLane : heap - 2;
+      const float plane = node.planes[lane];
+      const uint32_t axis = (axes >> (2 * lane)) & 3U;
+      if (plane == std::numeric_limits<float>::infinity()) { // the branch ends above
+        heap *= 2;
+        continue;
+      }
+      const Float16 t = (Float16(plane) - Float16::load(origin_[axis])) * Float16::load(reciprocal_[axis]);
+      const Float16 near_leave = min(t, leave), far_enter = max(t, enter);
+      const uint32_t to_near = at_most(enter, near_leave * widen), to_far = at_most(far_enter, leave * widen);
+      const uint32_t near = 2 * heap + negative_[axis], far = near ^ 1U;
+      if (to_far == 0) {
+        leave = near_leave;
+        heap = near;
+      } else if (to_near == 0) {
+        enter = far_enter;
+        heap = far;
+      } else {
+        push(node, number, far, far_enter, leave, top);
+        leave = near_leave;
+        heap = near;
+      }
+    } while (heap < kWideLanes);
+    return heap;
+  }
+
+  void push(const WideNode& node, ChildWord number, uint32_t heap, const Float16& enter, const Float16& leave,
+            uint32_t& top) {
+    Entry& entry = stack_[top];
+    enter.store(entry.enter);
+    leave.store(entry.leave);
+    const bool outside = heap >= kWideLanes;
+    entry.child = outside ? node.child[heap & (kWideLanes - 1)] : number;
+    entry.heap = outside ? 1 : heap;
+    top += entry.child != kEmptyChild ? 1 : 0;
+  }
+
+  // True if all rays are done.
+  bool test_leaf(ChildWord child, const Float16& enter, const Float16& leave) {
+    const uint32_t active = at_most(enter, leave * Float16(kWiden)) & at_most(enter, Float16::load(t_far_));
+    if (active == 0) return false;
+    const LeafUnit* unit = tree_.leaves.data() + (child & ~kLeafBit);
+    if (std::popcount(active) < kFewRays) {
+      for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<uint32_t>(std::countr_zero(rest));
+        const CandidateFilter filter{filter_, *ray_[i], tree_, kNoId};
+        if (intersect_leaf<kAny>(unit, shear_of_ray(i), t_min_[i], filter, t_far_[i], best_[i])) t_far_[i] = -1.0f;
+      }
+    } else {
+      while (true) {
+        const LeafBlock block(unit);
+        test_block(block, active);
+        if (block.is_last()) break;
+        unit += block.unit_count();
+      }
+    }
+    return kAny && at_least(Float16::load(t_far_), Float16(0.0f)) == 0;
+  }
+
+  // Ranges over the packet of one coordinate of the origin and of the shear along it.
+  struct Range {
+    float origin_low, origin_high, shear_low, shear_high;
+  };
+  // Bit i: sheared coordinate i is above zero for all rays, or below it. Rounding is monotonic, so these are bounds of what the
+  // rays themselves would compute, without any margin.
+  struct Sides {
+    uint32_t above, below;
+  };
+  static Sides sides_of(const float* row, const Range& range, const Float16& z_low, const Float16& z_high) {
+    const Float16 p = Float16::load(row), low(range.shear_low), high(range.shear_high), zero(0.0f);
+    const Float16 a = low * z_low, b = low * z_high, c = high * z_low, d = high * z_high;
+    const Float16 least = (p - Float16(range.origin_high)) - max(max(a, b), max(c, d));
+    const Float16 most = (p - Float16(range.origin_low)) - min(min(a, b), min(c, d));
+    return {kd::KINDLING_SIMD::above(least, zero), kd::KINDLING_SIMD::above(zero, most)};
+  }
+
+  // Bit i: triangle i is not to one side of all rays.
+  [[nodiscard]] uint32_t possible(const LeafBlock& block) const {
+    const Float16 z = Float16::load(block.row(kz_)), z_low = z - Float16(z_high_), z_high = z - Float16(z_low_);
+    const Sides x = sides_of(block.row(kx_), x_range_, z_low, z_high),
+                y = sides_of(block.row(ky_), y_range_, z_low, z_high);
+    uint32_t out = 0;
+    for_each_group(block, [&](uint32_t first, uint32_t count) {
+      const WideInt a = WideInt::load(block.corners() + first);
+      const WideInt corners = bits_of(a, shift_right<4>(a), shift_right<8>(a));
+      const uint32_t missed = subset_of(corners, x.above) | subset_of(corners, x.below) | subset_of(corners, y.above) |
+                              subset_of(corners, y.below);
+      out |= (~missed & ((1U << count) - 1U)) << first;
+      return false;
+    });
+    return out;
+  }
+
+  // The triangles of a block against all rays.
+  void test_block(const LeafBlock& block, uint32_t active) {
+    uint32_t triangles = possible(block);
+    if (triangles == 0) return;
+    const Float16 ox = Float16::load(origin_[kx_]), oy = Float16::load(origin_[ky_]), oz = Float16::load(origin_[kz_]),
+                  sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
+    const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
+    const uint16_t* corners = block.corners();
+    const auto shear = [&](uint32_t vertex, Float16& x, Float16& y, Float16& z) {
+      z = Float16(pz[vertex]) - oz;
+      x = (Float16(px[vertex]) - ox) - sx * z;
+      y = (Float16(py[vertex]) - oy) - sy * z;
+    };
+    for (; triangles != 0; triangles &= triangles - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(triangles));
+      Float16 ax, ay, az, bx, by, bz, cx, cy, cz;
+      shear(corners[i] & 15U, ax, ay, az);
+      shear((corners[i] >> 4) & 15U, bx, by, bz);
+      shear(corners[i] >> 8, cx, cy, cz);
+      const Float16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+      const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;
+      if (inside == 0) continue;
+      const Float16 det = (e0 + e1) + e2;
+      const Float16 t = (((e0 * az + e1 * bz) + e2 * cz) * Float16::load(sz_)) / det;
+      const uint32_t mask =
+          inside & differs(det, zero) & above(t, Float16::load(t_min_)) & at_most(t, Float16::load(t_far_));
+      if (mask != 0) take(block, i, mask, t, e1 / det, e2 / det);
+    }
+  }
+
+  // One triangle hit by the rays of the mask.
+  void take(const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t, const Float16& u,
+            const Float16& v) {
+    alignas(64) float ts[kPacketRays], us[kPacketRays], vs[kPacketRays];
+    t.store(ts);
+    u.store(us);
+    v.store(vs);
+    const uint32_t primitive = block.primitive(triangle);
+    const bool asks = ((block.asking() >> triangle) & 1U) != 0;
+    for (; mask != 0; mask &= mask - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(mask));
+      if (best_[i].is_hit() && ts[i] == best_[i].t && primitive >= best_[i].primitive) continue;
+      const TreeHit candidate{ts[i], us[i], vs[i], primitive};
+      if (asks && !CandidateFilter{filter_, *ray_[i], tree_, kNoId}.accepts(candidate)) continue;
+      best_[i] = candidate;
+      t_far_[i] = kAny ? -1.0f : candidate.t;
+    }
+  }
+
+  const Tree& tree_;
+  const HitFilter& filter_;
+  uint32_t count_ = 0;
+  uint32_t kx_ = 0, ky_ = 0, kz_ = 0;    // axes of the sheared space
+  uint32_t negative_[3] = {0, 0, 0};     // by axis: 1 if the direction points down it
+  Range x_range_{}, y_range_{};          // in the sheared space
+  float z_low_ = 0.0f, z_high_ = 0.0f;   // of the origins
+  alignas(64) float origin_[3][kPacketRays], direction_[3][kPacketRays], reciprocal_[3][kPacketRays];
+  alignas(64) float sx_[kPacketRays], sy_[kPacketRays], sz_[kPacketRays], t_min_[kPacketRays], t_far_[kPacketRays];
+  TreeHit best_[kPacketRays];
+  const Ray* ray_[kPacketRays];
+  Entry stack_[kMaxDepth + 1];
+};
+
+// Traces rays in packets: as they come where sixteen in a row are of one class, and the others sorted by class; of a class with few
+// rays each goes alone through `rest`. Calls finish(number of the ray, hit) for each ray of a packet that hits something.
+template <bool kAny, class Finish, class Rest>
+inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<const Ray> rays, const Finish& finish,
+                          const Rest& rest) {
+  constexpr size_t kMost = 256;   // rays to sort at once: their numbers are kept in bytes
+  constexpr uint32_t kFewest = 4; // rays that are worth a packet
+  Packet<kAny> packet(tree, filter);
+  for (size_t first = 0; first < rays.size(); first += kMost) {
+    const auto count = static_cast<uint32_t>(std::min(kMost, rays.size() - first));
+    uint8_t left[kMost]; // those still to trace
+    uint32_t left_count = 0;
+    for (uint32_t i = 0; i < count; i += kPacketRays) {
+      if (count - i >= kPacketRays && packet.assign(&rays[first + i])) {
+        packet.trace();
+        for (uint32_t k = 0; k < kPacketRays; ++k)
+          if (packet.hit(k).is_hit()) finish(first + i + k, packet.hit(k));
+        continue;
+      }
+      for (uint32_t k = i; k < std::min(count, i + kPacketRays); ++k) {
+        left[left_count] = static_cast<uint8_t>(k);
+        left_count += can_hit(rays[first + k]) ? 1 : 0;
+      }
+    }
+    if (left_count == 0) continue;
+    uint8_t order[kMost];
+    std::array<uint32_t, kPacketClasses + 1> start{};
+    for (uint32_t k = 0; k < left_count; ++k) ++start[packet_class(rays[first + left[k]]) + 1];
+    for (uint32_t c = 0; c < kPacketClasses; ++c) start[c + 1] += start[c];
+    std::array<uint32_t, kPacketClasses + 1> next = start;
+    for (uint32_t k = 0; k < left_count; ++k) order[next[packet_class(rays[first + left[k]])]++] = left[k];
+    for (uint32_t c = 0; c < kPacketClasses; ++c) {
+      for (uint32_t k = start[c]; k < start[c + 1];) {
+        const uint32_t size = std::min(kPacketRays, start[c + 1] - k);
+        if (size < kFewest) {
+          for (; k < start[c + 1]; ++k) rest(first + order[k]);
+          break;
+        }
+        packet.clear();
+        for (uint32_t i = 0; i < size; ++i) packet.add(rays[first + order[k + i]]);
+        packet.trace();
+        for (uint32_t i = 0; i < size; ++i)
+          if (packet.hit(i).is_hit()) finish(first + order[k + i], packet.hit(i));
+        k += size;
+      }
+    }
+  }
+}
+
+} // namespace kindling::accel::kd::KINDLING_SIMD
