@@ -12,12 +12,14 @@ namespace kindling::accel::kd {
 
 // Depth of the binary tree that no preset exceeds; the traversal stack is sized for it.
 inline constexpr uint32_t kMaxDepth = 60;
+// Depth in wide nodes.
+inline constexpr uint32_t kMaxWideDepth = 32;
 
 struct Config {
-  // Surface area heuristic: cost of a step down and of one triangle in a leaf. Leaves test eight triangles at once, so a
-  // triangle is far cheaper than the textbooks' 1 to 2 steps; leaves of 9 to 17 references result.
+  // Surface area heuristic: cost of a step down and of one triangle in a leaf. Leaves test up to sixteen triangles at once, so a
+  // triangle is far cheaper than the textbooks' 1 to 2 steps; leaves of 12 to 20 references result.
   double traversal_cost = 1.0;
-  double triangle_cost = 0.2;
+  double triangle_cost = 0.15;
   // The triangle cost of a split that cuts off empty space is reduced by this fraction.
   double empty_bonus = 0.15;
   // Up to so many references every bound is tried as a plane; above, the borders of kBins bins.

@@ -55,6 +55,16 @@ consteval std::array<uint64_t, 256> make_compress() {
 
 inline constexpr std::array<uint8_t, 256> kNearLane = make_near_lane();
 inline constexpr std::array<uint64_t, 256> kOrder = make_order();
+// The same from near to far.
+consteval std::array<uint64_t, 256> make_near_first() {
+  std::array<uint64_t, 256> table{};
+  const std::array<uint64_t, 256> far_first = make_order();
+  for (uint32_t signs = 0; signs < 256; ++signs)
+    for (uint32_t position = 0; position < kWideLanes; ++position)
+      table[signs] |= ((far_first[signs] >> (8 * position)) & 0xffU) << (8 * (kWideLanes - 1 - position));
+  return table;
+}
+inline constexpr std::array<uint64_t, 256> kNearFirst = make_near_first();
 inline constexpr std::array<uint64_t, 256> kCompress = make_compress();
 
 } // namespace tables

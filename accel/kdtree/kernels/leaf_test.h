@@ -69,23 +69,31 @@ struct TriangleTest {
   }
 };
 
-// Takes the candidates `mask` of a block from number `first` on; out of line of the common case that there is none.
+// What a block's triangles gave, by triangle.
+struct alignas(64) TestedBlock {
+  std::array<float, kBlockTriangles> t, e1, e2, det;
+
+  void store(uint32_t first, WideFloat distance, const TriangleTest& test) {
+    distance.store(&t[first]);
+    test.e1.store(&e1[first]);
+    test.e2.store(&e2[first]);
+    test.det.store(&det[first]);
+  }
+};
+
+// Takes the triangles `hit` of a block. Nearest hit: narrows t_far and sets best. Any hit: returns true at the first.
 template <bool kAny>
-inline bool take_candidates(const LeafBlock& block, uint32_t first, uint32_t mask, WideFloat t,
-                            const TriangleTest& test, const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  alignas(64) float ts[kLanes], e1s[kLanes], e2s[kLanes], dets[kLanes];
-  t.store(ts);
-  test.e1.store(e1s);
-  test.e2.store(e2s);
-  test.det.store(dets);
-  for (; mask != 0; mask &= mask - 1) {
-    const auto lane = static_cast<uint32_t>(std::countr_zero(mask));
-    if (ts[lane] > t_far) continue;
-    const uint32_t primitive = block.primitive(first + lane);
+inline bool take_candidates(const LeafBlock& block, uint32_t hit, const TestedBlock& tested, const CandidateFilter& filter,
+                            float& t_far, TreeHit& best) {
+  for (; hit != 0; hit &= hit - 1) {
+    const auto i = static_cast<uint32_t>(std::countr_zero(hit));
+    const float t = tested.t[i];
+    if (t > t_far) continue;
+    const uint32_t primitive = block.primitive(i);
     // Ties go to the smallest primitive, as in the oracle; the same one may come up again from another leaf.
-    if (best.is_hit() && ts[lane] == best.t && primitive >= best.primitive) continue;
-    const TreeHit candidate{ts[lane], e1s[lane] / dets[lane], e2s[lane] / dets[lane], primitive};
-    if (((block.asking() >> (first + lane)) & 1U) != 0 && !filter.accepts(candidate)) continue;
+    if (best.is_hit() && t == best.t && primitive >= best.primitive) continue;
+    const TreeHit candidate{t, tested.e1[i] / tested.det[i], tested.e2[i] / tested.det[i], primitive};
+    if (((block.asking() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
     best = candidate;
     t_far = candidate.t;
     if (kAny) return true;
@@ -115,7 +123,10 @@ inline bool intersect_leaf(const LeafUnit* unit, const RayShear& ray, float t_mi
       if (test.inside == 0) return false;
       const WideFloat t = test.distance(vertices, ray.sz);
       const uint32_t mask = test.inside & above(t, WideFloat(t_min)) & at_most(t, WideFloat(t_far));
-      return mask != 0 && take_candidates<kAny>(block, first, mask, t, test, filter, t_far, best);
+      if (mask == 0) return false;
+      TestedBlock tested;
+      tested.store(first, t, test);
+      return take_candidates<kAny>(block, mask << first, tested, filter, t_far, best);
     });
     if (ends) return true;
     if (block.is_last()) return false;

@@ -31,12 +31,6 @@ inline Float8 min(Float8 a, Float8 b) { return _mm256_min_ps(a.v, b.v); }
 inline Float8 max(Float8 a, Float8 b) { return _mm256_max_ps(a.v, b.v); }
 // Bit i: sign of lane i.
 inline uint32_t sign_bits(Float8 a) { return static_cast<uint32_t>(_mm256_movemask_ps(a.v)); }
-// Lanes of b where the bit of the constant mask is set, else of a.
-template <int kMask>
-inline Float8 blend(Float8 a, Float8 b) {
-  return _mm256_blend_ps(a.v, b.v, kMask);
-}
-
 struct Int8 {
   __m256i v;
   Int8() = default;
@@ -69,6 +63,15 @@ inline void prefetch(const void* p) { _mm_prefetch(static_cast<const char*>(p), 
 
 #if KINDLING_SIMD_LEVEL == 512
 
+// a; in the lanes of the constant mask max(t, a) or min(t, a), where NaN in t leaves a.
+template <int kMask>
+inline Float8 max_where(Float8 a, Float8 t) {
+  return _mm256_mask_max_ps(a.v, kMask, t.v, a.v);
+}
+template <int kMask>
+inline Float8 min_where(Float8 a, Float8 t) {
+  return _mm256_mask_min_ps(a.v, kMask, t.v, a.v);
+}
 // Comparisons: bit i of the result is lane i.
 inline uint32_t at_least(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
 inline uint32_t at_most(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
@@ -154,6 +157,14 @@ inline uint32_t subset_of(WideInt bits, uint32_t set) {
 
 #elif KINDLING_SIMD_LEVEL == 2
 
+template <int kMask>
+inline Float8 max_where(Float8 a, Float8 t) {
+  return max(Float8(_mm256_blend_ps(a.v, t.v, kMask)), a);
+}
+template <int kMask>
+inline Float8 min_where(Float8 a, Float8 t) {
+  return min(Float8(_mm256_blend_ps(a.v, t.v, kMask)), a);
+}
 inline uint32_t to_bits(__m256 mask) { return static_cast<uint32_t>(_mm256_movemask_ps(mask)); }
 inline uint32_t to_bits(__m256i mask) { return to_bits(_mm256_castsi256_ps(mask)); }
 inline uint32_t at_least(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)); }
@@ -359,8 +370,12 @@ inline Lanes<T, N> select(uint32_t mask, const Lanes<T, N>& a, const Lanes<T, N>
   return r;
 }
 template <int kMask>
-inline Float8 blend(const Float8& a, const Float8& b) {
-  return select(kMask, a, b);
+inline Float8 max_where(const Float8& a, const Float8& t) {
+  return max(select(kMask, a, t), a);
+}
+template <int kMask>
+inline Float8 min_where(const Float8& a, const Float8& t) {
+  return min(select(kMask, a, t), a);
 }
 template <int kBits>
 inline Int8 shift_right(Int8 a) {

@@ -1,10 +1,11 @@
 // Many independent rays through one tree at once: while one waits for memory or for its own arithmetic, the others go on.
 //
 // Each ray has a slot with its state and its own stack. A round takes every ray that stands at a node one wide node down, then
-// every ray that stands at a leaf through it, then hands out the finished ones and refills their slots. A ray moves on by popping
-// its stack, and enters the queue for nodes, for leaves or for finished rays by adding comparisons to the three counters: there is
-// no branch to predict but that a triangle is hit. Every ray sees the cells in the order of trace_tree() and does its
-// arithmetic, so that its answer is the same bit for bit, whatever its company.
+// every ray that stands at a leaf through one of its blocks, then hands out the finished ones and refills their slots. A step down leaves
+// a frame on the stack: the children in the order of the ray, their intervals, and a bit for each that it enters. A ray moves on by
+// taking the first bit of its topmost frame, and enters the queue for nodes, for leaves or for finished rays by adding comparisons
+// to the three counters: there is no branch to predict but that a triangle is hit. What a ray does and finds depends on nothing
+// but itself. Its arithmetic is that of trace_tree(), which differs in one thing: it enters the near child in any case.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +20,7 @@ inline constexpr size_t kSmallestStream = 4;
 // Lines that are fetched of a leaf block; a full one has five.
 inline constexpr size_t kBlockLines = 4;
 
-// About 70 KB, meant for the stack; nothing is initialized before it is used.
+// About 140 KB, meant for the stack; nothing is initialized before it is used.
 template <bool kAny>
 class Stream {
  public:
@@ -52,17 +53,24 @@ class Stream {
 
  private:
   using IntQuad = int32_t __attribute__((vector_size(16)));
+  // The children of one wide node, near ones first.
+  struct alignas(64) Frame {
+    std::array<float, kWideLanes> enter, leave;
+    std::array<ChildWord, kWideLanes> child;
+    uint32_t rest; // bit i: child i is still to be visited
+  };
+  static_assert(sizeof(Frame) == 128);
   struct alignas(64) Slot {
-    std::array<float, 4> origin, direction, reciprocal; // lane 3 of these is never selected
+    std::array<float, 4> origin, reciprocal; // lane 3 of these is never selected
+    std::array<float, 8> t;                  // distances of the planes of the node
     RayShear shear;
     float t_min, t_far; // t_far is -1 once any hit will do
     TreeHit best;
     uint32_t ray;
-    uint32_t top;
+    uint32_t top;    // frames on the stack
     ChildWord child; // where the ray stands, and its interval there
     float enter, leave;
-    TraversalStack stack;
-    std::array<std::byte, 64> spare;
+    std::array<Frame, kMaxWideDepth + 2> stack; // the lowest ends the ray; a step may write one above the top
 
     explicit Slot(uint32_t number) : ray(number) {}
   };
@@ -86,7 +94,6 @@ class Stream {
       const Quad origin = origin_quad(ray), direction = direction_quad(ray),
                  reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction;
       std::memcpy(slot.origin.data(), &origin, sizeof(Quad));
-      std::memcpy(slot.direction.data(), &direction, sizeof(Quad));
       std::memcpy(slot.reciprocal.data(), &reciprocal, sizeof(Quad));
       slot.shear = shear_of(ray);
       // As in clip_to_box().
@@ -103,8 +110,9 @@ class Stream {
       slot.enter = enter < leave ? enter : leave;
       slot.leave = leave;
       slot.top = 1;
-      slot.stack.enter[0] = std::numeric_limits<float>::quiet_NaN();
-      slot.stack.child[0] = tree_.root; // only prefetched
+      slot.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
+      slot.stack[0].child[0] = tree_.root; // only prefetched
+      slot.stack[0].rest = 1;
       slot.child = tree_.root;
       queue[count] = &slot;
       count += enters;
@@ -113,21 +121,24 @@ class Stream {
     (root_is_leaf ? counts.leaf : counts.node) = count;
   }
 
-  // The topmost cell on the stack of a ray, and the queue that it belongs to.
+  // Takes the next cell from the stack of a ray, which has `top` frames, and puts it into the queue of its kind.
   void pop(Slot& slot, uint32_t top, Counts& counts) {
-    --top;
-    const ChildWord child = slot.stack.child[top];
-    const float enter = slot.stack.enter[top], leave = slot.stack.leave[top], t_far = slot.t_far;
-    slot.top = top;
+    Frame& frame = slot.stack[top - 1];
+    const uint32_t rest = frame.rest;
+    const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
+    const ChildWord child = frame.child[next];
+    const float enter = frame.enter[next], leave = frame.leave[next], t_far = slot.t_far;
+    const uint32_t left = rest & (rest - 1);
+    frame.rest = left;
+    slot.top = top - (left == 0 ? 1 : 0);
     slot.child = child;
     slot.enter = enter;
     slot.leave = leave < t_far ? leave : t_far;
     const uint32_t alive = enter <= t_far ? 1 : 0;
     const uint32_t leaf = child >> 31;
     const auto node_at = reinterpret_cast<uintptr_t>(tree_.nodes.data()) + size_t{child} * sizeof(WideNode);
-    const auto block_at =
-        reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
-    prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf))));
+    const auto block_at = reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
+    prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf)))); // no branch
     node_[counts.node] = &slot;
     counts.node += alive & (leaf ^ 1);
     leaf_[counts.leaf] = &slot;
@@ -136,22 +147,42 @@ class Stream {
     counts.done += alive ^ 1;
   }
 
+  // One wide node down for every ray at a node. In three passes, each short enough for the processor to overlap many rays: one
+  // ray's chain of dependent operations through all three is longer than what it can look ahead.
   void descend(Counts& total) {
+    std::array<uint8_t, kStreamSlots> signs, entered;
+    for (uint32_t k = 0; k < total.node; ++k) {
+      Slot& slot = *node_[k];
+      const WideNode& node = tree_.nodes[slot.child];
+      const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+      const Float8 reciprocal = permute(Float8::load_twice(slot.reciprocal.data()), axes);
+      const Float8 origin = permute(Float8::load_twice(slot.origin.data()), axes);
+      ((Float8::load(node.planes.data()) - origin) * reciprocal).store(slot.t.data());
+      signs[k] = static_cast<uint8_t>(sign_bits(reciprocal));
+    }
+    for (uint32_t k = 0; k < total.node; ++k) {
+      Slot& slot = *node_[k];
+      const Float8 t = Float8::load(slot.t.data());
+      const Int8 order = Int8::from_bytes(tables::kNearFirst[signs[k]]);
+      const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
+                   t3 = permute(t, shift_right<3>(order));
+      // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
+      const Float8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(slot.enter), t1), t2), t3);
+      const Float8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(slot.leave), t1), t2), t3);
+      const Int8 children = permute(Int8::load(tree_.nodes[slot.child].child.data()), order);
+      Frame& frame = slot.stack[slot.top];
+      enter.store(frame.enter.data());
+      leave.store(frame.leave.data());
+      children.store(frame.child.data());
+      entered[k] = static_cast<uint8_t>(at_most(enter, leave * Float8(kWiden)) & nonzero_bits(children));
+    }
     Counts counts = total;
     counts.node = 0; // the queue is rewritten behind the place where it is read
     for (uint32_t k = 0; k < total.node; ++k) {
       Slot& slot = *node_[k];
-      const Float8 origin = Float8::load_twice(slot.origin.data());
-      const Float8 point = origin + Float8(slot.enter) * Float8::load_twice(slot.direction.data());
-      uint32_t top = slot.top;
-      const WideStep step = step_down(tree_.nodes[slot.child], origin, Float8::load_twice(slot.reciprocal.data()),
-                                      point, slot.enter, slot.leave, slot.stack, top);
-      top += step.pushed;
-      slot.stack.child[top] = step.child;
-      slot.stack.enter[top] = slot.enter;
-      slot.stack.leave[top] = step.leave;
-      top += step.child != kEmptyChild ? 1 : 0;
-      pop(slot, top, counts);
+      const uint32_t top = slot.top;
+      slot.stack[top].rest = entered[k];
+      pop(slot, top + (entered[k] != 0 ? 1 : 0), counts);
     }
     total = counts;
   }
@@ -161,42 +192,67 @@ class Stream {
       const auto* block = reinterpret_cast<const std::byte*>(tree_.leaves.data() + (leaf_[k]->child & ~kLeafBit));
       for (size_t line = 1; line < kBlockLines; ++line) prefetch(block + 64 * line);
     }
+    std::array<uint16_t, kStreamSlots> hit; // bit i: triangle i is hit
+    std::array<uint8_t, kStreamSlots + 1> hitting; // those with any, kAny: that the filter is to be asked about
+    uint32_t hitting_count = 0;
+    for (uint32_t k = 0; k < total.leaf; ++k) {
+      const Slot& slot = *leaf_[k];
+      const LeafBlock block = tree_.leaf_block(slot.child);
+      const uint32_t mask = test_block(block, slot, tested_[k]);
+      hit[k] = static_cast<uint16_t>(mask);
+      hitting[hitting_count] = static_cast<uint8_t>(k);
+      hitting_count += (kAny ? mask & block.asking() : mask) != 0 ? 1 : 0;
+    }
+    for (uint32_t i = 0; i < hitting_count; ++i) take_hits(rays, *leaf_[hitting[i]], tested_[hitting[i]], hit[hitting[i]]);
     Counts counts = total;
     counts.leaf = 0;
     for (uint32_t k = 0; k < total.leaf; ++k) {
       Slot& slot = *leaf_[k];
-      const ChildWord child = slot.child;
-      const LeafBlock block = tree_.leaf_block(child);
-      test_block(block, rays, slot);
+      const LeafBlock block = tree_.leaf_block(slot.child);
+      if (kAny) {
+        const bool ends = (hit[k] & ~block.asking()) != 0;
+        slot.t_far = ends ? -1.0f : slot.t_far;
+        slot.best.primitive = ends ? 0 : slot.best.primitive;
+      }
       // What is left of the leaf is one more cell, which only the end of the ray keeps from being visited.
       uint32_t top = slot.top;
-      slot.stack.child[top] = child + block.unit_count();
-      slot.stack.enter[top] = 0.0f;
-      slot.stack.leave[top] = 0.0f;
+      Frame& frame = slot.stack[top];
+      frame.child[0] = slot.child + block.unit_count();
+      frame.enter[0] = 0.0f;
+      frame.leave[0] = 0.0f;
+      frame.rest = 1;
       top += block.is_last() ? 0 : 1;
       pop(slot, top, counts);
     }
     total = counts;
   }
 
-  // Same outcome as intersect_leaf() for one block. Distances are computed before it is known whether they are needed, so that
-  // only hits in the ray's interval, one or two per ray, are a branch; and no hit is, where any will do.
-  void test_block(const LeafBlock& block, std::span<const Ray> rays, Slot& slot) {
+  // Which triangles of a block the ray hits in its interval. Distances are computed before it is known whether they are
+  // needed, so that there is no branch.
+  static uint32_t test_block(const LeafBlock& block, const Slot& slot, TestedBlock& out) {
     const ShearedVertices vertices(block, slot.shear);
-    const uint32_t asking = kAny ? block.asking() : 0;
+    uint32_t hit = 0;
     for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
       const WideFloat t = test.distance(vertices, slot.shear.sz);
-      const uint32_t mask = test.inside & above(t, WideFloat(slot.t_min)) & at_most(t, WideFloat(slot.t_far));
-      if (kAny && (mask & (asking >> first)) == 0) {
-        slot.t_far = mask != 0 ? -1.0f : slot.t_far;
-        slot.best.primitive = mask != 0 ? 0 : slot.best.primitive;
-      } else if (mask != 0) {
-        const CandidateFilter filter{filter_, rays[slot.ray], tree_, kNoId};
-        if (take_candidates<kAny>(block, first, mask, t, test, filter, slot.t_far, slot.best)) slot.t_far = -1.0f;
-      }
+      if (!kAny) out.store(first, t, test);
+      hit |= (test.inside & above(t, WideFloat(slot.t_min)) & at_most(t, WideFloat(slot.t_far))) << first;
       return false;
     });
+    if (kAny && (hit & block.asking()) != 0) [[unlikely]]
+      for_each_group(block, [&](uint32_t first, uint32_t count) {
+        const TriangleTest test(vertices, block.corners() + first, count);
+        out.store(first, test.distance(vertices, slot.shear.sz), test);
+        return false;
+      });
+    return hit;
+  }
+
+  // Out of line: one or two times per ray.
+  void take_hits(std::span<const Ray> rays, Slot& slot, const TestedBlock& tested, uint32_t hit) {
+    const CandidateFilter filter{filter_, rays[slot.ray], tree_, kNoId};
+    if (take_candidates<kAny>(tree_.leaf_block(slot.child), hit, tested, filter, slot.t_far, slot.best))
+      slot.t_far = -1.0f;
   }
 
   static Quad quad_of(const Imath::V3f& v) { return Quad{v.x, v.y, v.z, 0.0f}; }
@@ -204,6 +260,7 @@ class Stream {
   const Tree& tree_;
   const HitFilter& filter_;
   Queue node_, leaf_, done_, free_;
+  std::array<TestedBlock, kStreamSlots> tested_;
   alignas(64) std::array<std::byte, kStreamSlots * sizeof(Slot)> slots_;
 };
 

@@ -65,8 +65,8 @@ inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal
                t3 = permute(t, shift_right<3>(order));
   // In this order lanes 0 to 3 are on the far side of the root's plane, and so on.
   const Float8 tn(enter), tx(leave);
-  const Float8 en = max(blend<0x55>(tn, t3), max(blend<0x33>(tn, t2), max(blend<0x0f>(tn, t1), tn)));
-  const Float8 ex = min(blend<0xaa>(tx, t3), min(blend<0xcc>(tx, t2), min(blend<0xf0>(tx, t1), tx)));
+  const Float8 en = max_where<0x55>(max_where<0x33>(max_where<0x0f>(tn, t1), t2), t3);
+  const Float8 ex = min_where<0xaa>(min_where<0xcc>(min_where<0xf0>(tx, t1), t2), t3);
   const Int8 children = permute(Int8::load(node.child.data()), order);
   const uint32_t near_bit = low_bits_equal(order, near);
   const uint32_t mask = at_most(en, ex * Float8(kWiden)) & nonzero_bits(children) & ~near_bit;
