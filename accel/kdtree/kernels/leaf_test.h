@@ -22,9 +22,13 @@ inline RayShear shear_of(const Ray& ray) {
   shear.kx = axes[0];
   shear.ky = axes[1];
   shear.kz = axes[2];
-  shear.sz = 1.0f / d[shear.kz];
-  shear.sx = d[shear.kx] / d[shear.kz];
-  shear.sy = d[shear.ky] / d[shear.kz];
+  const float dz = d[shear.kz];
+  Quad quotients = Quad{d.x, d.y, d.z, 1.0f} / Quad{dz, dz, dz, dz};
+  float shears[4];
+  std::memcpy(shears, &quotients, sizeof(Quad));
+  shear.sx = shears[shear.kx];
+  shear.sy = shears[shear.ky];
+  shear.sz = shears[3];
   shear.origin = {ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]};
   return shear;
 }
