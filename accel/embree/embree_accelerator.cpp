@@ -88,8 +88,9 @@ class EmbreeAccelerator final : public Accelerator {
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
     intersect_by_packets(rays, hits, true);
   }
+  // Without the flag: any-hit packets are 1.1 to 2 times as fast without it, even for the shadow rays of one tile.
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
-    occluded_by_packets(rays, blocked, true);
+    occluded_by_packets(rays, blocked, false);
   }
 
   // A last packet of fewer than kLeastPacket rays is traced one by one, and so are streams of fewer than kLeastStream.
