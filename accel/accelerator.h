@@ -131,6 +131,11 @@ class Accelerator {
   // rule above: the answer may differ from the single query's by rounding, and in which of several triangles at the same distance
   // is named; it is the same whenever the same rays come in the same order. Group rays by fixed blocks of the image.
   virtual void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const { intersect(rays, hits); }
+  // The same for any hit, with the same exception: shadow rays from a tile's first surfaces to one light. Where a ray meets an edge
+  // within rounding, whether it is blocked may differ from the single query's answer.
+  virtual void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
+    this->occluded(rays, occluded);
+  }
 
   // World bounds of all that can be hit; empty if nothing can.
   [[nodiscard]] virtual Imath::Box3f bounds() const = 0;

@@ -15,4 +15,13 @@ namespace kindling::accel {
 // "Embree 3.13.5": the version that was compiled against.
 [[nodiscard]] std::string_view embree_description();
 
+// Embree's calls for many rays: sixteen in a packet (rtcIntersect16, rtcOccluded16) or a stream (rtcIntersect1M, rtcOccluded1M;
+// Embree 3 only), each without and with the flag that calls the rays coherent.
+enum class EmbreeCall { packet, coherent_packet, stream, coherent_stream };
+
+// For comparisons: an accelerator over the scenes of `embree`, which must outlive it, that answers all four batch queries by
+// that call. They then differ from single queries by rounding and in ties, as only the coherent ones may elsewhere. Null if
+// `embree` was not made by make_embree(), or the version has no such call.
+[[nodiscard]] std::unique_ptr<Accelerator> with_embree_call(const Accelerator& embree, EmbreeCall call);
+
 } // namespace kindling::accel

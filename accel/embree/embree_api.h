@@ -20,7 +20,7 @@ using QueryContext = RTCIntersectContext;
 inline void init_context(QueryContext& context) { rtcInitIntersectContext(&context); }
 #endif
 
-// The arguments of a run of queries by one thread; set up once, used for many rays. `coherent` matters to packets only.
+// The arguments of a run of queries by one thread; set up once, used for many rays. `coherent` matters to packets and streams.
 class Query {
  public:
   explicit Query(QueryContext& context, bool coherent = false) : context_(context) {
@@ -58,8 +58,18 @@ class Query {
     rtcIntersect16(valid, scene, &context_, &ray_hits);
 #endif
   }
+  void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
+#if KINDLING_EMBREE_MAJOR >= 4
+    rtcOccluded16(valid, scene, &rays, &occluded_);
+#else
+    rtcOccluded16(valid, scene, &context_, &rays);
+#endif
+  }
 #if KINDLING_EMBREE_MAJOR < 4
-  // A stream of mixed rays; Embree 4 has none.
+  // Streams of any rays; Embree 4 has none.
+  void intersect_stream(RTCScene scene, RTCRayHit* ray_hits, unsigned count) {
+    rtcIntersect1M(scene, &context_, ray_hits, count, sizeof(RTCRayHit));
+  }
   void occluded_stream(RTCScene scene, RTCRay* rays, unsigned count) {
     rtcOccluded1M(scene, &context_, rays, count, sizeof(RTCRay));
   }

@@ -69,7 +69,8 @@ class Builder {
 
   bool run() {
     out_.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
-    out_.device = Device(rtcNewDevice(nullptr));
+    // Huge pages are Embree's default on Linux; the kd-tree asks for them too.
+    out_.device = Device(rtcNewDevice("hugepages=1"));
     if (!out_.device) throw std::bad_alloc();
     rtcSetDeviceMemoryMonitorFunction(out_.device.get(), count_memory, out_.memory_bytes.get());
 

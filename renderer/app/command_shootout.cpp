@@ -10,6 +10,7 @@
 #include "renderer/app/progress_display.h"
 #include "renderer/app/shootout_measure.h"
 #include "renderer/app/shootout_report.h"
+#include "renderer/app/shootout_summary.h"
 #include "renderer/app/signals.h"
 #include "renderer/app/text_format.h"
 #include "renderer/camera/camera.h"
@@ -62,6 +63,11 @@ class ShootoutCommand {
       if (Result<void> printed = print((i > 0 ? "\n" : "") + tables); !printed.ok()) return printed.error();
       report_.scenes.push_back(std::move(scene).value());
     }
+    if (options_.scene_files.size() > 1) {
+      const std::string means = format_comparisons(
+          compare_with_embree(report_), fmt::format(", geometric means of {} scenes", report_.scenes.size()));
+      if (Result<void> printed = print(means); !printed.ok()) return printed.error();
+    }
     if (Result<void> written = write(); !written.ok()) return written.error();
     return kExitOk;
   }
@@ -100,8 +106,8 @@ class ShootoutCommand {
     for (const AcceleratorVariant& variant : options_.accelerators)
       result.accelerators.emplace_back().variant = variant;
 
-    const RaceSettings settings{options_.batch_size, options_.repeat, options_.build_repeat, report_.build_threads,
-                                options_.clock};
+    const RaceSettings settings{options_.batch_size,   options_.repeat, options_.build_repeat,
+                                report_.build_threads, options_.clock,  options_.embree_calls};
     const RaceProgress progress = [&](const std::string& next) {
       show(fmt::format("{}: {}", file.filename().string(), next));
       return !cancel_.cancelled();

@@ -62,6 +62,10 @@ uint64_t resident_bytes() {
   return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
+uint64_t huge_page_bytes() {
+  return std::strtoull(find_field("/proc/self/smaps_rollup", "AnonHugePages").c_str(), nullptr, 10) * 1024U; // in kB
+}
+
 uint64_t peak_resident_bytes() {
   rusage usage{};
   if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;

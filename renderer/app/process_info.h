@@ -11,6 +11,8 @@ namespace kindling::app {
 [[nodiscard]] double seconds_since_process_start();
 // Resident memory now; 0 where /proc does not tell.
 [[nodiscard]] uint64_t resident_bytes();
+// Anonymous memory of this process in huge pages; 0 where /proc does not tell.
+[[nodiscard]] uint64_t huge_page_bytes();
 // The most that was ever resident.
 [[nodiscard]] uint64_t peak_resident_bytes();
 // Gives unused memory of the heap back and starts a new peak from what is resident now; false where the system cannot.

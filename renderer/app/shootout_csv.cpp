@@ -30,6 +30,7 @@ std::string format_shootout_csv(const ShootoutReport& report) {
           s.memory_bytes, a.build.peak_growth_bytes ? fmt::format("{}", *a.build.peak_growth_bytes) : std::string(),
           s.node_count, s.leaf_count, s.reference_count);
       for (const TraversalResult& result : a.traversal) {
+        if (result.times_s.empty()) continue; // it has no such call
         const RaySetInfo& set = scene.sets[result.set];
         const Summary time = summarize(result.times_s);
         text +=

@@ -39,6 +39,9 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
   flags.value("--clock", "wall|cpu", "Time that passes, or CPU time of the one thread [wall]", [&o](auto text) {
     return choose(clock_from_name(text), o.clock, "clock", text, {"wall", "cpu"});
   });
+  flags.toggle("--no-embree-calls",
+               "Race Embree by the calls that rendering uses only, not by all of its packets and streams",
+               o.embree_calls, false);
   flags.value("--rays", "FILE",
               "Replay the rays in this file; if there is none, record them and save them there [record]",
               [&o](auto text) { return set_path(text, o.rays_file); });

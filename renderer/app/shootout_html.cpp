@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout_plots.h"
 #include "renderer/app/shootout_report.h"
+#include "renderer/app/shootout_summary.h"
 #include "renderer/app/text_format.h"
 #include "renderer/app/version.h"
 
@@ -48,16 +49,18 @@ std::string per(size_t a, size_t b) {
 }
 
 std::string build_table(const ShootoutReport& report, const SceneResult& scene) {
-  std::string text = "<h3>Builds</h3>\n<table>\n" +
-                     row({"accelerator", "1 thread", fmt::format("{} threads", report.build_threads), "memory",
-                          "growth of the process at peak", "nodes", "leaves", "references per leaf", "per triangle"},
-                         "th");
+  std::string text =
+      "<h3>Builds</h3>\n<table>\n" +
+      row({"accelerator", "1 thread", fmt::format("{} threads", report.build_threads), "memory",
+           "growth of the process at peak", "in huge pages", "nodes", "leaves", "references per leaf", "per triangle"},
+          "th");
   for (const AcceleratorResult& a : scene.accelerators) {
     const accel::Statistics& s = a.build.statistics;
     text += row({a.variant.name(), format_build_time(median(a.build.one_thread_s)),
                  format_build_time(median(a.build.many_threads_s)), format_bytes(s.memory_bytes),
                  a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
-                 count_or_dash(s.node_count), count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count),
+                 a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
+                 count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count),
                  per(s.reference_count, s.triangle_count)},
                 "td");
   }
@@ -72,7 +75,7 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
   for (const AcceleratorResult& a : scene.accelerators) chart.series.push_back(a.variant.name());
   const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
   for (size_t r = 0; r < first.size(); ++r) {
-    if (!wanted(first[r].form)) continue;
+    if (!every_accelerator_has(first[r].form) || !wanted(first[r].form)) continue;
     const RaySetInfo& set = scene.sets[first[r].set];
     chart.groups.push_back(first[r].form == CallForm::coherent ? set.name + ", coherent" : set.name);
     std::vector<Summary>& group = chart.values.emplace_back();
@@ -98,8 +101,12 @@ std::string speed_table(const SceneResult& scene) {
                                    fmt::format("{:.0f} %", hits * 100.0)};
     for (size_t i = 0; i < scene.accelerators.size(); ++i) {
       const TraversalResult& result = scene.accelerators[i].traversal[r];
+      if (result.times_s.empty()) {
+        cells.emplace_back("-");
+        continue;
+      }
       cells.push_back(fmt::format("{:.3f}", mega_rays_per_s(set, median(result.times_s))) +
-                      (i > 0 ? fmt::format(" ({:.2f}x)", result.ratio_to_first) : ""));
+                      (i > 0 && result.ratio_to_first > 0.0 ? fmt::format(" ({:.2f}x)", result.ratio_to_first) : ""));
     }
     text += row(cells, "td");
   }
@@ -117,12 +124,29 @@ std::string speed_table(const SceneResult& scene) {
 
 std::string disagreement_table(const SceneResult& scene) {
   std::string text = "<h3>Disagreements with single calls of the first accelerator</h3>\n<table>\n" +
-                     row({"accelerator", "hit or miss", "distance"}, "th");
+                     row({"accelerator", "hit or miss", "distance", "of these at an edge of a triangle"}, "th");
   for (const AcceleratorResult& a : scene.accelerators) {
     const Disagreements sum = sum_disagreements(a);
-    text += row({a.variant.name(), fmt::format("{}", sum.hit_or_miss), fmt::format("{}", sum.distance)}, "td");
+    text += row({a.variant.name(), fmt::format("{}", sum.hit_or_miss), fmt::format("{}", sum.distance),
+                 fmt::format("{}", sum.at_edge)},
+                "td");
   }
-  return text + "</table>\n";
+  return text + "</table>\n<p class=\"note\">Rays slip through the edges of accelerators that are not robust; a ray "
+                "may also start "
+                "within rounding of a surface, where robust ones differ rightly.</p>\n";
+}
+
+std::string comparison_tables(const std::vector<EmbreeComparison>& comparisons, std::string_view tag) {
+  std::string text;
+  for (const EmbreeComparison& comparison : comparisons) {
+    text +=
+        fmt::format("<{0}>{1} against the best of Embree</{0}>\n<table>\n", tag, escape_html(comparison.contender)) +
+        row({"ratio", "to robust Embree", "to any Embree", "aim"}, "th");
+    for (const EmbreeComparisonLine& line : comparison.lines)
+      text += row({line.measure, format_ratio(line.robust), format_ratio(line.any), format_aim(line)}, "td");
+    text += "</table>\n";
+  }
+  return text;
 }
 
 // All maps of a scene by one scale, up to the 99th percentile of all pixels.
@@ -155,6 +179,7 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
   std::string text = fmt::format(
       "<h2>{}</h2>\n<p>{} triangles, {} instances; rays of a picture of {} x {} pixels.</p>\n",
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
+  text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });
   text += fmt::format("<h3>Batches of {}, and coherent groups</h3>\n", report.batch_size) +
           bars(scene, [](CallForm form) { return form != CallForm::single; });
@@ -194,6 +219,11 @@ std::string format_shootout_html(const ShootoutReport& report) {
                       "{} and on {} in wall time.</p>\n",
                       clock_description(report.clock), report.repeat, report.build_repeat,
                       report.clock == ShootoutClock::cpu ? "CPU time" : "wall time", report.build_threads);
+  if (report.scenes.size() > 1) {
+    const std::vector<EmbreeComparison> means = compare_with_embree(report);
+    text += comparison_tables(means, "h2");
+    if (!means.empty()) text += "<p class=\"note\">Geometric means over all scenes.</p>\n";
+  }
   for (const SceneResult& scene : report.scenes) text += scene_section(report, scene);
   return text + build_plot(report) + "</body>\n</html>\n";
 }

@@ -1,6 +1,7 @@
 // A shootout for programs. README.md describes the keys.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout_report.h"
+#include "renderer/app/shootout_summary.h"
 #include "renderer/app/text_format.h"
 #include "renderer/app/version.h"
 
@@ -22,7 +23,25 @@ Json summary_json(const std::vector<double>& times_s) {
 }
 
 Json disagreements_json(const Disagreements& disagreements) {
-  return {{"hit_or_miss", disagreements.hit_or_miss}, {"distance", disagreements.distance}};
+  return {{"hit_or_miss", disagreements.hit_or_miss},
+          {"distance", disagreements.distance},
+          {"at_edge", disagreements.at_edge}};
+}
+
+Json comparisons_json(const std::vector<EmbreeComparison>& comparisons) {
+  const auto number_or_null = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
+  Json json = Json::array();
+  for (const EmbreeComparison& comparison : comparisons) {
+    Json lines = Json::array();
+    for (const EmbreeComparisonLine& line : comparison.lines)
+      lines.push_back({{"ratio", line.measure},
+                       {"to_robust_embree", number_or_null(line.robust)},
+                       {"to_any_embree", number_or_null(line.any)},
+                       {"aim", line.aim},
+                       {"lower_wins", line.lower_wins}});
+    json.push_back({{"name", comparison.contender}, {"lines", std::move(lines)}});
+  }
+  return json;
 }
 
 Json accelerator_json(const SceneResult& scene, size_t index) {
@@ -37,11 +56,13 @@ Json accelerator_json(const SceneResult& scene, size_t index) {
                    {"many_threads", summary_json(a.build.many_threads_s)}};
   json["memory_bytes"] = s.memory_bytes;
   json["build_peak_bytes"] = a.build.peak_growth_bytes ? Json(*a.build.peak_growth_bytes) : Json();
+  json["huge_page_bytes"] = a.build.huge_page_bytes;
   json["nodes"] = s.node_count;
   json["leaves"] = s.leaf_count;
   json["references"] = s.reference_count;
   json["traversal"] = Json::array();
   for (const TraversalResult& result : a.traversal) {
+    if (result.times_s.empty()) continue; // it has no such call
     const RaySetInfo& set = scene.sets[result.set];
     Json row = {{"rays", set.name}, {"call", call_form_name(result.form)}};
     row["mega_rays_per_s"] = mega_rays_per_s(set, median(result.times_s));
@@ -74,6 +95,7 @@ Json scene_json(const SceneResult& scene) {
                             {"hits", set.hit_count}});
   json["accelerators"] = Json::array();
   for (size_t a = 0; a < scene.accelerators.size(); ++a) json["accelerators"].push_back(accelerator_json(scene, a));
+  json["against_embree"] = comparisons_json(compare_with_embree(scene));
   return json;
 }
 
@@ -93,6 +115,7 @@ std::string format_shootout_json(const ShootoutReport& report) {
   json["batch_size"] = report.batch_size;
   json["scenes"] = Json::array();
   for (const SceneResult& scene : report.scenes) json["scenes"].push_back(scene_json(scene));
+  json["against_embree"] = comparisons_json(compare_with_embree(report));
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout_measure.h"
 
+#include "accel/embree/embree_accelerator.h"
 #include "renderer/app/process_info.h"
 #include "renderer/base/flush_denormals.h"
 
@@ -33,10 +34,37 @@ float distance_tolerance(const accel::Ray& ray, float t) {
   return kDistanceTolerance * (t + largest);
 }
 
-// Of one ray after the other.
+// Rays of one call.
 size_t chunk_of(const RaySet& set, CallForm form, uint32_t batch_size) {
-  return form == CallForm::coherent ? set.coherent_group : batch_size;
+  return form == CallForm::coherent && set.coherent_group > 0 ? set.coherent_group : batch_size;
 }
+
+bool is_at_edge(const accel::Hit& hit) { return std::min({hit.u, hit.v, 1.0f - hit.u - hit.v}) <= kEdge; }
+
+// An accelerator and, where it is Embree's, what answers by each of Embree's own calls.
+class Racer {
+ public:
+  Racer(const accel::Accelerator& accelerator, bool embree_calls) : accelerator_(&accelerator) {
+    if (!embree_calls) return;
+    using accel::EmbreeCall;
+    for (const EmbreeCall call :
+         {EmbreeCall::packet, EmbreeCall::coherent_packet, EmbreeCall::stream, EmbreeCall::coherent_stream})
+      own_calls_.push_back(accel::with_embree_call(accelerator, call));
+  }
+  [[nodiscard]] bool has_own_calls() const {
+    return std::any_of(own_calls_.begin(), own_calls_.end(), [](const auto& call) { return call != nullptr; });
+  }
+  // Null if it has no such call.
+  [[nodiscard]] const accel::Accelerator* by(CallForm form) const {
+    if (every_accelerator_has(form)) return accelerator_;
+    const size_t own = static_cast<size_t>(form) - static_cast<size_t>(CallForm::packet);
+    return own < own_calls_.size() ? own_calls_[own].get() : nullptr;
+  }
+
+ private:
+  const accel::Accelerator* accelerator_;
+  std::vector<std::unique_ptr<accel::Accelerator>> own_calls_; // in the order of CallForm
+};
 
 } // namespace
 
@@ -47,11 +75,14 @@ Answers::Answers(const RaySet& set) {
     occluded.resize(set.rays.size());
 }
 
-std::vector<CallForm> call_forms(const RaySet& set) {
+std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls) {
   if (set.rays.empty()) return {};
-  if (set.query == RayQuery::nearest && set.coherent_group > 0)
-    return {CallForm::single, CallForm::batch, CallForm::coherent};
-  return {CallForm::single, CallForm::batch};
+  std::vector<CallForm> forms{CallForm::single, CallForm::batch};
+  if (set.query == RayQuery::any_hit || set.coherent_group > 0) forms.push_back(CallForm::coherent);
+  if (embree_calls)
+    for (const CallForm form : kCallForms)
+      if (!every_accelerator_has(form)) forms.push_back(form);
+  return forms;
 }
 
 void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm form, uint32_t batch_size,
@@ -68,7 +99,9 @@ void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm fo
   for (size_t begin = 0; begin < rays.size(); begin += chunk) {
     const size_t count = std::min(chunk, rays.size() - begin);
     const std::span<const accel::Ray> part = rays.subspan(begin, count);
-    if (set.query == RayQuery::any_hit)
+    if (set.query == RayQuery::any_hit && form == CallForm::coherent)
+      accelerator.occluded_coherent(part, std::span(answers.occluded).subspan(begin, count));
+    else if (set.query == RayQuery::any_hit)
       accelerator.occluded(part, std::span(answers.occluded).subspan(begin, count));
     else if (form == CallForm::coherent)
       accelerator.intersect_coherent(part, std::span(answers.hits).subspan(begin, count));
@@ -77,10 +110,14 @@ void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm fo
   }
 }
 
-Disagreements count_disagreements(const RaySet& set, const Answers& expected, const Answers& found) {
+Disagreements count_disagreements(const RaySet& set, const accel::Accelerator& first, const Answers& expected,
+                                  const Answers& found) {
   Disagreements result;
-  const auto note = [&result](uint64_t& count, size_t ray, float expected_t, float found_t) {
+  const auto note = [&](uint64_t& count, size_t ray, float expected_t, float found_t) {
     ++count;
+    const bool expected_is_nearer = expected_t <= found_t;
+    const accel::Hit hit = expected_is_nearer || found.hits.empty() ? first.intersect(set.rays[ray]) : found.hits[ray];
+    result.at_edge += hit.is_hit() && is_at_edge(hit) ? 1 : 0;
     if (!result.first) result.first = {ray, expected_t, found_t};
   };
   for (size_t i = 0; i < expected.occluded.size(); ++i) {
@@ -109,10 +146,11 @@ std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildI
       if (!progress(fmt::format("build of {}, {} of {}", name, round + 1, settings.build_repeat))) return {};
       built[a].reset();
       const bool measures_memory = round == 0 && restart_peak_resident();
-      const uint64_t resident_before = resident_bytes();
+      const uint64_t resident_before = resident_bytes(), huge_before = huge_page_bytes();
       const double many_start = process_clock_s(ShootoutClock::wall);
       built[a] = build(input, results[a].variant, settings.build_threads);
       result.many_threads_s.push_back(process_clock_s(ShootoutClock::wall) - many_start);
+      if (round == 0) result.huge_page_bytes = huge_page_bytes() - std::min(huge_page_bytes(), huge_before);
       if (measures_memory) {
         const uint64_t peak = restarted_peak_resident_bytes();
         if (peak > 0) result.peak_growth_bytes = peak - std::min(peak, resident_before);
@@ -132,6 +170,9 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
                     const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
   const FlushDenormals flush_denormals;
   const size_t count = accelerators.size();
+  std::vector<Racer> racers;
+  for (const accel::Accelerator* accelerator : accelerators) racers.emplace_back(*accelerator, settings.embree_calls);
+  const bool own_calls = std::any_of(racers.begin(), racers.end(), [](const Racer& r) { return r.has_own_calls(); });
 
   // The first round is not timed: it warms up, and is checked.
   for (size_t s = 0; s < sets.size(); ++s) {
@@ -144,10 +185,15 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
         std::count_if(expected.hits.begin(), expected.hits.end(), [](const accel::Hit& h) { return h.is_hit(); }) +
         std::count_if(expected.occluded.begin(), expected.occluded.end(), [](uint8_t blocked) { return blocked != 0; });
     result.sets.push_back({set.name, set.query, set.coherent_group, set.rays.size(), static_cast<size_t>(hits)});
-    for (const CallForm form : call_forms(set))
+    for (const CallForm form : call_forms(set, own_calls))
       for (size_t a = 0; a < count; ++a) {
-        trace(*accelerators[a], set, form, settings.batch_size, found);
-        result.accelerators[a].traversal.push_back({s, form, {}, 0.0, count_disagreements(set, expected, found)});
+        TraversalResult& row = result.accelerators[a].traversal.emplace_back();
+        row.set = s;
+        row.form = form;
+        const accel::Accelerator* racer = racers[a].by(form);
+        if (racer == nullptr) continue;
+        trace(*racer, set, form, settings.batch_size, found);
+        row.disagreements = count_disagreements(set, *accelerators[0], expected, found);
       }
   }
 
@@ -155,14 +201,16 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
     size_t row = 0;
     for (const RaySet& set : sets) {
       Answers answers(set);
-      for (const CallForm form : call_forms(set)) {
+      for (const CallForm form : call_forms(set, own_calls)) {
         if (!progress(
                 fmt::format("round {} of {}: {}, {}", round + 1, settings.repeat, set.name, call_form_name(form))))
           return false;
         for (size_t turn = 0; turn < count; ++turn) {
           const size_t a = (turn + round) % count;
+          const accel::Accelerator* racer = racers[a].by(form);
+          if (racer == nullptr) continue;
           const double start = clock_s(settings.clock);
-          trace(*accelerators[a], set, form, settings.batch_size, answers);
+          trace(*racer, set, form, settings.batch_size, answers);
           result.accelerators[a].traversal[row].times_s.push_back(clock_s(settings.clock) - start);
         }
         ++row;
@@ -172,7 +220,8 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
   const std::vector<TraversalResult>& first = result.accelerators[0].traversal;
   for (AcceleratorResult& accelerator : result.accelerators)
     for (size_t row = 0; row < first.size(); ++row)
-      accelerator.traversal[row].ratio_to_first = speed_ratio(first[row].times_s, accelerator.traversal[row].times_s);
+      if (first[row].times_s.size() == accelerator.traversal[row].times_s.size())
+        accelerator.traversal[row].ratio_to_first = speed_ratio(first[row].times_s, accelerator.traversal[row].times_s);
   return true;
 }
 

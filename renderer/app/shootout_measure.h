@@ -28,22 +28,27 @@ struct RaceSettings {
   uint32_t build_repeat = 3;
   int build_threads = 1; // of the build with many
   ShootoutClock clock = ShootoutClock::wall;
+  bool embree_calls = true; // race Embree's own calls too
 };
 
 // Between two measurements: false ends the race. The text says what comes next.
 using RaceProgress = std::function<bool(const std::string& next)>;
 
-// The forms of call that make sense for a set: single and batch, coherent for nearest hits that come in groups.
-[[nodiscard]] std::vector<CallForm> call_forms(const RaySet& set);
+// The forms of call that make sense for a set: single and batch; coherent for nearest hits that come in groups and for any hits;
+// with `embree_calls` Embree's own. None for an empty set.
+[[nodiscard]] std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls);
 
-// Traces all rays of the set; a batch call gets `batch_size` rays, a coherent call one group.
+// Traces all rays of the set; a batch call gets `batch_size` rays, a coherent call one group, or, where there are none, a batch.
+// Embree's own calls are batch calls of what with_embree_call() gives.
 void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm form, uint32_t batch_size,
            Answers& answers);
 
 // Ray by ray. Distances are equal if they differ by no more than kDistanceTolerance times the sum of the distance and the
 // largest coordinate of the ray's origin, in lengths of the direction.
+// `first` gave the expected answers: it is asked for the hits of those that disagree.
 inline constexpr float kDistanceTolerance = 1e-4f;
-[[nodiscard]] Disagreements count_disagreements(const RaySet& set, const Answers& expected, const Answers& found);
+[[nodiscard]] Disagreements count_disagreements(const RaySet& set, const accel::Accelerator& first,
+                                                const Answers& expected, const Answers& found);
 
 // Builds every variant `build_repeat` times on one thread and on many, in turn; keeps the last of each. An empty result if
 // `progress` has ended it.

@@ -18,15 +18,24 @@
 
 namespace kindling::app {
 
-// How rays are handed over: one at a time, in batches of any rays, in groups of coherent ones.
-enum class CallForm { single, batch, coherent };
-inline constexpr std::array kCallForms{CallForm::single, CallForm::batch, CallForm::coherent};
+// How rays are handed over: one at a time, in batches of any rays, in groups of coherent ones; then Embree's calls for many rays,
+// which only Embree has: batches by accel::EmbreeCall.
+enum class CallForm { single, batch, coherent, packet, coherent_packet, stream, coherent_stream };
+inline constexpr std::array kCallForms{CallForm::single,         CallForm::batch,           CallForm::coherent,
+                                       CallForm::packet,         CallForm::coherent_packet, CallForm::stream,
+                                       CallForm::coherent_stream};
 [[nodiscard]] std::string_view call_form_name(CallForm form);
+// False for Embree's own.
+[[nodiscard]] constexpr bool every_accelerator_has(CallForm form) { return form <= CallForm::coherent; }
+
+// In barycentric coordinates: where accelerators that are not robust may let a ray through.
+inline constexpr float kEdge = 1e-2f;
 
 // Against the single calls of the first accelerator, ray by ray; never by ids.
 struct Disagreements {
   uint64_t hit_or_miss = 0; // one hits, the other does not
   uint64_t distance = 0;    // both hit, farther apart than rounding explains
+  uint64_t at_edge = 0;     // of all these: the hit that only one has, or the nearer one, lies within kEdge of an edge
   struct First {            // in the set; distances are infinite for a miss, 0 for an any hit
     size_t ray = 0;
     float expected_t = 0.0f;
@@ -38,6 +47,7 @@ struct Disagreements {
   void add(const Disagreements& other) {
     hit_or_miss += other.hit_or_miss;
     distance += other.distance;
+    at_edge += other.at_edge;
     if (!first) first = other.first;
   }
 };
@@ -46,7 +56,8 @@ struct Disagreements {
 struct TraversalResult {
   size_t set = 0; // index into SceneResult::sets
   CallForm form = CallForm::single;
-  std::vector<double> times_s; // of all rays of the set, one for each repetition
+  std::vector<double>
+      times_s; // of all rays of the set, one for each repetition; none if the accelerator has no such call
   double ratio_to_first = 0.0; // speed against the first accelerator with the same call: speed_ratio()
   Disagreements disagreements;
 };
@@ -56,6 +67,8 @@ struct BuildResult {
   std::vector<double> many_threads_s; // wall time, always
   std::optional<uint64_t>
       peak_growth_bytes; // of the process during the first build; unset where the system does not tell
+  uint64_t huge_page_bytes =
+      0; // growth of the process's memory in huge pages by the first build, 0 also where it does not tell
   accel::Statistics statistics;
 };
 
@@ -67,7 +80,7 @@ struct HeatMap {
 struct AcceleratorResult {
   AcceleratorVariant variant;
   BuildResult build;
-  std::vector<TraversalResult> traversal; // sets in order, forms within; the same order for all accelerators
+  std::vector<TraversalResult> traversal; // sets in order, forms within; the same rows for all accelerators
   HeatMap heat_map;                       // empty if none was asked for
 };
 
@@ -102,6 +115,9 @@ struct ShootoutReport {
 
 // Millions of rays per second; 0 for no rays or no time.
 [[nodiscard]] double mega_rays_per_s(const RaySetInfo& set, double seconds);
+// The row of the fastest of these forms for a set; null if there is none. Unset: of all forms.
+[[nodiscard]] const TraversalResult* fastest_row(const AcceleratorResult& accelerator, size_t set,
+                                                 std::optional<CallForm> form);
 // Of ratio_to_first over the kinds of rays: with one form of call, or (unset) with the fastest form of each kind on both sides.
 [[nodiscard]] double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form);
 [[nodiscard]] Disagreements sum_disagreements(const AcceleratorResult& accelerator);

@@ -1,6 +1,7 @@
 // A shootout as tables, and the figures that all reports derive in the same way.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout_report.h"
+#include "renderer/app/shootout_summary.h"
 #include "renderer/app/text_format.h"
 
 #include <fmt/format.h>
@@ -20,6 +21,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
                    {fmt::format("{} thread{}", report.build_threads, report.build_threads == 1 ? "" : "s"), true},
                    {"memory", true},
                    {"at peak", true},
+                   {"huge pages", true},
                    {"nodes", true},
                    {"leaves", true},
                    {"refs/leaf", true},
@@ -33,6 +35,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
     table.add({accelerator.variant.name(), format_build_time(median(build.one_thread_s)),
                format_build_time(median(build.many_threads_s)), or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
                build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
+               or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
                or_dash(s.node_count, format_count(static_cast<double>(s.node_count))),
                or_dash(s.leaf_count, format_count(static_cast<double>(s.leaf_count))),
                ratio(s.reference_count, s.leaf_count), ratio(s.reference_count, s.triangle_count)});
@@ -41,6 +44,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
 }
 
 std::string speed_cell(const RaySetInfo& set, const TraversalResult& result, bool with_ratio) {
+  if (result.times_s.empty()) return "-";
   const Summary summary = summarize(result.times_s);
   std::string text = fmt::format("{:.3f} ±{:.0f}%", mega_rays_per_s(set, summary.median), summary.spread_percent() / 2);
   if (with_ratio) text += fmt::format("  {:.2f}x", result.ratio_to_first);
@@ -53,6 +57,7 @@ std::string speed_table(const SceneResult& scene) {
   TextTable table(columns);
   for (size_t row = 0; row < scene.accelerators.front().traversal.size(); ++row) {
     const TraversalResult& first = scene.accelerators.front().traversal[row];
+    if (!every_accelerator_has(first.form)) continue;
     const RaySetInfo& set = scene.sets[first.set];
     std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
     for (size_t a = 0; a < scene.accelerators.size(); ++a)
@@ -73,16 +78,44 @@ std::string speed_table(const SceneResult& scene) {
   return table.str();
 }
 
+// Packets and streams, of the accelerators that have them; empty if none has.
+std::string embree_call_table(const SceneResult& scene) {
+  std::vector<const AcceleratorResult*> embrees;
+  for (const AcceleratorResult& accelerator : scene.accelerators)
+    for (const TraversalResult& result : accelerator.traversal)
+      if (!every_accelerator_has(result.form) && !result.times_s.empty()) {
+        embrees.push_back(&accelerator);
+        break;
+      }
+  if (embrees.empty()) return {};
+  std::vector<TextTable::Column> columns{{"rays"}, {"call"}};
+  for (const AcceleratorResult* embree : embrees) columns.push_back({embree->variant.name(), true});
+  TextTable table(columns);
+  for (size_t row = 0; row < embrees.front()->traversal.size(); ++row) {
+    const TraversalResult& first = embrees.front()->traversal[row];
+    if (every_accelerator_has(first.form) || first.times_s.empty()) continue;
+    const RaySetInfo& set = scene.sets[first.set];
+    std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
+    for (const AcceleratorResult* embree : embrees) cells.push_back(speed_cell(set, embree->traversal[row], false));
+    table.add(cells);
+  }
+  return "\nEmbree's own calls: packets of 16, streams of 128\n" + table.str();
+}
+
 std::string disagreement_lines(const SceneResult& scene) {
   std::string text;
   for (const AcceleratorResult& accelerator : scene.accelerators) {
     uint64_t compared = 0;
-    for (const TraversalResult& result : accelerator.traversal) compared += scene.sets[result.set].ray_count;
+    for (const TraversalResult& result : accelerator.traversal)
+      if (!result.times_s.empty()) compared += scene.sets[result.set].ray_count;
     const Disagreements sum = sum_disagreements(accelerator);
     text +=
-        fmt::format("  {}: {} disagreement{} with single calls of {} among {} answers ({} hit or miss, {} distance)\n",
+        fmt::format("  {}: {} disagreement{} with single calls of {} among {} answers ({} hit or miss, {} distance)",
                     accelerator.variant.name(), sum.total(), sum.total() == 1 ? "" : "s",
                     scene.accelerators.front().variant.name(), compared, sum.hit_or_miss, sum.distance);
+    if (sum.total() > 0) text += fmt::format(", {} of them at an edge of a triangle", sum.at_edge);
+    if (sum.total() > 0 && !accelerator.variant.robust) text += "; rays slip through edges where it is not robust";
+    text += '\n';
   }
   return text;
 }
@@ -94,6 +127,10 @@ std::string_view call_form_name(CallForm form) {
   case CallForm::single: return "single";
   case CallForm::batch: return "batch";
   case CallForm::coherent: return "coherent";
+  case CallForm::packet: return "packet";
+  case CallForm::coherent_packet: return "packet-coherent";
+  case CallForm::stream: return "stream";
+  case CallForm::coherent_stream: return "stream-coherent";
   }
   return "single";
 }
@@ -102,24 +139,19 @@ double mega_rays_per_s(const RaySetInfo& set, double seconds) {
   return seconds > 0.0 ? static_cast<double>(set.ray_count) / seconds * 1e-6 : 0.0;
 }
 
+const TraversalResult* fastest_row(const AcceleratorResult& accelerator, size_t set, std::optional<CallForm> form) {
+  const TraversalResult* best = nullptr;
+  for (const TraversalResult& row : accelerator.traversal)
+    if (row.set == set && !row.times_s.empty() && (!form || row.form == *form))
+      if (best == nullptr || median(row.times_s) < median(best->times_s)) best = &row;
+  return best;
+}
+
 double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form) {
-  const std::vector<TraversalResult>& own = scene.accelerators[accelerator].traversal;
-  const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
   std::vector<double> ratios;
-  if (form) {
-    for (const TraversalResult& result : own)
-      if (result.form == *form) ratios.push_back(result.ratio_to_first);
-    return geometric_mean(ratios);
-  }
-  const auto best_row = [](const std::vector<TraversalResult>& rows, size_t set) {
-    const TraversalResult* best = nullptr;
-    for (const TraversalResult& row : rows)
-      if (row.set == set && (!best || median(row.times_s) < median(best->times_s))) best = &row;
-    return best;
-  };
   for (size_t set = 0; set < scene.sets.size(); ++set) {
-    const TraversalResult* mine = best_row(own, set);
-    const TraversalResult* theirs = best_row(first, set);
+    const TraversalResult* mine = fastest_row(scene.accelerators[accelerator], set, form);
+    const TraversalResult* theirs = fastest_row(scene.accelerators.front(), set, form);
     if (mine && theirs) ratios.push_back(speed_ratio(theirs->times_s, mine->times_s));
   }
   return geometric_mean(ratios);
@@ -151,7 +183,9 @@ std::string format_scene_tables(const ShootoutReport& report, const SceneResult&
   text +=
       fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",
                   report.repeat, clock_description(report.clock), report.batch_size, speed_table(scene));
+  text += embree_call_table(scene);
   text += "\ncross-check\n" + disagreement_lines(scene);
+  text += format_comparisons(compare_with_embree(scene), "");
   return text;
 }
 

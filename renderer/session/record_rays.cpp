@@ -110,6 +110,11 @@ void RecordingAccelerator::intersect_coherent(std::span<const accel::Ray> rays, 
   inner_->intersect_coherent(rays, hits);
 }
 
+void RecordingAccelerator::occluded_coherent(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const {
+  tell(Call::coherent_any_hit, rays);
+  inner_->occluded_coherent(rays, occluded);
+}
+
 std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& recorder, const Camera& camera,
                                 const RecordSettings& settings, const CancelToken* cancel) {
   using Call = RecordingAccelerator::Call;
@@ -131,6 +136,7 @@ std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& record
       append(camera_rays, rays, limit);
       break;
     case Call::any_hit:
+    case Call::coherent_any_hit:
       if (surfaces == 0) append(shadow1, rays, limit);
       if (surfaces == 2) append(shadow3, rays, limit);
       break;
@@ -152,7 +158,7 @@ std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& record
            cancel);
 
   recorder.listen([&](Call call, std::span<const accel::Ray> rays) {
-    if (call == Call::any_hit) append(ambient, rays, limit);
+    if (call == Call::any_hit || call == Call::coherent_any_hit) append(ambient, rays, limit);
   });
   RecordingRender(IntegratorKind::ambient_occlusion, world, camera, settings)
       .run([&] { return is_full(&ambient); }, [&] { return ambient.rays.size(); }, cancel);

@@ -20,7 +20,7 @@ namespace kindling {
 // one inside; with one, for one thread at a time.
 class RecordingAccelerator final : public accel::Accelerator {
  public:
-  enum class Call { nearest, any_hit, coherent };
+  enum class Call { nearest, any_hit, coherent, coherent_any_hit };
   using Listener = std::function<void(Call, std::span<const accel::Ray>)>;
 
   explicit RecordingAccelerator(std::unique_ptr<accel::Accelerator> inner) : inner_(std::move(inner)) {}
@@ -32,6 +32,7 @@ class RecordingAccelerator final : public accel::Accelerator {
   void intersect(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
   void occluded(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
   void intersect_coherent(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
+  void occluded_coherent(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
   [[nodiscard]] Imath::Box3f bounds() const override { return inner_->bounds(); }
   [[nodiscard]] accel::Statistics statistics() const override { return inner_->statistics(); }
 

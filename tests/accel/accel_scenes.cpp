@@ -374,4 +374,20 @@ std::string disagreement(const TestScene& scene, const Ray& ray, const Hit& expe
   return out.str();
 }
 
+std::string disagreement_any(const TestScene& scene, const Accelerator& accelerator, const Ray& ray,
+                             const Hit& expected, bool blocked) {
+  if (blocked == expected.is_hit()) return {};
+  if (!blocked) return disagreement(scene, ray, expected, Hit()); // every hit was missed, the nearest among them
+  const Box3f box = scene.bounds();
+  const float size = std::max((box.min - ray.origin).length(), (box.max - ray.origin).length());
+  const float reach = 64.0f * std::numeric_limits<float>::epsilon() * size;
+  Rng rng(1);
+  for (int i = 0; i < 256; ++i) {
+    Ray moved = ray;
+    moved.origin += uniform_direction(rng) * reach * uniform(rng);
+    if (accelerator.intersect(moved).is_hit()) return {};
+  }
+  return "blocked, but nothing is near the ray";
+}
+
 } // namespace kindling::accel::testing

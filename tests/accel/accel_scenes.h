@@ -103,6 +103,10 @@ inline constexpr Kind kAllKinds[] = {Kind::brute_force, Kind::embree, Kind::kdtr
 //  - altogether if the nearer hit lies no farther from an edge of its triangle, seen along the ray, than the rounding errors
 //    of the vertices: 64 eps * the same size.
 [[nodiscard]] std::string disagreement(const TestScene& scene, const Ray& ray, const Hit& expected, const Hit& hit);
+// The same for an any-hit query that may round otherwise than the nearest-hit query of `accelerator` that answered `expected`: a
+// ray that is blocked without a hit must have one when it is moved by no more than those rounding errors.
+[[nodiscard]] std::string disagreement_any(const TestScene& scene, const Accelerator& accelerator, const Ray& ray,
+                                           const Hit& expected, bool blocked);
 // The first of these tolerances.
 [[nodiscard]] float distance_tolerance(const TestScene& scene, const Ray& ray, const Hit& hit);
 

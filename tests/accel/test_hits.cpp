@@ -92,28 +92,35 @@ TEST_P(Hits, BatchesEqualSingleRaysBitForBit) {
     Rng rng(19);
     std::vector<Ray> rays = all_rays(rng, named.scene, 300);
     std::shuffle(rays.begin(), rays.end(), rng);
+    size_t any_hit_differs = 0; // Embree's packets round differently, and many of these rays meet edges
     for (const size_t batch : {size_t{1}, size_t{7}, size_t{16}, size_t{64}, rays.size()}) {
       for (size_t first = 0; first < rays.size(); first += batch) {
         const std::span<const Ray> part(&rays[first], std::min(batch, rays.size() - first));
         std::vector<Hit> hits(part.size()), coherent(part.size()), again(part.size());
-        std::vector<uint8_t> blocked(part.size());
+        std::vector<uint8_t> blocked(part.size()), blocked_coherent(part.size()), blocked_again(part.size());
         accelerator->intersect(part, hits);
         accelerator->intersect_coherent(part, coherent);
         accelerator->intersect_coherent(part, again);
         ASSERT_EQ(std::memcmp(coherent.data(), again.data(), part.size() * sizeof(Hit)), 0);
         accelerator->occluded(part, blocked);
+        accelerator->occluded_coherent(part, blocked_coherent);
+        accelerator->occluded_coherent(part, blocked_again);
+        ASSERT_EQ(blocked_coherent, blocked_again);
         for (size_t i = 0; i < part.size(); ++i) {
           const Hit single = accelerator->intersect(part[i]);
           ASSERT_EQ(std::memcmp(&single, &hits[i], sizeof(Hit)), 0);
           if (GetParam() == Kind::embree) {
             ASSERT_EQ(disagreement(named.scene, part[i], single, coherent[i]), "");
+            any_hit_differs += blocked[i] != blocked_coherent[i] ? 1 : 0;
           } else {
             ASSERT_EQ(std::memcmp(&single, &coherent[i], sizeof(Hit)), 0);
+            ASSERT_EQ(blocked[i], blocked_coherent[i]);
           }
           ASSERT_EQ(accelerator->occluded(part[i]) ? 1 : 0, blocked[i]);
         }
       }
     }
+    EXPECT_LE(any_hit_differs, rays.size() * 5 / 10); // of five times as many answers
     accelerator->intersect(std::span<const Ray>(), std::span<Hit>());
     accelerator->occluded(std::span<const Ray>(), std::span<uint8_t>());
   }

@@ -108,14 +108,16 @@ TEST(Streams, EqualSingleRaysForBatchesOfAnySize) {
       Hit stale;
       stale.instance = stale.triangle = 5;
       std::vector<Hit> hits(size, stale), coherent(size, stale);
-      std::vector<uint8_t> blocked(size, 7);
+      std::vector<uint8_t> blocked(size, 7), blocked_coherent(size, 7);
       accelerator->intersect(batch, hits);
       accelerator->intersect_coherent(batch, coherent);
       accelerator->occluded(batch, blocked);
+      accelerator->occluded_coherent(batch, blocked_coherent);
       for (size_t i = 0; i < size; ++i) {
         ASSERT_EQ(std::memcmp(&hits[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
         ASSERT_EQ(std::memcmp(&coherent[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
         ASSERT_EQ(blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
+        ASSERT_EQ(blocked_coherent[i], expected_blocked[chosen[i]]) << "batch of " << size;
       }
     }
   }

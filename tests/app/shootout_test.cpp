@@ -7,6 +7,7 @@
 #include "renderer/app/shootout_measure.h"
 #include "renderer/app/shootout_plots.h"
 #include "renderer/app/shootout_report.h"
+#include "renderer/app/shootout_summary.h"
 #include "renderer/image/decode_image.h"
 #include "tests/app/test_scene.h"
 
@@ -138,8 +139,8 @@ TEST(Race, DisagreementsAreCounted) {
   ASSERT_EQ(result.sets.size(), 2U);
   EXPECT_EQ(result.sets[0].hit_count, 150U);
   EXPECT_EQ(result.sets[1].hit_count, 150U);
-  for (const AcceleratorResult& a : result.accelerators) ASSERT_EQ(a.traversal.size(), 5U); // 3 forms, then 2
-  for (size_t row = 0; row < 5; ++row) {
+  for (const AcceleratorResult& a : result.accelerators) ASSERT_EQ(a.traversal.size(), 6U); // 3 forms each
+  for (size_t row = 0; row < 6; ++row) {
     const auto disagreements = [&](size_t a) { return result.accelerators[a].traversal[row].disagreements; };
     EXPECT_EQ(disagreements(0).total(), 0U);
     EXPECT_EQ(disagreements(1).hit_or_miss, 30U) << row;
@@ -147,12 +148,13 @@ TEST(Race, DisagreementsAreCounted) {
     EXPECT_EQ(disagreements(1).first->ray, 0U); // index 0 is the first lie: a miss in place of a hit at distance 2
     EXPECT_EQ(disagreements(1).first->expected_t, row < 3 ? 2.0f : 0.0f);
     EXPECT_EQ(disagreements(1).first->found_t, kInfinity);
+    EXPECT_EQ(disagreements(1).at_edge, 30U); // every hit is at a corner
     EXPECT_FALSE(disagreements(2).first.has_value());
     EXPECT_EQ(disagreements(2).total(), 0U);
     EXPECT_EQ(disagreements(3).hit_or_miss, 0U);
     EXPECT_EQ(disagreements(3).distance, row < 3 ? 150U : 0U); // any hit has no distance
   }
-  EXPECT_EQ(sum_disagreements(result.accelerators[1]).hit_or_miss, 150U);
+  EXPECT_EQ(sum_disagreements(result.accelerators[1]).hit_or_miss, 180U);
 }
 
 TEST(Race, CallsAreMadeAsSettingsSay) {
@@ -195,6 +197,108 @@ TEST(Race, HeatMapHasAPixelForEachRay) {
   EXPECT_EQ(map.size_px, V2i(7, 5));
   ASSERT_EQ(map.nanoseconds.size(), 35U);
   for (const float ns : map.nanoseconds) EXPECT_GE(ns, 0.0f);
+}
+
+// Rays of a triangle in z = 0 through Embree's own calls too: every call answers, others have no such rows.
+TEST(Race, EmbreeHasMoreCalls) {
+  const std::vector<V3f> positions{V3f(-2, -1, 0), V3f(0, -1, 0), V3f(-2, 3, 0), V3f(0)}; // the last one is padding
+  const std::vector<uint32_t> indices{0, 1, 2};
+  const accel::TriangleMesh mesh{std::span(positions).first(3), indices, true};
+  const accel::MeshGroup group{0, 1};
+  const accel::Instance instance{0, M44f()};
+  const accel::BuildInput input{{&mesh, 1}, {&group, 1}, {&instance, 1}, {}};
+  const auto embree = accel::make_accelerator(accel::Kind::embree, input);
+  const PlaneAccelerator plane(0.0f, 0);
+  const accel::Accelerator* racers[] = {&plane, embree.get()};
+  const std::vector<RaySet> sets{plane_rays("camera", RayQuery::nearest, 64),
+                                 plane_rays("shadow1", RayQuery::any_hit, 0)};
+  const SceneResult result = race(racers, sets, 1);
+  size_t own = 0;
+  for (size_t row = 0; row < result.accelerators[0].traversal.size(); ++row) {
+    const TraversalResult &other = result.accelerators[0].traversal[row],
+                          &own_row = result.accelerators[1].traversal[row];
+    EXPECT_EQ(other.form, own_row.form);
+    EXPECT_EQ(own_row.disagreements.total(), 0U) << call_form_name(own_row.form);
+    if (every_accelerator_has(own_row.form)) continue;
+    EXPECT_TRUE(other.times_s.empty());
+    EXPECT_EQ(own_row.ratio_to_first, 0.0);
+    own += own_row.times_s.size();
+  }
+  EXPECT_GE(own, 4U); // packets; Embree 3 has streams too
+  SceneResult without;
+  without.accelerators.resize(2);
+  RaceSettings settings;
+  settings.embree_calls = false;
+  EXPECT_TRUE(race_traversal(
+      sets, racers, settings, [](const std::string&) { return true; }, without));
+  EXPECT_EQ(without.accelerators[1].traversal.size(), 6U);
+}
+
+// One kind of each, in seconds: what every variant took by its calls.
+SceneResult timed_scene() {
+  SceneResult scene;
+  scene.sets = {{"camera", RayQuery::nearest, 64, 100, 0},
+                {"bounce1", RayQuery::nearest, 0, 100, 0},
+                {"bounce3", RayQuery::nearest, 0, 100, 0},
+                {"shadow1", RayQuery::any_hit, 0, 0, 0}}; // no rays
+  const auto add = [&scene](AcceleratorVariant variant, double build_s, size_t bytes) -> AcceleratorResult& {
+    AcceleratorResult& result = scene.accelerators.emplace_back();
+    result.variant = variant;
+    result.build.many_threads_s = {build_s};
+    result.build.statistics.memory_bytes = bytes;
+    return result;
+  };
+  const auto row = [](AcceleratorResult& a, size_t set, CallForm form, double time_s) {
+    a.traversal.push_back({set, form, {time_s, 2 * time_s}, 0.0, {}});
+  };
+  using enum CallForm;
+  AcceleratorResult& robust = add({accel::Kind::embree}, 1.0, 100);
+  for (const size_t set : {0, 1, 2}) row(robust, set, single, 8.0);
+  row(robust, 1, stream, 4.0);
+  row(robust, 1, packet, 16.0);
+  AcceleratorResult& best = add({accel::Kind::embree, accel::Quality::best, false}, 8.0, 150);
+  for (const size_t set : {0, 1, 2}) row(best, set, single, 2.0);
+  AcceleratorResult& kdtree = add({accel::Kind::kdtree}, 4.0, 50);
+  for (const size_t set : {0, 1, 2}) row(kdtree, set, single, 4.0);
+  for (const size_t set : {1, 2}) row(kdtree, set, batch, 1.0);
+  row(kdtree, 0, coherent, 4.0);
+  return scene;
+}
+
+TEST(ShootoutSummary, TakesTheBestOfBothSides) {
+  ShootoutReport report;
+  report.scenes = {timed_scene()};
+  const std::vector<EmbreeComparison> scene = compare_with_embree(report.scenes[0]);
+  ASSERT_EQ(scene.size(), 1U);
+  EXPECT_EQ(scene[0].contender, "kdtree");
+  struct Expected {
+    std::optional<double> robust, any;
+  };
+  const double root8 = std::sqrt(4.0 * 8.0); // streams at bounce1, single calls at bounce3
+  const Expected expected[] = {{root8, 2.0}, {2.0, 0.5}, {2.0, 0.5}, {{}, {}}, {4.0, 4.0}, {{}, 0.5}, {0.5, 0.5}};
+  ASSERT_EQ(scene[0].lines.size(), std::size(expected));
+  for (size_t i = 0; i < std::size(expected); ++i) {
+    const EmbreeComparisonLine& line = scene[0].lines[i];
+    ASSERT_EQ(line.robust.has_value(), expected[i].robust.has_value()) << line.measure;
+    ASSERT_EQ(line.any.has_value(), expected[i].any.has_value()) << line.measure;
+    EXPECT_DOUBLE_EQ(line.robust.value_or(0.0), expected[i].robust.value_or(0.0)) << line.measure;
+    EXPECT_DOUBLE_EQ(line.any.value_or(0.0), expected[i].any.value_or(0.0)) << line.measure;
+    EXPECT_EQ(line.lower_wins, i >= 4);
+  }
+  // A second scene in which the kd-tree took a quarter of the time to build.
+  report.scenes.push_back(timed_scene());
+  report.scenes[1].accelerators[2].build.many_threads_s = {1.0};
+  const std::vector<EmbreeComparison> means = compare_with_embree(report);
+  EXPECT_DOUBLE_EQ(*means[0].lines[4].any, 2.0);
+  EXPECT_DOUBLE_EQ(*means[0].lines[0].any, 2.0);
+  EXPECT_FALSE(means[0].lines[3].any.has_value());
+  const std::string text = format_comparisons(means, ", geometric means of 2 scenes");
+  for (const char* words :
+       {"kdtree against the best of Embree, geometric means of 2 scenes", ">= 1.3x", "<= 4.0x", "2.00x"})
+    EXPECT_NE(text.find(words), std::string::npos) << words << text;
+
+  report.scenes[0].accelerators.erase(report.scenes[0].accelerators.begin(), report.scenes[0].accelerators.begin() + 2);
+  EXPECT_TRUE(compare_with_embree(report.scenes[0]).empty());
 }
 
 // A report with names that a careless format would trip over.

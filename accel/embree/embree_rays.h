@@ -1,0 +1,135 @@
+// Rays and hits between the contract's form and Embree's: one at a time, and sixteen as a structure of arrays.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "accel/affine.h"
+#include "accel/embree/embree_api.h"
+#include "accel/embree/embree_build.h"
+#include "accel/triangle.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <span>
+#include <vector>
+
+namespace kindling::accel::embree {
+
+inline constexpr size_t kPacket = 16;
+
+// Anything that stays a normal number when Embree scales it: denormals cost a quarter of the speed.
+inline constexpr float kSmallestNear = 1e-30f;
+
+// Embree's robust test accepts t >= tnear, its fast one t > tnear; we promise t > t_min.
+[[nodiscard]] inline float near_distance(float t_min, bool robust) {
+  if (!(t_min > 0.0f)) t_min = 0.0f;
+  if (!robust) return t_min;
+  return std::max(std::bit_cast<float>(std::bit_cast<uint32_t>(t_min) + 1), kSmallestNear);
+}
+
+// Wide loads and stores only: Embree reads origin and direction as quadwords, and narrow stores just before that stall.
+inline void fill(const Ray& in, bool robust, unsigned id, RTCRay& out) {
+  Quad origin = origin_quad(in), direction = direction_quad(in);
+  out.tfar = direction[3];
+  origin[3] = near_distance(in.t_min, robust);
+  direction[3] = in.time;
+  static_assert(offsetof(RTCRay, tnear) == 12 && offsetof(RTCRay, dir_x) == 16 && offsetof(RTCRay, time) == 28);
+  std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
+  std::memcpy(reinterpret_cast<char*>(&out) + offsetof(RTCRay, dir_x), &direction, sizeof(Quad));
+  out.mask = 0xffffffffU;
+  out.id = id;
+  out.flags = 0;
+}
+
+// Rows become columns.
+inline void transpose(Quad (&m)[4]) {
+  const Quad a = __builtin_shufflevector(m[0], m[1], 0, 4, 1, 5), b = __builtin_shufflevector(m[0], m[1], 2, 6, 3, 7),
+             c = __builtin_shufflevector(m[2], m[3], 0, 4, 1, 5), d = __builtin_shufflevector(m[2], m[3], 2, 6, 3, 7);
+  m[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+  m[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+  m[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+  m[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+}
+
+// Rays [first, first + 16) or as many as there are; returns how many. `valid`, aligned to 64 bytes, is -1 for those that
+// can_hit(), else 0; ids count from rays[0]. Four rays at a time by transposition, so that Embree's packets pay for their
+// form as little as they can.
+inline size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, RTCRay16& out, int* valid) {
+  using IntQuad = int32_t __attribute__((vector_size(16)));
+  const size_t count = std::min(kPacket, rays.size() - first);
+  const auto magnitude = [](Quad q) { return std::bit_cast<Quad>(std::bit_cast<IntQuad>(q) & 0x7fffffff); };
+  for (size_t i = 0; i < kPacket; i += 4) {
+    Quad origin[4], direction[4], time;
+    for (size_t k = 0; k < 4; ++k) {
+      const Ray& in = rays[first + std::min(i + k, count - 1)];
+      origin[k] = origin_quad(in);
+      direction[k] = direction_quad(in);
+      time[k] = in.time;
+    }
+    transpose(origin);
+    transpose(direction);
+    const Quad zero{}, t_min = origin[3], t_max = direction[3];
+    const Quad sum = (magnitude(origin[0]) + magnitude(origin[1]) + magnitude(origin[2])) +
+                     (magnitude(direction[0]) + magnitude(direction[1]) + magnitude(direction[2]));
+    const IntQuad points = (direction[0] != zero) | (direction[1] != zero) | (direction[2] != zero);
+    const auto index = static_cast<int32_t>(i);
+    const IntQuad lane{index, index + 1, index + 2, index + 3};
+    const IntQuad can_hit = (sum <= kLargestCoordinate) & points & (t_min < t_max) & (t_max > zero) & // as can_hit()
+                            (lane < static_cast<int32_t>(count));
+    Quad near = t_min > zero ? t_min : zero; // as near_distance()
+    if (robust) {
+      near = std::bit_cast<Quad>(std::bit_cast<IntQuad>(near) + 1);
+      near = near > kSmallestNear ? near : zero + kSmallestNear;
+    }
+    const IntQuad id = lane + static_cast<int32_t>(first), all = IntQuad{} - 1, none{};
+    const auto store = [i](auto* row, auto quad) { std::memcpy(row + i, &quad, sizeof quad); };
+    store(valid, can_hit);
+    store(out.org_x, origin[0]);
+    store(out.org_y, origin[1]);
+    store(out.org_z, origin[2]);
+    store(out.tnear, near);
+    store(out.dir_x, direction[0]);
+    store(out.dir_y, direction[1]);
+    store(out.dir_z, direction[2]);
+    store(out.time, time);
+    store(out.tfar, t_max);
+    store(out.mask, all);
+    store(out.id, id);
+    store(out.flags, none);
+  }
+  return count;
+}
+
+// Embree's robust test lets u and v leave the triangle by rounding errors; a Hit lies inside.
+[[nodiscard]] inline Hit to_hit(const std::vector<TopGeometry>& top, float t, float u, float v, uint32_t triangle,
+                                uint32_t geometry, uint32_t instance) {
+  u = std::min(std::max(u, 0.0f), 1.0f);
+  v = std::min(std::max(v, 0.0f), 1.0f - u);
+  if (instance == RTC_INVALID_GEOMETRY_ID) {
+    const TopGeometry& still = top[geometry];
+    return {t, u, v, still.instance, still.mesh, triangle};
+  }
+  const TopGeometry& moved = top[instance];
+  return {t, u, v, moved.instance, moved.mesh + geometry, triangle};
+}
+
+// To be traced; no hit yet.
+inline void clear(RTCHit& hit) {
+  hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+}
+[[nodiscard]] inline Hit hit_of(const std::vector<TopGeometry>& top, const RTCRayHit& found) {
+  if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return to_hit(top, found.ray.tfar, found.hit.u, found.hit.v, found.hit.primID, found.hit.geomID, found.hit.instID[0]);
+}
+inline void clear(RTCHit16& hit) {
+  for (size_t i = 0; i < kPacket; ++i) hit.geomID[i] = hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+}
+[[nodiscard]] inline Hit hit_of(const std::vector<TopGeometry>& top, const RTCRayHit16& found, size_t i) {
+  const RTCHit16& hit = found.hit;
+  if (hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) return {};
+  return to_hit(top, found.ray.tfar[i], hit.u[i], hit.v[i], hit.primID[i], hit.geomID[i], hit.instID[0][i]);
+}
+
+} // namespace kindling::accel::embree
