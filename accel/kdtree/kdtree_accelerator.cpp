@@ -47,6 +47,9 @@ class KdTreeAccelerator final : public Accelerator {
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
     queries_.intersect_coherent(structure_, rays, hits);
   }
+  void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    queries_.occluded_coherent(structure_, rays, blocked);
+  }
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
