@@ -1,11 +1,8 @@
-// Which three binary levels share a wide node is chosen to minimize the summed area of all wide nodes, a measure of how many
-// are visited: f(n) = A(n) + g(left, 2) + g(right, 2), where g(n, d) is the least sum for the subtree of n if d more levels
-// fit into the current wide node: g(n, 0) = f(n), g(n, d) = min(f(n), g(left, d-1) + g(right, d-1)), and 0 for leaves.
 // Nodes and leaves are numbered depth first, so that near ones share pages.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/layout.h"
 
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/wide_cuts.h"
 
 #include <tbb/parallel_for.h>
 
@@ -18,30 +15,13 @@
 namespace kindling::accel::kd {
 namespace {
 
-bool is_inner(const std::unique_ptr<BinaryNode>& node) { return node != nullptr && !node->is_leaf(); }
-
-double cut_cost(const std::unique_ptr<BinaryNode>& node, size_t levels) {
-  return is_inner(node) ? node->cut_cost[levels] : 0.0;
-}
-
-void choose_cuts(BinaryNode& node, const Imath::Box3f& box) {
-  Imath::Box3f below = box, above = box;
-  below.max[node.axis] = above.min[node.axis] = node.position;
-  if (is_inner(node.child[0])) choose_cuts(*node.child[0], below);
-  if (is_inner(node.child[1])) choose_cuts(*node.child[1], above);
-  const double own = half_area(box) + cut_cost(node.child[0], 2) + cut_cost(node.child[1], 2);
-  node.cut_cost[0] = own;
-  for (size_t d = 1; d < 3; ++d)
-    node.cut_cost[d] = std::min(own, cut_cost(node.child[0], d - 1) + cut_cost(node.child[1], d - 1));
-}
-
 class Layouter {
  public:
   explicit Layouter(Tree& tree) : tree_(tree) { nodes_.push_back({}); } // number 0 means an empty child
 
-  ChildWord place(const std::unique_ptr<BinaryNode>& node) {
-    if (node == nullptr) return kEmptyChild;
-    return node->is_leaf() ? place_leaf(*node) : place_inner(*node);
+  ChildWord place(const BinaryNode& node) {
+    if (node.is_empty()) return kEmptyChild;
+    return node.is_inner() ? place_inner(node) : place_leaf(node);
   }
 
   void finish(std::span<const Geometry> geometries) {
@@ -64,7 +44,7 @@ class Layouter {
     WideNode wide;
     wide.planes.fill(std::numeric_limits<float>::infinity());
     wide.child.fill(kEmptyChild);
-    std::array<const std::unique_ptr<BinaryNode>*, kWideLanes> lanes{};
+    std::array<const BinaryNode*, kWideLanes> lanes{};
     uint32_t axes = 0;
     gather(root, 0, 0, wide, axes, lanes);
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
@@ -76,17 +56,16 @@ class Layouter {
 
   // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen.
   void gather(const BinaryNode& node, uint32_t level, uint32_t index, WideNode& wide, uint32_t& axes,
-              std::array<const std::unique_ptr<BinaryNode>*, kWideLanes>& lanes) {
+              std::array<const BinaryNode*, kWideLanes>& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
-    axes |= static_cast<uint32_t>(node.axis) << (2 * lane);
+    axes |= node.axis << (2 * lane);
     const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
     for (uint32_t side = 0; side < 2; ++side) {
-      const std::unique_ptr<BinaryNode>& child = node.child[side];
+      const BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
-      const bool joins = is_inner(child) && more > 0 && child->cut_cost[more] < child->cut_cost[0];
-      if (joins) {
-        gather(*child, level + 1, child_index, wide, axes, lanes);
+      if (joins_parent(child, more)) {
+        gather(child, level + 1, child_index, wide, axes, lanes);
       } else {
         lanes[child_index << more] = &child;
       }
@@ -102,7 +81,7 @@ class Layouter {
     tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
       for (size_t i = c * kChunk; i < std::min(leaves_.size(), (c + 1) * kChunk); ++i) {
         offset[i] = encoded[c].size();
-        append_leaf(geometries, {leaves_[i]->references.get(), leaves_[i]->count}, encoded[c]);
+        append_leaf(geometries, {leaves_[i]->references, leaves_[i]->count}, encoded[c]);
       }
     });
     std::vector<size_t> first(chunks + 1, 0);
@@ -137,14 +116,13 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries) {
   tree.bounds = binary.bounds;
   tree.triangle_count = binary.triangle_count;
   tree.geometries = std::move(geometries);
-  if (binary.root == nullptr) return tree;
+  if (binary.root.is_empty()) return tree;
   for (int k = 0; k < 3; ++k) {
     const float margin = 4.0f * std::numeric_limits<float>::epsilon() *
                          std::max(std::fabs(tree.bounds.min[k]), std::fabs(tree.bounds.max[k]));
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  if (is_inner(binary.root)) choose_cuts(*binary.root, binary.bounds);
   Layouter layouter(tree);
   tree.root = layouter.place(binary.root);
   layouter.finish(tree.geometries);
