@@ -111,8 +111,7 @@ References initial_references(std::span<const Geometry> geometries, Imath::Box3f
   });
   // Closes the gaps that triangles left which cannot be hit.
   for (const Chunk& chunk : chunks) {
-    if (chunk.place != references.count)
-      std::copy(out + chunk.place, out + chunk.place + chunk.count, out + references.count);
+    if (chunk.place != references.count) copy_references(out + chunk.place, chunk.count, out + references.count);
     references.count += chunk.count;
     if (chunk.count != 0) bounds.extendBy(chunk.bounds);
   }

@@ -114,21 +114,25 @@ SplitReference split_reference(std::span<const Geometry> geometries, const Refer
   SplitReference parts{reference, reference, false, false};
   parts.left.max[axis] = parts.right.min[axis] = position;
   if (polygon.count != 0) {
+    // Corners and cuts go to both sides, as infinity where they do not belong: which side it is cannot be predicted.
     const auto lane = static_cast<size_t>(axis);
-    const double plane = position;
+    const Double4 plane = Double4{} + static_cast<double>(position);
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const Double4 none_low = Double4{} + kInfinity, none_high = Double4{} - kInfinity;
     Bounds below, above;
     Double4 a = polygon.corners[polygon.count - 1];
-    double da = a[lane] - plane;
+    Double4 da = Double4{} + a[lane] - plane;
     for (size_t i = 0; i < polygon.count; ++i) {
-      const Double4 b = polygon.corners[i];
-      const double db = b[lane] - plane;
-      if ((da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0)) {
-        const Double4 at = cut(a, b, da, db, lane, plane);
-        below.extend(at);
-        above.extend(at);
-      }
-      if (db <= 0.0) below.extend(b);
-      if (db >= 0.0) above.extend(b);
+      const Double4 b = polygon.corners[i], db = Double4{} + b[lane] - plane;
+      Double4 at = a + (b - a) * (da / (da - db)); // anything if the edge does not cross
+      at[lane] = plane[lane];
+      const auto crosses = ((da < 0.0) & (db > 0.0)) | ((da > 0.0) & (db < 0.0));
+      const auto is_below = db <= 0.0, is_above = db >= 0.0;
+      const Double4 cut_low = crosses ? at : none_low, cut_high = crosses ? at : none_high;
+      below.low = least(is_below ? b : none_low, least(cut_low, below.low));
+      below.high = greatest(is_below ? b : none_high, greatest(cut_high, below.high));
+      above.low = least(is_above ? b : none_low, least(cut_low, above.low));
+      above.high = greatest(is_above ? b : none_high, greatest(cut_high, above.high));
       a = b;
       da = db;
     }

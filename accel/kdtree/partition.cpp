@@ -7,46 +7,62 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 
 namespace kindling::accel::kd {
 namespace {
 
 constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
 
-// Copies as one register; Imath's vectors would be copied by component.
-void copy(const Reference& from, Reference* to) { store_lanes(to, load_lanes<Int8Lanes>(&from)); }
+// Exactly one is true.
+struct Side {
+  bool left, right, cut;
+};
+Side side_of(const Reference& reference, const Split& split) {
+  const float* bounds = &reference.min.x;
+  const auto axis = static_cast<size_t>(split.axis);
+  const bool ends_below = bounds[axis + 4] <= split.position, starts_above = bounds[axis] >= split.position;
+  const bool left = ends_below && (!starts_above || split.planar_left);
+  return {left, starts_above && !left, !ends_below && !starts_above};
+}
 
 // Writes each reference to the end of its list, and of the others, where the next will overwrite it: no branches.
 struct Lists {
   Reference *left, *right, *cut;
 };
 Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
-  const size_t axis = static_cast<size_t>(split.axis);
   for (size_t i = 0; i < count; ++i) {
     const auto lanes = load_lanes<Int8Lanes>(references + i);
-    const float* bounds = &references[i].min.x;
-    const bool below = bounds[axis] <= split.position, above = bounds[axis + 4] >= split.position;
-    const bool ends_below = bounds[axis + 4] <= split.position, starts_above = bounds[axis] >= split.position;
-    const bool planar = ends_below && starts_above;
-    const bool left = ends_below && (!planar || split.planar_left);
-    const bool right = starts_above && !left;
-    const bool cut = below && above && !left && !right;
+    const Side side = side_of(references[i], split);
     store_lanes(lists.left, lanes);
     store_lanes(lists.right, lanes);
     store_lanes(lists.cut, lanes);
-    lists.left += left ? 1 : 0;
-    lists.right += right ? 1 : 0;
-    lists.cut += cut ? 1 : 0;
+    lists.left += side.left ? 1 : 0;
+    lists.right += side.right ? 1 : 0;
+    lists.cut += side.cut ? 1 : 0;
   }
   return lists;
 }
 
 void cut_all(std::span<const Geometry> geometries, std::span<const Reference> references, const Split& split,
              Reference*& left, Reference*& right) {
-  for (const Reference& reference : references) {
+  // Triangles lie anywhere in memory: asks for the indices of one some way ahead, then for its vertices.
+  constexpr size_t kIndicesAhead = 8, kVerticesAhead = 4;
+  const auto indices_of = [&](const Reference& r) {
+    return geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle);
+  };
+  for (size_t i = 0; i < references.size(); ++i) {
+    if (i + kIndicesAhead < references.size()) __builtin_prefetch(indices_of(references[i + kIndicesAhead]));
+    if (i + kVerticesAhead < references.size()) {
+      const Reference& ahead = references[i + kVerticesAhead];
+      const uint32_t* indices = indices_of(ahead);
+      const Imath::V3f* positions = geometries[ahead.geometry].mesh.positions.data();
+      for (size_t corner = 0; corner < 3; ++corner) __builtin_prefetch(positions + indices[corner]);
+    }
+    const Reference& reference = references[i];
     const SplitReference parts = split_reference(geometries, reference, split.axis, split.position);
-    if (parts.in_left) copy(parts.left, left++);
-    if (parts.in_right) copy(parts.right, right++);
+    if (parts.in_left) copy_references(&parts.left, 1, left++);
+    if (parts.in_right) copy_references(&parts.right, 1, right++);
   }
 }
 
@@ -56,7 +72,7 @@ void ReferenceBuffer::reserve(size_t size, size_t keep) {
   if (size <= capacity_) return;
   size = std::max(size, capacity_ + capacity_ / 2);
   auto items = std::make_unique_for_overwrite<Reference[]>(size);
-  std::copy_n(items_.get(), keep, items.get());
+  copy_references(items_.get(), keep, items.get());
   items_ = std::move(items);
   capacity_ = size;
 }
@@ -73,20 +89,32 @@ HalfCounts partition_in_place(std::span<const Geometry> geometries, Reference* r
 Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const Reference> references,
                            const Split& split) {
   struct Chunk {
-    ReferenceBuffer left, right;
     HalfCounts counts, first;
+    std::vector<Reference> left_parts, right_parts; // of references that are cut
   };
   std::vector<Chunk> chunks((references.size() + kChunk - 1) / kChunk);
+  const auto chunk_of = [&](size_t c) {
+    return references.subspan(c * kChunk, std::min(kChunk, references.size() - c * kChunk));
+  };
+
+  // How much of each child comes from which chunk. Few of the many references here are cut.
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
-    const size_t first = c * kChunk, count = std::min(kChunk, references.size() - first);
     Chunk& chunk = chunks[c];
-    chunk.left = ReferenceBuffer(count + 1);
-    chunk.right = ReferenceBuffer(count + 1);
-    ReferenceBuffer cut(count + 1);
-    const Lists begin = {chunk.left.data(), chunk.right.data(), cut.data()};
-    Lists end = deal(references.data() + first, count, split, begin);
-    cut_all(geometries, {begin.cut, end.cut}, split, end.left, end.right);
-    chunk.counts = {static_cast<size_t>(end.left - begin.left), static_cast<size_t>(end.right - begin.right)};
+    std::vector<Reference> cut;
+    for (const Reference& reference : chunk_of(c)) {
+      const Side side = side_of(reference, split);
+      chunk.counts.left += side.left ? 1 : 0;
+      chunk.counts.right += side.right ? 1 : 0;
+      if (side.cut) cut.push_back(reference);
+    }
+    chunk.left_parts.resize(cut.size());
+    chunk.right_parts.resize(cut.size());
+    Reference *left_end = chunk.left_parts.data(), *right_end = chunk.right_parts.data();
+    cut_all(geometries, cut, split, left_end, right_end);
+    chunk.left_parts.resize(static_cast<size_t>(left_end - chunk.left_parts.data()));
+    chunk.right_parts.resize(static_cast<size_t>(right_end - chunk.right_parts.data()));
+    chunk.counts.left += chunk.left_parts.size();
+    chunk.counts.right += chunk.right_parts.size();
   });
   Halves out;
   for (Chunk& chunk : chunks) {
@@ -96,11 +124,26 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
   }
   out.left = ReferenceBuffer(out.counts.left);
   out.right = ReferenceBuffer(out.counts.right);
+
+  // Through lists in the cache, because deal() writes behind the end of its lists, where other chunks' references are.
+  constexpr size_t kBlock = 256;
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
-    Chunk& chunk = chunks[c];
-    std::copy_n(chunk.left.data(), chunk.counts.left, out.left.data() + chunk.first.left);
-    std::copy_n(chunk.right.data(), chunk.counts.right, out.right.data() + chunk.first.right);
-    chunk = {};
+    const Chunk& chunk = chunks[c];
+    std::array<Reference, kBlock + 1> left, right, cut;
+    Reference *left_end = out.left.data() + chunk.first.left, *right_end = out.right.data() + chunk.first.right;
+    const auto append = [](const Reference* from, size_t count, Reference*& end) {
+      copy_references(from, count, end);
+      end += count;
+    };
+    const std::span<const Reference> own = chunk_of(c);
+    for (size_t first = 0; first < own.size(); first += kBlock) {
+      const Lists end = deal(own.data() + first, std::min(kBlock, own.size() - first), split,
+                             {left.data(), right.data(), cut.data()});
+      append(left.data(), static_cast<size_t>(end.left - left.data()), left_end);
+      append(right.data(), static_cast<size_t>(end.right - right.data()), right_end);
+    }
+    append(chunk.left_parts.data(), chunk.left_parts.size(), left_end);
+    append(chunk.right_parts.data(), chunk.right_parts.size(), right_end);
   });
   return out;
 }

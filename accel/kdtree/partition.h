@@ -5,11 +5,17 @@
 #include "accel/kdtree/reference.h"
 #include "accel/kdtree/split.h"
 
+#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
+
+// As bytes: Imath's vectors would be copied by component.
+inline void copy_references(const Reference* from, size_t count, Reference* to) {
+  std::memmove(static_cast<void*>(to), static_cast<const void*>(from), count * sizeof(Reference));
+}
 
 // A growing array of references that are not initialized. Growing moves what is there.
 class ReferenceBuffer {

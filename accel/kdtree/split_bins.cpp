@@ -2,6 +2,7 @@
 // After Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of dynamic
 // scenes", 2007 (min/max binning).
 // SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/lane_costs.h"
 #include "accel/kdtree/lanes.h"
 #include "accel/kdtree/split.h"
 
@@ -116,6 +117,32 @@ Binning make_binning(const Occupied& all, uint32_t bins) {
   return binning;
 }
 
+// Choices of LaneBest.
+constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMostBins);
+
+void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
+                   size_t count, LaneBest& best) {
+  // References that begin before border i, and that end behind it.
+  alignas(32) std::array<int32_t, kMostBins> left, right;
+  int32_t before = 0, behind = static_cast<int32_t>(count);
+  for (uint32_t i = 0; i < binning.bins; ++i) {
+    left[i] = before;
+    right[i] = behind;
+    before += static_cast<int32_t>(histogram[kStartLane + axis][i]);
+    behind -= static_cast<int32_t>(histogram[kEndLane + axis][i]);
+  }
+  const Int8Lanes lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (uint32_t i = 0; i < binning.bins; i += 8) {
+    const Int8Lanes border = static_cast<int32_t>(i) + lanes;
+    const Float8Lanes position = binning.low[axis] + __builtin_convertvector(border, Float8Lanes) * binning.width[axis];
+    const auto l = load_lanes<Int8Lanes>(left.data() + i), r = load_lanes<Int8Lanes>(right.data() + i);
+    const Int8Lanes inside = (position > costs.box_low) & (position < costs.box_high) & (border > 0);
+    const Float8Lanes cost = inside ? costs(position, l, r) : spread(std::numeric_limits<float>::infinity());
+    const Int8Lanes planar_left = ((r == 0) | ((l != 0) & (l < r))) & kPlanarLeft;
+    best.offer(cost, position, border * kBorder + planar_left + static_cast<int32_t>(axis) * kAxis);
+  }
+}
+
 } // namespace
 
 std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
@@ -133,30 +160,30 @@ std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f&
     count_in_chunks(references, chunks, binning, histogram);
   }
 
-  uint32_t best_border = 0; // 0: an end of the occupied space
+  LaneBest at_borders;
   for (size_t k = 0; k < 3; ++k) {
     const int axis = static_cast<int>(k);
-    const auto offer = [&](float position, size_t left, size_t right, uint32_t border) {
+    const auto offer = [&](float position, size_t left, size_t right) {
       if (!(position > box.min[axis] && position < box.max[axis])) return;
       const double cost = model.split_cost(axis, position, left, right);
-      if (best && cost >= best->cost) return;
-      best = Split{cost, position, axis, right == 0 || (left != 0 && left < right)};
-      best_border = border;
+      if (!best || cost < best->cost) best = Split{cost, position, axis, right == 0};
     };
-    offer(all.least_of[kStartLane + k], 0, count, 0);
-    offer(all.greatest_of[kEndLane + k], count, 0, 0);
+    offer(all.least_of[kStartLane + k], 0, count);
+    offer(all.greatest_of[kEndLane + k], count, 0);
     if (binning.scale[k] == 0.0f) continue;
-    size_t left = 0, right = count;
-    for (uint32_t i = 1; i < binning.bins; ++i) {
-      left += histogram[kStartLane + k][i - 1];
-      right -= histogram[kEndLane + k][i - 1];
-      offer(binning.border(k, i), left, right, i);
-    }
+    sweep_borders(LaneCosts(config, box, model.area(), axis), binning, histogram, k, count, at_borders);
   }
-  if (best_border != 0 && count <= config.refine_below) {
-    const auto k = static_cast<size_t>(best->axis);
-    refine_split(config, box, references, best->axis, binning.border(k, best_border - 1),
-                 binning.border(k, best_border + 1), scratch, best);
+  const size_t lane = at_borders.lane();
+  if (!at_borders.found(lane)) return best;
+  const double cost = config.traversal_cost + static_cast<double>(at_borders.cost[lane]);
+  if (best && best->cost <= cost) return best;
+  const int32_t choice = at_borders.choice[lane];
+  best = Split{cost, at_borders.position[lane], choice / kAxis, choice % kBorder == kPlanarLeft};
+  if (count <= config.refine_below) {
+    const auto border = static_cast<uint32_t>(choice % kAxis / kBorder);
+    const auto axis = static_cast<size_t>(best->axis);
+    refine_split(config, box, references, best->axis, binning.border(axis, border - 1),
+                 binning.border(axis, border + 1), scratch, best);
   }
   return best;
 }

@@ -1,13 +1,11 @@
 // The search for nodes of few references: eight planes at a time are compared with all references. Nothing is sorted, and nothing
 // branches on the data.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/lanes.h"
+#include "accel/kdtree/lane_costs.h"
 #include "accel/kdtree/split.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <limits>
 
 namespace kindling::accel::kd {
 namespace {
@@ -16,46 +14,6 @@ namespace {
 struct Bounds {
   alignas(32) float low[3][kMostCounted], high[3][kMostCounted];
   size_t count;
-};
-
-// Eight costs at a time, in the unit of the triangles' part: without the step down, which all splits have.
-struct LaneCosts {
-  float base, slope, box_low, box_high; // probability of a side = base + slope * extent of the side
-  float leaf, triangle, block, bonus;
-
-  LaneCosts(const Config& config, const Imath::Box3f& box, double area, int axis)
-      : box_low(box.min[axis]), box_high(box.max[axis]), leaf(static_cast<float>(config.leaf_cost)),
-        triangle(static_cast<float>(config.triangle_cost)), block(static_cast<float>(config.block_cost)),
-        bonus(static_cast<float>(1.0 - config.empty_bonus)) {
-    const int j = axis == 2 ? 0 : axis + 1, k = j == 2 ? 0 : j + 1;
-    const double dj = static_cast<double>(box.max[j]) - box.min[j], dk = static_cast<double>(box.max[k]) - box.min[k];
-    base = static_cast<float>(dj * dk / area);
-    slope = static_cast<float>((dj + dk) / area);
-  }
-  [[nodiscard]] Float8Lanes leaf_cost(Int8Lanes count) const {
-    const Int8Lanes blocks = (count + static_cast<int32_t>(kCostBlock - 1)) / static_cast<int32_t>(kCostBlock);
-    const Float8Lanes cost = leaf + triangle * __builtin_convertvector(count, Float8Lanes) +
-                             block * __builtin_convertvector(blocks, Float8Lanes);
-    return count == 0 ? Float8Lanes{} : cost;
-  }
-  [[nodiscard]] Float8Lanes operator()(Float8Lanes position, Int8Lanes left, Int8Lanes right) const {
-    const Float8Lanes cost = (base + slope * (position - box_low)) * leaf_cost(left) +
-                             (base + slope * (box_high - position)) * leaf_cost(right);
-    return (left == 0) | (right == 0) ? cost * bonus : cost;
-  }
-};
-
-struct Best {
-  Float8Lanes cost = spread(std::numeric_limits<float>::infinity());
-  Float8Lanes position{};
-  Int8Lanes choice{}; // 2 * axis, + 1 if triangles in the plane go left
-
-  void offer(Float8Lanes other_cost, Float8Lanes other_position, int32_t other_choice) {
-    const Int8Lanes better = other_cost < cost;
-    cost = better ? other_cost : cost;
-    position = better ? other_position : position;
-    choice = better ? Int8Lanes{} + other_choice : choice;
-  }
 };
 
 struct Planes {
@@ -83,7 +41,7 @@ void collect_planes(const Bounds& bounds, int axis, float box_low, float box_hig
 }
 
 template <bool kPlanars>
-void count_sides(const Bounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, Best& best) {
+void count_sides(const Bounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, LaneBest& best) {
   const auto count = static_cast<int32_t>(bounds.count);
   for (size_t first = 0; first < planes.count; first += 16) {
     const auto p0 = load_lanes<Float8Lanes>(planes.position + first);
@@ -104,10 +62,10 @@ void count_sides(const Bounds& bounds, int axis, const Planes& planes, const Lan
     const auto offer = [&](Float8Lanes position, Int8Lanes left, Int8Lanes right, Int8Lanes both) {
       if constexpr (kPlanars) {
         const Int8Lanes inside = count - (left + right - both); // neither below nor above
-        best.offer(costs(position, left, right + inside), position, 2 * axis);
-        best.offer(costs(position, left + inside, right), position, 2 * axis + 1);
+        best.offer(costs(position, left, right + inside), position, Int8Lanes{} + 2 * axis);
+        best.offer(costs(position, left + inside, right), position, Int8Lanes{} + (2 * axis + 1));
       } else {
-        best.offer(costs(position, left, right), position, 2 * axis);
+        best.offer(costs(position, left, right), position, Int8Lanes{} + 2 * axis);
       }
     };
     offer(p0, -left0, -right0, -both0);
@@ -129,7 +87,7 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
       bounds.low[axis][i] = references[i].min[axis];
       bounds.high[axis][i] = references[i].max[axis];
     }
-  Best best;
+  LaneBest best;
   Planes planes;
   for (int axis = 0; axis < 3; ++axis) {
     if (!(box.max[axis] - box.min[axis] > kShortestAxis)) continue;
@@ -139,10 +97,8 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
     planes.planars ? count_sides<true>(bounds, axis, planes, costs, best)
                    : count_sides<false>(bounds, axis, planes, costs, best);
   }
-  size_t lane = 0;
-  for (size_t i = 1; i < 8; ++i)
-    if (best.cost[i] < best.cost[lane]) lane = i;
-  if (!(best.cost[lane] < std::numeric_limits<float>::infinity())) return std::nullopt;
+  const size_t lane = best.lane();
+  if (!best.found(lane)) return std::nullopt;
   return Split{config.traversal_cost + static_cast<double>(best.cost[lane]), best.position[lane], best.choice[lane] / 2,
                best.choice[lane] % 2 != 0};
 }

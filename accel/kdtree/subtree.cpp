@@ -49,7 +49,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std:
                              BinaryNode& node) {
   assert(references.size() <= kMostOfSubtree);
   stack_.reserve(2 * references.size() + 1, 0);
-  std::copy(references.begin(), references.end(), stack_.data());
+  copy_references(references.data(), references.size(), stack_.data());
   const double cost = build(context, cell, 0, references.size(), node);
   context.monitor.add(unreported_);
   unreported_ = 0.0;
