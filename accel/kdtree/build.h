@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <vector>
 
 namespace kindling::accel::kd {
 
@@ -44,9 +45,10 @@ class BuildMonitor {
 };
 
 struct BinaryTree {
-  std::unique_ptr<BinaryNode> root; // null: nothing can be hit
-  Imath::Box3f bounds;              // of all triangles that can be hit
-  size_t triangle_count = 0;        // that can be hit
+  BinaryNode root;
+  Imath::Box3f bounds;           // of all triangles that can be hit
+  size_t triangle_count = 0;     // that can be hit
+  std::vector<TreeArena> arenas; // where the nodes below the root live
 };
 
 // The tree is the same for any number of threads. After a cancellation it is incomplete: ask the monitor.

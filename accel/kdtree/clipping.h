@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/reference.h"
+
 #include <ImathBox.h>
 #include <ImathVec.h>
 
 #include <array>
+#include <span>
 
 namespace kindling::accel::kd {
 
@@ -13,5 +16,15 @@ namespace kindling::accel::kd {
 // do not meet; touching counts as meeting.
 [[nodiscard]] bool clip_bounds(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& box_min,
                                const Imath::V3f& box_max, Imath::V3f& bounds_min, Imath::V3f& bounds_max);
+
+struct SplitReference {
+  Reference left, right;
+  bool in_left, in_right; // at least one; only then is the part set
+};
+
+// The two parts of a reference with min[axis] < position < max[axis]: what of the triangle lies in its bounds, below and above the
+// plane, as clip_bounds() has it. If rounding leaves neither part, both are the bounds cut at the plane.
+[[nodiscard]] SplitReference split_reference(std::span<const Geometry> geometries, const Reference& reference, int axis,
+                                             float position);
 
 } // namespace kindling::accel::kd

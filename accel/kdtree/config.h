@@ -15,15 +15,23 @@ inline constexpr uint32_t kMaxDepth = 60;
 // Depth in wide nodes.
 inline constexpr uint32_t kMaxWideDepth = 32;
 
+// References of a leaf that Config::block_cost pays for once.
+inline constexpr uint32_t kCostBlock = 16;
+
 struct Config {
-  // Surface area heuristic: cost of a step down and of one triangle in a leaf. Leaves test up to sixteen triangles at once, so a
-  // triangle is far cheaper than the textbooks' 1 to 2 steps; leaves of 12 to 20 references result.
+  // Surface area heuristic. A step down costs traversal_cost; a leaf of n > 0 references costs
+  // leaf_cost + triangle_cost * n + block_cost * ceil(n / kCostBlock). Leaves test up to sixteen triangles at once, so a
+  // triangle is far cheaper than the textbooks' 1 to 2 steps.
   double traversal_cost = 1.0;
+  double leaf_cost = 0.0;
   double triangle_cost = 0.15;
-  // The triangle cost of a split that cuts off empty space is reduced by this fraction.
+  double block_cost = 0.0;
+  // The triangles' cost of a split that cuts off empty space is reduced by this fraction.
   double empty_bonus = 0.15;
-  // Up to so many references every bound is tried as a plane; above, the borders of kBins bins.
-  uint32_t exact_below = 1024;
+  // Up to so many references every bound is tried as a plane; above, the borders of bins,
+  uint32_t exact_below = 64;
+  // and then, up to so many references, all bounds near the best border.
+  uint32_t refine_below = 16384;
   // Up to so many references a subtree that turned out no cheaper than a leaf becomes one.
   uint32_t collapse_below = 512;
   // Triangle references in all leaves, at most this many per triangle (and a few for tiny meshes).
@@ -40,13 +48,12 @@ struct Config {
   }
 };
 
-inline constexpr uint32_t kBins = 256;
-
 [[nodiscard]] inline Config config_for(Quality quality) {
   Config config;
   switch (quality) {
   case Quality::fast:
-    config.exact_below = 64;
+    config.exact_below = 16;
+    config.refine_below = 0;
     config.references_per_triangle = 4.0;
     break;
   case Quality::balanced: break;

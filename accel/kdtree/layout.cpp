@@ -1,11 +1,9 @@
-// Which three binary levels share a wide node is chosen to minimize the summed area of all wide nodes, a measure of how many
-// are visited: f(n) = A(n) + g(left, 2) + g(right, 2), where g(n, d) is the least sum for the subtree of n if d more levels
-// fit into the current wide node: g(n, 0) = f(n), g(n, d) = min(f(n), g(left, d-1) + g(right, d-1)), and 0 for leaves.
-// Nodes and leaves are numbered depth first, so that near ones share pages.
+// Nodes and leaves are numbered depth first, so that near ones share pages: first those of the top of the tree, then those of the
+// subtrees below it, which are laid out by tasks, each as if it were alone, and then strung together.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/layout.h"
 
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/wide_cuts.h"
 
 #include <tbb/parallel_for.h>
 
@@ -18,117 +16,169 @@
 namespace kindling::accel::kd {
 namespace {
 
-bool is_inner(const std::unique_ptr<BinaryNode>& node) { return node != nullptr && !node->is_leaf(); }
+constexpr uint32_t kTopLevels = 3; // of wide nodes
 
-double cut_cost(const std::unique_ptr<BinaryNode>& node, size_t levels) {
-  return is_inner(node) ? node->cut_cost[levels] : 0.0;
-}
-
-void choose_cuts(BinaryNode& node, const Imath::Box3f& box) {
-  Imath::Box3f below = box, above = box;
-  below.max[node.axis] = above.min[node.axis] = node.position;
-  if (is_inner(node.child[0])) choose_cuts(*node.child[0], below);
-  if (is_inner(node.child[1])) choose_cuts(*node.child[1], above);
-  const double own = half_area(box) + cut_cost(node.child[0], 2) + cut_cost(node.child[1], 2);
-  node.cut_cost[0] = own;
-  for (size_t d = 1; d < 3; ++d)
-    node.cut_cost[d] = std::min(own, cut_cost(node.child[0], d - 1) + cut_cost(node.child[1], d - 1));
-}
-
-class Layouter {
+// A subtree on its own, or the top of the tree without what lies below. Numbers of nodes and places of leaves are relative to
+// those of the part; nodes count from 1, because 0 means an empty child.
+class Part {
  public:
-  explicit Layouter(Tree& tree) : tree_(tree) { nodes_.push_back({}); } // number 0 means an empty child
-
-  ChildWord place(const std::unique_ptr<BinaryNode>& node) {
-    if (node == nullptr) return kEmptyChild;
-    return node->is_leaf() ? place_leaf(*node) : place_inner(*node);
+  // Lays the subtree out, but for what lies `levels` wide nodes below the root or deeper: there, `below` is called with the number
+  // of the node, the lane of the child, and the child.
+  template <class Below>
+  void place(const BinaryNode& root, uint32_t levels, const Below& below) {
+    root_ = place_node(root, levels, below);
+  }
+  // Writes the leaves that place() has met.
+  void encode_leaves(std::span<const Geometry> geometries) {
+    std::vector<uint32_t> place(leaves_.size());
+    for (const BinaryNode* leaf : leaves_) reference_count_ += leaf->count;
+    units_.reserve(reference_count_ + leaves_.size()); // what meshes take
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      if (i + 2 < leaves_.size()) prefetch_indices(geometries, *leaves_[i + 2]);
+      if (i + 1 < leaves_.size()) prefetch_vertices(geometries, *leaves_[i + 1]);
+      place[i] = static_cast<uint32_t>(units_.size());
+      append_leaf(geometries, {leaves_[i]->references, leaves_[i]->count}, units_);
+      if (units_.size() >= kLeafBit) throw std::bad_alloc();
+    }
+    const auto address = [&](ChildWord& child) {
+      if ((child & kLeafBit) != 0) child = kLeafBit | place[child & ~kLeafBit];
+    };
+    for (WideNode& node : nodes_)
+      for (ChildWord& child : node.child) address(child);
+    address(root_);
+  }
+  // Decides where in the tree the part goes.
+  void set_first(size_t node, size_t unit) {
+    if (node + nodes_.size() >= kLeafBit || unit + units_.size() >= kLeafBit) throw std::bad_alloc();
+    first_node_ = static_cast<uint32_t>(node);
+    first_unit_ = static_cast<uint32_t>(unit);
+  }
+  // Moves the part to its place.
+  void move_to(Tree& tree) {
+    WideNode* node = tree.nodes.data() + first_node_ + 1;
+    for (const WideNode& from : nodes_) {
+      *node = from;
+      for (ChildWord& child : node->child) child = in_tree(child);
+      ++node;
+    }
+    std::copy(units_.begin(), units_.end(), tree.leaves.data() + first_unit_);
+    nodes_ = {};
+    units_ = {};
   }
 
-  void finish(std::span<const Geometry> geometries) {
-    tree_.nodes = AlignedArray<WideNode>(nodes_.size());
-    std::copy(nodes_.begin(), nodes_.end(), tree_.nodes.data());
-    tree_.leaf_count = leaves_.size();
-    fill_leaves(geometries);
-  }
+  [[nodiscard]] ChildWord root_in_tree() const { return in_tree(root_); }
+  [[nodiscard]] size_t node_count() const { return nodes_.size(); }
+  [[nodiscard]] size_t unit_count() const { return units_.size(); }
+  [[nodiscard]] size_t leaf_count() const { return leaves_.size(); }
+  [[nodiscard]] size_t reference_count() const { return reference_count_; }
 
  private:
-  ChildWord place_leaf(const BinaryNode& leaf) {
-    tree_.reference_count += leaf.count;
-    leaves_.push_back(&leaf);
-    return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // until fill_leaves() knows the address
+  using Lanes = std::array<const BinaryNode*, kWideLanes>;
+
+  [[nodiscard]] ChildWord in_tree(ChildWord child) const {
+    if (child == kEmptyChild) return kEmptyChild;
+    return child + ((child & kLeafBit) != 0 ? first_unit_ : first_node_);
   }
 
-  ChildWord place_inner(const BinaryNode& root) {
-    const size_t number = nodes_.size();
+  template <class Below>
+  ChildWord place_node(const BinaryNode& node, uint32_t levels, const Below& below) {
+    if (node.is_empty()) return kEmptyChild;
+    if (!node.is_inner()) {
+      leaves_.push_back(&node);
+      return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // until encode_leaves()
+    }
     nodes_.emplace_back();
+    const size_t number = nodes_.size();
     WideNode wide;
     wide.planes.fill(std::numeric_limits<float>::infinity());
     wide.child.fill(kEmptyChild);
-    std::array<const std::unique_ptr<BinaryNode>*, kWideLanes> lanes{};
+    Lanes lanes{};
     uint32_t axes = 0;
-    gather(root, 0, 0, wide, axes, lanes);
+    gather(node, 0, 0, wide, axes, lanes);
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
-    for (size_t lane = 0; lane < kWideLanes; ++lane)
-      if (lanes[lane] != nullptr) wide.child[lane] = place(*lanes[lane]);
-    nodes_[number] = wide;
+    for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+      if (lanes[lane] == nullptr) continue;
+      if (levels <= 1 && lanes[lane]->is_inner()) {
+        below(number, lane, *lanes[lane]);
+      } else {
+        wide.child[lane] = place_node(*lanes[lane], levels - 1, below);
+      }
+    }
+    nodes_[number - 1] = wide;
     return static_cast<ChildWord>(number);
   }
 
   // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen.
-  void gather(const BinaryNode& node, uint32_t level, uint32_t index, WideNode& wide, uint32_t& axes,
-              std::array<const std::unique_ptr<BinaryNode>*, kWideLanes>& lanes) {
+  static void gather(const BinaryNode& node, uint32_t level, uint32_t index, WideNode& wide, uint32_t& axes,
+                     Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
-    axes |= static_cast<uint32_t>(node.axis) << (2 * lane);
+    axes |= node.axis << (2 * lane);
     const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
     for (uint32_t side = 0; side < 2; ++side) {
-      const std::unique_ptr<BinaryNode>& child = node.child[side];
+      const BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
-      const bool joins = is_inner(child) && more > 0 && child->cut_cost[more] < child->cut_cost[0];
-      if (joins) {
-        gather(*child, level + 1, child_index, wide, axes, lanes);
+      if (joins_parent(child, more)) {
+        gather(child, level + 1, child_index, wide, axes, lanes);
       } else {
         lanes[child_index << more] = &child;
       }
     }
   }
 
-  // Encodes leaves chunk by chunk, strings the chunks together, and puts addresses in place of the numbers of leaves.
-  void fill_leaves(std::span<const Geometry> geometries) {
-    constexpr size_t kChunk = 512; // leaves
-    const size_t chunks = (leaves_.size() + kChunk - 1) / kChunk;
-    std::vector<std::vector<LeafUnit>> encoded(chunks);
-    std::vector<size_t> offset(leaves_.size()); // in the chunk, then in the tree
-    tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
-      for (size_t i = c * kChunk; i < std::min(leaves_.size(), (c + 1) * kChunk); ++i) {
-        offset[i] = encoded[c].size();
-        append_leaf(geometries, {leaves_[i]->references.get(), leaves_[i]->count}, encoded[c]);
-      }
-    });
-    std::vector<size_t> first(chunks + 1, 0);
-    for (size_t c = 0; c < chunks; ++c) first[c + 1] = first[c] + encoded[c].size();
-    if (first[chunks] >= kLeafBit) throw std::bad_alloc();
-    tree_.leaves = AlignedArray<LeafUnit>(first[chunks] + kLeafPadding);
-    std::fill_n(tree_.leaves.data() + first[chunks], kLeafPadding, LeafUnit{});
-    tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
-      std::copy(encoded[c].begin(), encoded[c].end(), tree_.leaves.data() + first[c]);
-      encoded[c] = {};
-    });
-    const auto address = [&](ChildWord& child) {
-      if ((child & kLeafBit) == 0) return;
-      const uint32_t leaf = child & ~kLeafBit;
-      child = kLeafBit | static_cast<uint32_t>(first[leaf / kChunk] + offset[leaf]);
-    };
-    tbb::parallel_for(size_t{0}, tree_.nodes.size(), [&](size_t i) {
-      for (ChildWord& child : tree_.nodes[i].child) address(child);
-    });
-    address(tree_.root);
+  // Triangles lie anywhere in memory.
+  static void prefetch_indices(std::span<const Geometry> geometries, const BinaryNode& leaf) {
+    for (const LeafReference& r : std::span(leaf.references, leaf.count))
+      __builtin_prefetch(geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle));
+  }
+  static void prefetch_vertices(std::span<const Geometry> geometries, const BinaryNode& leaf) {
+    for (const LeafReference& r : std::span(leaf.references, leaf.count))
+      for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometries[r.geometry].vertex(r.triangle, corner));
   }
 
-  Tree& tree_;
+  ChildWord root_ = kEmptyChild;
   std::vector<WideNode> nodes_;
   std::vector<const BinaryNode*> leaves_;
+  std::vector<LeafUnit> units_;
+  size_t reference_count_ = 0;
+  uint32_t first_node_ = 0, first_unit_ = 0;
 };
+
+void lay_out_parts(const BinaryNode& root, Tree& tree) {
+  struct Link {
+    size_t node;
+    uint32_t lane;
+    const BinaryNode* child;
+  };
+  std::vector<Link> links; // from the top to the other parts
+  std::vector<Part> parts(1);
+  parts[0].place(root, kTopLevels, [&](size_t node, uint32_t lane, const BinaryNode& child) {
+    links.push_back({node, lane, &child});
+  });
+  parts.resize(1 + links.size());
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
+    constexpr uint32_t kAll = std::numeric_limits<uint32_t>::max();
+    if (i > 0) parts[i].place(*links[i - 1].child, kAll, [](size_t, uint32_t, const BinaryNode&) {});
+    parts[i].encode_leaves(tree.geometries);
+  });
+
+  size_t nodes = 0, units = 0;
+  for (Part& part : parts) {
+    part.set_first(nodes, units);
+    nodes += part.node_count();
+    units += part.unit_count();
+    tree.leaf_count += part.leaf_count();
+    tree.reference_count += part.reference_count();
+  }
+  tree.nodes = AlignedArray<WideNode>(nodes + 1);
+  tree.nodes[0] = {};
+  tree.leaves = AlignedArray<LeafUnit>(units + kLeafPadding);
+  std::fill_n(tree.leaves.data() + units, kLeafPadding, LeafUnit{});
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) { parts[i].move_to(tree); });
+  tree.root = parts[0].root_in_tree();
+  for (size_t i = 0; i < links.size(); ++i)
+    tree.nodes[links[i].node].child[links[i].lane] = parts[i + 1].root_in_tree();
+}
 
 } // namespace
 
@@ -137,17 +187,14 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries) {
   tree.bounds = binary.bounds;
   tree.triangle_count = binary.triangle_count;
   tree.geometries = std::move(geometries);
-  if (binary.root == nullptr) return tree;
+  if (binary.root.is_empty()) return tree;
   for (int k = 0; k < 3; ++k) {
     const float margin = 4.0f * std::numeric_limits<float>::epsilon() *
                          std::max(std::fabs(tree.bounds.min[k]), std::fabs(tree.bounds.max[k]));
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  if (is_inner(binary.root)) choose_cuts(*binary.root, binary.bounds);
-  Layouter layouter(tree);
-  tree.root = layouter.place(binary.root);
-  layouter.finish(tree.geometries);
+  lay_out_parts(binary.root, tree);
   return tree;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/leaf_block.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace kindling::accel::kd {
@@ -9,6 +10,8 @@ namespace {
 // Collects triangles until one of the limits is met.
 class BlockBuilder {
  public:
+  BlockBuilder() { place_.fill(kFree); }
+
   // False if the triangle does not fit any more.
   bool add(const Geometry& geometry, uint32_t triangle) {
     if (triangles_ == kBlockTriangles) return false;
@@ -17,7 +20,7 @@ class BlockBuilder {
     for (uint32_t corner = 0; corner < 3; ++corner) {
       const uint32_t vertex = number_of(geometry.vertex(triangle, static_cast<int>(corner)));
       if (vertex == kBlockVertices) {
-        vertices_ = before;
+        while (vertices_ > before) place_[slot_[--vertices_]] = kFree; // the last first, or others could not be found
         return false;
       }
       corners |= vertex << (4 * corner);
@@ -40,23 +43,34 @@ class BlockBuilder {
     std::memcpy(words + 1 + 3 * vertices_, corners_.data(), triangles_ * sizeof(uint16_t));
     std::memcpy(words + 1 + 3 * vertices_ + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
     vertices_ = triangles_ = asking_ = 0;
+    place_.fill(kFree);
   }
 
  private:
+  static constexpr uint32_t kSlots = 64; // of a hash table with linear probing
+  static constexpr uint8_t kFree = 0xff;
+
   // The place of a position among the vertices, where it is put if it is new; kBlockVertices: there is no room.
   uint32_t number_of(const Imath::V3f& p) {
     uint32_t bits[3];
     std::memcpy(bits, &p, sizeof(bits));
-    for (uint32_t i = 0; i < vertices_; ++i)
+    uint32_t slot = ((bits[0] ^ (bits[1] * 0x85ebca6bU) ^ (bits[2] * 0xc2b2ae35U)) * 0x9e3779b1U) >> 26;
+    for (; place_[slot] != kFree; slot = (slot + 1) % kSlots) {
+      const uint32_t i = place_[slot];
       if (position_[0][i] == bits[0] && position_[1][i] == bits[1] && position_[2][i] == bits[2]) return i;
+    }
     if (vertices_ == kBlockVertices) return kBlockVertices;
     for (uint32_t axis = 0; axis < 3; ++axis) position_[axis][vertices_] = bits[axis];
+    place_[slot] = static_cast<uint8_t>(vertices_);
+    slot_[vertices_] = static_cast<uint8_t>(slot);
     return vertices_++;
   }
 
   std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bits
   std::array<uint16_t, kBlockTriangles> corners_{};
   std::array<uint32_t, kBlockTriangles> primitives_{};
+  std::array<uint8_t, kSlots> place_;          // hash table of vertices
+  std::array<uint8_t, kBlockVertices> slot_{}; // where a vertex is in it
   uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
 };
 
@@ -67,12 +81,15 @@ void append_leaf(std::span<const Geometry> geometries, std::span<const LeafRefer
   BlockBuilder block;
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
   // What does not fit into a block waits for the next: later triangles may still share the vertices that are there.
-  std::vector<LeafReference> waiting;
+  std::array<LeafReference, 64> few;
+  std::vector<LeafReference> many(references.size() > few.size() ? references.size() : 0);
+  LeafReference* const waiting = many.empty() ? few.data() : many.data();
+  size_t count = 0;
   for (const LeafReference& reference : references)
-    if (!add(reference)) waiting.push_back(reference);
-  while (!waiting.empty()) {
+    if (!add(reference)) waiting[count++] = reference;
+  while (count > 0) {
     block.finish(true, out);
-    std::erase_if(waiting, add);
+    count = static_cast<size_t>(std::remove_if(waiting, waiting + count, add) - waiting);
   }
   block.finish(false, out);
 }

@@ -2,6 +2,7 @@
 #include "accel/kdtree/partition.h"
 
 #include "accel/kdtree/clipping.h"
+#include "accel/kdtree/lanes.h"
 
 #include <tbb/parallel_for.h>
 
@@ -11,78 +12,139 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kChunk = 32768; // fixed, so that results do not depend on the number of threads
+constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
 
-// Both parts if the triangle really lies on both sides. If rounding leaves none, both keep the unclipped bounds.
-void clip_both(std::span<const Geometry> geometries, const Reference& reference, const Split& split, Halves& out) {
-  const Geometry& geometry = geometries[reference.geometry];
-  const std::array<Imath::V3f, 3> triangle = {geometry.vertex(reference.triangle, 0),
-                                              geometry.vertex(reference.triangle, 1),
-                                              geometry.vertex(reference.triangle, 2)};
-  Reference left = reference, right = reference;
-  left.max[split.axis] = split.position;
-  right.min[split.axis] = split.position;
-  const Imath::V3f left_max = left.max, right_min = right.min;
-  const bool in_left = clip_bounds(triangle, reference.min, left_max, left.min, left.max);
-  const bool in_right = clip_bounds(triangle, right_min, reference.max, right.min, right.max);
-  if (!in_left && !in_right) {
-    left = right = reference;
-    left.max[split.axis] = right.min[split.axis] = split.position;
-  }
-  if (in_left || !in_right) out.left.push_back(left);
-  if (in_right || !in_left) out.right.push_back(right);
+// Exactly one is true.
+struct Side {
+  bool left, right, cut;
+};
+Side side_of(const Reference& reference, const Split& split) {
+  const float* bounds = &reference.min.x;
+  const auto axis = static_cast<size_t>(split.axis);
+  const bool ends_below = bounds[axis + 4] <= split.position, starts_above = bounds[axis] >= split.position;
+  const bool left = ends_below && (!starts_above || split.planar_left);
+  return {left, starts_above && !left, !ends_below && !starts_above};
 }
 
-void partition_chunk(std::span<const Geometry> geometries, std::span<const Reference> references, const Split& split,
-                     Halves& out) {
-  size_t left = 0, right = 0;
-  for (const Reference& reference : references) {
-    left += reference.min[split.axis] <= split.position ? 1 : 0;
-    right += reference.max[split.axis] >= split.position ? 1 : 0;
+// Writes each reference to the end of its list, and of the others, where the next will overwrite it: no branches.
+struct Lists {
+  Reference *left, *right, *cut;
+};
+Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
+  for (size_t i = 0; i < count; ++i) {
+    const auto lanes = load_lanes<Int8Lanes>(references + i);
+    const Side side = side_of(references[i], split);
+    store_lanes(lists.left, lanes);
+    store_lanes(lists.right, lanes);
+    store_lanes(lists.cut, lanes);
+    lists.left += side.left ? 1 : 0;
+    lists.right += side.right ? 1 : 0;
+    lists.cut += side.cut ? 1 : 0;
   }
-  out.left.reserve(left);
-  out.right.reserve(right);
-  for (const Reference& reference : references) {
-    const float low = reference.min[split.axis], high = reference.max[split.axis];
-    if (low == split.position && high == split.position) {
-      (split.planar_left ? out.left : out.right).push_back(reference);
-    } else if (high <= split.position) {
-      out.left.push_back(reference);
-    } else if (low >= split.position) {
-      out.right.push_back(reference);
-    } else {
-      clip_both(geometries, reference, split, out);
+  return lists;
+}
+
+void cut_all(std::span<const Geometry> geometries, std::span<const Reference> references, const Split& split,
+             Reference*& left, Reference*& right) {
+  // Triangles lie anywhere in memory: asks for the indices of one some way ahead, then for its vertices.
+  constexpr size_t kIndicesAhead = 8, kVerticesAhead = 4;
+  const auto indices_of = [&](const Reference& r) {
+    return geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle);
+  };
+  for (size_t i = 0; i < references.size(); ++i) {
+    if (i + kIndicesAhead < references.size()) __builtin_prefetch(indices_of(references[i + kIndicesAhead]));
+    if (i + kVerticesAhead < references.size()) {
+      const Reference& ahead = references[i + kVerticesAhead];
+      const uint32_t* indices = indices_of(ahead);
+      const Imath::V3f* positions = geometries[ahead.geometry].mesh.positions.data();
+      for (size_t corner = 0; corner < 3; ++corner) __builtin_prefetch(positions + indices[corner]);
     }
+    const Reference& reference = references[i];
+    const SplitReference parts = split_reference(geometries, reference, split.axis, split.position);
+    if (parts.in_left) copy_references(&parts.left, 1, left++);
+    if (parts.in_right) copy_references(&parts.right, 1, right++);
   }
-}
-
-std::vector<Reference> join(std::vector<Halves>& parts, std::vector<Reference> Halves::*side) {
-  std::vector<size_t> offsets(parts.size() + 1, 0);
-  for (size_t i = 0; i < parts.size(); ++i) offsets[i + 1] = offsets[i] + (parts[i].*side).size();
-  std::vector<Reference> out(offsets.back());
-  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
-    std::copy((parts[i].*side).begin(), (parts[i].*side).end(), out.begin() + static_cast<std::ptrdiff_t>(offsets[i]));
-    (parts[i].*side) = {};
-  });
-  return out;
 }
 
 } // namespace
 
-Halves partition(std::span<const Geometry> geometries, std::span<const Reference> references, const Split& split) {
-  Halves out;
-  if (references.size() <= kChunk) {
-    partition_chunk(geometries, references, split, out);
-    return out;
-  }
-  std::vector<Halves> parts((references.size() + kChunk - 1) / kChunk);
-  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
-    const size_t first = i * kChunk;
-    partition_chunk(geometries, references.subspan(first, std::min(kChunk, references.size() - first)), split,
-                    parts[i]);
+void ReferenceBuffer::reserve(size_t size, size_t keep) {
+  if (size <= capacity_) return;
+  size = std::max(size, capacity_ + capacity_ / 2);
+  auto items = std::make_unique_for_overwrite<Reference[]>(size);
+  copy_references(items_.get(), keep, items.get());
+  items_ = std::move(items);
+  capacity_ = size;
+}
+
+HalfCounts partition_in_place(std::span<const Geometry> geometries, Reference* references, size_t count,
+                              const Split& split, bool left_in_place, Reference* elsewhere, ReferenceBuffer& scratch) {
+  scratch.reserve(count + 1, 0);
+  const Lists first = {left_in_place ? references : elsewhere, left_in_place ? elsewhere : references, scratch.data()};
+  Lists end = deal(references, count, split, first);
+  cut_all(geometries, {first.cut, end.cut}, split, end.left, end.right);
+  return {static_cast<size_t>(end.left - first.left), static_cast<size_t>(end.right - first.right)};
+}
+
+Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const Reference> references,
+                           const Split& split) {
+  struct Chunk {
+    HalfCounts counts, first;
+    std::vector<Reference> left_parts, right_parts; // of references that are cut
+  };
+  std::vector<Chunk> chunks((references.size() + kChunk - 1) / kChunk);
+  const auto chunk_of = [&](size_t c) {
+    return references.subspan(c * kChunk, std::min(kChunk, references.size() - c * kChunk));
+  };
+
+  // How much of each child comes from which chunk. Few of the many references here are cut.
+  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
+    Chunk& chunk = chunks[c];
+    std::vector<Reference> cut;
+    for (const Reference& reference : chunk_of(c)) {
+      const Side side = side_of(reference, split);
+      chunk.counts.left += side.left ? 1 : 0;
+      chunk.counts.right += side.right ? 1 : 0;
+      if (side.cut) cut.push_back(reference);
+    }
+    chunk.left_parts.resize(cut.size());
+    chunk.right_parts.resize(cut.size());
+    Reference *left_end = chunk.left_parts.data(), *right_end = chunk.right_parts.data();
+    cut_all(geometries, cut, split, left_end, right_end);
+    chunk.left_parts.resize(static_cast<size_t>(left_end - chunk.left_parts.data()));
+    chunk.right_parts.resize(static_cast<size_t>(right_end - chunk.right_parts.data()));
+    chunk.counts.left += chunk.left_parts.size();
+    chunk.counts.right += chunk.right_parts.size();
   });
-  out.left = join(parts, &Halves::left);
-  out.right = join(parts, &Halves::right);
+  Halves out;
+  for (Chunk& chunk : chunks) {
+    chunk.first = out.counts;
+    out.counts.left += chunk.counts.left;
+    out.counts.right += chunk.counts.right;
+  }
+  out.left = ReferenceBuffer(out.counts.left);
+  out.right = ReferenceBuffer(out.counts.right);
+
+  // Through lists in the cache, because deal() writes behind the end of its lists, where other chunks' references are.
+  constexpr size_t kBlock = 256;
+  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
+    const Chunk& chunk = chunks[c];
+    std::array<Reference, kBlock + 1> left, right, cut;
+    Reference *left_end = out.left.data() + chunk.first.left, *right_end = out.right.data() + chunk.first.right;
+    const auto append = [](const Reference* from, size_t count, Reference*& end) {
+      copy_references(from, count, end);
+      end += count;
+    };
+    const std::span<const Reference> own = chunk_of(c);
+    for (size_t first = 0; first < own.size(); first += kBlock) {
+      const Lists end = deal(own.data() + first, std::min(kBlock, own.size() - first), split,
+                             {left.data(), right.data(), cut.data()});
+      append(left.data(), static_cast<size_t>(end.left - left.data()), left_end);
+      append(right.data(), static_cast<size_t>(end.right - right.data()), right_end);
+    }
+    append(chunk.left_parts.data(), chunk.left_parts.size(), left_end);
+    append(chunk.right_parts.data(), chunk.right_parts.size(), right_end);
+  });
   return out;
 }
 

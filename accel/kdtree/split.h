@@ -1,4 +1,4 @@
-// Where to cut a node: the surface area heuristic and the two searches for the plane that it likes best.
+// Where to cut a node: the surface area heuristic and three searches for the plane that it likes best.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,24 +29,31 @@ struct Split {
 // MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990; the bonus for empty space as in pbrt.
 class CostModel {
  public:
-  CostModel(const Config& config, const Imath::Box3f& box) : config_(config), box_(box), area_(half_area(box)) {}
+  CostModel(const Config& config, const Imath::Box3f& box)
+      : config_(config), box_(box), area_(half_area(box)), inverse_area_(1.0 / area_) {}
 
   // Probability of entering each child when the node is entered.
   [[nodiscard]] double left_probability(int axis, float position) const {
-    return part_area(axis, static_cast<double>(position) - box_.min[axis]) / area_;
+    return part_area(axis, static_cast<double>(position) - box_.min[axis]) * inverse_area_;
   }
   [[nodiscard]] double right_probability(int axis, float position) const {
-    return part_area(axis, static_cast<double>(box_.max[axis]) - position) / area_;
+    return part_area(axis, static_cast<double>(box_.max[axis]) - position) * inverse_area_;
   }
   [[nodiscard]] double split_cost(int axis, float position, size_t left, size_t right) const {
-    double triangles = config_.triangle_cost * (left_probability(axis, position) * static_cast<double>(left) +
-                                                right_probability(axis, position) * static_cast<double>(right));
-    if (left == 0 || right == 0) triangles *= 1.0 - config_.empty_bonus;
-    return config_.traversal_cost + triangles;
+    double leaves =
+        left_probability(axis, position) * leaf_cost(left) + right_probability(axis, position) * leaf_cost(right);
+    if (left == 0 || right == 0) leaves *= 1.0 - config_.empty_bonus;
+    return config_.traversal_cost + leaves;
   }
-  [[nodiscard]] double leaf_cost(size_t count) const { return config_.triangle_cost * static_cast<double>(count); }
+  [[nodiscard]] double leaf_cost(size_t count) const {
+    if (count == 0) return 0.0;
+    return config_.leaf_cost + config_.triangle_cost * static_cast<double>(count) +
+           config_.block_cost * static_cast<double>((count + kCostBlock - 1) / kCostBlock);
+  }
   // A box without area (one point, or a line) is never entered: it is not worth splitting.
   [[nodiscard]] bool splittable() const { return area_ > 0.0; }
+  [[nodiscard]] double area() const { return area_; }
+  [[nodiscard]] const Config& config() const { return config_; }
 
  private:
   [[nodiscard]] double part_area(int axis, double extent) const {
@@ -58,22 +65,34 @@ class CostModel {
 
   const Config& config_;
   const Imath::Box3f& box_;
-  double area_;
+  double area_, inverse_area_;
 };
 
-// Buffers of the exact search, kept between nodes of one task.
+// Buffers of the search by sorting, kept between nodes of one task.
 struct SplitScratch {
   std::vector<float> starts, ends, planars;
   std::vector<uint32_t> keys, sorted_keys;
 };
 
-// Tries every bound of every reference. None if no plane lies strictly inside the box.
-[[nodiscard]] std::optional<Split> best_split_exact(const Config& config, const Imath::Box3f& box,
-                                                    std::span<const Reference> references, SplitScratch& scratch);
+// Tries every bound of every reference, by sorting. None if no plane lies strictly inside the box.
+[[nodiscard]] std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f& box,
+                                                     std::span<const Reference> references, SplitScratch& scratch);
 
-// Tries the borders of kBins bins per axis and the ends of the occupied space; counts are exact up to one bin. Parallel for
-// many references; the result does not depend on the number of threads.
+// The same by counting for every bound how many references lie on each side, in time quadratic in their number, which is faster
+// for few. At most kMostCounted references. Costs are single precision, and axes shorter than kShortestAxis are not split.
+inline constexpr size_t kMostCounted = 128;
+inline constexpr float kShortestAxis = 1e-30f;
+[[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
+                                                      std::span<const Reference> references);
+
+// Tries the borders of 32 to 256 bins per axis and the ends of the occupied space; then, for up to Config::refine_below
+// references, all bounds in the two bins at the best border. Parallel for many references; the result does not depend on the
+// number of threads. The cost may be off by the few references that rounding puts into the wrong bin.
 [[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                                     std::span<const Reference> references);
+                                                     std::span<const Reference> references, SplitScratch& scratch);
+
+// Tries every bound inside [low, high] on one axis, and replaces `best` if one is cheaper.
+void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
+                  float low, float high, SplitScratch& scratch, std::optional<Split>& best);
 
 } // namespace kindling::accel::kd

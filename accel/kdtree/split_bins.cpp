@@ -2,31 +2,75 @@
 // After Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of dynamic
 // scenes", 2007 (min/max binning).
 // SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/lane_costs.h"
+#include "accel/kdtree/lanes.h"
 #include "accel/kdtree/split.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kChunk = 32768; // fixed, so that results do not depend on the number of threads
+constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
+constexpr uint32_t kFewestBins = 32, kMostBins = 256;
+// Lanes of a Reference: lower bounds on the three axes, an id, upper bounds, an id.
+constexpr size_t kStartLane = 0, kEndLane = 4;
+
+uint32_t bins_for(size_t count) {
+  return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kFewestBins, kMostBins);
+}
 
 struct Occupied {
-  Imath::V3f min{std::numeric_limits<float>::max()}, max{std::numeric_limits<float>::lowest()};
+  Float8Lanes least_of = spread(std::numeric_limits<float>::max());
+  Float8Lanes greatest_of = spread(std::numeric_limits<float>::lowest());
 };
 
-struct Histogram {
-  std::array<std::array<uint32_t, kBins>, 3> starts{}, ends{};
+// Where the axes are cut into bins; every axis twice, for starts and ends.
+struct Binning {
+  Float8Lanes low{}, scale{}; // scale 0: the axis has no extent, or the lane is an id
+  std::array<float, 3> width{};
+  uint32_t bins = 0;
+  [[nodiscard]] float border(size_t axis, uint32_t i) const { return low[axis] + static_cast<float>(i) * width[axis]; }
 };
+
+using Histogram = std::array<std::array<uint32_t, kMostBins>, 8>; // by lane
+
+// Ids are no floats: as such they would be slow denormals.
+Float8Lanes bounds_of(const Reference& reference) {
+  constexpr Int8Lanes kBounds = {-1, -1, -1, 0, -1, -1, -1, 0};
+  return std::bit_cast<Float8Lanes>(load_lanes<Int8Lanes>(&reference) & kBounds);
+}
+
+Occupied occupied(std::span<const Reference> references) {
+  Occupied all;
+  for (const Reference& reference : references) {
+    const Float8Lanes bounds = bounds_of(reference);
+    all.least_of = least(bounds, all.least_of);
+    all.greatest_of = greatest(bounds, all.greatest_of);
+  }
+  return all;
+}
+
+void count_bins(std::span<const Reference> references, const Binning& binning, Histogram& histogram) {
+  for (std::array<uint32_t, kMostBins>& lane : histogram) std::fill_n(lane.begin(), binning.bins, 0U);
+  const Float8Lanes last = spread(static_cast<float>(binning.bins - 1));
+  for (const Reference& reference : references) {
+    const Float8Lanes place = (bounds_of(reference) - binning.low) * binning.scale;
+    const Int8Lanes bin = __builtin_convertvector(least(greatest(place, Float8Lanes{}), last), Int8Lanes);
+    alignas(32) std::array<uint32_t, 8> bins;
+    store_lanes(bins.data(), bin);
+    for (const size_t lane : {0, 1, 2, 4, 5, 6}) ++histogram[lane][bins[lane]];
+  }
+}
 
 // Calls f(chunk number, references of the chunk) for all chunks, in parallel if there are several.
 template <class F>
-void for_each_chunk(std::span<const Reference> references, const F& f) {
-  const size_t chunks = (references.size() + kChunk - 1) / kChunk;
+void for_each_chunk(std::span<const Reference> references, size_t chunks, const F& f) {
   const auto run = [&](size_t c) {
     f(c, references.subspan(c * kChunk, std::min(kChunk, references.size() - c * kChunk)));
   };
@@ -37,73 +81,109 @@ void for_each_chunk(std::span<const Reference> references, const F& f) {
   }
 }
 
-struct Binning {
-  float low = 0.0f, width = 0.0f, scale = 0.0f; // scale 0: the axis has no extent
-  [[nodiscard]] uint32_t bin(float x) const {
-    return std::min(kBins - 1, static_cast<uint32_t>(std::max(0.0f, (x - low) * scale)));
+Occupied occupied_in_chunks(std::span<const Reference> references, size_t chunks) {
+  std::vector<Occupied> parts(chunks);
+  for_each_chunk(references, chunks, [&](size_t c, std::span<const Reference> part) { parts[c] = occupied(part); });
+  Occupied all;
+  for (const Occupied& part : parts) {
+    all.least_of = least(part.least_of, all.least_of);
+    all.greatest_of = greatest(part.greatest_of, all.greatest_of);
   }
-  [[nodiscard]] float border(uint32_t i) const { return low + static_cast<float>(i) * width; }
-};
+  return all;
+}
+
+void count_in_chunks(std::span<const Reference> references, size_t chunks, const Binning& binning,
+                     Histogram& histogram) {
+  std::vector<Histogram> parts(chunks);
+  for_each_chunk(references, chunks,
+                 [&](size_t c, std::span<const Reference> part) { count_bins(part, binning, parts[c]); });
+  histogram = parts[0];
+  for (size_t c = 1; c < chunks; ++c)
+    for (size_t lane = 0; lane < histogram.size(); ++lane)
+      for (uint32_t i = 0; i < binning.bins; ++i) histogram[lane][i] += parts[c][lane][i];
+}
+
+Binning make_binning(const Occupied& all, uint32_t bins) {
+  Binning binning;
+  binning.bins = bins;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const float low = all.least_of[kStartLane + axis], extent = all.greatest_of[kEndLane + axis] - low;
+    binning.width[axis] = extent / static_cast<float>(bins);
+    for (const size_t lane : {kStartLane + axis, kEndLane + axis}) {
+      binning.low[lane] = low;
+      binning.scale[lane] = extent > kShortestAxis ? static_cast<float>(bins) / extent : 0.0f;
+    }
+  }
+  return binning;
+}
+
+// Choices of LaneBest.
+constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMostBins);
+
+void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
+                   size_t count, LaneBest& best) {
+  // References that begin before border i, and that end behind it.
+  alignas(32) std::array<int32_t, kMostBins> left, right;
+  int32_t before = 0, behind = static_cast<int32_t>(count);
+  for (uint32_t i = 0; i < binning.bins; ++i) {
+    left[i] = before;
+    right[i] = behind;
+    before += static_cast<int32_t>(histogram[kStartLane + axis][i]);
+    behind -= static_cast<int32_t>(histogram[kEndLane + axis][i]);
+  }
+  const Int8Lanes lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (uint32_t i = 0; i < binning.bins; i += 8) {
+    const Int8Lanes border = static_cast<int32_t>(i) + lanes;
+    const Float8Lanes position = binning.low[axis] + __builtin_convertvector(border, Float8Lanes) * binning.width[axis];
+    const auto l = load_lanes<Int8Lanes>(left.data() + i), r = load_lanes<Int8Lanes>(right.data() + i);
+    const Int8Lanes inside = (position > costs.box_low) & (position < costs.box_high) & (border > 0);
+    const Float8Lanes cost = inside ? costs(position, l, r) : spread(std::numeric_limits<float>::infinity());
+    const Int8Lanes planar_left = ((r == 0) | ((l != 0) & (l < r))) & kPlanarLeft;
+    best.offer(cost, position, border * kBorder + planar_left + static_cast<int32_t>(axis) * kAxis);
+  }
+}
 
 } // namespace
 
 std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                       std::span<const Reference> references) {
+                                       std::span<const Reference> references, SplitScratch& scratch) {
   const CostModel model(config, box);
   std::optional<Split> best;
   if (!model.splittable()) return best;
-  const size_t chunks = (references.size() + kChunk - 1) / kChunk;
-
-  std::vector<Occupied> occupied(chunks);
-  for_each_chunk(references, [&](size_t c, std::span<const Reference> part) {
-    for (const Reference& reference : part)
-      for (int k = 0; k < 3; ++k) {
-        occupied[c].min[k] = std::min(occupied[c].min[k], reference.min[k]);
-        occupied[c].max[k] = std::max(occupied[c].max[k], reference.max[k]);
-      }
-  });
-  Occupied all;
-  std::array<Binning, 3> binning;
-  for (int k = 0; k < 3; ++k) {
-    for (const Occupied& part : occupied) {
-      all.min[k] = std::min(all.min[k], part.min[k]);
-      all.max[k] = std::max(all.max[k], part.max[k]);
-    }
-    const float extent = all.max[k] - all.min[k];
-    Binning& b = binning[static_cast<size_t>(k)];
-    b.low = all.min[k];
-    b.width = extent / static_cast<float>(kBins);
-    b.scale = extent > 1e-30f ? static_cast<float>(kBins) / extent : 0.0f;
+  const size_t count = references.size(), chunks = (count + kChunk - 1) / kChunk;
+  const Occupied all = chunks == 1 ? occupied(references) : occupied_in_chunks(references, chunks);
+  const Binning binning = make_binning(all, bins_for(count));
+  Histogram histogram;
+  if (chunks == 1) {
+    count_bins(references, binning, histogram);
+  } else {
+    count_in_chunks(references, chunks, binning, histogram);
   }
 
-  std::vector<Histogram> histograms(chunks);
-  for_each_chunk(references, [&](size_t c, std::span<const Reference> part) {
-    for (const Reference& reference : part)
-      for (size_t k = 0; k < 3; ++k) {
-        ++histograms[c].starts[k][binning[k].bin(reference.min[static_cast<int>(k)])];
-        ++histograms[c].ends[k][binning[k].bin(reference.max[static_cast<int>(k)])];
-      }
-  });
-
-  for (int axis = 0; axis < 3; ++axis) {
+  LaneBest at_borders;
+  for (size_t k = 0; k < 3; ++k) {
+    const int axis = static_cast<int>(k);
     const auto offer = [&](float position, size_t left, size_t right) {
       if (!(position > box.min[axis] && position < box.max[axis])) return;
       const double cost = model.split_cost(axis, position, left, right);
-      const bool planar_left = right == 0 || (left != 0 && left < right);
-      if (!best || cost < best->cost) best = Split{cost, position, axis, planar_left};
+      if (!best || cost < best->cost) best = Split{cost, position, axis, right == 0};
     };
-    offer(all.min[axis], 0, references.size());
-    offer(all.max[axis], references.size(), 0);
-    const auto k = static_cast<size_t>(axis);
-    if (binning[k].scale == 0.0f) continue;
-    size_t left = 0, right = references.size();
-    for (uint32_t i = 1; i < kBins; ++i) {
-      for (const Histogram& histogram : histograms) {
-        left += histogram.starts[k][i - 1];
-        right -= histogram.ends[k][i - 1];
-      }
-      offer(binning[k].border(i), left, right);
-    }
+    offer(all.least_of[kStartLane + k], 0, count);
+    offer(all.greatest_of[kEndLane + k], count, 0);
+    if (binning.scale[k] == 0.0f) continue;
+    sweep_borders(LaneCosts(config, box, model.area(), axis), binning, histogram, k, count, at_borders);
+  }
+  const size_t lane = at_borders.lane();
+  if (!at_borders.found(lane)) return best;
+  const double cost = config.traversal_cost + static_cast<double>(at_borders.cost[lane]);
+  if (best && best->cost <= cost) return best;
+  const int32_t choice = at_borders.choice[lane];
+  best = Split{cost, at_borders.position[lane], choice / kAxis, choice % kBorder == kPlanarLeft};
+  if (count <= config.refine_below) {
+    const auto border = static_cast<uint32_t>(choice % kAxis / kBorder);
+    const auto axis = static_cast<size_t>(best->axis);
+    refine_split(config, box, references, best->axis, binning.border(axis, border - 1),
+                 binning.border(axis, border + 1), scratch, best);
   }
   return best;
 }

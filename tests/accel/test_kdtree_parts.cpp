@@ -67,6 +67,60 @@ TEST(Clipping, TouchingCountsAndMissingDoesNot) {
   EXPECT_EQ(high, V3f(1, 0.5f, 0));
 }
 
+// Every sampled point of a triangle that lies in the bounds of a reference lies in those of one part, and on its side.
+TEST(Clipping, PartsOfASplitHoldEverySampledPoint) {
+  Rng rng(102);
+  int cut = 0;
+  for (int round = 0; round < 2000; ++round) {
+    // Triangles of all sizes and slivers, through several splits in a row, as in a build.
+    const float size = std::pow(10.0f, uniform(rng, -4.0f, 1.0f));
+    Mesh mesh;
+    const V3f at = uniform_direction(rng);
+    const V3f edge = uniform_direction(rng) * size;
+    mesh.add_triangle(at, at + edge,
+                      at + edge * 0.3f + uniform_direction(rng) * (round % 3 == 0 ? 1e-5f * size : size));
+    const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
+    const Box3f bounds = mesh.bounds();
+    Reference reference{bounds.min, 0, bounds.max, 0};
+    for (int depth = 0; depth < 6; ++depth) {
+      const int axis = static_cast<int>(rng() % 3);
+      const float low = reference.min[axis], high = reference.max[axis];
+      const float position = low + (high - low) * uniform(rng);
+      if (!(low < position && position < high)) continue;
+      const SplitReference parts = split_reference(geometries, reference, axis, position);
+      ASSERT_TRUE(parts.in_left || parts.in_right);
+      cut += parts.in_left && parts.in_right ? 1 : 0;
+      const auto holds = [](const Reference& r, const V3f& p, float slack) {
+        return Box3f(r.min - V3f(slack), r.max + V3f(slack)).intersects(p);
+      };
+      for (int i = 0; i < 100; ++i) {
+        const float r = std::sqrt(uniform(rng)), s = uniform(rng);
+        const V3f p =
+            mesh.corner(0, 0) * (1.0f - r) + mesh.corner(0, 1) * (r * (1.0f - s)) + mesh.corner(0, 2) * (r * s);
+        const float slack = 1e-6f * (1.0f + size); // the sample is rounded
+        if (!Box3f(reference.min, reference.max).intersects(p)) continue;
+        if (p[axis] < position - slack) {
+          ASSERT_TRUE(parts.in_left && holds(parts.left, p, slack));
+        } else if (p[axis] > position + slack) {
+          ASSERT_TRUE(parts.in_right && holds(parts.right, p, slack));
+        }
+      }
+      for (int k = 0; k < 3; ++k) {
+        if (parts.in_left) {
+          EXPECT_GE(parts.left.min[k], reference.min[k]);
+          EXPECT_LE(parts.left.max[k], k == axis ? position : reference.max[k]);
+        }
+        if (parts.in_right) {
+          EXPECT_GE(parts.right.min[k], k == axis ? position : reference.min[k]);
+          EXPECT_LE(parts.right.max[k], reference.max[k]);
+        }
+      }
+      reference = parts.in_left && (rng() % 2 == 0 || !parts.in_right) ? parts.left : parts.right;
+    }
+  }
+  EXPECT_GT(cut, 5000);
+}
+
 std::vector<Reference> random_references(Rng& rng, int count, bool planars) {
   std::vector<Reference> references;
   for (int i = 0; i < count; ++i) {
@@ -109,10 +163,46 @@ TEST(Split, ExactSearchFindsTheCheapestPlane) {
     for (const bool planars : {false, true}) {
       const std::vector<Reference> references = random_references(rng, count, planars);
       const Box3f box(V3f(0), V3f(1));
-      const auto split = best_split_exact(config, box, references, scratch);
+      const auto split = best_split_sorted(config, box, references, scratch);
       ASSERT_TRUE(split.has_value());
       EXPECT_DOUBLE_EQ(split->cost, cheapest_split(config, box, references)) << count << planars;
     }
+}
+
+// Cost of a plane as the references really lie, for the choice that the split makes of those in the plane.
+double true_cost(const Config& config, const Box3f& box, const std::vector<Reference>& references, const Split& split) {
+  size_t left = 0, right = 0;
+  for (const Reference& r : references) {
+    const float low = r.min[split.axis], high = r.max[split.axis];
+    const bool inside = low == split.position && high == split.position;
+    left += low < split.position || (inside && split.planar_left) ? 1 : 0;
+    right += high > split.position || (inside && !split.planar_left) ? 1 : 0;
+  }
+  return CostModel(config, box).split_cost(split.axis, split.position, left, right);
+}
+
+TEST(Split, CountingFindsTheCheapestPlane) {
+  Rng rng(104);
+  Config linear, blocks;
+  blocks.leaf_cost = 0.3;
+  blocks.triangle_cost = 0.05;
+  blocks.block_cost = 1.1;
+  const Box3f box(V3f(0.1f, 0, 0), V3f(1, 0.9f, 1)); // some bounds lie outside: no planes there
+  for (const Config& config : {linear, blocks})
+    for (const size_t count : {size_t{1}, size_t{2}, size_t{7}, size_t{8}, size_t{33}, kMostCounted})
+      for (const bool planars : {false, true}) {
+        const std::vector<Reference> references = random_references(rng, static_cast<int>(count), planars);
+        const auto split = best_split_counted(config, box, references);
+        const double cheapest = cheapest_split(config, box, references);
+        if (!split) {
+          EXPECT_TRUE(std::isinf(cheapest));
+          continue;
+        }
+        EXPECT_TRUE(split->position > box.min[split->axis] && split->position < box.max[split->axis]);
+        // A dozen roundings in single precision.
+        EXPECT_NEAR(split->cost, cheapest, 1e-6 * cheapest) << count << planars;
+        EXPECT_NEAR(split->cost, true_cost(config, box, references, *split), 1e-6 * cheapest) << count << planars;
+      }
 }
 
 TEST(Split, BinnedSearchComesClose) {
@@ -121,19 +211,52 @@ TEST(Split, BinnedSearchComesClose) {
   SplitScratch scratch;
   const std::vector<Reference> references = random_references(rng, 5000, true);
   const Box3f box(V3f(-1), V3f(1));
-  const auto exact = best_split_exact(config, box, references, scratch);
-  const auto binned = best_split_binned(config, box, references);
-  ASSERT_TRUE(exact && binned);
-  EXPECT_LE(binned->cost, 1.02 * exact->cost);
+  const auto exact = best_split_sorted(config, box, references, scratch);
+  ASSERT_TRUE(exact);
+  for (const uint32_t refine_below : {0U, 100000U}) {
+    Config binning = config;
+    binning.refine_below = refine_below;
+    const auto binned = best_split_binned(binning, box, references, scratch);
+    ASSERT_TRUE(binned);
+    EXPECT_LE(binned->cost, 1.02 * exact->cost);
+    EXPECT_LE(true_cost(config, box, references, *binned), 1.02 * exact->cost);
+  }
+}
+
+TEST(Split, RefinementFindsThePlaneBesideTheBorder) {
+  // Two heaps that a narrow gap parts: bins miss its edges, which are the cheapest planes.
+  Rng rng(108);
+  std::vector<Reference> references;
+  for (uint32_t i = 0; i < 2000; ++i) {
+    Box3f b(uniform_in(rng, Box3f(V3f(0), V3f(1))));
+    const float x = i % 2 == 0 ? uniform(rng, 0.0f, 0.37f) : uniform(rng, 0.3701f, 1.0f);
+    b.max = b.min;
+    b.min.x = b.max.x = x;
+    (i % 2 == 0 ? b.max : b.min).x = i % 2 == 0 ? std::min(x + 0.05f, 0.37f) : std::max(x - 0.05f, 0.3701f);
+    references.push_back({b.min, 0, b.max, i});
+  }
+  const Box3f box(V3f(0), V3f(1));
+  Config config;
+  config.empty_bonus = 0.0;
+  SplitScratch scratch;
+  const auto exact = best_split_sorted(config, box, references, scratch);
+  const auto refined = best_split_binned(config, box, references, scratch);
+  ASSERT_TRUE(exact && refined);
+  EXPECT_EQ(refined->position, exact->position);
+  EXPECT_EQ(refined->axis, exact->axis);
+  EXPECT_DOUBLE_EQ(refined->cost, exact->cost);
 }
 
 TEST(Split, NothingToSplit) {
   const Config config;
   SplitScratch scratch;
   const std::vector<Reference> filling = {{V3f(0), 0, V3f(1), 0}};
-  EXPECT_FALSE(best_split_exact(config, Box3f(V3f(0), V3f(1)), filling, scratch));
+  EXPECT_FALSE(best_split_sorted(config, Box3f(V3f(0), V3f(1)), filling, scratch));
+  EXPECT_FALSE(best_split_counted(config, Box3f(V3f(0), V3f(1)), filling));
   const std::vector<Reference> point = {{V3f(0), 0, V3f(0), 0}};
-  EXPECT_FALSE(best_split_exact(config, Box3f(V3f(0), V3f(0)), point, scratch));
+  EXPECT_FALSE(best_split_sorted(config, Box3f(V3f(0), V3f(0)), point, scratch));
+  EXPECT_FALSE(best_split_counted(config, Box3f(V3f(0), V3f(0)), point));
+  EXPECT_FALSE(best_split_binned(config, Box3f(V3f(0), V3f(0)), point, scratch));
 }
 
 TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {

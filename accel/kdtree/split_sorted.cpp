@@ -13,7 +13,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kRadixAbove = 256;
+constexpr size_t kRadixAbove = 1024;
 
 // Order-preserving map between floats and unsigned integers.
 uint32_t to_key(float x) {
@@ -49,8 +49,13 @@ void sort_floats(std::vector<float>& values, SplitScratch& scratch) {
   for (size_t i = 0; i < values.size(); ++i) values[i] = from_key(scratch.keys[i]);
 }
 
-void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const SplitScratch& scratch,
-           std::optional<Split>& best) {
+// References that lie below the range of the sweep, or begin there, and those that lie above or end there.
+struct Outside {
+  size_t left = 0, right = 0;
+};
+
+void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Outside& outside,
+           const SplitScratch& scratch, std::optional<Split>& best) {
   const std::vector<float>&starts = scratch.starts, &ends = scratch.ends, &planars = scratch.planars;
   const auto offer = [&](float position, size_t left, size_t right, bool planar_left) {
     const double cost = model.split_cost(axis, position, left, right);
@@ -67,8 +72,8 @@ void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Spli
     size_t inside = 0;
     while (passed + inside < planars.size() && planars[passed + inside] <= position) ++inside;
     if (position > box.min[axis]) {
-      const size_t left = started + passed;
-      const size_t right = (starts.size() - ended) + (planars.size() - passed - inside);
+      const size_t left = outside.left + started + passed;
+      const size_t right = outside.right + (ends.size() - ended) + (planars.size() - passed - inside);
       offer(position, left, right + inside, false);
       if (inside != 0) offer(position, left + inside, right, true);
     }
@@ -77,17 +82,29 @@ void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Spli
   }
 }
 
+void sort_and_sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Outside& outside,
+                    SplitScratch& scratch, std::optional<Split>& best) {
+  sort_floats(scratch.starts, scratch);
+  sort_floats(scratch.ends, scratch);
+  sort_floats(scratch.planars, scratch);
+  sweep(model, box, axis, outside, scratch, best);
+}
+
+void clear_events(SplitScratch& scratch) {
+  scratch.starts.clear();
+  scratch.ends.clear();
+  scratch.planars.clear();
+}
+
 } // namespace
 
-std::optional<Split> best_split_exact(const Config& config, const Imath::Box3f& box,
-                                      std::span<const Reference> references, SplitScratch& scratch) {
+std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f& box,
+                                       std::span<const Reference> references, SplitScratch& scratch) {
   const CostModel model(config, box);
   std::optional<Split> best;
   if (!model.splittable()) return best;
   for (int axis = 0; axis < 3; ++axis) {
-    scratch.starts.clear();
-    scratch.ends.clear();
-    scratch.planars.clear();
+    clear_events(scratch);
     for (const Reference& reference : references) {
       if (reference.min[axis] == reference.max[axis]) {
         scratch.planars.push_back(reference.min[axis]);
@@ -96,12 +113,31 @@ std::optional<Split> best_split_exact(const Config& config, const Imath::Box3f& 
         scratch.ends.push_back(reference.max[axis]);
       }
     }
-    sort_floats(scratch.starts, scratch);
-    sort_floats(scratch.ends, scratch);
-    sort_floats(scratch.planars, scratch);
-    sweep(model, box, axis, scratch, best);
+    sort_and_sweep(model, box, axis, {}, scratch, best);
   }
   return best;
+}
+
+void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
+                  float low, float high, SplitScratch& scratch, std::optional<Split>& best) {
+  const CostModel model(config, box);
+  clear_events(scratch);
+  Outside outside;
+  for (const Reference& reference : references) {
+    const float start = reference.min[axis], end = reference.max[axis];
+    const bool planar = start == end;
+    if (start < low) {
+      ++outside.left;
+    } else if (start <= high) {
+      (planar ? scratch.planars : scratch.starts).push_back(start);
+    }
+    if (end > high) {
+      ++outside.right;
+    } else if (end >= low && !planar) {
+      scratch.ends.push_back(end);
+    }
+  }
+  sort_and_sweep(model, box, axis, outside, scratch, best);
 }
 
 } // namespace kindling::accel::kd

@@ -1,0 +1,106 @@
+// The search for nodes of few references: eight planes at a time are compared with all references. Nothing is sorted, and nothing
+// branches on the data.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/lane_costs.h"
+#include "accel/kdtree/split.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace kindling::accel::kd {
+namespace {
+
+// Structure of arrays.
+struct Bounds {
+  alignas(32) float low[3][kMostCounted], high[3][kMostCounted];
+  size_t count;
+};
+
+struct Planes {
+  alignas(32) float position[2 * kMostCounted + 16];
+  size_t count = 0;
+  bool planars = false; // a reference lies in a plane of this axis
+};
+
+// All bounds strictly inside the box, padded to a multiple of 16 by repeating the last.
+void collect_planes(const Bounds& bounds, int axis, float box_low, float box_high, Planes& planes) {
+  planes.count = 0;
+  planes.planars = false;
+  for (size_t i = 0; i < bounds.count; ++i) {
+    const float low = bounds.low[axis][i], high = bounds.high[axis][i];
+    planes.position[planes.count] = low;
+    planes.count += low > box_low && low < box_high ? 1 : 0;
+    planes.position[planes.count] = high;
+    planes.count += high > box_low && high < box_high ? 1 : 0;
+    planes.planars = planes.planars || low == high;
+  }
+  if (planes.count == 0) return;
+  const size_t padded = (planes.count + 15) / 16 * 16;
+  std::fill(planes.position + planes.count, planes.position + padded, planes.position[planes.count - 1]);
+  planes.count = padded;
+}
+
+template <bool kPlanars>
+void count_sides(const Bounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, LaneBest& best) {
+  const auto count = static_cast<int32_t>(bounds.count);
+  for (size_t first = 0; first < planes.count; first += 16) {
+    const auto p0 = load_lanes<Float8Lanes>(planes.position + first);
+    const auto p1 = load_lanes<Float8Lanes>(planes.position + first + 8);
+    Int8Lanes left0{}, left1{}, right0{}, right1{}, both0{}, both1{}; // minus the counts
+    for (size_t i = 0; i < bounds.count; ++i) {
+      const Float8Lanes low = spread(bounds.low[axis][i]), high = spread(bounds.high[axis][i]);
+      const Int8Lanes l0 = low<p0, l1 = low<p1, r0 = high> p0, r1 = high> p1;
+      left0 += l0;
+      left1 += l1;
+      right0 += r0;
+      right1 += r1;
+      if constexpr (kPlanars) {
+        both0 += l0 & r0;
+        both1 += l1 & r1;
+      }
+    }
+    const auto offer = [&](Float8Lanes position, Int8Lanes left, Int8Lanes right, Int8Lanes both) {
+      if constexpr (kPlanars) {
+        const Int8Lanes inside = count - (left + right - both); // neither below nor above
+        best.offer(costs(position, left, right + inside), position, Int8Lanes{} + 2 * axis);
+        best.offer(costs(position, left + inside, right), position, Int8Lanes{} + (2 * axis + 1));
+      } else {
+        best.offer(costs(position, left, right), position, Int8Lanes{} + 2 * axis);
+      }
+    };
+    offer(p0, -left0, -right0, -both0);
+    offer(p1, -left1, -right1, -both1);
+  }
+}
+
+} // namespace
+
+std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
+                                        std::span<const Reference> references) {
+  assert(references.size() <= kMostCounted);
+  const double area = half_area(box);
+  if (!(area > 0.0)) return std::nullopt;
+  Bounds bounds;
+  bounds.count = references.size();
+  for (size_t i = 0; i < references.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds.low[axis][i] = references[i].min[axis];
+      bounds.high[axis][i] = references[i].max[axis];
+    }
+  LaneBest best;
+  Planes planes;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(box.max[axis] - box.min[axis] > kShortestAxis)) continue;
+    collect_planes(bounds, axis, box.min[axis], box.max[axis], planes);
+    if (planes.count == 0) continue;
+    const LaneCosts costs(config, box, area, axis);
+    planes.planars ? count_sides<true>(bounds, axis, planes, costs, best)
+                   : count_sides<false>(bounds, axis, planes, costs, best);
+  }
+  const size_t lane = best.lane();
+  if (!best.found(lane)) return std::nullopt;
+  return Split{config.traversal_cost + static_cast<double>(best.cost[lane]), best.position[lane], best.choice[lane] / 2,
+               best.choice[lane] % 2 != 0};
+}
+
+} // namespace kindling::accel::kd

@@ -1,0 +1,151 @@
+// References live on a stack. A node's are on top; the child with more of them takes their place, the other's are pushed on top
+// and built first. So memory stays close to twice the references of the first node, and nothing is allocated per node.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/subtree.h"
+
+#include "accel/kdtree/wide_cuts.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace kindling::accel::kd {
+
+void Cell::divide(const Split& split, const HalfCounts& counts, Cell& left, Cell& right) const {
+  const uint64_t total = counts.left + counts.right, spare = budget - total;
+  const double share = static_cast<double>(counts.left) / static_cast<double>(total);
+  const auto left_spare = std::min(spare, static_cast<uint64_t>(static_cast<double>(spare) * share));
+  left.box = right.box = box;
+  left.box.max[split.axis] = right.box.min[split.axis] = split.position;
+  left.depth = right.depth = depth + 1;
+  left.budget = counts.left + left_spare;
+  right.budget = counts.right + (spare - left_spare);
+  left.weight = weight * share;
+  right.weight = weight * (1.0 - share);
+}
+
+std::optional<Split> find_split(const Config& config, const CostModel& model, const Imath::Box3f& box,
+                                std::span<const Reference> references, SplitScratch& scratch) {
+  const size_t count = references.size();
+  const double leaf_cost = model.leaf_cost(count);
+  std::optional<Split> split;
+  if (count <= std::min<size_t>(kMostCounted, config.exact_below)) {
+    split = best_split_counted(config, box, references);
+  } else {
+    if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
+    // Bins may see nothing where all bounds fall into one bin.
+    if (!split || split->cost >= leaf_cost) split = best_split_sorted(config, box, references, scratch);
+  }
+  if (split && split->cost >= leaf_cost) split.reset();
+  return split;
+}
+
+BinaryNode* SubtreeBuilder::new_pair() {
+  BinaryNode* pair = arena_.nodes.allocate(2);
+  pair[0] = pair[1] = BinaryNode();
+  return pair;
+}
+
+double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
+                             BinaryNode& node) {
+  assert(references.size() <= kMostOfSubtree);
+  stack_.reserve(2 * references.size() + 1, 0);
+  copy_references(references.data(), references.size(), stack_.data());
+  const double cost = build(context, cell, 0, references.size(), node);
+  context.monitor.add(unreported_);
+  unreported_ = 0.0;
+  return cost;
+}
+
+double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
+                                  BinaryNode& node) {
+  const size_t first_id = push_ids(references);
+  make_leaf(context, cell.weight, ids_from(first_id), node);
+  ids_.resize(first_id);
+  return CostModel(context.config, cell.box).leaf_cost(references.size());
+}
+
+double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size_t first, size_t count,
+                             BinaryNode& node) {
+  if (count == 0) return 0.0;
+  const Config& config = context.config;
+  const CostModel model(config, cell.box);
+  const std::span<const Reference> references(stack_.data() + first, count);
+  std::optional<Split> split;
+  if (cell.depth < context.max_depth && !context.monitor.cancelled())
+    split = find_split(config, model, cell.box, references, scratch_);
+  if (!split) return build_leaf(context, cell, references, node);
+
+  // Which side is larger is a guess here; only the height of the stack depends on it.
+  const double middle = 0.5 * (static_cast<double>(cell.box.min[split->axis]) + cell.box.max[split->axis]);
+  const bool left_in_place = split->position > middle;
+  const size_t first_id = push_ids(references); // the node may yet become a leaf
+  const size_t top = first + count;
+  stack_.reserve(top + count + 1, top);
+  const HalfCounts counts = partition_in_place(context.geometries, stack_.data() + first, count, *split, left_in_place,
+                                               stack_.data() + top, cut_);
+  const bool reduced = counts.left < count || counts.right < count;
+  if (!reduced || counts.left + counts.right > cell.budget) {
+    make_leaf(context, cell.weight, ids_from(first_id), node);
+    ids_.resize(first_id);
+    return model.leaf_cost(count);
+  }
+  const bool may_collapse = count <= config.collapse_below;
+  if (!may_collapse) ids_.resize(first_id);
+
+  Cell below, above;
+  cell.divide(*split, counts, below, above);
+  const auto nodes_before = arena_.nodes.mark();
+  const auto references_before = arena_.references.mark();
+  node.position = split->position;
+  node.axis = static_cast<uint32_t>(split->axis);
+  node.children = new_pair();
+  double left_cost = 0.0, right_cost = 0.0;
+  if (left_in_place) {
+    right_cost = build(context, above, top, counts.right, node.children[1]);
+    left_cost = build(context, below, first, counts.left, node.children[0]);
+  } else {
+    left_cost = build(context, below, top, counts.left, node.children[0]);
+    right_cost = build(context, above, first, counts.right, node.children[1]);
+  }
+
+  double cost = config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
+                model.right_probability(split->axis, split->position) * right_cost;
+  if (may_collapse && model.leaf_cost(count) <= cost) {
+    arena_.nodes.rewind(nodes_before);
+    arena_.references.rewind(references_before);
+    make_leaf(context, 0.0, ids_from(first_id), node); // the progress has been counted
+    cost = model.leaf_cost(count);
+  } else {
+    choose_cuts(node, model.area() * context.inverse_area);
+  }
+  ids_.resize(first_id);
+  return cost;
+}
+
+size_t SubtreeBuilder::push_ids(std::span<const Reference> references) {
+  const size_t size = ids_.size();
+  ids_.resize(size + references.size());
+  for (size_t i = 0; i < references.size(); ++i) ids_[size + i] = {references[i].geometry, references[i].triangle};
+  return size;
+}
+
+void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
+                               BinaryNode& node) {
+  LeafReference* own = arena_.references.allocate(references.size());
+  std::copy(references.begin(), references.end(), own);
+  // Neighbours in a mesh share vertices, which makes the leaf smaller.
+  std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {
+    return a.geometry != b.geometry ? a.geometry < b.geometry : a.triangle < b.triangle;
+  });
+  node = BinaryNode();
+  node.count = static_cast<uint32_t>(references.size());
+  node.references = own;
+  unreported_ += weight;
+  constexpr double kReport = 512.0; // triangles
+  if (unreported_ > kReport) {
+    context.monitor.add(unreported_);
+    unreported_ = 0.0;
+  }
+}
+
+} // namespace kindling::accel::kd

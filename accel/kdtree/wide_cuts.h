@@ -1,0 +1,26 @@
+// Which three binary levels share a wide node is chosen to minimize the summed area of all wide nodes, a measure of how many
+// are visited: f(n) = A(n) + g(left, 2) + g(right, 2), where g(n, d) is the least sum for the subtree of n if d more levels
+// fit into the current wide node: g(n, 0) = f(n), g(n, d) = min(f(n), g(left, d-1) + g(right, d-1)), and 0 for leaves.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/binary_tree.h"
+
+#include <algorithm>
+
+namespace kindling::accel::kd {
+
+// Fills cut_cost of an inner node whose children have theirs. `area` relative to the area of the whole tree.
+inline void choose_cuts(BinaryNode& node, double area) {
+  const BinaryNode &below = node.children[0], &above = node.children[1];
+  const float own = static_cast<float>(area) + (below.cut_cost[2] + above.cut_cost[2]);
+  node.cut_cost[0] = own;
+  for (size_t d = 1; d < 3; ++d) node.cut_cost[d] = std::min(own, below.cut_cost[d - 1] + above.cut_cost[d - 1]);
+}
+
+// Whether a node joins the wide node of its parent, where `levels` levels still fit below the parent.
+[[nodiscard]] inline bool joins_parent(const BinaryNode& node, uint32_t levels) {
+  return levels > 0 && node.is_inner() && node.cut_cost[levels] < node.cut_cost[0];
+}
+
+} // namespace kindling::accel::kd
