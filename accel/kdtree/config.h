@@ -23,9 +23,9 @@ struct Config {
   // leaf_cost + triangle_cost * n + block_cost * ceil(n / kCostBlock). Leaves test up to sixteen triangles at once, so a
   // triangle is far cheaper than the textbooks' 1 to 2 steps.
   double traversal_cost = 1.0;
-  double leaf_cost = 0.0;
-  double triangle_cost = 0.15;
-  double block_cost = 0.0;
+  double leaf_cost = 0.5;
+  double triangle_cost = 0.12;
+  double block_cost = 0.3;
   // The triangles' cost of a split that cuts off empty space is reduced by this fraction.
   double empty_bonus = 0.15;
   // Up to so many references every bound is tried as a plane; above, the borders of bins,

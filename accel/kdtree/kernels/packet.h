@@ -14,11 +14,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/ray_lanes.h"
 #include "accel/kdtree/kernels/traversal.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
-
-inline constexpr uint32_t kPacketRays = 16;
 
 // What the rays of a packet have in common: the signs of the direction in bits 0 to 2 and the number of its largest axis above.
 inline constexpr uint32_t kPacketClasses = 24;
@@ -40,46 +39,29 @@ class Packet {
 
   // Fills the packet with sixteen rays. False if they are not of one class, or one of them misses by definition.
   bool assign(const Ray* rays) {
-    for (uint32_t i = 0; i < kPacketRays; i += 4) {
-      const Ray* four = rays + i;
-      transpose(origin_quad(four[0]), origin_quad(four[1]), origin_quad(four[2]), origin_quad(four[3]),
-                {origin_[0] + i, origin_[1] + i, origin_[2] + i, t_min_ + i});
-      transpose(direction_quad(four[0]), direction_quad(four[1]), direction_quad(four[2]), direction_quad(four[3]),
-                {direction_[0] + i, direction_[1] + i, direction_[2] + i, t_far_ + i});
-    }
-    const Float16 zero(0.0f), x = Float16::load(direction_[0]), y = Float16::load(direction_[1]),
-                  z = Float16::load(direction_[2]), ax = magnitude(x), ay = magnitude(y), az = magnitude(z);
-    const uint32_t signs[3] = {sign_bits(x), sign_bits(y), sign_bits(z)};
-    const uint32_t x_most = above(ax, ay) & above(ax, az), y_most = ~above(ax, ay) & above(ay, az) & kAllRays;
-    // As in can_hit().
-    const Float16 sum = (magnitude(Float16::load(origin_[0])) + magnitude(Float16::load(origin_[1])) +
-                         magnitude(Float16::load(origin_[2]))) +
-                        (ax + ay + az);
-    const Float16 t_min = Float16::load(t_min_), t_far = Float16::load(t_far_);
-    const uint32_t valid = at_most(sum, Float16(kLargestCoordinate)) & (differs(x, zero) | differs(y, zero) | differs(z, zero)) &
-                           above(t_far, t_min) & above(t_far, zero);
-    const auto uniform = [](uint32_t bits) { return bits == 0 || bits == kAllRays; };
-    if (!(uniform(signs[0]) & uniform(signs[1]) & uniform(signs[2]) & uniform(x_most) & uniform(y_most) &
-          (valid == kAllRays)))
-      return false;
-    max(t_min, zero).store(t_min_);
-    for (uint32_t i = 0; i < kPacketRays; ++i) {
+    lanes_.load(rays, kRayLanes);
+    const auto uniform = [](uint32_t bits) { return (bits == 0) | (bits == kAllRays); };
+    const RayLanes::LargestAxis largest = lanes_.largest_axis();
+    bool one_class = uniform(largest.x) & uniform(largest.y) & (lanes_.can_hit() == kAllRays);
+    for (const auto& lane : lanes_.direction) one_class &= uniform(sign_bits(Float16::load(lane)));
+    if (!one_class) return false;
+    for (uint32_t i = 0; i < kRayLanes; ++i) {
       ray_[i] = rays + i;
       best_[i] = TreeHit();
     }
-    count_ = kPacketRays;
+    count_ = kRayLanes;
     return true;
   }
-  // Adds a ray of the packet's class that passed can_hit(); at most kPacketRays of them.
+  // Adds a ray of the packet's class that passed can_hit(); at most kRayLanes of them.
   void add(const Ray& ray) {
     const uint32_t i = count_++;
     ray_[i] = &ray;
     for (int k = 0; k < 3; ++k) {
-      origin_[k][i] = ray.origin[k];
-      direction_[k][i] = ray.direction[k];
+      lanes_.origin[k][i] = ray.origin[k];
+      lanes_.direction[k][i] = ray.direction[k];
     }
-    t_min_[i] = std::max(ray.t_min, 0.0f);
-    t_far_[i] = ray.t_max;
+    lanes_.t_min[i] = std::max(ray.t_min, 0.0f);
+    lanes_.t_max[i] = ray.t_max;
     best_[i] = TreeHit();
   }
   // The nearest hit or, if kAny, any, once traced.
@@ -88,7 +70,7 @@ class Packet {
 
   void trace() {
     if (tree_.root == kEmptyChild || count_ == 0) return;
-    for (uint32_t i = count_; i < kPacketRays; ++i) fill_lane(i);
+    for (uint32_t i = count_; i < kRayLanes; ++i) fill_lane(i);
     Float16 enter, leave;
     if (!clip_to_bounds(enter, leave)) return;
     prepare_shear();
@@ -103,7 +85,7 @@ class Packet {
         heap = 1;
       }
       if (child != kEmptyChild && test_leaf(child, enter, leave)) return;
-      const Float16 far = Float16::load(t_far_);
+      const Float16 far = Float16::load(lanes_.t_max);
       do {
         if (top == 0) return;
         const Entry& entry = stack_[--top];
@@ -117,47 +99,34 @@ class Packet {
 
  private:
   struct alignas(64) Entry {
-    float enter[kPacketRays], leave[kPacketRays];
+    float enter[kRayLanes], leave[kRayLanes];
     ChildWord child;
     uint32_t heap;
   };
-  static constexpr uint32_t kAllRays = (1U << kPacketRays) - 1;
   // With fewer rays in a leaf than this, rays are tested one by one.
   static constexpr int kFewRays = 4;
-
-  // Four quads to the four places given, each of which gets one lane of all.
-  static void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4>& out) {
-    using Index = int32_t __attribute__((vector_size(16)));
-    const Quad ab_low = __builtin_shuffle(a, b, Index{0, 4, 1, 5}), ab_high = __builtin_shuffle(a, b, Index{2, 6, 3, 7});
-    const Quad cd_low = __builtin_shuffle(c, d, Index{0, 4, 1, 5}), cd_high = __builtin_shuffle(c, d, Index{2, 6, 3, 7});
-    const std::array<Quad, 4> lanes = {__builtin_shuffle(ab_low, cd_low, Index{0, 1, 4, 5}),
-                                       __builtin_shuffle(ab_low, cd_low, Index{2, 3, 6, 7}),
-                                       __builtin_shuffle(ab_high, cd_high, Index{0, 1, 4, 5}),
-                                       __builtin_shuffle(ab_high, cd_high, Index{2, 3, 6, 7})};
-    for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Quad));
-  }
 
   // An empty lane repeats the first ray over an interval that is empty from the start.
   void fill_lane(uint32_t i) {
     for (int k = 0; k < 3; ++k) {
-      origin_[k][i] = origin_[k][0];
-      direction_[k][i] = direction_[k][0];
+      lanes_.origin[k][i] = lanes_.origin[k][0];
+      lanes_.direction[k][i] = lanes_.direction[k][0];
     }
-    t_min_[i] = 0.0f;
-    t_far_[i] = -1.0f;
+    lanes_.t_min[i] = 0.0f;
+    lanes_.t_max[i] = -1.0f;
   }
 
   // As clip_to_box(); lanes that miss the box get an empty interval. False if all do.
   bool clip_to_bounds(Float16& enter, Float16& leave) {
-    enter = Float16::load(t_min_);
-    leave = Float16::load(t_far_);
+    enter = Float16::load(lanes_.t_min);
+    leave = Float16::load(lanes_.t_max);
     for (int k = 0; k < 3; ++k) {
-      const Float16 reciprocal = Float16(1.0f) / Float16::load(direction_[k]);
+      const Float16 reciprocal = Float16(1.0f) / Float16::load(lanes_.direction[k]);
       reciprocal.store(reciprocal_[k]);
-      negative_[k] = std::signbit(direction_[k][0]) ? 1 : 0;
+      negative_[k] = std::signbit(lanes_.direction[k][0]) ? 1 : 0;
       const Imath::Box3f& box = tree_.clip_bounds;
       const float near = negative_[k] != 0 ? box.max[k] : box.min[k], far = negative_[k] != 0 ? box.min[k] : box.max[k];
-      const Float16 origin = Float16::load(origin_[k]);
+      const Float16 origin = Float16::load(lanes_.origin[k]);
       enter = max((Float16(near) - origin) * reciprocal, enter);
       leave = min((Float16(far) - origin) * reciprocal, leave);
     }
@@ -173,12 +142,12 @@ class Packet {
     kx_ = static_cast<uint32_t>(first.kx);
     ky_ = static_cast<uint32_t>(first.ky);
     kz_ = static_cast<uint32_t>(first.kz);
-    const Float16 dz = Float16::load(direction_[kz_]);
-    const Float16 sx = Float16::load(direction_[kx_]) / dz, sy = Float16::load(direction_[ky_]) / dz;
+    const Float16 dz = Float16::load(lanes_.direction[kz_]);
+    const Float16 sx = Float16::load(lanes_.direction[kx_]) / dz, sy = Float16::load(lanes_.direction[ky_]) / dz;
     sx.store(sx_);
     sy.store(sy_);
     (Float16(1.0f) / dz).store(sz_);
-    const Float16 ox = Float16::load(origin_[kx_]), oy = Float16::load(origin_[ky_]), oz = Float16::load(origin_[kz_]);
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]), oz = Float16::load(lanes_.origin[kz_]);
     x_range_ = {least(ox), greatest(ox), least(sx), greatest(sx)};
     y_range_ = {least(oy), greatest(oy), least(sy), greatest(sy)};
     z_low_ = least(oz);
@@ -192,7 +161,7 @@ class Packet {
     shear.sx = sx_[i];
     shear.sy = sy_[i];
     shear.sz = sz_[i];
-    shear.origin = {origin_[kx_][i], origin_[ky_][i], origin_[kz_][i]};
+    shear.origin = {lanes_.origin[kx_][i], lanes_.origin[ky_][i], lanes_.origin[kz_][i]};
     return shear;
   }
 
@@ -209,7 +178,7 @@ class Packet {
         heap *= 2;
         continue;
       }
-      const Float16 t = (Float16(plane) - Float16::load(origin_[axis])) * Float16::load(reciprocal_[axis]);
+      const Float16 t = (Float16(plane) - Float16::load(lanes_.origin[axis])) * Float16::load(reciprocal_[axis]);
       const Float16 near_leave = min(t, leave), far_enter = max(t, enter);
       const uint32_t to_near = at_most(enter, near_leave * widen), to_far = at_most(far_enter, leave * widen);
       const uint32_t near = 2 * heap + negative_[axis], far = near ^ 1U;
@@ -241,14 +210,14 @@ class Packet {
 
   // True if all rays are done.
   bool test_leaf(ChildWord child, const Float16& enter, const Float16& leave) {
-    const uint32_t active = at_most(enter, leave * Float16(kWiden)) & at_most(enter, Float16::load(t_far_));
+    const uint32_t active = at_most(enter, leave * Float16(kWiden)) & at_most(enter, Float16::load(lanes_.t_max));
     if (active == 0) return false;
     const LeafUnit* unit = tree_.leaves.data() + (child & ~kLeafBit);
     if (std::popcount(active) < kFewRays) {
       for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<uint32_t>(std::countr_zero(rest));
         const CandidateFilter filter{filter_, *ray_[i], tree_, kNoId};
-        if (intersect_leaf<kAny>(unit, shear_of_ray(i), t_min_[i], filter, t_far_[i], best_[i])) t_far_[i] = -1.0f;
+        if (intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best_[i])) lanes_.t_max[i] = -1.0f;
       }
     } else {
       while (true) {
@@ -258,7 +227,7 @@ class Packet {
         unit += block.unit_count();
       }
     }
-    return kAny && at_least(Float16::load(t_far_), Float16(0.0f)) == 0;
+    return kAny && at_least(Float16::load(lanes_.t_max), Float16(0.0f)) == 0;
   }
 
   // Ranges over the packet of one coordinate of the origin and of the shear along it.
@@ -299,7 +268,7 @@ class Packet {
   void test_block(const LeafBlock& block, uint32_t active) {
     uint32_t triangles = possible(block);
     if (triangles == 0) return;
-    const Float16 ox = Float16::load(origin_[kx_]), oy = Float16::load(origin_[ky_]), oz = Float16::load(origin_[kz_]),
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]), oz = Float16::load(lanes_.origin[kz_]),
                   sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
     const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
     const uint16_t* corners = block.corners();
@@ -320,7 +289,7 @@ class Packet {
       const Float16 det = (e0 + e1) + e2;
       const Float16 t = (((e0 * az + e1 * bz) + e2 * cz) * Float16::load(sz_)) / det;
       const uint32_t mask =
-          inside & differs(det, zero) & above(t, Float16::load(t_min_)) & at_most(t, Float16::load(t_far_));
+          inside & differs(det, zero) & above(t, Float16::load(lanes_.t_min)) & at_most(t, Float16::load(lanes_.t_max));
       if (mask != 0) take(block, i, mask, t, e1 / det, e2 / det);
     }
   }
@@ -328,7 +297,7 @@ class Packet {
   // One triangle hit by the rays of the mask.
   void take(const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t, const Float16& u,
             const Float16& v) {
-    alignas(64) float ts[kPacketRays], us[kPacketRays], vs[kPacketRays];
+    alignas(64) float ts[kRayLanes], us[kRayLanes], vs[kRayLanes];
     t.store(ts);
     u.store(us);
     v.store(vs);
@@ -340,7 +309,7 @@ class Packet {
       const TreeHit candidate{ts[i], us[i], vs[i], primitive};
       if (asks && !CandidateFilter{filter_, *ray_[i], tree_, kNoId}.accepts(candidate)) continue;
       best_[i] = candidate;
-      t_far_[i] = kAny ? -1.0f : candidate.t;
+      lanes_.t_max[i] = kAny ? -1.0f : candidate.t;
     }
   }
 
@@ -351,10 +320,10 @@ class Packet {
   uint32_t negative_[3] = {0, 0, 0};     // by axis: 1 if the direction points down it
   Range x_range_{}, y_range_{};          // in the sheared space
   float z_low_ = 0.0f, z_high_ = 0.0f;   // of the origins
-  alignas(64) float origin_[3][kPacketRays], direction_[3][kPacketRays], reciprocal_[3][kPacketRays];
-  alignas(64) float sx_[kPacketRays], sy_[kPacketRays], sz_[kPacketRays], t_min_[kPacketRays], t_far_[kPacketRays];
-  TreeHit best_[kPacketRays];
-  const Ray* ray_[kPacketRays];
+  RayLanes lanes_; // t_max narrows; -1 once any hit will do
+  alignas(64) float reciprocal_[3][kRayLanes], sx_[kRayLanes], sy_[kRayLanes], sz_[kRayLanes];
+  TreeHit best_[kRayLanes];
+  const Ray* ray_[kRayLanes];
   Entry stack_[kMaxDepth + 1];
 };
 
@@ -370,14 +339,14 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
     const auto count = static_cast<uint32_t>(std::min(kMost, rays.size() - first));
     uint8_t left[kMost]; // those still to trace
     uint32_t left_count = 0;
-    for (uint32_t i = 0; i < count; i += kPacketRays) {
-      if (count - i >= kPacketRays && packet.assign(&rays[first + i])) {
+    for (uint32_t i = 0; i < count; i += kRayLanes) {
+      if (count - i >= kRayLanes && packet.assign(&rays[first + i])) {
         packet.trace();
-        for (uint32_t k = 0; k < kPacketRays; ++k)
+        for (uint32_t k = 0; k < kRayLanes; ++k)
           if (packet.hit(k).is_hit()) finish(first + i + k, packet.hit(k));
         continue;
       }
-      for (uint32_t k = i; k < std::min(count, i + kPacketRays); ++k) {
+      for (uint32_t k = i; k < std::min(count, i + kRayLanes); ++k) {
         left[left_count] = static_cast<uint8_t>(k);
         left_count += can_hit(rays[first + k]) ? 1 : 0;
       }
@@ -391,7 +360,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
     for (uint32_t k = 0; k < left_count; ++k) order[next[packet_class(rays[first + left[k]])]++] = left[k];
     for (uint32_t c = 0; c < kPacketClasses; ++c) {
       for (uint32_t k = start[c]; k < start[c + 1];) {
-        const uint32_t size = std::min(kPacketRays, start[c + 1] - k);
+        const uint32_t size = std::min(kRayLanes, start[c + 1] - k);
         if (size < kFewest) {
           for (; k < start[c + 1]; ++k) rest(first + order[k]);
           break;

@@ -9,6 +9,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/ray_lanes.h"
 #include "accel/kdtree/kernels/traversal.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
@@ -32,13 +33,12 @@ class Stream {
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
     if (tree_.root == kEmptyChild) return;
-    const uint32_t slots = static_cast<uint32_t>(std::min<size_t>(rays.size(), kStreamSlots));
-    for (uint32_t s = 0; s < slots; ++s) free_[s] = reinterpret_cast<Slot*>(&slots_[s * sizeof(Slot)]);
-    uint32_t free_count = slots;
+    for (uint32_t s = 0; s < kStreamSlots; ++s) free_[s] = reinterpret_cast<Slot*>(&slots_[s * sizeof(Slot)]);
+    uint32_t free_count = kStreamSlots;
     size_t next = 0;
     Counts counts;
     while (true) {
-      if (free_count != 0 && next < rays.size()) fill(rays, next, free_count, counts);
+      fill(rays, next, free_count, counts);
       if (counts.node + counts.leaf == 0) break;
       descend(counts);
       test_leaves(rays, counts);
@@ -52,7 +52,6 @@ class Stream {
   }
 
  private:
-  using IntQuad = int32_t __attribute__((vector_size(16)));
   // The children of one wide node, near ones first.
   struct alignas(64) Frame {
     std::array<float, kWideLanes> enter, leave;
@@ -60,19 +59,27 @@ class Stream {
     uint32_t rest; // bit i: child i is still to be visited
   };
   static_assert(sizeof(Frame) == 128);
+  // What a ray is to the tree: one cache line.
+  struct alignas(64) PreparedRay {
+    std::array<float, 3> origin;
+    float t_min;
+    std::array<float, 3> reciprocal;
+    float t_far; // -1 once any hit will do
+    std::array<float, 3> shear;
+    uint32_t axes; // of the sheared space: kx, ky, kz in a byte each from the lowest up
+    float enter, leave; // where the ray stands
+    std::array<float, 2> spare;
+  };
+  static_assert(sizeof(PreparedRay) == 64);
   struct alignas(64) Slot {
-    std::array<float, 4> origin, reciprocal; // lane 3 of these is never selected
-    std::array<float, 8> t;                  // distances of the planes of the node
-    RayShear shear;
-    float t_min, t_far; // t_far is -1 once any hit will do
+    PreparedRay at;
+    std::array<float, 8> t; // distances of the planes of the node
     TreeHit best;
+    ChildWord child; // where the ray stands
     uint32_t ray;
-    uint32_t top;    // frames on the stack
-    ChildWord child; // where the ray stands, and its interval there
-    float enter, leave;
+    uint32_t top; // frames on the stack
+    uint32_t spare[9];
     std::array<Frame, kMaxWideDepth + 2> stack; // the lowest ends the ray; a step may write one above the top
-
-    explicit Slot(uint32_t number) : ray(number) {}
   };
   // An odd number of cache lines: equal places of different slots do not compete for one set of the cache.
   static_assert(sizeof(Slot) / 64 % 2 == 1);
@@ -82,63 +89,118 @@ class Stream {
     uint32_t node = 0, leaf = 0, done = 0;
   };
 
-  // Puts rays into free slots; those that miss the box of the tree at once leave theirs to the next.
+  // Puts rays into free slots, as long as there are both.
   void fill(std::span<const Ray> rays, size_t& next, uint32_t& free_count, Counts& counts) {
     const bool root_is_leaf = (tree_.root & kLeafBit) != 0;
     Queue& queue = root_is_leaf ? leaf_ : node_;
-    uint32_t count = root_is_leaf ? counts.leaf : counts.node;
-    const Quad low = quad_of(tree_.clip_bounds.min), high = quad_of(tree_.clip_bounds.max);
-    for (; free_count != 0 && next < rays.size(); ++next) {
-      const Ray& ray = rays[next];
-      Slot& slot = *new (free_[free_count - 1]) Slot(static_cast<uint32_t>(next));
-      const Quad origin = origin_quad(ray), direction = direction_quad(ray),
-                 reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction;
-      std::memcpy(slot.origin.data(), &origin, sizeof(Quad));
-      std::memcpy(slot.reciprocal.data(), &reciprocal, sizeof(Quad));
-      slot.shear = shear_of(ray);
-      // As in clip_to_box().
-      const IntQuad down = std::bit_cast<IntQuad>(direction) < 0;
-      const Quad t0 = ((down ? high : low) - origin) * reciprocal, t1 = ((down ? low : high) - origin) * reciprocal;
-      float enter = std::max(ray.t_min, 0.0f), leave = ray.t_max;
-      slot.t_min = enter;
-      slot.t_far = leave;
-      for (int k = 0; k < 3; ++k) {
-        enter = t0[k] > enter ? t0[k] : enter;
-        leave = t1[k] < leave ? t1[k] : leave;
+    uint32_t& count = root_is_leaf ? counts.leaf : counts.node;
+    while (free_count != 0) {
+      if (waiting_ == 0) {
+        if (next == rays.size()) return;
+        prepare(rays, next);
+        continue;
       }
-      const bool enters = can_hit(ray) & (enter <= leave * kWiden);
-      slot.enter = enter < leave ? enter : leave;
-      slot.leave = leave;
+      const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
+      waiting_ &= waiting_ - 1;
+      Slot& slot = *free_[--free_count];
+      std::memcpy(&slot.at, &prepared_[i], sizeof(PreparedRay));
+      slot.best.primitive = kNoId;
+      slot.ray = static_cast<uint32_t>(first_prepared_ + i);
+      slot.child = tree_.root;
       slot.top = 1;
       slot.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
       slot.stack[0].child[0] = tree_.root; // only prefetched
       slot.stack[0].rest = 1;
-      slot.child = tree_.root;
-      queue[count] = &slot;
-      count += enters;
-      free_count -= enters;
+      queue[count++] = &slot;
     }
-    (root_is_leaf ? counts.leaf : counts.node) = count;
   }
 
-  // Takes the next cell from the stack of a ray, which has `top` frames, and puts it into the queue of its kind.
-  void pop(Slot& slot, uint32_t top, Counts& counts) {
-    Frame& frame = slot.stack[top - 1];
-    const uint32_t rest = frame.rest;
-    const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
-    const ChildWord child = frame.child[next];
-    const float enter = frame.enter[next], leave = frame.leave[next], t_far = slot.t_far;
-    const uint32_t left = rest & (rest - 1);
-    frame.rest = left;
-    slot.top = top - (left == 0 ? 1 : 0);
+  // The next sixteen rays, or as many as there are; those that can hit something are then waiting.
+  void prepare(std::span<const Ray> rays, size_t& next) {
+    const auto count = static_cast<uint32_t>(std::min<size_t>(kRayLanes, rays.size() - next));
+    RayLanes lanes;
+    lanes.load(&rays[next], count);
+    first_prepared_ = next;
+    next += count;
+    Float16 enter = Float16::load(lanes.t_min), leave = Float16::load(lanes.t_max);
+    const Float16 zero(0.0f), one(1.0f), near = enter, far = leave;
+    Float16 reciprocal[3];
+    for (int k = 0; k < 3; ++k) { // as clip_to_box()
+      const Float16 origin = Float16::load(lanes.origin[k]), direction = Float16::load(lanes.direction[k]);
+      reciprocal[k] = one / direction;
+      const uint32_t down = sign_bits(direction);
+      const Float16 low(tree_.clip_bounds.min[k]), high(tree_.clip_bounds.max[k]);
+      enter = max((select(down, low, high) - origin) * reciprocal[k], enter);
+      leave = min((select(down, high, low) - origin) * reciprocal[k], leave);
+    }
+    waiting_ = lanes.can_hit() & at_most(enter, leave * Float16(kWiden)) & ((1U << count) - 1U);
+    enter = min(enter, leave);
+    const RayLanes::LargestAxis largest = lanes.largest_axis();
+    const auto rotate = [&](const Float16& if_x, const Float16& if_y, const Float16& if_z) {
+      return select(largest.x, select(largest.y, if_z, if_y), if_x);
+    };
+    const Float16 x = Float16::load(lanes.direction[0]), y = Float16::load(lanes.direction[1]),
+                  z = Float16::load(lanes.direction[2]), dz = rotate(x, y, z);
+    const Float16 axes = rotate(Float16(std::bit_cast<float>(0x000201U)), Float16(std::bit_cast<float>(0x010002U)),
+                                Float16(std::bit_cast<float>(0x020100U)));
+    const auto lane = [](size_t offset) { return offset / sizeof(float); };
+    scatter(lanes.origin, near, lane(offsetof(PreparedRay, origin)));
+    const Float16 shear[3] = {rotate(y, z, x) / dz, rotate(z, x, y) / dz, one / dz};
+    scatter(reciprocal, far, lane(offsetof(PreparedRay, reciprocal)));
+    scatter(shear, axes, lane(offsetof(PreparedRay, shear)));
+    const Float16 interval[3] = {enter, leave, zero};
+    scatter(interval, zero, lane(offsetof(PreparedRay, enter)));
+  }
+  // Writes four lanes of sixteen rays to a quad of each.
+  void scatter(const float (&xyz)[3][kRayLanes], const Float16& w, size_t place) {
+    alignas(64) float last[kRayLanes];
+    w.store(last);
+    for (uint32_t i = 0; i < kRayLanes; i += 4) {
+      std::array<float*, 4> out;
+      for (uint32_t k = 0; k < 4; ++k) out[k] = reinterpret_cast<float*>(&prepared_[i + k]) + place;
+      Quad quads[4];
+      for (uint32_t k = 0; k < 3; ++k) std::memcpy(&quads[k], xyz[k] + i, sizeof(Quad));
+      std::memcpy(&quads[3], last + i, sizeof(Quad));
+      transpose(quads[0], quads[1], quads[2], quads[3], out);
+    }
+  }
+  void scatter(const Float16 (&xyz)[3], const Float16& w, size_t place) {
+    alignas(64) float stored[3][kRayLanes];
+    for (uint32_t k = 0; k < 3; ++k) xyz[k].store(stored[k]);
+    scatter(stored, w, place);
+  }
+
+  [[nodiscard]] static RayShear shear_of_slot(const Slot& slot) {
+    const uint32_t kx = slot.at.axes & 3U, ky = (slot.at.axes >> 8) & 3U, kz = slot.at.axes >> 16;
+    RayShear shear;
+    shear.kx = static_cast<int>(kx);
+    shear.ky = static_cast<int>(ky);
+    shear.kz = static_cast<int>(kz);
+    shear.sx = slot.at.shear[0];
+    shear.sy = slot.at.shear[1];
+    shear.sz = slot.at.shear[2];
+    const float* origin = slot.at.origin.data();
+    shear.origin = {origin[kx], origin[ky], origin[kz]};
+    return shear;
+  }
+
+  // b where the condition holds, else a; never a branch.
+  static uint32_t select_bits(bool condition, uint32_t a, uint32_t b) {
+    const uint32_t mask = 0U - static_cast<uint32_t>(condition);
+    return a ^ ((a ^ b) & mask);
+  }
+
+  // Puts a ray at a cell, [enter, leave] cut to the end of the ray, and into the queue of its kind.
+  void visit(Slot& slot, ChildWord child, float enter, float leave, Counts& counts) {
+    const float t_far = slot.at.t_far;
     slot.child = child;
-    slot.enter = enter;
-    slot.leave = leave < t_far ? leave : t_far;
+    slot.at.enter = enter;
+    slot.at.leave = leave < t_far ? leave : t_far;
     const uint32_t alive = enter <= t_far ? 1 : 0;
     const uint32_t leaf = child >> 31;
     const auto node_at = reinterpret_cast<uintptr_t>(tree_.nodes.data()) + size_t{child} * sizeof(WideNode);
     const auto block_at = reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
-    prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf)))); // no branch
+    prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf))));
     node_[counts.node] = &slot;
     counts.node += alive & (leaf ^ 1);
     leaf_[counts.leaf] = &slot;
@@ -155,8 +217,8 @@ class Stream {
       Slot& slot = *node_[k];
       const WideNode& node = tree_.nodes[slot.child];
       const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
-      const Float8 reciprocal = permute(Float8::load_twice(slot.reciprocal.data()), axes);
-      const Float8 origin = permute(Float8::load_twice(slot.origin.data()), axes);
+      const Float8 reciprocal = permute(Float8::load_twice(slot.at.reciprocal.data()), axes);
+      const Float8 origin = permute(Float8::load_twice(slot.at.origin.data()), axes);
       ((Float8::load(node.planes.data()) - origin) * reciprocal).store(slot.t.data());
       signs[k] = static_cast<uint8_t>(sign_bits(reciprocal));
     }
@@ -167,8 +229,8 @@ class Stream {
       const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                    t3 = permute(t, shift_right<3>(order));
       // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
-      const Float8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(slot.enter), t1), t2), t3);
-      const Float8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(slot.leave), t1), t2), t3);
+      const Float8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(slot.at.enter), t1), t2), t3);
+      const Float8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(slot.at.leave), t1), t2), t3);
       const Int8 children = permute(Int8::load(tree_.nodes[slot.child].child.data()), order);
       Frame& frame = slot.stack[slot.top];
       enter.store(frame.enter.data());
@@ -180,9 +242,16 @@ class Stream {
     counts.node = 0; // the queue is rewritten behind the place where it is read
     for (uint32_t k = 0; k < total.node; ++k) {
       Slot& slot = *node_[k];
-      const uint32_t top = slot.top;
-      slot.stack[top].rest = entered[k];
-      pop(slot, top + (entered[k] != 0 ? 1 : 0), counts);
+      // The first child of the new frame or, if the ray enters none, the next of the topmost one.
+      const uint32_t top = slot.top, below = slot.stack[top - 1].rest;
+      const bool descends = entered[k] != 0;
+      const uint32_t rest = select_bits(descends, below, entered[k]);
+      const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
+      Frame& frame = slot.stack[top - 1 + static_cast<uint32_t>(descends)];
+      const uint32_t left = rest & (rest - 1);
+      frame.rest = left;
+      slot.top = top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0);
+      visit(slot, frame.child[next], frame.enter[next], frame.leave[next], counts);
     }
     total = counts;
   }
@@ -211,18 +280,21 @@ class Stream {
       const LeafBlock block = tree_.leaf_block(slot.child);
       if (kAny) {
         const bool ends = (hit[k] & ~block.asking()) != 0;
-        slot.t_far = ends ? -1.0f : slot.t_far;
-        slot.best.primitive = ends ? 0 : slot.best.primitive;
+        slot.at.t_far =
+            std::bit_cast<float>(select_bits(ends, std::bit_cast<uint32_t>(slot.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
+        slot.best.primitive &= ~(0U - static_cast<uint32_t>(ends));
       }
-      // What is left of the leaf is one more cell, which only the end of the ray keeps from being visited.
-      uint32_t top = slot.top;
-      Frame& frame = slot.stack[top];
-      frame.child[0] = slot.child + block.unit_count();
-      frame.enter[0] = 0.0f;
-      frame.leave[0] = 0.0f;
-      frame.rest = 1;
-      top += block.is_last() ? 0 : 1;
-      pop(slot, top, counts);
+      // The next child of the topmost frame, unless the leaf goes on: what is left of it is one more cell, which only the end of the
+      // ray keeps from being visited.
+      const bool goes_on = !block.is_last();
+      Frame& frame = slot.stack[slot.top - 1];
+      const uint32_t rest = frame.rest, left = rest & (rest - 1);
+      const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
+      frame.rest = select_bits(goes_on, left, rest);
+      slot.top -= static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!goes_on);
+      const uint32_t enter = select_bits(goes_on, std::bit_cast<uint32_t>(frame.enter[next]), 0);
+      visit(slot, select_bits(goes_on, frame.child[next], slot.child + block.unit_count()), std::bit_cast<float>(enter),
+            frame.leave[next], counts);
     }
     total = counts;
   }
@@ -230,19 +302,20 @@ class Stream {
   // Which triangles of a block the ray hits in its interval. Distances are computed before it is known whether they are
   // needed, so that there is no branch.
   static uint32_t test_block(const LeafBlock& block, const Slot& slot, TestedBlock& out) {
-    const ShearedVertices vertices(block, slot.shear);
+    const RayShear shear = shear_of_slot(slot);
+    const ShearedVertices vertices(block, shear);
     uint32_t hit = 0;
     for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
-      const WideFloat t = test.distance(vertices, slot.shear.sz);
+      const WideFloat t = test.distance(vertices, shear.sz);
       if (!kAny) out.store(first, t, test);
-      hit |= (test.inside & above(t, WideFloat(slot.t_min)) & at_most(t, WideFloat(slot.t_far))) << first;
+      hit |= (test.inside & above(t, WideFloat(slot.at.t_min)) & at_most(t, WideFloat(slot.at.t_far))) << first;
       return false;
     });
     if (kAny && (hit & block.asking()) != 0) [[unlikely]]
       for_each_group(block, [&](uint32_t first, uint32_t count) {
         const TriangleTest test(vertices, block.corners() + first, count);
-        out.store(first, test.distance(vertices, slot.shear.sz), test);
+        out.store(first, test.distance(vertices, shear.sz), test);
         return false;
       });
     return hit;
@@ -251,16 +324,17 @@ class Stream {
   // Out of line: one or two times per ray.
   void take_hits(std::span<const Ray> rays, Slot& slot, const TestedBlock& tested, uint32_t hit) {
     const CandidateFilter filter{filter_, rays[slot.ray], tree_, kNoId};
-    if (take_candidates<kAny>(tree_.leaf_block(slot.child), hit, tested, filter, slot.t_far, slot.best))
-      slot.t_far = -1.0f;
+    if (take_candidates<kAny>(tree_.leaf_block(slot.child), hit, tested, filter, slot.at.t_far, slot.best))
+      slot.at.t_far = -1.0f;
   }
-
-  static Quad quad_of(const Imath::V3f& v) { return Quad{v.x, v.y, v.z, 0.0f}; }
 
   const Tree& tree_;
   const HitFilter& filter_;
   Queue node_, leaf_, done_, free_;
   std::array<TestedBlock, kStreamSlots> tested_;
+  std::array<PreparedRay, kRayLanes> prepared_; // rays from first_prepared_ on
+  uint32_t waiting_ = 0;                        // bit i: prepared ray i has no slot yet
+  size_t first_prepared_ = 0;
   alignas(64) std::array<std::byte, kStreamSlots * sizeof(Slot)> slots_;
 };
 
