@@ -20,15 +20,33 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 // What the rays of a packet have in common: the signs of the direction in bits 0 to 2 and the number of its largest axis above.
-inline constexpr uint32_t kPacketClasses = 24;
-inline uint32_t packet_class(const Ray& ray) {
-  const Imath::V3f& d = ray.direction;
-  const float ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
-  const uint32_t kz = ax > ay ? (ax > az ? 0U : 2U) : (ay > az ? 1U : 2U); // as RayShear has it
-  return (static_cast<uint32_t>(std::signbit(d.x)) | static_cast<uint32_t>(std::signbit(d.y)) << 1 |
-          static_cast<uint32_t>(std::signbit(d.z)) << 2) +
-         8 * kz;
-}
+// Rays that hit nothing by definition have a class of their own, the last.
+inline constexpr uint32_t kPacketClasses = 25;
+
+// The classes of sixteen rays, a bit of their numbers in each mask.
+struct RayClasses {
+  std::array<uint32_t, 5> bits;
+  uint32_t misses;
+
+  explicit RayClasses(const RayLanes& lanes) {
+    for (size_t k = 0; k < 3; ++k) bits[k] = sign_bits(Float16::load(lanes.direction[k]));
+    const RayLanes::LargestAxis largest = lanes.largest_axis();
+    bits[3] = largest.y;
+    bits[4] = ~(largest.x | largest.y) & kAllRays;
+    misses = ~lanes.can_hit() & kAllRays;
+  }
+  // All of one class, and none misses by definition.
+  [[nodiscard]] bool uniform() const {
+    uint32_t mixed = misses;
+    for (const uint32_t b : bits) mixed |= b & ~(0U - (b & 1U)) | ~b & (0U - (b & 1U));
+    return (mixed & kAllRays) == 0;
+  }
+  [[nodiscard]] uint8_t of(uint32_t ray) const {
+    uint32_t number = 0;
+    for (uint32_t k = 0; k < bits.size(); ++k) number |= ((bits[k] >> ray) & 1U) << k;
+    return static_cast<uint8_t>(((misses >> ray) & 1U) != 0 ? kPacketClasses - 1 : number);
+  }
+};
 
 template <bool kAny>
 class Packet {
@@ -37,40 +55,21 @@ class Packet {
   Packet(const Packet&) = delete;
   Packet& operator=(const Packet&) = delete;
 
-  // Fills the packet with sixteen rays. False if they are not of one class, or one of them misses by definition.
-  bool assign(const Ray* rays) {
-    lanes_.load(rays, kRayLanes);
-    const auto uniform = [](uint32_t bits) { return (bits == 0) | (bits == kAllRays); };
-    const RayLanes::LargestAxis largest = lanes_.largest_axis();
-    bool one_class = uniform(largest.x) & uniform(largest.y) & (lanes_.can_hit() == kAllRays);
-    for (const auto& lane : lanes_.direction) one_class &= uniform(sign_bits(Float16::load(lane)));
-    if (!one_class) return false;
+  // Loads 1 to 16 rays, of which ray_at(i) refers to number i. To be traced they must be of one class, and not that of misses.
+  template <class RayAt>
+  void load(uint32_t count, const RayAt& ray_at) {
+    lanes_.load(count, ray_at);
     for (uint32_t i = 0; i < kRayLanes; ++i) {
-      ray_[i] = rays + i;
-      best_[i] = TreeHit();
+      ray_[i] = &ray_at(std::min(i, count - 1));
+      best_[i].primitive = kNoId;
     }
-    count_ = kRayLanes;
-    return true;
+    for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // empty from the start
   }
-  // Adds a ray of the packet's class that passed can_hit(); at most kRayLanes of them.
-  void add(const Ray& ray) {
-    const uint32_t i = count_++;
-    ray_[i] = &ray;
-    for (int k = 0; k < 3; ++k) {
-      lanes_.origin[k][i] = ray.origin[k];
-      lanes_.direction[k][i] = ray.direction[k];
-    }
-    lanes_.t_min[i] = std::max(ray.t_min, 0.0f);
-    lanes_.t_max[i] = ray.t_max;
-    best_[i] = TreeHit();
-  }
+  [[nodiscard]] RayClasses classes() const { return RayClasses(lanes_); }
   // The nearest hit or, if kAny, any, once traced.
   [[nodiscard]] const TreeHit& hit(uint32_t i) const { return best_[i]; }
-  void clear() { count_ = 0; }
 
   void trace() {
-    if (tree_.root == kEmptyChild || count_ == 0) return;
-    for (uint32_t i = count_; i < kRayLanes; ++i) fill_lane(i);
     Float16 enter, leave;
     if (!clip_to_bounds(enter, leave)) return;
     prepare_shear();
@@ -105,16 +104,6 @@ class Packet {
   };
   // With fewer rays in a leaf than this, rays are tested one by one.
   static constexpr int kFewRays = 4;
-
-  // An empty lane repeats the first ray over an interval that is empty from the start.
-  void fill_lane(uint32_t i) {
-    for (int k = 0; k < 3; ++k) {
-      lanes_.origin[k][i] = lanes_.origin[k][0];
-      lanes_.direction[k][i] = lanes_.direction[k][0];
-    }
-    lanes_.t_min[i] = 0.0f;
-    lanes_.t_max[i] = -1.0f;
-  }
 
   // As clip_to_box(); lanes that miss the box get an empty interval. False if all do.
   bool clip_to_bounds(Float16& enter, Float16& leave) {
@@ -315,7 +304,6 @@ class Packet {
 
   const Tree& tree_;
   const HitFilter& filter_;
-  uint32_t count_ = 0;
   uint32_t kx_ = 0, ky_ = 0, kz_ = 0;    // axes of the sheared space
   uint32_t negative_[3] = {0, 0, 0};     // by axis: 1 if the direction points down it
   Range x_range_{}, y_range_{};          // in the sheared space
@@ -327,49 +315,54 @@ class Packet {
   Entry stack_[kMaxDepth + 1];
 };
 
-// Traces rays in packets: as they come where sixteen in a row are of one class, and the others sorted by class; of a class with few
+// Traces rays in packets: as they come where sixteen in a row are of one class, the others sorted by class; of a class with few
 // rays each goes alone through `rest`. Calls finish(number of the ray, hit) for each ray of a packet that hits something.
 template <bool kAny, class Finish, class Rest>
 inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<const Ray> rays, const Finish& finish,
                           const Rest& rest) {
   constexpr size_t kMost = 256;   // rays to sort at once: their numbers are kept in bytes
   constexpr uint32_t kFewest = 4; // rays that are worth a packet
+  if (tree.root == kEmptyChild) return;
   Packet<kAny> packet(tree, filter);
   for (size_t first = 0; first < rays.size(); first += kMost) {
     const auto count = static_cast<uint32_t>(std::min(kMost, rays.size() - first));
-    uint8_t left[kMost]; // those still to trace
+    const Ray* part = &rays[first];
+    const auto trace = [&](uint32_t size, const auto& number) {
+      packet.trace();
+      for (uint32_t i = 0; i < size; ++i)
+        if (packet.hit(i).is_hit()) finish(first + number(i), packet.hit(i));
+    };
+    uint8_t left[kMost], classes[kMost]; // those still to trace
     uint32_t left_count = 0;
-    for (uint32_t i = 0; i < count; i += kRayLanes) {
-      if (count - i >= kRayLanes && packet.assign(&rays[first + i])) {
-        packet.trace();
-        for (uint32_t k = 0; k < kRayLanes; ++k)
-          if (packet.hit(k).is_hit()) finish(first + i + k, packet.hit(k));
+    for (uint32_t k = 0; k < count; k += kRayLanes) {
+      const uint32_t size = std::min(kRayLanes, count - k);
+      packet.load(size, [&](uint32_t i) -> const Ray& { return part[k + i]; });
+      const RayClasses found = packet.classes();
+      if (size == kRayLanes && found.uniform()) {
+        trace(size, [&](uint32_t i) { return k + i; });
         continue;
       }
-      for (uint32_t k = i; k < std::min(count, i + kRayLanes); ++k) {
-        left[left_count] = static_cast<uint8_t>(k);
-        left_count += can_hit(rays[first + k]) ? 1 : 0;
+      for (uint32_t i = 0; i < size; ++i) {
+        left[left_count] = static_cast<uint8_t>(k + i);
+        classes[left_count++] = found.of(i);
       }
     }
     if (left_count == 0) continue;
     uint8_t order[kMost];
-    std::array<uint32_t, kPacketClasses + 1> start{};
-    for (uint32_t k = 0; k < left_count; ++k) ++start[packet_class(rays[first + left[k]]) + 1];
-    for (uint32_t c = 0; c < kPacketClasses; ++c) start[c + 1] += start[c];
-    std::array<uint32_t, kPacketClasses + 1> next = start;
-    for (uint32_t k = 0; k < left_count; ++k) order[next[packet_class(rays[first + left[k]])]++] = left[k];
-    for (uint32_t c = 0; c < kPacketClasses; ++c) {
+    std::array<uint16_t, kPacketClasses + 1> start{};
+    for (uint32_t i = 0; i < left_count; ++i) ++start[classes[i] + 1U];
+    for (uint32_t c = 0; c < kPacketClasses; ++c) start[c + 1] = static_cast<uint16_t>(start[c + 1] + start[c]);
+    std::array<uint16_t, kPacketClasses + 1> next = start;
+    for (uint32_t i = 0; i < left_count; ++i) order[next[classes[i]]++] = left[i];
+    for (uint32_t c = 0; c + 1 < kPacketClasses; ++c) {
       for (uint32_t k = start[c]; k < start[c + 1];) {
-        const uint32_t size = std::min(kRayLanes, start[c + 1] - k);
+        const uint32_t size = std::min<uint32_t>(kRayLanes, start[c + 1] - k);
         if (size < kFewest) {
           for (; k < start[c + 1]; ++k) rest(first + order[k]);
           break;
         }
-        packet.clear();
-        for (uint32_t i = 0; i < size; ++i) packet.add(rays[first + order[k + i]]);
-        packet.trace();
-        for (uint32_t i = 0; i < size; ++i)
-          if (packet.hit(i).is_hit()) finish(first + order[k + i], packet.hit(i));
+        packet.load(size, [&](uint32_t i) -> const Ray& { return part[order[k + i]]; });
+        trace(size, [&](uint32_t i) { return order[k + i]; });
         k += size;
       }
     }

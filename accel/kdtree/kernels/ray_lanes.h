@@ -24,11 +24,12 @@ struct alignas(64) RayLanes {
   float origin[3][kRayLanes], direction[3][kRayLanes];
   float t_min[kRayLanes], t_max[kRayLanes]; // t_min not below zero
 
-  // `count` rays, 1 to 16; the last is repeated.
-  void load(const Ray* rays, uint32_t count) {
+  // `count` rays, 1 to 16, of which ray_at(i) refers to number i; the last is repeated.
+  template <class RayAt>
+  void load(uint32_t count, const RayAt& ray_at) {
     for (uint32_t i = 0; i < kRayLanes; i += 4) {
-      const Ray &a = rays[std::min(i, count - 1)], &b = rays[std::min(i + 1, count - 1)],
-                &c = rays[std::min(i + 2, count - 1)], &d = rays[std::min(i + 3, count - 1)];
+      const Ray &a = ray_at(std::min(i, count - 1)), &b = ray_at(std::min(i + 1, count - 1)),
+                &c = ray_at(std::min(i + 2, count - 1)), &d = ray_at(std::min(i + 3, count - 1));
       transpose(origin_quad(a), origin_quad(b), origin_quad(c), origin_quad(d),
                 {origin[0] + i, origin[1] + i, origin[2] + i, t_min + i});
       transpose(direction_quad(a), direction_quad(b), direction_quad(c), direction_quad(d),

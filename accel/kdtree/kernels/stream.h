@@ -119,7 +119,7 @@ class Stream {
   void prepare(std::span<const Ray> rays, size_t& next) {
     const auto count = static_cast<uint32_t>(std::min<size_t>(kRayLanes, rays.size() - next));
     RayLanes lanes;
-    lanes.load(&rays[next], count);
+    lanes.load(count, [&](uint32_t i) -> const Ray& { return rays[next + i]; });
     first_prepared_ = next;
     next += count;
     Float16 enter = Float16::load(lanes.t_min), leave = Float16::load(lanes.t_max);
@@ -200,7 +200,8 @@ class Stream {
     const uint32_t leaf = child >> 31;
     const auto node_at = reinterpret_cast<uintptr_t>(tree_.nodes.data()) + size_t{child} * sizeof(WideNode);
     const auto block_at = reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
-    prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf))));
+    const uintptr_t first = node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf)), line = uintptr_t{leaf} << 6;
+    for (uintptr_t i = 0; i < kBlockLines; ++i) prefetch(reinterpret_cast<const void*>(first + i * line));
     node_[counts.node] = &slot;
     counts.node += alive & (leaf ^ 1);
     leaf_[counts.leaf] = &slot;
@@ -257,10 +258,6 @@ class Stream {
   }
 
   void test_leaves(std::span<const Ray> rays, Counts& total) {
-    for (uint32_t k = 0; k < total.leaf; ++k) { // the first lines were fetched when the leaf was popped
-      const auto* block = reinterpret_cast<const std::byte*>(tree_.leaves.data() + (leaf_[k]->child & ~kLeafBit));
-      for (size_t line = 1; line < kBlockLines; ++line) prefetch(block + 64 * line);
-    }
     std::array<uint16_t, kStreamSlots> hit; // bit i: triangle i is hit
     std::array<uint8_t, kStreamSlots + 1> hitting; // those with any, kAny: that the filter is to be asked about
     uint32_t hitting_count = 0;
