@@ -87,8 +87,8 @@ struct alignas(64) TestedBlock {
 
 // Takes the triangles `hit` of a block. Nearest hit: narrows t_far and sets best. Any hit: returns true at the first.
 template <bool kAny>
-inline bool take_candidates(const LeafBlock& block, uint32_t hit, const TestedBlock& tested, const CandidateFilter& filter,
-                            float& t_far, TreeHit& best) {
+inline bool take_candidates(const LeafBlock& block, uint32_t hit, const TestedBlock& tested,
+                            const CandidateFilter& filter, float& t_far, TreeHit& best) {
   for (; hit != 0; hit &= hit - 1) {
     const auto i = static_cast<uint32_t>(std::countr_zero(hit));
     const float t = tested.t[i];

@@ -59,15 +59,15 @@ class Packet {
   template <class RayAt>
   void load(uint32_t count, const RayAt& ray_at) {
     lanes_.load(count, ray_at);
-    for (uint32_t i = 0; i < kRayLanes; ++i) {
-      ray_[i] = &ray_at(std::min(i, count - 1));
-      best_[i].primitive = kNoId;
-    }
+    for (uint32_t i = 0; i < count; ++i) ray_[i] = &ray_at(i);
     for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // empty from the start
+    hit_ = 0;
   }
   [[nodiscard]] RayClasses classes() const { return RayClasses(lanes_); }
   // The nearest hit or, if kAny, any, once traced.
-  [[nodiscard]] const TreeHit& hit(uint32_t i) const { return best_[i]; }
+  [[nodiscard]] TreeHit hit(uint32_t i) const { return {lanes_.t_max[i], u_[i], v_[i], primitive_[i]}; }
+  // Bit i: ray i has a hit.
+  [[nodiscard]] uint32_t hits() const { return hit_; }
 
   void trace() {
     Float16 enter, leave;
@@ -136,7 +136,8 @@ class Packet {
     sx.store(sx_);
     sy.store(sy_);
     (Float16(1.0f) / dz).store(sz_);
-    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]), oz = Float16::load(lanes_.origin[kz_]);
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
+                  oz = Float16::load(lanes_.origin[kz_]);
     x_range_ = {least(ox), greatest(ox), least(sx), greatest(sx)};
     y_range_ = {least(oy), greatest(oy), least(sy), greatest(sy)};
     z_low_ = least(oz);
@@ -206,7 +207,10 @@ class Packet {
       for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<uint32_t>(std::countr_zero(rest));
         const CandidateFilter filter{filter_, *ray_[i], tree_, kNoId};
-        if (intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best_[i])) lanes_.t_max[i] = -1.0f;
+        TreeHit best = ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
+        const uint32_t before = best.primitive;
+        const bool any = intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
+        if (best.primitive != before) put(i, any ? -1.0f : best.t, best);
       }
     } else {
       while (true) {
@@ -257,8 +261,8 @@ class Packet {
   void test_block(const LeafBlock& block, uint32_t active) {
     uint32_t triangles = possible(block);
     if (triangles == 0) return;
-    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]), oz = Float16::load(lanes_.origin[kz_]),
-                  sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
+                  oz = Float16::load(lanes_.origin[kz_]), sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
     const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
     const uint16_t* corners = block.corners();
     const auto shear = [&](uint32_t vertex, Float16& x, Float16& y, Float16& z) {
@@ -286,31 +290,52 @@ class Packet {
   // One triangle hit by the rays of the mask.
   void take(const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t, const Float16& u,
             const Float16& v) {
+    const uint32_t primitive = block.primitive(triangle);
+    // Ties go to the smallest primitive.
+    for (uint32_t ties = mask & hit_ & at_least(t, Float16::load(lanes_.t_max)); ties != 0; ties &= ties - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(ties));
+      if (primitive >= primitive_[i]) mask &= ~(1U << i);
+    }
+    if (((block.asking() >> triangle) & 1U) != 0) mask = accepted(primitive, mask, t, u, v);
+    const auto keep = [&](float* lanes, const Float16& x) { select(mask, Float16::load(lanes), x).store(lanes); };
+    keep(lanes_.t_max, kAny ? Float16(-1.0f) : t);
+    keep(u_, u);
+    keep(v_, v);
+    for (uint32_t i = 0; i < kRayLanes; ++i) primitive_[i] = ((mask >> i) & 1U) != 0 ? primitive : primitive_[i];
+    hit_ |= mask;
+  }
+  // The rays of the mask for which the filter accepts the hit.
+  uint32_t accepted(uint32_t primitive, uint32_t mask, const Float16& t, const Float16& u, const Float16& v) const {
     alignas(64) float ts[kRayLanes], us[kRayLanes], vs[kRayLanes];
     t.store(ts);
     u.store(us);
     v.store(vs);
-    const uint32_t primitive = block.primitive(triangle);
-    const bool asks = ((block.asking() >> triangle) & 1U) != 0;
-    for (; mask != 0; mask &= mask - 1) {
-      const auto i = static_cast<uint32_t>(std::countr_zero(mask));
-      if (best_[i].is_hit() && ts[i] == best_[i].t && primitive >= best_[i].primitive) continue;
-      const TreeHit candidate{ts[i], us[i], vs[i], primitive};
-      if (asks && !CandidateFilter{filter_, *ray_[i], tree_, kNoId}.accepts(candidate)) continue;
-      best_[i] = candidate;
-      lanes_.t_max[i] = kAny ? -1.0f : candidate.t;
+    for (uint32_t rest = mask; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(rest));
+      const CandidateFilter filter{filter_, *ray_[i], tree_, kNoId};
+      if (!filter.accepts({ts[i], us[i], vs[i], primitive})) mask &= ~(1U << i);
     }
+    return mask;
+  }
+  void put(uint32_t i, float t_far, const TreeHit& hit) {
+    lanes_.t_max[i] = t_far;
+    u_[i] = hit.u;
+    v_[i] = hit.v;
+    primitive_[i] = hit.primitive;
+    hit_ |= 1U << i;
   }
 
   const Tree& tree_;
   const HitFilter& filter_;
-  uint32_t kx_ = 0, ky_ = 0, kz_ = 0;    // axes of the sheared space
-  uint32_t negative_[3] = {0, 0, 0};     // by axis: 1 if the direction points down it
-  Range x_range_{}, y_range_{};          // in the sheared space
-  float z_low_ = 0.0f, z_high_ = 0.0f;   // of the origins
-  RayLanes lanes_; // t_max narrows; -1 once any hit will do
+  uint32_t kx_ = 0, ky_ = 0, kz_ = 0;  // axes of the sheared space
+  uint32_t negative_[3] = {0, 0, 0};   // by axis: 1 if the direction points down it
+  Range x_range_{}, y_range_{};        // in the sheared space
+  float z_low_ = 0.0f, z_high_ = 0.0f; // of the origins
+  RayLanes lanes_;                     // t_max narrows; -1 once any hit will do
   alignas(64) float reciprocal_[3][kRayLanes], sx_[kRayLanes], sy_[kRayLanes], sz_[kRayLanes];
-  TreeHit best_[kRayLanes];
+  alignas(64) float u_[kRayLanes], v_[kRayLanes]; // of the best hits, which lie at t_max
+  alignas(64) uint32_t primitive_[kRayLanes];
+  uint32_t hit_ = 0; // bit i: ray i has one
   const Ray* ray_[kRayLanes];
   Entry stack_[kMaxDepth + 1];
 };
@@ -327,10 +352,12 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
   for (size_t first = 0; first < rays.size(); first += kMost) {
     const auto count = static_cast<uint32_t>(std::min(kMost, rays.size() - first));
     const Ray* part = &rays[first];
-    const auto trace = [&](uint32_t size, const auto& number) {
+    const auto trace = [&](const auto& number) {
       packet.trace();
-      for (uint32_t i = 0; i < size; ++i)
-        if (packet.hit(i).is_hit()) finish(first + number(i), packet.hit(i));
+      for (uint32_t hits = packet.hits(); hits != 0; hits &= hits - 1) {
+        const auto i = static_cast<uint32_t>(std::countr_zero(hits));
+        finish(first + number(i), packet.hit(i));
+      }
     };
     uint8_t left[kMost], classes[kMost]; // those still to trace
     uint32_t left_count = 0;
@@ -339,7 +366,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
       packet.load(size, [&](uint32_t i) -> const Ray& { return part[k + i]; });
       const RayClasses found = packet.classes();
       if (size == kRayLanes && found.uniform()) {
-        trace(size, [&](uint32_t i) { return k + i; });
+        trace([&](uint32_t i) { return k + i; });
         continue;
       }
       for (uint32_t i = 0; i < size; ++i) {
@@ -362,7 +389,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
           break;
         }
         packet.load(size, [&](uint32_t i) -> const Ray& { return part[order[k + i]]; });
-        trace(size, [&](uint32_t i) { return order[k + i]; });
+        trace([&](uint32_t i) { return order[k + i]; });
         k += size;
       }
     }

@@ -42,7 +42,7 @@ struct alignas(64) RayLanes {
   // Bit i: can_hit(ray i).
   [[nodiscard]] uint32_t can_hit() const {
     const Float16 zero(0.0f), x = Float16::load(direction[0]), y = Float16::load(direction[1]),
-                  z = Float16::load(direction[2]), near = Float16::load(t_min), far = Float16::load(t_max);
+                              z = Float16::load(direction[2]), near = Float16::load(t_min), far = Float16::load(t_max);
     const Float16 sum = (magnitude(Float16::load(origin[0])) + magnitude(Float16::load(origin[1])) +
                          magnitude(Float16::load(origin[2]))) +
                         (magnitude(x) + magnitude(y) + magnitude(z));

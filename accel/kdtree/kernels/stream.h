@@ -66,7 +66,7 @@ class Stream {
     std::array<float, 3> reciprocal;
     float t_far; // -1 once any hit will do
     std::array<float, 3> shear;
-    uint32_t axes; // of the sheared space: kx, ky, kz in a byte each from the lowest up
+    uint32_t axes;      // of the sheared space: kx, ky, kz in a byte each from the lowest up
     float enter, leave; // where the ray stands
     std::array<float, 2> spare;
   };
@@ -199,7 +199,8 @@ class Stream {
     const uint32_t alive = enter <= t_far ? 1 : 0;
     const uint32_t leaf = child >> 31;
     const auto node_at = reinterpret_cast<uintptr_t>(tree_.nodes.data()) + size_t{child} * sizeof(WideNode);
-    const auto block_at = reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
+    const auto block_at =
+        reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
     const uintptr_t first = node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf)), line = uintptr_t{leaf} << 6;
     for (uintptr_t i = 0; i < kBlockLines; ++i) prefetch(reinterpret_cast<const void*>(first + i * line));
     node_[counts.node] = &slot;
@@ -258,7 +259,7 @@ class Stream {
   }
 
   void test_leaves(std::span<const Ray> rays, Counts& total) {
-    std::array<uint16_t, kStreamSlots> hit; // bit i: triangle i is hit
+    std::array<uint16_t, kStreamSlots> hit;        // bit i: triangle i is hit
     std::array<uint8_t, kStreamSlots + 1> hitting; // those with any, kAny: that the filter is to be asked about
     uint32_t hitting_count = 0;
     for (uint32_t k = 0; k < total.leaf; ++k) {
@@ -269,7 +270,8 @@ class Stream {
       hitting[hitting_count] = static_cast<uint8_t>(k);
       hitting_count += (kAny ? mask & block.asking() : mask) != 0 ? 1 : 0;
     }
-    for (uint32_t i = 0; i < hitting_count; ++i) take_hits(rays, *leaf_[hitting[i]], tested_[hitting[i]], hit[hitting[i]]);
+    for (uint32_t i = 0; i < hitting_count; ++i)
+      take_hits(rays, *leaf_[hitting[i]], tested_[hitting[i]], hit[hitting[i]]);
     Counts counts = total;
     counts.leaf = 0;
     for (uint32_t k = 0; k < total.leaf; ++k) {
@@ -277,8 +279,8 @@ class Stream {
       const LeafBlock block = tree_.leaf_block(slot.child);
       if (kAny) {
         const bool ends = (hit[k] & ~block.asking()) != 0;
-        slot.at.t_far =
-            std::bit_cast<float>(select_bits(ends, std::bit_cast<uint32_t>(slot.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
+        slot.at.t_far = std::bit_cast<float>(
+            select_bits(ends, std::bit_cast<uint32_t>(slot.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
         slot.best.primitive &= ~(0U - static_cast<uint32_t>(ends));
       }
       // The next child of the topmost frame, unless the leaf goes on: what is left of it is one more cell, which only the end of the
