@@ -77,7 +77,7 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
   for (size_t r = 0; r < first.size(); ++r) {
     if (!every_accelerator_has(first[r].form) || !wanted(first[r].form)) continue;
     const RaySetInfo& set = scene.sets[first[r].set];
-    chart.groups.push_back(first[r].form == CallForm::coherent ? set.name + ", coherent" : set.name);
+    chart.groups.push_back(set.name);
     std::vector<Summary>& group = chart.values.emplace_back();
     for (const AcceleratorResult& a : scene.accelerators) {
       const Summary time = summarize(a.traversal[r].times_s);
@@ -220,8 +220,9 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
   text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });
-  text += fmt::format("<h3>Batches of {}, and coherent groups</h3>\n", report.batch_size) +
-          bars(scene, [](CallForm form) { return form != CallForm::single; });
+  text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
+          bars(scene, [](CallForm form) { return form == CallForm::batch; });
+  text += "<h3>Coherent calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::coherent; });
   return text + speed_table(scene) + build_table(report, scene) + leaf_sizes(scene) + cost_table(scene) +
          disagreement_table(scene) + all_heat_maps(scene);
 }
