@@ -368,6 +368,23 @@ TEST(ShootoutReport, JsonHoldsWhatWasMeasured) {
   EXPECT_EQ(json["traversal_threads"], 1);
 }
 
+TEST(ShootoutReport, DisagreementsAreExplained) {
+  ShootoutReport report = small_report(1);
+  SceneResult& scene = report.scenes[0];
+  const std::string robust = format_scene_tables(report, scene);
+  EXPECT_NE(robust.find("0 disagreements with single calls of embree among 900 answers (0 hit or miss, 0 distance)\n"),
+            std::string::npos)
+      << robust;
+  EXPECT_NE(robust.find("kdtree: 90 disagreements with single calls of embree among 900 answers (90 hit or miss, 0 "
+                        "distance), 90 of them at an edge of a triangle\n"),
+            std::string::npos)
+      << robust;
+  scene.accelerators[1].variant = {accel::Kind::embree, accel::Quality::balanced, false};
+  EXPECT_NE(format_scene_tables(report, scene)
+                .find("90 of them at an edge of a triangle; rays slip through edges where it is not robust\n"),
+            std::string::npos);
+}
+
 TEST(ShootoutReport, CsvQuotesFields) {
   std::istringstream csv(format_shootout_csv(small_report(1)));
   std::string heading, row;
