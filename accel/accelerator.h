@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -108,7 +109,15 @@ struct Statistics {
   size_t instance_count = 0;
   size_t node_count = 0; // 0 where the library does not tell
   size_t leaf_count = 0;
-  size_t reference_count = 0; // triangle references in leaves
+  size_t reference_count = 0;     // triangle references in leaves
+  std::vector<size_t> leaf_sizes; // leaf_sizes[n]: leaves with n references; empty where the library does not tell
+};
+
+// What a ray visits.
+struct TraversalCost {
+  uint32_t nodes = 0;
+  uint32_t leaves = 0;
+  uint32_t triangles = 0; // tested
 };
 
 // Immutable once built; every query is thread-safe. Batch queries answer each ray exactly as the single query does,
@@ -135,6 +144,11 @@ class Accelerator {
   // within rounding, whether it is blocked may differ from the single query's answer.
   virtual void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
     this->occluded(rays, occluded);
+  }
+
+  // What the single query visits; nullopt where the library does not tell. Slow: for reports.
+  [[nodiscard]] virtual std::optional<TraversalCost> traversal_cost(const Ray& /*ray*/, bool /*any_hit*/) const {
+    return std::nullopt;
   }
 
   // World bounds of all that can be hit; empty if nothing can.

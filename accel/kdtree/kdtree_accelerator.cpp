@@ -4,8 +4,10 @@
 #include "accel/affine.h"
 #include "accel/kdtree/build.h"
 #include "accel/kdtree/layout.h"
+#include "accel/kdtree/leaf_sizes.h"
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
+#include "accel/kdtree/traversal_cost.h"
 #include "accel/triangle.h"
 
 #include <tbb/parallel_for.h>
@@ -49,6 +51,9 @@ class KdTreeAccelerator final : public Accelerator {
   }
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
     queries_.occluded_coherent(structure_, rays, blocked);
+  }
+  [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
+    return kd::traversal_cost(structure_, ray, any_hit);
   }
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
@@ -137,6 +142,7 @@ class KdTreeAccelerator final : public Accelerator {
       s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // number 0 is not used
       s.leaf_count += tree.leaf_count;
       s.reference_count += tree.reference_count;
+      kd::count_leaf_sizes(tree, s.leaf_sizes);
     };
     add(structure_.world_tree);
     for (const Tree& tree : structure_.group_trees) add(tree);

@@ -116,10 +116,16 @@ class ShootoutCommand {
     std::vector<const accel::Accelerator*> racers;
     for (const auto& accelerator : built) racers.push_back(accelerator.get());
     bool finished = !racers.empty() && race_traversal(sets.value(), racers, settings, progress, result);
+    for (size_t a = 0; a < racers.size() && finished; ++a) {
+      finished = progress(fmt::format("steps of {}", result.accelerators[a].variant.name()));
+      if (finished) result.accelerators[a].costs = measure_costs(*racers[a], sets.value());
+    }
     if (!options_.html_file.empty() && options_.heat_map_width_px > 0)
       for (size_t a = 0; a < racers.size() && finished; ++a) {
         finished = progress(fmt::format("heat map of {}", result.accelerators[a].variant.name()));
-        if (finished) result.accelerators[a].heat_map = measure_heat_map(*racers[a], heat_map_camera(stage));
+        if (!finished) break;
+        result.accelerators[a].heat_map = measure_heat_map(*racers[a], heat_map_camera(stage));
+        result.accelerators[a].step_map = count_step_map(*racers[a], heat_map_camera(stage));
       }
     show("");
     if (finished) tell_first_disagreements(result);

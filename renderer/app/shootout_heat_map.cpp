@@ -19,20 +19,25 @@ double clock_cost_s() {
   return median(costs);
 }
 
+// Through the pixels' centres, row by row.
+std::vector<accel::Ray> centre_rays(const Camera& camera) {
+  std::vector<accel::Ray> rays;
+  for (int y = 0; y < camera.size_px().y; ++y)
+    for (int x = 0; x < camera.size_px().x; ++x) {
+      const CameraRay ray =
+          camera.generate_ray(V2f(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f), V2f(0.5f), 0.0f);
+      rays.push_back({.origin = ray.origin, .t_min = 0.0f, .direction = ray.direction, .t_max = kInfinity});
+    }
+  return rays;
+}
+
 } // namespace
 
 HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera) {
   const FlushDenormals flush_denormals;
   HeatMap map{camera.size_px(), {}};
-  const auto pixels = static_cast<size_t>(map.size_px.x) * static_cast<size_t>(map.size_px.y);
-  std::vector<accel::Ray> rays;
-  rays.reserve(pixels);
-  for (int y = 0; y < map.size_px.y; ++y)
-    for (int x = 0; x < map.size_px.x; ++x) {
-      const CameraRay ray =
-          camera.generate_ray(V2f(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f), V2f(0.5f), 0.0f);
-      rays.push_back({.origin = ray.origin, .t_min = 0.0f, .direction = ray.direction, .t_max = kInfinity});
-    }
+  const std::vector<accel::Ray> rays = centre_rays(camera);
+  const size_t pixels = rays.size();
   std::vector<double> times(pixels * kHeatMapRounds);
   std::vector<accel::Hit> hits(pixels); // written, so that no query can be left out
   for (int round = 0; round < kHeatMapRounds; ++round)
@@ -44,7 +49,18 @@ HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& ca
   const double clock_cost = clock_cost_s();
   for (size_t i = 0; i < pixels; ++i) {
     const double time = median(std::span(times).subspan(i * kHeatMapRounds, kHeatMapRounds));
-    map.nanoseconds.push_back(static_cast<float>(std::max(0.0, time - clock_cost) * 1e9));
+    map.values.push_back(static_cast<float>(std::max(0.0, time - clock_cost) * 1e9));
+  }
+  return map;
+}
+
+HeatMap count_step_map(const accel::Accelerator& accelerator, const Camera& camera) {
+  const FlushDenormals flush_denormals;
+  HeatMap map{camera.size_px(), {}};
+  for (const accel::Ray& ray : centre_rays(camera)) {
+    const auto cost = accelerator.traversal_cost(ray, false);
+    if (!cost) return {};
+    map.values.push_back(static_cast<float>(cost->nodes + cost->leaves));
   }
   return map;
 }

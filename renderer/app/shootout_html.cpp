@@ -77,7 +77,7 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
   for (size_t r = 0; r < first.size(); ++r) {
     if (!every_accelerator_has(first[r].form) || !wanted(first[r].form)) continue;
     const RaySetInfo& set = scene.sets[first[r].set];
-    chart.groups.push_back(first[r].form == CallForm::coherent ? set.name + ", coherent" : set.name);
+    chart.groups.push_back(set.name);
     std::vector<Summary>& group = chart.values.emplace_back();
     for (const AcceleratorResult& a : scene.accelerators) {
       const Summary time = summarize(a.traversal[r].times_s);
@@ -150,29 +150,68 @@ std::string comparison_tables(const std::vector<EmbreeComparison>& comparisons, 
 }
 
 // All maps of a scene by one scale, up to the 99th percentile of all pixels.
-std::string heat_maps(const SceneResult& scene) {
+std::string heat_maps(const SceneResult& scene, HeatMap AcceleratorResult::*member, std::string_view title,
+                      std::string_view note, std::string_view unit) {
   std::vector<double> all;
   for (const AcceleratorResult& a : scene.accelerators)
-    all.insert(all.end(), a.heat_map.nanoseconds.begin(), a.heat_map.nanoseconds.end());
+    all.insert(all.end(), (a.*member).values.begin(), (a.*member).values.end());
   if (all.empty()) return {};
   const double largest = percentile(all, 0.99);
-  std::string text =
-      "<h3>What each pixel's camera ray costs</h3>\n<p class=\"note\">Wall time of single nearest-hit calls, less "
-      "what reading the clock takes; median of repeated rounds over the picture.</p>\n<div class=\"maps\">\n";
+  std::string text = fmt::format("<h3>{}</h3>\n<p class=\"note\">{}</p>\n<div class=\"maps\">\n", title, note);
   for (const AcceleratorResult& a : scene.accelerators) {
-    const std::vector<double> own(a.heat_map.nanoseconds.begin(), a.heat_map.nanoseconds.end());
-    text +=
-        fmt::format("<figure><img src=\"{}\" alt=\"heat map of {}\"><figcaption>{}: median {:.0f} ns, 99th percentile "
-                    "{:.0f} ns</figcaption></figure>\n",
-                    heat_map_uri(a.heat_map, largest), escape_html(a.variant.name()), escape_html(a.variant.name()),
-                    median(own), percentile(own, 0.99));
+    const HeatMap& map = a.*member;
+    if (map.values.empty()) continue;
+    const std::vector<double> own(map.values.begin(), map.values.end());
+    text += fmt::format("<figure><img src=\"{}\" alt=\"heat map of {}, {}\"><figcaption>{}: median {:.0f} {}, 99th "
+                        "percentile {:.0f} {}</figcaption></figure>\n",
+                        heat_map_uri(map, largest), escape_html(a.variant.name()), unit, escape_html(a.variant.name()),
+                        median(own), unit, percentile(own, 0.99), unit);
   }
   HeatMap scale{V2i(256, 1), {}};
-  for (int i = 0; i < 256; ++i) scale.nanoseconds.push_back(static_cast<float>(i));
+  for (int i = 0; i < 256; ++i) scale.values.push_back(static_cast<float>(i));
   return text +
-         fmt::format("</div>\n<p><img class=\"scale\" src=\"{}\" alt=\"scale\"><br><span class=\"note\">0 to {:.0f} ns "
+         fmt::format("</div>\n<p><img class=\"scale\" src=\"{}\" alt=\"scale\"><br><span class=\"note\">0 to {:.0f} {} "
                      "and more</span></p>\n",
-                     heat_map_uri(scale, 255.0), largest);
+                     heat_map_uri(scale, 255.0), largest, unit);
+}
+
+std::string all_heat_maps(const SceneResult& scene) {
+  return heat_maps(
+             scene, &AcceleratorResult::heat_map, "What each pixel's camera ray costs",
+             "Wall time of single nearest-hit calls, less what reading the clock takes; median of repeated rounds over "
+             "the picture.",
+             "ns") +
+         heat_maps(scene, &AcceleratorResult::step_map, "Steps of each pixel's camera ray",
+                   "Nodes and leaves that the single nearest-hit call visits, of the accelerators that tell.", "steps");
+}
+
+std::string leaf_sizes(const SceneResult& scene) {
+  std::string text;
+  for (size_t i = 0; i < scene.accelerators.size(); ++i) {
+    const std::vector<size_t>& sizes = scene.accelerators[i].build.statistics.leaf_sizes;
+    if (sizes.empty()) continue;
+    const LeafSizes summary = summarize_leaf_sizes(sizes);
+    text +=
+        fmt::format(
+            "<h3>Leaves of {}</h3>\n<p class=\"note\">{:.2f} references in a leaf in the mean, {} in the median, {} at "
+            "most.</p>\n",
+            escape_html(scene.accelerators[i].variant.name()), summary.mean, summary.median, summary.max) +
+        draw_leaf_sizes(sizes, i);
+  }
+  return text;
+}
+
+std::string cost_table(const SceneResult& scene) {
+  std::string rows;
+  for (const AcceleratorResult& a : scene.accelerators)
+    for (size_t set = 0; set < a.costs.size(); ++set)
+      if (scene.sets[set].ray_count > 0)
+        rows += row({a.variant.name() + ", " + scene.sets[set].name, fmt::format("{:.2f}", a.costs[set].nodes),
+                     fmt::format("{:.2f}", a.costs[set].leaves), fmt::format("{:.1f}", a.costs[set].triangles)},
+                    "td");
+  if (rows.empty()) return {};
+  return "<h3>Visited by a ray's single query, means</h3>\n<table>\n" +
+         row({"accelerator, rays", "nodes", "leaves", "triangles"}, "th") + rows + "</table>\n";
 }
 
 std::string scene_section(const ShootoutReport& report, const SceneResult& scene) {
@@ -181,9 +220,11 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
   text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });
-  text += fmt::format("<h3>Batches of {}, and coherent groups</h3>\n", report.batch_size) +
-          bars(scene, [](CallForm form) { return form != CallForm::single; });
-  return text + speed_table(scene) + build_table(report, scene) + disagreement_table(scene) + heat_maps(scene);
+  text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
+          bars(scene, [](CallForm form) { return form == CallForm::batch; });
+  text += "<h3>Coherent calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::coherent; });
+  return text + speed_table(scene) + build_table(report, scene) + leaf_sizes(scene) + cost_table(scene) +
+         disagreement_table(scene) + all_heat_maps(scene);
 }
 
 // Build times of all scenes by their size.

@@ -60,6 +60,19 @@ Json accelerator_json(const SceneResult& scene, size_t index) {
   json["nodes"] = s.node_count;
   json["leaves"] = s.leaf_count;
   json["references"] = s.reference_count;
+  if (s.leaf_sizes.empty()) {
+    json["leaf_sizes"] = Json();
+  } else {
+    const LeafSizes sizes = summarize_leaf_sizes(s.leaf_sizes);
+    json["leaf_sizes"] = {
+        {"mean", sizes.mean}, {"median", sizes.median}, {"max", sizes.max}, {"leaves_by_size", s.leaf_sizes}};
+  }
+  json["cost"] = a.costs.empty() ? Json() : Json::array();
+  for (size_t set = 0; set < a.costs.size(); ++set)
+    json["cost"].push_back({{"rays", scene.sets[set].name},
+                            {"nodes", a.costs[set].nodes},
+                            {"leaves", a.costs[set].leaves},
+                            {"triangles", a.costs[set].triangles}});
   json["traversal"] = Json::array();
   for (const TraversalResult& result : a.traversal) {
     if (result.times_s.empty()) continue; // it has no such call

@@ -166,6 +166,26 @@ std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildI
   return built;
 }
 
+std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::span<const RaySet> sets) {
+  const FlushDenormals flush_denormals;
+  std::vector<MeanCost> costs;
+  for (const RaySet& set : sets) {
+    MeanCost& mean = costs.emplace_back();
+    const size_t step = std::max<size_t>(1, set.rays.size() / kCostRays);
+    size_t count = 0;
+    for (size_t i = 0; i < set.rays.size(); i += step, ++count) {
+      const auto cost = accelerator.traversal_cost(set.rays[i], set.query == RayQuery::any_hit);
+      if (!cost) return {};
+      mean.nodes += cost->nodes;
+      mean.leaves += cost->leaves;
+      mean.triangles += cost->triangles;
+    }
+    for (double* sum : {&mean.nodes, &mean.leaves, &mean.triangles})
+      *sum = count > 0 ? *sum / static_cast<double>(count) : 0.0;
+  }
+  return costs;
+}
+
 bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
                     const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
   const FlushDenormals flush_denormals;

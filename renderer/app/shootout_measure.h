@@ -63,9 +63,16 @@ inline constexpr float kDistanceTolerance = 1e-4f;
 [[nodiscard]] bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
                                   const RaceSettings& settings, const RaceProgress& progress, SceneResult& result);
 
+// What the single query visits, by kind of rays: means over every n-th ray, kCostRays of each kind or as many as there are.
+// Empty where the library does not tell.
+inline constexpr size_t kCostRays = 1 << 14;
+[[nodiscard]] std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::span<const RaySet> sets);
+
 // Wall time of the single nearest-hit query of the ray through each pixel's centre, less what reading the clock takes: median of
 // kHeatMapRounds rounds over the picture.
 inline constexpr int kHeatMapRounds = 7;
 [[nodiscard]] HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera);
+// Nodes and leaves that this query visits. Empty where the library does not tell.
+[[nodiscard]] HeatMap count_step_map(const accel::Accelerator& accelerator, const Camera& camera);
 
 } // namespace kindling::app

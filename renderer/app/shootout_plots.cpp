@@ -108,6 +108,27 @@ std::string draw_bars(const BarChart& chart) {
   return svg + "</svg>\n";
 }
 
+std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color, size_t last) {
+  constexpr double kBar = 12, kHeight = 100;
+  std::vector<size_t> counts(std::min(leaf_sizes.size(), last + 1), 0);
+  for (size_t n = 0; n < leaf_sizes.size(); ++n) counts[std::min(n, last)] += leaf_sizes[n];
+  const size_t most = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
+  std::string svg = open_svg(kLeft + kBar * static_cast<double>(counts.size()) + 24, kTop + kHeight + 38, "leaf sizes");
+  svg += text_at(kLeft - 6, kTop + 10, "end", format_count(static_cast<double>(most)));
+  for (size_t n = 0; n < counts.size(); ++n) {
+    const double x = kLeft + kBar * static_cast<double>(n);
+    const double height = most > 0 ? kHeight * static_cast<double>(counts[n]) / static_cast<double>(most) : 0.0;
+    const std::string size = n == last ? fmt::format("{} or more", n) : fmt::format("{}", n);
+    svg += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"><title>{}: {} leaves"
+        "</title></rect>\n",
+        x, kTop + kHeight - height, kBar - 1, height, series_color(color), size, counts[n]);
+    if (n % 5 == 0)
+      svg += text_at(x + kBar / 2, kTop + kHeight + 16, "middle", n == last ? fmt::format("{}+", n) : size);
+  }
+  return svg + text_at(kLeft, kTop + kHeight + 34, "start", "references in a leaf") + "</svg>\n";
+}
+
 std::string draw_lines(const LineChart& chart) {
   constexpr double kPlotWidth = 520;
   double low_x = 0, high_x = 1, low_y = 0, high_y = 1; // exponents of ten
@@ -184,8 +205,8 @@ Palette heat_palette() {
 
 std::string heat_map_uri(const HeatMap& map, double largest) {
   std::vector<uint8_t> pixels;
-  for (const float ns : map.nanoseconds)
-    pixels.push_back(static_cast<uint8_t>(std::lround(std::clamp(ns / std::max(largest, 1e-9), 0.0, 1.0) * 255.0)));
+  for (const float value : map.values)
+    pixels.push_back(static_cast<uint8_t>(std::lround(std::clamp(value / std::max(largest, 1e-9), 0.0, 1.0) * 255.0)));
   return "data:image/png;base64," +
          encode_base64(encode_indexed_png(pixels, map.size_px.x, map.size_px.y, heat_palette()));
 }

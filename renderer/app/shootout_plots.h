@@ -31,6 +31,9 @@ struct BarChart {
 };
 [[nodiscard]] std::string draw_bars(const BarChart& chart);
 
+// A small bar for each leaf size from 0 on; all sizes from `last` on share one.
+[[nodiscard]] std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color, size_t last = 40);
+
 // Lines through points on logarithmic axes; points that are not positive are left out.
 struct LineChart {
   std::string x_label;
@@ -47,7 +50,7 @@ struct LineChart {
 
 // Dark to bright: black, purple, red, yellow.
 [[nodiscard]] Palette heat_palette();
-// A picture of a heat map as a data: URI; `largest` nanoseconds and more are the brightest.
+// A picture of a heat map as a data: URI; `largest` and more are the brightest.
 [[nodiscard]] std::string heat_map_uri(const HeatMap& map, double largest);
 
 } // namespace kindling::app

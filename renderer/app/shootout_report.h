@@ -72,16 +72,33 @@ struct BuildResult {
   accel::Statistics statistics;
 };
 
+// Means over rays of what the single query visits: accel::TraversalCost.
+struct MeanCost {
+  double nodes = 0.0;
+  double leaves = 0.0;
+  double triangles = 0.0;
+};
+
+// What each pixel's camera ray costs.
 struct HeatMap {
   V2i size_px{0, 0};
-  std::vector<float> nanoseconds; // by pixel, row by row from the top: median of repeated single camera rays
+  std::vector<float> values; // by pixel, row by row from the top
+};
+
+// Of Statistics::leaf_sizes, which must not be empty.
+struct LeafSizes {
+  double mean = 0.0;
+  size_t median = 0; // the smallest size that half of the leaves do not exceed
+  size_t max = 0;
 };
 
 struct AcceleratorResult {
   AcceleratorVariant variant;
   BuildResult build;
   std::vector<TraversalResult> traversal; // sets in order, forms within; the same rows for all accelerators
-  HeatMap heat_map;                       // empty if none was asked for
+  std::vector<MeanCost> costs;            // by set; empty where the library does not tell
+  HeatMap heat_map;                       // nanoseconds: median of repeated single calls; empty if none was asked for
+  HeatMap step_map;                       // nodes and leaves visited; empty where the library does not tell, too
 };
 
 struct RaySetInfo {
@@ -121,6 +138,7 @@ struct ShootoutReport {
 // Of ratio_to_first over the kinds of rays: with one form of call, or (unset) with the fastest form of each kind on both sides.
 [[nodiscard]] double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form);
 [[nodiscard]] Disagreements sum_disagreements(const AcceleratorResult& accelerator);
+[[nodiscard]] LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes);
 // "0.042 ms", "35.1 ms", then as format_seconds() does: small scenes are built in microseconds.
 [[nodiscard]] std::string format_build_time(double seconds);
 // "wall time" or "CPU time of the thread".

@@ -25,6 +25,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
                    {"nodes", true},
                    {"leaves", true},
                    {"refs/leaf", true},
+                   {"most", true},
                    {"refs/triangle", true}});
   for (const AcceleratorResult& accelerator : scene.accelerators) {
     const BuildResult& build = accelerator.build;
@@ -38,7 +39,9 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
                or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
                or_dash(s.node_count, format_count(static_cast<double>(s.node_count))),
                or_dash(s.leaf_count, format_count(static_cast<double>(s.leaf_count))),
-               ratio(s.reference_count, s.leaf_count), ratio(s.reference_count, s.triangle_count)});
+               ratio(s.reference_count, s.leaf_count),
+               s.leaf_sizes.empty() ? "-" : fmt::format("{}", summarize_leaf_sizes(s.leaf_sizes).max),
+               ratio(s.reference_count, s.triangle_count)});
   }
   return table.str();
 }
@@ -76,6 +79,21 @@ std::string speed_table(const SceneResult& scene) {
     add_mean("best of each", std::nullopt);
   }
   return table.str();
+}
+
+// Of the accelerators that tell; empty if none does.
+std::string cost_table(const SceneResult& scene) {
+  TextTable table({{"accelerator"}, {"rays"}, {"nodes", true}, {"leaves", true}, {"triangles", true}});
+  bool any = false;
+  for (const AcceleratorResult& accelerator : scene.accelerators)
+    for (size_t set = 0; set < accelerator.costs.size(); ++set) {
+      const MeanCost& cost = accelerator.costs[set];
+      if (scene.sets[set].ray_count == 0) continue;
+      table.add({accelerator.variant.name(), scene.sets[set].name, fmt::format("{:.2f}", cost.nodes),
+                 fmt::format("{:.2f}", cost.leaves), fmt::format("{:.1f}", cost.triangles)});
+      any = true;
+    }
+  return any ? "\nvisited by a ray's single query, means\n" + table.str() : std::string();
 }
 
 // Packets and streams, of the accelerators that have them; empty if none has.
@@ -163,6 +181,20 @@ Disagreements sum_disagreements(const AcceleratorResult& accelerator) {
   return sum;
 }
 
+LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes) {
+  size_t leaves = 0, references = 0, below = 0;
+  LeafSizes result;
+  for (size_t n = 0; n < leaf_sizes.size(); ++n) {
+    leaves += leaf_sizes[n];
+    references += n * leaf_sizes[n];
+    if (leaf_sizes[n] > 0) result.max = n;
+  }
+  if (leaves > 0) result.mean = static_cast<double>(references) / static_cast<double>(leaves);
+  for (; result.median < result.max; ++result.median)
+    if (2 * (below += leaf_sizes[result.median]) >= leaves) break;
+  return result;
+}
+
 std::string format_build_time(double seconds) {
   return seconds < 0.1 ? fmt::format("{:#.3g} ms", seconds * 1e3) : format_seconds(seconds);
 }
@@ -184,6 +216,7 @@ std::string format_scene_tables(const ShootoutReport& report, const SceneResult&
       fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",
                   report.repeat, clock_description(report.clock), report.batch_size, speed_table(scene));
   text += embree_call_table(scene);
+  text += cost_table(scene);
   text += "\ncross-check\n" + disagreement_lines(scene);
   text += format_comparisons(compare_with_embree(scene), "");
   return text;

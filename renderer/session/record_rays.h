@@ -33,6 +33,9 @@ class RecordingAccelerator final : public accel::Accelerator {
   void occluded(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
   void intersect_coherent(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
   void occluded_coherent(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
+  [[nodiscard]] std::optional<accel::TraversalCost> traversal_cost(const accel::Ray& ray, bool any_hit) const override {
+    return inner_->traversal_cost(ray, any_hit);
+  }
   [[nodiscard]] Imath::Box3f bounds() const override { return inner_->bounds(); }
   [[nodiscard]] accel::Statistics statistics() const override { return inner_->statistics(); }
 

@@ -69,8 +69,9 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
   EXPECT_EQ(scene["accelerators"][1]["quality"], "best");
   EXPECT_EQ(scene["accelerators"][3]["robust"], false);
   for (const Json& accelerator : scene["accelerators"]) {
-    for (const char* key : {"name", "description", "quality", "robust", "build", "memory_bytes", "build_peak_bytes",
-                            "nodes", "leaves", "references", "traversal", "geometric_mean_ratio", "disagreements"})
+    for (const char* key :
+         {"name", "description", "quality", "robust", "build", "memory_bytes", "build_peak_bytes", "nodes", "leaves",
+          "references", "traversal", "geometric_mean_ratio", "disagreements", "huge_page_bytes", "leaf_sizes", "cost"})
       EXPECT_TRUE(accelerator.contains(key)) << key;
     // 7 kinds by single and batch, camera and any-hit rays by coherent; Embree by packets and streams, each with the flag and without.
     const bool is_embree = accelerator["name"].get<std::string>().starts_with("embree");
@@ -81,6 +82,18 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
       EXPECT_LE(row["min_s"], row["median_s"]);
     }
   }
+  EXPECT_TRUE(scene["accelerators"][0]["cost"].is_null());
+  const Json& kdtree = scene["accelerators"][1];
+  ASSERT_EQ(kdtree["cost"].size(), 7U);
+  for (const Json& cost : kdtree["cost"]) EXPECT_GT(cost["leaves"], 0.0) << cost["rays"];
+  size_t leaves = 0;
+  for (const Json& count : kdtree["leaf_sizes"]["leaves_by_size"]) leaves += count.get<size_t>();
+  EXPECT_EQ(kdtree["leaves"], leaves);
+  ASSERT_EQ(scene["against_embree"].size(), 1U);
+  EXPECT_EQ(scene["against_embree"][0]["name"], "kdtree:best");
+  ASSERT_EQ(scene["against_embree"][0]["lines"].size(), 7U);
+  for (const Json& line : scene["against_embree"][0]["lines"])
+    EXPECT_EQ(line["to_any_embree"].is_null(), line["ratio"] == "build time of high quality (best)") << line["ratio"];
   EXPECT_EQ(scene["accelerators"][0]["disagreements"]["hit_or_miss"], 0);
   EXPECT_EQ(scene["accelerators"][2]["disagreements"]["hit_or_miss"], 0);
 
@@ -96,7 +109,10 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
   const std::string page = read_file("a.html");
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
-  EXPECT_NE(page.find("heat map of kdtree:best"), std::string::npos);
+  for (const char* words : {"heat map of kdtree:best, ns", "heat map of kdtree:best, steps", "heat map of embree, ns",
+                            "against the best of Embree", "references in a leaf", "packet-coherent"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  EXPECT_EQ(page.find("heat map of embree, steps"), std::string::npos);
   for (const char* external : {"http:", "https:", "<link", "<script", "href="})
     EXPECT_EQ(page.find(external), std::string::npos) << external;
 }
@@ -164,7 +180,8 @@ TEST_F(Shootout, HelpNamesItsFlags) {
 }
 
 TEST_F(Shootout, ASignalEndsItWithoutReports) {
-  Program program({"shootout", kCornellBox, "-v", "--repeat", "1000", "--json", "a.json"}, folder_);
+  Program program({"shootout", kCornellBox, "-v", "--no-embree-calls", "--repeat", "1000", "--json", "a.json"},
+                  folder_);
   ASSERT_TRUE(program.wait_for_error_text("round 2 of 1000", std::chrono::seconds(60)));
   program.signal(SIGINT);
   const ProgramResult result = program.finish(std::chrono::seconds(60));

@@ -77,7 +77,7 @@ TEST(AcceleratorVariant, WrongNamesAreRefused) {
 }
 
 // Rays along -z meet the plane z = 0 where x < 0; `shift` moves what is said of the distance, and every `lie_every`-th answer is wrong.
-class PlaneAccelerator final : public accel::Accelerator {
+class PlaneAccelerator : public accel::Accelerator {
  public:
   PlaneAccelerator(float shift, uint32_t lie_every) : shift_(shift), lie_every_(lie_every) {}
 
@@ -195,8 +195,8 @@ TEST(Race, HeatMapHasAPixelForEachRay) {
   const PlaneAccelerator plane(0.0f, 0);
   const HeatMap map = measure_heat_map(plane, Camera(SceneCamera{}, M44f(), V2i(7, 5)));
   EXPECT_EQ(map.size_px, V2i(7, 5));
-  ASSERT_EQ(map.nanoseconds.size(), 35U);
-  for (const float ns : map.nanoseconds) EXPECT_GE(ns, 0.0f);
+  ASSERT_EQ(map.values.size(), 35U);
+  for (const float ns : map.values) EXPECT_GE(ns, 0.0f);
 }
 
 // Rays of a triangle in z = 0 through Embree's own calls too: every call answers, others have no such rows.
@@ -301,6 +301,41 @@ TEST(ShootoutSummary, TakesTheBestOfBothSides) {
   EXPECT_TRUE(compare_with_embree(report.scenes[0]).empty());
 }
 
+TEST(Race, CostsAreMeansOverRays) {
+  // Visits as many nodes as its number says, twice as many triangles; any hit: one leaf.
+  class Counting final : public PlaneAccelerator {
+   public:
+    Counting() : PlaneAccelerator(0.0f, 0) {}
+    std::optional<accel::TraversalCost> traversal_cost(const accel::Ray& ray, bool any_hit) const override {
+      return accel::TraversalCost{ray.index, any_hit ? 1U : 0U, 2 * ray.index};
+    }
+  };
+  const std::vector<RaySet> sets{plane_rays("camera", RayQuery::nearest, 64),
+                                 plane_rays("shadow1", RayQuery::any_hit, 0),
+                                 {"bounce3", RayQuery::nearest, 0, {}}};
+  const std::vector<MeanCost> costs = measure_costs(Counting(), sets);
+  ASSERT_EQ(costs.size(), 3U);
+  EXPECT_DOUBLE_EQ(costs[0].nodes, 149.5);
+  EXPECT_DOUBLE_EQ(costs[0].leaves, 0.0);
+  EXPECT_DOUBLE_EQ(costs[1].leaves, 1.0);
+  EXPECT_DOUBLE_EQ(costs[1].triangles, 299.0);
+  EXPECT_EQ(costs[2].nodes, 0.0);
+  EXPECT_TRUE(measure_costs(PlaneAccelerator(0.0f, 0), sets).empty());
+  const Camera camera(SceneCamera{}, M44f(), V2i(7, 5));
+  EXPECT_EQ(count_step_map(Counting(), camera).values, std::vector<float>(35, 0.0f));
+  EXPECT_TRUE(count_step_map(PlaneAccelerator(0.0f, 0), camera).values.empty());
+}
+
+TEST(ShootoutReport, LeafSizesAreSummarized) {
+  const LeafSizes sizes = summarize_leaf_sizes({0, 3, 1, 0, 4, 0, 0}); // 21 references in 8 leaves
+  EXPECT_DOUBLE_EQ(sizes.mean, 21.0 / 8.0);
+  EXPECT_EQ(sizes.median, 2U);
+  EXPECT_EQ(sizes.max, 4U);
+  const std::string svg = draw_leaf_sizes({0, 3, 1, 0, 4, 1, 1}, 0, 5);
+  EXPECT_NE(svg.find("<title>4: 4 leaves</title>"), std::string::npos) << svg;
+  EXPECT_NE(svg.find("<title>5 or more: 2 leaves</title>"), std::string::npos) << svg;
+}
+
 // A report with names that a careless format would trip over.
 ShootoutReport small_report(size_t scenes) {
   const PlaneAccelerator a(0.0f, 0), b(0.0f, 10);
@@ -331,6 +366,23 @@ TEST(ShootoutReport, JsonHoldsWhatWasMeasured) {
   EXPECT_TRUE(scene["accelerators"][0]["build_peak_bytes"].is_null());
   EXPECT_EQ(scene["accelerators"][1]["traversal"][0]["disagreements"]["hit_or_miss"], 30);
   EXPECT_EQ(json["traversal_threads"], 1);
+}
+
+TEST(ShootoutReport, DisagreementsAreExplained) {
+  ShootoutReport report = small_report(1);
+  SceneResult& scene = report.scenes[0];
+  const std::string robust = format_scene_tables(report, scene);
+  EXPECT_NE(robust.find("0 disagreements with single calls of embree among 900 answers (0 hit or miss, 0 distance)\n"),
+            std::string::npos)
+      << robust;
+  EXPECT_NE(robust.find("kdtree: 90 disagreements with single calls of embree among 900 answers (90 hit or miss, 0 "
+                        "distance), 90 of them at an edge of a triangle\n"),
+            std::string::npos)
+      << robust;
+  scene.accelerators[1].variant = {accel::Kind::embree, accel::Quality::balanced, false};
+  EXPECT_NE(format_scene_tables(report, scene)
+                .find("90 of them at an edge of a triangle; rays slip through edges where it is not robust\n"),
+            std::string::npos);
 }
 
 TEST(ShootoutReport, CsvQuotesFields) {

@@ -144,6 +144,40 @@ TEST(RecordRays, CameraRaysAreWholeBlocks) {
   }
 }
 
+TEST(RecordingAccelerator, ShowsEachCallAndAnswersAsTheOneInside) {
+  const Stage stage = make_stage();
+  using Call = RecordingAccelerator::Call;
+  std::vector<std::pair<Call, size_t>> calls;
+  stage.recorder->listen([&](Call call, std::span<const accel::Ray> rays) { calls.emplace_back(call, rays.size()); });
+  // From the room's middle: every ray hits a wall 2 away, and none of those that end before.
+  std::vector<accel::Ray> rays(10);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    rays[i].origin = V3f(0.01f * static_cast<float>(i), 0.1f, 0.0f);
+    rays[i].direction = V3f(0.0f, -1.0f, 0.0f);
+    rays[i].t_max = i % 2 == 0 ? 10.0f : 1.0f;
+  }
+  std::vector<accel::Hit> hits(rays.size()), coherent(rays.size());
+  std::vector<uint8_t> blocked(rays.size(), 7), blocked_coherent(rays.size(), 7);
+  const accel::Accelerator& accelerator = *stage.recorder;
+  accelerator.intersect(rays, hits);
+  accelerator.intersect_coherent(rays, coherent);
+  accelerator.occluded(rays, blocked);
+  accelerator.occluded_coherent(rays, blocked_coherent);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(accelerator.intersect(rays[i]).is_hit(), i % 2 == 0);
+    EXPECT_EQ(accelerator.occluded(rays[i]), i % 2 == 0);
+    EXPECT_EQ(hits[i].is_hit(), i % 2 == 0);
+    EXPECT_EQ(coherent[i].is_hit(), i % 2 == 0);
+    EXPECT_EQ(blocked[i], i % 2 == 0 ? 1 : 0);
+    EXPECT_EQ(blocked_coherent[i], i % 2 == 0 ? 1 : 0);
+  }
+  ASSERT_EQ(calls.size(), 4 + 2 * rays.size());
+  const Call batches[] = {Call::nearest, Call::coherent, Call::any_hit, Call::coherent_any_hit};
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(calls[i], std::pair(batches[i], rays.size()));
+  EXPECT_EQ(calls[4], std::pair(Call::nearest, size_t{1}));
+  EXPECT_EQ(calls[5], std::pair(Call::any_hit, size_t{1}));
+}
+
 TEST(RecordRays, ACancelledRecordingEnds) {
   const Stage stage = make_stage();
   CancelToken cancel;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/leaf_sizes.h"
+
+namespace kindling::accel::kd {
+
+void count_leaf_sizes(const Tree& tree, std::vector<size_t>& sizes) {
+  const auto visit = [&](ChildWord child) {
+    if ((child & kLeafBit) == 0) return; // empty or a node, which is in the array
+    size_t size = 0;
+    for (const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);;) {
+      const LeafBlock block(unit);
+      size += block.triangle_count();
+      if (block.is_last()) break;
+      unit += block.unit_count();
+    }
+    if (sizes.size() <= size) sizes.resize(size + 1, 0);
+    ++sizes[size];
+  };
+  visit(tree.root);
+  for (size_t n = 1; n < tree.nodes.size(); ++n) // number 0 is not used
+    for (const ChildWord child : tree.nodes[n].child) visit(child);
+}
+
+} // namespace kindling::accel::kd

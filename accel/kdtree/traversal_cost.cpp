@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/traversal_cost.h"
+
+#include "accel/kdtree/candidate.h"
+#include "accel/kdtree/node.h"
+#include "accel/kdtree/tables.h"
+#include "accel/triangle.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+namespace kindling::accel::kd {
+namespace {
+
+// As in kernels/traversal.h, on whose arithmetic the answers depend.
+constexpr float kWiden = 1.0f + 5e-7f;
+
+// NaN: no restriction.
+float later(float value, float running) { return value > running ? value : running; }
+float earlier(float value, float running) { return value < running ? value : running; }
+
+struct Interval {
+  float enter, leave;
+
+  // Between the planes of a box; false if nothing is left.
+  bool cut(const Imath::V3f& low, const Imath::V3f& high, const Ray& ray) {
+    for (int k = 0; k < 3; ++k) {
+      const float reciprocal = 1.0f / ray.direction[k];
+      const bool down = std::signbit(ray.direction[k]);
+      enter = later(((down ? high[k] : low[k]) - ray.origin[k]) * reciprocal, enter);
+      leave = earlier(((down ? low[k] : high[k]) - ray.origin[k]) * reciprocal, leave);
+    }
+    return enter <= leave * kWiden;
+  }
+};
+
+// One ray, in the space of one tree.
+class TreeWalk {
+ public:
+  TreeWalk(const Ray& ray, const CandidateFilter& filter, bool any_hit, TraversalCost& cost)
+      : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), shear_(ray.origin, ray.direction),
+        cost_(cost) {}
+
+  // Narrows t_far to the nearest hit; true at the first if any will do.
+  bool run(float t_min, float& t_far) {
+    Interval whole{t_min, t_far};
+    if (tree_.root == kEmptyChild || !whole.cut(tree_.clip_bounds.min, tree_.clip_bounds.max, ray_)) return false;
+    Cell cell{tree_.root, std::min(whole.enter, whole.leave), whole.leave};
+    while (true) {
+      while (cell.child != kEmptyChild && (cell.child & kLeafBit) == 0) cell = descend(cell);
+      if (cell.child != kEmptyChild && test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
+      if (stack_.empty() || !(stack_.back().enter <= t_far)) return false;
+      cell = stack_.back();
+      cell.leave = earlier(cell.leave, t_far);
+      stack_.pop_back();
+    }
+  }
+
+ private:
+  struct Cell {
+    ChildWord child;
+    float enter, leave;
+  };
+
+  // To the near child; the others that the ray enters go to the stack, farthest first.
+  Cell descend(const Cell& cell) {
+    ++cost_.nodes;
+    const WideNode& node = tree_.nodes[cell.child];
+    const auto axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
+    std::array<float, kWideLanes> t{};
+    uint32_t above = 0, down = 0;
+    for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+      const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
+      if (axis > 2 || lane == kAxesLane) continue;
+      const float reciprocal = 1.0f / ray_.direction[axis];
+      const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
+      t[lane] = (node.planes[lane] - ray_.origin[axis]) * reciprocal;
+      above |= (entry_point >= node.planes[lane] ? 1U : 0U) << lane;
+      down |= (std::signbit(reciprocal) ? 1U : 0U) << lane;
+    }
+    const uint32_t near = tables::kNearLane[above];
+    Cell next{kEmptyChild, cell.enter, cell.leave};
+    for (uint32_t position = 0; position < kWideLanes; ++position) { // from far to near
+      const auto entry = static_cast<uint32_t>(tables::kOrder[down] >> (8 * position)) & 0xffU;
+      const uint32_t lane = entry & 7U;
+      float enter = cell.enter, leave = cell.leave;
+      const auto pass = [&](float plane_t, bool far_side) {
+        (far_side ? enter : leave) = far_side ? later(plane_t, enter) : earlier(plane_t, leave);
+      };
+      pass(t[kRootLane], position < 4);
+      pass(t[entry >> 6], (position & 2U) == 0);
+      pass(t[(entry >> 3) & 7U], (position & 1U) == 0);
+      if (lane == near)
+        next = {node.child[lane], cell.enter, leave};
+      else if (node.child[lane] != kEmptyChild && enter <= leave * kWiden)
+        stack_.push_back({node.child[lane], enter, leave});
+    }
+    return next;
+  }
+
+  // Whether there was a hit; with any_hit_ it ends there.
+  bool test_leaf(ChildWord leaf, float t_min, float& t_far) {
+    ++cost_.leaves;
+    bool found = false;
+    for (const LeafUnit* unit = tree_.leaves.data() + (leaf & ~kLeafBit);;) {
+      const LeafBlock block(unit);
+      cost_.triangles += block.triangle_count();
+      for (uint32_t i = 0; i < block.triangle_count(); ++i) {
+        const uint32_t corners = block.corners()[i];
+        const auto vertex = [&](uint32_t number) {
+          return Imath::V3f(block.row(0)[number], block.row(1)[number], block.row(2)[number]);
+        };
+        TreeHit candidate;
+        candidate.primitive = block.primitive(i);
+        if (!intersect_triangle(shear_, vertex(corners & 15U), vertex((corners >> 4) & 15U),
+                                vertex((corners >> 8) & 15U), t_min, t_far, candidate.t, candidate.u, candidate.v))
+          continue;
+        if (best_.is_hit() && candidate.t == best_.t && candidate.primitive >= best_.primitive) continue;
+        if (((block.asking() >> i) & 1U) != 0 && !filter_.accepts(candidate)) continue;
+        best_ = candidate;
+        t_far = candidate.t;
+        found = true;
+        if (any_hit_) return true;
+      }
+      if (block.is_last()) return found;
+      unit += block.unit_count();
+    }
+  }
+
+  const Tree& tree_;
+  const Ray& ray_;
+  const CandidateFilter& filter_;
+  bool any_hit_;
+  RayShear shear_;
+  TraversalCost& cost_;
+  std::vector<Cell> stack_; // nearer cells on top
+  TreeHit best_;
+};
+
+// Through the instances whose boxes the ray enters, as kernels/instances.h does.
+void walk_instances(const Structure& s, const Ray& world, bool any_hit, float t_min, float t_far, TraversalCost& cost) {
+  struct Entry {
+    float enter;
+    uint32_t child;
+  };
+  if (s.instance_level.empty()) return;
+  std::vector<Entry> stack{{t_min, 0}};
+  while (!stack.empty()) {
+    const Entry entry = stack.back();
+    stack.pop_back();
+    if (!(entry.enter <= t_far * kWiden)) continue;
+    if ((entry.child & InstanceLevel::kBoxBit) != 0) {
+      const MovedInstance& moved = s.moved[entry.child & ~InstanceLevel::kBoxBit];
+      const Ray ray = moved.to_object(world);
+      if (!can_hit(ray)) continue;
+      const CandidateFilter filter{s.filter, world, *moved.tree, moved.instance};
+      if (TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far)) return;
+      continue;
+    }
+    ++cost.nodes;
+    const InstanceLevel::Node& node = s.instance_level.node(entry.child);
+    const auto base = static_cast<ptrdiff_t>(stack.size());
+    for (size_t lane = 0; lane < node.child.size(); ++lane) {
+      Interval interval{t_min, t_far};
+      if (node.child[lane] == InstanceLevel::kNone) continue;
+      if (!interval.cut({node.low[0][lane], node.low[1][lane], node.low[2][lane]},
+                        {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, world))
+        continue;
+      const auto place = std::find_if(stack.begin() + base, stack.end(),
+                                      [&](const Entry& other) { return other.enter < interval.enter; });
+      stack.insert(place, {interval.enter, node.child[lane]});
+    }
+  }
+}
+
+} // namespace
+
+TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool any_hit) {
+  TraversalCost cost;
+  if (!can_hit(ray)) return cost;
+  const float t_min = std::max(ray.t_min, 0.0f);
+  float t_far = ray.t_max;
+  const CandidateFilter filter{structure.filter, ray, structure.world_tree, kNoId};
+  if (!TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far))
+    walk_instances(structure, ray, any_hit, t_min, t_far, cost);
+  return cost;
+}
+
+} // namespace kindling::accel::kd
