@@ -67,8 +67,9 @@ class Stream {
     float t_min, t_far; // t_far is -1 once any hit will do
     TreeHit best;
     uint32_t ray;
-    uint32_t top;    // frames on the stack
-    ChildWord child; // where the ray stands, and its interval there
+    uint32_t top;      // frames on the stack
+    uint32_t in_plane; // may_lie_in_plane()
+    ChildWord child;   // where the ray stands, and its interval there
     float enter, leave;
     std::array<Frame, kMaxWideDepth + 2> stack; // the lowest ends the ray; a step may write one above the top
 
@@ -110,6 +111,7 @@ class Stream {
       slot.enter = enter < leave ? enter : leave;
       slot.leave = leave;
       slot.top = 1;
+      slot.in_plane = may_lie_in_plane(ray.direction) ? 1 : 0;
       slot.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
       slot.stack[0].child[0] = tree_.root; // only prefetched
       slot.stack[0].rest = 1;
@@ -121,8 +123,21 @@ class Stream {
     (root_is_leaf ? counts.leaf : counts.node) = count;
   }
 
+  // Drops cells beyond the hit from the stack of a ray that may_lie_in_plane(), and returns how many frames are left.
+  static uint32_t pass_over(Slot& slot, uint32_t top) {
+    while (true) {
+      Frame& frame = slot.stack[top - 1];
+      if (!(frame.enter[static_cast<uint32_t>(std::countr_zero(frame.rest))] > slot.t_far))
+        return top; // NaN: the lowest
+      frame.rest &= frame.rest - 1;
+      top -= frame.rest == 0 ? 1 : 0;
+    }
+  }
+
   // Takes the next cell from the stack of a ray, which has `top` frames, and puts it into the queue of its kind.
   void pop(Slot& slot, uint32_t top, Counts& counts) {
+    if (slot.in_plane != 0) [[unlikely]]
+      top = pass_over(slot, top);
     Frame& frame = slot.stack[top - 1];
     const uint32_t rest = frame.rest;
     const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
@@ -137,7 +152,8 @@ class Stream {
     const uint32_t alive = enter <= t_far ? 1 : 0;
     const uint32_t leaf = child >> 31;
     const auto node_at = reinterpret_cast<uintptr_t>(tree_.nodes.data()) + size_t{child} * sizeof(WideNode);
-    const auto block_at = reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
+    const auto block_at =
+        reinterpret_cast<uintptr_t>(tree_.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
     prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - leaf)))); // no branch
     node_[counts.node] = &slot;
     counts.node += alive & (leaf ^ 1);
@@ -192,7 +208,7 @@ class Stream {
       const auto* block = reinterpret_cast<const std::byte*>(tree_.leaves.data() + (leaf_[k]->child & ~kLeafBit));
       for (size_t line = 1; line < kBlockLines; ++line) prefetch(block + 64 * line);
     }
-    std::array<uint16_t, kStreamSlots> hit; // bit i: triangle i is hit
+    std::array<uint16_t, kStreamSlots> hit;        // bit i: triangle i is hit
     std::array<uint8_t, kStreamSlots + 1> hitting; // those with any, kAny: that the filter is to be asked about
     uint32_t hitting_count = 0;
     for (uint32_t k = 0; k < total.leaf; ++k) {
@@ -203,7 +219,8 @@ class Stream {
       hitting[hitting_count] = static_cast<uint8_t>(k);
       hitting_count += (kAny ? mask & block.asking() : mask) != 0 ? 1 : 0;
     }
-    for (uint32_t i = 0; i < hitting_count; ++i) take_hits(rays, *leaf_[hitting[i]], tested_[hitting[i]], hit[hitting[i]]);
+    for (uint32_t i = 0; i < hitting_count; ++i)
+      take_hits(rays, *leaf_[hitting[i]], tested_[hitting[i]], hit[hitting[i]]);
     Counts counts = total;
     counts.leaf = 0;
     for (uint32_t k = 0; k < total.leaf; ++k) {
