@@ -56,8 +56,9 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
     s.y = py - sy * s.z;
     // The direction that is off by so much turns the shear by twice that, |sx| and |sy| being at most 1.
     const double turned = 2.0 * origin_error + 2.0 * direction_error / std::fabs(dz) * std::fabs(s.z);
-    s.x_error = kUnit * (std::fabs(px) + 3.0 * std::fabs(sx * s.z) + std::fabs(s.x)) + turned + kFlushed;
-    s.y_error = kUnit * (std::fabs(py) + 3.0 * std::fabs(sy * s.z) + std::fabs(s.y)) + turned + kFlushed;
+    const double flushed = kFlushed * (1.0 + std::fabs(s.z));
+    s.x_error = kUnit * (std::fabs(px) + 3.0 * std::fabs(sx * s.z) + std::fabs(s.x)) + turned + flushed;
+    s.y_error = kUnit * (std::fabs(py) + 3.0 * std::fabs(sy * s.z) + std::fabs(s.y)) + turned + flushed;
     s.z_error = kUnit * std::fabs(s.z) + turned;
     x_error = std::max(x_error, s.x_error);
     y_error = std::max(y_error, s.y_error);
@@ -89,18 +90,20 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
   }
   const double det = std::fabs(nz) - moved - rounding; // the least that may have been computed
   const double largest = std::max(std::fabs(low), std::fabs(high));
-  // Distances are computed from edge functions times depths.
-  const bool overflows = (std::fabs(nz) + moved + rounding) * largest >= std::numeric_limits<float>::max() / 4.0;
+  // Distances are computed from edge functions times depths, divided by the direction, divided by det.
+  const double numerator = (std::fabs(nz) + moved + rounding) * largest;
+  const bool overflows = std::max(numerator, numerator / std::fabs(dz)) >= std::numeric_limits<float>::max() / 4.0;
   if (!(det > 2.0 * rounding) || overflows) {
     result.t_error = kInfinity;
     result.at_edge = true;
   } else {
-    result.t_error = (reach + weights / (det - rounding) + 10.0 * kUnit * largest) / std::fabs(dz);
+    result.t_error = (reach + (weights + 2.0 * kFlushed) / (det - rounding) + 10.0 * kUnit * largest) / std::fabs(dz) +
+                     kFlushed / (det - rounding) + kFlushed;
   }
   return result;
 }
 
-TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit) {
+TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
   const TriangleMesh& mesh = input.meshes[hit.mesh];
   const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(hit.triangle)];
   const Imath::V3f &p0 = mesh.positions[corner[0]], &p1 = mesh.positions[corner[1]], &p2 = mesh.positions[corner[2]];
@@ -109,6 +112,7 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
   if (is_identity(m) || !to_object.set_inverse_of(m)) return judge_triangle(ray.origin, ray.direction, p0, p1, p2);
 
   const Ray moved = to_object(ray);
+  if (arithmetic == Arithmetic::same) return judge_triangle(moved.origin, moved.direction, p0, p1, p2);
   // Sums of the magnitudes of what is added up, by sending them through the transform one component at a time.
   double origin = 0.0, direction = 0.0;
   Ray probe;
@@ -134,17 +138,23 @@ bool is_possible_hit(const BuildInput& input, const Ray& ray, const Hit& hit) {
   return judgement.t_error == kInfinity || std::fabs(hit.t - judgement.t) <= judgement.t_error;
 }
 
-bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b) {
+bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b, Arithmetic arithmetic) {
   if (!a.is_hit() && !b.is_hit()) return true;
   const bool a_is_nearer = a.is_hit() && (!b.is_hit() || a.t < b.t);
   const Hit &nearer = a_is_nearer ? a : b, &farther = a_is_nearer ? b : a;
   if (!is_possible_hit(input, ray, nearer)) return false;
-  const TriangleJudgement judgement = judge_hit(input, ray, nearer);
-  if (judgement.at_edge) return true;
+  const TriangleJudgement judgement = judge_hit(input, ray, nearer, arithmetic);
   const double t_min = std::max(ray.t_min, 0.0f);
+  if (arithmetic == Arithmetic::same) {
+    const double t_far = farther.is_hit() ? farther.t : ray.t_max;
+    // A cell is entered by plane distances of three roundings each, and its interval may be empty by as much.
+    constexpr double kPlanes = 8.0 * kUnit;
+    return !judgement.inside || !(judgement.t > t_min * (1.0 + kPlanes) && judgement.t < t_far * (1.0 - kPlanes));
+  }
+  if (judgement.at_edge) return true;
   if (!(judgement.t > t_min + judgement.t_error && judgement.t < ray.t_max - judgement.t_error)) return true;
-  return farther.is_hit() &&
-         static_cast<double>(farther.t) - nearer.t <= judgement.t_error + judge_hit(input, ray, farther).t_error;
+  return farther.is_hit() && static_cast<double>(farther.t) - nearer.t <=
+                                 judgement.t_error + judge_hit(input, ray, farther, arithmetic).t_error;
 }
 
 } // namespace kindling::accel

@@ -9,7 +9,8 @@
 //     zero. Weights ei / det that are off by di / det move the distance, a mean of the vertices' depths zi, by
 //     sum di |zi - z| / |nz|. This is the large one: for a sliver with edges of length L and width w it is of the order of
 //     u L^2 / w, and not of u times the distance.
-//  3. Sums, products and quotients behind that: 10 u times the largest depth.
+//  3. Sums, products and quotients behind that: 10 u times the largest depth; and what is flushed to zero there, which makes
+//     distances worthless below a scale of 1e-13, as overflow does beyond 1e12.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,16 +32,27 @@ struct TriangleJudgement {
                                                const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2,
                                                double origin_error = 0.0, double direction_error = 0.0);
 
-// The same for the triangle of a hit; under an instance with the rounding of the ray's transform, twice over, since
-// implementations may transform in different ways.
-[[nodiscard]] TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit);
+// What two implementations may differ in.
+enum class Arithmetic {
+  any,  // each has its own test and its own way to transform rays
+  same, // both transform rays and test triangles as brute_force does, bit for bit: they differ in what they test
+};
+
+// judge_triangle() for a hit; under an instance for the ray in object space, with the rounding of its transform, twice over, if
+// implementations may transform it in different ways.
+[[nodiscard]] TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit,
+                                          Arithmetic arithmetic = Arithmetic::any);
 
 // Whether a hit is right within rounding: where it says, in the ray's interval, its triangle met or passed at an edge.
 [[nodiscard]] bool is_possible_hit(const BuildInput& input, const Ray& ray, const Hit& hit);
 
-// Of two nearest hits of one ray (either may be none) that differ: whether rounding excuses both. It does if the nearer is a
-// possible hit, and their distances are equal within their errors or the nearer is one that another order of operations may lose:
-// at an edge, or with its exact distance within the error of an end of the ray or outside of it.
-[[nodiscard]] bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b);
+// Of two nearest hits of one ray (either may be none) that differ: whether rounding excuses both. The nearer must be a possible
+// hit, and one that the other implementation may lose.
+//  any: their distances are equal within their errors; or the nearer is at an edge, or its exact distance within the error of an
+//       end of the ray or outside of it.
+//  same: exact arithmetic says that the ray does not meet the nearer triangle, or not before the farther hit, or not between its
+//       ends, but for the rounding of plane distances. So nothing is lost at an edge that two triangles share.
+[[nodiscard]] bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b,
+                                     Arithmetic arithmetic = Arithmetic::any);
 
 } // namespace kindling::accel
