@@ -106,13 +106,15 @@ class ShootoutCommand {
     for (const AcceleratorVariant& variant : options_.accelerators)
       result.accelerators.emplace_back().variant = variant;
 
-    const RaceSettings settings{options_.batch_size,   options_.repeat, options_.build_repeat,
-                                report_.build_threads, options_.clock,  options_.embree_calls};
+    const accel::BuildInput geometry = stage.world->accelerator_input();
+    const RaceSettings settings{
+        options_.batch_size,   options_.repeat, options_.build_repeat, report_.build_threads, options_.clock,
+        options_.embree_calls, &geometry};
     const RaceProgress progress = [&](const std::string& next) {
       show(fmt::format("{}: {}", file.filename().string(), next));
       return !cancel_.cancelled();
     };
-    const auto built = race_builds(stage.world->accelerator_input(), result.accelerators, settings, progress);
+    const auto built = race_builds(geometry, result.accelerators, settings, progress);
     std::vector<const accel::Accelerator*> racers;
     for (const auto& accelerator : built) racers.push_back(accelerator.get());
     bool finished = !racers.empty() && race_traversal(sets.value(), racers, settings, progress, result);

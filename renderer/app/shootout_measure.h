@@ -28,7 +28,8 @@ struct RaceSettings {
   uint32_t build_repeat = 3;
   int build_threads = 1; // of the build with many
   ShootoutClock clock = ShootoutClock::wall;
-  bool embree_calls = true; // race Embree's own calls too
+  bool embree_calls = true;                    // race Embree's own calls too
+  const accel::BuildInput* geometry = nullptr; // what rays are traced through, to tell rounding from error; may be null
 };
 
 // Between two measurements: false ends the race. The text says what comes next.
@@ -43,12 +44,16 @@ using RaceProgress = std::function<bool(const std::string& next)>;
 void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm form, uint32_t batch_size,
            Answers& answers);
 
+// Whether two hits of one ray (either may be none) that differ are both right within rounding.
+using Excuse = std::function<bool(const accel::Ray& ray, const accel::Hit& expected, const accel::Hit& found)>;
+
 // Ray by ray. Distances are equal if they differ by no more than kDistanceTolerance times the sum of the distance and the
-// largest coordinate of the ray's origin, in lengths of the direction.
-// `first` gave the expected answers: it is asked for the hits of those that disagree.
+// largest coordinate of the ray's origin, in lengths of the direction. What differs more is held up to `excuse`, if there is one.
+// `first` gave the expected answers, `other` those found: they are asked for the nearest hits where only any was wanted.
 inline constexpr float kDistanceTolerance = 1e-4f;
 [[nodiscard]] Disagreements count_disagreements(const RaySet& set, const accel::Accelerator& first,
-                                                const Answers& expected, const Answers& found);
+                                                const Answers& expected, const accel::Accelerator& other,
+                                                const Answers& found, const Excuse& excuse);
 
 // Builds every variant `build_repeat` times on one thread and on many, in turn; keeps the last of each. An empty result if
 // `progress` has ended it.

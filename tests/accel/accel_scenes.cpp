@@ -298,6 +298,10 @@ std::string kind_label(const ::testing::TestParamInfo<Kind>& info) {
   return {};
 }
 
+std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info) {
+  return std::string(simd_target_name(info.param));
+}
+
 std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptions options) {
   return make_accelerator(kind, scene.input(), options);
 }

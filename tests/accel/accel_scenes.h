@@ -95,6 +95,7 @@ struct NamedScene {
 inline constexpr Kind kAllKinds[] = {Kind::brute_force, Kind::embree, Kind::kdtree};
 // Name of a parameterized test.
 [[nodiscard]] std::string kind_label(const ::testing::TestParamInfo<Kind>& info);
+[[nodiscard]] std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info);
 
 [[nodiscard]] std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptions options = {});
 

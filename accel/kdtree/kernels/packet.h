@@ -38,7 +38,7 @@ struct RayClasses {
   // All of one class, and none misses by definition.
   [[nodiscard]] bool uniform() const {
     uint32_t mixed = misses;
-    for (const uint32_t b : bits) mixed |= b & ~(0U - (b & 1U)) | ~b & (0U - (b & 1U));
+    for (const uint32_t b : bits) mixed |= b ^ (0U - (b & 1U));
     return (mixed & kAllRays) == 0;
   }
   [[nodiscard]] uint8_t of(uint32_t ray) const {

@@ -50,6 +50,14 @@ struct alignas(64) RayLanes {
            above(far, near);
   }
 
+  // Bit i: may_lie_in_plane(direction of ray i).
+  [[nodiscard]] uint32_t may_lie_in_plane() const {
+    const Float16 least(std::numeric_limits<float>::min());
+    uint32_t bits = 0;
+    for (const auto& lane : direction) bits |= above(least, magnitude(Float16::load(lane)));
+    return bits;
+  }
+
   // Bit i: the largest axis of the direction of ray i is x, or y, or else it is z; ties as in RayShear.
   struct LargestAxis {
     uint32_t x, y;

@@ -38,7 +38,7 @@ class Stream {
     size_t next = 0;
     Counts counts;
     while (true) {
-      fill(rays, next, free_count, counts);
+      fill(rays, next, free_count, counts, finish);
       if (counts.node + counts.leaf == 0) break;
       descend(counts);
       test_leaves(rays, counts);
@@ -90,7 +90,8 @@ class Stream {
   };
 
   // Puts rays into free slots, as long as there are both.
-  void fill(std::span<const Ray> rays, size_t& next, uint32_t& free_count, Counts& counts) {
+  template <class Finish>
+  void fill(std::span<const Ray> rays, size_t& next, uint32_t& free_count, Counts& counts, const Finish& finish) {
     const bool root_is_leaf = (tree_.root & kLeafBit) != 0;
     Queue& queue = root_is_leaf ? leaf_ : node_;
     uint32_t& count = root_is_leaf ? counts.leaf : counts.node;
@@ -98,6 +99,8 @@ class Stream {
       if (waiting_ == 0) {
         if (next == rays.size()) return;
         prepare(rays, next);
+        for (uint32_t apart = in_plane_; apart != 0; apart &= apart - 1)
+          trace_alone(rays, first_prepared_ + static_cast<uint32_t>(std::countr_zero(apart)), finish);
         continue;
       }
       const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
@@ -113,6 +116,15 @@ class Stream {
       slot.stack[0].rest = 1;
       queue[count++] = &slot;
     }
+  }
+
+  // Rays that may_lie_in_plane() visit cells in another order than frames have it.
+  template <class Finish>
+  void trace_alone(std::span<const Ray> rays, size_t i, const Finish& finish) {
+    TreeHit best;
+    float t_far = rays[i].t_max;
+    const CandidateFilter filter{filter_, rays[i], tree_, kNoId};
+    if (trace_tree<kAny>(tree_, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
   }
 
   // The next sixteen rays, or as many as there are; those that can hit something are then waiting.
@@ -133,7 +145,9 @@ class Stream {
       enter = max((select(down, low, high) - origin) * reciprocal[k], enter);
       leave = min((select(down, high, low) - origin) * reciprocal[k], leave);
     }
-    waiting_ = lanes.can_hit() & at_most(enter, leave * Float16(kWiden)) & ((1U << count) - 1U);
+    const uint32_t enters = lanes.can_hit() & at_most(enter, leave * Float16(kWiden)) & ((1U << count) - 1U);
+    in_plane_ = enters & lanes.may_lie_in_plane();
+    waiting_ = enters & ~in_plane_;
     enter = min(enter, leave);
     const RayLanes::LargestAxis largest = lanes.largest_axis();
     const auto rotate = [&](const Float16& if_x, const Float16& if_y, const Float16& if_z) {
@@ -333,6 +347,7 @@ class Stream {
   std::array<TestedBlock, kStreamSlots> tested_;
   std::array<PreparedRay, kRayLanes> prepared_; // rays from first_prepared_ on
   uint32_t waiting_ = 0;                        // bit i: prepared ray i has no slot yet
+  uint32_t in_plane_ = 0;                       // bit i: prepared ray i goes alone
   size_t first_prepared_ = 0;
   alignas(64) std::array<std::byte, kStreamSlots * sizeof(Slot)> slots_;
 };

@@ -1,0 +1,59 @@
+// Random scenes, builds and rays against the oracle, from seeds.
+//
+// Each seed is one scene, built and traced in one way. KINDLING_FUZZ_SEEDS=100000 tries that many, KINDLING_FUZZ_FIRST=17
+// starts there: a failure names its seed.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/accel/fuzz_scenes.h"
+
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <cstdlib>
+#include <iostream>
+
+namespace kindling::accel::testing {
+namespace {
+
+uint32_t number_from_environment(const char* name, uint32_t otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : static_cast<uint32_t>(std::strtoul(text, nullptr, 10));
+}
+
+class Fuzz : public ::testing::TestWithParam<SimdTarget> {};
+
+TEST_P(Fuzz, AgreesWithBruteForce) {
+  const uint32_t first = number_from_environment("KINDLING_FUZZ_FIRST", 1),
+                 count = number_from_environment("KINDLING_FUZZ_SEEDS", GetParam() == best_simd_target() ? 2000 : 400);
+  size_t rays = 0, hits = 0, excused = 0, failed_seeds = 0;
+  for (uint32_t seed = first; seed < first + count && failed_seeds < 5; ++seed) {
+    Rng rng(seed);
+    const TestScene scene = random_scene(rng, seed % 16 == 0 ? 3000 : 200);
+    BuildOptions options;
+    options.simd = GetParam();
+    options.quality = static_cast<Quality>(rng() % 3);
+    const int threads = 1 + static_cast<int>(rng() % 4);
+    std::unique_ptr<Accelerator> tested;
+    tbb::task_arena arena(threads);
+    arena.execute([&] { tested = build(Kind::kdtree, scene, options); });
+    const auto oracle = build(Kind::brute_force, scene);
+    std::vector<Ray> some = aimed_rays(rng, scene, 200);
+    cut_at_hits(rng, *oracle, some);
+    Comparison comparison;
+    compare(scene, *oracle, *tested, some, 1 + rng() % 100, comparison);
+    rays += comparison.rays;
+    hits += comparison.hits;
+    excused += comparison.excused;
+    if (comparison.failures != 0) {
+      ++failed_seeds;
+      ADD_FAILURE() << "seed " << seed << ": " << comparison.failures << " failures; " << comparison.first_failure;
+    }
+  }
+  std::cout << rays << " rays, " << hits << " hit, " << excused << " differ within rounding\n";
+  EXPECT_GT(hits, rays / 5);
+  EXPECT_LT(excused, rays / 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Fuzz, ::testing::ValuesIn(simd_targets()), simd_label);
+
+} // namespace
+} // namespace kindling::accel::testing

@@ -1,0 +1,119 @@
+// The kd-tree against the oracle on many rays through small meshes made to hurt.
+//
+// KINDLING_ORACLE_RAYS=1000000 traces so many rays through each mesh by each set of kernels.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/accel/fuzz_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <limits>
+#include <string>
+
+namespace kindling::accel::testing {
+namespace {
+
+// Most by the best kernels; all are compared.
+size_t rays_per_scene(SimdTarget simd, size_t most) {
+  const char* text = std::getenv("KINDLING_ORACLE_RAYS");
+  if (text != nullptr) return std::strtoul(text, nullptr, 10);
+  return simd == best_simd_target() ? most : most / 8;
+}
+
+void expect_agreement(const NamedScene& named, SimdTarget simd, size_t ray_count, Comparison& comparison) {
+  SCOPED_TRACE(named.name);
+  const auto oracle = build(Kind::brute_force, named.scene);
+  BuildOptions options;
+  options.simd = simd;
+  const auto tested = build(Kind::kdtree, named.scene, options);
+  Rng rng(401);
+  for (size_t done = 0; done < ray_count; done += 4096) {
+    std::vector<Ray> rays = aimed_rays(rng, named.scene, 3072);
+    for (const std::vector<Ray>& more :
+         {random_rays(rng, named.scene.bounds(), 512), axis_parallel_rays(rng, named.scene, 256),
+          grazing_rays(rng, named.scene, 256)})
+      rays.insert(rays.end(), more.begin(), more.end());
+    cut_at_hits(rng, *oracle, std::span(rays).subspan(0, rays.size() / 4));
+    compare(named.scene, *oracle, *tested, rays, 256, comparison);
+  }
+  EXPECT_EQ(comparison.failures, 0U) << comparison.first_failure;
+}
+
+class Oracle : public ::testing::TestWithParam<SimdTarget> {};
+
+TEST_P(Oracle, AgreesOnHostileMeshes) {
+  for (const NamedScene& named : hostile_scenes()) {
+    Comparison comparison;
+    expect_agreement(named, GetParam(), rays_per_scene(GetParam(), 98304), comparison);
+    RecordProperty("rays: " + named.name, std::to_string(comparison.rays));
+    // A quarter of the rays starts on a surface or runs along an edge: some answers rest on rounding.
+    EXPECT_LE(comparison.excused, comparison.rays / 50) << named.name;
+    const bool nothing = named.name == "degenerate" || named.name == "none" || named.name == "scale 1e-20";
+    if (nothing)
+      EXPECT_EQ(comparison.hits, 0U) << named.name;
+    else
+      EXPECT_GT(comparison.hits, comparison.rays / 10) << named.name;
+    if (std::getenv("KINDLING_ORACLE_RAYS") != nullptr)
+      std::cout << named.name << ": " << comparison.rays << " rays, " << comparison.hits << " hit, "
+                << comparison.excused << " differ within rounding\n";
+  }
+}
+
+// One vertex shared by ten thousand triangles: every cell around it holds thousands.
+TEST_P(Oracle, AgreesOnAFanOfTenThousand) {
+  Comparison comparison;
+  for (const bool flat : {false, true})
+    expect_agreement({flat ? "flat" : "bent", TestScene(fan(10000, flat))}, GetParam(), 4096, comparison);
+  EXPECT_LE(comparison.excused, comparison.rays / 50);
+}
+
+// Boxes and rectangles at multiples of a quarter: splits run along their faces. Rays that lie in such a plane have both of its
+// sides for the same interval; rays that start or end a few ulp before a face, whose origin is rounded across it, have the face in a
+// cell that is almost empty. Neither may end the search at a hit farther away.
+TEST_P(Oracle, AgreesOnRaysInPlanesAndAtThem) {
+  Rng rng(431);
+  TestScene scene;
+  scene.add_instance(scene.add_group({shared_planes(rng, 300), gridded_box(8, V3f(-1), V3f(1)),
+                                      gridded_box(3, V3f(-0.25f, -0.5f, -0.75f), V3f(0.5f, 0.25f, 0.75f))}),
+                     M44f());
+  const auto oracle = build(Kind::brute_force, scene);
+  BuildOptions options;
+  options.simd = GetParam();
+  const auto tested = build(Kind::kdtree, scene, options);
+  const auto grid = [&] { return 0.25f * static_cast<float>(static_cast<int>(rng() % 9) - 4); };
+  const Box3f box(V3f(-1.5f), V3f(1.5f));
+  std::vector<Ray> rays;
+  for (int i = 0; i < 40000; ++i) {
+    Ray ray;
+    ray.t_max = std::numeric_limits<float>::infinity();
+    ray.origin = uniform_in(rng, box);
+    ray.direction = uniform_direction(rng);
+    const int axis = i % 3;
+    const float plane = grid();
+    if (i % 2 == 0) { // in one plane, or in two
+      ray.origin[axis] = plane;
+      ray.direction[axis] = rng() % 2 == 0 ? 0.0f : -0.0f;
+      if (rng() % 2 == 0) {
+        ray.origin[(axis + 1) % 3] = grid();
+        ray.direction[(axis + 1) % 3] = rng() % 2 == 0 ? 0.0f : -0.0f;
+      }
+    } else { // from just before a plane
+      const float t = (plane - ray.origin[axis]) / ray.direction[axis];
+      if (!(t > 0.0f)) continue;
+      ray.t_min = t * (1.0f - 1e-4f * std::pow(10.0f, uniform(rng, -3.0f, 0.0f)));
+    }
+    rays.push_back(ray);
+  }
+  Comparison comparison;
+  compare(scene, *oracle, *tested, rays, 64, comparison);
+  EXPECT_EQ(comparison.failures, 0U) << comparison.first_failure;
+  EXPECT_GT(comparison.hits, comparison.rays / 2);
+  EXPECT_LE(comparison.excused, comparison.rays / 50);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Oracle, ::testing::ValuesIn(simd_targets()), simd_label);
+
+} // namespace
+} // namespace kindling::accel::testing

@@ -1,0 +1,147 @@
+// How far rounding takes the watertight test: the bounds of accel/rounding.h hold, and say enough.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/rounding.h"
+#include "accel/triangle.h"
+#include "tests/accel/accel_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace kindling::accel::testing {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+struct Case {
+  V3f origin, direction, p[3];
+};
+
+// Bounce rays of a room, which leave a skirting board 5 m long and 4 mm thick at its upper face: they start 4 micrometres above
+// its plane and go up, but the watertight test puts the plane 12 to 18 micrometres ahead of them. A tree cell that ends at the
+// plane lies behind the ray and is not entered; an accelerator that tests the triangle nevertheless reports a hit.
+const Case kSkirting[] = {
+    {{-2.19390368f, 0.110003747f, -1.25852215f},
+     {-0.502367318f, 0.530064642f, -0.683124125f},
+     {{-2.19400001f, 0.109999999f, -2.19400001f},
+      {-2.19400001f, 0.109999999f, 2.99399996f},
+      {-2.19000006f, 0.109999999f, 2.99399996f}}},
+    {{-2.19248271f, 0.110003747f, -1.30380487f},
+     {-0.457294583f, 0.613632441f, 0.64369005f},
+     {{-2.19400001f, 0.109999999f, -2.19400001f},
+      {-2.19000006f, 0.109999999f, 2.99399996f},
+      {-2.19000006f, 0.109999999f, -2.19400001f}}},
+};
+
+TEST(Rounding, AnswersBehindTheOriginOfASliver) {
+  for (const Case& c : kSkirting) {
+    float t = 0.0f, u = 0.0f, v = 0.0f;
+    const RayShear shear(c.origin, c.direction);
+    ASSERT_TRUE(intersect_triangle(shear, c.p[0], c.p[1], c.p[2], 0.0f, kInfinity, t, u, v));
+    EXPECT_GT(t, 1e-5f);
+    const TriangleJudgement judgement = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
+    EXPECT_LT(judgement.t, -5e-6); // really behind
+    EXPECT_LE(std::fabs(t - judgement.t), judgement.t_error);
+    EXPECT_LT(judgement.t_error, 2e-3);
+    EXPECT_TRUE(judgement.inside);
+
+    // Whoever misses it is excused; whoever misses it from farther away is not.
+    Mesh mesh;
+    mesh.add_triangle(c.p[0], c.p[1], c.p[2]);
+    const TestScene scene(mesh);
+    Ray ray;
+    ray.origin = c.origin;
+    ray.direction = c.direction;
+    ray.t_max = kInfinity;
+    const auto oracle = build(Kind::brute_force, scene);
+    const Hit hit = oracle->intersect(ray);
+    ASSERT_TRUE(hit.is_hit());
+    EXPECT_TRUE(is_possible_hit(scene.input(), ray, hit));
+    EXPECT_TRUE(rounding_explains(scene.input(), ray, hit, Hit()));
+    ray.origin = c.origin - c.direction * 0.01f;
+    const Hit far = oracle->intersect(ray);
+    ASSERT_TRUE(far.is_hit());
+    EXPECT_TRUE(is_possible_hit(scene.input(), ray, far));
+    EXPECT_FALSE(rounding_explains(scene.input(), ray, far, Hit()));
+    Hit wrong = far;
+    wrong.t += 0.005f;
+    EXPECT_FALSE(is_possible_hit(scene.input(), ray, wrong));
+  }
+}
+
+// A triangle of edge lengths from `length` down to `length * thin`, and a ray at a point of it, from a random side.
+Case random_case(Rng& rng, float length, float thin, float away) {
+  Case c;
+  const V3f a = uniform_direction(rng) * uniform(rng, 0.0f, 5.0f) * length, along = uniform_direction(rng),
+            across = uniform_direction(rng);
+  c.p[0] = a;
+  c.p[1] = a + along * length;
+  c.p[2] = a + along * (length * uniform(rng)) + across * (length * thin);
+  std::rotate(c.p, c.p + rng() % 3, c.p + 3);
+  float u = uniform(rng), v = uniform(rng);
+  if (u + v > 1.0f) {
+    u = 1.0f - u;
+    v = 1.0f - v;
+  }
+  const V3f target = c.p[0] * (1.0f - u - v) + c.p[1] * u + c.p[2] * v;
+  c.origin = target + uniform_direction(rng) * (length * away);
+  c.direction = (target - c.origin) * std::pow(2.0f, uniform(rng, -4.0f, 4.0f));
+  return c;
+}
+
+TEST(Rounding, BoundsHoldAndTellHitFromMiss) {
+  Rng rng(211);
+  int hits = 0, settled = 0, finite = 0;
+  for (int i = 0; i < 400000; ++i) {
+    const Case c = random_case(rng, std::pow(10.0f, uniform(rng, -4.0f, 4.0f)),
+                               std::pow(10.0f, uniform(rng, -6.0f, 0.0f)), std::pow(10.0f, uniform(rng, -6.0f, 1.0f)));
+    if (c.direction == V3f(0) || !can_be_hit(c.p[0], c.p[1], c.p[2])) continue;
+    const TriangleJudgement judgement = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
+    float t = 0.0f, u = 0.0f, v = 0.0f;
+    const bool hit =
+        intersect_triangle(RayShear(c.origin, c.direction), c.p[0], c.p[1], c.p[2], -kInfinity, kInfinity, t, u, v);
+    if (!judgement.at_edge) {
+      ASSERT_EQ(hit, judgement.inside) << i;
+      ++settled;
+    }
+    if (!hit) continue;
+    ++hits;
+    if (judgement.t_error == std::numeric_limits<double>::infinity()) continue;
+    ++finite;
+    ASSERT_LE(std::fabs(t - judgement.t), judgement.t_error) << i;
+  }
+  EXPECT_GT(hits, 200000);
+  EXPECT_GT(settled, 200000);
+  EXPECT_GT(finite, 200000);
+}
+
+// For triangles that are not slivers the bound is rounding of the vertices, seen at the angle of the ray.
+TEST(Rounding, IsSmallForTrianglesOfGoodShape) {
+  Rng rng(223);
+  for (int i = 0; i < 20000; ++i) {
+    Case c;
+    const V3f normal = uniform_direction(rng);
+    V3f side = uniform_direction(rng).cross(normal);
+    if (side.length() < 0.1f) continue;
+    side.normalize();
+    const V3f other = normal.cross(side), center = uniform_direction(rng) * 3.0f;
+    for (int k = 0; k < 3; ++k) {
+      const float angle = 2.0943951f * static_cast<float>(k);
+      c.p[k] = center + side * std::cos(angle) + other * std::sin(angle);
+    }
+    c.origin = center + uniform_direction(rng) * uniform(rng, 0.01f, 10.0f);
+    c.direction = (center - c.origin).normalized();
+    const float cosine = std::fabs(c.direction.dot(normal));
+    if (cosine < 0.01f) continue;
+    float extent = 0.0f;
+    for (const V3f& p : c.p) extent = std::max(extent, (p - c.origin).length());
+    const TriangleJudgement judgement = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
+    EXPECT_TRUE(judgement.inside && !judgement.at_edge);
+    EXPECT_LE(judgement.t_error, 64.0 * 0x1p-24 * extent / cosine);
+  }
+}
+
+} // namespace
+} // namespace kindling::accel::testing
