@@ -108,8 +108,8 @@ class EmbreeAccelerator final : public Accelerator {
     }
     intersect_singly(rays, hits, first, query);
   }
-  // Through moved instances the flag is left out: there Embree 3.13.5's coherent rtcOccluded16 does not return for some packets
-  // (tests/accel/test_embree_calls.cpp has them).
+  // Any-hit queries leave the coherent flag out where instances are moved: there rtcOccluded16 and rtcOccluded1M of Embree 3.13.5 do
+  // not return for some rays (tests/accel/test_embree_calls.cpp has such).
   void occluded_by_packets(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
     Context context = make_context(rays.data());
     embree::Query query(context.embree, coherent && !has_moved_);
@@ -148,7 +148,7 @@ class EmbreeAccelerator final : public Accelerator {
   }
   void occluded_by_streams(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
     Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent);
+    embree::Query query(context.embree, coherent && !has_moved_);
     size_t first = 0;
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRay, kStream> stream;

@@ -157,7 +157,8 @@ std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildI
       const double many_start = process_clock_s(ShootoutClock::wall);
       built[a] = build(input, results[a].variant, settings.build_threads);
       result.many_threads_s.push_back(process_clock_s(ShootoutClock::wall) - many_start);
-      if (round == 0) result.huge_page_bytes = huge_page_bytes() - std::min(huge_page_bytes(), huge_before);
+      if (const uint64_t huge = huge_page_bytes(); round == 0)
+        result.huge_page_bytes = huge - std::min(huge, huge_before);
       if (measures_memory) {
         const uint64_t peak = restarted_peak_resident_bytes();
         if (peak > 0) result.peak_growth_bytes = peak - std::min(peak, resident_before);
