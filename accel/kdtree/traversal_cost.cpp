@@ -10,6 +10,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace kindling::accel::kd {
@@ -42,7 +43,10 @@ class TreeWalk {
  public:
   TreeWalk(const Ray& ray, const CandidateFilter& filter, bool any_hit, TraversalCost& cost)
       : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), shear_(ray.origin, ray.direction),
-        cost_(cost) {}
+        cost_(cost) {
+    for (int k = 0; k < 3; ++k) // 1 / direction is infinite: cells beyond the hit are passed over
+      may_lie_in_plane_ = may_lie_in_plane_ || std::fabs(ray.direction[k]) < std::numeric_limits<float>::min();
+  }
 
   // Narrows t_far to the nearest hit; true at the first if any will do.
   bool run(float t_min, float& t_far) {
@@ -52,6 +56,7 @@ class TreeWalk {
     while (true) {
       while (cell.child != kEmptyChild && (cell.child & kLeafBit) == 0) cell = descend(cell);
       if (cell.child != kEmptyChild && test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
+      while (may_lie_in_plane_ && !stack_.empty() && stack_.back().enter > t_far) stack_.pop_back();
       if (stack_.empty() || !(stack_.back().enter <= t_far)) return false;
       cell = stack_.back();
       cell.leave = earlier(cell.leave, t_far);
@@ -65,7 +70,8 @@ class TreeWalk {
     float enter, leave;
   };
 
-  // To the near child; the others that the ray enters go to the stack, farthest first.
+  // To the near child; the others that the ray enters go to the stack, farthest first. All of them do, and no child is returned,
+  // where intervals and entry point do not agree on the near one.
   Cell descend(const Cell& cell) {
     ++cost_.nodes;
     const WideNode& node = tree_.nodes[cell.child];
@@ -82,7 +88,8 @@ class TreeWalk {
       down |= (std::signbit(reciprocal) ? 1U : 0U) << lane;
     }
     const uint32_t near = tables::kNearLane[above];
-    Cell next{kEmptyChild, cell.enter, cell.leave};
+    std::array<Cell, kWideLanes> children{};
+    uint32_t reached = 0, near_bit = 0;                              // by position
     for (uint32_t position = 0; position < kWideLanes; ++position) { // from far to near
       const auto entry = static_cast<uint32_t>(tables::kOrder[down] >> (8 * position)) & 0xffU;
       const uint32_t lane = entry & 7U;
@@ -93,12 +100,18 @@ class TreeWalk {
       pass(t[kRootLane], position < 4);
       pass(t[entry >> 6], (position & 2U) == 0);
       pass(t[(entry >> 3) & 7U], (position & 1U) == 0);
-      if (lane == near)
-        next = {node.child[lane], cell.enter, leave};
-      else if (node.child[lane] != kEmptyChild && enter <= leave * kWiden)
-        stack_.push_back({node.child[lane], enter, leave});
+      children[position] = {node.child[lane], enter, leave};
+      reached |= (enter <= leave * kWiden ? 1U : 0U) << position;
+      near_bit |= (lane == near ? 1U : 0U) << position;
     }
-    return next;
+    const bool agree = (reached & (0U - near_bit)) == near_bit; // reached, and nothing before it
+    for (uint32_t position = 0; position < kWideLanes; ++position) {
+      const bool goes_to_stack = ((reached >> position) & 1U) != 0 && children[position].child != kEmptyChild;
+      if (goes_to_stack && !(agree && ((near_bit >> position) & 1U) != 0)) stack_.push_back(children[position]);
+    }
+    if (!agree) return {kEmptyChild, cell.enter, cell.leave};
+    const Cell& next = children[static_cast<size_t>(std::countr_zero(near_bit))];
+    return {next.child, cell.enter, next.leave};
   }
 
   // Whether there was a hit; with any_hit_ it ends there.
@@ -134,6 +147,7 @@ class TreeWalk {
   const Ray& ray_;
   const CandidateFilter& filter_;
   bool any_hit_;
+  bool may_lie_in_plane_ = false;
   RayShear shear_;
   TraversalCost& cost_;
   std::vector<Cell> stack_; // nearer cells on top
