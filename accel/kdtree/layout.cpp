@@ -163,7 +163,7 @@ class Part {
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
-void lay_out_parts(const BinaryNode& root, Tree& tree) {
+void lay_out_parts(BinaryTree& binary, Tree& tree) {
   struct Link {
     size_t node;
     uint32_t lane;
@@ -172,7 +172,7 @@ void lay_out_parts(const BinaryNode& root, Tree& tree) {
   };
   std::vector<Link> links; // from the top to the other parts
   std::vector<Part> parts(1);
-  parts[0].place(root, {}, kTopLevels - 1,
+  parts[0].place(binary.root, {}, kTopLevels - 1,
                  [&](size_t node, uint32_t lane, const BinaryNode& child, const Depth& depth) {
                    links.push_back({node, lane, &child, depth});
                  });
@@ -183,6 +183,8 @@ void lay_out_parts(const BinaryNode& root, Tree& tree) {
                      [](size_t, uint32_t, const BinaryNode&, const Depth&) {});
     parts[i].encode_leaves(tree.geometries);
   });
+
+  binary.arenas.clear(); // what makes room for the tree
 
   size_t nodes = 0, units = 0;
   for (Part& part : parts) {
@@ -216,7 +218,7 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries) {
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  lay_out_parts(binary.root, tree);
+  lay_out_parts(binary, tree);
   return tree;
 }
 
