@@ -54,6 +54,7 @@ struct Config {
   case Quality::fast: // larger leaves, and planes that are nearly as good
     config.leaf_cost = 1.5;
     config.triangle_cost = 0.1;
+    config.block_cost = 0.0;
     config.exact_below = 32;
     config.refine_below = 512;
     config.collapse_below = 0;
