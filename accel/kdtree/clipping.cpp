@@ -40,8 +40,8 @@ void clip(const Polygon& in, size_t axis, double plane, double sign, Polygon& ou
 
 // Bounds of points; as eight lanes of a reference.
 struct Bounds {
-  Double4 low = Double4{} + std::numeric_limits<double>::infinity();
-  Double4 high = Double4{} - std::numeric_limits<double>::infinity();
+  Double4 low = spread(std::numeric_limits<double>::infinity());
+  Double4 high = spread(-std::numeric_limits<double>::infinity());
 
   void extend(Double4 p) {
     low = least(p, low);
@@ -116,14 +116,14 @@ SplitReference split_reference(std::span<const Geometry> geometries, const Refer
   if (polygon.count != 0) {
     // Corners and cuts go to both sides, as infinity where they do not belong: which side it is cannot be predicted.
     const auto lane = static_cast<size_t>(axis);
-    const Double4 plane = Double4{} + static_cast<double>(position);
+    const Double4 plane = spread(static_cast<double>(position));
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const Double4 none_low = Double4{} + kInfinity, none_high = Double4{} - kInfinity;
+    const Double4 none_low = spread(kInfinity), none_high = spread(-kInfinity);
     Bounds below, above;
     Double4 a = polygon.corners[polygon.count - 1];
-    Double4 da = Double4{} + a[lane] - plane;
+    Double4 da = spread(a[lane]) - plane;
     for (size_t i = 0; i < polygon.count; ++i) {
-      const Double4 b = polygon.corners[i], db = Double4{} + b[lane] - plane;
+      const Double4 b = polygon.corners[i], db = spread(b[lane]) - plane;
       Double4 at = a + (b - a) * (da / (da - db)); // anything if the edge does not cross
       at[lane] = plane[lane];
       const auto crosses = ((da < 0.0) & (db > 0.0)) | ((da > 0.0) & (db < 0.0));

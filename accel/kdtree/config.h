@@ -12,7 +12,7 @@ namespace kindling::accel::kd {
 
 // Depth of the binary tree that no preset exceeds; the traversal stack is sized for it.
 inline constexpr uint32_t kMaxDepth = 60;
-// Depth in wide nodes.
+// Wide nodes on the way from the root to a leaf: as many as the layout puts there.
 inline constexpr uint32_t kMaxWideDepth = 32;
 
 // References of a leaf that Config::block_cost pays for once.
@@ -29,7 +29,7 @@ struct Config {
   // The triangles' cost of a split that cuts off empty space is reduced by this fraction.
   double empty_bonus = 0.15;
   // Up to so many references every bound is tried as a plane; above, the borders of bins,
-  uint32_t exact_below = 64;
+  uint32_t exact_below = 96;
   // and then, up to so many references, all bounds near the best border.
   uint32_t refine_below = 16384;
   // Up to so many references a subtree that turned out no cheaper than a leaf becomes one.
@@ -51,9 +51,13 @@ struct Config {
 [[nodiscard]] inline Config config_for(Quality quality) {
   Config config;
   switch (quality) {
-  case Quality::fast:
-    config.exact_below = 16;
-    config.refine_below = 0;
+  case Quality::fast: // larger leaves, and planes that are nearly as good
+    config.leaf_cost = 1.5;
+    config.triangle_cost = 0.1;
+    config.block_cost = 0.0;
+    config.exact_below = 32;
+    config.refine_below = 512;
+    config.collapse_below = 0;
     config.references_per_triangle = 4.0;
     break;
   case Quality::balanced: break;

@@ -34,6 +34,7 @@ template <class V>
 inline void store_lanes(void* to, V v) {
   std::memcpy(to, &v, sizeof v);
 }
-[[nodiscard]] inline Float8Lanes spread(float x) { return Float8Lanes{} + x; }
+[[nodiscard]] inline Float8Lanes spread(float x) { return Float8Lanes{x, x, x, x, x, x, x, x}; }
+[[nodiscard]] inline Double4 spread(double x) { return Double4{x, x, x, x}; }
 
 } // namespace kindling::accel::kd

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/layout.h"
 
+#include "accel/kdtree/config.h"
 #include "accel/kdtree/wide_cuts.h"
 
 #include <tbb/parallel_for.h>
@@ -18,15 +19,26 @@ namespace {
 
 constexpr uint32_t kTopLevels = 3; // of wide nodes
 
+// How far down a node is.
+struct Depth {
+  uint32_t binary = 0, wide = 0;
+
+  // Whether a wide node here must take all binary levels that it can, so that the deepest tree does not exceed kMaxWideDepth.
+  [[nodiscard]] bool is_short_of_levels() const {
+    return kMaxDepth > binary + 1 + kWideLevels * (kMaxWideDepth - 1 - wide);
+  }
+};
+static_assert(kMaxDepth <= kWideLevels * kMaxWideDepth);
+
 // A subtree on its own, or the top of the tree without what lies below. Numbers of nodes and places of leaves are relative to
 // those of the part; nodes count from 1, because 0 means an empty child.
 class Part {
  public:
-  // Lays the subtree out, but for what lies `levels` wide nodes below the root or deeper: there, `below` is called with the number
-  // of the node, the lane of the child, and the child.
+  // Lays the subtree out down to wide nodes of depth `last`: for inner nodes below them, `below` is called with the number of the
+  // node, the lane of the child, the child, and its depth.
   template <class Below>
-  void place(const BinaryNode& root, uint32_t levels, const Below& below) {
-    root_ = place_node(root, levels, below);
+  void place(const BinaryNode& root, const Depth& depth, uint32_t last, const Below& below) {
+    root_ = place_node(root, depth, last, below);
   }
   // Writes the leaves that place() has met.
   void encode_leaves(std::span<const Geometry> geometries) {
@@ -73,7 +85,11 @@ class Part {
   [[nodiscard]] size_t reference_count() const { return reference_count_; }
 
  private:
-  using Lanes = std::array<const BinaryNode*, kWideLanes>;
+  struct Lane {
+    const BinaryNode* node = nullptr;
+    uint32_t levels = 0; // binary levels below the root of the wide node
+  };
+  using Lanes = std::array<Lane, kWideLanes>;
 
   [[nodiscard]] ChildWord in_tree(ChildWord child) const {
     if (child == kEmptyChild) return kEmptyChild;
@@ -81,7 +97,7 @@ class Part {
   }
 
   template <class Below>
-  ChildWord place_node(const BinaryNode& node, uint32_t levels, const Below& below) {
+  ChildWord place_node(const BinaryNode& node, const Depth& depth, uint32_t last, const Below& below) {
     if (node.is_empty()) return kEmptyChild;
     if (!node.is_inner()) {
       leaves_.push_back(&node);
@@ -94,22 +110,25 @@ class Part {
     wide.child.fill(kEmptyChild);
     Lanes lanes{};
     uint32_t axes = 0;
-    gather(node, 0, 0, wide, axes, lanes);
+    gather(node, depth.is_short_of_levels(), 0, 0, wide, axes, lanes);
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
-      if (lanes[lane] == nullptr) continue;
-      if (levels <= 1 && lanes[lane]->is_inner()) {
-        below(number, lane, *lanes[lane]);
+      if (lanes[lane].node == nullptr) continue;
+      const BinaryNode& child = *lanes[lane].node;
+      const Depth child_depth = {depth.binary + lanes[lane].levels, depth.wide + 1};
+      if (depth.wide == last && child.is_inner()) {
+        below(number, lane, child, child_depth);
       } else {
-        wide.child[lane] = place_node(*lanes[lane], levels - 1, below);
+        wide.child[lane] = place_node(child, child_depth, last, below);
       }
     }
     nodes_[number - 1] = wide;
     return static_cast<ChildWord>(number);
   }
 
-  // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen.
-  static void gather(const BinaryNode& node, uint32_t level, uint32_t index, WideNode& wide, uint32_t& axes,
+  // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen, or
+  // all that fit.
+  static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide, uint32_t& axes,
                      Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
@@ -118,10 +137,10 @@ class Part {
     for (uint32_t side = 0; side < 2; ++side) {
       const BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
-      if (joins_parent(child, more)) {
-        gather(child, level + 1, child_index, wide, axes, lanes);
+      if (child.is_inner() && more > 0 && (all || joins_parent(child, more))) {
+        gather(child, all, level + 1, child_index, wide, axes, lanes);
       } else {
-        lanes[child_index << more] = &child;
+        lanes[child_index << more] = {&child, level + 1};
       }
     }
   }
@@ -144,23 +163,28 @@ class Part {
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
-void lay_out_parts(const BinaryNode& root, Tree& tree) {
+void lay_out_parts(BinaryTree& binary, Tree& tree) {
   struct Link {
     size_t node;
     uint32_t lane;
     const BinaryNode* child;
+    Depth depth;
   };
   std::vector<Link> links; // from the top to the other parts
   std::vector<Part> parts(1);
-  parts[0].place(root, kTopLevels, [&](size_t node, uint32_t lane, const BinaryNode& child) {
-    links.push_back({node, lane, &child});
-  });
+  parts[0].place(binary.root, {}, kTopLevels - 1,
+                 [&](size_t node, uint32_t lane, const BinaryNode& child, const Depth& depth) {
+                   links.push_back({node, lane, &child, depth});
+                 });
   parts.resize(1 + links.size());
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
-    constexpr uint32_t kAll = std::numeric_limits<uint32_t>::max();
-    if (i > 0) parts[i].place(*links[i - 1].child, kAll, [](size_t, uint32_t, const BinaryNode&) {});
+    if (i > 0)
+      parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
+                     [](size_t, uint32_t, const BinaryNode&, const Depth&) {});
     parts[i].encode_leaves(tree.geometries);
   });
+
+  binary.arenas.clear(); // what makes room for the tree
 
   size_t nodes = 0, units = 0;
   for (Part& part : parts) {
@@ -194,7 +218,7 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries) {
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  lay_out_parts(binary.root, tree);
+  lay_out_parts(binary, tree);
   return tree;
 }
 

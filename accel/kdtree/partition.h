@@ -14,6 +14,7 @@ namespace kindling::accel::kd {
 
 // As bytes: Imath's vectors would be copied by component.
 inline void copy_references(const Reference* from, size_t count, Reference* to) {
+  if (count == 0) return; // pointers may be null
   std::memmove(static_cast<void*>(to), static_cast<const void*>(from), count * sizeof(Reference));
 }
 

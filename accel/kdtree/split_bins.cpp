@@ -20,6 +20,7 @@ constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the 
 constexpr uint32_t kFewestBins = 32, kMostBins = 256;
 // Lanes of a Reference: lower bounds on the three axes, an id, upper bounds, an id.
 constexpr size_t kStartLane = 0, kEndLane = 4;
+constexpr std::array<size_t, 6> kBoundLanes = {0, 1, 2, 4, 5, 6};
 
 uint32_t bins_for(size_t count) {
   return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kFewestBins, kMostBins);
@@ -64,7 +65,7 @@ void count_bins(std::span<const Reference> references, const Binning& binning, H
     const Int8Lanes bin = __builtin_convertvector(least(greatest(place, Float8Lanes{}), last), Int8Lanes);
     alignas(32) std::array<uint32_t, 8> bins;
     store_lanes(bins.data(), bin);
-    for (const size_t lane : {0, 1, 2, 4, 5, 6}) ++histogram[lane][bins[lane]];
+    for (const size_t lane : kBoundLanes) ++histogram[lane][bins[lane]];
   }
 }
 

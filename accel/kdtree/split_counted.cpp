@@ -5,7 +5,10 @@
 #include "accel/kdtree/split.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
+#include <cstring>
 
 namespace kindling::accel::kd {
 namespace {
@@ -22,22 +25,30 @@ struct Planes {
   bool planars = false; // a reference lies in a plane of this axis
 };
 
-// All bounds strictly inside the box, padded to a multiple of 16 by repeating the last.
+// All bounds strictly inside the box, padded to a multiple of 16 by repeating the last. Triangles of a mesh share vertices, and so
+// their bounds coincide: what was lately in the same slot of a hash table is left out.
 void collect_planes(const Bounds& bounds, int axis, float box_low, float box_high, Planes& planes) {
-  planes.count = 0;
-  planes.planars = false;
+  constexpr uint32_t kSlotBits = 7;
+  std::array<uint32_t, 1U << kSlotBits> seen;
+  std::memset(seen.data(), 0xff, sizeof(seen)); // no numbers
+  size_t count = 0;
+  bool planars = false;
+  const auto offer = [&](float position) {
+    const auto bits = std::bit_cast<uint32_t>(position);
+    uint32_t& slot = seen[(bits * 0x9e3779b1U) >> (32 - kSlotBits)];
+    planes.position[count] = position;
+    count += (position > box_low) & (position < box_high) & (slot != bits) ? 1 : 0;
+    slot = bits;
+  };
   for (size_t i = 0; i < bounds.count; ++i) {
     const float low = bounds.low[axis][i], high = bounds.high[axis][i];
-    planes.position[planes.count] = low;
-    planes.count += low > box_low && low < box_high ? 1 : 0;
-    planes.position[planes.count] = high;
-    planes.count += high > box_low && high < box_high ? 1 : 0;
-    planes.planars = planes.planars || low == high;
+    offer(low);
+    offer(high);
+    planars |= low == high;
   }
-  if (planes.count == 0) return;
-  const size_t padded = (planes.count + 15) / 16 * 16;
-  std::fill(planes.position + planes.count, planes.position + padded, planes.position[planes.count - 1]);
-  planes.count = padded;
+  planes.planars = planars;
+  planes.count = (count + 15) / 16 * 16;
+  if (count != 0) std::fill(planes.position + count, planes.position + planes.count, planes.position[count - 1]);
 }
 
 template <bool kPlanars>

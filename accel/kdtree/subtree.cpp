@@ -32,8 +32,9 @@ std::optional<Split> find_split(const Config& config, const CostModel& model, co
     split = best_split_counted(config, box, references);
   } else {
     if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
-    // Bins may see nothing where all bounds fall into one bin.
-    if (!split || split->cost >= leaf_cost) split = best_split_sorted(config, box, references, scratch);
+    // Bins may see nothing where all bounds fall into one bin; among few references that is no loss.
+    if (count > kMostCounted && (!split || split->cost >= leaf_cost))
+      split = best_split_sorted(config, box, references, scratch);
   }
   if (split && split->cost >= leaf_cost) split.reset();
   return split;

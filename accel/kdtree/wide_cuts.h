@@ -18,9 +18,9 @@ inline void choose_cuts(BinaryNode& node, double area) {
   for (size_t d = 1; d < 3; ++d) node.cut_cost[d] = std::min(own, below.cut_cost[d - 1] + above.cut_cost[d - 1]);
 }
 
-// Whether a node joins the wide node of its parent, where `levels` levels still fit below the parent.
+// Whether an inner node joins the wide node of its parent, where `levels` levels, 1 or 2, still fit below the parent.
 [[nodiscard]] inline bool joins_parent(const BinaryNode& node, uint32_t levels) {
-  return levels > 0 && node.is_inner() && node.cut_cost[levels] < node.cut_cost[0];
+  return node.cut_cost[levels] < node.cut_cost[0];
 }
 
 } // namespace kindling::accel::kd

@@ -9,9 +9,11 @@
 #include "tests/accel/accel_scenes.h"
 
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <set>
 
@@ -259,6 +261,84 @@ TEST(Split, NothingToSplit) {
   EXPECT_FALSE(best_split_binned(config, Box3f(V3f(0), V3f(0)), point, scratch));
 }
 
+// References of small triangles, with some that lie in the plane x = 0.5 and some that touch it.
+struct References {
+  Mesh mesh;
+  std::vector<Geometry> geometries;
+  std::vector<Reference> all;
+
+  References(Rng& rng, uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i) {
+      V3f corners[3];
+      const V3f at = uniform_in(rng, Box3f(V3f(0), V3f(1)));
+      for (V3f& corner : corners) {
+        corner = at + uniform_direction(rng) * 0.05f;
+        if (i % 7 == 0) corner.x = 0.5f;
+      }
+      if (i % 7 == 1) corners[0].x = std::max(corners[1].x, corners[2].x) < 0.5f ? 0.5f : corners[0].x;
+      mesh.add_triangle(corners[0], corners[1], corners[2]);
+      Box3f box(corners[0]);
+      box.extendBy(corners[1]);
+      box.extendBy(corners[2]);
+      all.push_back({box.min, 0, box.max, i});
+    }
+    geometries.push_back({{mesh.positions, mesh.indices, true}, 0, 0, 0});
+  }
+};
+
+bool same_bits(const Reference* a, const Reference* b, size_t count) {
+  return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Reference)) == 0;
+}
+
+TEST(Partition, EveryReferenceGoesWhereItLies) {
+  Rng rng(111);
+  const References references(rng, 40000); // several chunks
+  for (const bool planar_left : {false, true}) {
+    const Split split{0.0, 0.5f, 0, planar_left};
+    std::vector<int> left(references.all.size(), 0), right(references.all.size(), 0);
+    Halves halves = partition_in_chunks(references.geometries, references.all, split);
+    for (size_t i = 0; i < halves.counts.left; ++i) {
+      const Reference& r = halves.left.data()[i];
+      ++left[r.triangle];
+      EXPECT_LE(r.max.x, 0.5f);
+    }
+    for (size_t i = 0; i < halves.counts.right; ++i) {
+      const Reference& r = halves.right.data()[i];
+      ++right[r.triangle];
+      EXPECT_GE(r.min.x, 0.5f);
+    }
+    size_t cut = 0;
+    for (const Reference& r : references.all) {
+      const bool planar = r.min.x == 0.5f && r.max.x == 0.5f, straddles = r.min.x < 0.5f && r.max.x > 0.5f;
+      cut += straddles ? 1 : 0;
+      EXPECT_EQ(left[r.triangle], (planar ? planar_left : r.min.x < 0.5f) ? 1 : 0);
+      EXPECT_EQ(right[r.triangle], (planar ? !planar_left : r.max.x > 0.5f) ? 1 : 0);
+    }
+    EXPECT_GT(cut, 1000U);
+  }
+}
+
+TEST(Partition, InPlaceDealsLikeChunks) {
+  Rng rng(113);
+  const References references(rng, 5000); // one chunk
+  const size_t count = references.all.size();
+  for (const float position : {0.2f, 0.5f, 0.9f})
+    for (const bool left_in_place : {false, true}) {
+      const Split split{0.0, position, 0, true};
+      Halves halves = partition_in_chunks(references.geometries, references.all, split);
+      std::vector<Reference> own = references.all, elsewhere(count + 1);
+      ReferenceBuffer scratch;
+      const HalfCounts counts =
+          partition_in_place(references.geometries, own.data(), count, split, left_in_place, elsewhere.data(), scratch);
+      ASSERT_EQ(counts.left, halves.counts.left);
+      ASSERT_EQ(counts.right, halves.counts.right);
+      const Reference *left = left_in_place ? own.data() : elsewhere.data(),
+                      *right = left_in_place ? elsewhere.data() : own.data();
+      EXPECT_TRUE(same_bits(left, halves.left.data(), counts.left));
+      EXPECT_TRUE(same_bits(right, halves.right.data(), counts.right));
+    }
+}
+
 TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {
   for (uint32_t signs = 0; signs < 256; ++signs) {
     std::set<uint32_t> lanes;
@@ -386,7 +466,79 @@ TEST(Layout, EveryCellHoldsTheTrianglesThatCrossIt) {
     EXPECT_EQ(walk.seen.size(), tree.triangle_count);
     EXPECT_EQ(walk.leaves, tree.leaf_count);
     EXPECT_EQ(walk.references, tree.reference_count);
-    EXPECT_LE(walk.wide_depth, kMaxDepth);
+    EXPECT_LE(walk.wide_depth, kMaxWideDepth);
+  }
+}
+
+uint32_t wide_depth(const Tree& tree, ChildWord child) {
+  if (child == kEmptyChild || (child & kLeafBit) != 0) return 0;
+  uint32_t deepest = 0;
+  for (const ChildWord below : tree.nodes[child].child) deepest = std::max(deepest, wide_depth(tree, below));
+  return 1 + deepest;
+}
+
+size_t leaves_below(const Tree& tree, ChildWord child) {
+  if (child == kEmptyChild) return 0;
+  if ((child & kLeafBit) != 0) return 1;
+  size_t leaves = 0;
+  for (const ChildWord below : tree.nodes[child].child) leaves += leaves_below(tree, below);
+  return leaves;
+}
+
+TEST(Layout, DeepestTreeFitsTheStack) {
+  Mesh mesh;
+  mesh.add_triangle(V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
+  const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
+  for (const bool join : {false, true}) {
+    BinaryTree binary;
+    binary.bounds = mesh.bounds();
+    binary.triangle_count = 1;
+    TreeArena& arena = binary.arenas.emplace_back();
+    BinaryNode* node = &binary.root;
+    for (uint32_t depth = 0; depth < kMaxDepth; ++depth) {
+      node->axis = depth % 2;
+      node->position = 0.5f;
+      // As costs would have it if no node should share with its parent, or every node as far as it can.
+      node->cut_cost = {1.0f, join ? 0.5f : 1.0f, join ? 0.5f : 1.0f};
+      node->children = arena.nodes.allocate(2);
+      for (uint32_t side = 0; side < 2; ++side) {
+        BinaryNode& child = node->children[side];
+        child = BinaryNode();
+        LeafReference* reference = arena.references.allocate(1);
+        *reference = {0, 0};
+        child.count = 1;
+        child.references = reference;
+      }
+      node = &node->children[depth % 3 == 0 ? 0 : 1];
+      if (depth + 1 < kMaxDepth) node->count = 0;
+    }
+    const Tree tree = lay_out(std::move(binary), geometries);
+    EXPECT_LE(wide_depth(tree, tree.root), kMaxWideDepth);
+    EXPECT_EQ(wide_depth(tree, tree.root) == kMaxDepth / kWideLevels, join);
+    EXPECT_EQ(leaves_below(tree, tree.root), size_t{kMaxDepth} + 1);
+    EXPECT_EQ(tree.leaf_count, size_t{kMaxDepth} + 1);
+  }
+}
+
+TEST(Layout, IsTheSameBitForBitForAnyNumberOfThreads) {
+  const Mesh mesh = testing::terrain(230, 10.0f, 0.5f); // many chunks and tasks
+  const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
+  for (const Quality quality : {Quality::fast, Quality::balanced}) {
+    const Config config = config_for(quality);
+    const BuildOptions options;
+    std::vector<Tree> trees(3);
+    for (size_t i = 0; i < trees.size(); ++i) {
+      BuildMonitor monitor(options, mesh.indices.size() / 3);
+      tbb::task_arena(i == 0 ? 1 : 4).execute([&] {
+        trees[i] = lay_out(build_binary_tree(config, geometries, monitor), geometries);
+      });
+      ASSERT_EQ(trees[i].root, trees[0].root);
+      ASSERT_EQ(trees[i].nodes.size(), trees[0].nodes.size());
+      ASSERT_EQ(trees[i].leaves.size(), trees[0].leaves.size());
+      EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(WideNode)), 0);
+      EXPECT_EQ(std::memcmp(trees[i].leaves.data(), trees[0].leaves.data(), trees[0].leaves.size() * sizeof(LeafUnit)),
+                0);
+    }
   }
 }
 
