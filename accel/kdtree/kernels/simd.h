@@ -140,6 +140,20 @@ inline WideInt shift_right(WideInt a) {
   return _mm512_srli_epi32(a.v, kBits);
 }
 
+// Bit i: top bit of lane i.
+inline uint32_t top_bits(WideInt a) { return _mm512_movepi32_mask(a.v); }
+
+// As Compress8, for all lanes.
+class CompressWide {
+ public:
+  explicit CompressWide(uint32_t mask) : mask_(static_cast<__mmask16>(mask)) {}
+  [[nodiscard]] WideFloat operator()(WideFloat a) const { return _mm512_maskz_compress_ps(mask_, a.v); }
+  [[nodiscard]] WideInt operator()(WideInt a) const { return _mm512_maskz_compress_epi32(mask_, a.v); }
+
+ private:
+  __mmask16 mask_;
+};
+
 using Float16 = WideFloat;
 // Lane i: table[low four bits of index[i]].
 inline WideFloat pick(Float16 table, WideInt index) { return _mm512_permutexvar_ps(index.v, table.v); }
@@ -210,6 +224,18 @@ template <int kBits>
 inline WideInt shift_right(WideInt a) {
   return WideInt(_mm256_srli_epi32(a.v, kBits));
 }
+
+inline uint32_t top_bits(WideInt a) { return to_bits(a.v); }
+
+class CompressWide {
+ public:
+  explicit CompressWide(uint32_t mask) : compress_(mask) {}
+  [[nodiscard]] WideFloat operator()(WideFloat a) const { return compress_(a); }
+  [[nodiscard]] WideInt operator()(WideInt a) const { return compress_(static_cast<const Int8&>(a)); }
+
+ private:
+  Compress8 compress_;
+};
 
 struct Float16 {
   Float8 low, high;
@@ -413,6 +439,10 @@ class Compress8 {
 inline constexpr uint32_t kLanes = 8;
 using WideFloat = Float8;
 using WideInt = Int8;
+inline uint32_t top_bits(const WideInt& a) {
+  return compare(a, a, [](uint32_t x, uint32_t) { return x >> 31; });
+}
+using CompressWide = Compress8;
 using Float16 = Lanes<float, 16>;
 inline WideFloat pick(const Float16& table, const WideInt& index) {
   WideFloat r;
