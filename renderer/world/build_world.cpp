@@ -4,9 +4,12 @@
 
 #include "renderer/world/builtin_environment.h"
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 namespace kindling {
 namespace {
@@ -150,14 +153,34 @@ class WorldBuilder {
     accel_instances_.push_back({group, object_to_world});
   }
 
+  // By mesh: whether those that are not deformed are baked. Meshes that stand once are; of the others, those of which copies cost
+  // least, as long as all copies together stay within kMostCopiedTriangles: a second level costs every ray that comes near.
+  [[nodiscard]] std::vector<uint8_t> choose_baked(const std::vector<uint32_t>& undeformed_uses) const {
+    constexpr uint64_t kMostCopiedTriangles = 1U << 18;
+    std::vector<uint8_t> baked(scene_.meshes.size(), 0);
+    std::vector<std::pair<uint64_t, size_t>> copies; // triangles, mesh
+    for (size_t mesh = 0; mesh < scene_.meshes.size(); ++mesh) {
+      uint64_t triangles = 0;
+      for (const Primitive& primitive : scene_.meshes[mesh].primitives) triangles += primitive.indices.size() / 3;
+      if (undeformed_uses[mesh] != 0) copies.emplace_back(triangles * (undeformed_uses[mesh] - 1), mesh);
+    }
+    std::sort(copies.begin(), copies.end());
+    uint64_t total = 0;
+    for (const auto& [triangles, mesh] : copies) {
+      total += triangles;
+      if (total > kMostCopiedTriangles) break;
+      baked[mesh] = 1;
+    }
+    return baked;
+  }
   // A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
-  static bool is_baked(const PosedMesh& posed, const std::vector<uint32_t>& undeformed_uses) {
-    return !posed.deformed.empty() || undeformed_uses[static_cast<size_t>(posed.mesh)] == 1 ||
+  static bool is_baked(const PosedMesh& posed, const std::vector<uint8_t>& baked) {
+    return !posed.deformed.empty() || baked[static_cast<size_t>(posed.mesh)] != 0 ||
            !is_invertible(posed.mesh_to_world);
   }
 
-  // Meshes that stand once, and deformed ones, are baked into one group in world space: their boxes may overlap as they
-  // like without a second level. Meshes on several nodes become one group each, and one instance for each node.
+  // Meshes that stand once or have few triangles, and deformed ones, are baked into one group in world space: their boxes may
+  // overlap as they like without a second level. Other meshes become one group each, and one instance for each node.
   void prepare_geometry() {
     std::vector<uint32_t> uses(scene_.meshes.size(), 0);
     std::vector<uint32_t> undeformed_uses(scene_.meshes.size(), 0);
@@ -165,9 +188,10 @@ class WorldBuilder {
       ++uses[static_cast<size_t>(posed.mesh)];
       if (posed.deformed.empty()) ++undeformed_uses[static_cast<size_t>(posed.mesh)];
     }
+    const std::vector<uint8_t> baked = choose_baked(undeformed_uses);
     for (PosedMesh& posed : posed_.meshes) {
       const auto mesh = static_cast<size_t>(posed.mesh);
-      if (!is_baked(posed, undeformed_uses)) continue;
+      if (!is_baked(posed, baked)) continue;
       append_mesh(posed, posed.mesh_to_world, --uses[mesh] == 0);
     }
     const auto baked_count = static_cast<uint32_t>(world_->geometries_.size());
@@ -178,7 +202,7 @@ class WorldBuilder {
     std::vector<uint32_t> group_of_mesh(scene_.meshes.size(), accel::kNoId);
     for (PosedMesh& posed : posed_.meshes) {
       const auto mesh = static_cast<size_t>(posed.mesh);
-      if (is_baked(posed, undeformed_uses)) continue;
+      if (is_baked(posed, baked)) continue;
       if (group_of_mesh[mesh] == accel::kNoId) {
         const auto first = static_cast<uint32_t>(world_->geometries_.size());
         append_mesh(posed, M44f(), true);

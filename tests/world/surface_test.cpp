@@ -179,8 +179,8 @@ TEST(Surface, NormalMapBendsTowardsTheTangent) {
   EXPECT_GT(normal_with(1, -1, 230).z, 0.3f);
 }
 
-TEST(World, SharedMeshIsHeldOnce) {
-  const auto geometry_bytes = [](int copies) {
+TEST(World, SharedMeshIsHeldOnceUnlessItsCopiesAreFewTriangles) {
+  const auto statistics = [](int copies) {
     Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0.0f), 1.0f, 64, 0)});
     for (int i = 1; i < copies; ++i) {
       Node node = scene.nodes[0];
@@ -188,11 +188,14 @@ TEST(World, SharedMeshIsHeldOnce) {
       scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
       scene.nodes.push_back(node);
     }
-    const auto world = make_world(std::move(scene), accel::Kind::kdtree);
-    EXPECT_EQ(world->statistics().accelerator.instance_count, static_cast<size_t>(copies));
-    return world->statistics().geometry_bytes;
+    return make_world(std::move(scene), accel::Kind::kdtree)->statistics();
   };
-  EXPECT_EQ(geometry_bytes(2), geometry_bytes(50));
+  const auto few = statistics(3), many = statistics(80), more = statistics(120);
+  EXPECT_EQ(few.accelerator.instance_count, 1U); // all that is baked
+  EXPECT_EQ(many.accelerator.instance_count, 80U);
+  EXPECT_EQ(more.accelerator.instance_count, 120U);
+  EXPECT_EQ(many.geometry_bytes, more.geometry_bytes);
+  EXPECT_EQ(few.geometry_bytes, 3 * many.geometry_bytes);
 }
 
 TEST(World, EmptySceneHasBoundsAndNoHits) {
