@@ -31,9 +31,19 @@ Result<AcceleratorVariant> parse_variant(std::string_view text) {
       variant.robust = word == "robust";
       if (!variant.robust && variant.kind != accel::Kind::embree)
         return usage(fmt::format("{} is always robust; only embree can be non-robust", name));
+    } else if (const std::optional<accel::SimdTarget> simd = accel::simd_target_from_name(word)) {
+      if (variant.kind != accel::Kind::kdtree)
+        return usage(fmt::format("{} does not let its instruction set be chosen; only kdtree does", name));
+      const std::vector<accel::SimdTarget> targets = accel::simd_targets();
+      if (std::find(targets.begin(), targets.end(), *simd) == targets.end())
+        return usage(fmt::format("this processor does not run {}; its best is {}", word,
+                                 accel::simd_target_name(accel::best_simd_target())));
+      variant.simd = simd;
     } else {
       return usage(
-          fmt::format("unknown setting '{}' of {}; use fast, balanced or best, robust or non-robust", word, name));
+          fmt::format("unknown setting '{}' of {}; use fast, balanced or best, robust or non-robust, and with kdtree "
+                      "portable, avx2 or avx512",
+                      word, name));
     }
   }
   return variant;
@@ -60,6 +70,7 @@ std::string AcceleratorVariant::name() const {
   std::string text(accel::kind_name(kind));
   if (quality != accel::Quality::balanced) text += fmt::format(":{}", quality_name(quality));
   if (!robust) text += ":non-robust";
+  if (simd) text += fmt::format(":{}", accel::simd_target_name(*simd));
   return text;
 }
 

@@ -23,11 +23,12 @@ std::optional<ShootoutClock> clock_from_name(std::string_view name) {
 
 void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
   flags.group("Race");
-  flags.value(
-      "--accel", "SPEC[,SPEC]...",
-      "Accelerators, NAME[:QUALITY][:robust|:non-robust]: embree, kdtree or brute-force; fast, balanced or best; the "
-      "first is what others are compared with [embree,embree:non-robust,embree:best:non-robust,kdtree]",
-      [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
+  flags.value("--accel", "SPEC[,SPEC]...",
+              "Accelerators, NAME[:QUALITY][:robust|:non-robust][:SIMD]: embree, kdtree or brute-force; fast, balanced "
+              "or best; "
+              "for kdtree portable, avx2 or avx512 [the processor's best]; the first is what others are compared with "
+              "[embree,embree:non-robust,embree:best:non-robust,kdtree]",
+              [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
   flags.value("--rays-per-kind", "N", "Rays of each kind [131072]",
               [&o](auto text) { return store(parse_integer(text, 1, 1 << 26), o.rays_per_kind); });
   flags.value("--batch-size", "N", "Rays of a batch call, a multiple of 64 [256, as the path tracer has]",

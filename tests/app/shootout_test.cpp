@@ -49,12 +49,12 @@ TEST(Measurement, RatiosAreTakenRepetitionByRepetition) {
 
 TEST(AcceleratorVariant, NamesAreParsed) {
   const auto variants =
-      parse_accelerator_variants("kdtree,embree:best,embree:fast:non-robust,embree:robust,brute-force");
+      parse_accelerator_variants("kdtree,embree:best,embree:fast:non-robust,embree:robust,brute-force,kdtree:portable");
   ASSERT_TRUE(variants.ok()) << variants.error().message;
   std::vector<std::string> names;
   for (const AcceleratorVariant& variant : variants.value()) names.push_back(variant.name());
-  EXPECT_EQ(names,
-            (std::vector<std::string>{"kdtree", "embree:best", "embree:fast:non-robust", "embree", "brute-force"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"kdtree", "embree:best", "embree:fast:non-robust", "embree", "brute-force",
+                                             "kdtree:portable"}));
   EXPECT_EQ(variants.value()[2].quality, accel::Quality::fast);
   EXPECT_FALSE(variants.value()[2].robust);
   EXPECT_TRUE(variants.value()[1].robust);
@@ -72,6 +72,7 @@ TEST(AcceleratorVariant, WrongNamesAreRefused) {
   expect_refused("embree:finest", "unknown setting 'finest' of embree; use fast, balanced or best");
   expect_refused("embree:", "unknown setting '' of embree");
   expect_refused("kdtree:non-robust", "kdtree is always robust");
+  expect_refused("embree:avx2", "embree does not let its instruction set be chosen");
   expect_refused("brute-force:best", "brute-force has no qualities");
   expect_refused("embree,kdtree,embree:balanced", "embree is given twice");
 }
