@@ -1,8 +1,9 @@
-// An array of fixed size on huge pages where the system has them: worth 7 to 20 % of traversal speed in large trees.
+// An array of fixed size, on huge pages where it is large and the system has them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <new>
@@ -23,15 +24,15 @@ class AlignedArray {
   AlignedArray() = default;
   explicit AlignedArray(size_t size) : size_(size) {
     if (size == 0) return;
-    constexpr size_t kHugePage = size_t{2} << 20;
     const size_t wanted = size * sizeof(T);
-    const size_t alignment = wanted >= kHugePage ? kHugePage : size_t{64};
-    const size_t bytes = (wanted + alignment - 1) / alignment * alignment;
-    data_.reset(static_cast<T*>(std::aligned_alloc(alignment, bytes)));
-    if (data_ == nullptr) throw std::bad_alloc();
 #if defined(__linux__)
-    if (alignment == kHugePage) madvise(data_.get(), bytes, MADV_HUGEPAGE); // a hint: failure is fine
+    if (wanted >= kHugePage) {
+      map(wanted);
+      return;
+    }
 #endif
+    data_ = {static_cast<T*>(std::aligned_alloc(64, (wanted + 63) / 64 * 64)), Free{0}};
+    if (data_ == nullptr) throw std::bad_alloc();
   }
 
   [[nodiscard]] size_t size() const { return size_; }
@@ -41,9 +42,37 @@ class AlignedArray {
   [[nodiscard]] const T& operator[](size_t i) const { return data_.get()[i]; }
 
  private:
+  static constexpr size_t kHugePage = size_t{2} << 20;
+
   struct Free {
-    void operator()(T* data) const { std::free(data); }
+    size_t mapped_bytes = 0; // 0: from the heap
+    void operator()(T* data) const {
+#if defined(__linux__)
+      if (mapped_bytes != 0) {
+        munmap(data, mapped_bytes);
+        return;
+      }
+#endif
+      std::free(data);
+    }
   };
+
+#if defined(__linux__)
+  // Fresh pages, straight from the system: the heap would hand out used ones, which stay small whatever is advised.
+  void map(size_t wanted) {
+    const size_t bytes = (wanted + kHugePage - 1) / kHugePage * kHugePage, with_margin = bytes + kHugePage;
+    void* mapping = mmap(nullptr, with_margin, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (mapping == MAP_FAILED) throw std::bad_alloc();
+    auto* first = static_cast<std::byte*>(mapping);
+    const size_t before = (kHugePage - reinterpret_cast<uintptr_t>(first) % kHugePage) % kHugePage;
+    if (before != 0) munmap(first, before);
+    if (before != kHugePage) munmap(first + before + bytes, kHugePage - before);
+    first += before;
+    madvise(first, bytes, MADV_HUGEPAGE); // a hint: failure is fine
+    data_ = {reinterpret_cast<T*>(first), Free{bytes}};
+  }
+#endif
+
   std::unique_ptr<T, Free> data_;
   size_t size_ = 0;
 };
