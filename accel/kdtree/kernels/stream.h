@@ -19,13 +19,13 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Rays in flight. More hide more latency until their stacks no longer fit the first-level cache.
-inline constexpr uint32_t kStreamSlots = 32;
+inline constexpr uint32_t kStreamSlots = 64;
 // Fewer rays than this are faster one by one.
 inline constexpr size_t kSmallestStream = 4;
 // Lines that are fetched of a leaf block; a full one has five.
 inline constexpr size_t kBlockLines = 4;
 
-// About 150 KB, meant for the stack; nothing is initialized before it is used.
+// About 310 KB, meant for the stack; nothing is initialized before it is used.
 template <bool kAny>
 class Stream {
  public:
