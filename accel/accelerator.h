@@ -60,7 +60,8 @@ struct HitFilter {
 
 // One indexed triangle mesh in its own space. Arrays are borrowed and must outlive the accelerator; at least 16 bytes
 // after the last position must be readable (Embree loads positions as quadwords).
-// Triangles with a non-finite vertex (or a coordinate beyond 1.8e18) or no area are never hit.
+// Triangles with a non-finite vertex (or a coordinate beyond 1.8e18) or no area are never hit. Where coordinates exceed about 5e12,
+// products of three of them overflow, and hits may be told at an infinite distance.
 struct TriangleMesh {
   std::span<const Imath::V3f> positions;
   std::span<const uint32_t> indices; // three per triangle, each < positions.size()
