@@ -20,6 +20,22 @@ inline void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4
   for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Quad));
 }
 
+#if KINDLING_SIMD_LEVEL == 512
+inline __m512 four_quads(Quad a, Quad b, Quad c, Quad d) {
+  const __m512 ab = _mm512_castps256_ps512(_mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1));
+  return _mm512_insertf32x8(ab, _mm256_insertf128_ps(_mm256_castps128_ps256(c), d, 1), 1);
+}
+// Four times four quads at once, where quad k of register i is number 4 k + i.
+inline void transpose(const __m512 (&v)[4], const std::array<float*, 4>& out) {
+  const __m512 ab_low = _mm512_unpacklo_ps(v[0], v[1]), ab_high = _mm512_unpackhi_ps(v[0], v[1]);
+  const __m512 cd_low = _mm512_unpacklo_ps(v[2], v[3]), cd_high = _mm512_unpackhi_ps(v[2], v[3]);
+  _mm512_store_ps(out[0], _mm512_shuffle_ps(ab_low, cd_low, 0x44));
+  _mm512_store_ps(out[1], _mm512_shuffle_ps(ab_low, cd_low, 0xee));
+  _mm512_store_ps(out[2], _mm512_shuffle_ps(ab_high, cd_high, 0x44));
+  _mm512_store_ps(out[3], _mm512_shuffle_ps(ab_high, cd_high, 0xee));
+}
+#endif
+
 struct alignas(64) RayLanes {
   float origin[3][kRayLanes], direction[3][kRayLanes];
   float t_min[kRayLanes], t_max[kRayLanes]; // t_min not below zero
@@ -27,6 +43,18 @@ struct alignas(64) RayLanes {
   // `count` rays, 1 to 16, of which ray_at(i) refers to number i; the last is repeated.
   template <class RayAt>
   void load(uint32_t count, const RayAt& ray_at) {
+#if KINDLING_SIMD_LEVEL == 512
+    // In registers: a wide load would have to wait for narrow stores.
+    __m512 o[4], d[4]; // quads of rays i, i + 4, i + 8 and i + 12
+    for (uint32_t i = 0; i < 4; ++i) {
+      const Ray &r0 = ray_at(std::min(i, count - 1)), &r1 = ray_at(std::min(i + 4, count - 1)),
+                &r2 = ray_at(std::min(i + 8, count - 1)), &r3 = ray_at(std::min(i + 12, count - 1));
+      o[i] = four_quads(origin_quad(r0), origin_quad(r1), origin_quad(r2), origin_quad(r3));
+      d[i] = four_quads(direction_quad(r0), direction_quad(r1), direction_quad(r2), direction_quad(r3));
+    }
+    transpose(o, {origin[0], origin[1], origin[2], t_min});
+    transpose(d, {direction[0], direction[1], direction[2], t_max});
+#else
     for (uint32_t i = 0; i < kRayLanes; i += 4) {
       const Ray &a = ray_at(std::min(i, count - 1)), &b = ray_at(std::min(i + 1, count - 1)),
                 &c = ray_at(std::min(i + 2, count - 1)), &d = ray_at(std::min(i + 3, count - 1));
@@ -35,6 +63,7 @@ struct alignas(64) RayLanes {
       transpose(direction_quad(a), direction_quad(b), direction_quad(c), direction_quad(d),
                 {direction[0] + i, direction[1] + i, direction[2] + i, t_max + i});
     }
+#endif
     // NaN stays, so that can_hit() sees it.
     max(Float16(0.0f), Float16::load(t_min)).store(t_min);
   }

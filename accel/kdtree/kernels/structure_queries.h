@@ -94,30 +94,41 @@ inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::
   add_instances(s, rays, blocked);
 }
 
+// Some rays of a coherent batch, by their numbers, that are not worth packets: at most 256.
+template <bool kAny, class Finish>
+[[gnu::noinline]] void trace_apart(const Structure& s, std::span<const Ray> rays, std::span<const uint32_t> numbers,
+                                   const Finish& finish) {
+  if (numbers.size() < kSmallestStream) {
+    for (const uint32_t i : numbers) {
+      TreeHit best;
+      float t_far = rays[i].t_max;
+      const CandidateFilter filter{s.filter, rays[i], s.world_tree, kNoId};
+      if (trace_tree<kAny>(s.world_tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
+    }
+    return;
+  }
+  std::array<Ray, 256> apart;
+  for (size_t k = 0; k < numbers.size(); ++k) apart[k] = rays[numbers[k]];
+  Stream<kAny> stream(s.world_tree, s.filter);
+  stream.trace(std::span<const Ray>(apart).first(numbers.size()),
+               [&](size_t k, const TreeHit& hit) { finish(numbers[k], hit); });
+}
+
 inline void intersect_coherent(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
   std::fill(hits.begin(), hits.end(), Hit());
   const auto finish = [&](size_t i, const TreeHit& hit) {
     hits[i] = CandidateFilter{s.filter, rays[i], s.world_tree, kNoId}.resolve(hit);
   };
-  trace_packets<false>(s.world_tree, s.filter, rays, finish, [&](size_t i) {
-    TreeHit best;
-    float t_far = rays[i].t_max;
-    const CandidateFilter filter{s.filter, rays[i], s.world_tree, kNoId};
-    if (trace_tree<false>(s.world_tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
-  });
+  trace_packets<false>(s.world_tree, s.filter, rays, finish,
+                       [&](std::span<const uint32_t> apart) { trace_apart<false>(s, rays, apart, finish); });
   add_instances(s, rays, hits);
 }
 
 inline void occluded_coherent(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
   std::fill(blocked.begin(), blocked.end(), uint8_t{0});
-  trace_packets<true>(
-      s.world_tree, s.filter, rays, [&](size_t i, const TreeHit&) { blocked[i] = 1; },
-      [&](size_t i) {
-        TreeHit best;
-        float t_far = rays[i].t_max;
-        const CandidateFilter filter{s.filter, rays[i], s.world_tree, kNoId};
-        if (trace_tree<true>(s.world_tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) blocked[i] = 1;
-      });
+  const auto finish = [&](size_t i, const TreeHit&) { blocked[i] = 1; };
+  trace_packets<true>(s.world_tree, s.filter, rays, finish,
+                      [&](std::span<const uint32_t> apart) { trace_apart<true>(s, rays, apart, finish); });
   add_instances(s, rays, blocked);
 }
 

@@ -1,0 +1,338 @@
+// Sixteen rays of a packet: their lanes, their best hits, and the test of a leaf.
+//
+// In a leaf, triangles that lie to one side of all rays are sorted out first, all at once, by interval arithmetic over the rays; the
+// others are tested one by one against all rays. If only few rays have come to a leaf, they are tested one by one against all triangles.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/ray_lanes.h"
+#include "accel/kdtree/kernels/traversal.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+// Rays by the signs of their directions, in bits 0 to 2, and the number of its largest axis above. Rays that hit nothing by definition
+// have a class of their own, the last.
+inline constexpr uint32_t kRayClasses = 25;
+
+// The classes of sixteen rays, a bit of their numbers in each mask.
+struct RayClasses {
+  std::array<uint32_t, 5> bits;
+  uint32_t misses;
+
+  RayClasses() = default;
+  explicit RayClasses(const RayLanes& lanes) {
+    for (size_t k = 0; k < 3; ++k) bits[k] = sign_bits(Float16::load(lanes.direction[k]));
+    const RayLanes::LargestAxis largest = lanes.largest_axis();
+    bits[3] = largest.y;
+    bits[4] = ~(largest.x | largest.y) & kAllRays;
+    misses = ~lanes.can_hit() & kAllRays;
+  }
+  [[nodiscard]] uint8_t of(uint32_t ray) const {
+    uint32_t number = 0;
+    for (uint32_t k = 0; k < bits.size(); ++k) number |= ((bits[k] >> ray) & 1U) << k;
+    return static_cast<uint8_t>(((misses >> ray) & 1U) != 0 ? kRayClasses - 1 : number);
+  }
+};
+
+// Whether several sixteens of rays are all of one class, and none misses by definition.
+class CommonClass {
+ public:
+  void add(const RayClasses& classes) {
+    for (size_t k = 0; k < all_.size(); ++k) {
+      all_[k] &= classes.bits[k];
+      any_[k] |= classes.bits[k];
+    }
+    misses_ |= classes.misses;
+  }
+  [[nodiscard]] bool agree() const {
+    uint32_t mixed = misses_;
+    for (size_t k = 0; k < all_.size(); ++k) mixed |= all_[k] == kAllRays ? 0 : any_[k];
+    return mixed == 0;
+  }
+
+ private:
+  std::array<uint32_t, 5> all_{kAllRays, kAllRays, kAllRays, kAllRays, kAllRays}, any_{};
+  uint32_t misses_ = 0;
+};
+
+template <bool kAny>
+class PacketRays {
+ public:
+  struct Scene {
+    const Tree& tree;
+    const HitFilter& filter;
+  };
+
+  // Loads 1 to 16 rays, of which ray_at(i) refers to number i. To be traced they must be of one class, and not that of misses.
+  template <class RayAt>
+  void load(uint32_t count, const RayAt& ray_at) {
+    lanes_.load(count, ray_at);
+    for (uint32_t i = 0; i < count; ++i) ray_[i] = &ray_at(i);
+    for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // empty from the start
+    hit_ = 0;
+  }
+  [[nodiscard]] RayClasses classes() const { return RayClasses(lanes_); }
+  // Calls finish(i, hit) for the rays that hit something.
+  template <class Finish>
+  void deliver(const Finish& finish) const {
+    alignas(64) float u[kRayLanes], v[kRayLanes];
+    if (!kAny && hit_ != 0) {
+      (Float16::load(e1_) / Float16::load(det_)).store(u);
+      (Float16::load(e2_) / Float16::load(det_)).store(v);
+    }
+    for (uint32_t rest = hit_; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(rest));
+      finish(i, kAny ? TreeHit() : TreeHit{lanes_.t_max[i], u[i], v[i], std::bit_cast<uint32_t>(primitive_[i])});
+    }
+  }
+
+  // As clip_to_box(); lanes that miss the box get an empty interval. Bit i: ray i enters.
+  uint32_t clip_to_bounds(const Imath::Box3f& box, Float16& enter, Float16& leave) {
+    enter = Float16::load(lanes_.t_min);
+    leave = Float16::load(lanes_.t_max);
+    for (uint32_t k = 0; k < 3; ++k) {
+      const Float16 reciprocal = Float16(1.0f) / Float16::load(lanes_.direction[k]);
+      reciprocal.store(reciprocal_[k]);
+      const int axis = static_cast<int>(k);
+      const float near = points_down(k) ? box.max[axis] : box.min[axis],
+                  far = points_down(k) ? box.min[axis] : box.max[axis];
+      const Float16 origin = Float16::load(lanes_.origin[k]);
+      enter = max((Float16(near) - origin) * reciprocal, enter);
+      leave = min((Float16(far) - origin) * reciprocal, leave);
+    }
+    const uint32_t enters = at_most(enter, leave * Float16(kWiden));
+    enter = select(enters, Float16(std::numeric_limits<float>::infinity()), min(enter, leave));
+    leave = select(enters, Float16(-std::numeric_limits<float>::infinity()), leave);
+    return enters;
+  }
+  [[nodiscard]] bool points_down(uint32_t axis) const { return std::signbit(lanes_.direction[axis][0]); }
+
+  // RayShear for all rays, and its range over them.
+  void prepare_shear() {
+    const RayShear first(ray_[0]->origin, ray_[0]->direction);
+    kx_ = static_cast<uint32_t>(first.kx);
+    ky_ = static_cast<uint32_t>(first.ky);
+    kz_ = static_cast<uint32_t>(first.kz);
+    const Float16 dz = Float16::load(lanes_.direction[kz_]);
+    const Float16 sx = Float16::load(lanes_.direction[kx_]) / dz, sy = Float16::load(lanes_.direction[ky_]) / dz;
+    sx.store(sx_);
+    sy.store(sy_);
+    (Float16(1.0f) / dz).store(sz_);
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
+                  oz = Float16::load(lanes_.origin[kz_]);
+    x_range_ = {least(ox), greatest(ox), least(sx), greatest(sx)};
+    y_range_ = {least(oy), greatest(oy), least(sy), greatest(sy)};
+    z_low_ = least(oz);
+    z_high_ = greatest(oz);
+  }
+
+  // Distances along the rays to a plane.
+  [[nodiscard]] Float16 distance(const Float16& plane, uint32_t axis) const {
+    return (plane - Float16::load(lanes_.origin[axis])) * Float16::load(reciprocal_[axis]);
+  }
+  // Where the rays end; -1 once any hit will do.
+  [[nodiscard]] Float16 end() const { return Float16::load(lanes_.t_max); }
+  [[nodiscard]] bool is_done() const { return at_least(end(), Float16(0.0f)) == 0; }
+
+  // Ray i alone through a cell, as trace_tree().
+  [[gnu::noinline]] void trace_cell(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
+    const Ray& ray = *ray_[i];
+    const auto* quads = reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max)
+    const Float8 origin = Float8::load_twice(quads), direction = Float8::load_twice(quads + 4),
+                 reciprocal = Float8(1.0f) / direction;
+    const RayShear shear = shear_of_ray(i);
+    const bool in_plane = may_lie_in_plane(ray.direction);
+    const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
+    const float t_min = lanes_.t_min[i];
+    float t_far = lanes_.t_max[i];
+    TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
+    const float before = t_far;
+    const uint32_t primitive_before = best.primitive;
+    TraversalStack stack;
+    size_t top = 1;
+    stack.enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
+    bool any = false;
+    while (true) {
+      const Float8 point = origin + Float8(enter) * direction;
+      while (static_cast<int32_t>(child) > 0) {
+        const WideStep step = step_down(scene.tree.nodes[child], origin, reciprocal, point, enter, leave, stack, top);
+        child = step.child;
+        leave = step.leave;
+        top += step.pushed;
+      }
+      if (child != kEmptyChild) {
+        const LeafUnit* unit = scene.tree.leaves.data() + (child & ~kLeafBit);
+        any = intersect_leaf<kAny>(unit, shear, t_min, filter, t_far, best);
+        if (any) break;
+      }
+      --top;
+      if (in_plane) [[unlikely]]
+        while (stack.enter[top] > t_far) --top;
+      enter = stack.enter[top];
+      if (!(enter <= t_far)) break;
+      child = stack.child[top];
+      leave = stack.leave[top] < t_far ? stack.leave[top] : t_far;
+    }
+    if (any || t_far != before || best.primitive != primitive_before) put(i, any ? -1.0f : best.t, best);
+  }
+
+  // The active rays, at least one, through the blocks of a leaf.
+  void test_leaf(const Scene& scene, const LeafUnit* unit, uint32_t active) {
+    if (std::popcount(active) < kFewRays) {
+      for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<uint32_t>(std::countr_zero(rest));
+        const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
+        TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
+        const uint32_t before = best.primitive;
+        const bool any = intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
+        if (best.primitive != before) put(i, any ? -1.0f : best.t, best);
+      }
+      return;
+    }
+    while (true) {
+      const LeafBlock block(unit);
+      test_block(scene, block, active);
+      if (block.is_last()) return;
+      unit += block.unit_count();
+    }
+  }
+
+ private:
+  // With fewer rays in a leaf than this, rays are tested one by one.
+  static constexpr int kFewRays = 4;
+
+  [[nodiscard]] RayShear shear_of_ray(uint32_t i) const {
+    RayShear shear;
+    shear.kx = static_cast<int>(kx_);
+    shear.ky = static_cast<int>(ky_);
+    shear.kz = static_cast<int>(kz_);
+    shear.sx = sx_[i];
+    shear.sy = sy_[i];
+    shear.sz = sz_[i];
+    shear.origin = {lanes_.origin[kx_][i], lanes_.origin[ky_][i], lanes_.origin[kz_][i]};
+    return shear;
+  }
+
+  // Ranges over the packet of one coordinate of the origin and of the shear along it.
+  struct Range {
+    float origin_low, origin_high, shear_low, shear_high;
+  };
+  // Bit i: sheared coordinate i is above zero for all rays, or below it. Rounding is monotonic, so these are bounds of what the
+  // rays themselves would compute, without any margin.
+  struct Sides {
+    uint32_t above, below;
+  };
+  static Sides sides_of(const float* row, const Range& range, const Float16& z_low, const Float16& z_high) {
+    const Float16 p = Float16::load(row), low(range.shear_low), high(range.shear_high), zero(0.0f);
+    const Float16 a = low * z_low, b = low * z_high, c = high * z_low, d = high * z_high;
+    const Float16 least = (p - Float16(range.origin_high)) - max(max(a, b), max(c, d));
+    const Float16 most = (p - Float16(range.origin_low)) - min(min(a, b), min(c, d));
+    return {kd::KINDLING_SIMD::above(least, zero), kd::KINDLING_SIMD::above(zero, most)};
+  }
+
+  // Bit i: triangle i is not to one side of all rays.
+  [[nodiscard]] uint32_t possible(const LeafBlock& block) const {
+    const Float16 z = Float16::load(block.row(kz_)), z_low = z - Float16(z_high_), z_high = z - Float16(z_low_);
+    const Sides x = sides_of(block.row(kx_), x_range_, z_low, z_high),
+                y = sides_of(block.row(ky_), y_range_, z_low, z_high);
+    uint32_t out = 0;
+    for_each_group(block, [&](uint32_t first, uint32_t count) {
+      const WideInt a = WideInt::load(block.corners() + first);
+      const WideInt corners = bits_of(a, shift_right<4>(a), shift_right<8>(a));
+      const uint32_t missed = subset_of(corners, x.above) | subset_of(corners, x.below) | subset_of(corners, y.above) |
+                              subset_of(corners, y.below);
+      out |= (~missed & ((1U << count) - 1U)) << first;
+      return false;
+    });
+    return out;
+  }
+
+  // The triangles of a block against all rays.
+  void test_block(const Scene& scene, const LeafBlock& block, uint32_t active) {
+    uint32_t triangles = possible(block);
+    if (triangles == 0) return;
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
+                  oz = Float16::load(lanes_.origin[kz_]), sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
+    const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
+    const uint16_t* corners = block.corners();
+    const auto shear = [&](uint32_t vertex, Float16& x, Float16& y, Float16& z) {
+      z = Float16(pz[vertex]) - oz;
+      x = (Float16(px[vertex]) - ox) - sx * z;
+      y = (Float16(py[vertex]) - oy) - sy * z;
+    };
+    for (; triangles != 0; triangles &= triangles - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(triangles));
+      Float16 ax, ay, az, bx, by, bz, cx, cy, cz;
+      shear(corners[i] & 15U, ax, ay, az);
+      shear((corners[i] >> 4) & 15U, bx, by, bz);
+      shear(corners[i] >> 8, cx, cy, cz);
+      const Float16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+      const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;
+      if (inside == 0) continue;
+      const Float16 det = (e0 + e1) + e2;
+      const Float16 t = (((e0 * az + e1 * bz) + e2 * cz) * Float16::load(sz_)) / det;
+      const uint32_t mask =
+          inside & differs(det, zero) & above(t, Float16::load(lanes_.t_min)) & at_most(t, Float16::load(lanes_.t_max));
+      if (mask != 0) take(scene, block, i, mask, t, e1, e2, det);
+    }
+  }
+
+  // One triangle hit by the rays of the mask.
+  void take(const Scene& scene, const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t,
+            const Float16& e1, const Float16& e2, const Float16& det) {
+    const uint32_t primitive = block.primitive(triangle);
+    // Ties go to the smallest primitive.
+    for (uint32_t ties = mask & hit_ & at_least(t, Float16::load(lanes_.t_max)); ties != 0; ties &= ties - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(ties));
+      if (primitive >= std::bit_cast<uint32_t>(primitive_[i])) mask &= ~(1U << i);
+    }
+    if (((block.asking() >> triangle) & 1U) != 0) [[unlikely]]
+      mask = accepted(scene, primitive, mask, t, e1 / det, e2 / det);
+    const auto keep = [&](float* lanes, const Float16& x) { select(mask, Float16::load(lanes), x).store(lanes); };
+    keep(lanes_.t_max, kAny ? Float16(-1.0f) : t);
+    hit_ |= mask;
+    if (kAny) return;
+    keep(e1_, e1);
+    keep(e2_, e2);
+    keep(det_, det);
+    keep(primitive_, Float16(std::bit_cast<float>(primitive)));
+  }
+  // The rays of the mask for which the filter accepts the hit.
+  uint32_t accepted(const Scene& scene, uint32_t primitive, uint32_t mask, const Float16& t, const Float16& u,
+                    const Float16& v) const {
+    alignas(64) float ts[kRayLanes], us[kRayLanes], vs[kRayLanes];
+    t.store(ts);
+    u.store(us);
+    v.store(vs);
+    for (uint32_t rest = mask; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(rest));
+      const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
+      if (!filter.accepts({ts[i], us[i], vs[i], primitive})) mask &= ~(1U << i);
+    }
+    return mask;
+  }
+  // The nearest hit so far.
+  [[nodiscard]] TreeHit hit(uint32_t i) const {
+    return {lanes_.t_max[i], e1_[i] / det_[i], e2_[i] / det_[i], std::bit_cast<uint32_t>(primitive_[i])};
+  }
+  void put(uint32_t i, float t_far, const TreeHit& hit) {
+    lanes_.t_max[i] = t_far;
+    e1_[i] = hit.u;
+    e2_[i] = hit.v;
+    det_[i] = 1.0f;
+    primitive_[i] = std::bit_cast<float>(hit.primitive);
+    hit_ |= 1U << i;
+  }
+
+  uint32_t kx_ = 0, ky_ = 0, kz_ = 0;  // axes of the sheared space
+  Range x_range_{}, y_range_{};        // in the sheared space
+  float z_low_ = 0.0f, z_high_ = 0.0f; // of the origins
+  RayLanes lanes_;                     // t_max narrows; -1 once any hit will do
+  alignas(64) float reciprocal_[3][kRayLanes], sx_[kRayLanes], sy_[kRayLanes], sz_[kRayLanes];
+  // Of the best hits, which lie at t_max: u is e1 / det, v is e2 / det, and of primitive numbers the bits are kept.
+  alignas(64) float e1_[kRayLanes], e2_[kRayLanes], det_[kRayLanes], primitive_[kRayLanes];
+  uint32_t hit_ = 0; // bit i: ray i has one
+  const Ray* ray_[kRayLanes];
+};
+
+} // namespace kindling::accel::kd::KINDLING_SIMD
