@@ -5,11 +5,10 @@
 // outside of their intervals costs one comparison for all of them. The interval of a ray that does not enter a cell is empty, stays so
 // further down, and needs no mask.
 //
-// Nearest hits: four registers, 8 x 8 pixels, share the walk, so that nodes are fetched, branches predicted and packets set up once
-// for 64 rays; where one register alone enters a cell it goes on by itself. Any hit: one register at a time, since four of shadow rays
-// have too little in common (tried: 5 to 10 % slower; so are packets of mixed signs, with near and far exchanged by masks). A ray that
-// is alone in a cell leaves its packet and goes on as in trace_tree(). Shadow rays of which many do so are faster in a stream, and the
-// rest of their batch goes there.
+// Four registers, 8 x 8 pixels of camera rays, share the walk, so that nodes are fetched, branches predicted and packets set up once
+// for 64 rays. Where one register alone enters a cell it goes on by itself, and so do, as in trace_tree(), its last one or two rays.
+// Shadow rays of which many end up so are faster in a stream, where the rest of their batch goes: more than one in four, by experiment.
+// Tried and dropped for shadow rays: packets of mixed signs, with near and far exchanged by masks (5 to 10 % slower).
 //
 // Distances to planes, intervals and triangle tests are those of trace_tree(), operation by operation. What may differ: a ray is taken
 // through cells that it would not have entered alone if only rounding kept it out; and a triangle that a ray misses by less than the
@@ -46,19 +45,20 @@ class Packet {
     Cell<kCount> cell;
     uint32_t enters = 0;
     traced_ += kCount * kRayLanes;
-    for_each<kCount>([&](auto r) {
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       rays_[r].prepare_shear();
       enters |= rays_[r].clip_to_bounds(scene_.tree.clip_bounds, cell.enter[r], cell.leave[r]);
     });
     for (uint32_t k = 0; k < 3; ++k) down_[k] = rays_[0].points_down(k) ? 1 : 0;
-    for_each<kCount>([&](auto r) { cell.leave[r] = cell.leave[r] * Float16(kWiden); });
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = cell.leave[r] * Float16(kWiden); });
     if (enters != 0) walk<kCount>(rays_, cell, scene_.tree.root, 1);
   }
 
  private:
+  // f(0) to f(kCount - 1), as constants. All is inlined at once, or the compiler would keep a cell in memory from step to step.
   template <uint32_t kCount, class F>
   [[gnu::always_inline]] static void for_each(const F& f) {
-    [&]<uint32_t... kIndex>(std::integer_sequence<uint32_t, kIndex...>) [[gnu::always_inline]] {
+    [&]<uint32_t... kIndex>(std::integer_sequence<uint32_t, kIndex...>) __attribute__((always_inline)) {
       (f(std::integral_constant<uint32_t, kIndex>()), ...);
     }
     (std::make_integer_sequence<uint32_t, kCount>());
@@ -79,7 +79,12 @@ class Packet {
 
   // From a cell on: plane `heap` of a wide node, or a leaf.
   template <uint32_t kCount>
-  void walk(PacketRays<kAny>* rays, Cell<kCount> cell, ChildWord child, uint32_t heap) {
+  void walk(PacketRays<kAny>* rays, const Cell<kCount>& start, ChildWord child, uint32_t heap) {
+    Cell<kCount> cell; // in registers
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
+      cell.enter[r] = start.enter[r];
+      cell.leave[r] = start.leave[r];
+    });
     Entry<kCount>* const stack = stack_of<kCount>();
     uint32_t top = 0;
     while (true) {
@@ -95,13 +100,13 @@ class Packet {
       }
       if (child != kEmptyChild && test_leaf<kCount>(rays, child, cell)) return;
       Float16 end[kCount];
-      for_each<kCount>([&](auto r) { end[r] = rays[r].end(); });
+      for_each<kCount>([&](auto r) __attribute__((always_inline)) { end[r] = rays[r].end(); });
       uint32_t alive;
       do {
         if (top == 0) return;
         const Entry<kCount>& entry = stack[--top];
         alive = 0;
-        for_each<kCount>([&](auto r) {
+        for_each<kCount>([&](auto r) __attribute__((always_inline)) {
           cell.enter[r] = entry.cell.enter[r];
           cell.leave[r] = min(entry.cell.leave[r], end[r] * Float16(kWiden));
           alive |= at_most(cell.enter[r], end[r]);
@@ -112,11 +117,14 @@ class Packet {
     }
   }
 
-  static constexpr int kLoneRays = 1;
+  // So many rays of a register go on one by one.
+  static constexpr int kLoneRays = kAny ? 1 : 2;
 
-  // If the rays of one register alone enter a cell, walks that and returns true. True, too, if none do.
+  // If the rays of one register alone enter a cell or, of one register, few: takes them through it and returns true. True, too, if
+  // none do.
   template <uint32_t kCount>
-  bool hand_over(PacketRays<kAny>* rays, const Cell<kCount>& cell, ChildWord child, uint32_t heap) {
+  [[gnu::always_inline]] bool hand_over(PacketRays<kAny>* rays, const Cell<kCount>& cell, ChildWord child,
+                                        uint32_t heap) {
     if constexpr (kCount == 1) {
       const uint32_t active = at_most(cell.enter[0], cell.leave[0]);
       if (std::popcount(active) > kLoneRays) return false;
@@ -131,9 +139,11 @@ class Packet {
       return true;
     }
     uint32_t registers = 0;
-    for_each<kCount>([&](auto r) { registers |= (at_most(cell.enter[r], cell.leave[r]) != 0 ? 1U : 0U) << r; });
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
+      registers |= (at_most(cell.enter[r], cell.leave[r]) != 0 ? 1U : 0U) << r;
+    });
     if ((registers & (registers - 1)) != 0) return false;
-    for_each<kCount>([&](auto r) {
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       if (registers == 1U << r) walk<1>(rays + r, Cell<1>{{cell.enter[r]}, {cell.leave[r]}}, child, heap);
     });
     return true;
@@ -155,7 +165,7 @@ class Packet {
       const Float16 at(plane);
       Float16 near_leave[kCount], far_enter[kCount];
       uint32_t to_near = 0, to_far = 0;
-      for_each<kCount>([&](auto r) {
+      for_each<kCount>([&](auto r) __attribute__((always_inline)) {
         const Float16 t = rays[r].distance(at, axis);
         near_leave[r] = min(t * Float16(kWiden), cell.leave[r]);
         far_enter[r] = max(t, cell.enter[r]);
@@ -164,10 +174,10 @@ class Packet {
       });
       const uint32_t near = 2 * heap + down_[axis], far = near ^ 1U;
       if (to_far == 0) {
-        for_each<kCount>([&](auto r) { cell.leave[r] = near_leave[r]; });
+        for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = near_leave[r]; });
         heap = near;
       } else if (to_near == 0) {
-        for_each<kCount>([&](auto r) { cell.enter[r] = far_enter[r]; });
+        for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.enter[r] = far_enter[r]; });
         heap = far;
       } else {
         Entry<kCount>& entry = stack[top];
@@ -175,7 +185,7 @@ class Packet {
         entry.child = outside ? node.child[far & (kWideLanes - 1)] : number;
         entry.heap = outside ? 1 : far;
         top += entry.child != kEmptyChild ? 1 : 0;
-        for_each<kCount>([&](auto r) {
+        for_each<kCount>([&](auto r) __attribute__((always_inline)) {
           entry.cell.enter[r] = far_enter[r];
           entry.cell.leave[r] = cell.leave[r];
           cell.leave[r] = near_leave[r];
@@ -188,12 +198,29 @@ class Packet {
 
   // True if all rays are done.
   template <uint32_t kCount>
-  bool test_leaf(PacketRays<kAny>* rays, ChildWord child, const Cell<kCount>& cell) {
+  [[gnu::always_inline]] bool test_leaf(PacketRays<kAny>* rays, ChildWord child, const Cell<kCount>& cell) {
     const LeafUnit* unit = scene_.tree.leaves.data() + (child & ~kLeafBit);
+    uint32_t active[kCount], all = 0; // rays of registers that go through the leaf together
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
+      active[r] = at_most(cell.enter[r], cell.leave[r]) & at_most(cell.enter[r], rays[r].end());
+      if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kFewRays) {
+        rays[r].test_leaf(scene_, unit, active[r]);
+        active[r] = 0;
+      }
+      all |= active[r];
+    });
+    while (all != 0) {
+      const LeafBlock block(unit);
+      uint32_t triangles[kCount]; // of all registers first, since the tests are full of mispredicted branches
+      for_each<kCount>([&](auto r) __attribute__((always_inline)) { triangles[r] = rays[r].possible(block); });
+      for_each<kCount>([&](auto r) __attribute__((always_inline)) {
+        if (active[r] != 0 && triangles[r] != 0) rays[r].test_block(scene_, block, triangles[r], active[r]);
+      });
+      if (block.is_last()) break;
+      unit += block.unit_count();
+    }
     bool done = kAny;
-    for_each<kCount>([&](auto r) {
-      const uint32_t active = at_most(cell.enter[r], cell.leave[r]) & at_most(cell.enter[r], rays[r].end());
-      if (active != 0) rays[r].test_leaf(scene_, unit, active);
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       if (kAny) done = done && rays[r].is_done();
     });
     return done;
@@ -217,60 +244,59 @@ class Packet {
 
 // Traces rays in packets: four registers at once as they come where they are of one class, the others sorted by class; of a class with few
 // rays each goes alone through `rest`. Calls finish(number of the ray, hit) for each ray of a packet that hits something.
-// Any hit: one register at a time, and once more than a quarter of the rays have left their packets, all others of the batch go to `rest`.
+// Any hit: once more than a quarter of the rays have left their packets, all others of the batch go to `rest`.
 template <bool kAny, class Finish, class Rest>
 inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<const Ray> rays, const Finish& finish,
                           const Rest& rest) {
   constexpr size_t kMost = 256;   // rays to sort at once: their numbers are kept in bytes
   constexpr uint32_t kFewest = 4; // rays that are worth a packet
-  constexpr uint32_t kRegisters = kAny ? 1 : kPacketRegisters, kGroup = kRegisters * kRayLanes;
+  constexpr uint32_t kGroup = kPacketRegisters * kRayLanes;
   if (tree.root == kEmptyChild) return;
   Packet<kAny> packet(tree, filter);
   for (size_t first = 0; first < rays.size(); first += kMost) {
     const auto count = static_cast<uint32_t>(std::min(kMost, rays.size() - first));
     const Ray* part = &rays[first];
-    const auto load = [&](uint32_t r, uint32_t size, const auto& number) {
-      packet.rays(r).load(size, [&](uint32_t i) -> const Ray& { return part[number(i)]; });
+    const auto load = [&](uint32_t r, uint32_t size, const auto& ray_at) {
+      if (size == kRayLanes)
+        packet.rays(r).load(kRayLanes, ray_at); // a constant
+      else
+        packet.rays(r).load(size, ray_at);
     };
     const auto deliver = [&](uint32_t r, const auto& number) {
       packet.rays(r).deliver([&](uint32_t i, const TreeHit& hit) { finish(first + number(i), hit); });
     };
     packet.start_batch();
-    uint8_t left[kMost], classes[kMost]; // those still to trace
+    uint8_t classes[kMost], left[kMost]; // by number; the numbers of those still to trace
     uint32_t left_count = 0;
     for (uint32_t k = 0; k < count; k += kGroup) {
       const uint32_t registers = (std::min(kGroup, count - k) + kRayLanes - 1) / kRayLanes;
       const auto number = [&](uint32_t r) { return [k, r](uint32_t i) { return k + r * kRayLanes + i; }; };
-      std::array<RayClasses, kRegisters> found;
+      std::array<RayClasses, kPacketRegisters> found;
       CommonClass common;
       for (uint32_t r = 0; r < registers; ++r) {
-        load(r, std::min(kRayLanes, count - k - r * kRayLanes), number(r));
+        const Ray* at = part + k + r * kRayLanes;
+        load(r, std::min(kRayLanes, count - k - r * kRayLanes), [at](uint32_t i) -> const Ray& { return at[i]; });
         found[r] = packet.rays(r).classes();
         common.add(found[r]);
       }
       if (count - k >= kGroup && common.agree() && !packet.falls_apart()) {
-        packet.template trace<kRegisters>();
-        for (uint32_t r = 0; r < kRegisters; ++r) deliver(r, number(r));
+        packet.template trace<kPacketRegisters>();
+        for (uint32_t r = 0; r < kPacketRegisters; ++r) deliver(r, number(r));
         continue;
       }
-      for (uint32_t r = 0; r < registers; ++r) {
-        const uint32_t begin = k + r * kRayLanes, size = std::min(kRayLanes, count - begin);
-        for (uint32_t i = 0; i < size; ++i) {
-          left[left_count] = static_cast<uint8_t>(begin + i);
-          classes[left_count++] = found[r].of(i);
-        }
-      }
+      for (uint32_t r = 0; r < registers; ++r) found[r].store(&classes[k + r * kRayLanes]);
+      for (uint32_t i = k; i < std::min(k + kGroup, count); ++i) left[left_count++] = static_cast<uint8_t>(i);
     }
     if (left_count == 0) continue;
     uint8_t order[kMost];
     std::array<uint16_t, kRayClasses + 1> start{};
-    for (uint32_t i = 0; i < left_count; ++i) ++start[classes[i] + 1U];
+    for (uint32_t i = 0; i < left_count; ++i) ++start[classes[left[i]] + 1U];
     for (uint32_t c = 0; c < kRayClasses; ++c) start[c + 1] = static_cast<uint16_t>(start[c + 1] + start[c]);
     std::array<uint16_t, kRayClasses + 1> next = start;
-    for (uint32_t i = 0; i < left_count; ++i) order[next[classes[i]]++] = left[i];
+    for (uint32_t i = 0; i < left_count; ++i) order[next[classes[left[i]]]++] = left[i];
     std::array<uint32_t, kMost> apart; // rays that go to `rest`
     uint32_t apart_count = 0;
-    for (uint32_t c = 0; c + 1 < kRayClasses; ++c) {
+    for (uint32_t c = 0; c < kFirstMiss; ++c) {
       const uint32_t end = start[c + 1];
       for (uint32_t k = start[c]; k < end;) {
         const uint32_t size = std::min(end - k, kGroup);
@@ -281,14 +307,17 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
         const auto number = [&](uint32_t r) {
           return [&order, k, r](uint32_t i) { return order[k + r * kRayLanes + i]; };
         };
-        if (kRegisters > 1 && size == kGroup) {
-          for (uint32_t r = 0; r < kRegisters; ++r) load(r, kRayLanes, number(r));
-          packet.template trace<kRegisters>();
-          for (uint32_t r = 0; r < kRegisters; ++r) deliver(r, number(r));
+        const auto ray_at = [&](uint32_t r) {
+          return [part, at = order + k + r * kRayLanes](uint32_t i) -> const Ray& { return part[at[i]]; };
+        };
+        if (size == kGroup) {
+          for (uint32_t r = 0; r < kPacketRegisters; ++r) load(r, kRayLanes, ray_at(r));
+          packet.template trace<kPacketRegisters>();
+          for (uint32_t r = 0; r < kPacketRegisters; ++r) deliver(r, number(r));
           k += kGroup;
         } else {
           const uint32_t some = std::min(kRayLanes, size);
-          load(0, some, number(0));
+          load(0, some, ray_at(0));
           packet.template trace<1>();
           deliver(0, number(0));
           k += some;

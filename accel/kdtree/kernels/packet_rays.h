@@ -11,8 +11,16 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Rays by the signs of their directions, in bits 0 to 2, and the number of its largest axis above. Rays that hit nothing by definition
-// have a class of their own, the last.
-inline constexpr uint32_t kRayClasses = 25;
+// have classes of their own, the last from kFirstMiss on.
+inline constexpr uint32_t kRayClasses = 32, kFirstMiss = 24;
+
+// Byte i: bit i.
+inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
+  std::array<uint64_t, 256> table{};
+  for (uint64_t bits = 0; bits < 256; ++bits)
+    for (uint64_t i = 0; i < 8; ++i) table[bits] |= ((bits >> i) & 1U) << (8 * i);
+  return table;
+}();
 
 // The classes of sixteen rays, a bit of their numbers in each mask.
 struct RayClasses {
@@ -23,14 +31,17 @@ struct RayClasses {
   explicit RayClasses(const RayLanes& lanes) {
     for (size_t k = 0; k < 3; ++k) bits[k] = sign_bits(Float16::load(lanes.direction[k]));
     const RayLanes::LargestAxis largest = lanes.largest_axis();
-    bits[3] = largest.y;
-    bits[4] = ~(largest.x | largest.y) & kAllRays;
     misses = ~lanes.can_hit() & kAllRays;
+    bits[3] = largest.y | misses;
+    bits[4] = (~(largest.x | largest.y) & kAllRays) | misses;
   }
-  [[nodiscard]] uint8_t of(uint32_t ray) const {
-    uint32_t number = 0;
-    for (uint32_t k = 0; k < bits.size(); ++k) number |= ((bits[k] >> ray) & 1U) << k;
-    return static_cast<uint8_t>(((misses >> ray) & 1U) != 0 ? kRayClasses - 1 : number);
+  // One byte for each ray.
+  void store(uint8_t* out) const {
+    for (uint32_t half = 0; half < kRayLanes; half += 8) {
+      uint64_t bytes = 0;
+      for (size_t k = 0; k < bits.size(); ++k) bytes |= kBitsToBytes[(bits[k] >> half) & 0xffU] << k;
+      std::memcpy(out + half, &bytes, sizeof(bytes));
+    }
   }
 };
 
@@ -176,31 +187,67 @@ class PacketRays {
     if (any || t_far != before || best.primitive != primitive_before) put(i, any ? -1.0f : best.t, best);
   }
 
-  // The active rays, at least one, through the blocks of a leaf.
+  // With fewer rays in a leaf than this, rays are tested one by one.
+  static constexpr int kFewRays = 4;
+
+  // The active rays, one by one, through all blocks of a leaf.
   void test_leaf(const Scene& scene, const LeafUnit* unit, uint32_t active) {
-    if (std::popcount(active) < kFewRays) {
-      for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
-        const auto i = static_cast<uint32_t>(std::countr_zero(rest));
-        const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
-        TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
-        const uint32_t before = best.primitive;
-        const bool any = intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
-        if (best.primitive != before) put(i, any ? -1.0f : best.t, best);
-      }
-      return;
+    for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(rest));
+      const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
+      TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
+      const uint32_t before = best.primitive;
+      const bool any = intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
+      if (best.primitive != before) put(i, any ? -1.0f : best.t, best);
     }
-    while (true) {
-      const LeafBlock block(unit);
-      test_block(scene, block, active);
-      if (block.is_last()) return;
-      unit += block.unit_count();
+  }
+
+  // Bit i: triangle i is not to one side of all rays.
+  [[nodiscard]] uint32_t possible(const LeafBlock& block) const {
+    const Float16 z = Float16::load(block.row(kz_)), z_low = z - Float16(z_high_), z_high = z - Float16(z_low_);
+    const Sides x = sides_of(block.row(kx_), x_range_, z_low, z_high),
+                y = sides_of(block.row(ky_), y_range_, z_low, z_high);
+    uint32_t out = 0;
+    for_each_group(block, [&](uint32_t first, uint32_t count) {
+      const WideInt a = WideInt::load(block.corners() + first);
+      const WideInt corners = bits_of(a, shift_right<4>(a), shift_right<8>(a));
+      const uint32_t missed = subset_of(corners, x.above) | subset_of(corners, x.below) | subset_of(corners, y.above) |
+                              subset_of(corners, y.below);
+      out |= (~missed & ((1U << count) - 1U)) << first;
+      return false;
+    });
+    return out;
+  }
+
+  // Some triangles of a block, bits of a mask, against all rays.
+  void test_block(const Scene& scene, const LeafBlock& block, uint32_t triangles, uint32_t active) {
+    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
+                  oz = Float16::load(lanes_.origin[kz_]), sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
+    const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
+    const uint16_t* corners = block.corners();
+    const auto shear = [&](uint32_t vertex, Float16& x, Float16& y, Float16& z) {
+      z = Float16(pz[vertex]) - oz;
+      x = (Float16(px[vertex]) - ox) - sx * z;
+      y = (Float16(py[vertex]) - oy) - sy * z;
+    };
+    for (; triangles != 0; triangles &= triangles - 1) {
+      const auto i = static_cast<uint32_t>(std::countr_zero(triangles));
+      Float16 ax, ay, az, bx, by, bz, cx, cy, cz;
+      shear(corners[i] & 15U, ax, ay, az);
+      shear((corners[i] >> 4) & 15U, bx, by, bz);
+      shear(corners[i] >> 8, cx, cy, cz);
+      const Float16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+      const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;
+      if (inside == 0) continue;
+      const Float16 det = (e0 + e1) + e2;
+      const Float16 t = (((e0 * az + e1 * bz) + e2 * cz) * Float16::load(sz_)) / det;
+      const uint32_t mask =
+          inside & differs(det, zero) & above(t, Float16::load(lanes_.t_min)) & at_most(t, Float16::load(lanes_.t_max));
+      if (mask != 0) take(scene, block, i, mask, t, e1, e2, det);
     }
   }
 
  private:
-  // With fewer rays in a leaf than this, rays are tested one by one.
-  static constexpr int kFewRays = 4;
-
   [[nodiscard]] RayShear shear_of_ray(uint32_t i) const {
     RayShear shear;
     shear.kx = static_cast<int>(kx_);
@@ -230,62 +277,14 @@ class PacketRays {
     return {kd::KINDLING_SIMD::above(least, zero), kd::KINDLING_SIMD::above(zero, most)};
   }
 
-  // Bit i: triangle i is not to one side of all rays.
-  [[nodiscard]] uint32_t possible(const LeafBlock& block) const {
-    const Float16 z = Float16::load(block.row(kz_)), z_low = z - Float16(z_high_), z_high = z - Float16(z_low_);
-    const Sides x = sides_of(block.row(kx_), x_range_, z_low, z_high),
-                y = sides_of(block.row(ky_), y_range_, z_low, z_high);
-    uint32_t out = 0;
-    for_each_group(block, [&](uint32_t first, uint32_t count) {
-      const WideInt a = WideInt::load(block.corners() + first);
-      const WideInt corners = bits_of(a, shift_right<4>(a), shift_right<8>(a));
-      const uint32_t missed = subset_of(corners, x.above) | subset_of(corners, x.below) | subset_of(corners, y.above) |
-                              subset_of(corners, y.below);
-      out |= (~missed & ((1U << count) - 1U)) << first;
-      return false;
-    });
-    return out;
-  }
-
-  // The triangles of a block against all rays.
-  void test_block(const Scene& scene, const LeafBlock& block, uint32_t active) {
-    uint32_t triangles = possible(block);
-    if (triangles == 0) return;
-    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
-                  oz = Float16::load(lanes_.origin[kz_]), sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
-    const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
-    const uint16_t* corners = block.corners();
-    const auto shear = [&](uint32_t vertex, Float16& x, Float16& y, Float16& z) {
-      z = Float16(pz[vertex]) - oz;
-      x = (Float16(px[vertex]) - ox) - sx * z;
-      y = (Float16(py[vertex]) - oy) - sy * z;
-    };
-    for (; triangles != 0; triangles &= triangles - 1) {
-      const auto i = static_cast<uint32_t>(std::countr_zero(triangles));
-      Float16 ax, ay, az, bx, by, bz, cx, cy, cz;
-      shear(corners[i] & 15U, ax, ay, az);
-      shear((corners[i] >> 4) & 15U, bx, by, bz);
-      shear(corners[i] >> 8, cx, cy, cz);
-      const Float16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
-      const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;
-      if (inside == 0) continue;
-      const Float16 det = (e0 + e1) + e2;
-      const Float16 t = (((e0 * az + e1 * bz) + e2 * cz) * Float16::load(sz_)) / det;
-      const uint32_t mask =
-          inside & differs(det, zero) & above(t, Float16::load(lanes_.t_min)) & at_most(t, Float16::load(lanes_.t_max));
-      if (mask != 0) take(scene, block, i, mask, t, e1, e2, det);
-    }
-  }
-
   // One triangle hit by the rays of the mask.
   void take(const Scene& scene, const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t,
             const Float16& e1, const Float16& e2, const Float16& det) {
     const uint32_t primitive = block.primitive(triangle);
-    // Ties go to the smallest primitive.
-    for (uint32_t ties = mask & hit_ & at_least(t, Float16::load(lanes_.t_max)); ties != 0; ties &= ties - 1) {
-      const auto i = static_cast<uint32_t>(std::countr_zero(ties));
-      if (primitive >= std::bit_cast<uint32_t>(primitive_[i])) mask &= ~(1U << i);
-    }
+    // Ties go to the smallest primitive; most are the same one again, from another leaf.
+    const uint32_t ties = kAny ? 0 : mask & hit_ & at_least(t, Float16::load(lanes_.t_max));
+    if (ties != 0) mask &= ~ties | numbers_above(primitive_, primitive);
+    if (mask == 0) return;
     if (((block.asking() >> triangle) & 1U) != 0) [[unlikely]]
       mask = accepted(scene, primitive, mask, t, e1 / det, e2 / det);
     const auto keep = [&](float* lanes, const Float16& x) { select(mask, Float16::load(lanes), x).store(lanes); };

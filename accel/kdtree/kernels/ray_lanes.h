@@ -36,6 +36,17 @@ inline void transpose(const __m512 (&v)[4], const std::array<float*, 4>& out) {
 }
 #endif
 
+// Bit i: the number whose bits lane i has, of sixteen aligned ones, is above x.
+inline uint32_t numbers_above(const float* lanes, uint32_t x) {
+#if KINDLING_SIMD_LEVEL == 512
+  return _mm512_cmpgt_epu32_mask(_mm512_load_si512(lanes), _mm512_set1_epi32(static_cast<int>(x)));
+#else
+  uint32_t bits = 0;
+  for (uint32_t i = 0; i < kRayLanes; ++i) bits |= static_cast<uint32_t>(std::bit_cast<uint32_t>(lanes[i]) > x) << i;
+  return bits;
+#endif
+}
+
 struct alignas(64) RayLanes {
   float origin[3][kRayLanes], direction[3][kRayLanes];
   float t_min[kRayLanes], t_max[kRayLanes]; // t_min not below zero
