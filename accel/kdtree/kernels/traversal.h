@@ -2,8 +2,8 @@
 //
 // The near child of a node is found from the point where the ray enters it: comparing that point with the seven planes gives
 // seven bits, and a table turns them into the lane. The intervals of all eight children follow from the distances of the planes
-// off that critical path; those that the ray also enters go to the stack, farthest first. Where rounding has taken the point across a
-// plane, intervals decide the order.
+// off that critical path; those that the ray also enters stay in a frame of the stack, nearest first. Where rounding has taken the
+// point across a plane, intervals decide the order.
 //
 // Robustness (tests/accel/test_watertight.cpp):
 //  - distances are (plane - origin) * (1 / direction), where direction 0 gives infinities; 0 * infinity is NaN and must mean
@@ -28,7 +28,7 @@ struct TraversalStack {
     std::array<float, kWideLanes> enter, leave;
     std::array<ChildWord, kWideLanes> child;
   };
-  static constexpr size_t kFrames = kMaxWideDepth + 2; // one below all, and one that ends the ray
+  static constexpr size_t kFrames = kMaxWideDepth + 1; // the lowest ends the ray
   std::array<Frame, kFrames> frames;
   std::array<uint32_t, kFrames> rest;
 };
@@ -97,6 +97,13 @@ inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal
   return {node.child[near], frame.leave[static_cast<size_t>(std::countr_zero(near_bit))], entered & ~near_bit};
 }
 
+// Asks for the first line of what a child is, without a branch.
+inline void prefetch_child(const Tree& tree, ChildWord child) {
+  const auto node_at = reinterpret_cast<uintptr_t>(tree.nodes.data()) + size_t{child} * sizeof(WideNode);
+  const auto block_at = reinterpret_cast<uintptr_t>(tree.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
+  prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - (child >> 31)))));
+}
+
 // `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
 // true at the first found.
 template <bool kAny>
@@ -115,10 +122,9 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
   const bool in_plane = may_lie_in_plane(ray.direction);
 
   TraversalStack stack;
-  size_t top = 1; // the current frame, whose rest is in a register: others are only looked up where it is empty
+  size_t top = 0; // the current frame, whose rest is in a register
   uint32_t rest = 1;
-  stack.frames[1].enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
-  stack.rest[0] = 0;
+  stack.frames[0].enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
   ChildWord child = tree.root;
   Float8 point = origin + Float8(enter) * direction;
   while (true) {
@@ -129,15 +135,17 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
       child = step.child;
       leave = step.leave;
       rest = step.rest;
+      // The cell behind; some other child where there is none. Rays for any hit often end before they are there.
+      if (!kAny)
+        prefetch_child(tree, stack.frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
     }
     if (child != kEmptyChild) {
       const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
       if (intersect_leaf<kAny>(unit, shear, t_min, filter, t_far, best)) return true;
     }
     do {
-      const uint32_t done = rest == 0 ? 1 : 0; // arithmetic: a branch would be mispredicted
-      rest |= stack.rest[top - 1] & (0U - done);
-      top -= done;
+      // A branch on purpose: where it is predicted, the next cell does not wait for the intervals of the last node.
+      if (rest == 0) rest = stack.rest[--top];
       const auto next = static_cast<size_t>(std::countr_zero(rest));
       const TraversalStack::Frame& frame = stack.frames[top];
       child = frame.child[next];
