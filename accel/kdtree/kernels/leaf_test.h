@@ -46,7 +46,8 @@ struct ShearedVertices {
   }
 };
 
-// Up to kLanes triangles: edge functions, and bit i if the line of the ray is inside of triangle i.
+// Up to kLanes triangles: edge functions, and bit i if the line of the ray is inside of triangle i. That includes det = 0, where all
+// three are zero: the distance is 0 / 0 then, and NaN lies in no interval.
 struct TriangleTest {
   WideFloat e0, e1, e2, det;
   WideInt a, b, c; // corners
@@ -63,7 +64,7 @@ struct TriangleTest {
     e1 = ax * cy - ay * cx;
     e2 = bx * ay - by * ax;
     det = (e0 + e1) + e2; // NaN if any of them is
-    inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & differs(det, zero) &
+    inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) &
              ((1U << count) - 1U); // behind the last triangle stands anything
   }
   // Along the ray.
@@ -117,14 +118,16 @@ inline bool for_each_group(const LeafBlock& block, const F& f) {
 
 // Nearest hit: narrows t_far and sets best. Any hit: returns true at the first. Hits outside the cell of the leaf count too.
 template <bool kAny>
-inline bool intersect_leaf(const LeafUnit* unit, const RayShear& ray, float t_min, const CandidateFilter& filter,
-                           float& t_far, TreeHit& best) {
+[[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, const RayShear& ray, float t_min,
+                                                  const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  // The size of a leaf stands in its first line, and most have several.
+  for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
   while (true) {
     const LeafBlock block(unit);
     const ShearedVertices vertices(block, ray);
     const bool ends = for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
-      if (test.inside == 0) return false;
+      // Not skipped where the line passes by every triangle: half of all blocks, which cannot be predicted.
       const WideFloat t = test.distance(vertices, ray.sz);
       const uint32_t mask = test.inside & above(t, WideFloat(t_min)) & at_most(t, WideFloat(t_far));
       if (mask == 0) return false;

@@ -2,8 +2,8 @@
 //
 // The near child of a node is found from the point where the ray enters it: comparing that point with the seven planes gives
 // seven bits, and a table turns them into the lane. The intervals of all eight children follow from the distances of the planes
-// off that critical path; those that the ray also enters go to the stack, farthest first. Where rounding has taken the point across a
-// plane, intervals decide the order.
+// off that critical path; those that the ray also enters stay in a frame of the stack, nearest first. Where rounding has taken the
+// point across a plane, intervals decide the order.
 //
 // Robustness (tests/accel/test_watertight.cpp):
 //  - distances are (plane - origin) * (1 / direction), where direction 0 gives infinities; 0 * infinity is NaN and must mean
@@ -21,13 +21,16 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 
 inline constexpr float kWiden = 1.0f + 5e-7f; // a little over 4 ulp
 
-// At most 7 pushes per three binary levels, and one more round; a compressed store may write 8 entries past the top.
-inline constexpr size_t kStackSize = 7 * ((kMaxDepth + 2) / 3 + 1) + 9;
-
-// Cells still to visit: nearer ones on top, but for rays that may_lie_in_plane().
+// Cells still to visit. Each node on the way down that has any leaves a frame; the bits of `rest` say which children they are. Nearer
+// ones come first, but for rays that may_lie_in_plane(). A frame is written whole and aligned: packing its cells would cost more.
 struct TraversalStack {
-  std::array<ChildWord, kStackSize> child;
-  std::array<float, kStackSize> enter, leave;
+  struct alignas(32) Frame {
+    std::array<float, kWideLanes> enter, leave;
+    std::array<ChildWord, kWideLanes> child;
+  };
+  static constexpr size_t kFrames = kMaxWideDepth + 1; // the lowest ends the ray
+  std::array<Frame, kFrames> frames;
+  std::array<uint32_t, kFrames> rest;
 };
 
 // Whether the ray may lie in a plane of the tree: some 1 / direction is infinite. It then has both sides of that plane for one and
@@ -38,65 +41,67 @@ inline bool may_lie_in_plane(const Imath::V3f& direction) {
   return (std::fabs(direction.x) < kLeast) | (std::fabs(direction.y) < kLeast) | (std::fabs(direction.z) < kLeast);
 }
 
-// Cuts [enter, leave] to the box; false if nothing is left.
-inline bool clip_to_box(const Imath::Box3f& box, const Imath::V3f& origin, const Imath::V3f& direction, float& enter,
-                        float& leave) {
-  for (int k = 0; k < 3; ++k) {
-    const float reciprocal = 1.0f / direction[k];
-    const bool down = std::signbit(direction[k]);
-    const float t0 = ((down ? box.max[k] : box.min[k]) - origin[k]) * reciprocal;
-    const float t1 = ((down ? box.min[k] : box.max[k]) - origin[k]) * reciprocal;
-    enter = t0 > enter ? t0 : enter; // NaN: no restriction
-    leave = t1 < leave ? t1 : leave;
-  }
-  const bool enters = enter <= leave * kWiden;
-  enter = enter < leave ? enter : leave; // never beyond the end of the ray
-  return enters;
+// Cuts [enter, leave] to the box; false if nothing is left. Without branches: the signs of mixed rays cannot be predicted.
+inline bool clip_to_box(const Imath::Box3f& box, Quad origin, Quad reciprocal, float& enter, float& leave) {
+  using Bits = int32_t __attribute__((vector_size(16)));
+  Quad low, high; // lanes x, y, z
+  std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
+  std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
+  high = __builtin_shuffle(high, Bits{1, 2, 3, 3});
+  low = (low - origin) * reciprocal;
+  high = (high - origin) * reciprocal;
+  const Bits down = std::bit_cast<Bits>(reciprocal) < 0;
+  const Quad first{enter, enter, enter, enter}, last{leave, leave, leave, leave};
+  Quad near = down ? high : low, far = down ? low : high;
+  near = near > first ? near : first; // NaN: no restriction
+  far = far < last ? far : last;
+  leave = std::min(std::min(far[0], far[1]), far[2]);
+  const float entry = std::max(std::max(near[0], near[1]), near[2]);
+  enter = std::min(entry, leave); // never beyond the end of the ray
+  return entry <= leave * kWiden;
 }
 
 // Outcome of a step down: the child to visit next, which may be empty, and where its interval ends (it begins with the node's).
 struct WideStep {
   ChildWord child;
   float leave;
-  uint32_t pushed; // other children that went to the stack, from `top` on, farthest first
+  uint32_t rest; // bit i: child i of the frame is still to be visited
 };
 
-// From a node, entered at `point` for [enter, leave], to its near child. Ray quantities are {x, y, z, *, x, y, z, *}.
+// From a node, entered at `point` for [enter, leave], to its near child; the frame gets all of them in the order of the ray. Ray
+// quantities are {x, y, z, *, x, y, z, *}.
 inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal, Float8 point, float enter,
-                          float leave, TraversalStack& stack, size_t top) {
+                          float leave, TraversalStack::Frame& frame) {
   const Float8 planes = Float8::load(node.planes.data());
   const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
   const uint32_t near = tables::kNearLane[at_least(permute(point, axes), planes)];
 
   const Float8 axis_reciprocal = permute(reciprocal, axes);
   const Float8 t = (planes - permute(origin, axes)) * axis_reciprocal;
-  const Int8 order = Int8::from_bytes(tables::kOrder[sign_bits(axis_reciprocal)]);
+  const Int8 order = Int8::from_bytes(tables::kNearFirst[sign_bits(axis_reciprocal)]);
   const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                t3 = permute(t, shift_right<3>(order));
-  // In this order lanes 0 to 3 are on the far side of the root's plane, and so on.
-  const Float8 tn(enter), tx(leave);
-  const Float8 en = max_where<0x55>(max_where<0x33>(max_where<0x0f>(tn, t1), t2), t3);
-  const Float8 ex = min_where<0xaa>(min_where<0xcc>(min_where<0xf0>(tx, t1), t2), t3);
+  // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
+  const Float8 en = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(enter), t1), t2), t3);
+  const Float8 ex = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(leave), t1), t2), t3);
   const Int8 children = permute(Int8::load(node.child.data()), order);
+  en.store(frame.enter.data());
+  ex.store(frame.leave.data());
+  children.store(frame.child.data());
   const uint32_t near_bit = low_bits_equal(order, near);
   const uint32_t reached = at_most(en, ex * Float8(kWiden)), entered = reached & nonzero_bits(children);
-  const auto push = [&](uint32_t mask) {
-    const Compress8 compress(mask);
-    compress(children).store(&stack.child[top]);
-    compress(en).store(&stack.enter[top]);
-    compress(ex).store(&stack.leave[top]);
-    return static_cast<uint32_t>(std::popcount(mask));
-  };
   // Rounding may have taken the point across a plane. Then a child before the near one is reached too, and must come first, or a hit
   // behind it would end the search; or the near one is not reached at all. Intervals decide, as they do in a stream.
-  if ((reached & (0U - near_bit)) != near_bit) [[unlikely]] {
-    return {kEmptyChild, leave, push(entered)};
-  }
-  const uint32_t pushed = push(entered & ~near_bit);
+  if ((reached & (0U - reached)) != near_bit) [[unlikely]]
+    return {kEmptyChild, leave, entered};
+  return {node.child[near], frame.leave[static_cast<size_t>(std::countr_zero(near_bit))], entered & ~near_bit};
+}
 
-  alignas(32) float leaves[8];
-  ex.store(leaves);
-  return {node.child[near], leaves[std::countr_zero(near_bit)], pushed};
+// Asks for the first line of what a child is, without a branch.
+inline void prefetch_child(const Tree& tree, ChildWord child) {
+  const auto node_at = reinterpret_cast<uintptr_t>(tree.nodes.data()) + size_t{child} * sizeof(WideNode);
+  const auto block_at = reinterpret_cast<uintptr_t>(tree.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
+  prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - (child >> 31)))));
 }
 
 // `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
@@ -105,38 +110,51 @@ template <bool kAny>
 inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
                        TreeHit& best) {
   float enter = t_min, leave = t_far;
-  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, ray.origin, ray.direction, enter, leave)) return false;
+  alignas(16) const Quad quad_reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
+  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), quad_reciprocal, enter, leave))
+    return false;
   const auto* quads =
       reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
   const Float8 origin = Float8::load_twice(quads);
   const Float8 direction = Float8::load_twice(quads + 4);
-  const Float8 reciprocal = Float8(1.0f) / direction;
+  const Float8 reciprocal = Float8::load_twice(reinterpret_cast<const float*>(&quad_reciprocal));
   const RayShear shear = shear_of(ray);
   const bool in_plane = may_lie_in_plane(ray.direction);
 
   TraversalStack stack;
-  size_t top = 1;
-  stack.enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
+  size_t top = 0; // the current frame, whose rest is in a register
+  uint32_t rest = 1;
+  stack.frames[0].enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
   ChildWord child = tree.root;
   Float8 point = origin + Float8(enter) * direction;
   while (true) {
     while (static_cast<int32_t>(child) > 0) {
-      const WideStep step = step_down(tree.nodes[child], origin, reciprocal, point, enter, leave, stack, top);
+      stack.rest[top] = rest;
+      top += static_cast<size_t>(rest != 0);
+      const WideStep step = step_down(tree.nodes[child], origin, reciprocal, point, enter, leave, stack.frames[top]);
       child = step.child;
       leave = step.leave;
-      top += step.pushed;
+      rest = step.rest;
+      // The cell behind; some other child where there is none. Rays for any hit often end before they are there.
+      if (!kAny)
+        prefetch_child(tree, stack.frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
     }
     if (child != kEmptyChild) {
       const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
       if (intersect_leaf<kAny>(unit, shear, t_min, filter, t_far, best)) return true;
     }
-    --top;
-    if (in_plane) [[unlikely]]
-      while (stack.enter[top] > t_far) --top;
-    enter = stack.enter[top];
+    do {
+      // A branch on purpose: where it is predicted, the next cell does not wait for the intervals of the last node.
+      if (rest == 0) rest = stack.rest[--top];
+      const auto next = static_cast<size_t>(std::countr_zero(rest));
+      const TraversalStack::Frame& frame = stack.frames[top];
+      child = frame.child[next];
+      enter = frame.enter[next];
+      leave = frame.leave[next];
+      rest &= rest - 1;
+    } while (in_plane && enter > t_far);
     if (!(enter <= t_far)) return !kAny && best.is_hit();
-    child = stack.child[top];
-    leave = stack.leave[top] < t_far ? stack.leave[top] : t_far;
+    leave = leave < t_far ? leave : t_far;
     point = origin + Float8(enter) * direction;
   }
 }
