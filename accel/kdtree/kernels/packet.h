@@ -135,7 +135,7 @@ class Packet {
       for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<uint32_t>(std::countr_zero(rest));
         ++lone_;
-        rays[0].trace_cell(scene_, i, child, enter[i], leave[i]);
+        rays[0].trace_alone(scene_, i, child, enter[i], leave[i]);
       }
       return true;
     }

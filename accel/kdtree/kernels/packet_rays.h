@@ -145,46 +145,17 @@ class PacketRays {
   [[nodiscard]] Float16 end() const { return Float16::load(lanes_.t_max); }
   [[nodiscard]] bool is_done() const { return at_least(end(), Float16(0.0f)) == 0; }
 
-  // Ray i alone through a cell, as trace_tree().
-  [[gnu::noinline]] void trace_cell(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
+  // Ray i alone through a cell.
+  [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
     const Ray& ray = *ray_[i];
-    const auto* quads = reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max)
-    const Float8 origin = Float8::load_twice(quads), direction = Float8::load_twice(quads + 4),
-                 reciprocal = Float8(1.0f) / direction;
-    const RayShear shear = shear_of_ray(i);
-    const bool in_plane = may_lie_in_plane(ray.direction);
     const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
-    const float t_min = lanes_.t_min[i];
+    const Float8 reciprocal = Float8(1.0f) / Float8::load_twice(reinterpret_cast<const float*>(&ray) + 4);
     float t_far = lanes_.t_max[i];
     TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
-    const float before = t_far;
-    const uint32_t primitive_before = best.primitive;
-    TraversalStack stack;
-    size_t top = 1;
-    stack.enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
-    bool any = false;
-    while (true) {
-      const Float8 point = origin + Float8(enter) * direction;
-      while (static_cast<int32_t>(child) > 0) {
-        const WideStep step = step_down(scene.tree.nodes[child], origin, reciprocal, point, enter, leave, stack, top);
-        child = step.child;
-        leave = step.leave;
-        top += step.pushed;
-      }
-      if (child != kEmptyChild) {
-        const LeafUnit* unit = scene.tree.leaves.data() + (child & ~kLeafBit);
-        any = intersect_leaf<kAny>(unit, shear, t_min, filter, t_far, best);
-        if (any) break;
-      }
-      --top;
-      if (in_plane) [[unlikely]]
-        while (stack.enter[top] > t_far) --top;
-      enter = stack.enter[top];
-      if (!(enter <= t_far)) break;
-      child = stack.child[top];
-      leave = stack.leave[top] < t_far ? stack.leave[top] : t_far;
-    }
-    if (any || t_far != before || best.primitive != primitive_before) put(i, any ? -1.0f : best.t, best);
+    const TreeHit before = best;
+    const bool any = trace_cell<kAny>(scene.tree, ray, reciprocal, shear_of_ray(i), child, enter, leave,
+                                      lanes_.t_min[i], filter, t_far, best);
+    if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);
   }
 
   // With fewer rays in a leaf than this, rays are tested one by one.

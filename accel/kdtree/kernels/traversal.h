@@ -104,28 +104,22 @@ inline void prefetch_child(const Tree& tree, ChildWord child) {
   prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - (child >> 31)))));
 }
 
-// `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
-// true at the first found.
+// A ray through the cell `child` of a tree, [enter, leave] there. Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any
+// hit: true at the first found.
 template <bool kAny>
-inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
+inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, const RayShear& shear, ChildWord child,
+                       float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
                        TreeHit& best) {
-  float enter = t_min, leave = t_far;
-  alignas(16) const Quad quad_reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
-  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), quad_reciprocal, enter, leave))
-    return false;
   const auto* quads =
       reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
   const Float8 origin = Float8::load_twice(quads);
   const Float8 direction = Float8::load_twice(quads + 4);
-  const Float8 reciprocal = Float8::load_twice(reinterpret_cast<const float*>(&quad_reciprocal));
-  const RayShear shear = shear_of(ray);
   const bool in_plane = may_lie_in_plane(ray.direction);
 
   TraversalStack stack;
   size_t top = 0; // the current frame, whose rest is in a register
   uint32_t rest = 1;
   stack.frames[0].enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
-  ChildWord child = tree.root;
   Float8 point = origin + Float8(enter) * direction;
   while (true) {
     while (static_cast<int32_t>(child) > 0) {
@@ -153,10 +147,24 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
       leave = frame.leave[next];
       rest &= rest - 1;
     } while (in_plane && enter > t_far);
-    if (!(enter <= t_far)) return !kAny && best.is_hit();
+    if (!(enter <= t_far)) return false;
     leave = leave < t_far ? leave : t_far;
     point = origin + Float8(enter) * direction;
   }
+}
+
+// `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
+// true at the first found.
+template <bool kAny>
+inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
+                       TreeHit& best) {
+  float enter = t_min, leave = t_far;
+  alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
+  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), reciprocal, enter, leave))
+    return false;
+  return trace_cell<kAny>(tree, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
+                          tree.root, enter, leave, t_min, filter, t_far, best) ||
+         (!kAny && best.is_hit());
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD
