@@ -8,8 +8,9 @@
 // Four registers, 8 x 8 pixels of camera rays, share the walk, so that nodes are fetched, branches predicted and packets set up once
 // for 64 rays. Where one register alone enters a cell it goes on by itself, and so do, as in trace_tree(), its last one or two rays.
 // Shadow rays of which many end up so are faster in a stream, where the rest of their batch goes: more than one in four, by experiment.
-// Tried and dropped for shadow rays: packets of mixed signs, with near and far exchanged by masks (5 to 10 % slower); the first register
-// of a batch alone, to see earlier that it falls apart (no gain); one in eight for one in four (some gain 5 %, others lose 10 %).
+// Tried and dropped for shadow rays, on few scenes and repetitions: packets of mixed signs, with near and far exchanged by masks (0 to
+// 8 % slower); the first register of a batch alone, to see earlier that it falls apart (no gain on the whole), and with it one in eight
+// for one in four (helps where rays scatter, hurts where they do not).
 //
 // Distances to planes, intervals and triangle tests are those of trace_tree(), operation by operation. What may differ: a ray is taken
 // through cells that it would not have entered alone if only rounding kept it out; and a triangle that a ray misses by less than the
