@@ -107,9 +107,9 @@ inline void prefetch_child(const Tree& tree, ChildWord child) {
 // A ray through the cell `child` of a tree, [enter, leave] there. Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any
 // hit: true at the first found.
 template <bool kAny>
-[[gnu::always_inline]] inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal,
-                                              const RayShear& shear, ChildWord child, float enter, float leave,
-                                              float t_min, const CandidateFilter& filter, float& t_far, TreeHit& best) {
+inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, const RayShear& shear, ChildWord child,
+                       float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
+                       TreeHit& best) {
   const auto* quads =
       reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
   const Float8 origin = Float8::load_twice(quads);
