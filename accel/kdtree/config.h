@@ -20,12 +20,12 @@ inline constexpr uint32_t kCostBlock = 16;
 
 struct Config {
   // Surface area heuristic. A step down costs traversal_cost; a leaf of n > 0 references costs
-  // leaf_cost + triangle_cost * n + block_cost * ceil(n / kCostBlock). Fitted to streams on four scenes: three steps down share a
+  // leaf_cost + triangle_cost * n + block_cost * ceil(n / kCostBlock). Fitted on five scenes: three steps down share a
   // wide node, so that a step costs little against a leaf, and a leaf tests up to sixteen triangles at once, so that its size
   // hardly matters. Cheap steps also cut off empty space without a further bonus.
   double traversal_cost = 1.0;
-  double leaf_cost = 6.0;
-  double triangle_cost = 0.4;
+  double leaf_cost = 4.0;
+  double triangle_cost = 0.3;
   double block_cost = 0.0;
   // The triangles' cost of a split that cuts off empty space is reduced by this fraction.
   double empty_bonus = 0.05;
