@@ -1,5 +1,6 @@
 // The same image, bit for bit, for any number of threads, tile size, batch size, crop and split into passes.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/record_rays.h"
 #include "tests/integrator/test_scenes.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 namespace kindling::test {
 namespace {
 
-std::unique_ptr<const World> mixed_world(accel::Kind kind) {
+Scene mixed_scene() {
   Material glossy;
   glossy.base_color_factor = V4f(0.9f, 0.6f, 0.3f, 1.0f);
   glossy.roughness_factor = 0.3f;
@@ -25,7 +26,11 @@ std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
   scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
   scene.nodes.push_back(copy);
-  return make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+  return scene;
+}
+
+std::unique_ptr<const World> mixed_world(accel::Kind kind) {
+  return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
 const V2i kSize(75, 53); // not a multiple of anything
@@ -139,6 +144,34 @@ TEST_P(Determinism, AdaptiveSamplesAreThoseOfAFixedRender) {
       }
     }
   }
+}
+
+// An accelerator's answers may depend on the group, so that pixels that have stopped stay in it.
+TEST(AdaptiveSampling, CameraRaysOfABlockStayTogether) {
+  RecordingAccelerator* recorder = nullptr;
+  WorldOptions options;
+  options.wrap_accelerator = [&](std::unique_ptr<accel::Accelerator> inner) {
+    auto recording = std::make_unique<RecordingAccelerator>(std::move(inner));
+    recorder = recording.get();
+    return recording;
+  };
+  Scene scene = mixed_scene();
+  PosedScene posed = pose_scene(scene, {}).value();
+  const std::unique_ptr<const World> world =
+      build_world(std::move(scene), std::move(posed), options, nullptr, nullptr).value();
+  size_t groups = 0;
+  recorder->listen([&](RecordingAccelerator::Call call, std::span<const accel::Ray> rays) {
+    if (call != RecordingAccelerator::Call::coherent) return;
+    ++groups;
+    // Whole blocks, and those that the right edge, the lower edge or both cut.
+    ASSERT_TRUE(rays.size() == 64 || rays.size() == 3 * 8 || rays.size() == 8 * 5 || rays.size() == 3 * 5)
+        << rays.size();
+  });
+  RenderSettings settings = adaptive_render();
+  settings.threads = 1;
+  const std::vector<float> counts = render_film(*world, settings).resolve(Aov::samples);
+  EXPECT_LT(*std::min_element(counts.begin(), counts.end()), 100.0f);
+  EXPECT_GT(groups, 10U * 7U * 32U);
 }
 
 TEST_P(Determinism, SeedsDiffer) {
