@@ -4,7 +4,10 @@
 #include "tests/integrator/test_scenes.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstring>
+#include <thread>
 
 namespace kindling::test {
 namespace {
@@ -280,6 +283,28 @@ TEST(RenderSession, CancelledAdaptiveRenderIsWhole) {
   const Film whole = render_film(*world, settings);
   for (const Aov aov : {Aov::beauty, Aov::samples})
     EXPECT_TRUE(same_bits(outcome.value().film.resolve(aov), whole.resolve(aov)));
+}
+
+// Passes that seem slow become short, so that they end elsewhere than at the counts for decisions.
+class SlowListener final : public ProgressListener {
+ public:
+  void on_progress(const ProgressSnapshot& snapshot) override {
+    const bool pass_ends = snapshot.samples_per_pixel == std::floor(snapshot.samples_per_pixel);
+    if (pass_ends) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  void on_warning(std::string_view) override {}
+  void on_info(std::string_view) override {}
+};
+
+TEST(RenderSession, AdaptiveSamplingDoesNotDependOnPasses) {
+  const auto world = mixed_world(accel::Kind::embree);
+  const RenderSettings settings = adaptive_render();
+  SlowListener listener;
+  const Result<RenderOutcome> slow = render(*world, test_camera(), settings, nullptr, &listener);
+  const Result<RenderOutcome> quick = render(*world, test_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(slow.ok() && quick.ok());
+  for (const Aov aov : {Aov::beauty, Aov::samples})
+    EXPECT_TRUE(same_bits(slow.value().film.resolve(aov), quick.value().film.resolve(aov)));
 }
 
 TEST(RenderSession, TimeLimitEndsTheRender) {
