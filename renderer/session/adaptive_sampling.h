@@ -18,11 +18,11 @@ struct AdaptiveSettings {
 };
 
 // At n = 2^k samples of a pixel the error that it will have after 2n is foreseen from the variance so far; if that suffices,
-// the pixel stops at 2n. So a decision never sees the second half of the samples that it ends with. That halves the bias of
-// deciding and averaging by the same samples, which favours pixels that happened to miss what is rare and bright (Kirk and
-// Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis"); what is left falls with the minimum. Powers of two
-// (Dammertz et al. 2009, "A Hierarchical Automatic Stopping Condition for Monte Carlo Global Illumination") also end
-// pixels where the sampler's points are evenly spread.
+// the pixel stops at 2n. So a decision never sees the second half of the samples that it ends with. Deciding and averaging
+// by the same samples is biased towards pixels that happened to miss what is rare and bright (Kirk and Arvo 1991,
+// "Unbiased Sampling Techniques for Image Synthesis"); this loses less of it, but some. What is left falls with the minimum.
+// Powers of two (Dammertz et al. 2009, "A Hierarchical Automatic Stopping Condition for Monte Carlo Global Illumination")
+// also end pixels where the sampler's points are evenly spread.
 //
 // A decision depends on the pixel, its samples and the settings alone. The largest count of samples only cuts it short.
 // A pixel's entry is touched by the thread that owns its tile, as in Film.
