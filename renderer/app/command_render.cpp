@@ -147,10 +147,12 @@ class RenderCommand {
     settings.size_px = size_px_;
     settings.crop = options_.crop;
     settings.samples_per_pixel = options_.samples_per_pixel();
+    settings.adaptive = options_.adaptive;
     settings.time_limit_s = options_.time_limit_s;
     settings.seed = options_.seed;
     settings.filter = PixelFilter(options_.filter);
     settings.aovs = options_.aovs;
+    if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
     settings.threads = options_.threads;
     settings.tile_size_px = options_.tile_size_px;
     return settings;
@@ -234,6 +236,9 @@ class RenderCommand {
     report_.size_px = size_px_;
     report_.crop = outcome.film.crop();
     report_.spp_wanted = options_.samples_per_pixel();
+    report_.adaptive = options_.adaptive;
+    report_.mean_spp =
+        static_cast<double>(outcome.film.total_samples()) / static_cast<double>(report_.crop.pixel_count());
     report_.seed = options_.seed;
     report_.integrator = integrator_name(options_.integrator.kind);
     report_.accelerator = accel::kind_name(options_.accelerator);

@@ -12,6 +12,7 @@
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
+#include "renderer/session/adaptive_sampling.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -25,6 +26,8 @@
 namespace kindling::app {
 
 inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
+// With a noise threshold and without --spp: the most that a pixel takes.
+inline constexpr uint32_t kDefaultMostSamplesPerPixel = 1024;
 // With a time limit and without --spp: more than anybody waits for.
 inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
 
@@ -35,7 +38,8 @@ struct RenderOptions {
   std::optional<V2i> size_px; // unset: default_image_size() of the camera
   double scale = 1.0;         // of the size
   std::optional<PixelRect> crop;
-  std::optional<uint32_t> spp;
+  std::optional<uint32_t> spp; // with a noise threshold: at most
+  AdaptiveSettings adaptive;
   std::optional<double> time_limit_s;
   uint32_t seed = 0; // below 2^31, so that image metadata can hold it
   PixelFilterOptions filter;
@@ -75,7 +79,9 @@ struct RenderOptions {
   bool verbose = false;
 
   [[nodiscard]] uint32_t samples_per_pixel() const {
-    return spp.value_or(time_limit_s ? kUnlimitedSamplesPerPixel : kDefaultSamplesPerPixel);
+    if (spp) return *spp;
+    if (time_limit_s) return kUnlimitedSamplesPerPixel;
+    return adaptive.enabled() ? kDefaultMostSamplesPerPixel : kDefaultSamplesPerPixel;
   }
 };
 

@@ -98,6 +98,7 @@ ProgressState ProgressDisplay::state_at(Clock::time_point now) const {
   if (last_.phase == Phase::render) {
     state.samples_per_pixel = last_.samples_per_pixel;
     state.spp_wanted = context_.spp_wanted;
+    state.converged = last_.converged;
     state.rays = last_.rays;
     state.rays_per_s = phase_elapsed_s > 0.0 ? static_cast<double>(last_.rays) / phase_elapsed_s : 0.0;
   }

@@ -33,6 +33,8 @@ std::string format_ray_rate(double rays_per_s) {
 std::vector<std::string> status_parts(const ProgressState& state) {
   std::vector<std::string> parts;
   if (state.phase == Phase::render) parts.push_back(format_samples(state));
+  // Rounded down: 100% means all.
+  if (state.converged) parts.push_back(fmt::format("{:.0f}% converged", std::floor(100.0 * *state.converged)));
   if (state.remaining_s) parts.push_back(format_seconds(*state.remaining_s) + " left");
   if (state.phase == Phase::render) parts.push_back(format_ray_rate(state.rays_per_s));
   parts.push_back(format_seconds(state.elapsed_s) + " elapsed");
@@ -99,6 +101,7 @@ std::string format_json_line(const ProgressState& state) {
   const bool rendering = state.phase == Phase::render;
   object["spp"] = rendering ? nlohmann::ordered_json(state.samples_per_pixel) : nlohmann::ordered_json();
   object["spp_wanted"] = state.spp_wanted ? nlohmann::ordered_json(*state.spp_wanted) : nlohmann::ordered_json();
+  object["converged"] = state.converged ? nlohmann::ordered_json(*state.converged) : nlohmann::ordered_json();
   object["rays"] = state.rays;
   object["rays_per_s"] = state.rays_per_s;
   object["elapsed_s"] = state.elapsed_s;

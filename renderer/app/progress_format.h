@@ -19,6 +19,7 @@ struct ProgressState {
   double fraction = 0.0;              // of the phase, in [0, 1]
   double samples_per_pixel = 0.0;     // render phase
   std::optional<uint32_t> spp_wanted; // unset: the time limit ends the render
+  std::optional<double> converged;    // share of the pixels, with adaptive sampling
   uint64_t rays = 0;
   double rays_per_s = 0.0;           // mean over the render phase
   double elapsed_s = 0.0;            // since the process started
@@ -30,12 +31,13 @@ struct ProgressState {
 [[nodiscard]] std::optional<double> remaining_seconds(double fraction, double phase_elapsed_s);
 
 // "render   [#####-----]  50.0%  32/64 spp  1:20 left  12.3 Mrays/s  1:23 elapsed  512 MiB", never wider than
-// `columns`: the parts of least interest stand last and go first.
+// `columns`: the parts of least interest stand last and go first. With adaptive
+// sampling "41% converged" follows the samples.
 [[nodiscard]] std::string format_status_line(const ProgressState& state, int columns);
 // "render 50% 32/64 spp, 12.3 Mrays/s, 1:23 elapsed, 1:20 left, 512 MiB"
 [[nodiscard]] std::string format_plain_line(const ProgressState& state);
-// One JSON object with the keys event ("progress"), phase, fraction, spp, spp_wanted, rays, rays_per_s, elapsed_s,
-// remaining_s and rss_bytes; null where nobody knows.
+// One JSON object with the keys event ("progress"), phase, fraction, spp, spp_wanted, converged, rays, rays_per_s,
+// elapsed_s, remaining_s and rss_bytes; null where nobody knows.
 [[nodiscard]] std::string format_json_line(const ProgressState& state);
 
 } // namespace kindling::app

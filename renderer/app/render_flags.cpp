@@ -90,8 +90,17 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
 
 void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Sampling");
-  flags.value("--spp", "N", "Samples per pixel [64; without end if there is a --time-limit]",
-              [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
+  flags.value(
+      "--spp", "N",
+      "Samples per pixel, at most if there is a --noise-threshold [64, or 1024 with it; without end if there is a "
+      "--time-limit]",
+      [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
+  flags.value("--noise-threshold", "T",
+              "Stop sampling a pixel once its relative standard error is below T, as in 0.1; 0: never [0]",
+              [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.adaptive.noise_threshold); });
+  flags.value("--min-spp", "N", "Fewest samples of a pixel with --noise-threshold [128]", [&o](auto text) {
+    return store(parse_integer(text, 16, kUnlimitedSamplesPerPixel), o.adaptive.min_samples_per_pixel);
+  });
   flags.value("--time-limit", "TIME", "End after the pass that passes it: seconds, or 90s, 5m, 1h30m [none]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
   flags.value("--seed", "N", "Other noise, same picture [0]",
@@ -190,6 +199,11 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
     return usage("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
   if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
   if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
+  if (flags.given("--min-spp") && !o.adaptive.enabled())
+    return usage("--min-spp: has no meaning without --noise-threshold above 0");
+  if (o.adaptive.enabled() && o.adaptive.min_samples_per_pixel > o.samples_per_pixel())
+    return usage(fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use more --spp or fewer --min-spp",
+                             o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
   if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
 
   IntegratorSettings& s = o.integrator;

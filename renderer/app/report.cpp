@@ -34,6 +34,9 @@ std::string format_summary(const RenderReport& r) {
   if (t.textures_s > 0.0) text += fmt::format(" (textures {})", format_seconds(t.textures_s));
   text += fmt::format(", build {}, render {}, write {}; {} in all\n", format_seconds(t.build_s),
                       format_seconds(t.render_s), format_seconds(t.write_s), format_seconds(t.total_s));
+  if (r.adaptive.enabled())
+    text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp in the mean\n",
+                        100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),

@@ -31,6 +31,8 @@ struct RenderReport {
   V2i size_px{0, 0};
   PixelRect crop;
   uint32_t spp_wanted = 0;
+  AdaptiveSettings adaptive;
+  double mean_spp = 0.0; // over the pixels of the crop
   uint32_t seed = 0;
   std::string integrator;
   std::string accelerator;             // as --accel takes it

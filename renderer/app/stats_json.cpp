@@ -23,6 +23,12 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["crop"] = {r.crop.min.x, r.crop.min.y, r.crop.max.x, r.crop.max.y};
   json["spp"] = s.samples_per_pixel;
   json["spp_wanted"] = r.spp_wanted;
+  json["spp_mean"] = r.mean_spp;
+  json["adaptive"] = nullptr;
+  if (r.adaptive.enabled())
+    json["adaptive"] = {{"noise_threshold", r.adaptive.noise_threshold},
+                        {"min_spp", r.adaptive.min_samples_per_pixel},
+                        {"converged", s.converged_share}};
   json["seed"] = r.seed;
   json["threads"] = s.threads;
   json["integrator"] = r.integrator;

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 namespace kindling {
@@ -34,8 +35,9 @@ struct ProgressSnapshot {
   Phase phase = Phase::load;
   double done = 0.0;
   double total = 1.0;
-  double samples_per_pixel = 0.0; // finished so far, mean over the pixels
-  uint64_t rays = 0;              // traced so far, all kinds
+  double samples_per_pixel = 0.0;  // finished so far, mean over the pixels that are not converged
+  uint64_t rays = 0;               // traced so far, all kinds
+  std::optional<double> converged; // share of the pixels that need no more samples, in [0, 1]; only if that is decided
 };
 
 // Called from one thread at a time, at most a few times a second in the render phase. Must not block.

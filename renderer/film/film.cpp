@@ -5,12 +5,20 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace kindling {
 
 namespace {
 
 // What a sum of weighted values is divided by: never zero or negative.
 double divisor(double weight, uint64_t count) { return weight > 0.0 ? weight : static_cast<double>(count); }
+
+double mean_luminance(const double (&rgb)[3], double by) {
+  return (0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]) / by;
+}
 
 void store_mean(const double (&sum)[3], double by, float* out) {
   for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c] / by);
@@ -21,7 +29,7 @@ void store_mean(const double (&sum)[3], double by, float* out) {
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
   const size_t count = crop.empty() ? 0 : static_cast<size_t>(crop.pixel_count());
   sums_.assign(count, PixelSum{});
-  if (aovs.contains(Aov::variance)) luminance_.assign(count, LuminanceSum{});
+  if (aovs.contains(Aov::variance)) luminance_.assign(count, Moments{});
   if (aovs.needs_surface() || aovs.needs_components()) surfaces_.assign(count, SurfaceSum{});
 }
 
@@ -47,15 +55,27 @@ void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weigh
 // The mean is the ratio r = sum(w y) / sum(w); to first order its variance is sum(w^2 (y - r)^2) / sum(w)^2 (Cochran,
 // "Sampling Techniques", 3rd ed., section 6.4), times n / (n - 1). With equal weights that is exactly the unbiased s^2
 // / n.
-double Film::variance_of_mean(size_t index) const {
-  const PixelSum& sum = sums_[index];
+double Film::variance_of_mean(const PixelSum& sum, const Moments& y, double mean) {
   if (sum.samples < 2) return 0.0;
   const double n = static_cast<double>(sum.samples);
   const double by = divisor(sum.weight, sum.samples);
-  const double mean = (0.2126 * sum.rgb[0] + 0.7152 * sum.rgb[1] + 0.0722 * sum.rgb[2]) / by;
-  const LuminanceSum& y = luminance_[index];
   const double squares = y.w2_y2 - 2.0 * mean * y.w2_y + mean * mean * y.w2;
   return std::max(squares, 0.0) / (by * by) * n / (n - 1.0);
+}
+
+void Film::track_noise() { noise_.assign(sums_.size(), {}); }
+
+double Film::relative_error(const V2i& pixel, uint32_t samples) const {
+  const size_t index = index_of(pixel);
+  const PixelSum& sum = sums_[index];
+  assert(!noise_.empty());
+  if (sum.samples < 2) return std::numeric_limits<double>::infinity();
+  const double by = divisor(sum.weight, sum.samples);
+  double variance = 0.0;
+  for (size_t c = 0; c < 3; ++c)
+    variance = std::max(variance, variance_of_mean(sum, noise_[index][c], sum.rgb[c] / by));
+  const double scale = static_cast<double>(sum.samples) / static_cast<double>(samples);
+  return std::sqrt(variance * scale) / (std::max(mean_luminance(sum.rgb, by), 0.0) + kNoiseFloor);
 }
 
 void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
@@ -68,7 +88,8 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
   case Aov::alpha: out[0] = static_cast<float>(std::clamp(sum.alpha / by, 0.0, 1.0)); return;
   case Aov::samples: out[0] = static_cast<float>(sum.samples); return;
   case Aov::variance:
-    if (!luminance_.empty()) out[0] = static_cast<float>(variance_of_mean(index));
+    if (!luminance_.empty())
+      out[0] = static_cast<float>(variance_of_mean(sum, luminance_[index], mean_luminance(sum.rgb, by)));
     return;
   default: break;
   }
@@ -126,7 +147,7 @@ uint64_t Film::total_samples() const {
 }
 
 size_t Film::memory_bytes() const {
-  return sums_.size() * sizeof(PixelSum) + luminance_.size() * sizeof(LuminanceSum) +
+  return sums_.size() * sizeof(PixelSum) + luminance_.size() * sizeof(Moments) + noise_.size() * sizeof(noise_[0]) +
          surfaces_.size() * sizeof(SurfaceSum);
 }
 

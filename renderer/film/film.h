@@ -5,6 +5,7 @@
 #include "renderer/base/math.h"
 #include "renderer/film/aov.h"
 
+#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -59,9 +60,22 @@ class Film {
     sum.weight += weight;
     sum.samples += 1;
     if (!luminance_.empty()) luminance_[index].add(luminance(sample.radiance), weight);
+    if (!noise_.empty())
+      for (size_t c = 0; c < 3; ++c)
+        noise_[index][c].add(static_cast<double>(sample.radiance[static_cast<int>(c)]), weight);
   }
   // In addition to add(), when the set needs it; does nothing otherwise.
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight);
+
+  // Keeps what relative_error() needs; before the first add().
+  void track_noise();
+  // The relative standard error that the pixel's mean will have after `samples` samples, foreseen from those it has:
+  // the largest channel's standard error s / sqrt(samples), divided by the mean's luminance + kNoiseFloor (a relative
+  // error with a floor, as in Rousselle et al. 2011, "Adaptive Sampling and Reconstruction using Greedy Error
+  // Minimization"). s^2 is the unbiased variance of one sample; samples are taken as independent, which stratified ones
+  // undercut. Infinite below two samples. Needs track_noise().
+  [[nodiscard]] double relative_error(const V2i& pixel, uint32_t samples) const;
+  static constexpr double kNoiseFloor = 0.1; // radiance below which noise is judged absolutely
 
   // width * height * channels of the crop window, rows from the top. 0 everywhere for an AOV that neither the set
   // contains nor every film has (beauty, alpha, samples).
@@ -92,8 +106,8 @@ class Film {
     double hit_weight;
     uint64_t hits;
   };
-  // Moments of the weighted luminance y: what the variance of the ratio sum(w y) / sum(w) needs.
-  struct LuminanceSum {
+  // Moments of a weighted value y: what the variance of the ratio sum(w y) / sum(w) needs.
+  struct Moments {
     double w2;
     double w2_y;
     double w2_y2;
@@ -112,14 +126,15 @@ class Film {
   }
 
   void resolve_pixel(Aov aov, size_t index, float* out) const;
-  [[nodiscard]] double variance_of_mean(size_t index) const;
+  [[nodiscard]] static double variance_of_mean(const PixelSum& sum, const Moments& y, double mean);
 
   V2i size_px_;
   PixelRect crop_;
   AovSet aovs_;
   std::vector<PixelSum> sums_;
-  std::vector<LuminanceSum> luminance_; // only with Aov::variance
-  std::vector<SurfaceSum> surfaces_;    // only where the set needs it
+  std::vector<Moments> luminance_;            // only with Aov::variance
+  std::vector<std::array<Moments, 3>> noise_; // by channel; only with track_noise()
+  std::vector<SurfaceSum> surfaces_;          // only where the set needs it
 };
 
 } // namespace kindling

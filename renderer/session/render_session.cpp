@@ -13,6 +13,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 
 namespace kindling {
@@ -42,6 +43,16 @@ Result<void> check(const RenderSettings& settings, const Camera& camera) {
                     " pixels");
   }
   if (settings.samples_per_pixel < 1) return refuse("samples per pixel: 0 found, at least 1 is needed");
+  // Not a number fails as well.
+  if (!(settings.adaptive.noise_threshold >= 0.0 && std::isfinite(settings.adaptive.noise_threshold)))
+    return refuse("noise threshold " + std::to_string(settings.adaptive.noise_threshold) +
+                  ": a finite number that is not negative is needed");
+  constexpr uint32_t kFewestSamples = 16; // a variance from fewer than half of them says little
+  constexpr uint32_t kMostSamples = 1U << 30;
+  if (settings.adaptive.enabled() && (settings.adaptive.min_samples_per_pixel < kFewestSamples ||
+                                      settings.adaptive.min_samples_per_pixel > kMostSamples))
+    return refuse("at least " + std::to_string(settings.adaptive.min_samples_per_pixel) +
+                  " samples per pixel: adaptive sampling needs a minimum of 16 to 2^30");
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
   if (settings.integrator.batch_size < kBlockSize * kBlockSize ||
@@ -57,26 +68,31 @@ class PassProgress {
   PassProgress(ProgressListener* listener, Clock::time_point start, const RenderSettings& settings)
       : listener_(listener), start_(start), settings_(settings) {}
 
-  void tile_done(double samples_per_pixel, uint64_t rays) {
+  // `converged`: share of the pixels, in [0, 1].
+  void tile_done(double samples_per_pixel, double converged, uint64_t rays) {
     if (!listener_) return;
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock.owns_lock() || seconds_since(last_) < 0.1) return;
-    report(samples_per_pixel, rays);
+    report(samples_per_pixel, converged, rays);
   }
-  void pass_done(double samples_per_pixel, uint64_t rays) {
+  void pass_done(double samples_per_pixel, double converged, uint64_t rays) {
     if (!listener_) return;
     const std::lock_guard lock(mutex_);
-    report(samples_per_pixel, rays);
+    report(samples_per_pixel, converged, rays);
   }
 
  private:
-  void report(double samples_per_pixel, uint64_t rays) {
+  void report(double samples_per_pixel, double converged, uint64_t rays) {
     last_ = Clock::now();
     ProgressSnapshot snapshot{.phase = Phase::render,
                               .done = samples_per_pixel,
                               .total = static_cast<double>(settings_.samples_per_pixel),
                               .samples_per_pixel = samples_per_pixel,
                               .rays = rays};
+    if (settings_.adaptive.enabled()) {
+      snapshot.converged = converged;
+      snapshot.done += converged * (snapshot.total - snapshot.done);
+    }
     // A time limit that will end the render first is what the bar runs to.
     if (settings_.time_limit_s) {
       const double elapsed_s = seconds_since(start_);
@@ -109,6 +125,9 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const PixelRect crop = settings.crop.value_or(PixelRect{V2i(0, 0), settings.size_px});
   RenderOutcome outcome{Film(settings.size_px, crop, settings.aovs), {}, false};
   RenderStatistics& statistics = outcome.statistics;
+  const bool adaptive = settings.adaptive.enabled();
+  AdaptiveSampling adaptive_sampling(crop, settings.adaptive);
+  if (adaptive) outcome.film.track_noise();
 
   const std::unique_ptr<Integrator> integrator =
       make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
@@ -124,7 +143,24 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const Clock::time_point start = Clock::now();
   PassProgress progress(listener, start, settings);
   std::atomic<uint64_t> rays{0};
+  std::atomic<int64_t> converged{0}; // pixels
+  const auto converged_share = [&] {
+    return static_cast<double>(converged.load()) / static_cast<double>(crop.pixel_count());
+  };
   const auto stop_now = [&] { return cancel && cancel->cancelled_now(); };
+
+  // Cuts the samples of a pass at the counts for decisions, which so do not depend on passes.
+  const auto render_block_adaptively = [&](const PixelRect& block, const SampleRange& samples, ThreadContext& context) {
+    const uint32_t end = samples.first + samples.count;
+    for (uint32_t done = samples.first; done < end;) {
+      const PixelBlock remaining = adaptive_sampling.remaining(block, done);
+      if (remaining.pixel_count() == 0) return;
+      const uint32_t count = std::min(end - done, adaptive_sampling.samples_to_decision(done));
+      integrator->render_block(remaining, {done, count}, context, outcome.film);
+      done += count;
+      converged += adaptive_sampling.decide(block, done, outcome.film);
+    }
+  };
 
   // Tiles are handed out one by one; a tile's pixels are written by the thread that has it, and by no other.
   const auto render_pass = [&](const SampleRange& samples) {
@@ -137,11 +173,15 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
           const Clock::time_point tile_start = Clock::now();
           for (size_t t = range.begin(); t != range.end() && !stop_now(); ++t) {
             const uint64_t rays_before = worker.context->counters.total();
-            for (const PixelRect& block : make_blocks(tiles[t]))
-              integrator->render_block(block, samples, *worker.context, outcome.film);
+            for (const PixelRect& block : make_blocks(tiles[t])) {
+              if (adaptive)
+                render_block_adaptively(block, samples, *worker.context);
+              else
+                integrator->render_block(block, samples, *worker.context, outcome.film);
+            }
             rays += worker.context->counters.total() - rays_before;
             const double pass_fraction = static_cast<double>(++tiles_done) / static_cast<double>(tiles.size());
-            progress.tile_done(samples.first + samples.count * pass_fraction, rays);
+            progress.tile_done(samples.first + samples.count * pass_fraction, converged_share(), rays);
           }
           worker.busy_s += seconds_since(tile_start);
         },
@@ -161,8 +201,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     }
     done += pass.count;
     statistics.samples_per_pixel = done;
-    progress.pass_done(done, rays);
-    if (done == settings.samples_per_pixel) break;
+    progress.pass_done(done, converged_share(), rays);
+    if (done == settings.samples_per_pixel || converged == crop.pixel_count()) break;
     if (cancel && cancel->cancelled()) {
       outcome.interrupted = true;
       break;
@@ -171,6 +211,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   }
 
   statistics.render_s = seconds_since(start);
+  statistics.converged_share = converged_share();
   statistics.idle_s = statistics.render_s * statistics.threads;
   for (const Worker& worker : workers) {
     statistics.rays.add(worker.context->counters);

@@ -8,6 +8,7 @@
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
+#include "renderer/session/adaptive_sampling.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
@@ -18,8 +19,9 @@ namespace kindling {
 struct RenderSettings {
   IntegratorSettings integrator;
   V2i size_px{1280, 720};
-  std::optional<PixelRect> crop; // default: the whole image
-  uint32_t samples_per_pixel = 64;
+  std::optional<PixelRect> crop;   // default: the whole image
+  uint32_t samples_per_pixel = 64; // with adaptive sampling: at most
+  AdaptiveSettings adaptive;
   std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
   uint32_t seed = 0;
   PixelFilter filter;
@@ -31,7 +33,8 @@ struct RenderSettings {
 struct RenderStatistics {
   double render_s = 0.0;
   double first_pass_s = 0.0;      // from the start of the render phase until every pixel had one sample
-  uint32_t samples_per_pixel = 0; // finished for every pixel
+  uint32_t samples_per_pixel = 0; // finished for every pixel that had not stopped before
+  double converged_share = 0.0;   // of the pixels, in [0, 1]: those that adaptive sampling has stopped
   int threads = 0;
   int passes = 0;
   double idle_s = 0.0; // sum over the threads of the time without a tile

@@ -99,6 +99,15 @@ TEST(ProgressFormat, PlainLine) {
   EXPECT_EQ(format_plain_line(load), "load 25% 0.500 s elapsed");
 }
 
+TEST(ProgressFormat, ConvergedPixels) {
+  ProgressState state = render_state();
+  state.converged = 0.999;
+  EXPECT_EQ(format_plain_line(state),
+            "render 50% 32/64 spp, 99% converged, 1:20 left, 12.3 Mrays/s, 1:23 elapsed, 512 MiB");
+  EXPECT_EQ(nlohmann::json::parse(format_json_line(state))["converged"], 0.999);
+  EXPECT_TRUE(nlohmann::json::parse(format_json_line(render_state()))["converged"].is_null());
+}
+
 TEST(ProgressFormat, JsonLine) {
   const nlohmann::json json = nlohmann::json::parse(format_json_line(render_state()));
   EXPECT_EQ(json["event"], "progress");

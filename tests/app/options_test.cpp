@@ -145,6 +145,34 @@ TEST(Options, ATimeLimitAloneLeavesTheSamplesOpen) {
   EXPECT_EQ(render_options({"--time-limit", "10", "--spp", "5"}).samples_per_pixel(), 5U);
 }
 
+TEST(Options, AdaptiveSampling) {
+  EXPECT_FALSE(render_options({}).adaptive.enabled());
+  EXPECT_FALSE(render_options({"--noise-threshold", "0"}).adaptive.enabled());
+  EXPECT_EQ(render_options({"--noise-threshold", "0"}).samples_per_pixel(), kDefaultSamplesPerPixel);
+  const RenderOptions options = render_options({"--noise-threshold", "0.05", "--min-spp", "64"});
+  EXPECT_EQ(options.adaptive.noise_threshold, 0.05);
+  EXPECT_EQ(options.adaptive.min_samples_per_pixel, 64U);
+  EXPECT_EQ(options.samples_per_pixel(), kDefaultMostSamplesPerPixel);
+}
+
+TEST(Options, AdaptiveSamplingRefusals) {
+  const auto refused = [](std::vector<const char*> flags) {
+    flags.insert(flags.begin(), {"render", "a.glb"});
+    return refusal(std::move(flags));
+  };
+  for (const char* bad : {"-0.1", "1.5", "nan", "much"}) {
+    const std::string message = refused({"--noise-threshold", bad});
+    EXPECT_TRUE(message.starts_with("--noise-threshold: '" + std::string(bad) + "'")) << message;
+  }
+  const std::string few = refused({"--noise-threshold", "0.1", "--min-spp", "15"});
+  EXPECT_TRUE(few.starts_with("--min-spp: '15'")) << few;
+  EXPECT_EQ(refused({"--min-spp", "32"}), "--min-spp: has no meaning without --noise-threshold above 0");
+  EXPECT_EQ(refused({"--noise-threshold", "0.1", "--min-spp", "65", "--spp", "64"}),
+            "--noise-threshold: --spp 64 is below --min-spp 65; use more --spp or fewer --min-spp");
+  EXPECT_EQ(refused({"--noise-threshold", "0.1", "--spp", "100"}),
+            "--noise-threshold: --spp 100 is below --min-spp 128; use more --spp or fewer --min-spp");
+}
+
 TEST(Options, CommandLineIsKeptForAShell) {
   const Result<CommandLine> line = parse_command_line(std::vector<const char*>{"render", "my scene.glb", "--spp", "4"});
   ASSERT_TRUE(line.ok());

@@ -162,6 +162,8 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
                           "crop",
                           "spp",
                           "spp_wanted",
+                          "spp_mean",
+                          "adaptive",
                           "seed",
                           "threads",
                           "integrator",
@@ -198,6 +200,26 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
     EXPECT_GE(json["phases"][phase], 0.0) << phase;
   EXPECT_GE(json["time_to_first_pixel_s"], json["time_to_first_ray_s"]);
   EXPECT_GE(json["total_s"], json["time_to_first_pixel_s"]);
+}
+
+TEST_F(RenderCommand, AdaptiveSamplingIsReportedAndWritten) {
+  const std::string scene = write_scene();
+  const ProgramResult result = run({"render", scene, "--noise-threshold", "0.02", "--min-spp", "16", "--spp", "256",
+                                    "--size", "24x24", "-o", "a.exr", "--stats", "s.json", "--progress", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json json = read_json("s.json");
+  EXPECT_GT(json["adaptive"]["converged"], 0.5);
+  EXPECT_LE(json["adaptive"]["converged"], 1.0);
+  EXPECT_EQ(json["adaptive"]["min_spp"], 16);
+  EXPECT_GE(json["spp_mean"], 16.0);
+  EXPECT_LT(json["spp_mean"], 256.0);
+  EXPECT_NE(result.err.find("\"converged\":0."), std::string::npos) << result.err;
+  // A name in the header's list of channels: the type that follows is 2, float.
+  EXPECT_NE(read_file("a.exr").find(std::string("samples\0\2", 9)), std::string::npos);
+
+  ASSERT_EQ(run({"render", scene, "--spp", "2", "--size", "8x8", "-o", "b.exr", "--stats", "t.json"}).exit_code, 0);
+  EXPECT_TRUE(read_json("t.json")["adaptive"].is_null());
+  EXPECT_EQ(read_file("b.exr").find(std::string("samples\0", 8)), std::string::npos);
 }
 
 TEST_F(RenderCommand, ScaleAndCameraDecideTheSize) {

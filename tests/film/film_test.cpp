@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace kindling {
@@ -111,6 +112,25 @@ TEST(Film, VarianceUnderNegativeLobes) {
   // The standard error of a normal sample's variance is sqrt(2 / (N - 1)) of it: 2.2 %; the first-order formula adds
   // O(1/n).
   EXPECT_NEAR(estimate / kPixels / spread, 1.0, 5.0 * std::sqrt(2.0 / (kPixels - 1)) + 4.0 / kSamples);
+}
+
+TEST(Film, RelativeErrorIsThatOfTheNoisiestChannel) {
+  Film film = one_pixel_film({});
+  film.track_noise();
+  film.add({0, 0}, {Rgb(1.0f, 2.0f, 1.0f), 1.0f, 1.0f});
+  EXPECT_EQ(film.relative_error({0, 0}, 16), std::numeric_limits<double>::infinity());
+  for (const float blue : {2.0f, 3.0f, 6.0f}) film.add({0, 0}, {Rgb(1.0f, 2.0f, blue), 1.0f, 1.0f});
+  // s^2 = (4 + 1 + 0 + 9) / 3 in blue, whose mean is 3; red and green do not vary.
+  const double luminance = 0.2126 * 1.0 + 0.7152 * 2.0 + 0.0722 * 3.0;
+  EXPECT_NEAR(film.relative_error({0, 0}, 4), std::sqrt(14.0 / 3.0 / 4.0) / (luminance + Film::kNoiseFloor), 1e-12);
+  EXPECT_NEAR(film.relative_error({0, 0}, 16), std::sqrt(14.0 / 3.0 / 16.0) / (luminance + Film::kNoiseFloor), 1e-12);
+}
+
+TEST(Film, RelativeErrorOfBlackIsZero) {
+  Film film = one_pixel_film({});
+  film.track_noise();
+  for (int i = 0; i < 3; ++i) film.add({0, 0}, grey(0.0f));
+  EXPECT_EQ(film.relative_error({0, 0}, 3), 0.0);
 }
 
 TEST(Film, SurfaceMeans) {

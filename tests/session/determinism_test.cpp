@@ -1,13 +1,18 @@
 // The same image, bit for bit, for any number of threads, tile size, batch size, crop and split into passes.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/record_rays.h"
 #include "tests/integrator/test_scenes.h"
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstring>
+#include <thread>
 
 namespace kindling::test {
 namespace {
 
-std::unique_ptr<const World> mixed_world(accel::Kind kind) {
+Scene mixed_scene() {
   Material glossy;
   glossy.base_color_factor = V4f(0.9f, 0.6f, 0.3f, 1.0f);
   glossy.roughness_factor = 0.3f;
@@ -24,7 +29,11 @@ std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
   scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
   scene.nodes.push_back(copy);
-  return make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+  return scene;
+}
+
+std::unique_ptr<const World> mixed_world(accel::Kind kind) {
+  return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
 const V2i kSize(75, 53); // not a multiple of anything
@@ -82,6 +91,92 @@ TEST_P(Determinism, CropShowsTheSamePixels) {
   }
 }
 
+// Some pixels stop at 32 samples, others later or never.
+RenderSettings adaptive_render() {
+  RenderSettings settings = small_render(kSize, 100);
+  settings.adaptive = {.noise_threshold = 0.06, .min_samples_per_pixel = 20};
+  settings.aovs.insert(Aov::samples);
+  return settings;
+}
+
+TEST_P(Determinism, AdaptiveSampling) {
+  const auto world = mixed_world(GetParam());
+  RenderSettings settings = adaptive_render();
+  settings.threads = 1;
+  const Film reference = render_film(*world, settings);
+  const std::vector<float> counts = reference.resolve(Aov::samples);
+  for (const float expected : {32.0f, 64.0f, 100.0f}) // something to compare
+    EXPECT_GT(std::count(counts.begin(), counts.end(), expected), 40) << expected;
+
+  const auto expect_same = [&](const Film& film, const char* what) {
+    const PixelRect& crop = film.crop();
+    for (const Aov aov : {Aov::beauty, Aov::samples, Aov::variance}) {
+      const size_t channels = static_cast<size_t>(aov_info(aov).channels);
+      const size_t row = static_cast<size_t>(crop.width()) * channels;
+      const std::vector<float> part = film.resolve(aov);
+      const std::vector<float> whole = reference.resolve(aov);
+      for (int y = crop.min.y; y < crop.max.y; ++y)
+        ASSERT_EQ(std::memcmp(part.data() + static_cast<size_t>(y - crop.min.y) * row,
+                              whole.data() + static_cast<size_t>(y * kSize.x + crop.min.x) * channels,
+                              row * sizeof(float)),
+                  0)
+            << aov_info(aov).name << " differs with another " << what << " in row " << y;
+    }
+  };
+  settings.threads = 3;
+  expect_same(render_film(*world, settings), "number of threads");
+  settings.tile_size_px = 8;
+  expect_same(render_film(*world, settings), "tile size");
+  settings.integrator.batch_size = 64;
+  expect_same(render_film(*world, settings), "batch size");
+  settings.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
+  expect_same(render_film(*world, settings), "crop");
+}
+
+// The samples of an adaptive render are the first ones of a fixed one, pixel by pixel.
+TEST_P(Determinism, AdaptiveSamplesAreThoseOfAFixedRender) {
+  const auto world = mixed_world(GetParam());
+  const Film adaptive = render_film(*world, adaptive_render());
+  const std::vector<float> counts = adaptive.resolve(Aov::samples);
+  const std::vector<float> beauty = adaptive.resolve(Aov::beauty);
+  for (const uint32_t count : {32U, 64U, 100U}) {
+    const std::vector<float> fixed = render_film(*world, small_render(kSize, count)).resolve(Aov::beauty);
+    for (size_t i = 0; i < counts.size(); ++i) {
+      if (counts[i] == static_cast<float>(count)) {
+        ASSERT_EQ(std::memcmp(&beauty[i * 3], &fixed[i * 3], 3 * sizeof(float)), 0) << "pixel " << i;
+      }
+    }
+  }
+}
+
+// An accelerator's answers may depend on the group, so that pixels that have stopped stay in it.
+TEST(AdaptiveSampling, CameraRaysOfABlockStayTogether) {
+  RecordingAccelerator* recorder = nullptr;
+  WorldOptions options;
+  options.wrap_accelerator = [&](std::unique_ptr<accel::Accelerator> inner) {
+    auto recording = std::make_unique<RecordingAccelerator>(std::move(inner));
+    recorder = recording.get();
+    return recording;
+  };
+  Scene scene = mixed_scene();
+  PosedScene posed = pose_scene(scene, {}).value();
+  const std::unique_ptr<const World> world =
+      build_world(std::move(scene), std::move(posed), options, nullptr, nullptr).value();
+  size_t groups = 0;
+  recorder->listen([&](RecordingAccelerator::Call call, std::span<const accel::Ray> rays) {
+    if (call != RecordingAccelerator::Call::coherent) return;
+    ++groups;
+    // Whole blocks, and those that the right edge, the lower edge or both cut.
+    ASSERT_TRUE(rays.size() == 64 || rays.size() == 3 * 8 || rays.size() == 8 * 5 || rays.size() == 3 * 5)
+        << rays.size();
+  });
+  RenderSettings settings = adaptive_render();
+  settings.threads = 1;
+  const std::vector<float> counts = render_film(*world, settings).resolve(Aov::samples);
+  EXPECT_LT(*std::min_element(counts.begin(), counts.end()), 100.0f);
+  EXPECT_GT(groups, 10U * 7U * 32U);
+}
+
 TEST_P(Determinism, SeedsDiffer) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = small_render(kSize, 2);
@@ -136,28 +231,35 @@ TEST(RenderSession, RefusesImpossibleSettings) {
   };
   EXPECT_TRUE(refused([](RenderSettings& s) { s.size_px = V2i(0, 5); }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.samples_per_pixel = 0; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.adaptive.noise_threshold = -0.1; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.adaptive.noise_threshold = std::nan(""); }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.adaptive = {0.1, 15}; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.tile_size_px = 12; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.batch_size = 100; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.crop = PixelRect{V2i(5, 5), V2i(100, 20)}; }));
   EXPECT_FALSE(refused([](RenderSettings&) {}));
 }
 
-class CancelAfterFirstReport final : public ProgressListener {
+class CancelAfterSamples final : public ProgressListener {
  public:
-  explicit CancelAfterFirstReport(CancelToken& token) : token_(token) {}
-  void on_progress(const ProgressSnapshot&) override { token_.cancel(); }
+  CancelAfterSamples(CancelToken& token, double samples_per_pixel)
+      : token_(token), samples_per_pixel_(samples_per_pixel) {}
+  void on_progress(const ProgressSnapshot& snapshot) override {
+    if (snapshot.samples_per_pixel >= samples_per_pixel_) token_.cancel();
+  }
   void on_warning(std::string_view) override {}
   void on_info(std::string_view) override {}
 
  private:
   CancelToken& token_;
+  double samples_per_pixel_;
 };
 
 TEST(RenderSession, CancelledRenderIsWhole) {
   const auto world = mixed_world(accel::Kind::embree);
   RenderSettings settings = small_render(kSize, 1U << 20);
   CancelToken token;
-  CancelAfterFirstReport listener(token);
+  CancelAfterSamples listener(token, 0.0);
   const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, &token, &listener);
   ASSERT_TRUE(outcome.ok());
   EXPECT_TRUE(outcome.value().interrupted);
@@ -165,6 +267,44 @@ TEST(RenderSession, CancelledRenderIsWhole) {
   ASSERT_GE(finished, 1U);
   settings.samples_per_pixel = finished;
   EXPECT_TRUE(same_bits(outcome.value().film.resolve_rgba(), render_film(*world, settings).resolve_rgba()));
+}
+
+TEST(RenderSession, CancelledAdaptiveRenderIsWhole) {
+  const auto world = mixed_world(accel::Kind::embree);
+  RenderSettings settings = adaptive_render();
+  settings.samples_per_pixel = 1U << 20;
+  CancelToken token;
+  CancelAfterSamples listener(token, 40.0);
+  const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, &token, &listener);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_TRUE(outcome.value().interrupted);
+  settings.samples_per_pixel = outcome.value().statistics.samples_per_pixel;
+  ASSERT_GE(settings.samples_per_pixel, 40U);
+  const Film whole = render_film(*world, settings);
+  for (const Aov aov : {Aov::beauty, Aov::samples})
+    EXPECT_TRUE(same_bits(outcome.value().film.resolve(aov), whole.resolve(aov)));
+}
+
+// Passes that seem slow become short, so that they end elsewhere than at the counts for decisions.
+class SlowListener final : public ProgressListener {
+ public:
+  void on_progress(const ProgressSnapshot& snapshot) override {
+    const bool pass_ends = snapshot.samples_per_pixel == std::floor(snapshot.samples_per_pixel);
+    if (pass_ends) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  void on_warning(std::string_view) override {}
+  void on_info(std::string_view) override {}
+};
+
+TEST(RenderSession, AdaptiveSamplingDoesNotDependOnPasses) {
+  const auto world = mixed_world(accel::Kind::embree);
+  const RenderSettings settings = adaptive_render();
+  SlowListener listener;
+  const Result<RenderOutcome> slow = render(*world, test_camera(), settings, nullptr, &listener);
+  const Result<RenderOutcome> quick = render(*world, test_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(slow.ok() && quick.ok());
+  for (const Aov aov : {Aov::beauty, Aov::samples})
+    EXPECT_TRUE(same_bits(slow.value().film.resolve(aov), quick.value().film.resolve(aov)));
 }
 
 TEST(RenderSession, TimeLimitEndsTheRender) {
