@@ -19,12 +19,11 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Four quads to four places, each of which gets one lane of all.
 inline void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4>& out) {
-  using Index = int32_t __attribute__((vector_size(16)));
-  const Quad ab_low = __builtin_shuffle(a, b, Index{0, 4, 1, 5}), ab_high = __builtin_shuffle(a, b, Index{2, 6, 3, 7});
-  const Quad cd_low = __builtin_shuffle(c, d, Index{0, 4, 1, 5}), cd_high = __builtin_shuffle(c, d, Index{2, 6, 3, 7});
+  const Quad ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Quad cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
   const std::array<Quad, 4> lanes = {
-      __builtin_shuffle(ab_low, cd_low, Index{0, 1, 4, 5}), __builtin_shuffle(ab_low, cd_low, Index{2, 3, 6, 7}),
-      __builtin_shuffle(ab_high, cd_high, Index{0, 1, 4, 5}), __builtin_shuffle(ab_high, cd_high, Index{2, 3, 6, 7})};
+      __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5), __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7),
+      __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5), __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7)};
   for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Quad));
 }
 

@@ -47,7 +47,7 @@ inline bool clip_to_box(const Imath::Box3f& box, Quad origin, Quad reciprocal, f
   Quad low, high; // lanes x, y, z
   std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
   std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
-  high = __builtin_shuffle(high, Bits{1, 2, 3, 3});
+  high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
   low = (low - origin) * reciprocal;
   high = (high - origin) * reciprocal;
   const Bits down = std::bit_cast<Bits>(reciprocal) < 0;
