@@ -110,7 +110,7 @@ struct ShootoutOptions {
   uint32_t build_repeat = 3;
   ShootoutClock clock = ShootoutClock::wall;
   bool embree_calls = true; // race Embree's own calls too
-  int threads = 0; // of the build with many; 0: all
+  int threads = 0;          // of the build with many; 0: all
   int heat_map_width_px = 320;
 
   std::filesystem::path rays_file;
