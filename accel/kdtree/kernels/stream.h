@@ -136,8 +136,8 @@ class Stream {
     return a ^ ((a ^ b) & mask);
   }
 
-  // Sorts rays that have moved on, from place `first` of a queue: those at nodes to the end of at_node_, of which `from` may be
-  // the part that has been dealt with, those at leaves to the end of at_leaf_.
+  // Sorts the first `count` rays of a queue, which have moved on: those at nodes to at_node_ from place `nodes` on, those at leaves
+  // to at_leaf_ from place `leaves` on, the others to done_. A queue may be sorted into itself from its beginning.
   void sort(Queue& from, uint32_t count, uint32_t& nodes, uint32_t& leaves) {
     for (uint32_t k = 0; k < count; k += kLanes) {
       const WideInt slots = WideInt::load(&from.slot[k]), child = WideInt::load(&from.child[k]);
