@@ -15,18 +15,14 @@ inline constexpr uint32_t kMaxDepth = 60;
 // Wide nodes on the way from the root to a leaf: as many as the layout puts there.
 inline constexpr uint32_t kMaxWideDepth = 32;
 
-// References of a leaf that Config::block_cost pays for once.
-inline constexpr uint32_t kCostBlock = 16;
-
 struct Config {
   // Surface area heuristic. A step down costs traversal_cost; a leaf of n > 0 references costs
-  // leaf_cost + triangle_cost * n + block_cost * ceil(n / kCostBlock). Fitted on five scenes: three steps down share a
-  // wide node, so that a step costs little against a leaf, and a leaf tests up to sixteen triangles at once, so that its size
-  // hardly matters. Cheap steps also cut off empty space without a further bonus.
+  // leaf_cost + triangle_cost * n. Fitted on five scenes: three steps down share a wide node, so that a step costs little against
+  // a leaf, and a leaf tests up to sixteen triangles at once, so that its size hardly matters. Cheap steps cut off empty space
+  // with hardly any bonus.
   double traversal_cost = 1.0;
   double leaf_cost = 4.0;
   double triangle_cost = 0.3;
-  double block_cost = 0.0;
   // The triangles' cost of a split that cuts off empty space is reduced by this fraction.
   double empty_bonus = 0.05;
   // Up to so many references every bound is tried as a plane; above, the borders of bins,
@@ -55,7 +51,6 @@ struct Config {
   case Quality::fast: // larger leaves, and planes that are nearly as good
     config.leaf_cost = 1.5;
     config.triangle_cost = 0.1;
-    config.block_cost = 0.0;
     config.exact_below = 32;
     config.refine_below = 512;
     config.collapse_below = 0;

@@ -12,21 +12,18 @@ namespace kindling::accel::kd {
 // CostModel::split_cost() without the step down, which all splits have. The axis must be longer than kShortestAxis.
 struct LaneCosts {
   float base, slope, box_low, box_high; // probability of a side = base + slope * extent of the side
-  float leaf, triangle, block, bonus;
+  float leaf, triangle, bonus;
 
   LaneCosts(const Config& config, const Imath::Box3f& box, double area, int axis)
       : box_low(box.min[axis]), box_high(box.max[axis]), leaf(static_cast<float>(config.leaf_cost)),
-        triangle(static_cast<float>(config.triangle_cost)), block(static_cast<float>(config.block_cost)),
-        bonus(static_cast<float>(1.0 - config.empty_bonus)) {
+        triangle(static_cast<float>(config.triangle_cost)), bonus(static_cast<float>(1.0 - config.empty_bonus)) {
     const int j = axis == 2 ? 0 : axis + 1, k = j == 2 ? 0 : j + 1;
     const double dj = static_cast<double>(box.max[j]) - box.min[j], dk = static_cast<double>(box.max[k]) - box.min[k];
     base = static_cast<float>(dj * dk / area);
     slope = static_cast<float>((dj + dk) / area);
   }
   [[nodiscard]] Float8Lanes leaf_cost(Int8Lanes count) const {
-    const Int8Lanes blocks = (count + static_cast<int32_t>(kCostBlock - 1)) / static_cast<int32_t>(kCostBlock);
-    const Float8Lanes cost = leaf + triangle * __builtin_convertvector(count, Float8Lanes) +
-                             block * __builtin_convertvector(blocks, Float8Lanes);
+    const Float8Lanes cost = leaf + triangle * __builtin_convertvector(count, Float8Lanes);
     return count == 0 ? Float8Lanes{} : cost;
   }
   [[nodiscard]] Float8Lanes operator()(Float8Lanes position, Int8Lanes left, Int8Lanes right) const {

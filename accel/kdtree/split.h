@@ -47,8 +47,7 @@ class CostModel {
   }
   [[nodiscard]] double leaf_cost(size_t count) const {
     if (count == 0) return 0.0;
-    return config_.leaf_cost + config_.triangle_cost * static_cast<double>(count) +
-           config_.block_cost * static_cast<double>((count + kCostBlock - 1) / kCostBlock);
+    return config_.leaf_cost + config_.triangle_cost * static_cast<double>(count);
   }
   // A box without area (one point, or a line) is never entered: it is not worth splitting.
   [[nodiscard]] bool splittable() const { return area_ > 0.0; }

@@ -1,0 +1,229 @@
+// The finished kd-tree: tables of wide nodes, and the layout's invariants.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/clipping.h"
+#include "accel/kdtree/layout.h"
+#include "accel/kdtree/tables.h"
+#include "tests/accel/accel_scenes.h"
+
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+
+namespace kindling::accel::kd {
+namespace {
+
+using accel::testing::Mesh;
+using accel::testing::Rng;
+using Imath::Box3f;
+using Imath::V3f;
+
+TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {
+  for (uint32_t signs = 0; signs < 256; ++signs) {
+    std::set<uint32_t> lanes;
+    std::vector<uint32_t> order;
+    for (int i = 7; i >= 0; --i) {
+      const auto entry = static_cast<uint32_t>(tables::kOrder[signs] >> (8 * i)) & 0xffU;
+      order.push_back(entry & 7);
+      lanes.insert(entry & 7);
+      EXPECT_EQ((entry >> 3) & 7, kThirdLane + (entry & 7) / 2);
+      EXPECT_EQ(entry >> 6, (entry & 7) / 4);
+    }
+    EXPECT_EQ(lanes.size(), 8U);
+    // Near side first at each plane: the lower side, unless the direction is negative.
+    for (size_t i = 0; i < 8; ++i) {
+      const uint32_t first = i >= 4, second = (i >> 1) & 1, third = i & 1;
+      const uint32_t side1 = first ^ ((signs >> kRootLane) & 1);
+      const uint32_t side2 = second ^ ((signs >> (kSecondLane + side1)) & 1);
+      const uint32_t side3 = third ^ ((signs >> (kThirdLane + 2 * side1 + side2)) & 1);
+      EXPECT_EQ(order[i], 4 * side1 + 2 * side2 + side3);
+    }
+  }
+}
+
+// Walks a finished tree: every triangle is found in every leaf whose cell it crosses, and nowhere is a lane unreachable.
+class LayoutWalk {
+ public:
+  LayoutWalk(const Tree& tree, const Mesh& mesh) : tree_(tree), mesh_(mesh) { walk(tree.root, tree.bounds, 0); }
+
+  size_t leaves = 0, references = 0, missing = 0;
+  uint32_t wide_depth = 0;
+  std::set<uint32_t> seen;
+
+ private:
+  void walk(ChildWord child, const Box3f& box, uint32_t depth) {
+    if (child == kEmptyChild) {
+      expect_none(box, {});
+      return;
+    }
+    if ((child & kLeafBit) != 0) {
+      ++leaves;
+      wide_depth = std::max(wide_depth, depth);
+      std::set<uint32_t> inside;
+      for (const LeafUnit* unit = tree_.leaves.data() + (child & ~kLeafBit);;) {
+        const LeafBlock block(unit);
+        EXPECT_LE(block.vertex_count(), kBlockVertices);
+        EXPECT_LE(block.triangle_count(), kBlockTriangles);
+        for (uint32_t i = 0; i < block.triangle_count(); ++i) {
+          expect_same_corners(block, i);
+          inside.insert(block.primitive(i));
+          ++references;
+        }
+        if (block.is_last()) break;
+        unit += block.unit_count();
+      }
+      seen.insert(inside.begin(), inside.end());
+      expect_none(box, inside);
+      return;
+    }
+    const WideNode& node = tree_.nodes[child];
+    const uint32_t axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
+    for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+      Box3f cell = box;
+      bool reachable = true;
+      uint32_t range = 0;
+      for (uint32_t level = 0; level < kWideLevels; ++level) {
+        const uint32_t plane_lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + range;
+        const float plane = node.planes[plane_lane];
+        const int axis = static_cast<int>((axes >> (2 * plane_lane)) & 3);
+        const uint32_t side = (lane >> (kWideLevels - 1 - level)) & 1;
+        if (std::isinf(plane)) {
+          reachable = reachable && side == 0;
+        } else {
+          (side == 0 ? cell.max : cell.min)[axis] = plane;
+        }
+        range = 2 * range + side;
+      }
+      if (reachable) {
+        walk(node.child[lane], cell, depth + 1);
+      } else {
+        EXPECT_EQ(node.child[lane], kEmptyChild);
+      }
+    }
+  }
+
+  // The vertices that a triangle picks are its own, bit for bit.
+  void expect_same_corners(const LeafBlock& block, uint32_t triangle) {
+    for (uint32_t corner = 0; corner < 3; ++corner) {
+      const uint32_t vertex = (block.corners()[triangle] >> (4 * corner)) & 15U;
+      const V3f expected = mesh_.corner(block.primitive(triangle), static_cast<int>(corner));
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        EXPECT_EQ(std::bit_cast<uint32_t>(block.row(axis)[vertex]),
+                  std::bit_cast<uint32_t>(expected[static_cast<int>(axis)]));
+    }
+  }
+
+  // No other triangle crosses the inside of the cell.
+  void expect_none(const Box3f& cell, const std::set<uint32_t>& except) {
+    const V3f margin = (cell.max - cell.min) * 1e-4f;
+    for (uint32_t i = 0; i < mesh_.indices.size() / 3; ++i) {
+      if (except.contains(i)) continue;
+      V3f low, high;
+      if (clip_bounds({mesh_.corner(i, 0), mesh_.corner(i, 1), mesh_.corner(i, 2)}, cell.min + margin,
+                      cell.max - margin, low, high))
+        ++missing;
+    }
+  }
+
+  const Tree& tree_;
+  const Mesh& mesh_;
+};
+
+TEST(Layout, EveryCellHoldsTheTrianglesThatCrossIt) {
+  Rng rng(109);
+  const std::vector<Mesh> meshes = {testing::triangle_soup(rng, 400, 1.0f, 0.3f), testing::sphere(12, 24, 1.0f, V3f(0)),
+                                    testing::gridded_box(4, V3f(-1), V3f(1)), testing::duplicates(300)};
+  for (const Mesh& mesh : meshes) {
+    const Geometry geometry{{mesh.positions, mesh.indices, true}, 0, 0, 0};
+    const BuildOptions options;
+    BuildMonitor monitor(options, mesh.indices.size() / 3);
+    const Config config;
+    const std::vector<Geometry> geometries = {geometry};
+    const Tree tree = lay_out(build_binary_tree(config, geometries, monitor), geometries);
+    const LayoutWalk walk(tree, mesh);
+    EXPECT_EQ(walk.missing, 0U);
+    EXPECT_EQ(walk.seen.size(), tree.triangle_count);
+    EXPECT_EQ(walk.leaves, tree.leaf_count);
+    EXPECT_EQ(walk.references, tree.reference_count);
+    EXPECT_LE(walk.wide_depth, kMaxWideDepth);
+  }
+}
+
+uint32_t wide_depth(const Tree& tree, ChildWord child) {
+  if (child == kEmptyChild || (child & kLeafBit) != 0) return 0;
+  uint32_t deepest = 0;
+  for (const ChildWord below : tree.nodes[child].child) deepest = std::max(deepest, wide_depth(tree, below));
+  return 1 + deepest;
+}
+
+size_t leaves_below(const Tree& tree, ChildWord child) {
+  if (child == kEmptyChild) return 0;
+  if ((child & kLeafBit) != 0) return 1;
+  size_t leaves = 0;
+  for (const ChildWord below : tree.nodes[child].child) leaves += leaves_below(tree, below);
+  return leaves;
+}
+
+TEST(Layout, DeepestTreeFitsTheStack) {
+  Mesh mesh;
+  mesh.add_triangle(V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
+  const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
+  for (const bool join : {false, true}) {
+    BinaryTree binary;
+    binary.bounds = mesh.bounds();
+    binary.triangle_count = 1;
+    TreeArena& arena = binary.arenas.emplace_back();
+    BinaryNode* node = &binary.root;
+    for (uint32_t depth = 0; depth < kMaxDepth; ++depth) {
+      node->axis = depth % 2;
+      node->position = 0.5f;
+      // As costs would have it if no node should share with its parent, or every node as far as it can.
+      node->cut_cost = {1.0f, join ? 0.5f : 1.0f, join ? 0.5f : 1.0f};
+      node->children = arena.nodes.allocate(2);
+      for (uint32_t side = 0; side < 2; ++side) {
+        BinaryNode& child = node->children[side];
+        child = BinaryNode();
+        LeafReference* reference = arena.references.allocate(1);
+        *reference = {0, 0};
+        child.count = 1;
+        child.references = reference;
+      }
+      node = &node->children[depth % 3 == 0 ? 0 : 1];
+      if (depth + 1 < kMaxDepth) node->count = 0;
+    }
+    const Tree tree = lay_out(std::move(binary), geometries);
+    EXPECT_LE(wide_depth(tree, tree.root), kMaxWideDepth);
+    EXPECT_EQ(wide_depth(tree, tree.root) == kMaxDepth / kWideLevels, join);
+    EXPECT_EQ(leaves_below(tree, tree.root), size_t{kMaxDepth} + 1);
+    EXPECT_EQ(tree.leaf_count, size_t{kMaxDepth} + 1);
+  }
+}
+
+TEST(Layout, IsTheSameBitForBitForAnyNumberOfThreads) {
+  const Mesh mesh = testing::terrain(230, 10.0f, 0.5f); // many chunks and tasks
+  const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
+  for (const Quality quality : {Quality::fast, Quality::balanced}) {
+    const Config config = config_for(quality);
+    const BuildOptions options;
+    std::vector<Tree> trees(3);
+    for (size_t i = 0; i < trees.size(); ++i) {
+      BuildMonitor monitor(options, mesh.indices.size() / 3);
+      tbb::task_arena(i == 0 ? 1 : 4).execute([&] {
+        trees[i] = lay_out(build_binary_tree(config, geometries, monitor), geometries);
+      });
+      ASSERT_EQ(trees[i].root, trees[0].root);
+      ASSERT_EQ(trees[i].nodes.size(), trees[0].nodes.size());
+      ASSERT_EQ(trees[i].leaves.size(), trees[0].leaves.size());
+      EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(WideNode)), 0);
+      EXPECT_EQ(std::memcmp(trees[i].leaves.data(), trees[0].leaves.data(), trees[0].leaves.size() * sizeof(LeafUnit)),
+                0);
+    }
+  }
+}
+
+} // namespace
+} // namespace kindling::accel::kd
