@@ -121,13 +121,8 @@ class Stream {
     first_prepared_ = next_;
     next_ += part.size();
     // Rays that may lie in a plane visit cells in another order than frames have it.
-    for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1) {
-      const size_t i = first_prepared_ + static_cast<size_t>(std::countr_zero(apart));
-      TreeHit best;
-      float t_far = rays[i].t_max;
-      const CandidateFilter filter{filter_, rays[i], tree_, kNoId};
-      if (trace_tree<kAny>(tree_, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
-    }
+    for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1)
+      trace_number<kAny>(tree_, filter_, rays, first_prepared_ + static_cast<size_t>(std::countr_zero(apart)), finish);
   }
 
   // b where the condition holds, else a; never a branch.

@@ -99,12 +99,7 @@ template <bool kAny, class Finish>
 [[gnu::noinline]] void trace_apart(const Structure& s, std::span<const Ray> rays, std::span<const uint32_t> numbers,
                                    const Finish& finish) {
   if (numbers.size() < kSmallestStream) {
-    for (const uint32_t i : numbers) {
-      TreeHit best;
-      float t_far = rays[i].t_max;
-      const CandidateFilter filter{s.filter, rays[i], s.world_tree, kNoId};
-      if (trace_tree<kAny>(s.world_tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
-    }
+    for (const uint32_t i : numbers) trace_number<kAny>(s.world_tree, s.filter, rays, i, finish);
     return;
   }
   std::array<Ray, 256> apart;

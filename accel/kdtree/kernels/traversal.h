@@ -167,4 +167,14 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
          (!kAny && best.is_hit());
 }
 
+// Ray `i` of a batch by itself, in world space; it passed can_hit(). Calls finish(i, hit) if it hits something.
+template <bool kAny, class Finish>
+[[gnu::noinline]] void trace_number(const Tree& tree, const HitFilter& hit_filter, std::span<const Ray> rays, size_t i,
+                                    const Finish& finish) {
+  TreeHit best;
+  float t_far = rays[i].t_max;
+  const CandidateFilter filter{hit_filter, rays[i], tree, kNoId};
+  if (trace_tree<kAny>(tree, rays[i], std::max(rays[i].t_min, 0.0f), filter, t_far, best)) finish(i, best);
+}
+
 } // namespace kindling::accel::kd::KINDLING_SIMD
