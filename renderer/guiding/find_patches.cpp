@@ -1,0 +1,193 @@
+// Clusters of hits, split where that makes them denser.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/learn_guide.h"
+
+#include <algorithm>
+
+namespace kindling {
+namespace {
+
+constexpr int kBins = 32;
+constexpr size_t kFewestHits = 16; // of a patch
+constexpr size_t kMostClusters = 4 * BrightPatches::kMost;
+constexpr double kLeft = 0.6; // of the second moment, once the guide is in use: a guess
+struct Cluster {
+  std::span<GuideRecord> hits;
+  Box3f box;
+  double moment = 0.0;
+  double cost = 0.0;
+  // The best split.
+  double gain = 0.0;
+  int axis = 0;
+  float position = 0.0f;
+};
+
+// Half the surface of a box that is thin along one axis; never without extent.
+double size_of(const Box3f& box, int normal_axis, float least) {
+  const V3f side = box.size();
+  const auto a = static_cast<double>(std::max(side[(normal_axis + 1) % 3], least));
+  const auto b = static_cast<double>(std::max(side[(normal_axis + 2) % 3], least));
+  return a * b + static_cast<double>(side[normal_axis]) * (a + b);
+}
+
+struct Bin {
+  Box3f box;
+  double moment = 0.0;
+  size_t count = 0;
+  void add(const Bin& other) {
+    box.extendBy(other.box);
+    moment += other.moment;
+    count += other.count;
+  }
+};
+
+class PatchFinder {
+ public:
+  explicit PatchFinder(std::span<GuideRecord> records) : records_(records) {}
+
+  std::vector<BrightPatch> find() {
+    std::stable_sort(records_.begin(), records_.end(),
+                     [](const GuideRecord& a, const GuideRecord& b) { return a.hit_facing < b.hit_facing; });
+    Box3f bounds;
+    for (const GuideRecord& r : records_) bounds.extendBy(r.hit);
+    if (records_.empty()) return {};
+    least_side_ = bounds.size().length() * 1e-3f;
+    size_t begin = 0;
+    for (uint32_t facing = 0; facing < kFacings; ++facing) {
+      size_t end = begin;
+      while (end < records_.size() && records_[end].hit_facing == facing) ++end;
+      if (end - begin >= kFewestHits) {
+        const std::span<GuideRecord> hits = records_.subspan(begin, end - begin);
+        total_area_ += area_of_most(hits, static_cast<int>(facing / 2));
+        clusters_.emplace_back().hits = hits;
+      }
+      begin = end;
+    }
+    for (const GuideRecord& r : records_) total_moment_ += static_cast<double>(r.contribution2);
+    for (Cluster& cluster : clusters_) cluster = make_cluster(cluster.hits);
+    while (clusters_.size() < kMostClusters && count_worthwhile() < BrightPatches::kMost) {
+      const auto best = std::max_element(clusters_.begin(), clusters_.end(),
+                                         [](const Cluster& a, const Cluster& b) { return a.gain < b.gain; });
+      if (best == clusters_.end() || !(best->gain > 0.0)) break;
+      split(static_cast<size_t>(best - clusters_.begin()));
+    }
+    std::vector<BrightPatch> patches;
+    for (const Cluster& cluster : clusters_) {
+      if (!worth_it(cluster) || patches.size() == BrightPatches::kMost) continue;
+      BrightPatch patch;
+      patch.facing = cluster.hits.front().hit_facing;
+      const auto axis = static_cast<int>(patch.facing / 2);
+      patch.center = cluster.box.center();
+      patch.half_size = cluster.box.size() * 0.5f;
+      // The outermost of n hits are this far from the borders of what they are taken from, and more hits will come.
+      const float margin = 1.0f + 2.0f / static_cast<float>(cluster.hits.size());
+      for (int k = 0; k < 3; ++k)
+        patch.half_size[k] = k == axis ? 0.0f : std::max(patch.half_size[k] * margin, 0.5f * least_side_);
+      patch.strength = 1.0f;
+      patches.push_back(patch);
+    }
+    return patches;
+  }
+
+ private:
+  // What the second moment of a cluster will come to if the directions that are worth it are sent there. With moments spread
+  // over an area A and directions elsewhere of density 1 / total area, a share P sent evenly leaves
+  // E / (1 / total + P / A), and takes P of everything else, which counts as much as the whole, about. The best P is 0
+  // for a cluster that is not denser than the average.
+  [[nodiscard]] double cost(double area, double moment) const {
+    const double price = kLeft * total_moment_ * total_area_;
+    if (moment * square(total_area_) <= price * area) return moment * total_area_;
+    return 2.0 * std::sqrt(price * area * moment) - price * area / total_area_;
+  }
+  static double square(double x) { return x * x; }
+  [[nodiscard]] size_t count_worthwhile() const {
+    size_t count = 0;
+    for (const Cluster& cluster : clusters_) count += worth_it(cluster) ? 1 : 0;
+    return count;
+  }
+  [[nodiscard]] bool worth_it(const Cluster& cluster) const {
+    const double area = size_of(cluster.box, static_cast<int>(cluster.hits.front().hit_facing / 2), least_side_);
+    return cluster.moment * total_area_ > kLeft * total_moment_ * area;
+  }
+
+  // Of the rectangle that holds the middle nine tenths of the hits along each axis.
+  static double area_of_most(std::span<const GuideRecord> hits, int normal_axis) {
+    double area = 1.0;
+    for (const int axis : {(normal_axis + 1) % 3, (normal_axis + 2) % 3}) {
+      std::vector<float> some;
+      const size_t step = hits.size() / 1024 + 1;
+      for (size_t i = 0; i < hits.size(); i += step) some.push_back(hits[i].hit[axis]);
+      std::sort(some.begin(), some.end());
+      area *= static_cast<double>(some[some.size() * 19 / 20] - some[some.size() / 20]) / 0.9;
+    }
+    return area;
+  }
+
+  Cluster make_cluster(std::span<GuideRecord> hits) const {
+    Cluster cluster;
+    cluster.hits = hits;
+    for (const GuideRecord& r : hits) {
+      cluster.box.extendBy(r.hit);
+      cluster.moment += static_cast<double>(r.contribution2);
+    }
+    const auto normal_axis = static_cast<int>(hits.front().hit_facing / 2);
+    cluster.cost = cost(size_of(cluster.box, normal_axis, least_side_), cluster.moment);
+    for (int axis = 0; axis < 3; ++axis) try_splits(cluster, axis, normal_axis);
+    return cluster;
+  }
+
+  void try_splits(Cluster& cluster, int axis, int normal_axis) const {
+    const float low = cluster.box.min[axis], extent = cluster.box.size()[axis];
+    if (!(extent > 0.0f)) return;
+    std::array<Bin, kBins> bins;
+    const float scale = kBins / extent;
+    for (const GuideRecord& r : cluster.hits) {
+      Bin& bin = bins[static_cast<size_t>(std::clamp(static_cast<int>((r.hit[axis] - low) * scale), 0, kBins - 1))];
+      bin.box.extendBy(r.hit);
+      bin.moment += static_cast<double>(r.contribution2);
+      ++bin.count;
+    }
+    std::array<Bin, kBins> above; // of this bin and all after it
+    above[kBins - 1] = bins[kBins - 1];
+    for (size_t i = kBins - 1; i-- > 0;) {
+      above[i] = bins[i];
+      above[i].add(above[i + 1]);
+    }
+    Bin below;
+    for (size_t i = 1; i < kBins; ++i) {
+      below.add(bins[i - 1]);
+      if (below.count < kFewestHits || above[i].count < kFewestHits) continue;
+      const double gain = cluster.cost - cost(size_of(below.box, normal_axis, least_side_), below.moment) -
+                          cost(size_of(above[i].box, normal_axis, least_side_), above[i].moment);
+      if (gain <= cluster.gain) continue;
+      cluster.gain = gain;
+      cluster.axis = axis;
+      cluster.position = 0.5f * (below.box.max[axis] + above[i].box.min[axis]);
+    }
+  }
+
+  void split(size_t index) {
+    const Cluster cluster = clusters_[index];
+    const auto middle = std::partition(cluster.hits.begin(), cluster.hits.end(),
+                                       [&](const GuideRecord& r) { return r.hit[cluster.axis] < cluster.position; });
+    const auto count = static_cast<size_t>(middle - cluster.hits.begin());
+    if (count == 0 || count == cluster.hits.size()) {
+      clusters_[index].gain = 0.0;
+      return;
+    }
+    clusters_[index] = make_cluster(cluster.hits.first(count));
+    clusters_.push_back(make_cluster(cluster.hits.subspan(count)));
+  }
+
+  std::span<GuideRecord> records_;
+  float least_side_ = 0.0f; // of a patch, metres
+  double total_area_ = 0.0;
+  double total_moment_ = 0.0;
+  std::vector<Cluster> clusters_;
+};
+
+} // namespace
+
+std::vector<BrightPatch> find_patches(std::span<GuideRecord> records) { return PatchFinder(records).find(); }
+
+} // namespace kindling

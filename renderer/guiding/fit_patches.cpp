@@ -1,0 +1,96 @@
+// How strongly to aim at each patch: by gradient, on what the records would have cost.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/learn_guide.h"
+
+namespace kindling {
+namespace {
+
+// Density of a record's direction with the guide, relative to that which it had.
+double density_ratio(const GuideRecord& r, const BrightPatches& patches) {
+  BrightPatches::Chances chances;
+  patches.chances(r.position, r.normal, chances);
+  V3f wi = r.hit - r.position;
+  wi *= 1.0f / wi.length();
+  return static_cast<double>(r.base - chances.sum * r.replaced + r.allowed * patches.density(chances, r.position, wi));
+}
+
+// What of a record the fit needs: the geometric factor of every patch, and the one that the direction passes through.
+struct Row {
+  std::array<float, BrightPatches::kMost> factors; // strength 1
+  float moment;
+  float base, replaced;
+  uint32_t crossed_count;
+  std::array<uint8_t, 4> crossed;         // patches; more are left out
+  std::array<float, 4> crossed_densities; // of a direction chosen by that patch, relative
+};
+
+} // namespace
+
+double second_moment(std::span<const GuideRecord> records, const BrightPatches& patches) {
+  double without = 0.0, with = 0.0;
+  for (const GuideRecord& r : records) {
+    without += static_cast<double>(r.contribution2 / r.base);
+    with += static_cast<double>(r.contribution2) / density_ratio(r, patches);
+  }
+  return without > 0.0 ? with / without : 1.0;
+}
+
+BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<BrightPatch> patches) {
+  const size_t count = patches.size();
+  std::vector<Row> rows;
+  rows.reserve(records.size());
+  // One patch alone, so that its chance is a function of its form factor F: F / (1 + F), bounded.
+  std::vector<BrightPatches> alone;
+  for (const BrightPatch& patch : patches) {
+    BrightPatch unit = patch;
+    unit.strength = 1e-3f; // small enough for chance = factor
+    alone.emplace_back(std::span(&unit, 1));
+  }
+  BrightPatches::Chances chances;
+  for (const GuideRecord& r : records) {
+    Row& row = rows.emplace_back();
+    row.moment = r.contribution2;
+    row.base = r.base;
+    row.replaced = r.replaced;
+    row.crossed_count = 0;
+    V3f wi = r.hit - r.position;
+    wi *= 1.0f / wi.length();
+    for (size_t j = 0; j < count; ++j) {
+      alone[j].chances(r.position, r.normal, chances);
+      const float chance = chances.of[0];
+      row.factors[j] = chance / (1.0f - chances.sum) * 1e3f;
+      if (!(chance > 0.0f) || row.crossed_count == row.crossed.size()) continue;
+      const float density = alone[j].density(chances, r.position, wi) / chance;
+      if (!(density > 0.0f)) continue;
+      row.crossed[row.crossed_count] = static_cast<uint8_t>(j);
+      row.crossed_densities[row.crossed_count++] = density * r.allowed;
+    }
+  }
+  // d p / d s_j = F_j / D (density_j - replaced - (p - base)): more of it where the gain outweighs the loss.
+  constexpr int kSteps = 40;
+  for (int step = 0; step < kSteps; ++step) {
+    std::array<double, BrightPatches::kMost> gain{}, loss{};
+    for (const Row& row : rows) {
+      float sum = 0.0f;
+      for (size_t j = 0; j < count; ++j) sum += patches[j].strength * row.factors[j];
+      const float inverse = 1.0f / std::max(1.0f + sum, sum / (1.0f - BrightPatches::kLeastRest));
+      float p = row.base - sum * inverse * row.replaced;
+      for (size_t k = 0; k < row.crossed_count; ++k)
+        p += patches[row.crossed[k]].strength * row.factors[row.crossed[k]] * inverse * row.crossed_densities[k];
+      if (!(p > 0.0f)) continue;
+      const float weight = row.moment / (p * p) * inverse;
+      for (size_t k = 0; k < row.crossed_count; ++k)
+        gain[row.crossed[k]] += static_cast<double>(weight * row.factors[row.crossed[k]] * row.crossed_densities[k]);
+      // Loss: what everything else of the density gives way to.
+      const float lost = weight * std::max(p - row.base + row.replaced, 0.0f);
+      for (size_t j = 0; j < count; ++j) loss[j] += static_cast<double>(lost * row.factors[j]);
+    }
+    for (size_t j = 0; j < count; ++j) {
+      const double ratio = loss[j] > 0.0 ? gain[j] / loss[j] : 1.0;
+      patches[j].strength *= static_cast<float>(std::clamp(std::sqrt(ratio), 0.25, 4.0));
+    }
+  }
+  return BrightPatches(patches);
+}
+
+} // namespace kindling

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/learn_guide.h"
+
+#include "renderer/base/hash.h"
+
+namespace kindling {
+namespace {
+
+constexpr double kLargestPart = 0.002; // of the sum of all moments: what is above is luck
+constexpr double kWanted = 24000.0;    // records: fitting looks at each of them for each patch, many times
+constexpr size_t kFewest = 256;        // from fewer nothing is learned
+
+// Fewer records that stand for all: those with large moments remain, of others some, with larger moments.
+std::vector<GuideRecord> select(std::span<const GuideRecord> records) {
+  double sum = 0.0;
+  for (const GuideRecord& r : records) sum += static_cast<double>(r.contribution2);
+  const auto largest = static_cast<float>(sum * kLargestPart);
+  double capped_sum = 0.0;
+  for (const GuideRecord& r : records) capped_sum += static_cast<double>(std::min(r.contribution2, largest));
+  const auto kept_moment = static_cast<float>(capped_sum / kWanted);
+  std::vector<GuideRecord> selected;
+  for (size_t i = 0; i < records.size(); ++i) {
+    GuideRecord record = records[i];
+    record.contribution2 = std::min(record.contribution2, largest);
+    if (record.contribution2 < kept_moment) {
+      const float u = to_unit_float(hash_u32(static_cast<uint32_t>(i) ^ 0x3c6ef372U));
+      if (u * kept_moment >= record.contribution2) continue;
+      record.contribution2 = kept_moment;
+    }
+    selected.push_back(record);
+  }
+  return selected;
+}
+
+} // namespace
+
+LearnedGuide learn_guide(std::span<const GuideRecord> records) {
+  LearnedGuide learned;
+  std::vector<GuideRecord> selected = select(records);
+  if (selected.size() < kFewest) return learned;
+  // Patches fit too well where they were found: what they are good for, others say.
+  std::vector<GuideRecord> halves[2];
+  for (size_t i = 0; i < selected.size(); ++i) halves[i % 2].push_back(selected[i]);
+  learned.guide.patches = fit_strengths(halves[1], find_patches(halves[0]));
+  learned.second_moment = second_moment(halves[1], learned.guide.patches);
+  return learned;
+}
+
+} // namespace kindling

@@ -1,0 +1,108 @@
+// Guides learned from made-up records.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/learn_guide.h"
+
+#include "renderer/base/frame.h"
+#include "renderer/sampling/warp.h"
+#include "tests/sampling/random.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling {
+namespace {
+
+using test::Random;
+
+// From the floor of a room of 4 x 2 x 4 to its ceiling, which is bright in a strip at x from 1 to 1.1, and dim elsewhere.
+// The walls are as dim. Directions by the cosine.
+std::vector<GuideRecord> room_records(int count, uint64_t seed, float strip_radiance) {
+  Random random(seed);
+  std::vector<GuideRecord> records;
+  while (static_cast<int>(records.size()) < count) {
+    GuideRecord record;
+    record.position = V3f(4.0f * random.next_1d() - 2.0f, 0.0f, 4.0f * random.next_1d() - 2.0f);
+    record.normal = V3f(0, 1, 0);
+    const V3f wi = Frame::around(record.normal).to_world(sample_cosine_hemisphere(random.next_2d()));
+    if (wi.y < 0.001f) continue;
+    // The ceiling, or the wall that is met first.
+    float distance = 2.0f / wi.y;
+    record.hit_facing = 3;
+    for (const int axis : {0, 2}) {
+      const float to_wall = ((wi[axis] > 0.0f ? 2.0f : -2.0f) - record.position[axis]) / wi[axis];
+      if (to_wall >= distance) continue;
+      distance = to_wall;
+      record.hit_facing = 2 * static_cast<uint32_t>(axis) + (wi[axis] > 0.0f ? 1 : 0);
+    }
+    record.hit = record.position + wi * distance;
+    const bool bright = record.hit_facing == 3 && record.hit.x > 1.0f && record.hit.x < 1.1f;
+    record.contribution2 = square(bright ? strip_radiance : 0.1f + 0.1f * random.next_1d());
+    const float pdf = wi.y * kInvPi;
+    record.replaced = 1.0f;
+    record.allowed = 1.0f / pdf;
+    records.push_back(record);
+  }
+  return records;
+}
+
+TEST(LearnGuide, FindsTheBrightStrip) {
+  const LearnedGuide learned = learn_guide(room_records(20000, 1, 5.0f));
+  EXPECT_LT(learned.second_moment, 0.5);
+  // From the middle of the floor most guided directions lead into the strip.
+  const BrightPatches& patches = learned.guide.patches;
+  BrightPatches::Chances chances;
+  patches.chances(V3f(0.0f), V3f(0, 1, 0), chances);
+  EXPECT_GT(chances.sum, 0.15f);
+  Random random(2);
+  int inside = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const float u_patch = random.next_1d();
+    const std::optional<V3f> wi = patches.sample(chances, V3f(0.0f), u_patch, random.next_2d());
+    ASSERT_TRUE(wi);
+    const float x = wi->x * 2.0f / wi->y;
+    inside += x > 0.98f && x < 1.12f ? 1 : 0;
+  }
+  EXPECT_GT(inside, 800);
+}
+
+TEST(LearnGuide, ForeseesWhatOtherRecordsConfirm) {
+  const LearnedGuide learned = learn_guide(room_records(100000, 3, 5.0f));
+  const std::vector<GuideRecord> others = room_records(100000, 4, 5.0f);
+  EXPECT_NEAR(second_moment(others, learned.guide.patches), learned.second_moment, 0.05);
+}
+
+TEST(LearnGuide, ForeseesNoGainWithoutAnythingBright) {
+  const LearnedGuide learned = learn_guide(room_records(20000, 5, 0.15f));
+  EXPECT_GT(learned.second_moment, 0.97);
+}
+
+// The strengths are a minimum: no change of a single one lowers the second moment of the records that they were fitted to.
+TEST(LearnGuide, StrengthsAreAMinimum) {
+  std::vector<GuideRecord> records = room_records(5000, 6, 5.0f);
+  std::vector<BrightPatch> patches = find_patches(records);
+  ASSERT_FALSE(patches.empty());
+  const BrightPatches fitted = fit_strengths(records, patches);
+  const double best = second_moment(records, fitted);
+  for (size_t j = 0; j < patches.size(); ++j)
+    for (const float factor : {0.8f, 1.25f}) {
+      std::vector<BrightPatch> changed(fitted.patches().begin(), fitted.patches().end());
+      changed[j].strength *= factor;
+      EXPECT_GT(second_moment(records, BrightPatches(changed)), best * 0.998) << j << " times " << factor;
+    }
+}
+
+TEST(LearnGuide, FromNothing) {
+  EXPECT_TRUE(learn_guide({}).guide.patches.empty());
+  EXPECT_EQ(learn_guide({}).second_moment, 1.0);
+  // All at one place: no split can part them, and no rectangle around them is flat.
+  GuideRecord record;
+  record.normal = V3f(0, 1, 0);
+  record.hit = V3f(1, 1, 1);
+  record.contribution2 = record.replaced = record.allowed = 1.0f;
+  const std::vector<GuideRecord> same(5000, record);
+  const LearnedGuide learned = learn_guide(same);
+  EXPECT_TRUE(std::isfinite(learned.second_moment));
+  for (const BrightPatch& patch : learned.guide.patches.patches()) EXPECT_TRUE(std::isfinite(patch.strength));
+}
+
+} // namespace
+} // namespace kindling
