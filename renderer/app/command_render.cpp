@@ -150,6 +150,7 @@ class RenderCommand {
     settings.adaptive = options_.adaptive;
     settings.time_limit_s = options_.time_limit_s;
     settings.seed = options_.seed;
+    settings.guiding = options_.guiding;
     settings.filter = PixelFilter(options_.filter);
     settings.aovs = options_.aovs;
     if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
@@ -241,6 +242,7 @@ class RenderCommand {
         static_cast<double>(outcome.film.total_samples()) / static_cast<double>(report_.crop.pixel_count());
     report_.seed = options_.seed;
     report_.integrator = integrator_name(options_.integrator.kind);
+    report_.guiding = options_.guiding;
     report_.accelerator = accel::kind_name(options_.accelerator);
     report_.accelerator_description = accel::kind_description(options_.accelerator);
     report_.view = view_->view();

@@ -13,6 +13,7 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/session/adaptive_sampling.h"
+#include "renderer/session/render_session.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -57,6 +58,7 @@ struct RenderOptions {
   std::optional<Rgb> env_color;
 
   IntegratorSettings integrator; // background included
+  Guiding guiding = Guiding::off;
   accel::Kind accelerator = accel::Kind::embree;
   accel::Quality quality = accel::Quality::balanced;
 

@@ -135,6 +135,12 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
   flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
+  flags.value(
+      "--guiding", "MODE",
+      "Send paths where others found light, learned ahead of the picture: on, off, or auto, where it pays [off]",
+      [&o](auto text) {
+        return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
+      });
   flags.value("--ao-distance", "METRES", "Reach of ambient occlusion [a tenth of the scene's diagonal]",
               [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
 }

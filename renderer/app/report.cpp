@@ -37,6 +37,10 @@ std::string format_summary(const RenderReport& r) {
   if (r.adaptive.enabled())
     text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp in the mean\n",
                         100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
+  if (s.guiding.paths > 0)
+    text += fmt::format("  guiding {} after {} of training: second moment {:.2f} foreseen, {} paths\n",
+                        s.guiding.patches > 0 ? fmt::format("to {} patches", s.guiding.patches) : "not worth it",
+                        format_seconds(s.guiding.training_s), s.guiding.foreseen, count(s.guiding.paths));
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),

@@ -35,15 +35,15 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;
   json["warnings"] = r.warnings;
-  json["phases"] = {{"load", r.times.load_s},
-                    {"textures", r.times.textures_s},
-                    {"build", r.times.build_s},
-                    {"render", r.times.render_s},
-                    {"write", r.times.write_s}};
+  json["phases"] = {{"load", r.times.load_s},           {"textures", r.times.textures_s}, {"build", r.times.build_s},
+                    {"training", s.guiding.training_s}, {"render", r.times.render_s},     {"write", r.times.write_s}};
   json["total_s"] = r.times.total_s;
   json["time_to_first_ray_s"] = r.times.before_render_s;
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
   json["passes"] = s.passes;
+  json["guiding"] = {{"mode", guiding_name(r.guiding)},   {"used", s.guiding.patches > 0},
+                     {"patches", s.guiding.patches},      {"foreseen", s.guiding.foreseen},
+                     {"training_paths", s.guiding.paths}, {"training_rays", s.guiding.rays.total()}};
   json["idle_s"] = s.idle_s;
   json["rays"] = {
       {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};

@@ -60,6 +60,9 @@ class GltfBsdf {
   // Estimate of the directional albedo seen from wo, each in [0, 1]: for the albedo AOV and for choosing techniques.
   // It is the albedo itself, up to the interpolation of the tables.
   [[nodiscard]] Rgb albedo() const { return albedo_; }
+  // With which sample() takes the visible normals; else it takes the cosine lobe. 0: Lambert.
+  [[nodiscard]] float glossy_probability() const { return glossy_probability_; }
+  [[nodiscard]] float alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
 
  private:
   [[nodiscard]] V3f sample_visible_normal_reflection(const V2f& u) const;

@@ -68,9 +68,9 @@ void RayCounters::add_non_finite(const V2i& pixel, uint32_t sample_index) {
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                             const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                                            AovSet aovs) {
+                                            AovSet aovs, const Guide* guide) {
   switch (settings.kind) {
-  case IntegratorKind::path: return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs);
+  case IntegratorKind::path: return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide);
   case IntegratorKind::ambient_occlusion:
     return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter);
   default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter);

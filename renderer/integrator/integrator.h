@@ -21,6 +21,8 @@
 
 namespace kindling {
 
+struct Guide;
+
 enum class IntegratorKind : uint8_t {
   path,
   ambient_occlusion,
@@ -127,8 +129,10 @@ class Integrator {
                             Film& film) const = 0;
 };
 
+// `guide`: for the path tracer; may be null.
 [[nodiscard]] std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                                           const Camera& camera, const Sampler& sampler,
-                                                          const PixelFilter& filter, AovSet aovs);
+                                                          const PixelFilter& filter, AovSet aovs,
+                                                          const Guide* guide = nullptr);
 
 } // namespace kindling

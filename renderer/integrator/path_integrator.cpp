@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
+#include "renderer/guiding/guide.h"
+#include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
 #include "renderer/sampling/mis.h"
 
@@ -24,11 +26,23 @@ Rgb clamped(const Rgb& radiance, float largest) {
   return peak > largest ? radiance * (largest / peak) : radiance;
 }
 
+template <typename Vertex>
+void record_reflection(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathRecorder& recorder) {
+  GuideRecord record;
+  record.position = vertex.surface.position;
+  record.normal = vertex.surface.shading_normal;
+  record.base = scattered.bsdf_pdf / scattered.pdf;
+  record.replaced = vertex.bsdf.replaceable(scattered.bsdf_pdf, scattered.cosine) / scattered.pdf;
+  record.allowed = vertex.bsdf.allowed() / scattered.pdf;
+  recorder.reflect(vertex.slot, record);
+}
+
 } // namespace
 
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
-                               const Sampler& sampler, const PixelFilter& filter, AovSet aovs)
-    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs) {}
+                               const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide)
+    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
+      guide_(guide) {}
 
 std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
   return std::make_unique<PathContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
@@ -63,6 +77,7 @@ void PathIntegrator::start_wave(const PixelBlock& block, const SampleRange& samp
   for (size_t slot = 0; slot < count; ++slot) {
     context.active[slot] = static_cast<uint32_t>(slot);
     context.states[slot] = PathState{};
+    if (context.recorder) context.recorder->start_path(slot);
   }
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
   context.counters.paths += count;
@@ -99,10 +114,12 @@ void PathIntegrator::shade(PathContext& context) const {
     const accel::Hit& hit = context.hits[i];
     PathState& state = context.states[slot];
     if (!hit.is_hit()) {
+      if (context.recorder) context.recorder->arrive(slot, state, nullptr);
       shade_escaped(ray, slot, context);
       continue;
     }
     world_.surface_at(ray, hit, surface);
+    if (context.recorder) context.recorder->arrive(slot, state, &surface);
     trace_surface(context, ray, hit, surface, world_, state);
     // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
     const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
@@ -116,15 +133,16 @@ void PathIntegrator::shade(PathContext& context) const {
     }
     const CameraSample& sample = context.camera_samples[slot];
     const Frame frame = Frame::around(surface.shading_normal);
-    const Vertex vertex{
-        surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
-        Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
+    Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot,
+                  Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
+    if (guide_) vertex.bsdf.guide_to(guide_->patches, surface.position);
+    if (context.recorder) vertex.bsdf.find_allowed();
     sample_light(vertex, context);
     if (passes) {
       continue_through(ray, surface, slot, context);
       continue;
     }
-    if (state.bounce == 0) record_surface(surface, &vertex.bsdf, slot, context);
+    if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
     if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
   }
 }
@@ -199,7 +217,7 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const std::optional<LightSample> light =
       world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u);
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
-  const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
+  const BsdfEval eval = vertex.bsdf.eval(light->wi);
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   const Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
@@ -214,16 +232,18 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kDirectionDimension);
   const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
-  const std::optional<BsdfSample> scattered = vertex.bsdf.sample(vertex.u_choice.y, u);
+  const std::optional<GuidedBsdf::Sample> scattered = vertex.bsdf.sample(vertex.u_choice.y, u);
   if (!scattered) return false;
-  const V3f wi = vertex.frame.to_world(scattered->wi);
+  const V3f wi = scattered->wi;
   if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
   state.throughput *= scattered->weight;
   if (is_black(state.throughput)) return false;
+  if (scattered->bsdf_pdf > 0.0f) state.guiding *= scattered->pdf / scattered->bsdf_pdf;
+  if (context.recorder) record_reflection(vertex, *scattered, *context.recorder);
 
   // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
   if (state.bounce >= settings_.roulette_start_bounce) {
-    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
+    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
     const float u_roulette =
         Sampler::sample_1d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kRouletteDimension));
     if (u_roulette >= survival) return false;
@@ -281,6 +301,7 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
       state.light[kIndirect] = clamped(state.light[kIndirect], settings_.clamp_indirect);
     }
     const Rgb radiance = state.light[kEmission] + state.light[kDirect] + state.light[kIndirect];
+    if (context.recorder) context.recorder->finish_path(slot, radiance);
     if (!is_finite(radiance)) {
       context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
       continue;

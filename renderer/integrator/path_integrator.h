@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/guided_scattering.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_state.h"
 
@@ -12,7 +13,7 @@ namespace kindling {
 class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
-                 const PixelFilter& filter, AovSet aovs);
+                 const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   void render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& context,
@@ -22,8 +23,8 @@ class PathIntegrator final : public Integrator {
   // A surface at which a path scatters.
   struct Vertex {
     const SurfacePoint& surface;
-    Frame frame; // around the shading normal
-    GltfBsdf bsdf;
+    const Frame& frame; // around the shading normal
+    GuidedBsdf bsdf;
     uint32_t slot; // of the path
     V2f u_choice;  // x chooses the light, y the lobe
   };
@@ -52,6 +53,7 @@ class PathIntegrator final : public Integrator {
   Sampler sampler_;
   PixelFilter filter_;
   AovSet aovs_;
+  const Guide* guide_; // null: unguided
 };
 
 } // namespace kindling

@@ -11,6 +11,8 @@
 
 namespace kindling {
 
+class PathRecorder;
+
 // Light that reached the camera, by how often it was reflected.
 enum LightClass : uint32_t { kEmission = 0, kDirect = 1, kIndirect = 2 };
 
@@ -21,7 +23,8 @@ struct PathState {
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
   float alpha = 1.0f;
-  uint16_t bounce = 0; // reflections so far
+  float guiding = 1.0f; // product over the reflections of density with guiding / density without
+  uint16_t bounce = 0;  // reflections so far
   uint8_t diffuse_bounces = 0;
   uint8_t glossy_bounces = 0;
   uint8_t transmission_bounces = 0;
@@ -32,7 +35,7 @@ struct PathState {
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 88);
+static_assert(sizeof(PathState) == 92);
 
 // A light sample that waits for its shadow ray.
 struct ShadowRecord {
@@ -59,6 +62,7 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
+  PathRecorder* recorder = nullptr; // set while a guide is trained
 };
 
 } // namespace kindling

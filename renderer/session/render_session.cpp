@@ -4,6 +4,7 @@
 
 #include "renderer/base/flush_denormals.h"
 #include "renderer/session/tile_scheduler.h"
+#include "renderer/session/train_guide.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
@@ -66,7 +67,14 @@ Result<void> check(const RenderSettings& settings, const Camera& camera) {
 class PassProgress {
  public:
   PassProgress(ProgressListener* listener, Clock::time_point start, const RenderSettings& settings)
-      : listener_(listener), start_(start), settings_(settings) {}
+      : listener_(listener), start_(start), settings_(settings),
+        pixels_(settings.crop ? settings.crop->pixel_count() : PixelRect{V2i(0, 0), settings.size_px}.pixel_count()),
+        training_(training_paths(settings)) {}
+
+  void paths_trained(uint64_t paths) {
+    trained_ = paths;
+    tile_done(0.0, 0.0, 0);
+  }
 
   // `converged`: share of the pixels, in [0, 1].
   void tile_done(double samples_per_pixel, double converged, uint64_t rays) {
@@ -85,8 +93,9 @@ class PassProgress {
   void report(double samples_per_pixel, double converged, uint64_t rays) {
     last_ = Clock::now();
     ProgressSnapshot snapshot{.phase = Phase::render,
-                              .done = samples_per_pixel,
-                              .total = static_cast<double>(settings_.samples_per_pixel),
+                              .done = samples_per_pixel + in_samples(trained_),
+                              .total = settings_.samples_per_pixel +
+                                       in_samples(samples_per_pixel > 0.0 ? trained_.load() : training_),
                               .samples_per_pixel = samples_per_pixel,
                               .rays = rays};
     if (settings_.adaptive.enabled()) {
@@ -104,10 +113,18 @@ class PassProgress {
     listener_->on_progress(snapshot);
   }
 
+  // Paths of the training as samples per pixel.
+  [[nodiscard]] double in_samples(uint64_t paths) const {
+    return static_cast<double>(paths) / static_cast<double>(pixels_);
+  }
+
   ProgressListener* listener_;
   Clock::time_point start_;
   Clock::time_point last_{};
   const RenderSettings& settings_;
+  int64_t pixels_;
+  uint64_t training_; // paths, at most
+  std::atomic<uint64_t> trained_{0};
   std::mutex mutex_;
 };
 
@@ -119,6 +136,17 @@ struct Worker {
 
 } // namespace
 
+std::string_view guiding_name(Guiding guiding) {
+  constexpr std::array<std::string_view, 3> kNames{"off", "on", "auto"};
+  return kNames[static_cast<size_t>(guiding)];
+}
+
+std::optional<Guiding> guiding_from_name(std::string_view name) {
+  for (const Guiding guiding : {Guiding::off, Guiding::on, Guiding::automatic})
+    if (guiding_name(guiding) == name) return guiding;
+  return std::nullopt;
+}
+
 Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                              const CancelToken* cancel, ProgressListener* listener) {
   if (const Result<void> checked = check(settings, camera); !checked) return checked.error();
@@ -129,8 +157,6 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   AdaptiveSampling adaptive_sampling(crop, settings.adaptive);
   if (adaptive) outcome.film.track_noise();
 
-  const std::unique_ptr<Integrator> integrator =
-      make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
   const std::vector<PixelRect> tiles = make_tiles(crop, settings.tile_size_px);
   statistics.threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   // More threads than cores are allowed where asked for.
@@ -138,10 +164,17 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       tbb::global_control::max_allowed_parallelism,
       static_cast<size_t>(std::max(statistics.threads, tbb::info::default_concurrency())));
   tbb::task_arena arena(statistics.threads);
-  tbb::enumerable_thread_specific<Worker> workers([&] { return Worker{integrator->make_context(), 0.0}; });
-
   const Clock::time_point start = Clock::now();
   PassProgress progress(listener, start, settings);
+  TrainedGuide trained;
+  arena.execute([&] {
+    trained = train_guide(world, camera, settings, cancel, [&](uint64_t paths) { progress.paths_trained(paths); });
+  });
+  statistics.guiding = trained.statistics;
+  const std::unique_ptr<Integrator> integrator = make_integrator(
+      settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs, trained.guide.get());
+  tbb::enumerable_thread_specific<Worker> workers([&] { return Worker{integrator->make_context(), 0.0}; });
+
   std::atomic<uint64_t> rays{0};
   std::atomic<int64_t> converged{0}; // pixels
   const auto converged_share = [&] {
@@ -227,8 +260,9 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
     return Error{ErrorKind::usage, "pixel " + std::to_string(pixel.x) + "," + std::to_string(pixel.y) +
                                        " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +
                                        std::to_string(settings.size_px.y) + " pixels"};
-  const std::unique_ptr<Integrator> integrator =
-      make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
+  const TrainedGuide trained = train_guide(world, camera, settings, nullptr, {});
+  const std::unique_ptr<Integrator> integrator = make_integrator(
+      settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs, trained.guide.get());
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;

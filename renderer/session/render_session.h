@@ -13,8 +13,14 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 namespace kindling {
+
+// Path guiding (renderer/guiding) by the path tracer.
+enum class Guiding : uint8_t { off, on, automatic };
+[[nodiscard]] std::string_view guiding_name(Guiding guiding); // "off", "on", "auto"
+[[nodiscard]] std::optional<Guiding> guiding_from_name(std::string_view name);
 
 struct RenderSettings {
   IntegratorSettings integrator;
@@ -24,10 +30,20 @@ struct RenderSettings {
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
   uint32_t seed = 0;
+  Guiding guiding = Guiding::off;
   PixelFilter filter;
   AovSet aovs;
   int threads = 0;       // 0: as many as the machine gives us
   int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
+};
+
+// What training took and found; all zero if there was none.
+struct GuidingStatistics {
+  double training_s = 0.0; // part of the render phase
+  uint64_t paths = 0;
+  RayCounters rays;      // of the training, not in those of the render
+  double foreseen = 1.0; // second moment of reflected light with the guide, relative to that without
+  int patches = 0;       // of the guide that is used; 0: none is
 };
 
 struct RenderStatistics {
@@ -39,6 +55,7 @@ struct RenderStatistics {
   int passes = 0;
   double idle_s = 0.0; // sum over the threads of the time without a tile
   RayCounters rays;
+  GuidingStatistics guiding;
 };
 
 struct RenderOutcome {

@@ -30,6 +30,9 @@ TEST(Options, Defaults) {
   EXPECT_EQ(options.accelerator, accel::Kind::embree);
   EXPECT_EQ(options.filter.kind, FilterKind::blackman_harris);
   EXPECT_TRUE(options.outputs.empty());
+  EXPECT_EQ(render_options({"--guiding", "auto"}).guiding, Guiding::automatic);
+  EXPECT_EQ(render_options({"--guiding", "on"}).guiding, Guiding::on);
+  EXPECT_EQ(render_options({"--guiding", "off"}).guiding, Guiding::off);
   EXPECT_TRUE(options.exr_half);
   EXPECT_EQ(options.progress, ProgressMode::automatic);
 }
@@ -186,6 +189,9 @@ TEST(Options, WhatExcludesWhat) {
             "--orbit and --camera: give one of them");
   EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,-1"}), "--orbit: the radius -1 is negative; use 0 or more");
   EXPECT_EQ(refusal({"render", "a.glb", "-q", "-v"}), "--quiet and --verbose: give one of them");
+  EXPECT_EQ(refusal({"render", "a.glb", "--guiding", "maybe"}),
+            "--guiding: unknown guiding 'maybe'; use on, off or auto");
+  EXPECT_EQ(refusal({"render", "a.glb", "--guiding"}), "--guiding: needs a value");
   EXPECT_EQ(refusal({"render", "a.glb", "--tile-size", "20"}),
             "--tile-size: '20' is not a multiple of 8; use 8, 16, 32 or so");
   EXPECT_EQ(refusal({"render", "a.glb", "--batch-size", "65"}),

@@ -1,5 +1,6 @@
 // Nothing allocates per sample: counted through the global operator new.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/guide.h"
 #include "tests/integrator/test_scenes.h"
 
 #include <atomic>
@@ -50,7 +51,9 @@ TEST(Allocation, NonePerSample) {
       for (const AovInfo& info : kAovs) aovs.insert(info.aov);
       const Sampler sampler(1);
       const PixelFilter filter;
-      const auto integrator = make_integrator(settings, *world, camera, sampler, filter, aovs);
+      const BrightPatch above{V3f(0, 2, 0), V3f(1, 0, 1), 3, 10.0f};
+      const Guide guide{BrightPatches(std::span(&above, 1))};
+      const auto integrator = make_integrator(settings, *world, camera, sampler, filter, aovs, &guide);
       const auto context = integrator->make_context();
       const PixelRect block{V2i(0, 0), V2i(8, 8)};
       Film film(V2i(8, 8), block, aovs);

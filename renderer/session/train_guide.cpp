@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/train_guide.h"
+
+#include "renderer/base/flush_denormals.h"
+#include "renderer/guiding/learn_guide.h"
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/path_recorder.h"
+#include "renderer/session/tile_scheduler.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <chrono>
+#include <numeric>
+
+namespace kindling {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr uint64_t kLeastPart = 16;       // training takes no more than this part of the render's samples
+constexpr uint64_t kMostPaths = 1U << 18; // nor more than these: what there is to learn has an end
+constexpr uint64_t kProbePart = 8;        // of the training
+// `auto` goes on if the probe, which knows little, foresees this much of the second moment or less, and uses the guide if it
+// then is so much or less: it makes samples up to a tenth dearer, and variance is but a part of the second moment.
+constexpr double kPromising = 0.92;
+constexpr double kWorthwhile = 0.88;
+
+struct Worker {
+  std::unique_ptr<ThreadContext> context;
+  std::unique_ptr<PathRecorder> recorder;
+};
+
+struct BlockRecords {
+  std::vector<GuideRecord> records;
+  double luminance_sum = 0.0;
+  uint64_t paths = 0;
+};
+
+class Training {
+ public:
+  Training(const World& world, const Camera& camera, const RenderSettings& settings, const CancelToken* cancel,
+           const std::function<void(uint64_t)>& on_done)
+      : world_(world), camera_(camera), settings_(settings), cancel_(cancel), on_done_(on_done),
+        sampler_(hash_u32(settings.seed ^ 0x6a09e667U)), blocks_(make_blocks(PixelRect{V2i(0, 0), settings.size_px})) {}
+
+  TrainedGuide run() {
+    const Clock::time_point start = Clock::now();
+    const uint64_t paths = training_paths(settings_);
+    std::unique_ptr<const Guide> guide;
+    if (paths > 0) {
+      trace(paths / kProbePart, nullptr);
+      guide = learn();
+      const bool on = settings_.guiding == Guiding::on;
+      double limit = on ? 1.0 : kPromising;
+      if (on || statistics_.foreseen < limit) {
+        trace(paths - paths / kProbePart, guide.get());
+        guide = learn();
+      }
+      if (!on) limit = kWorthwhile;
+      if (!(statistics_.foreseen < limit) || stopped()) guide.reset();
+    }
+    if (guide) statistics_.patches = static_cast<int>(guide->patches.patches().size());
+    statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
+    return {std::move(guide), statistics_};
+  }
+
+ private:
+  [[nodiscard]] bool stopped() const { return cancel_ && cancel_->cancelled_now(); }
+
+  // About `paths` more paths, as evenly over the picture as whole blocks allow.
+  void trace(uint64_t paths, const Guide* guide) {
+    const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
+    tbb::enumerable_thread_specific<Worker> workers([&] {
+      Worker worker{integrator.make_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size)};
+      static_cast<PathContext&>(*worker.context).recorder = worker.recorder.get();
+      return worker;
+    });
+    const size_t count = blocks_.size();
+    const uint64_t visits = std::max<uint64_t>(1, paths / (kBlockSize * kBlockSize));
+    // Blocks in another order, so that those that get a sample more are spread over the picture.
+    size_t step = count * 618 / 1000 + 1;
+    while (std::gcd(step, count) != 1) ++step;
+    std::vector<BlockRecords> found(count);
+    std::atomic<uint64_t> traced{statistics_.paths};
+    tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+      const uint64_t place = i * step % count;
+      const auto samples = static_cast<uint32_t>((place + 1) * visits / count - place * visits / count);
+      if (samples == 0 || stopped()) return;
+      const FlushDenormals flush_denormals;
+      Worker& worker = workers.local();
+      PathRecorder& recorder = *worker.recorder;
+      recorder.records.clear();
+      recorder.luminance_sum = 0.0;
+      Film film(settings_.size_px, blocks_[i], AovSet{});
+      integrator.render_block(blocks_[i], {next_sample_, samples}, *worker.context, film);
+      found[i] = {recorder.records, recorder.luminance_sum, static_cast<uint64_t>(blocks_[i].pixel_count()) * samples};
+      traced += found[i].paths;
+      if (on_done_) on_done_(traced);
+    });
+    next_sample_ += static_cast<uint32_t>((visits + count - 1) / count);
+    for (Worker& worker : workers) statistics_.rays.add(worker.context->counters);
+    gather(found);
+  }
+
+  // Relative to the picture: what counts is the square of the error over that of the radiance. A block's mean stands for
+  // its pixels.
+  void gather(std::span<const BlockRecords> found) {
+    double sum = 0.0;
+    uint64_t paths = 0;
+    for (const BlockRecords& block : found) {
+      sum += block.luminance_sum;
+      paths += block.paths;
+    }
+    if (paths == 0) return;
+    statistics_.paths += paths;
+    const double mean = sum / static_cast<double>(paths);
+    for (const BlockRecords& block : found) {
+      if (block.paths == 0) continue;
+      const double block_mean = block.luminance_sum / static_cast<double>(block.paths);
+      const double scale = 1.0 / (block_mean * block_mean + 0.01 * mean * mean);
+      if (!std::isfinite(scale)) continue;
+      for (GuideRecord record : block.records) {
+        record.contribution2 *= static_cast<float>(scale);
+        if (std::isfinite(record.contribution2)) records_.push_back(record);
+      }
+    }
+  }
+
+  std::unique_ptr<const Guide> learn() {
+    LearnedGuide learned = learn_guide(records_);
+    statistics_.foreseen = learned.second_moment;
+    return std::make_unique<Guide>(std::move(learned.guide));
+  }
+
+  const World& world_;
+  const Camera& camera_;
+  const RenderSettings& settings_;
+  const CancelToken* cancel_;
+  const std::function<void(uint64_t)>& on_done_;
+  Sampler sampler_;
+  std::vector<PixelRect> blocks_; // of the whole picture
+  uint32_t next_sample_ = 0;
+  std::vector<GuideRecord> records_;
+  GuidingStatistics statistics_;
+};
+
+} // namespace
+
+uint64_t training_paths(const RenderSettings& settings) {
+  if (settings.guiding == Guiding::off || settings.integrator.kind != IntegratorKind::path) return 0;
+  const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
+  return std::min(pixels * settings.samples_per_pixel / kLeastPart, kMostPaths);
+}
+
+TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
+                         const CancelToken* cancel, const std::function<void(uint64_t)>& on_done) {
+  return Training(world, camera, settings, cancel, on_done).run();
+}
+
+} // namespace kindling

@@ -1,0 +1,111 @@
+// Guided paths have the mean of unguided ones, whatever they are guided to.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/guide.h"
+#include "tests/integrator/test_scenes.h"
+
+namespace kindling::test {
+namespace {
+
+// All pixels of a picture, with this guide or none.
+Mean guided_mean(const World& world, const Camera& camera, const RenderSettings& settings, const Guide* guide) {
+  const auto integrator = make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter,
+                                          settings.aovs, guide);
+  const auto context = integrator->make_context();
+  Film film(settings.size_px, PixelRect{V2i(0, 0), settings.size_px}, settings.aovs);
+  for (int y = 0; y < settings.size_px.y; y += kBlockSize)
+    for (int x = 0; x < settings.size_px.x; x += kBlockSize)
+      integrator->render_block(PixelRect{V2i(x, y), V2i(x + kBlockSize, y + kBlockSize)},
+                               {0, settings.samples_per_pixel}, *context, film);
+  EXPECT_EQ(context->counters.non_finite, 0U);
+  return mean_of(film);
+}
+
+// In the middle of things and partly out of sight, as no training would place them.
+Guide wild_guide() {
+  const BrightPatch patches[] = {{V3f(0.0f, 0.9f, 0.1f), V3f(0.4f, 0.0f, 0.1f), 3, 60.0f},
+                                 {V3f(-0.6f, 0.0f, -0.3f), V3f(0.0f, 0.3f, 0.3f), 0, 20.0f},
+                                 {V3f(0.5f, 0.1f, 0.0f), V3f(0.0f, 0.5f, 0.05f), 1, 50.0f},
+                                 {V3f(0.1f, -0.4f, 0.2f), V3f(0.3f, 0.0f, 0.3f), 2, 10.0f},
+                                 {V3f(0.0f, 0.2f, 0.7f), V3f(0.4f, 0.4f, 0.0f), 5, 15.0f}};
+  return {BrightPatches(patches)};
+}
+
+// The furnace of closed_form_test.cpp: every radiance in it is known.
+TEST(Guiding, ClosedSphere) {
+  const float rho = 0.6f, emitted = 0.7f;
+  const auto world =
+      make_world(make_scene({emissive_material(Rgb(emitted), Rgb(rho))}, {sphere(V3f(0.0f), 1.0f, 24, 0, false)}),
+                 accel::Kind::embree);
+  SceneCamera pinhole;
+  pinhole.yfov_rad = 1.5f;
+  const Camera camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, 0.3f, -1)), V2i(16, 16));
+  const Guide guide = wild_guide();
+  for (const int bounces : {0, 1, 5}) {
+    RenderSettings settings = small_render(V2i(16, 16), 256);
+    settings.integrator.max_bounces = bounces;
+    settings.integrator.roulette_start_bounce = 2;
+    double expected = 0.0;
+    for (int k = 0; k <= bounces + 1; ++k) expected += emitted * std::pow(rho, k);
+    const Mean mean = guided_mean(*world, camera, settings, &guide);
+    EXPECT_NEAR(mean.luminance, expected, 4.5 * mean.standard_error + 2e-5 * expected) << bounces << " bounces";
+    EXPECT_LT(mean.standard_error, 0.01 * expected);
+  }
+}
+
+// Materials of every kind of lobe, against the same picture without a guide.
+TEST(Guiding, EveryLobe) {
+  const auto material = [](float roughness, float metallic) {
+    Material m;
+    m.base_color_factor = V4f(0.8f, 0.7f, 0.6f, 1.0f);
+    m.roughness_factor = roughness;
+    m.metallic_factor = metallic;
+    return m;
+  };
+  for (const Material& m : {material(0.1f, 0.0f), material(0.45f, 0.5f), material(0.8f, 1.0f), material(0.2f, 1.0f)}) {
+    const auto world = make_world(
+        make_scene({m, emissive_material(Rgb(3.0f), Rgb(0.5f))},
+                   {quad(V3f(-1, -1, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0), sphere(V3f(0.3f, -0.6f, 0), 0.3f, 24, 0),
+                    quad(V3f(-1, 1, -1), V3f(2, 0, 0), V3f(0, 0, 2), 0),
+                    quad(V3f(-0.2f, 0.9f, -0.2f), V3f(0.4f, 0, 0), V3f(0, 0, -0.4f), 1)}),
+        accel::Kind::embree, std::make_shared<Environment>(Rgb(0.3f)));
+    const Camera camera(SceneCamera{}, look_at(V3f(0, 0.1f, 3.0f), V3f(0, -0.2f, 0)), V2i(24, 24));
+    RenderSettings settings = small_render(V2i(24, 24), 256);
+    settings.integrator.roulette_start_bounce = 2;
+    const Guide guide = wild_guide();
+    const Mean without = guided_mean(*world, camera, settings, nullptr);
+    settings.seed = 1;
+    const Mean with = guided_mean(*world, camera, settings, &guide);
+    EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error))
+        << "roughness " << m.roughness_factor << ", metallic " << m.metallic_factor;
+    EXPECT_LT(with.standard_error, 0.01 * with.luminance);
+  }
+}
+
+// Which lobe a guided direction counts for matters to the limits of bounces.
+TEST(Guiding, BouncesCountAlike) {
+  Material mixed;
+  mixed.base_color_factor = V4f(0.8f, 0.7f, 0.6f, 1.0f);
+  mixed.roughness_factor = 0.6f;
+  mixed.metallic_factor = 0.5f;
+  const auto world = make_world(make_scene({mixed, emissive_material(Rgb(1.0f), Rgb(0.5f))},
+                                           {sphere(V3f(0.0f), 1.0f, 24, 0, false),
+                                            quad(V3f(-0.3f, 0.5f, -0.3f), V3f(0.6f, 0, 0), V3f(0, 0, 0.6f), 1)}),
+                                accel::Kind::embree);
+  SceneCamera pinhole;
+  pinhole.yfov_rad = 1.5f;
+  const Camera camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, -0.3f, -1)), V2i(16, 16));
+  const Guide guide = wild_guide();
+  for (const auto& [diffuse, glossy] : {std::pair(1, 8), std::pair(8, 1)}) {
+    RenderSettings settings = small_render(V2i(16, 16), 256);
+    settings.integrator.max_diffuse_bounces = diffuse;
+    settings.integrator.max_glossy_bounces = glossy;
+    const Mean without = guided_mean(*world, camera, settings, nullptr);
+    settings.seed = 1;
+    const Mean with = guided_mean(*world, camera, settings, &guide);
+    EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error))
+        << diffuse << " diffuse, " << glossy << " glossy";
+  }
+}
+
+} // namespace
+} // namespace kindling::test

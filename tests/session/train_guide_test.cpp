@@ -1,0 +1,126 @@
+// Guides from training: the same for any division of the work, better pictures of the same mean, and none where they do not pay.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/train_guide.h"
+#include "tests/integrator/test_scenes.h"
+
+#include <cstring>
+
+namespace kindling::test {
+namespace {
+
+const V2i kSize(75, 53); // not a multiple of anything
+
+// A white room, lit by a lamp that shines at the ceiling from a hand's breadth below it: the ceiling around it is what the
+// room sees.
+std::unique_ptr<const World> room() {
+  Material lamp = emissive_material(Rgb(30.0f), Rgb(0.5f));
+  lamp.double_sided = false;
+  return make_world(
+      make_scene(
+          {diffuse_material(Rgb(0.6f)), lamp},
+          {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0), quad(V3f(-2, 2, -2), V3f(4, 0, 0), V3f(0, 0, 4), 0),
+           quad(V3f(-2, 0, -2), V3f(4, 0, 0), V3f(0, 2, 0), 0), quad(V3f(2, 0, 2), V3f(-4, 0, 0), V3f(0, 2, 0), 0),
+           quad(V3f(-2, 0, 2), V3f(0, 0, -4), V3f(0, 2, 0), 0), quad(V3f(2, 0, -2), V3f(0, 0, 4), V3f(0, 2, 0), 0),
+           quad(V3f(0.6f, 1.9f, 0.4f), V3f(0.5f, 0, 0), V3f(0, 0, -0.5f), 1)}),
+      accel::Kind::embree);
+}
+
+Camera room_camera() { return {SceneCamera{}, look_at(V3f(-1.7f, 0.9f, 1.7f), V3f(0.3f, 0.6f, -0.3f)), kSize}; }
+
+RenderSettings room_render(uint32_t spp, Guiding guiding) {
+  RenderSettings settings = small_render(kSize, spp);
+  settings.integrator.roulette_start_bounce = 2;
+  settings.guiding = guiding;
+  return settings;
+}
+
+Film render_room(const World& world, const RenderSettings& settings) {
+  Result<RenderOutcome> outcome = render(world, room_camera(), settings, nullptr, nullptr);
+  EXPECT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.patches, 0);
+  return std::move(outcome).value().film;
+}
+
+TEST(TrainGuide, ThreadsTilesBatchesAndCrops) {
+  const auto world = room();
+  RenderSettings settings = room_render(32, Guiding::automatic);
+  settings.threads = 1;
+  const std::vector<float> reference = render_room(*world, settings).resolve_rgba();
+  const auto differs = [&](const RenderSettings& other) {
+    const std::vector<float> picture = render_room(*world, other).resolve_rgba();
+    return picture.size() != reference.size() ||
+           std::memcmp(picture.data(), reference.data(), picture.size() * sizeof(float)) != 0;
+  };
+  for (const int threads : {2, 7}) {
+    settings.threads = threads;
+    EXPECT_FALSE(differs(settings)) << threads << " threads";
+  }
+  settings.tile_size_px = 8;
+  EXPECT_FALSE(differs(settings)) << "tiles";
+  settings.integrator.batch_size = 64;
+  EXPECT_FALSE(differs(settings)) << "batches";
+  settings.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
+  const std::vector<float> crop = render_room(*world, settings).resolve_rgba();
+  const auto width = static_cast<size_t>(settings.crop->width());
+  for (int y = 9; y < 41; ++y)
+    ASSERT_EQ(std::memcmp(crop.data() + static_cast<size_t>(y - 9) * width * 4,
+                          reference.data() + (static_cast<size_t>(y) * static_cast<size_t>(kSize.x) + 13) * 4,
+                          width * 4 * sizeof(float)),
+              0)
+        << "row " << y;
+  const Result<ReplayedSample> replayed = replay_sample(*world, room_camera(), settings, V2i(20, 20), 3);
+  ASSERT_TRUE(replayed.ok());
+  settings = room_render(32, Guiding::off);
+  const Result<ReplayedSample> unguided = replay_sample(*world, room_camera(), settings, V2i(20, 20), 3);
+  ASSERT_TRUE(unguided.ok());
+  EXPECT_NE(replayed.value().radiance, unguided.value().radiance);
+}
+
+// Mean over the pixels of variance over squared luminance: what guiding is to lessen.
+double relative_variance(const Film& film) {
+  const std::vector<float> beauty = film.resolve(Aov::beauty);
+  const std::vector<float> variance = film.resolve(Aov::variance);
+  const double floor = 0.01 * std::pow(mean_of(film).luminance, 2.0);
+  double sum = 0.0;
+  for (size_t i = 0; i < variance.size(); ++i) {
+    const double mean = static_cast<double>(luminance(Rgb(beauty[i * 3], beauty[i * 3 + 1], beauty[i * 3 + 2])));
+    sum += static_cast<double>(variance[i]) / (mean * mean + floor);
+  }
+  return sum / static_cast<double>(variance.size());
+}
+
+TEST(TrainGuide, LessNoiseAroundTheSameMean) {
+  const auto world = room();
+  RenderSettings settings = room_render(64, Guiding::off);
+  const Film plain = render(*world, room_camera(), settings, nullptr, nullptr).value().film;
+  settings.guiding = Guiding::on;
+  settings.seed = 1;
+  const Film guided = render_room(*world, settings);
+  const Mean without = mean_of(plain), with = mean_of(guided);
+  EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error));
+  EXPECT_LT(relative_variance(guided), 0.8 * relative_variance(plain));
+}
+
+TEST(TrainGuide, AutoStopsAfterTheProbe) {
+  // In the open there is nothing to aim at.
+  const auto world =
+      make_world(make_scene({diffuse_material(Rgb(0.6f))},
+                            {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0), sphere(V3f(0, 1, 0), 1.0f, 32, 0)}),
+                 accel::Kind::embree, std::make_shared<Environment>(Rgb(1.0f)));
+  RenderSettings settings = room_render(32, Guiding::automatic);
+  const Result<RenderOutcome> outcome = render(*world, room_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  const GuidingStatistics& guiding = outcome.value().statistics.guiding;
+  EXPECT_EQ(guiding.patches, 0);
+  EXPECT_GT(guiding.paths, 0U);
+  EXPECT_LT(guiding.paths, training_paths(settings) / 4);
+  settings.guiding = Guiding::off;
+  EXPECT_EQ(training_paths(settings), 0U);
+  const Result<RenderOutcome> plain = render(*world, room_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(plain.ok());
+  EXPECT_EQ(plain.value().statistics.guiding.paths, 0U);
+  EXPECT_EQ(plain.value().film.resolve_rgba(), outcome.value().film.resolve_rgba());
+}
+
+} // namespace
+} // namespace kindling::test
