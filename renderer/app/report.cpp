@@ -37,10 +37,12 @@ std::string format_summary(const RenderReport& r) {
   if (r.adaptive.enabled())
     text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp in the mean\n",
                         100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
-  if (s.guiding.paths > 0)
-    text += fmt::format("  guiding {} after {} of training: second moment {:.2f} foreseen, {} paths\n",
-                        s.guiding.patches > 0 ? fmt::format("to {} patches", s.guiding.patches) : "not worth it",
-                        format_seconds(s.guiding.training_s), s.guiding.foreseen, count(s.guiding.paths));
+  if (const GuidingStatistics& g = s.guiding; g.paths > 0)
+    text += fmt::format(
+        "  guiding {} of training: {} ({:.2f} foreseen), {} ({:.2f} foreseen)\n", format_seconds(g.training_s),
+        g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not worth it", g.foreseen,
+        g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not worth it",
+        g.foreseen_lights);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),

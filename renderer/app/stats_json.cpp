@@ -41,9 +41,11 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["time_to_first_ray_s"] = r.times.before_render_s;
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
   json["passes"] = s.passes;
-  json["guiding"] = {{"mode", guiding_name(r.guiding)},   {"used", s.guiding.patches > 0},
-                     {"patches", s.guiding.patches},      {"foreseen", s.guiding.foreseen},
-                     {"training_paths", s.guiding.paths}, {"training_rays", s.guiding.rays.total()}};
+  const GuidingStatistics& g = s.guiding;
+  json["guiding"] = {{"mode", guiding_name(r.guiding)},      {"patches", g.patches},
+                     {"light_regions", g.light_regions},     {"foreseen", g.foreseen},
+                     {"foreseen_lights", g.foreseen_lights}, {"training_paths", g.paths},
+                     {"training_rays", g.rays.total()}};
   json["idle_s"] = s.idle_s;
   json["rays"] = {
       {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};

@@ -26,7 +26,7 @@ struct BrightPatch {
 // Immutable, thread-safe, no allocation.
 class BrightPatches {
  public:
-  static constexpr size_t kMost = 32;
+  static constexpr size_t kMost = 16;
   static constexpr float kLeastRest = 0.25f;
 
   BrightPatches() = default;

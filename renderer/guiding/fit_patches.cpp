@@ -68,6 +68,7 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
   }
   // d p / d s_j = F_j / D (density_j - replaced - (p - base)): more of it where the gain outweighs the loss.
   constexpr int kSteps = 40;
+  std::array<double, BrightPatches::kMost> use{}; // what each does, with its strength
   for (int step = 0; step < kSteps; ++step) {
     std::array<double, BrightPatches::kMost> gain{}, loss{};
     for (const Row& row : rows) {
@@ -86,11 +87,19 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
       for (size_t j = 0; j < count; ++j) loss[j] += static_cast<double>(lost * row.factors[j]);
     }
     for (size_t j = 0; j < count; ++j) {
+      use[j] = gain[j] * static_cast<double>(patches[j].strength);
       const double ratio = loss[j] > 0.0 ? gain[j] / loss[j] : 1.0;
       patches[j].strength *= static_cast<float>(std::clamp(std::sqrt(ratio), 0.25, 4.0));
     }
   }
-  return BrightPatches(patches);
+  // All patches cost time everywhere.
+  constexpr double kLeastUse = 0.005; // of all
+  double all = 0.0;
+  for (const double u : use) all += u;
+  std::vector<BrightPatch> useful;
+  for (size_t j = 0; j < count; ++j)
+    if (use[j] > kLeastUse * all) useful.push_back(patches[j]);
+  return BrightPatches(useful);
 }
 
 } // namespace kindling

@@ -3,11 +3,13 @@
 #pragma once
 
 #include "renderer/guiding/bright_patches.h"
+#include "renderer/guiding/share_tree.h"
 
 namespace kindling {
 
 struct Guide {
-  BrightPatches patches;
+  BrightPatches patches;  // may be empty: directions are not guided
+  ShareTree light_shares; // may be empty: families of lights share as LightSet estimates
 };
 
 } // namespace kindling

@@ -32,17 +32,36 @@ std::vector<GuideRecord> select(std::span<const GuideRecord> records) {
   return selected;
 }
 
-} // namespace
-
-LearnedGuide learn_guide(std::span<const GuideRecord> records) {
-  LearnedGuide learned;
-  std::vector<GuideRecord> selected = select(records);
-  if (selected.size() < kFewest) return learned;
-  // Patches fit too well where they were found: what they are good for, others say.
+// Patches fit too well where they were found: what they are good for, other records say.
+void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) {
+  const std::vector<GuideRecord> selected = select(records);
+  if (selected.size() < kFewest) return;
   std::vector<GuideRecord> halves[2];
   for (size_t i = 0; i < selected.size(); ++i) halves[i % 2].push_back(selected[i]);
   learned.guide.patches = fit_strengths(halves[1], find_patches(halves[0]));
   learned.second_moment = second_moment(halves[1], learned.guide.patches);
+}
+
+void learn_light_shares(std::span<const LightRecord> records, LearnedGuide& learned) {
+  if (records.size() < kFewest) return;
+  double sum = 0.0;
+  for (const LightRecord& r : records) sum += static_cast<double>(r.moment);
+  const auto largest = static_cast<float>(sum * kLargestPart);
+  std::vector<LightRecord> all(records.begin(), records.end()), halves[2];
+  for (size_t i = 0; i < all.size(); ++i) {
+    all[i].moment = std::min(all[i].moment, largest);
+    halves[i % 2].push_back(all[i]);
+  }
+  learned.light_second_moment = second_moment(halves[1], ShareTree(halves[0]));
+  learned.guide.light_shares = ShareTree(all);
+}
+
+} // namespace
+
+LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records) {
+  LearnedGuide learned;
+  learn_patches(records, learned);
+  learn_light_shares(light_records, learned);
   return learned;
 }
 

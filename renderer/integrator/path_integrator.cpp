@@ -26,6 +26,23 @@ Rgb clamped(const Rgb& radiance, float largest) {
   return peak > largest ? radiance * (largest / peak) : radiance;
 }
 
+// Templates below: Vertex is PathIntegrator's own.
+template <typename Vertex>
+void guide(const Guide& guide, Vertex& vertex) {
+  if (!guide.patches.empty()) vertex.bsdf.guide_to(guide.patches, vertex.surface.position);
+  if (!guide.light_shares.empty())
+    vertex.light_shares = &guide.light_shares.find(vertex.surface.position, vertex.surface.geometric_normal);
+}
+
+template <typename Vertex>
+void record_light(const Vertex& vertex, const LightSample& light, const Rgb& contribution, PathRecorder& recorder) {
+  recorder.offer_light({.position = vertex.surface.position,
+                        .facing = static_cast<uint8_t>(facing_of(vertex.surface.geometric_normal)),
+                        .family = light.family,
+                        .moment = square(luminance(contribution)) * light.family_probability,
+                        .probability = light.family_probability});
+}
+
 template <typename Vertex>
 void record_reflection(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathRecorder& recorder) {
   GuideRecord record;
@@ -105,6 +122,7 @@ void PathIntegrator::trace_bounces(PathContext& context) const {
 void PathIntegrator::shade(PathContext& context) const {
   context.shadow_rays.clear();
   context.shadow_records.clear();
+  if (context.recorder) context.recorder->start_lights();
   context.next_active.clear();
   context.next_rays.clear();
   SurfacePoint surface;
@@ -135,7 +153,7 @@ void PathIntegrator::shade(PathContext& context) const {
     const Frame frame = Frame::around(surface.shading_normal);
     Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot,
                   Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
-    if (guide_) vertex.bsdf.guide_to(guide_->patches, surface.position);
+    if (guide_) guide(*guide_, vertex);
     if (context.recorder) vertex.bsdf.find_allowed();
     sample_light(vertex, context);
     if (passes) {
@@ -162,8 +180,8 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathCon
   }
   Rgb radiance;
   if (state.bsdf_pdf > 0.0f) {
-    const EnvironmentEval environment =
-        world_.lights().environment_eval(state.previous_position, state.previous_normal, ray.direction);
+    const EnvironmentEval environment = world_.lights().environment_eval(state.previous_position, state.previous_normal,
+                                                                         ray.direction, state.light_shares);
     radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
   } else {
     radiance = world_.lights().environment_radiance(ray.direction);
@@ -200,9 +218,9 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
   float weight = 1.0f;
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();
-    weight =
-        power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
-                                                                     state.previous_normal, ray.direction, distance));
+    weight = power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(
+                                                 surface.emissive_triangle, state.previous_position,
+                                                 state.previous_normal, ray.direction, distance, state.light_shares));
   }
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
@@ -215,13 +233,14 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
   const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
   const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u);
+      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u, vertex.light_shares);
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(light->wi);
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   const Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
   context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.sample_index));
+  if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
 
@@ -254,6 +273,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.geometric_normal;
+  state.light_shares = vertex.light_shares;
   state.transparent_surfaces = 0;
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
                                .t_min = 0.0f,
@@ -285,6 +305,7 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
   context.counters.shadow += count;
   for (size_t i = 0; i < count; ++i) {
     if (context.occluded[i]) continue;
+    if (context.recorder) context.recorder->take_light(i);
     const ShadowRecord& record = context.shadow_records[i];
     context.states[record.slot].light[record.light_class] += record.contribution;
   }

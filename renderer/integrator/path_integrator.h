@@ -27,6 +27,7 @@ class PathIntegrator final : public Integrator {
     GuidedBsdf bsdf;
     uint32_t slot; // of the path
     V2f u_choice;  // x chooses the light, y the lobe
+    const LightShares* light_shares = nullptr;
   };
 
   // The stages of a wave, in the order in which they run.

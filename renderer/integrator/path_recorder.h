@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/guiding/guide_record.h"
+#include "renderer/guiding/share_tree.h"
 #include "renderer/integrator/path_state.h"
 #include "renderer/world/world.h"
 
@@ -40,11 +41,18 @@ class PathRecorder {
     reflection.record.hit_facing = facing_of(surface->geometric_normal);
     reflection.found_before = luminance(state.light[0] + state.light[1] + state.light[2]);
   }
+  // Light samples wait for their shadow rays, all that are on the way numbered from 0.
+  void start_lights() { offered_lights_.clear(); }
+  void offer_light(const LightRecord& record) { offered_lights_.push_back(record); }
+  void take_light(size_t number) {
+    if (offered_lights_[number].moment > 0.0f) light_records.push_back(offered_lights_[number]);
+  }
   // `found`: by the whole path.
   void finish_path(size_t slot, const Rgb& found);
 
-  std::vector<GuideRecord> records; // those that brought something; contribution2 is not relative yet
-  double luminance_sum = 0.0;       // of the finished paths
+  std::vector<GuideRecord> records;       // those that brought something; contribution2 is not relative yet
+  std::vector<LightRecord> light_records; // moments not relative yet
+  double luminance_sum = 0.0;             // of the finished paths
 
  private:
   struct Path {
@@ -55,6 +63,7 @@ class PathRecorder {
     GuideRecord record;
     float found_before = 0.0f; // luminance
   };
+  std::vector<LightRecord> offered_lights_;
   std::vector<Path> paths_;
   std::vector<Reflection> reflections_;
 };

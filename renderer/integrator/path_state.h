@@ -22,6 +22,7 @@ struct PathState {
   std::array<Rgb, 3> light{Rgb(0.0f), Rgb(0.0f), Rgb(0.0f)}; // by LightClass
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
+  const LightShares* light_shares = nullptr;                 // likewise
   float alpha = 1.0f;
   float guiding = 1.0f; // product over the reflections of density with guiding / density without
   uint16_t bounce = 0;  // reflections so far
@@ -35,7 +36,7 @@ struct PathState {
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 92);
+static_assert(sizeof(PathState) == 104);
 
 // A light sample that waits for its shadow ray.
 struct ShadowRecord {

@@ -42,7 +42,28 @@ float LightSet::directional_irradiance(const Punctual& light, const V3f& normal)
   return light.luminance * (any_side ? 1.0f : std::max(-normal.dot(light.axis) + kHorizon, 0.0f));
 }
 
-LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal) const {
+// What has no directional light above the horizon, or no environment, leaves that share to the others. Among directional lights
+// the weights are those of light_share_weight() to the strongest of them.
+void LightSet::share_as_learned(const V3f& normal, const LightShares& learned, Shares& shares) const {
+  shares.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightFamily::tree)];
+  shares.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightFamily::environment)] : 0.0f;
+  shares.sum = shares.tree + shares.environment;
+  for (size_t i = first_directional_; i < punctuals_.size(); ++i)
+    shares.strongest = std::max(shares.strongest, directional_irradiance(punctuals_[i], normal));
+  if (!(shares.strongest > 0.0f)) return;
+  float directional = 0.0f;
+  for (size_t i = first_directional_; i < punctuals_.size(); ++i)
+    directional += light_share_weight(directional_irradiance(punctuals_[i], normal), shares.strongest);
+  shares.directional_scale = learned[static_cast<size_t>(LightFamily::directional)] / directional;
+  shares.sum += learned[static_cast<size_t>(LightFamily::directional)];
+}
+
+LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const LightShares* learned) const {
+  if (learned) {
+    Shares result;
+    share_as_learned(normal, *learned, result);
+    return result;
+  }
   const float tree = tree_.irradiance(point, normal);
   Shares result;
   result.strongest = std::max(tree, environment_irradiance_);
@@ -59,19 +80,20 @@ LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal) const {
   return result;
 }
 
-float LightSet::environment_probability(const V3f& point, const V3f& normal) const {
+float LightSet::environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const {
   if (single_family_) return environment_ ? 1.0f : 0.0f;
-  const Shares all = shares(point, normal);
-  return all.environment / all.sum;
+  const Shares all = shares(point, normal, learned);
+  return all.sum > 0.0f ? all.environment / all.sum : 0.0f;
 }
 
-float LightSet::tree_probability(const V3f& point, const V3f& normal) const {
+float LightSet::tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const {
   if (single_family_) return tree_.empty() ? 0.0f : 1.0f;
-  const Shares all = shares(point, normal);
+  const Shares all = shares(point, normal, learned);
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
-std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal, float u_light, const V2f& u) const {
+std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
+                                            const LightShares* learned) const {
   if (empty()) return std::nullopt;
   if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u);
   // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
@@ -85,7 +107,7 @@ std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal,
     result = environment_->sample(u);
   } else {
     // The tree, then the directional lights, then the environment.
-    const Shares all = shares(point, normal);
+    const Shares all = shares(point, normal, learned);
     rest *= static_cast<double>(all.sum);
     const auto chooses = [&](float weight) {
       if (rest < static_cast<double>(weight)) {
@@ -101,16 +123,21 @@ std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal,
     } else {
       bool chosen = false;
       for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
-        chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest));
-        if (chosen) result = sample_punctual(punctuals_[i], point);
+        chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest) *
+                         all.directional_scale);
+        if (!chosen) continue;
+        result = sample_punctual(punctuals_[i], point);
+        result->family = LightFamily::directional;
       }
       if (!chosen && environment_) {
         result = environment_->sample(u);
+        result->family = LightFamily::environment;
         probability = all.environment / all.sum;
       }
     }
   }
   if (!result) return std::nullopt;
+  result->family_probability = probability;
   result->pdf *= probability;
   if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
   return result;
@@ -162,12 +189,12 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
   return result;
 }
 
-float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
-                             float distance) const {
+float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
+                             const LightShares* learned) const {
   const Triangle& t = triangles_[triangle];
   float probability = tree_.probability(triangle, point, normal);
   if (!(probability > 0.0f)) return 0.0f;
-  probability *= tree_probability(point, normal);
+  probability *= tree_probability(point, normal, learned);
   const float density = sampled_by_solid_angle(t, point) ? SphericalTriangle(t.p0, t.p1, t.p2, point).pdf()
                                                          : area_density(double_area_normal(t), wi, distance);
   return density * probability < kInfinity ? density * probability : 0.0f;

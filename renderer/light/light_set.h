@@ -73,18 +73,20 @@ class LightSet {
   // A light and a direction to it, seen from `point`. `normal` (unit, on the side that is lit): light from below its
   // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1), u in [0, 1)^2.
   // Empty: nothing useful (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
-  // window for `range_m`.
-  [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light,
-                                                  const V2f& u) const;
+  // window for `range_m`. `learned`: how the families share the samples here, in place of the estimate; null: not known. All
+  // densities take it, too.
+  [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
+                                                  const LightShares* learned = nullptr) const;
 
   // The density with which sample() from `point` and `normal` would have produced this hit of emissive triangle number
   // `triangle` (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit
   // at `distance`. Says nothing about the side: where the triangle is dark, emitted() is black.
   [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
-                                   float distance) const;
+                                   float distance, const LightShares* learned = nullptr) const;
   // The same for leaving the scene along wi.
-  [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi) const {
-    return environment_ ? environment_->pdf(wi) * environment_probability(point, normal) : 0.0f;
+  [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi,
+                                      const LightShares* learned = nullptr) const {
+    return environment_ ? environment_->pdf(wi) * environment_probability(point, normal, learned) : 0.0f;
   }
 
   // Radiance that triangle number `triangle` sends back along -wi from barycentrics (u, v). Black on a dark side.
@@ -93,10 +95,11 @@ class LightSet {
     return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
   }
   // environment_radiance() and pdf_environment() from one look-up.
-  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi) const {
+  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi,
+                                                 const LightShares* learned = nullptr) const {
     if (!environment_) return {};
     EnvironmentEval eval = environment_->eval(wi);
-    eval.pdf *= environment_probability(point, normal);
+    eval.pdf *= environment_probability(point, normal, learned);
     return eval;
   }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
@@ -131,14 +134,16 @@ class LightSet {
     float tree = 0.0f;
     float environment = 0.0f;
     float sum = 0.0f;
+    float directional_scale = 1.0f; // of the weights of directional lights
   };
 
   void add_punctuals(const LightSetInput& input);
   [[nodiscard]] static EmitterBounds punctual_bounds(const Punctual& light);
-  [[nodiscard]] Shares shares(const V3f& point, const V3f& normal) const;
+  [[nodiscard]] Shares shares(const V3f& point, const V3f& normal, const LightShares* learned) const;
+  void share_as_learned(const V3f& normal, const LightShares& learned, Shares& shares) const;
   [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
-  [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal) const;
-  [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal) const;
+  [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
+  [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
   [[nodiscard]] std::optional<LightSample> sample_tree(const V3f& point, const V3f& normal, double u_light,
                                                        const V2f& u) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;

@@ -22,10 +22,15 @@ using Clock = std::chrono::steady_clock;
 constexpr uint64_t kLeastPart = 16;       // training takes no more than this part of the render's samples
 constexpr uint64_t kMostPaths = 1U << 18; // nor more than these: what there is to learn has an end
 constexpr uint64_t kProbePart = 8;        // of the training
-// `auto` goes on if the probe, which knows little, foresees this much of the second moment or less, and uses the guide if it
-// then is so much or less: it makes samples up to a tenth dearer, and variance is but a part of the second moment.
-constexpr double kPromising = 0.92;
-constexpr double kWorthwhile = 0.88;
+// `auto` goes on if the probe, which knows little, foresees second moments of this or less, and uses what then foresees so much or
+// less. Patches make samples up to a tenth dearer, and what reflections bring is but a part of the variance; shares of lights
+// cost nothing.
+struct Limits {
+  double patches, lights;
+};
+constexpr Limits kPromising{0.91, 0.98};
+constexpr Limits kWorthwhile{0.88, 0.97};
+constexpr Limits kAnyGain{1.0, 1.0}; // for `on`
 
 struct Worker {
   std::unique_ptr<ThreadContext> context;
@@ -34,6 +39,7 @@ struct Worker {
 
 struct BlockRecords {
   std::vector<GuideRecord> records;
+  std::vector<LightRecord> light_records;
   double luminance_sum = 0.0;
   uint64_t paths = 0;
 };
@@ -50,18 +56,19 @@ class Training {
     const uint64_t paths = training_paths(settings_);
     std::unique_ptr<const Guide> guide;
     if (paths > 0) {
-      trace(paths / kProbePart, nullptr);
-      guide = learn();
       const bool on = settings_.guiding == Guiding::on;
-      double limit = on ? 1.0 : kPromising;
-      if (on || statistics_.foreseen < limit) {
+      trace(paths / kProbePart, nullptr);
+      guide = learn(on ? kAnyGain : kPromising);
+      if (on || guide) {
         trace(paths - paths / kProbePart, guide.get());
-        guide = learn();
+        guide = learn(on ? kAnyGain : kWorthwhile);
       }
-      if (!on) limit = kWorthwhile;
-      if (!(statistics_.foreseen < limit) || stopped()) guide.reset();
+      if (stopped()) guide.reset();
     }
-    if (guide) statistics_.patches = static_cast<int>(guide->patches.patches().size());
+    if (guide) {
+      statistics_.patches = static_cast<int>(guide->patches.patches().size());
+      statistics_.light_regions = static_cast<int>(guide->light_shares.region_count());
+    }
     statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
     return {std::move(guide), statistics_};
   }
@@ -92,10 +99,12 @@ class Training {
       Worker& worker = workers.local();
       PathRecorder& recorder = *worker.recorder;
       recorder.records.clear();
+      recorder.light_records.clear();
       recorder.luminance_sum = 0.0;
       Film film(settings_.size_px, blocks_[i], AovSet{});
       integrator.render_block(blocks_[i], {next_sample_, samples}, *worker.context, film);
-      found[i] = {recorder.records, recorder.luminance_sum, static_cast<uint64_t>(blocks_[i].pixel_count()) * samples};
+      found[i] = {recorder.records, recorder.light_records, recorder.luminance_sum,
+                  static_cast<uint64_t>(blocks_[i].pixel_count()) * samples};
       traced += found[i].paths;
       if (on_done_) on_done_(traced);
     });
@@ -125,12 +134,21 @@ class Training {
         record.contribution2 *= static_cast<float>(scale);
         if (std::isfinite(record.contribution2)) records_.push_back(record);
       }
+      for (LightRecord record : block.light_records) {
+        record.moment *= static_cast<float>(scale);
+        if (std::isfinite(record.moment)) light_records_.push_back(record);
+      }
     }
   }
 
-  std::unique_ptr<const Guide> learn() {
-    LearnedGuide learned = learn_guide(records_);
+  // Keeps what foresees second moments below these; null if that is nothing.
+  std::unique_ptr<const Guide> learn(const Limits& limits) {
+    LearnedGuide learned = learn_guide(records_, light_records_);
     statistics_.foreseen = learned.second_moment;
+    statistics_.foreseen_lights = learned.light_second_moment;
+    if (!(learned.second_moment < limits.patches)) learned.guide.patches = {};
+    if (!(learned.light_second_moment < limits.lights)) learned.guide.light_shares = {};
+    if (learned.guide.patches.empty() && learned.guide.light_shares.empty()) return nullptr;
     return std::make_unique<Guide>(std::move(learned.guide));
   }
 
@@ -143,6 +161,7 @@ class Training {
   std::vector<PixelRect> blocks_; // of the whole picture
   uint32_t next_sample_ = 0;
   std::vector<GuideRecord> records_;
+  std::vector<LightRecord> light_records_;
   GuidingStatistics statistics_;
 };
 

@@ -45,7 +45,7 @@ std::vector<GuideRecord> room_records(int count, uint64_t seed, float strip_radi
 }
 
 TEST(LearnGuide, FindsTheBrightStrip) {
-  const LearnedGuide learned = learn_guide(room_records(20000, 1, 5.0f));
+  const LearnedGuide learned = learn_guide(room_records(20000, 1, 5.0f), {});
   EXPECT_LT(learned.second_moment, 0.5);
   // From the middle of the floor most guided directions lead into the strip.
   const BrightPatches& patches = learned.guide.patches;
@@ -65,13 +65,13 @@ TEST(LearnGuide, FindsTheBrightStrip) {
 }
 
 TEST(LearnGuide, ForeseesWhatOtherRecordsConfirm) {
-  const LearnedGuide learned = learn_guide(room_records(100000, 3, 5.0f));
+  const LearnedGuide learned = learn_guide(room_records(100000, 3, 5.0f), {});
   const std::vector<GuideRecord> others = room_records(100000, 4, 5.0f);
   EXPECT_NEAR(second_moment(others, learned.guide.patches), learned.second_moment, 0.05);
 }
 
 TEST(LearnGuide, ForeseesNoGainWithoutAnythingBright) {
-  const LearnedGuide learned = learn_guide(room_records(20000, 5, 0.15f));
+  const LearnedGuide learned = learn_guide(room_records(20000, 5, 0.15f), {});
   EXPECT_GT(learned.second_moment, 0.97);
 }
 
@@ -91,15 +91,15 @@ TEST(LearnGuide, StrengthsAreAMinimum) {
 }
 
 TEST(LearnGuide, FromNothing) {
-  EXPECT_TRUE(learn_guide({}).guide.patches.empty());
-  EXPECT_EQ(learn_guide({}).second_moment, 1.0);
+  EXPECT_TRUE(learn_guide({}, {}).guide.patches.empty());
+  EXPECT_EQ(learn_guide({}, {}).second_moment, 1.0);
   // All at one place: no split can part them, and no rectangle around them is flat.
   GuideRecord record;
   record.normal = V3f(0, 1, 0);
   record.hit = V3f(1, 1, 1);
   record.contribution2 = record.replaced = record.allowed = 1.0f;
   const std::vector<GuideRecord> same(5000, record);
-  const LearnedGuide learned = learn_guide(same);
+  const LearnedGuide learned = learn_guide(same, {});
   EXPECT_TRUE(std::isfinite(learned.second_moment));
   for (const BrightPatch& patch : learned.guide.patches.patches()) EXPECT_TRUE(std::isfinite(patch.strength));
 }

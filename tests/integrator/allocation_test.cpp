@@ -52,7 +52,7 @@ TEST(Allocation, NonePerSample) {
       const Sampler sampler(1);
       const PixelFilter filter;
       const BrightPatch above{V3f(0, 2, 0), V3f(1, 0, 1), 3, 10.0f};
-      const Guide guide{BrightPatches(std::span(&above, 1))};
+      const Guide guide{BrightPatches(std::span(&above, 1)), {}};
       const auto integrator = make_integrator(settings, *world, camera, sampler, filter, aovs, &guide);
       const auto context = integrator->make_context();
       const PixelRect block{V2i(0, 0), V2i(8, 8)};

@@ -1,5 +1,6 @@
 // Guided paths have the mean of unguided ones, whatever they are guided to.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/base/hash.h"
 #include "renderer/guiding/guide.h"
 #include "tests/integrator/test_scenes.h"
 
@@ -27,7 +28,7 @@ Guide wild_guide() {
                                  {V3f(0.5f, 0.1f, 0.0f), V3f(0.0f, 0.5f, 0.05f), 1, 50.0f},
                                  {V3f(0.1f, -0.4f, 0.2f), V3f(0.3f, 0.0f, 0.3f), 2, 10.0f},
                                  {V3f(0.0f, 0.2f, 0.7f), V3f(0.4f, 0.4f, 0.0f), 5, 15.0f}};
-  return {BrightPatches(patches)};
+  return {BrightPatches(patches), {}};
 }
 
 // The furnace of closed_form_test.cpp: every radiance in it is known.
@@ -105,6 +106,45 @@ TEST(Guiding, BouncesCountAlike) {
     EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error))
         << diffuse << " diffuse, " << glossy << " glossy";
   }
+}
+
+// Lamps, a sun through a window and the sky, with shares that no training would find, different from place to place.
+TEST(Guiding, LightShares) {
+  Scene scene = make_scene({diffuse_material(Rgb(0.6f)), emissive_material(Rgb(3.0f), Rgb(0.5f))},
+                           {quad(V3f(-1, -1, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0),
+                            quad(V3f(-1, 1, -1), V3f(1.2f, 0, 0), V3f(0, 0, 2), 0),
+                            quad(V3f(-1, -1, -1), V3f(2, 0, 0), V3f(0, 2, 0), 0),
+                            quad(V3f(-0.9f, 0.9f, -0.2f), V3f(0.4f, 0, 0), V3f(0, 0, -0.4f), 1)});
+  PunctualLight sun;
+  sun.kind = PunctualLight::Kind::directional;
+  sun.intensity = 2.0f;
+  scene.lights.push_back(sun);
+  Node node;
+  node.light = 0;
+  node.matrix = look_at(V3f(0.5f, 3, 0.2f), V3f(0.0f));
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(node);
+  const auto world = make_world(std::move(scene), accel::Kind::embree, std::make_shared<Environment>(Rgb(0.3f)));
+  std::vector<LightRecord> records;
+  for (uint32_t i = 0; i < 6000; ++i) {
+    LightRecord record;
+    record.position =
+        V3f(to_unit_float(hash_u32(i)), to_unit_float(hash_u32(i + 9999)), to_unit_float(hash_u32(i + 99999))) * 2.0f -
+        V3f(1.0f);
+    record.facing = static_cast<uint8_t>(i % kFacings);
+    record.family = static_cast<LightFamily>(i / kFacings % kLightFamilies);
+    record.moment = square(to_unit_float(hash_u32(i / 300)) * static_cast<float>(i % 7));
+    records.push_back(record);
+  }
+  const Guide guide{{}, ShareTree(records)};
+  const Camera camera(SceneCamera{}, look_at(V3f(0, 0.1f, 3.0f), V3f(0, -0.2f, 0)), V2i(24, 24));
+  RenderSettings settings = small_render(V2i(24, 24), 256);
+  settings.integrator.roulette_start_bounce = 2;
+  const Mean without = guided_mean(*world, camera, settings, nullptr);
+  settings.seed = 1;
+  const Mean with = guided_mean(*world, camera, settings, &guide);
+  EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error));
+  EXPECT_LT(with.standard_error, 0.01 * with.luminance);
 }
 
 } // namespace

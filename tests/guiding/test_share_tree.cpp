@@ -1,0 +1,112 @@
+// Shares of the families of lights: learned from made-up records, and what LightSet makes of them.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/share_tree.h"
+
+#include "renderer/light/light_set.h"
+#include "renderer/sampling/warp.h"
+#include "tests/sampling/random.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling {
+namespace {
+
+using test::Random;
+
+// A floor: on the left the sun is nine times as strong as the lamps, on the right it does not arrive.
+std::vector<LightRecord> floor_records(int count, uint64_t seed) {
+  Random random(seed);
+  std::vector<LightRecord> records;
+  for (int i = 0; i < count; ++i) {
+    LightRecord record;
+    record.position = V3f(2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d());
+    record.facing = static_cast<uint8_t>(facing_of(V3f(0, 1, 0)));
+    record.probability = 0.5f;
+    const bool sun = record.position.x < 0.0f && i % 2 == 0;
+    record.family = sun ? LightFamily::directional : LightFamily::tree;
+    record.moment = sun ? 81.0f : 1.0f;
+    records.push_back(record);
+  }
+  return records;
+}
+
+TEST(ShareTree, LearnsWhatArrives) {
+  std::vector<LightRecord> records = floor_records(20000, 1);
+  const ShareTree shares(records);
+  EXPECT_GT(shares.region_count(), 50U);
+  const LightShares& left = shares.find(V3f(-0.5f, 0, 0.5f), V3f(0, 1, 0));
+  const LightShares& right = shares.find(V3f(0.5f, 0, 0.5f), V3f(0, 1, 0));
+  EXPECT_NEAR(left[1] / left[0], 9.0f, 1.0f); // roots of the moments
+  EXPECT_GT(right[0], 0.8f);
+  for (const LightShares& here : {left, right})
+    for (const float share : here) EXPECT_GE(share, 0.05f); // nothing starves
+  const std::vector<LightRecord> others = floor_records(20000, 2);
+  EXPECT_LT(second_moment(others, shares), 0.7);
+  EXPECT_TRUE(ShareTree().empty());
+  EXPECT_TRUE(ShareTree(std::span<LightRecord>()).empty());
+}
+
+// Triangle, two suns and environment: all samples come with the density that is said later, and families as often as shares ask.
+TEST(ShareTree, LightSetSharesAsLearned) {
+  LightSetInput input;
+  input.emissions = {{Rgb(3.0f), nullptr, true}};
+  input.triangles = {{V3f(-1, 2, -1), V3f(1, 2, -1), V3f(0, 2, 1), 0}};
+  input.directionals = {{V3f(0, -1, 0), Rgb(2.0f)}, {V3f(0.6f, -0.8f, 0), Rgb(1.0f)}, {V3f(0, 1, 0), Rgb(5.0f)}};
+  input.environment = std::make_shared<Environment>(Rgb(0.5f));
+  const LightSet lights(input);
+  const V3f point(0.2f, 0, 0.1f), normal(0, 1, 0);
+  for (const LightShares& learned : {LightShares{0.2f, 0.5f, 0.3f}, LightShares{2.0f, 0.05f, 0.4f}}) {
+    Random random(3);
+    constexpr int kSamples = 100000;
+    std::array<int, kLightFamilies> counts{};
+    for (int i = 0; i < kSamples; ++i) {
+      const float u_light = random.next_1d();
+      const std::optional<LightSample> s = lights.sample(point, normal, u_light, random.next_2d(), &learned);
+      ASSERT_TRUE(s);
+      ++counts[static_cast<size_t>(s->family)];
+      if (s->family == LightFamily::environment) {
+        const float pdf = lights.pdf_environment(point, normal, s->wi, &learned);
+        ASSERT_NEAR(s->pdf, pdf, 1e-4f * pdf);
+        ASSERT_EQ(lights.environment_eval(point, normal, s->wi, &learned).pdf, pdf);
+      }
+      if (s->family == LightFamily::tree) {
+        const float pdf = lights.pdf_triangle(0, point, normal, s->wi, s->distance, &learned);
+        ASSERT_NEAR(s->pdf, pdf, 1e-3f * pdf);
+      }
+    }
+    const float sum = learned[0] + learned[1] + learned[2];
+    for (size_t f = 0; f < kLightFamilies; ++f) {
+      const double p = static_cast<double>(learned[f] / sum);
+      EXPECT_NEAR(counts[f], p * kSamples, 5.0 * std::sqrt(p * (1.0 - p) * kSamples)) << f;
+    }
+  }
+}
+
+// What is missing leaves its share to the others.
+TEST(ShareTree, AbsentFamilies) {
+  LightSetInput input;
+  input.directionals = {{V3f(0, -1, 0), Rgb(2.0f)}};
+  input.environment = std::make_shared<Environment>(Rgb(0.5f));
+  const LightSet lights(input);
+  const LightShares learned{0.6f, 0.3f, 0.1f};
+  Random random(4);
+  int suns = 0;
+  constexpr int kSamples = 20000;
+  for (int i = 0; i < kSamples; ++i) {
+    const float u_light = random.next_1d();
+    const auto s = lights.sample(V3f(0.0f), V3f(0, 1, 0), u_light, random.next_2d(), &learned);
+    ASSERT_TRUE(s);
+    suns += s->delta ? 1 : 0;
+  }
+  EXPECT_NEAR(suns, 0.75 * kSamples, 5.0 * std::sqrt(0.75 * 0.25 * kSamples));
+  // The sun is below the horizon.
+  for (int i = 0; i < 100; ++i) {
+    const float u_light = random.next_1d();
+    const auto s = lights.sample(V3f(0.0f), V3f(0, -1, 0), u_light, random.next_2d(), &learned);
+    ASSERT_TRUE(s);
+    EXPECT_EQ(s->family, LightFamily::environment);
+  }
+}
+
+} // namespace
+} // namespace kindling
