@@ -92,44 +92,73 @@ void PathIntegrator::shade(PathContext& context) const {
   context.shadow_records.clear();
   context.next_active.clear();
   context.next_rays.clear();
-  SurfacePoint surface;
-  for (size_t i = 0; i < context.active.size(); ++i) {
-    const uint32_t slot = context.active[i];
-    const accel::Ray& ray = context.rays[i];
-    const accel::Hit& hit = context.hits[i];
-    PathState& state = context.states[slot];
-    if (!hit.is_hit()) {
-      shade_escaped(ray, slot, context);
-      continue;
+  const size_t count = context.active.size();
+  for (size_t first = 0; first < count; first += PathContext::kShadeGroup) {
+    const size_t end = std::min(first + PathContext::kShadeGroup, count);
+    prepare_group(first, end - first, context);
+    for (size_t i = first; i < end; ++i) {
+      if (context.hits[i].is_hit())
+        shade_hit(i, context);
+      else
+        shade_escaped(context.rays[i], context.escaped[i - first], context.active[i], context);
     }
-    world_.surface_at(ray, hit, surface);
-    trace_surface(context, ray, hit, surface, world_, state);
-    // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
-    const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
-    add_emission(ray, surface, state);
-    if (surface.unlit || state.emission_only) {
-      if (passes)
-        continue_through(ray, surface, slot, context);
-      else if (state.bounce == 0)
-        record_surface(surface, nullptr, slot, context);
-      continue;
-    }
-    const CameraSample& sample = context.camera_samples[slot];
-    const Frame frame = Frame::around(surface.shading_normal);
-    const Vertex vertex{
-        surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
-        Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
-    sample_light(vertex, context);
-    if (passes) {
-      continue_through(ray, surface, slot, context);
-      continue;
-    }
-    if (state.bounce == 0) record_surface(surface, &vertex.bsdf, slot, context);
-    if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
   }
 }
 
-void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const {
+// Asks for the memory that the paths of a group will read: latencies of one hide behind those of the others.
+void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
+  const std::span<const accel::Hit> hits(context.hits.data() + first, count);
+  world_.prefetch(hits);
+  std::array<V2f, PathContext::kShadeGroup> light_u;
+  size_t hit_count = 0;
+  for (size_t i = 0; i < count; ++i) {
+    if (!hits[i].is_hit()) {
+      context.escaped[i] = world_.lights().locate_in_environment(context.rays[first + i].direction);
+      continue;
+    }
+    const uint32_t slot = context.active[first + i];
+    const CameraSample& sample = context.camera_samples[slot];
+    context.light_u[slot] = Sampler::sample_2d(sample.pixel_key, sample.sample_index,
+                                               bounce_dimension(context.states[slot], kLightDimension));
+    light_u[hit_count++] = context.light_u[slot];
+  }
+  world_.lights().prefetch_samples(std::span(light_u).first(hit_count));
+}
+
+void PathIntegrator::shade_hit(size_t i, PathContext& context) const {
+  const uint32_t slot = context.active[i];
+  const accel::Ray& ray = context.rays[i];
+  const accel::Hit& hit = context.hits[i];
+  PathState& state = context.states[slot];
+  SurfacePoint& surface = context.surface;
+  world_.surface_at(ray, hit, surface);
+  trace_surface(context, ray, hit, surface, world_, state);
+  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
+  const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
+  add_emission(ray, surface, state);
+  if (surface.unlit || state.emission_only) {
+    if (passes)
+      continue_through(ray, surface, slot, context);
+    else if (state.bounce == 0)
+      record_surface(surface, nullptr, slot, context);
+    return;
+  }
+  const CameraSample& sample = context.camera_samples[slot];
+  const Frame frame = Frame::around(surface.shading_normal);
+  const Vertex vertex{
+      surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
+      Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
+  sample_light(vertex, context);
+  if (passes) {
+    continue_through(ray, surface, slot, context);
+    return;
+  }
+  if (state.bounce == 0) record_surface(surface, &vertex.bsdf, slot, context);
+  if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
+}
+
+void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot,
+                                   PathContext& context) const {
   PathState& state = context.states[slot];
   if (state.bounce == 0) {
     if (settings_.transparent_background) {
@@ -145,10 +174,10 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathCon
   Rgb radiance;
   if (state.bsdf_pdf > 0.0f) {
     const EnvironmentEval environment =
-        world_.lights().environment_eval(state.previous_position, state.previous_normal, ray.direction);
+        world_.lights().environment_eval(state.previous_position, state.previous_normal, at);
     radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
   } else {
-    radiance = world_.lights().environment_radiance(ray.direction);
+    radiance = world_.lights().environment_radiance(at);
   }
   state.light[state.light_class(state.bounce)] += state.throughput * radiance;
   trace_event(context, [&](PathVertex& vertex) {
@@ -195,9 +224,8 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
-  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
-  const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u);
+  const std::optional<LightSample> light = world_.lights().sample(surface.position, surface.geometric_normal,
+                                                                  vertex.u_choice.x, context.light_u[vertex.slot]);
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
   if (is_black(eval.value)) return;

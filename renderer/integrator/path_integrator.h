@@ -37,7 +37,9 @@ class PathIntegrator final : public Integrator {
   void finish_wave(size_t path_count, PathContext& context, Film& film) const;
 
   // Steps of shade(), for one path.
-  void shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const;
+  void prepare_group(size_t first, size_t count, PathContext& context) const;
+  void shade_hit(size_t i, PathContext& context) const;
+  void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;

@@ -48,7 +48,11 @@ class PathContext final : public ThreadContext {
   explicit PathContext(size_t batch_size, bool with_surfaces)
       : camera_samples(batch_size), states(batch_size), surfaces(with_surfaces ? batch_size : 0), active(batch_size),
         next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size), shadow_rays(batch_size),
-        shadow_records(batch_size), occluded(batch_size) {}
+        shadow_records(batch_size), occluded(batch_size), light_u(batch_size) {}
+
+  // Paths that are shaded one after the other once the memory of all of them was asked for: what they need fits the
+  // first-level cache.
+  static constexpr size_t kShadeGroup = 32;
 
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<PathState> states;            // by slot
@@ -59,6 +63,9 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
+  std::vector<V2f> light_u;                               // by slot: the draw for the light sample of its vertex
+  std::array<Environment::Location, kShadeGroup> escaped; // of the group that is shaded
+  SurfacePoint surface;                                   // of the path that is shaded
 };
 
 } // namespace kindling

@@ -232,10 +232,21 @@ LightSample Environment::sample(const V2f& u) const {
   const SinCos theta = sincos_turns(0.5f * picture_v);
   const SinCos phi = sincos_turns(picture_u - 0.5f - rotation_turns_);
   result.wi = V3f(theta.sin * phi.cos, theta.cos, theta.sin * phi.sin);
-  const EnvironmentEval eval = eval_uv(picture_u, picture_v, theta.sin);
-  result.radiance = eval.radiance;
-  result.pdf = eval.pdf;
+  const EnvironmentEval evaluated = eval(Location{picture_u, picture_v, theta.sin});
+  result.radiance = evaluated.radiance;
+  result.pdf = evaluated.pdf;
   return result;
+}
+
+void Environment::prefetch_samples(std::span<const V2f> draws) const {
+  if (width_ == 0) return;
+  distribution_.prefetch(draws);
+  for (const V2f& u : draws) {
+    const Distribution2D::Sample cell = distribution_.sample(u);
+    const HalfTexel* upper = &texels_[texel_index(static_cast<int>(cell.column), static_cast<int>(cell.row) - 1)];
+    kindling::prefetch(upper);
+    kindling::prefetch(upper + width_ + 2);
+  }
 }
 
 size_t Environment::memory_bytes() const {

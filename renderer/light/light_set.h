@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace kindling {
@@ -92,12 +93,30 @@ class LightSet {
   [[nodiscard]] Rgb environment_radiance(const V3f& wi) const { // black without an environment
     return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
   }
+  [[nodiscard]] Rgb environment_radiance(const Environment::Location& at) const {
+    return environment_ ? environment_->eval(at).radiance : Rgb(0.0f);
+  }
   // environment_radiance() and pdf_environment() from one look-up.
   [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi) const {
+    return environment_ ? environment_eval(point, normal, environment_->locate(wi)) : EnvironmentEval{};
+  }
+  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal,
+                                                 const Environment::Location& at) const {
     if (!environment_) return {};
-    EnvironmentEval eval = environment_->eval(wi);
+    EnvironmentEval eval = environment_->eval(at);
     eval.pdf *= environment_probability(point, normal);
     return eval;
+  }
+  // Where wi is in the environment, for the two above; the memory that they will read is asked for.
+  [[nodiscard]] Environment::Location locate_in_environment(const V3f& wi) const {
+    if (!environment_) return {};
+    const Environment::Location at = environment_->locate(wi);
+    environment_->prefetch(at);
+    return at;
+  }
+  // Asks for memory that sample(point, normal, u_light, u) may read for each of a few dozen u, whatever the point.
+  void prefetch_samples(std::span<const V2f> draws) const {
+    if (environment_) environment_->prefetch_samples(draws);
   }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
 
