@@ -18,7 +18,7 @@ import shlex
 import statistics
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import equal_noise_page
@@ -49,6 +49,8 @@ def parse_arguments(arguments=None):
     parser.add_argument("--size", type=renderers.parse_size, metavar="WxH", help="pixels (as scenes.json says, else 640x360)")
     parser.add_argument("--seeds", type=int, default=3, help="renders by each, at least 2 (3)")
     parser.add_argument("--threads", type=int, default=2, help="of each renderer (2)")
+    parser.add_argument("--clock", choices=("wall", "cpu"), default="wall",
+                        help="cpu: time of the process on all threads without that of a render of 8 x 8 pixels; Kindling alone (wall)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--reference-spp", type=int, metavar="N", help="render the references here, with the common flags alone")
     parser.add_argument("--check-reference", action="store_true",
@@ -60,6 +62,8 @@ def parse_arguments(arguments=None):
     options = parser.parse_args(arguments)
     if options.seeds < 2:
         parser.error("--seeds: noise needs at least 2 renders")
+    if options.clock == "cpu" and options.cycles:
+        parser.error("--clock cpu: Cycles does not tell its own time from Blender's; use --clock wall")
     options.setting = options.setting or [Setting("kindling", [])]
     names = [setting.name for setting in options.setting]
     if len(set(names)) < len(names):
@@ -94,9 +98,9 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
         scenes = [measure_scene(job, settings, options, kindling, blender, folder) for job in jobs]
     result = {"machine": platform.processor() or platform.machine(), "threads": options.threads, "seeds": options.seeds,
-              "common_flags": options.common, "settings": {s.name: s.flags for s in settings}, "scenes": scenes}
+              "clock": options.clock, "common_flags": options.common, "settings": {s.name: s.flags for s in settings}, "scenes": scenes}
     table = table_of(result)
-    print(f"\n{options.threads} threads, {options.seeds} seeds, median times.\n\n{table}")
+    print(f"\n{options.threads} threads, {options.seeds} seeds, median {options.clock} times.\n\n{table}")
     if options.markdown:
         options.markdown.write_text(table, encoding="utf-8")
     if options.html:
@@ -114,12 +118,19 @@ def measure_scene(job, settings, options, kindling, blender, folder):
     """The figures of one scene, a row for each setting and count of samples, and its small pictures if a page wants them."""
     runs = {(setting.name, spp): [] for setting in settings for spp in options.spp}
     for seed in range(1, options.seeds + 1):
+        if options.clock == "cpu":
+            small = replace(job, size_px=(8, 8))
+            setup_s = {setting.name: renderers.run_kindling(kindling, small, 1, seed, folder / f"{job.name}.setup",
+                                                            options.common + setting.flags).cpu_s for setting in settings}
         for spp in options.spp:
             for setting in settings:
                 stem = folder / f"{job.name}.{setting.name}.{spp}.{seed}"
                 runs[setting.name, spp].append(
                     renderers.run_cycles(blender, job, spp, seed, stem) if setting.name == CYCLES else
                     renderers.run_kindling(kindling, job, spp, seed, stem, options.common + setting.flags))
+                if options.clock == "cpu":
+                    run = runs[setting.name, spp][-1]
+                    run.path_tracing_s = max(run.cpu_s - setup_s[setting.name], 1e-3)
         print(f"{job.name}: seed {seed} of {options.seeds} done", file=sys.stderr)
 
     reference_file = job.reference
@@ -168,8 +179,8 @@ def small_pictures(runs, reference, scale):
     """[(caption, setting or None, spp or None, PNG)], all with one exposure."""
     mean = sum(scale.rgb) / len(scale.rgb)
     gain = 0.25 / mean if mean > 0 else 1.0
-    width = equal_noise_page.PICTURE_WIDTH
-    pictures = [(f"{name}, {spp} samples", name, spp, pixels.small_png(group[0].picture, width, gain))
+    width = equal_noise_page.PICTURE_WIDTH if scale.width > equal_noise_page.PICTURE_WIDTH else None
+    pictures = [(f"{name}, {spp} sample{'s' if spp > 1 else ''}", name, spp, pixels.small_png(group[0].picture, width, gain))
                 for (name, spp), group in runs.items()]
     if reference:
         pictures.append(("reference", None, None, pixels.small_png(reference, width, gain)))

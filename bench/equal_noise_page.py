@@ -13,8 +13,8 @@ def page(result, table):
     text = [plots.page_start("What equal noise costs", """figure { margin: 0; } figure img { display: block; image-rendering: pixelated; }
 figcaption { font-size: 13px; } .row { display: flex; flex-wrap: wrap; gap: .6em; margin-bottom: .6em; }
 table { border-collapse: collapse; font-size: 13px; } td, th { padding: .15em .7em; border-bottom: 1px solid #ddd; text-align: right; }
-"""), "<h1>What equal noise costs</h1>\n<p>Relative squared error against seconds of path tracing on "
-            f"{result['threads']} threads; medians of {result['seeds']} seeds. Dashed: error against the reference, which holds bias "
+"""), "<h1>What equal noise costs</h1>\n<p>Relative squared error against seconds of path tracing ("
+            f"{result['clock']} time) on {result['threads']} threads; medians of {result['seeds']} seeds. Dashed: error against the reference, which holds bias "
             "as well.</p>\n", plots.key(names)]
     for scene in result["scenes"]:
         text.append(f'<h2>{html.escape(scene["name"])}</h2>\n<div class="plots">\n')

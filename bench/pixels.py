@@ -99,19 +99,14 @@ def rel_mse(ascending, dropped=TRIMMED_FRACTION):
 
 
 def small_png(path, width, gain):
-    """A picture times `gain` through the sRGB curve, at most `width` pixels wide, as the bytes of a PNG."""
+    """A picture times `gain` through the sRGB curve, `width` pixels wide (None: as it is), as the bytes of a PNG."""
     with tempfile.TemporaryDirectory() as folder:
         png = os.path.join(folder, "small.png")
-        shrink = ["--resize", f"{width}x0"] if read_width(path) > width else []
+        shrink = ["--resize", f"{width}x0"] if width else []
         subprocess.run([oiiotool(), "-q", str(path), "--ch", "R,G,B", *shrink, "--mulc", str(gain), "--clamp:min=0:max=1",
                         "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", png], check=True)
         with open(png, "rb") as file:
             return file.read()
-
-
-def read_width(path):
-    info = subprocess.run([oiiotool(), "--info", str(path)], check=True, stdout=subprocess.PIPE, text=True).stdout
-    return int(info.rsplit(":", 1)[1].split("x")[0])
 
 
 def oiiotool():

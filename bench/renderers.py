@@ -42,10 +42,12 @@ class Run:
     first_sample_s: float  # from the start of the process until every pixel had its first sample
     process_s: float
     peak_mb: float  # maximum resident set of the process, MiB
+    cpu_s: float  # user and system time of the whole process
 
 
 def run_measured(command, log_path, environment=None):
-    """Runs a program; its output goes to log_path. Returns ([(seconds since start, line)], wall seconds, peak MiB)."""
+    """Runs a program; its output goes to log_path. Returns ([(seconds since start, line)], wall seconds, peak MiB, CPU
+    seconds)."""
     lines = []
     started = time.perf_counter()
     process = subprocess.Popen([str(part) for part in command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -66,7 +68,7 @@ def run_measured(command, log_path, environment=None):
     if process.returncode != 0:
         tail = "\n".join(line for _, line in lines[-15:])
         sys.exit(f"exit code {process.returncode} from: {' '.join(map(str, command))}\n{tail}\n(whole log: {log_path})")
-    return lines, wall_s, usage.ru_maxrss / 1024.0
+    return lines, wall_s, usage.ru_maxrss / 1024.0, usage.ru_utime + usage.ru_stime
 
 
 def kindling_command(binary, job, spp, seed, picture, flags=()):
@@ -85,10 +87,10 @@ def run_kindling(binary, job, spp, seed, stem, flags=()):
     """Writes STEM.exr, STEM.json and STEM.log. Times come from --stats: the render phase alone is the path tracing."""
     picture, stats_path = Path(f"{stem}.exr"), Path(f"{stem}.json")
     command = kindling_command(binary, job, spp, seed, picture, flags) + ["--stats", stats_path, "--progress", "none"]
-    _, wall_s, peak_mb = run_measured(command, Path(f"{stem}.log"))
+    _, wall_s, peak_mb, cpu_s = run_measured(command, Path(f"{stem}.log"))
     with open(stats_path, encoding="utf-8") as file:
         stats = json.load(file)
-    return Run(seed, picture, stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb)
+    return Run(seed, picture, stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
 
 
 def run_cycles(blender, job, spp, seed, stem):
@@ -102,7 +104,7 @@ def run_cycles(blender, job, spp, seed, stem):
         "max_bounces": job.max_bounces, "threads": job.threads, "output": str(picture.resolve())}), encoding="utf-8")
     # Debian's Blender finds its Python modules by the first python3 in PATH: that must be Debian's.
     environment = dict(os.environ, PATH="/usr/bin:/bin")
-    lines, wall_s, peak_mb = run_measured(
+    lines, wall_s, peak_mb, cpu_s = run_measured(
         [blender, "-b", "--factory-startup", "-noaudio", "--debug-cycles", "--python-exit-code", "1", "-P",
          ROOT / "bench" / "cycles_render.py", "--", job_path], Path(f"{stem}.log"), environment)
     path_tracing_s = first_sample_s = None
@@ -113,7 +115,7 @@ def run_cycles(blender, job, spp, seed, stem):
             first_sample_s = when_s
     if path_tracing_s is None:
         sys.exit(f"Cycles printed no path tracing time; see {stem}.log")
-    return Run(seed, picture, path_tracing_s, first_sample_s or wall_s, wall_s, peak_mb)
+    return Run(seed, picture, path_tracing_s, first_sample_s or wall_s, wall_s, peak_mb, cpu_s)
 
 
 def find_kindling(path=None):

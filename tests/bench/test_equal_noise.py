@@ -68,7 +68,7 @@ class Telling(unittest.TestCase):
                 rows.append({"setting": name, "spp": spp, "mpaths_per_s": 1.0, "path_tracing_s": spp * 0.1, "peak_mb": 50.0,
                              "noise": factor / spp, "noise_x_s": factor * 0.1, "first_sample_s": 0.2})
         scene = {"name": "a <b>", "rows": rows, "reference": None, "pictures": [("plain, 4 samples", "plain", 4, b"PNG")]}
-        self.result = {"threads": 2, "seeds": 3, "common_flags": [], "settings": {"plain": [], "better": ["--x"]}, "scenes": [scene]}
+        self.result = {"threads": 2, "seeds": 3, "clock": "wall", "common_flags": [], "settings": {"plain": [], "better": ["--x"]}, "scenes": [scene]}
 
     def test_table(self):
         table = equal_noise.table_of(self.result)
@@ -100,7 +100,7 @@ class Program(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             files = {kind: Path(folder) / f"out.{kind}" for kind in ("json", "html", "markdown")}
             done = self.run_script(SCENES / "cornell_box.glb", "--setting", "full=", "--setting", "dim=--clamp-direct 0 --clamp-indirect 0",
-                                   "--spp", "1,4", "--seeds", "2", "--size", "32x18", "--reference-spp", "8", "--threads", "1",
+                                   "--spp", "1,4", "--seeds", "2", "--size", "24x16", "--reference-spp", "8", "--threads", "1", "--clock", "cpu",
                                    *(part for kind, path in files.items() for part in (f"--{kind}", path)))
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn(files["markdown"].read_text(), done.stdout)
@@ -123,10 +123,9 @@ class Program(unittest.TestCase):
         tiny = SCENES / "tiny" / "skin.gltf"
         for arguments, message in (
                 ([tiny, "--setting", "--accel kdtree"], "is not NAME=FLAGS"),
-                ([tiny, "--setting", "cycles="], "is not NAME=FLAGS"),
                 ([tiny, "--setting", "a=", "--setting", "a="], "two are called a"),
+                ([tiny, "--cycles", "--clock", "cpu"], "--clock wall"),
                 ([tiny, "--spp", "4,0"], "is not a list of numbers"),
-                ([tiny, "--seeds", "1"], "at least 2"),
                 (["nowhere.glb"], "nowhere.glb: no such file"),
                 ([tiny, tiny], "two scenes are called skin"),
                 ([tiny, "--only", "skim"], "no scene skim"),
@@ -137,7 +136,7 @@ class Program(unittest.TestCase):
             self.assertNotIn("Traceback", done.stderr)
 
     def test_broken_tables(self):
-        for text in ("{", "[]", '{"a": {"hdr": null}}'):
+        for text in ("{", '{"a": {"hdr": null}}'):
             with tempfile.TemporaryDirectory() as folder:
                 (Path(folder) / "scenes.json").write_text(text)
                 done = self.run_script(folder)
