@@ -47,7 +47,7 @@ if [ -z "$profiler" ]; then
     profiler=perf
   elif command -v valgrind >/dev/null; then
     profiler=callgrind
-    printf 'perf is not there or not permitted (see /proc/sys/kernel/perf_event_paranoid): callgrind instead\n' >&2
+    printf 'perf is not there (Debian: apt-get install linux-perf) or not permitted (/proc/sys/kernel/perf_event_paranoid): callgrind instead\n' >&2
   else
     fail "neither perf nor valgrind can be used (Debian: apt-get install linux-perf, or valgrind)"
   fi
