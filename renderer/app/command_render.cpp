@@ -148,6 +148,7 @@ class RenderCommand {
     settings.crop = options_.crop;
     settings.samples_per_pixel = options_.samples_per_pixel();
     settings.adaptive = options_.adaptive;
+    settings.outliers = options_.outliers;
     settings.time_limit_s = options_.time_limit_s;
     settings.seed = options_.seed;
     settings.filter = PixelFilter(options_.filter);

@@ -110,6 +110,11 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
       [&o](auto text) { return choose(filter_from_name(text), o.filter.kind, "filter", text, filter_names()); });
   flags.value("--filter-width", "PIXELS", "Full width [1.5; box 1, mitchell 4]",
               [&o](auto text) { return store(parse_number(text, 0.01, 64.0), o.filter.width); });
+  flags.value("--outliers", "keep|trim",
+              "Fireflies: trim leaves out the samples of a pixel that do not fit the others; biased [keep]",
+              [&o](auto text) {
+                return choose(outliers_from_name(text), o.outliers, "treatment of outliers", text, {"keep", "trim"});
+              });
 }
 
 // Bounces that a limit can name: a path of more would not fit its counters.
@@ -135,6 +140,14 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
   flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
+  flags.value(
+      "--caustics", "full|regularised|off",
+      "Light found by way of smooth surfaces after a wide bounce: all of it, through widened lobes, or none; both "
+      "biased [full]",
+      [&s](auto text) {
+        return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
+                      {"full", "regularised", "off"});
+      });
   flags.value("--ao-distance", "METRES", "Reach of ambient occlusion [a tenth of the scene's diagonal]",
               [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
 }

@@ -144,6 +144,9 @@ void PathIntegrator::shade_hit(size_t i, PathContext& context) const {
     return;
   }
   const CameraSample& sample = context.camera_samples[slot];
+  if (settings_.caustics != Caustics::full)
+    restrain_caustics(settings_.caustics, state.diffuse_bounces > 0, state.widest_lobe, sample.sample_index,
+                      surface.bsdf);
   const Frame frame = Frame::around(surface.shading_normal);
   const Vertex vertex{
       surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
@@ -259,6 +262,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   }
 
   state.emission_only = !count_bounce(scattered->lobe, state);
+  if (settings_.caustics == Caustics::regularised) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.geometric_normal;
@@ -313,7 +317,7 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
       context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
       continue;
     }
-    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight});
+    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
     if (context.surfaces.empty()) continue;
     FilmSurface& surface = context.surfaces[slot];
     surface.emission = state.light[kEmission];

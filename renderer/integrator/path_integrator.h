@@ -8,7 +8,7 @@
 namespace kindling {
 
 // Estimates the rendering equation (Kajiya 1986) with next-event estimation and the power heuristic (Veach 1997, section 9.2).
-// Unbiased up to the bounce limits, as long as no clamp is set.
+// Unbiased up to the bounce limits, as long as no clamp is set and caustics are full.
 class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,

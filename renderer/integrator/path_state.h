@@ -27,7 +27,7 @@ struct PathState {
   uint8_t transmission_bounces = 0;
   bool emission_only = false;       // a bounce limit is reached: the next hit may only emit
   uint8_t transparent_surfaces = 0; // passed since the last reflection
-  uint8_t padding = 0;
+  WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularised
 
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }

@@ -128,6 +128,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const bool adaptive = settings.adaptive.enabled();
   AdaptiveSampling adaptive_sampling(crop, settings.adaptive);
   if (adaptive) outcome.film.track_noise();
+  if (settings.outliers == Outliers::trim) outcome.film.trim_outliers();
 
   const std::unique_ptr<Integrator> integrator =
       make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);

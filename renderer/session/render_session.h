@@ -25,6 +25,7 @@ struct RenderSettings {
   std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
   uint32_t seed = 0;
   PixelFilter filter;
+  Outliers outliers = Outliers::keep; // of the beauty alone
   AovSet aovs;
   int threads = 0;       // 0: as many as the machine gives us
   int tile_size_px = 32; // a multiple of kBlockSize; does not change the image

@@ -61,6 +61,10 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
                                                 "ambient-occlusion",
                                                 "--clamp-indirect",
                                                 "10",
+                                                "--caustics",
+                                                "regularised",
+                                                "--outliers",
+                                                "trim",
                                                 "--seed",
                                                 "9",
                                                 "--filter",
@@ -103,6 +107,8 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(options.quality, accel::Quality::best);
   EXPECT_EQ(options.integrator.kind, IntegratorKind::ambient_occlusion);
   EXPECT_EQ(options.integrator.clamp_indirect, 10.0f);
+  EXPECT_EQ(options.integrator.caustics, Caustics::regularised);
+  EXPECT_EQ(options.outliers, Outliers::trim);
   EXPECT_EQ(options.filter.kind, FilterKind::mitchell);
   EXPECT_EQ(options.filter.width, 3.0f);
   EXPECT_EQ(options.tile_size_px, 64);
