@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
 #include "renderer/light/environment.h"
 #include "renderer/light/light_sample.h"
@@ -148,7 +149,7 @@ class LightSet {
   [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
 
   std::vector<Emission> emissions_;
-  std::vector<Triangle> triangles_;
+  HugePageVector<Triangle> triangles_;
   std::vector<V2f> uvs_;            // three per triangle, or empty
   std::vector<Punctual> punctuals_; // points and spots, which are in the tree, then directional lights
   size_t first_directional_ = 0;
