@@ -197,7 +197,7 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
   const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
   const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u);
+      world_.lights().sample(surface.position, surface.geometric_normal, u.x, {vertex.u_choice.x, u.y});
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
   if (is_black(eval.value)) return;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #ifdef __AVX2__
 #include <immintrin.h>
@@ -75,11 +76,30 @@ using Int8 = int32_t __attribute__((vector_size(32)));
 
 // Sums of the lanes up to and including each; the last is the sum of all. In three steps, and always in this order.
 [[nodiscard]] inline Float8 running_sums(Float8 v) {
+#ifdef __AVX2__
+  const auto shifted = [](const Float8& x, auto bytes) {
+    return static_cast<Float8>(
+        _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(static_cast<__m256>(x)), decltype(bytes)::value)));
+  };
+  v += shifted(v, std::integral_constant<int, 4>());
+  v += shifted(v, std::integral_constant<int, 8>());
+  const __m256 last = _mm256_permute_ps(static_cast<__m256>(v), 0xff);
+  v += static_cast<Float8>(_mm256_permute2f128_ps(last, last, 0x08)); // the lower half's sum, to the upper half
+#else
   const Float8 zero{};
   v += __builtin_shufflevector(v, zero, 8, 0, 1, 2, 8, 4, 5, 6);
   v += __builtin_shufflevector(v, zero, 8, 8, 0, 1, 8, 8, 4, 5);
   v += __builtin_shufflevector(v, zero, 8, 8, 8, 8, 3, 3, 3, 3);
+#endif
   return v;
+}
+
+// The sum of the lanes before one, out of running_sums(). Without a branch.
+[[nodiscard]] inline float sums_before(const Float8& sums, uint32_t lane) {
+  float values[9];
+  values[0] = 0.0f;
+  std::memcpy(values + 1, &sums, sizeof(sums));
+  return values[lane];
 }
 
 // How many lanes do not exceed x.

@@ -72,7 +72,8 @@ class LightSet {
   [[nodiscard]] bool empty() const { return light_count_ == 0; }
 
   // A light and a direction to it, seen from `point`. `normal` (unit, on the side that is lit): light from below its
-  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1), u in [0, 1)^2.
+  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1) chooses a light, and what is
+  // left of it chooses a point there, together with u.y: the pair should be stratified. u.x only adds digits. u in [0, 1)^2.
   // Empty: nothing useful (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
   // window for `range_m`.
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light,
@@ -141,7 +142,7 @@ class LightSet {
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal) const;
   [[nodiscard]] std::optional<LightSample> sample_tree(const V3f& point, const V3f& normal, double u_light,
-                                                       const V2f& u) const;
+                                                       float u_y) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
   [[nodiscard]] static std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point);
   // Averages the emission of a triangle over its area.
