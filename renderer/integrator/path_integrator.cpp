@@ -227,8 +227,9 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
-  const std::optional<LightSample> light = world_.lights().sample(surface.position, surface.geometric_normal,
-                                                                  vertex.u_choice.x, context.light_u[vertex.slot]);
+  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
+  const std::optional<LightSample> light =
+      world_.lights().sample(surface.position, surface.geometric_normal, u.x, {vertex.u_choice.x, u.y});
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
   if (is_black(eval.value)) return;

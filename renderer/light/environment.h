@@ -27,8 +27,10 @@ struct EnvironmentEval {
 // Direction d (unit, +Y up) maps to u = 0.5 + atan2(d.z, d.x) / (2 pi), v = acos(d.y) / pi; v = 0 is the top row.
 // A rotation by r turns the environment counter-clockwise about +Y, seen from above: what was seen along d is then seen
 // along rotate_y(d, r) = (d.x cos r + d.z sin r, d.y, d.z cos r - d.x sin r).
-// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density in proportion to
-// the luminance of that interpolation, not to a constant per texel: a sun of a few texels is sampled without variance.
+// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density that is
+// interpolated likewise, not constant per texel: a sun of a few texels is sampled without variance. The density is that of the
+// luminance less 0.7 of its mean (at least 0.02 of it), for what is even over the sky is found by following BSDFs as well: use it
+// with multiple importance sampling.
 //
 // Texels are held as halves under one common power of two, so that the brightest uses the top of the range: pictures
 // that were halves or RGBE stay exact over 2^29 of dynamic range.
@@ -50,7 +52,7 @@ class Environment {
   [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
   // distance is kInfinity. pdf is 0 and the radiance black if the environment is black.
   [[nodiscard]] LightSample sample(const V2f& u) const;
-  // Solid-angle density of sample() producing wi. It is that of the exact luminances; cells between texels are drawn by
+  // Solid-angle density of sample() producing wi. It is that of the exact texels; cells between them are drawn by
   // probabilities rounded to 2^-24 of their row, which moves no more than a part in 2^14 of the light.
   [[nodiscard]] float pdf(const V3f& wi) const { return eval(wi).pdf; }
   // radiance() and pdf() at the price of one of them.
@@ -84,6 +86,7 @@ class Environment {
   // False: the picture is black, and nothing was stored.
   [[nodiscard]] bool store_texels(const Image& image, float intensity);
   void fill_border();
+  void leave_the_mean_to_bsdfs(float mean_weight);
   void build_distribution();
 
   int width_ = 0; // 0: one colour
@@ -93,7 +96,7 @@ class Environment {
   float constant_pdf_ = 0.0f;   // of one colour that is not black
   Rgb constant_{0.0f};
   Rgb total_radiance_{0.0f};
-  // R, G, B and luminance of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
+  // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
   // (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
   std::vector<HalfTexel> texels_;
   // Over the cells between texel centres: width columns (the last one wraps), height + 1 rows (half cells at the poles).

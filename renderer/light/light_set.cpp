@@ -35,6 +35,8 @@ float area_density(const V3f& double_area_normal, const V3f& wi, float distance)
   return projected > 0.0f ? square(distance) / projected : 0.0f;
 }
 
+float first_coordinate(double rest) { return std::min(static_cast<float>(rest), kOneMinusEpsilon); }
+
 } // namespace
 
 float LightSet::directional_irradiance(const Punctual& light, const V3f& normal) {
@@ -73,41 +75,38 @@ float LightSet::tree_probability(const V3f& point, const V3f& normal) const {
 
 std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal, float u_light, const V2f& u) const {
   if (empty()) return std::nullopt;
-  if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u);
+  if (single_family_ && environment_) return environment_->sample({u_light, u.y});
+  if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u.y);
   // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
   const auto digits = hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
   double rest = static_cast<double>(u_light) + static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
-  if (single_family_ && !environment_) return sample_tree(point, normal, rest, u);
+  if (single_family_) return sample_tree(point, normal, rest, u.y);
 
   std::optional<LightSample> result;
   float probability = 1.0f;
-  if (single_family_) {
-    result = environment_->sample(u);
+  // The tree, then the directional lights, then the environment.
+  const Shares all = shares(point, normal);
+  rest *= static_cast<double>(all.sum);
+  const auto chooses = [&](float weight) {
+    if (rest < static_cast<double>(weight)) {
+      rest /= static_cast<double>(weight);
+      probability = weight / all.sum;
+      return true;
+    }
+    rest -= static_cast<double>(weight);
+    return false;
+  };
+  if (chooses(all.tree)) {
+    result = sample_tree(point, normal, rest, u.y);
   } else {
-    // The tree, then the directional lights, then the environment.
-    const Shares all = shares(point, normal);
-    rest *= static_cast<double>(all.sum);
-    const auto chooses = [&](float weight) {
-      if (rest < static_cast<double>(weight)) {
-        rest /= static_cast<double>(weight);
-        probability = weight / all.sum;
-        return true;
-      }
-      rest -= static_cast<double>(weight);
-      return false;
-    };
-    if (chooses(all.tree)) {
-      result = sample_tree(point, normal, rest, u);
-    } else {
-      bool chosen = false;
-      for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
-        chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest));
-        if (chosen) result = sample_punctual(punctuals_[i], point);
-      }
-      if (!chosen && environment_) {
-        result = environment_->sample(u);
-        probability = all.environment / all.sum;
-      }
+    bool chosen = false;
+    for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
+      chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest));
+      if (chosen) result = sample_punctual(punctuals_[i], point);
+    }
+    if (!chosen && environment_) {
+      result = environment_->sample({first_coordinate(rest / static_cast<double>(all.environment)), u.y});
+      probability = all.environment / all.sum;
     }
   }
   if (!result) return std::nullopt;
@@ -116,12 +115,11 @@ std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal,
   return result;
 }
 
-std::optional<LightSample> LightSet::sample_tree(const V3f& point, const V3f& normal, double u_light,
-                                                 const V2f& u) const {
+std::optional<LightSample> LightSet::sample_tree(const V3f& point, const V3f& normal, double u_light, float u_y) const {
   const std::optional<LightTree::Choice> choice = tree_.choose(point, normal, u_light);
   if (!choice) return std::nullopt;
   std::optional<LightSample> result = choice->emitter < triangles_.size()
-                                          ? sample_triangle(choice->emitter, point, u)
+                                          ? sample_triangle(choice->emitter, point, {first_coordinate(choice->u), u_y})
                                           : sample_punctual(punctuals_[choice->emitter - triangles_.size()], point);
   if (!result) return std::nullopt;
   result->pdf *= choice->probability;

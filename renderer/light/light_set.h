@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
 #include "renderer/light/environment.h"
 #include "renderer/light/light_sample.h"
@@ -72,7 +73,8 @@ class LightSet {
   [[nodiscard]] bool empty() const { return light_count_ == 0; }
 
   // A light and a direction to it, seen from `point`. `normal` (unit, on the side that is lit): light from below its
-  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1), u in [0, 1)^2.
+  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1) chooses a light, and what is
+  // left of it chooses a point there, together with u.y: the pair should be stratified. u.x only adds digits. u in [0, 1)^2.
   // Empty: nothing useful (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
   // window for `range_m`.
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light,
@@ -159,7 +161,7 @@ class LightSet {
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal) const;
   [[nodiscard]] std::optional<LightSample> sample_tree(const V3f& point, const V3f& normal, double u_light,
-                                                       const V2f& u) const;
+                                                       float u_y) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
   [[nodiscard]] static std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point);
   // Averages the emission of a triangle over its area.
@@ -167,7 +169,7 @@ class LightSet {
   [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
 
   std::vector<Emission> emissions_;
-  std::vector<Triangle> triangles_;
+  HugePageVector<Triangle> triangles_;
   std::vector<V2f> uvs_;            // three per triangle, or empty
   std::vector<Punctual> punctuals_; // points and spots, which are in the tree, then directional lights
   size_t first_directional_ = 0;
