@@ -150,6 +150,7 @@ class RenderCommand {
     settings.adaptive = options_.adaptive;
     settings.time_limit_s = options_.time_limit_s;
     settings.seed = options_.seed;
+    settings.sampler = options_.sampler;
     settings.filter = PixelFilter(options_.filter);
     settings.aovs = options_.aovs;
     if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_state.h"
+#include "renderer/sampling/bounce_draws.h"
 
 namespace kindling {
 
@@ -25,7 +26,7 @@ class PathIntegrator final : public Integrator {
     Frame frame; // around the shading normal
     GltfBsdf bsdf;
     uint32_t slot; // of the path
-    V2f u_choice;  // x chooses the light, y the lobe
+    BounceDraws u; // choice.x chooses the light, choice.y the lobe
   };
 
   // The stages of a wave, in the order in which they run.

@@ -24,6 +24,7 @@ struct RenderSettings {
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
   uint32_t seed = 0;
+  SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilter filter;
   AovSet aovs;
   int threads = 0;       // 0: as many as the machine gives us

@@ -28,6 +28,7 @@ TEST(Options, Defaults) {
   EXPECT_EQ(options.samples_per_pixel(), 64U);
   EXPECT_EQ(options.integrator.max_bounces, 8);
   EXPECT_EQ(options.accelerator, accel::Kind::embree);
+  EXPECT_EQ(options.sampler, SamplerKind::blue_noise);
   EXPECT_EQ(options.filter.kind, FilterKind::blackman_harris);
   EXPECT_TRUE(options.outputs.empty());
   EXPECT_TRUE(options.exr_half);
@@ -63,6 +64,8 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
                                                 "10",
                                                 "--seed",
                                                 "9",
+                                                "--sampler",
+                                                "sobol",
                                                 "--filter",
                                                 "mitchell",
                                                 "--filter-width",
@@ -103,6 +106,7 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(options.quality, accel::Quality::best);
   EXPECT_EQ(options.integrator.kind, IntegratorKind::ambient_occlusion);
   EXPECT_EQ(options.integrator.clamp_indirect, 10.0f);
+  EXPECT_EQ(options.sampler, SamplerKind::sobol);
   EXPECT_EQ(options.filter.kind, FilterKind::mitchell);
   EXPECT_EQ(options.filter.width, 3.0f);
   EXPECT_EQ(options.tile_size_px, 64);
