@@ -151,6 +151,7 @@ class RenderCommand {
     settings.outliers = options_.outliers;
     settings.time_limit_s = options_.time_limit_s;
     settings.seed = options_.seed;
+    settings.sampler = options_.sampler;
     settings.filter = PixelFilter(options_.filter);
     settings.aovs = options_.aovs;
     if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);

@@ -42,6 +42,7 @@ struct RenderOptions {
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s;
   uint32_t seed = 0; // below 2^31, so that image metadata can hold it
+  SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilterOptions filter;
   Outliers outliers = Outliers::keep;
 

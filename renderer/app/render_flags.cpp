@@ -26,6 +26,13 @@ std::vector<std::string> filter_names() {
   return names;
 }
 
+std::vector<std::string> sampler_names() {
+  std::vector<std::string> names;
+  for (const SamplerKind kind : {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent})
+    names.emplace_back(sampler_name(kind));
+  return names;
+}
+
 std::vector<std::string> aov_names() {
   std::vector<std::string> names;
   for (const AovInfo& info : kAovs) names.emplace_back(info.name);
@@ -105,6 +112,9 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
   flags.value("--seed", "N", "Other noise, same picture [0]",
               [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
+  flags.value("--sampler", "NAME",
+              fmt::format("Where samples come from: {} [blue-noise]", join_choices(sampler_names())),
+              [&o](auto text) { return choose(sampler_from_name(text), o.sampler, "sampler", text, sampler_names()); });
   flags.value(
       "--filter", "NAME", fmt::format("Pixel filter: {} [blackman-harris]", join_choices(filter_names())),
       [&o](auto text) { return choose(filter_from_name(text), o.filter.kind, "filter", text, filter_names()); });

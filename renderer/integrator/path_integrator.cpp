@@ -14,7 +14,7 @@ uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
 }
 
 // What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
-uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.pixel_key, dimension); }
+uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.address.key, dimension); }
 
 // More than this many partly transparent surfaces in a row absorb what is left of a path.
 constexpr uint32_t kMaxTransparentSurfaces = 128;
@@ -98,7 +98,7 @@ void PathIntegrator::shade(PathContext& context) const {
     prepare_group(first, end - first, context);
     for (size_t i = first; i < end; ++i) {
       if (context.hits[i].is_hit())
-        shade_hit(i, context);
+        shade_hit(i, context.draws[i - first], context);
       else
         shade_escaped(context.rays[i], context.escaped[i - first], context.active[i], context);
     }
@@ -117,15 +117,14 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
       continue;
     }
     const uint32_t slot = context.active[first + i];
-    const CameraSample& sample = context.camera_samples[slot];
-    context.light_u[slot] = Sampler::sample_2d(sample.pixel_key, sample.sample_index,
-                                               bounce_dimension(context.states[slot], kLightDimension));
-    light_u[hit_count++] = context.light_u[slot];
+    context.draws[i] =
+        draw_bounce(context.camera_samples[slot].address, bounce_dimension(context.states[slot], kDirectionDimension));
+    light_u[hit_count++] = context.draws[i].light;
   }
   world_.lights().prefetch_samples(std::span(light_u).first(hit_count));
 }
 
-void PathIntegrator::shade_hit(size_t i, PathContext& context) const {
+void PathIntegrator::shade_hit(size_t i, const BounceDraws& u, PathContext& context) const {
   const uint32_t slot = context.active[i];
   const accel::Ray& ray = context.rays[i];
   const accel::Hit& hit = context.hits[i];
@@ -143,14 +142,11 @@ void PathIntegrator::shade_hit(size_t i, PathContext& context) const {
       record_surface(surface, nullptr, slot, context);
     return;
   }
-  const CameraSample& sample = context.camera_samples[slot];
   if (settings_.caustics != Caustics::full)
-    restrain_caustics(settings_.caustics, state.diffuse_bounces > 0, state.widest_lobe, sample.sample_index,
-                      surface.bsdf);
+    restrain_caustics(settings_.caustics, state.diffuse_bounces > 0, state.widest_lobe,
+                      context.camera_samples[slot].sample_index, surface.bsdf);
   const Frame frame = Frame::around(surface.shading_normal);
-  const Vertex vertex{
-      surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot,
-      Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
+  const Vertex vertex{surface, frame, GltfBsdf(surface.bsdf, frame.to_local(-ray.direction)), slot, u};
   sample_light(vertex, context);
   if (passes) {
     continue_through(ray, surface, slot, context);
@@ -196,8 +192,8 @@ bool PathIntegrator::passes_through(const SurfacePoint& surface, uint32_t slot, 
   const PathState& state = context.states[slot];
   const CameraSample& sample = context.camera_samples[slot];
   const uint32_t layer = state.transparent_surfaces;
-  const uint32_t key = layer == 0 ? sample.pixel_key : hash_combine(sample.pixel_key, layer);
-  return Sampler::sample_1d(key, sample.sample_index, bounce_dimension(state, kCoverageDimension)) >= surface.alpha;
+  const uint32_t key = layer == 0 ? sample.address.key : hash_combine(sample.address.key, layer);
+  return Sampler::sample_1d(key, sample.address.index, bounce_dimension(state, kCoverageDimension)) >= surface.alpha;
 }
 
 // The same ray from behind the surface; the density of its direction is what it was.
@@ -227,15 +223,14 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
-  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
-  const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, u.x, {vertex.u_choice.x, u.y});
+  const std::optional<LightSample> light = world_.lights().sample(surface.position, surface.geometric_normal,
+                                                                  vertex.u.light.x, {vertex.u.spare, vertex.u.light.y});
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(vertex.frame.to_local(light->wi));
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   const Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
-  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.sample_index));
+  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
 
@@ -245,8 +240,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kDirectionDimension);
-  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
-  const std::optional<BsdfSample> scattered = vertex.bsdf.sample(vertex.u_choice.y, u);
+  const std::optional<BsdfSample> scattered = vertex.bsdf.sample(vertex.u.choice.y, vertex.u.direction);
   if (!scattered) return false;
   const V3f wi = vertex.frame.to_world(scattered->wi);
   if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
@@ -256,9 +250,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
   if (state.bounce >= settings_.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
-    const float u_roulette =
-        Sampler::sample_1d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kRouletteDimension));
-    if (u_roulette >= survival) return false;
+    if (vertex.u.roulette >= survival) return false;
     state.throughput /= survival;
   }
 
@@ -273,7 +265,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = ray_key(sample, dimension),
-                               .index = sample.sample_index,
+                               .index = sample.address.index,
                                .flags = kHitPartlyTransparent});
   return true;
 }

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_state.h"
+#include "renderer/sampling/bounce_draws.h"
 
 namespace kindling {
 
@@ -24,8 +25,8 @@ class PathIntegrator final : public Integrator {
     const SurfacePoint& surface;
     Frame frame; // around the shading normal
     GltfBsdf bsdf;
-    uint32_t slot; // of the path
-    V2f u_choice;  // x chooses the light, y the lobe
+    uint32_t slot;        // of the path
+    const BounceDraws& u; // choice.x chooses the light, choice.y the lobe
   };
 
   // The stages of a wave, in the order in which they run.
@@ -38,7 +39,7 @@ class PathIntegrator final : public Integrator {
 
   // Steps of shade(), for one path.
   void prepare_group(size_t first, size_t count, PathContext& context) const;
-  void shade_hit(size_t i, PathContext& context) const;
+  void shade_hit(size_t i, const BounceDraws& u, PathContext& context) const;
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;

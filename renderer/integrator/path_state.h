@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/sampling/bounce_draws.h"
 
 #include <array>
 #include <cstdint>
@@ -48,7 +49,7 @@ class PathContext final : public ThreadContext {
   explicit PathContext(size_t batch_size, bool with_surfaces)
       : camera_samples(batch_size), states(batch_size), surfaces(with_surfaces ? batch_size : 0), active(batch_size),
         next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size), shadow_rays(batch_size),
-        shadow_records(batch_size), occluded(batch_size), light_u(batch_size) {}
+        shadow_records(batch_size), occluded(batch_size) {}
 
   // Paths that are shaded one after the other once the memory of all of them was asked for: what they need fits the
   // first-level cache.
@@ -63,7 +64,7 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
-  std::vector<V2f> light_u;                               // by slot: the draw for the light sample of its vertex
+  std::array<BounceDraws, kShadeGroup> draws;             // of the group that is shaded
   std::array<Environment::Location, kShadeGroup> escaped; // of the group that is shaded
   SurfacePoint surface;                                   // of the path that is shaded
 };

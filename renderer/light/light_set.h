@@ -116,9 +116,10 @@ class LightSet {
     environment_->prefetch(at);
     return at;
   }
-  // Asks for memory that sample(point, normal, u_light, u) may read for each of a few dozen u, whatever the point.
+  // Asks for memory that sample(point, normal, u_light, u) will read for a few dozen draws (u_light, u.y), as far as that does not
+  // depend on the point.
   void prefetch_samples(std::span<const V2f> draws) const {
-    if (environment_) environment_->prefetch_samples(draws);
+    if (single_family_ && environment_) environment_->prefetch_samples(draws);
   }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
 

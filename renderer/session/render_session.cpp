@@ -62,6 +62,10 @@ Result<void> check(const RenderSettings& settings, const Camera& camera) {
   return {};
 }
 
+Sampler make_sampler(const RenderSettings& settings) {
+  return Sampler(settings.seed, settings.sampler, settings.samples_per_pixel);
+}
+
 // Throttles reports to a few a second; whichever thread finds the lock free reports.
 class PassProgress {
  public:
@@ -131,7 +135,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   if (settings.outliers == Outliers::trim) outcome.film.trim_outliers();
 
   const std::unique_ptr<Integrator> integrator =
-      make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
+      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs);
   const std::vector<PixelRect> tiles = make_tiles(crop, settings.tile_size_px);
   statistics.threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   // More threads than cores are allowed where asked for.
@@ -229,7 +233,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
                                        " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +
                                        std::to_string(settings.size_px.y) + " pixels"};
   const std::unique_ptr<Integrator> integrator =
-      make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs);
+      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs);
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;

@@ -24,6 +24,7 @@ struct RenderSettings {
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
   uint32_t seed = 0;
+  SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilter filter;
   Outliers outliers = Outliers::keep; // of the beauty alone
   AovSet aovs;

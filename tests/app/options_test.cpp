@@ -28,6 +28,7 @@ TEST(Options, Defaults) {
   EXPECT_EQ(options.samples_per_pixel(), 64U);
   EXPECT_EQ(options.integrator.max_bounces, 8);
   EXPECT_EQ(options.accelerator, accel::Kind::embree);
+  EXPECT_EQ(options.sampler, SamplerKind::blue_noise);
   EXPECT_EQ(options.filter.kind, FilterKind::blackman_harris);
   EXPECT_TRUE(options.outputs.empty());
   EXPECT_TRUE(options.exr_half);
@@ -67,6 +68,8 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
                                                 "trim",
                                                 "--seed",
                                                 "9",
+                                                "--sampler",
+                                                "sobol",
                                                 "--filter",
                                                 "mitchell",
                                                 "--filter-width",
@@ -109,6 +112,7 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(options.integrator.clamp_indirect, 10.0f);
   EXPECT_EQ(options.integrator.caustics, Caustics::regularised);
   EXPECT_EQ(options.outliers, Outliers::trim);
+  EXPECT_EQ(options.sampler, SamplerKind::sobol);
   EXPECT_EQ(options.filter.kind, FilterKind::mitchell);
   EXPECT_EQ(options.filter.width, 3.0f);
   EXPECT_EQ(options.tile_size_px, 64);
