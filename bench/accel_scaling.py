@@ -17,6 +17,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import plots
+
 ROOT = Path(__file__).resolve().parent.parent
 SIZES = [1000, 3000, 10000, 30000, 100000, 300000, 1000000, 3000000, 10000000]
 SPEEDS = {  # column: title of its plot
@@ -35,7 +37,6 @@ SHOOTOUT_ROWS = {  # (rays, call) of a shootout: column
     ("camera", "single"): "camera_single_mrays_s", ("camera", "coherent"): "camera_coherent_mrays_s",
     ("bounce1", "single"): "bounce1_single_mrays_s", ("bounce1", "batch"): "bounce1_batch_mrays_s",
     ("ambient-occlusion", "batch"): "ambient_batch_mrays_s"}
-COLORS = ["#0072b2", "#e69f00", "#009e73", "#d55e00"]
 
 
 def main():
@@ -128,15 +129,6 @@ def write_csv(path, rows):
 
 # --- fitting
 
-def slope(points):
-    """Least squares of y = a + b x; b, or None for fewer than two x."""
-    n = len(points)
-    mean_x = sum(x for x, _ in points) / n if n else 0
-    mean_y = sum(y for _, y in points) / n if n else 0
-    spread = sum((x - mean_x) ** 2 for x, _ in points)
-    return sum((x - mean_x) * (y - mean_y) for x, y in points) / spread if spread > 0 else None
-
-
 def n_log_n_ns(row):
     """Nanoseconds of one thread's build over N log2 N."""
     n = row["triangles"]
@@ -166,12 +158,12 @@ def fit_all(rows):
         losses = {}
         for column in SPEEDS:
             points = [(math.log2(row["triangles"]), math.log(row[column])) for row in fitted if column in row]
-            fall = slope(points)
+            fall = plots.slope(points)
             if fall is not None:
                 losses[column] = 100 * (1 - math.exp(fall))
         fits.append({"shape": shape, "accelerator": accelerator, "quotients_ns": [n_log_n_ns(row) for row in group],
-                     "sizes": [row["triangles"] for row in group], "exponent": slope(build),
-                     "n_log_n_exponent": slope(model), "loss_percent": losses})
+                     "sizes": [row["triangles"] for row in group], "exponent": plots.slope(build),
+                     "n_log_n_exponent": plots.slope(model), "loss_percent": losses})
     return fits
 
 
@@ -192,58 +184,6 @@ def format_fits(fits):
 
 # --- plotting
 
-def plot(title, y_label, groups, log_y):
-    """SVG of points over triangles. `groups`: (name, colour, dashed, [(x, y)])."""
-    left, top, width, height = 64, 30, 460, 250
-    points = [point for _, _, _, line in groups for point in line]
-    if not points:
-        return ""
-    low_x, high_x = (f(math.log10(x) for x, _ in points) for f in (min, max))
-    low_x, high_x = math.floor(low_x), max(math.ceil(high_x), math.floor(low_x) + 1)
-    if log_y:
-        low_y, high_y = (f(math.log10(y) for _, y in points) for f in (min, max))
-        low_y, high_y = math.floor(low_y), max(math.ceil(high_y), math.floor(low_y) + 1)
-        ticks = [10.0 ** e for e in range(low_y, high_y + 1)]
-    else:
-        largest = max(y for _, y in points)
-        step = 10 ** math.floor(math.log10(largest / 4))
-        step *= max(f for f in (1, 2, 5) if f * step * 4 <= largest)
-        low_y, high_y = 0, step * math.ceil(largest / step)
-        ticks = [i * step for i in range(round(high_y / step) + 1)]
-    to_y = math.log10 if log_y else float
-
-    def place(x, y):
-        return (left + width * (math.log10(x) - low_x) / (high_x - low_x),
-                top + height * (1 - (to_y(y) - low_y) / (high_y - low_y)))
-
-    svg = [f'<svg viewBox="0 0 {left + width + 20} {top + height + 40}" role="img" aria-label="{html.escape(title)}">',
-           f'<text x="{left}" y="18" class="title">{html.escape(title)}</text>']
-    for tick in ticks:
-        y = place(10 ** low_x, tick)[1]
-        svg.append(f'<line x1="{left}" x2="{left + width}" y1="{y:.1f}" y2="{y:.1f}" class="grid"/>'
-                   f'<text x="{left - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>')
-    for e in range(low_x, high_x + 1):
-        x = place(10 ** e, ticks[-1])[0]
-        svg.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{top}" y2="{top + height}" class="grid"/>'
-                   f'<text x="{x:.1f}" y="{top + height + 16}" text-anchor="middle">{short(10 ** e)}</text>')
-    svg.append(f'<text x="{left + width / 2}" y="{top + height + 34}" text-anchor="middle">triangles</text>'
-               f'<text transform="translate(14 {top + height / 2}) rotate(-90)" text-anchor="middle">{html.escape(y_label)}</text>')
-    for name, color, dashed, line in groups:
-        if len(line) > 1:
-            path = " L".join(f"{x:.1f} {y:.1f}" for x, y in (place(*point) for point in line))
-            dash = ' stroke-dasharray="5 4"' if dashed else ""
-            svg.append(f'<path d="M{path}" fill="none" stroke="{color}" stroke-width="2"{dash}/>')
-        for point in [] if dashed else line:
-            x, y = place(*point)
-            svg.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{color}"><title>{html.escape(name)}: '
-                       f'{point[0]:,.0f} triangles, {point[1]:.4g}</title></circle>')
-    return "\n".join(svg) + "\n</svg>\n"
-
-
-def short(count):
-    return f"{count // 10**6} M" if count >= 10**6 else f"{count // 1000} k" if count >= 1000 else str(count)
-
-
 def accelerators(rows):
     return list(dict.fromkeys(row["accelerator"] for row in rows))
 
@@ -260,7 +200,7 @@ def plot_column(rows, shape, title, y_label, value, log_y, model=None):
     _, scenes = shapes(rows)
     groups = []
     for number, accelerator in enumerate(accelerators(rows)):
-        color = COLORS[number % len(COLORS)]
+        color = plots.color(number)
         for source in [shape, *scenes]:
             line = [(row["triangles"], value(row)) for row in rows
                     if row["accelerator"] == accelerator and row["shape"] == source and value(row)]
@@ -269,26 +209,16 @@ def plot_column(rows, shape, title, y_label, value, log_y, model=None):
             line = groups[-1 - len(scenes)][3]
             factor = math.exp(sum(math.log(y / model(x)) for x, y in line) / len(line))
             groups.append((f"{accelerator}: {factor:.3g} N log2 N", color, True, [(x, factor * model(x)) for x, _ in line]))
-    return plot(title, y_label, groups, log_y)
+    return plots.plot(title, "triangles", y_label, groups, log_y)
 
 
 def page(rows, fits):
     lines, scenes = shapes(rows)
-    text = ["""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Scaling of the accelerators</title><style>
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1140px; margin: 2em auto; padding: 0 1em; }
-.plots { display: flex; flex-wrap: wrap; gap: 1em; } svg { width: 544px; max-width: 100%; height: auto; }
-svg text { font: 12px system-ui, sans-serif; fill: #222; } svg text.title { font-weight: 600; font-size: 14px; } .grid { stroke: #ddd; }
-.key { display: inline-block; width: 12px; height: 12px; margin: 0 .4em 0 1.2em; } pre { overflow-x: auto; font-size: 12px; }
-</style></head><body>
-<h1>Build time and speed against the number of triangles</h1>
+    text = [plots.page_start("Scaling of the accelerators"), """<h1>Build time and speed against the number of triangles</h1>
 <p>One thread, CPU time; medians. Dashed: N log<sub>2</sub> N through the geometric mean."""]
     if scenes:
         text.append(" Single points: " + html.escape(", ".join(scenes)) + ".")
-    text.append("</p>\n<p>")
-    for number, accelerator in enumerate(accelerators(rows)):
-        text.append(f'<span class="key" style="background:{COLORS[number % len(COLORS)]}"></span>{html.escape(accelerator)}')
-    text.append("</p>\n")
+    text.append("</p>\n" + plots.key(accelerators(rows)))
     for shape in lines:
         text.append(f'<h2>{html.escape(shape)}</h2>\n<div class="plots">\n')
         text.append(plot_column(rows, shape, "Build", "seconds", lambda row: row.get("build_1_thread_s"), True,

@@ -1,6 +1,6 @@
 """Renders one glTF scene with Cycles; run by Blender: blender -b --factory-startup --python-exit-code 1 -P cycles_render.py -- JOB.json
 
-The job is written by versus_cycles.py. Settings are those that make a plain path tracer of Cycles: no denoising, no
+The job is written by renderers.py. Settings are those that make a plain path tracer of Cycles: no denoising, no
 clamps, no adaptive sampling, no glossy blur, no light threshold, caustics on, box filter, single-scatter GGX.
 """
 # SPDX-License-Identifier: Apache-2.0

@@ -27,12 +27,9 @@ class Picture:
 
 def read_rgb(path):
     """Channels R, G, B of any picture that OpenImageIO reads, linear values as stored."""
-    oiiotool = shutil.which("oiiotool")
-    if not oiiotool:
-        sys.exit("oiiotool is not installed (Debian: apt-get install openimageio-tools)")
     with tempfile.TemporaryDirectory() as folder:
         flat = os.path.join(folder, "flat.tif")
-        subprocess.run([oiiotool, "-q", str(path), "--ch", "R,G,B", "-d", "float", "--scanline", "--planarconfig", "contig",
+        subprocess.run([oiiotool(), "-q", str(path), "--ch", "R,G,B", "-d", "float", "--scanline", "--planarconfig", "contig",
                         "--compression", "none", "-o", flat], check=True)
         with open(flat, "rb") as file:
             return parse_float_tiff(file.read())
@@ -70,19 +67,47 @@ def mean_picture(pictures):
     return Picture(first.width, first.height, array.array("f", (sum(values) / count for values in zip(*(p.rgb for p in pictures)))))
 
 
-def noise(pictures, reference):
-    """relMSE of one picture, estimated from two or more with independent seeds: mean over pixels and channels of
-    variance / (R^2 + 0.01 mean(R)^2), the worst 0.1 % of the pixels dropped. The variance is that of the pictures among
-    themselves, so a difference of model against the reference R, which is only the scale, does not count as noise."""
+def noise(pictures, scale):
+    """Relative variance of each pixel, estimated from two or more pictures with independent seeds, ascending: variance /
+    (R^2 + 0.01 mean(R)^2), the mean over the channels. The variance is that of the pictures among themselves, so a
+    difference of model against `scale`, R, does not count as noise."""
     count = len(pictures)
     assert count >= 2
-    mean = sum(reference.rgb) / len(reference.rgb)
+    return _relative(scale, ((sum((v - sum(values) / count) ** 2 for v in values) / (count - 1))
+                             for values in zip(*(p.rgb for p in pictures))))
+
+
+def error(pictures, reference):
+    """Relative squared error of each pixel against a reference, ascending, the mean over the pictures: noise, bias and the
+    noise of the reference together."""
+    count = len(pictures)
+    return _relative(reference, (sum((v - r) ** 2 for v in values) / count
+                                 for r, *values in zip(reference.rgb, *(p.rgb for p in pictures))))
+
+
+def _relative(scale, squares):
+    mean = sum(scale.rgb) / len(scale.rgb)
     floor = RADIANCE_FLOOR * mean * mean + 1e-20
-    errors = []
-    for r, *values in zip(reference.rgb, *(p.rgb for p in pictures)):
-        centre = sum(values) / count
-        variance = sum((v - centre) ** 2 for v in values) / (count - 1)
-        errors.append(variance / (r * r + floor))
-    per_pixel = sorted((errors[i] + errors[i + 1] + errors[i + 2]) / 3.0 for i in range(0, len(errors), 3))
-    kept = per_pixel[:len(per_pixel) - int(len(per_pixel) * TRIMMED_FRACTION)]
+    errors = [square / (r * r + floor) for r, square in zip(scale.rgb, squares)]
+    return sorted((errors[i] + errors[i + 1] + errors[i + 2]) / 3.0 for i in range(0, len(errors), 3))
+
+
+def rel_mse(ascending, dropped=TRIMMED_FRACTION):
+    """The mean of what noise() or error() returned, without the worst pixels."""
+    kept = ascending[:len(ascending) - int(len(ascending) * dropped)]
     return sum(kept) / len(kept)
+
+
+def small_png(path, width, gain):
+    """A picture times `gain` through the sRGB curve, `width` pixels wide (None: as it is), as the bytes of a PNG."""
+    with tempfile.TemporaryDirectory() as folder:
+        png = os.path.join(folder, "small.png")
+        shrink = ["--resize", f"{width}x0"] if width else []
+        subprocess.run([oiiotool(), "-q", str(path), "--ch", "R,G,B", *shrink, "--mulc", str(gain), "--clamp:min=0:max=1",
+                        "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", png], check=True)
+        with open(png, "rb") as file:
+            return file.read()
+
+
+def oiiotool():
+    return shutil.which("oiiotool") or sys.exit("oiiotool is not installed (Debian: apt-get install openimageio-tools)")

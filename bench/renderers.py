@@ -4,12 +4,11 @@ import json
 import os
 import re
 import shutil
-import statistics
 import subprocess
 import sys
 import threading
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -22,7 +21,6 @@ class Job:
     name: str
     scene: Path
     size_px: tuple
-    spp: int
     max_bounces: int
     environment: Path | None = None
     environment_rotation_deg: float = 0.0
@@ -31,8 +29,8 @@ class Job:
     threads: int = 2
     reference: Path | None = None
 
-    def paths(self):
-        return self.size_px[0] * self.size_px[1] * self.spp
+    def paths(self, spp):
+        return self.size_px[0] * self.size_px[1] * spp
 
 
 @dataclass
@@ -44,19 +42,12 @@ class Run:
     first_sample_s: float  # from the start of the process until every pixel had its first sample
     process_s: float
     peak_mb: float  # maximum resident set of the process, MiB
-
-
-@dataclass
-class Runs:
-    """All renders of one job by one renderer."""
-    runs: list = field(default_factory=list)
-
-    def median(self, name):
-        return statistics.median(getattr(run, name) for run in self.runs)
+    cpu_s: float  # user and system time of the whole process
 
 
 def run_measured(command, log_path, environment=None):
-    """Runs a program; its output goes to log_path. Returns ([(seconds since start, line)], wall seconds, peak MiB)."""
+    """Runs a program; its output goes to log_path. Returns ([(seconds since start, line)], wall seconds, peak MiB, CPU
+    seconds)."""
     lines = []
     started = time.perf_counter()
     process = subprocess.Popen([str(part) for part in command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -77,47 +68,45 @@ def run_measured(command, log_path, environment=None):
     if process.returncode != 0:
         tail = "\n".join(line for _, line in lines[-15:])
         sys.exit(f"exit code {process.returncode} from: {' '.join(map(str, command))}\n{tail}\n(whole log: {log_path})")
-    return lines, wall_s, usage.ru_maxrss / 1024.0
+    return lines, wall_s, usage.ru_maxrss / 1024.0, usage.ru_utime + usage.ru_stime
 
 
-def kindling_command(binary, job, seed, picture, accelerator="embree"):
-    """The command line that asks Kindling for the job."""
-    command = [binary, "render", job.scene, "-o", picture, "--size", f"{job.size_px[0]}x{job.size_px[1]}", "--spp", job.spp,
-               "--seed", seed, "--threads", job.threads, "--filter", "box", "--accel", accelerator, "--exr-float",
-               "--max-bounces", job.max_bounces]
+def kindling_command(binary, job, spp, seed, picture, flags=()):
+    """The command line that asks Kindling for the job; `flags` come last, so they may override."""
+    command = [binary, "render", job.scene, "-o", picture, "--size", f"{job.size_px[0]}x{job.size_px[1]}", "--spp", spp,
+               "--seed", seed, "--threads", job.threads, "--filter", "box", "--exr-float", "--max-bounces", job.max_bounces]
     if job.environment:
         command += ["--env", job.environment, "--env-rotation", job.environment_rotation_deg,
                     "--env-intensity", job.environment_intensity]
     if not job.background_visible:
         command += ["--background", "0,0,0"]
-    return command
+    return command + list(flags)
 
 
-def run_kindling(binary, job, seed, folder, accelerator="embree"):
-    """Times come from --stats: the render phase alone is the path tracing."""
-    stem = folder / f"{job.name}.kindling.{seed}"
-    picture, stats_path = stem.with_suffix(stem.suffix + ".exr"), stem.with_suffix(stem.suffix + ".json")
-    command = kindling_command(binary, job, seed, picture, accelerator) + ["--stats", stats_path, "--progress", "none"]
-    _, wall_s, peak_mb = run_measured(command, stem.with_suffix(stem.suffix + ".log"))
+def run_kindling(binary, job, spp, seed, stem, flags=()):
+    """Writes STEM.exr, STEM.json and STEM.log. Times come from --stats: the render phase alone is the path tracing."""
+    picture, stats_path = Path(f"{stem}.exr"), Path(f"{stem}.json")
+    command = kindling_command(binary, job, spp, seed, picture, flags) + ["--stats", stats_path, "--progress", "none"]
+    _, wall_s, peak_mb, cpu_s = run_measured(command, Path(f"{stem}.log"))
     with open(stats_path, encoding="utf-8") as file:
         stats = json.load(file)
-    return Run(seed, picture, stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb)
+    return Run(seed, picture, stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
 
 
-def run_cycles(blender, job, seed, folder):
-    """Times come from Cycles' own report: 'Path Tracing' leaves out import, synchronization and BVH."""
-    stem = folder / f"{job.name}.cycles.{seed}"
-    picture, job_path = stem.with_suffix(stem.suffix + ".exr"), stem.with_suffix(stem.suffix + ".job.json")
+def run_cycles(blender, job, spp, seed, stem):
+    """Writes STEM.exr and STEM.log. Times come from Cycles' own report: 'Path Tracing' leaves out import, synchronization
+    and BVH."""
+    picture, job_path = Path(f"{stem}.exr"), Path(f"{stem}.job.json")
     job_path.write_text(json.dumps({
         "scene": str(job.scene.resolve()), "environment": str(job.environment.resolve()) if job.environment else None,
         "environment_rotation_deg": job.environment_rotation_deg, "environment_intensity": job.environment_intensity,
-        "background_visible": job.background_visible, "size_px": list(job.size_px), "spp": job.spp, "seed": seed,
+        "background_visible": job.background_visible, "size_px": list(job.size_px), "spp": spp, "seed": seed,
         "max_bounces": job.max_bounces, "threads": job.threads, "output": str(picture.resolve())}), encoding="utf-8")
     # Debian's Blender finds its Python modules by the first python3 in PATH: that must be Debian's.
     environment = dict(os.environ, PATH="/usr/bin:/bin")
-    lines, wall_s, peak_mb = run_measured(
+    lines, wall_s, peak_mb, cpu_s = run_measured(
         [blender, "-b", "--factory-startup", "-noaudio", "--debug-cycles", "--python-exit-code", "1", "-P",
-         ROOT / "bench" / "cycles_render.py", "--", job_path], stem.with_suffix(stem.suffix + ".log"), environment)
+         ROOT / "bench" / "cycles_render.py", "--", job_path], Path(f"{stem}.log"), environment)
     path_tracing_s = first_sample_s = None
     for when_s, line in lines:
         if report := re.match(r"\s*Path Tracing\s+([0-9.]+)\s", line):
@@ -126,7 +115,7 @@ def run_cycles(blender, job, seed, folder):
             first_sample_s = when_s
     if path_tracing_s is None:
         sys.exit(f"Cycles printed no path tracing time; see {stem}.log")
-    return Run(seed, picture, path_tracing_s, first_sample_s or wall_s, wall_s, peak_mb)
+    return Run(seed, picture, path_tracing_s, first_sample_s or wall_s, wall_s, peak_mb, cpu_s)
 
 
 def find_kindling(path=None):
@@ -140,32 +129,45 @@ def find_blender():
     return shutil.which("blender")
 
 
-def load_jobs(folder, *, scenes=None, spp=16, size_px=None, threads=2):
-    """The scenes of a folder: what its scenes.json says, else each .glb and .gltf with a camera of its own."""
-    folder = Path(folder)
-    table = folder / "scenes.json"
-    if table.is_file():
-        entries = json.loads(table.read_text(encoding="utf-8"))
+def load_jobs(paths, *, scenes=None, size_px=None, threads=2):
+    """The scenes of folders and files: what a folder's scenes.json says, else each .glb and .gltf with a camera of its own."""
+    jobs = [job for path in paths for job in jobs_of(Path(path), size_px, threads)]
+    names = [job.name for job in jobs]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        sys.exit(f"two scenes are called {', '.join(twice)}; give one of them at a time")
+    if unknown := sorted(set(scenes or ()) - set(names)):
+        sys.exit(f"no scene {', '.join(unknown)}; there are {', '.join(names)}")
+    jobs = [job for job in jobs if not scenes or job.name in scenes]
+    for job in jobs:
+        if not job.scene.is_file():
+            sys.exit(f"{job.scene}: no such file")
+    return jobs
+
+
+def jobs_of(path, size_px, threads):
+    folder = path
+    if not path.is_dir():
+        folder, entries = path.parent, {path.stem: {"file": path.name}}
+    elif (table := path / "scenes.json").is_file():
+        try:
+            entries = json.loads(table.read_text(encoding="utf-8"))
+        except ValueError as error:
+            sys.exit(f"{table}: {error}")
+        if not isinstance(entries, dict) or not all(isinstance(e, dict) and "file" in e for e in entries.values()):
+            sys.exit(f'{table}: an object of {{"NAME": {{"file": "NAME.glb", ...}}, ...}} was expected')
     else:
-        entries = {path.stem: {"file": path.name} for path in sorted(folder.iterdir()) if path.suffix in (".glb", ".gltf")}
+        entries = {file.stem: {"file": file.name} for file in sorted(path.iterdir()) if file.suffix in (".glb", ".gltf")}
     if not entries:
         sys.exit(f"{folder}: neither scenes.json nor a .glb or .gltf in it")
-    unknown = set(scenes or ()) - set(entries)
-    if unknown:
-        sys.exit(f"{folder}: no scene {', '.join(sorted(unknown))}; there are {', '.join(entries)}")
-    jobs = []
     for name, entry in entries.items():
-        if scenes and name not in scenes:
-            continue
-        reference = entry.get("ref", {}).get("file")
-        jobs.append(Job(
-            name=name, scene=folder / entry["file"], spp=spp, threads=threads, max_bounces=entry.get("max_bounces", 8),
+        reference = (entry.get("ref") or {}).get("file")
+        yield Job(
+            name=name, scene=folder / entry["file"], threads=threads, max_bounces=entry.get("max_bounces", 8),
             size_px=size_px or (entry.get("width", 640), entry.get("height", 360)),
             environment=find_environment(folder, entry["hdr"]) if entry.get("hdr") else None,
             environment_rotation_deg=entry.get("hdr_rotation_deg", 0.0), environment_intensity=entry.get("hdr_intensity", 1.0),
             background_visible=entry.get("background_visible", True),
-            reference=folder / reference if reference and (folder / reference).is_file() else None))
-    return jobs
+            reference=folder / reference if reference and (folder / reference).is_file() else None)
 
 
 def find_environment(folder, name):

@@ -148,9 +148,11 @@ class RenderCommand {
     settings.crop = options_.crop;
     settings.samples_per_pixel = options_.samples_per_pixel();
     settings.adaptive = options_.adaptive;
+    settings.outliers = options_.outliers;
     settings.time_limit_s = options_.time_limit_s;
     settings.seed = options_.seed;
     settings.guiding = options_.guiding;
+    settings.sampler = options_.sampler;
     settings.filter = PixelFilter(options_.filter);
     settings.aovs = options_.aovs;
     if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);

@@ -43,7 +43,9 @@ struct RenderOptions {
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s;
   uint32_t seed = 0; // below 2^31, so that image metadata can hold it
+  SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilterOptions filter;
+  Outliers outliers = Outliers::keep;
 
   std::string scene_name;         // name or index; empty: the file's default scene
   std::string camera;             // name or index; empty: the first

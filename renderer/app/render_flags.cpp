@@ -26,6 +26,13 @@ std::vector<std::string> filter_names() {
   return names;
 }
 
+std::vector<std::string> sampler_names() {
+  std::vector<std::string> names;
+  for (const SamplerKind kind : {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent})
+    names.emplace_back(sampler_name(kind));
+  return names;
+}
+
 std::vector<std::string> aov_names() {
   std::vector<std::string> names;
   for (const AovInfo& info : kAovs) names.emplace_back(info.name);
@@ -105,11 +112,19 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
   flags.value("--seed", "N", "Other noise, same picture [0]",
               [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
+  flags.value("--sampler", "NAME",
+              fmt::format("Where samples come from: {} [blue-noise]", join_choices(sampler_names())),
+              [&o](auto text) { return choose(sampler_from_name(text), o.sampler, "sampler", text, sampler_names()); });
   flags.value(
       "--filter", "NAME", fmt::format("Pixel filter: {} [blackman-harris]", join_choices(filter_names())),
       [&o](auto text) { return choose(filter_from_name(text), o.filter.kind, "filter", text, filter_names()); });
   flags.value("--filter-width", "PIXELS", "Full width [1.5; box 1, mitchell 4]",
               [&o](auto text) { return store(parse_number(text, 0.01, 64.0), o.filter.width); });
+  flags.value("--outliers", "keep|trim",
+              "Fireflies: trim leaves out the samples of a pixel that do not fit the others; biased [keep]",
+              [&o](auto text) {
+                return choose(outliers_from_name(text), o.outliers, "treatment of outliers", text, {"keep", "trim"});
+              });
 }
 
 // Bounces that a limit can name: a path of more would not fit its counters.
@@ -135,6 +150,14 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
   flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
+  flags.value(
+      "--caustics", "full|regularised|off",
+      "Light found by way of smooth surfaces after a wide bounce: all of it, through widened lobes, or none; both "
+      "biased [full]",
+      [&s](auto text) {
+        return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
+                      {"full", "regularised", "off"});
+      });
   flags.value(
       "--guiding", "MODE",
       "Send paths where others found light, learned ahead of the picture: on, off, or auto, where it pays [off]",

@@ -63,6 +63,8 @@ double Film::variance_of_mean(const PixelSum& sum, const Moments& y, double mean
   return std::max(squares, 0.0) / (by * by) * n / (n - 1.0);
 }
 
+void Film::trim_outliers() { blocks_.assign(sums_.size() * kOutlierBlocks, {}); }
+
 void Film::track_noise() { noise_.assign(sums_.size(), {}); }
 
 double Film::relative_error(const V2i& pixel, uint32_t samples) const {
@@ -83,7 +85,16 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
   if (sum.samples == 0) return;
   const double by = divisor(sum.weight, sum.samples);
   switch (aov) {
-  case Aov::beauty: store_mean(sum.rgb, by, out); return;
+  case Aov::beauty:
+    if (!blocks_.empty()) {
+      const std::span<const BlockSum, kOutlierBlocks> blocks(blocks_.data() + index * kOutlierBlocks, kOutlierBlocks);
+      if (const std::optional<Rgb> trimmed = outliers_trimmed(blocks)) {
+        for (int c = 0; c < 3; ++c) out[c] = (*trimmed)[c];
+        return;
+      }
+    }
+    store_mean(sum.rgb, by, out);
+    return;
   // Negative lobes may push the mean past the ends at edges; coverage has none outside [0, 1].
   case Aov::alpha: out[0] = static_cast<float>(std::clamp(sum.alpha / by, 0.0, 1.0)); return;
   case Aov::samples: out[0] = static_cast<float>(sum.samples); return;
@@ -148,7 +159,7 @@ uint64_t Film::total_samples() const {
 
 size_t Film::memory_bytes() const {
   return sums_.size() * sizeof(PixelSum) + luminance_.size() * sizeof(Moments) + noise_.size() * sizeof(noise_[0]) +
-         surfaces_.size() * sizeof(SurfaceSum);
+         surfaces_.size() * sizeof(SurfaceSum) + blocks_.size() * sizeof(BlockSum);
 }
 
 } // namespace kindling

@@ -4,6 +4,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/film/aov.h"
+#include "renderer/film/outliers.h"
 
 #include <array>
 #include <cassert>
@@ -18,6 +19,7 @@ struct FilmSample {
   Rgb radiance{0.0f};
   float alpha = 1.0f;
   float weight = 1.0f; // of the pixel filter, 1 in the mean; negative under a negative lobe
+  uint32_t index = 0;  // of the sample in its pixel; only trim_outliers() asks
 };
 
 // What the AOVs want to know of the sample besides; filled only where AovSet::needs_surface() or needs_components().
@@ -63,9 +65,14 @@ class Film {
     if (!noise_.empty())
       for (size_t c = 0; c < 3; ++c)
         noise_[index][c].add(static_cast<double>(sample.radiance[static_cast<int>(c)]), weight);
+    if (!blocks_.empty())
+      blocks_[index * kOutlierBlocks + sample.index % kOutlierBlocks].add(sample.radiance, sample.weight);
   }
   // In addition to add(), when the set needs it; does nothing otherwise.
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight);
+
+  // Lets outliers_trimmed() decide on the beauty of each pixel, and on no other AOV; before the first add().
+  void trim_outliers();
 
   // Keeps what relative_error() needs; before the first add().
   void track_noise();
@@ -135,6 +142,7 @@ class Film {
   std::vector<Moments> luminance_;            // only with Aov::variance
   std::vector<std::array<Moments, 3>> noise_; // by channel; only with track_noise()
   std::vector<SurfaceSum> surfaces_;          // only where the set needs it
+  std::vector<BlockSum> blocks_;              // kOutlierBlocks for each pixel; only with trim_outliers()
 };
 
 } // namespace kindling

@@ -9,7 +9,7 @@ namespace kindling {
 
 struct Guide {
   BrightPatches patches;  // may be empty: directions are not guided
-  ShareTree light_shares; // may be empty: families of lights share as LightSet estimates
+  ShareTree light_shares; // may be empty: kinds of light share as LightSet estimates
 };
 
 } // namespace kindling

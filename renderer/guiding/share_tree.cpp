@@ -12,13 +12,13 @@ constexpr uint32_t kDeepest = 24;
 constexpr double kAround = 32.0;     // records that the surroundings count for
 constexpr float kLeastShare = 0.05f; // nothing starves: what has not been seen may still be there
 
-// The noise of a sample of one family, chosen with probability q, is moment / q: least for q in proportion to its root.
-LightShares shares_for(const std::array<double, kLightFamilies>& moments) {
+// The noise of a sample of one kind, chosen with probability q, is moment / q: least for q in proportion to its root.
+LightShares shares_for(const std::array<double, kLightKinds>& moments) {
   LightShares shares{};
   double sum = 0.0;
   for (const double moment : moments) sum += std::sqrt(moment);
-  for (size_t f = 0; f < kLightFamilies; ++f) {
-    const double share = sum > 0.0 ? std::sqrt(moments[f]) / sum : 1.0 / kLightFamilies;
+  for (size_t f = 0; f < kLightKinds; ++f) {
+    const double share = sum > 0.0 ? std::sqrt(moments[f]) / sum : 1.0 / kLightKinds;
     shares[f] = std::max(static_cast<float>(share), kLeastShare);
   }
   return shares;
@@ -30,11 +30,11 @@ ShareTree::ShareTree(std::span<LightRecord> records) {
   if (records.empty()) return;
   std::stable_sort(records.begin(), records.end(),
                    [](const LightRecord& a, const LightRecord& b) { return a.facing < b.facing; });
-  std::array<double, kLightFamilies> moments{};
+  std::array<double, kLightKinds> moments{};
   for (const LightRecord& r : records)
-    moments[static_cast<size_t>(r.family)] += static_cast<double>(r.moment) / static_cast<double>(records.size());
+    moments[static_cast<size_t>(r.kind)] += static_cast<double>(r.moment) / static_cast<double>(records.size());
   LightShares around;
-  for (size_t f = 0; f < kLightFamilies; ++f) around[f] = static_cast<float>(moments[f]);
+  for (size_t f = 0; f < kLightKinds; ++f) around[f] = static_cast<float>(moments[f]);
   nodes_.resize(kFacings);
   size_t begin = 0;
   for (uint32_t facing = 0; facing < kFacings; ++facing) {
@@ -45,19 +45,19 @@ ShareTree::ShareTree(std::span<LightRecord> records) {
   }
 }
 
-// `around`: mean moments by family of the surrounding region.
+// `around`: mean moments by kind of the surrounding region.
 void ShareTree::build(uint32_t node, std::span<LightRecord> records, const LightShares& around, uint32_t depth) {
-  std::array<double, kLightFamilies> moments{};
+  std::array<double, kLightKinds> moments{};
   V3d sum(0.0), sum2(0.0);
   for (const LightRecord& r : records) {
-    moments[static_cast<size_t>(r.family)] += static_cast<double>(r.moment);
+    moments[static_cast<size_t>(r.kind)] += static_cast<double>(r.moment);
     const V3d p(r.position);
     sum += p;
     sum2 += p * p;
   }
   const auto count = static_cast<double>(records.size());
   LightShares means;
-  for (size_t f = 0; f < kLightFamilies; ++f) {
+  for (size_t f = 0; f < kLightKinds; ++f) {
     moments[f] = (moments[f] + kAround * static_cast<double>(around[f])) / (count + kAround);
     means[f] = static_cast<float>(moments[f]);
   }
@@ -87,15 +87,15 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
 }
 
 double second_moment(std::span<const LightRecord> records, const ShareTree& shares) {
-  std::array<bool, kLightFamilies> seen{};
-  for (const LightRecord& r : records) seen[static_cast<size_t>(r.family)] = true;
+  std::array<bool, kLightKinds> seen{};
+  for (const LightRecord& r : records) seen[static_cast<size_t>(r.kind)] = true;
   double with = 0.0, without = 0.0;
   for (const LightRecord& r : records) {
     without += static_cast<double>(r.moment / r.probability);
     const LightShares& here = shares.find(r.position, r.facing);
     float sum = 0.0f;
-    for (size_t f = 0; f < kLightFamilies; ++f) sum += seen[f] ? here[f] : 0.0f;
-    with += static_cast<double>(r.moment * sum / here[static_cast<size_t>(r.family)]);
+    for (size_t f = 0; f < kLightKinds; ++f) sum += seen[f] ? here[f] : 0.0f;
+    with += static_cast<double>(r.moment * sum / here[static_cast<size_t>(r.kind)]);
   }
   return without > 0.0 ? with / without : 1.0;
 }

@@ -1,4 +1,4 @@
-// Shares of the families of lights by place: what of their light arrives is learned, not guessed.
+// Shares of the kinds of light by place: what of their light arrives is learned, not guessed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,11 +15,11 @@ namespace kindling {
 struct LightRecord {
   V3f position{0.0f};
   uint8_t facing = 0; // facing_of() the normal with which the light was sampled
-  LightFamily family = LightFamily::tree;
-  // Square of the luminance that it brought to its pixel, relative to the picture there, times the probability with which its family
-  // was chosen: the expectation of its sum is that of the square, had the family been chosen for certain.
+  LightKind kind = LightKind::tree;
+  // Square of the luminance that it brought to its pixel, relative to the picture there, times the probability with which its kind
+  // was chosen: the expectation of its sum is that of the square, had the kind been chosen for certain.
   float moment = 0.0f;
-  float probability = 1.0f; // of the family
+  float probability = 1.0f; // of the kind
 };
 
 // A binary tree over space for each facing. Immutable, thread-safe, without allocation after construction.
@@ -57,7 +57,7 @@ class ShareTree {
   std::vector<LightShares> shares_;
 };
 
-// Sum of the second moments of the records, had families been chosen by these shares; relative to the choices taken. Below 1 is
+// Sum of the second moments of the records, had kinds been chosen by these shares; relative to the choices taken. Below 1 is
 // a gain.
 [[nodiscard]] double second_moment(std::span<const LightRecord> records, const ShareTree& shares);
 

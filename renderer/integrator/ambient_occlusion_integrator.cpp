@@ -30,8 +30,7 @@ void AmbientOcclusionIntegrator::render_block(const PixelBlock& block, const Sam
       if (!context.hits[slot].is_hit()) continue;
       world_.surface_at(context.rays[slot], context.hits[slot], surface);
       const CameraSample& camera_sample = context.camera_samples[slot];
-      const V2f u = Sampler::sample_2d(camera_sample.pixel_key, camera_sample.sample_index,
-                                       kFirstBounceDimension + kDirectionDimension);
+      const V2f u = Sampler::sample_2d(camera_sample.address, kFirstBounceDimension + kDirectionDimension);
       const V3f wi = Frame::around(surface.shading_normal).to_world(sample_cosine_hemisphere(u));
       if (wi.dot(surface.geometric_normal) <= 0.0f) continue;
       context.occlusion_slots.push_back(static_cast<uint32_t>(slot));
@@ -39,8 +38,8 @@ void AmbientOcclusionIntegrator::render_block(const PixelBlock& block, const Sam
                                         .t_min = 0.0f,
                                         .direction = wi,
                                         .t_max = distance_m_,
-                                        .key = hash_combine(camera_sample.pixel_key, kDirectionDimension),
-                                        .index = camera_sample.sample_index});
+                                        .key = hash_combine(camera_sample.address.key, kFirstBounceDimension),
+                                        .index = camera_sample.address.index});
     }
     context.occluded.resize(context.occlusion_rays.size());
     world_.accelerator().occluded(context.occlusion_rays, context.occluded);

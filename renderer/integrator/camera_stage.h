@@ -18,17 +18,15 @@ enum Dimension : uint32_t {
   kFirstBounceDimension = 8,
 
   // Relative to the bounce:
-  kChoiceDimension = 0,    // 2-D: of the light and of the lobe
-  kLightDimension = 1,     // 2-D
-  kDirectionDimension = 2, // 2-D
-  kRouletteDimension = 3,  // 1-D
+  kDirectionDimension = 0, // 4-D: choice of the light and of the lobe, and the direction (BounceDraws)
+  kLightDimension = 1,     // 4-D: point of the light, roulette, and one to spare
   kCoverageDimension = 4,  // 1-D, of the first partly transparent surface; later ones are hashed
   kBounceDimensions = 8,
 };
 
 // What of a path must outlive its camera ray in any integrator.
 struct CameraSample {
-  uint32_t pixel_key = 0;
+  SampleAddress address;
   uint32_t sample_index = 0;
   V2i pixel{0, 0};
   float filter_weight = 1.0f;
@@ -47,10 +45,9 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
         if (block.skips(V2i(x, y))) continue;
         CameraSample& camera_sample = camera_samples[slot];
         camera_sample.pixel = V2i(x, y);
-        camera_sample.pixel_key = sampler.pixel_key(camera_sample.pixel);
+        camera_sample.address = sampler.address(camera_sample.pixel, s);
         camera_sample.sample_index = s;
-        const PixelFilter::Sample jitter =
-            filter.sample(Sampler::sample_2d(camera_sample.pixel_key, s, kFilterDimension));
+        const PixelFilter::Sample jitter = filter.sample(Sampler::sample_2d(camera_sample.address, kFilterDimension));
         camera_sample.filter_weight = jitter.weight;
         const V2f film_px(static_cast<float>(x) + 0.5f + jitter.offset.x,
                           static_cast<float>(y) + 0.5f + jitter.offset.y);
@@ -59,8 +56,8 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
                       .t_min = 0.0f,
                       .direction = camera_ray.direction,
                       .t_max = kInfinity,
-                      .key = camera_sample.pixel_key,
-                      .index = s,
+                      .key = camera_sample.address.key,
+                      .index = camera_sample.address.index,
                       .flags = kHitPartlyTransparent};
         ++slot;
       }

@@ -4,6 +4,7 @@
 
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/caustics.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/world.h"
@@ -48,6 +49,7 @@ struct IntegratorSettings {
   int roulette_start_bounce = 2;       // Russian roulette from this bounce on
   float clamp_direct = kInfinity;      // largest component of a sample's directly lit part
   float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
+  Caustics caustics = Caustics::full;  // light found by way of narrow lobes behind wide ones
   float ao_distance_m = 0.0f;          // ambient occlusion: 0 means a tenth of the scene's diagonal
   bool environment_visible = true;     // to camera rays
   std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1

@@ -16,7 +16,7 @@ uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
 }
 
 // What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
-uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.pixel_key, dimension); }
+uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.address.key, dimension); }
 
 // More than this many partly transparent surfaces in a row absorb what is left of a path.
 constexpr uint32_t kMaxTransparentSurfaces = 128;
@@ -38,9 +38,9 @@ template <typename Vertex>
 void record_light(const Vertex& vertex, const LightSample& light, const Rgb& contribution, PathRecorder& recorder) {
   recorder.offer_light({.position = vertex.surface.position,
                         .facing = static_cast<uint8_t>(facing_of(vertex.surface.geometric_normal)),
-                        .family = light.family,
-                        .moment = square(luminance(contribution)) * light.family_probability,
-                        .probability = light.family_probability});
+                        .kind = light.kind,
+                        .moment = square(luminance(contribution)) * light.kind_probability,
+                        .probability = light.kind_probability});
 }
 
 template <typename Vertex>
@@ -125,48 +125,77 @@ void PathIntegrator::shade(PathContext& context) const {
   if (context.recorder) context.recorder->start_lights();
   context.next_active.clear();
   context.next_rays.clear();
-  SurfacePoint surface;
-  for (size_t i = 0; i < context.active.size(); ++i) {
-    const uint32_t slot = context.active[i];
-    const accel::Ray& ray = context.rays[i];
-    const accel::Hit& hit = context.hits[i];
-    PathState& state = context.states[slot];
-    if (!hit.is_hit()) {
-      if (context.recorder) context.recorder->arrive(slot, state, nullptr);
-      shade_escaped(ray, slot, context);
-      continue;
+  const size_t count = context.active.size();
+  for (size_t first = 0; first < count; first += PathContext::kShadeGroup) {
+    const size_t end = std::min(first + PathContext::kShadeGroup, count);
+    prepare_group(first, end - first, context);
+    for (size_t i = first; i < end; ++i) {
+      if (context.hits[i].is_hit())
+        shade_hit(i, context.draws[i - first], context);
+      else
+        shade_escaped(context.rays[i], context.escaped[i - first], context.active[i], context);
     }
-    world_.surface_at(ray, hit, surface);
-    if (context.recorder) context.recorder->arrive(slot, state, &surface);
-    trace_surface(context, ray, hit, surface, world_, state);
-    // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
-    const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
-    add_emission(ray, surface, state);
-    if (surface.unlit || state.emission_only) {
-      if (passes)
-        continue_through(ray, surface, slot, context);
-      else if (state.bounce == 0)
-        record_surface(surface, nullptr, slot, context);
-      continue;
-    }
-    const CameraSample& sample = context.camera_samples[slot];
-    const Frame frame = Frame::around(surface.shading_normal);
-    Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot,
-                  Sampler::sample_2d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kChoiceDimension))};
-    if (guide_) guide(*guide_, vertex);
-    if (context.recorder) vertex.bsdf.find_allowed();
-    sample_light(vertex, context);
-    if (passes) {
-      continue_through(ray, surface, slot, context);
-      continue;
-    }
-    if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
-    if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
   }
 }
 
-void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const {
+// Asks for the memory that the paths of a group will read: latencies of one hide behind those of the others.
+void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
+  const std::span<const accel::Hit> hits(context.hits.data() + first, count);
+  world_.prefetch(hits);
+  std::array<V2f, PathContext::kShadeGroup> light_u;
+  size_t hit_count = 0;
+  for (size_t i = 0; i < count; ++i) {
+    if (!hits[i].is_hit()) {
+      context.escaped[i] = world_.lights().locate_in_environment(context.rays[first + i].direction);
+      continue;
+    }
+    const uint32_t slot = context.active[first + i];
+    context.draws[i] =
+        draw_bounce(context.camera_samples[slot].address, bounce_dimension(context.states[slot], kDirectionDimension));
+    light_u[hit_count++] = context.draws[i].light;
+  }
+  world_.lights().prefetch_samples(std::span(light_u).first(hit_count));
+}
+
+void PathIntegrator::shade_hit(size_t i, const BounceDraws& u, PathContext& context) const {
+  const uint32_t slot = context.active[i];
+  const accel::Ray& ray = context.rays[i];
+  const accel::Hit& hit = context.hits[i];
   PathState& state = context.states[slot];
+  SurfacePoint& surface = context.surface;
+  world_.surface_at(ray, hit, surface);
+  if (context.recorder) context.recorder->arrive(slot, state, &surface);
+  trace_surface(context, ray, hit, surface, world_, state);
+  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
+  const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
+  add_emission(ray, surface, state);
+  if (surface.unlit || state.emission_only) {
+    if (passes)
+      continue_through(ray, surface, slot, context);
+    else if (state.bounce == 0)
+      record_surface(surface, nullptr, slot, context);
+    return;
+  }
+  if (settings_.caustics != Caustics::full)
+    restrain_caustics(settings_.caustics, state.diffuse_bounces > 0, state.widest_lobe,
+                      context.camera_samples[slot].sample_index, surface.bsdf);
+  const Frame frame = Frame::around(surface.shading_normal);
+  Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot, u};
+  if (guide_) guide(*guide_, vertex);
+  if (context.recorder) vertex.bsdf.find_allowed();
+  sample_light(vertex, context);
+  if (passes) {
+    continue_through(ray, surface, slot, context);
+    return;
+  }
+  if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
+  if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
+}
+
+void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot,
+                                   PathContext& context) const {
+  PathState& state = context.states[slot];
+  if (context.recorder) context.recorder->arrive(slot, state, nullptr);
   if (state.bounce == 0) {
     if (settings_.transparent_background) {
       state.alpha = 0.0f;
@@ -180,11 +209,11 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, uint32_t slot, PathCon
   }
   Rgb radiance;
   if (state.bsdf_pdf > 0.0f) {
-    const EnvironmentEval environment = world_.lights().environment_eval(state.previous_position, state.previous_normal,
-                                                                         ray.direction, state.light_shares);
+    const EnvironmentEval environment =
+        world_.lights().environment_eval(state.previous_position, state.previous_normal, at, state.light_shares);
     radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
   } else {
-    radiance = world_.lights().environment_radiance(ray.direction);
+    radiance = world_.lights().environment_radiance(at);
   }
   state.light[state.light_class(state.bounce)] += state.throughput * radiance;
   trace_event(context, [&](PathVertex& vertex) {
@@ -200,8 +229,8 @@ bool PathIntegrator::passes_through(const SurfacePoint& surface, uint32_t slot, 
   const PathState& state = context.states[slot];
   const CameraSample& sample = context.camera_samples[slot];
   const uint32_t layer = state.transparent_surfaces;
-  const uint32_t key = layer == 0 ? sample.pixel_key : hash_combine(sample.pixel_key, layer);
-  return Sampler::sample_1d(key, sample.sample_index, bounce_dimension(state, kCoverageDimension)) >= surface.alpha;
+  const uint32_t key = layer == 0 ? sample.address.key : hash_combine(sample.address.key, layer);
+  return Sampler::sample_1d(key, sample.address.index, bounce_dimension(state, kCoverageDimension)) >= surface.alpha;
 }
 
 // The same ray from behind the surface; the density of its direction is what it was.
@@ -231,15 +260,15 @@ void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) co
   const PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
-  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
   const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u_choice.x, u, vertex.light_shares);
+      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u.light.x,
+                             {vertex.u.spare, vertex.u.light.y}, vertex.light_shares);
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(light->wi);
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   const Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
-  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.sample_index));
+  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
@@ -250,8 +279,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kDirectionDimension);
-  const V2f u = Sampler::sample_2d(sample.pixel_key, sample.sample_index, dimension);
-  const std::optional<GuidedBsdf::Sample> scattered = vertex.bsdf.sample(vertex.u_choice.y, u);
+  const std::optional<GuidedBsdf::Sample> scattered = vertex.bsdf.sample(vertex.u.choice.y, vertex.u.direction);
   if (!scattered) return false;
   const V3f wi = scattered->wi;
   if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
@@ -263,13 +291,12 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
   if (state.bounce >= settings_.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
-    const float u_roulette =
-        Sampler::sample_1d(sample.pixel_key, sample.sample_index, bounce_dimension(state, kRouletteDimension));
-    if (u_roulette >= survival) return false;
+    if (vertex.u.roulette >= survival) return false;
     state.throughput /= survival;
   }
 
   state.emission_only = !count_bounce(scattered->lobe, state);
+  if (settings_.caustics == Caustics::regularised) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.geometric_normal;
@@ -280,7 +307,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = ray_key(sample, dimension),
-                               .index = sample.sample_index,
+                               .index = sample.address.index,
                                .flags = kHitPartlyTransparent});
   return true;
 }
@@ -327,7 +354,7 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
       context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
       continue;
     }
-    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight});
+    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
     if (context.surfaces.empty()) continue;
     FilmSurface& surface = context.surfaces[slot];
     surface.emission = state.light[kEmission];

@@ -5,11 +5,12 @@
 #include "renderer/integrator/guided_scattering.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_state.h"
+#include "renderer/sampling/bounce_draws.h"
 
 namespace kindling {
 
 // Estimates the rendering equation (Kajiya 1986) with next-event estimation and the power heuristic (Veach 1997, section 9.2).
-// Unbiased up to the bounce limits, as long as no clamp is set.
+// Unbiased up to the bounce limits, as long as no clamp is set and caustics are full.
 class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
@@ -25,8 +26,8 @@ class PathIntegrator final : public Integrator {
     const SurfacePoint& surface;
     const Frame& frame; // around the shading normal
     GuidedBsdf bsdf;
-    uint32_t slot; // of the path
-    V2f u_choice;  // x chooses the light, y the lobe
+    uint32_t slot;        // of the path
+    const BounceDraws& u; // choice.x chooses the light, choice.y the lobe
     const LightShares* light_shares = nullptr;
   };
 
@@ -39,7 +40,9 @@ class PathIntegrator final : public Integrator {
   void finish_wave(size_t path_count, PathContext& context, Film& film) const;
 
   // Steps of shade(), for one path.
-  void shade_escaped(const accel::Ray& ray, uint32_t slot, PathContext& context) const;
+  void prepare_group(size_t first, size_t count, PathContext& context) const;
+  void shade_hit(size_t i, const BounceDraws& u, PathContext& context) const;
+  void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/sampling/bounce_draws.h"
 
 #include <array>
 #include <cstdint>
@@ -31,7 +32,7 @@ struct PathState {
   uint8_t transmission_bounces = 0;
   bool emission_only = false;       // a bounce limit is reached: the next hit may only emit
   uint8_t transparent_surfaces = 0; // passed since the last reflection
-  uint8_t padding = 0;
+  WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularised
 
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
@@ -54,6 +55,10 @@ class PathContext final : public ThreadContext {
         next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size), shadow_rays(batch_size),
         shadow_records(batch_size), occluded(batch_size) {}
 
+  // Paths that are shaded one after the other once the memory of all of them was asked for: what they need fits the
+  // first-level cache.
+  static constexpr size_t kShadeGroup = 32;
+
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<PathState> states;            // by slot
   std::vector<FilmSurface> surfaces;        // by slot; empty if no AOV needs it
@@ -64,6 +69,9 @@ class PathContext final : public ThreadContext {
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
   PathRecorder* recorder = nullptr; // set while a guide is trained
+  std::array<BounceDraws, kShadeGroup> draws;             // of the group that is shaded
+  std::array<Environment::Location, kShadeGroup> escaped; // of the group that is shaded
+  SurfacePoint surface;                                   // of the path that is shaded
 };
 
 } // namespace kindling

@@ -16,6 +16,7 @@ constexpr uint32_t kBins = 12;
 constexpr uint32_t kParallelFrom = 4096; // emitters; fewer are not worth a task
 constexpr float kFaintest = 1e-15f;      // of the sum of intensities: leaves room for the square of a distance
 constexpr float kRoundingOfCosines = 1e-5f;
+constexpr float kFinest = 32.0f; // a family this many times smaller than its node has a node of its own
 
 // A family of emitters, as far as the cost of a split wants to know it.
 struct Family {
@@ -82,16 +83,17 @@ class LightTreeBuilder {
     tree_.places_.assign(emitters_.size(), LightTree::kNowhere);
     const auto root = split(0, static_cast<uint32_t>(order_.size()));
     tree_.nodes_.reserve(order_.size() / 4 + 1);
-    add_node(*root, LightTree::kNowhere);
+    tree_.emitters_.reserve(order_.size());
+    tree_.nodes_.emplace_back();
+    fill_node(0, *root, LightTree::kNowhere);
     tree_.nodes_.shrink_to_fit();
-    tree_.parents_.shrink_to_fit();
   }
 
  private:
   // A range of order_; leaves have up to eight emitters.
   struct Range {
     uint32_t begin, end;
-    EmitterBounds bounds;
+    LightFamily family;
     std::unique_ptr<Range> left, right;
     [[nodiscard]] uint32_t size() const { return end - begin; }
   };
@@ -100,7 +102,7 @@ class LightTreeBuilder {
     auto range = std::make_unique<Range>();
     range->begin = begin;
     range->end = end;
-    range->bounds = bounds(begin, end);
+    range->family = family(begin, end);
     if (end - begin <= LightTree::kWidth) return range;
     const uint32_t middle = partition(begin, end);
     const auto left = [&] { range->left = split(begin, middle); };
@@ -165,50 +167,62 @@ class LightTreeBuilder {
     return result > begin && result < end ? result : half;
   }
 
-  // The tightest sphere around the middle of the box, the tightest cone around the mean axis.
-  [[nodiscard]] EmitterBounds bounds(uint32_t begin, uint32_t end) const {
-    if (end - begin == 1) return emitters_[order_[begin]];
-    EmitterBounds result;
-    Family all, spread; // spread: those that fade like a cosine
-    result.cos_emission = 1.0f;
-    for (uint32_t i = begin; i < end; ++i) {
-      const EmitterBounds& e = emitters_[order_[i]];
-      all.add(e);
-      if (e.cos_emission <= 0.0f && e.cos_normals >= 1.0f) spread.add(e);
-      result.back = std::max(result.back, e.back);
-      result.cos_emission = std::min(result.cos_emission, e.cos_emission);
-    }
-    result.center = (all.box.min + all.box.max) * 0.5f;
+  // The tightest sphere around the middle of the box, the tightest cone around the mean axis, and the profile of what they
+  // send together.
+  [[nodiscard]] LightFamily family(uint32_t begin, uint32_t end) const {
+    LightFamily result;
+    Family all;
+    for (uint32_t i = begin; i < end; ++i) all.add(emitters_[order_[i]]);
     const double length = all.axis.length();
     const bool aligned = length > 1e-3 * all.intensity;
-    if (aligned) result.axis = V3f(all.axis * (1.0 / length));
-    result.cos_normals = aligned ? 1.0f : -1.0f;
+    result.center = (all.box.min + all.box.max) * 0.5f;
+    if (end - begin == 1) {
+      result.center = emitters_[order_[begin]].center;
+      result.axis = emitters_[order_[begin]].axis;
+    } else if (aligned) {
+      result.axis = V3f(all.axis * (1.0 / length));
+    }
+    // Of emitters that fade like a cosine: sums over the two parts of the profile, and of squares of c.
+    double even = 0.0, odd = 0.0, squares = 0.0, anywhere = 0.0;
+    float cos_plain = 1.0f; // of the farthest normal of such emitters, if one-sided
+    float angle = 0.0f;     // the farthest that others shine from the axis
+    bool unlimited = false;
     for (uint32_t i = begin; i < end; ++i) {
       const EmitterBounds& e = emitters_[order_[i]];
+      const float cosine = e.axis.dot(result.axis);
+      const auto intensity = static_cast<double>(e.intensity);
       result.radius = std::max(result.radius, (e.center - result.center).length() + e.radius);
-      float cosine = e.axis.dot(result.axis);
-      if (result.back >= 1.0f) cosine = std::fabs(cosine);
-      if (e.cos_normals < 1.0f) {
-        cosine = std::cos(
-            std::min(std::acos(std::clamp(cosine, -1.0f, 1.0f)) + std::acos(e.cos_normals), std::numbers::pi_v<float>));
+      if (e.cos_normals >= 1.0f && e.cos_emission == 0.0f) {
+        const auto back = static_cast<double>(e.back);
+        even += 0.5 * (1.0 + back) * intensity;
+        odd += 0.5 * (1.0 - back) * intensity * static_cast<double>(cosine);
+        squares += 0.5 * (1.0 + back) * intensity * static_cast<double>(cosine * cosine);
+        cos_plain = std::min(cos_plain, cosine);
+        unlimited = unlimited || e.back > 0.0f;
+      } else {
+        anywhere += intensity;
+        const auto arc = [](float c) { return std::acos(std::clamp(c, -1.0f, 1.0f)); };
+        angle = std::max(angle, arc(cosine) + arc(e.cos_normals) + arc(e.cos_emission));
+        unlimited = unlimited || e.back > 0.0f;
       }
-      result.cos_normals = std::min(result.cos_normals, cosine - kRoundingOfCosines);
     }
-    result.cos_normals = std::max(result.cos_normals, -1.0f);
     result.radius *= 1.0f + 1e-6f;
-    // Of a ball of cosines a quarter is seen from any side (a half, if all shine both ways), of a plane all.
-    double intensity = all.intensity;
-    if (spread.intensity > 0.0) {
-      const double alignment = std::min(spread.axis.length() / spread.intensity, 1.0);
-      const double ball = result.back >= 1.0f ? 0.5 : 0.25;
-      intensity -= spread.intensity * (1.0 - ball) * (1.0 - alignment);
-    }
-    result.intensity = std::max(static_cast<float>(intensity), kFaintest);
+    // Even is twice what is sent anywhere: its profile there is 1/2.
+    const double total = even + 2.0 * anywhere;
+    result.even = static_cast<float>(total);
+    result.odd = static_cast<float>(std::clamp(odd / total, 0.0, 1.0));
+    // The mean square of c is 1/3 for a ball and 1 for a plane.
+    result.flat = static_cast<float>(std::clamp((1.5 * squares - 0.5 * even) / total, 0.0, 1.0));
+    // Ninety degrees from the farthest normal.
+    float reach = even > 0.0 ? -safe_sqrt(1.0f - cos_plain * cos_plain) : 1.0f;
+    if (cos_plain <= 0.0f || angle >= std::numbers::pi_v<float>) unlimited = true;
+    if (anywhere > 0.0) reach = std::min(reach, std::cos(angle));
+    result.cos_reach = unlimited ? -1.0f : std::max(reach - kRoundingOfCosines, -1.0f);
     return result;
   }
 
-  // Opens the widest ranges until eight children are found. Returns the number of the node.
-  uint32_t add_node(const Range& range, uint32_t parent) {
+  // Opens the widest ranges until eight children are found.
+  void fill_node(uint32_t number, const Range& range, uint32_t parent) {
     std::array<const Range*, LightTree::kWidth> open{&range};
     uint32_t count = 1;
     while (count < LightTree::kWidth) {
@@ -216,8 +230,8 @@ class LightTreeBuilder {
       double largest = -1.0;
       for (uint32_t i = 0; i < count; ++i) {
         if (!open[i]->left) continue;
-        const EmitterBounds& b = open[i]->bounds;
-        const double size = static_cast<double>(b.intensity) * static_cast<double>(b.radius * b.radius);
+        const LightFamily& f = open[i]->family;
+        const double size = static_cast<double>(f.even) * static_cast<double>(f.radius * f.radius);
         if (size > largest) {
           largest = size;
           widest = static_cast<int>(i);
@@ -232,41 +246,39 @@ class LightTreeBuilder {
       ++count;
     }
 
-    const auto number = static_cast<uint32_t>(tree_.nodes_.size());
-    tree_.nodes_.emplace_back();
-    tree_.parents_.push_back(parent);
+    std::array<LightFamily, LightTree::kWidth> families;
+    std::array<const Range*, LightTree::kWidth> inner;
+    std::array<uint32_t, LightTree::kWidth> lane_of_inner;
     uint32_t lane = 0;
+    uint32_t inner_count = 0;
+    LightNode node{};
+    node.parent = parent;
+    node.first_emitter = static_cast<uint32_t>(tree_.emitters_.size());
     for (uint32_t i = 0; i < count; ++i) {
       const Range& child = *open[i];
       const uint32_t still_to_come = count - i - 1;
-      if (child.size() <= LightTree::kWidth && lane + child.size() + still_to_come <= LightTree::kWidth) {
+      // Few emitters become lanes themselves, unless the grid of this node is too coarse to tell them apart.
+      const bool fine = child.size() == 1 || count == 1 || child.family.radius * kFinest > range.family.radius;
+      if (fine && child.size() <= LightTree::kWidth && lane + child.size() + still_to_come <= LightTree::kWidth) {
         for (uint32_t e = child.begin; e < child.end; ++e) {
-          fill_lane(number, lane, emitters_[order_[e]], LightTree::kEmitterBit | order_[e]);
+          families[lane] = family(e, e + 1);
+          tree_.emitters_.push_back(order_[e]);
           tree_.places_[order_[e]] = number * LightTree::kWidth + lane++;
         }
         continue;
       }
-      fill_lane(number, lane, child.bounds, 0);
-      const uint32_t node = add_node(child, number * LightTree::kWidth + lane);
-      tree_.nodes_[number].child[lane++] = node;
+      families[lane] = child.family;
+      node.inner = static_cast<uint8_t>(node.inner | 1U << lane);
+      inner[inner_count] = &child;
+      lane_of_inner[inner_count++] = lane++;
     }
-    return number;
-  }
-
-  void fill_lane(uint32_t number, uint32_t lane, const EmitterBounds& b, uint32_t child) {
-    LightTree::Node& node = tree_.nodes_[number];
-    node.center_x[lane] = b.center.x;
-    node.center_y[lane] = b.center.y;
-    node.center_z[lane] = b.center.z;
-    node.radius[lane] = b.radius;
-    node.axis_x[lane] = b.axis.x;
-    node.axis_y[lane] = b.axis.y;
-    node.axis_z[lane] = b.axis.z;
-    node.cos_normals[lane] = b.cos_normals;
-    node.cos_emission[lane] = b.cos_emission;
-    node.intensity[lane] = b.intensity;
-    node.back[lane] = b.back;
-    node.child[lane] = child;
+    node.store({families.data(), lane});
+    node.first_child = static_cast<uint32_t>(tree_.nodes_.size());
+    tree_.nodes_[number] = node;
+    tree_.nodes_.resize(tree_.nodes_.size() + inner_count);
+    for (uint32_t i = 0; i < inner_count; ++i) {
+      fill_node(node.first_child + i, *inner[i], number * LightTree::kWidth + lane_of_inner[i]);
+    }
   }
 
   std::vector<EmitterBounds> emitters_; // intensities relative to their sum

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/prefetch.h"
 #include "renderer/image/image.h"
 #include "renderer/light/equirect.h"
 #include "renderer/light/half_texels.h"
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace kindling {
@@ -25,13 +27,22 @@ struct EnvironmentEval {
 // Direction d (unit, +Y up) maps to u = 0.5 + atan2(d.z, d.x) / (2 pi), v = acos(d.y) / pi; v = 0 is the top row.
 // A rotation by r turns the environment counter-clockwise about +Y, seen from above: what was seen along d is then seen
 // along rotate_y(d, r) = (d.x cos r + d.z sin r, d.y, d.z cos r - d.x sin r).
-// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density in proportion to
-// the luminance of that interpolation, not to a constant per texel: a sun of a few texels is sampled without variance.
+// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density that is
+// interpolated likewise, not constant per texel: a sun of a few texels is sampled without variance. The density is that of the
+// luminance less 0.7 of its mean (at least 0.02 of it), for what is even over the sky is found by following BSDFs as well: use it
+// with multiple importance sampling.
 //
 // Texels are held as halves under one common power of two, so that the brightest uses the top of the range: pictures
 // that were halves or RGBE stay exact over 2^29 of dynamic range.
 class Environment {
  public:
+  // Where a direction is in the picture.
+  struct Location {
+    float u = 0.0f; // of the picture itself, rotation applied
+    float v = 0.0f;
+    float sin_theta = 0.0f;
+  };
+
   // Immutable after construction. A picture with negative or non-finite texels is read with those as 0. Pictures of
   // integers are decoded from sRGB, floating-point ones are linear Rec. 709. An empty picture is black.
   Environment(std::shared_ptr<const Image> picture, float rotation_rad, float intensity);
@@ -41,11 +52,17 @@ class Environment {
   [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
   // distance is kInfinity. pdf is 0 and the radiance black if the environment is black.
   [[nodiscard]] LightSample sample(const V2f& u) const;
-  // Solid-angle density of sample() producing wi. It is that of the exact luminances; cells between texels are drawn by
+  // Solid-angle density of sample() producing wi. It is that of the exact texels; cells between them are drawn by
   // probabilities rounded to 2^-24 of their row, which moves no more than a part in 2^14 of the light.
   [[nodiscard]] float pdf(const V3f& wi) const { return eval(wi).pdf; }
   // radiance() and pdf() at the price of one of them.
-  [[nodiscard]] EnvironmentEval eval(const V3f& wi) const;
+  [[nodiscard]] EnvironmentEval eval(const V3f& wi) const { return eval(locate(wi)); }
+  // The same in two steps: what stands between them hides the time that memory takes.
+  [[nodiscard]] Location locate(const V3f& wi) const;
+  [[nodiscard]] EnvironmentEval eval(const Location& at) const;
+  // Asks for the memory that eval(at) will read, and that sample() will for each of a few dozen draws.
+  void prefetch(const Location& at) const;
+  void prefetch_samples(std::span<const V2f> draws) const;
   // Radiance integrated over the sphere, W/m^2 per channel: pi times it is a disc's flux per unit radius squared.
   [[nodiscard]] Rgb total_radiance() const { return total_radiance_; }
   [[nodiscard]] bool is_black() const { return constant_pdf_ == 0.0f && row_factors_.empty(); }
@@ -54,8 +71,14 @@ class Environment {
  private:
   static constexpr float kMinSinTheta = 1e-6f; // keeps densities finite at the poles
 
-  // u in [0, 1] of the picture itself (rotation applied), v in [0, 1]; sin_theta as v says.
-  [[nodiscard]] EnvironmentEval eval_uv(float u, float v, float sin_theta) const;
+  // The texel above and to the left of a point, and the point's distance from it, in texels.
+  struct Footprint {
+    const HalfTexel* top = nullptr; // top[width + 2] is below it
+    int row = 0;
+    float fx = 0.0f;
+    float fy = 0.0f;
+  };
+  [[nodiscard]] Footprint footprint(const Location& at) const;
   // x in [-1, width], y in [-1, height].
   [[nodiscard]] size_t texel_index(int x, int y) const {
     return static_cast<size_t>(y + 1) * (static_cast<size_t>(width_) + 2) + static_cast<size_t>(x + 1);
@@ -63,6 +86,7 @@ class Environment {
   // False: the picture is black, and nothing was stored.
   [[nodiscard]] bool store_texels(const Image& image, float intensity);
   void fill_border();
+  void leave_the_mean_to_bsdfs(float mean_weight);
   void build_distribution();
 
   int width_ = 0; // 0: one colour
@@ -72,7 +96,7 @@ class Environment {
   float constant_pdf_ = 0.0f;   // of one colour that is not black
   Rgb constant_{0.0f};
   Rgb total_radiance_{0.0f};
-  // R, G, B and luminance of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
+  // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
   // (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
   std::vector<HalfTexel> texels_;
   // Over the cells between texel centres: width columns (the last one wraps), height + 1 rows (half cells at the poles).
@@ -80,26 +104,37 @@ class Environment {
   std::vector<float> row_factors_; // for each of these rows: solid-angle density = weight * factor / sin(theta)
 };
 
-inline EnvironmentEval Environment::eval_uv(float u, float v, float sin_theta) const {
+inline Environment::Footprint Environment::footprint(const Location& at) const {
   // Texel centres are at half-integers; the border shifts indices by one. min(1, NaN) is 1: never out of bounds.
-  const float x = std::min(1.0f, u) * static_cast<float>(width_) + 0.5f;
-  const float y = std::min(1.0f, v) * static_cast<float>(height_) + 0.5f;
+  const float x = std::min(1.0f, at.u) * static_cast<float>(width_) + 0.5f;
+  const float y = std::min(1.0f, at.v) * static_cast<float>(height_) + 0.5f;
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
-  const float fx = x - static_cast<float>(x0);
-  const float fy = y - static_cast<float>(y0);
   const size_t stride = static_cast<size_t>(width_) + 2;
-  const HalfTexel* top = texels_.data() + static_cast<size_t>(y0) * stride + static_cast<size_t>(x0);
-  const V4f stored = interpolate(top, top + stride, fx, fy);
-  const float to_pdf = row_factors_[static_cast<size_t>(y0)] / std::max(sin_theta, kMinSinTheta);
+  return {texels_.data() + static_cast<size_t>(y0) * stride + static_cast<size_t>(x0), y0, x - static_cast<float>(x0),
+          y - static_cast<float>(y0)};
+}
+
+inline EnvironmentEval Environment::eval(const Location& at) const {
+  if (width_ == 0) return {constant_, constant_pdf_};
+  const Footprint f = footprint(at);
+  const V4f stored = interpolate(f.top, f.top + width_ + 2, f.fx, f.fy);
+  const float to_pdf = row_factors_[static_cast<size_t>(f.row)] / std::max(at.sin_theta, kMinSinTheta);
   return {Rgb(stored.x, stored.y, stored.z) * scale_, stored.w * to_pdf};
 }
 
-inline EnvironmentEval Environment::eval(const V3f& wi) const {
-  if (width_ == 0) return {constant_, constant_pdf_};
+inline Environment::Location Environment::locate(const V3f& wi) const {
+  if (width_ == 0) return {};
   float u = atan2_turns(wi.z, wi.x) + 0.5f + rotation_turns_;
   u -= u >= 1.0f ? 1.0f : 0.0f;
-  return eval_uv(u, acos_half_turns(wi.y), std::sqrt(wi.x * wi.x + wi.z * wi.z));
+  return {u, acos_half_turns(wi.y), std::sqrt(wi.x * wi.x + wi.z * wi.z)};
+}
+
+inline void Environment::prefetch(const Location& at) const {
+  if (width_ == 0) return;
+  const HalfTexel* top = footprint(at).top;
+  ::kindling::prefetch(top);
+  ::kindling::prefetch(top + width_ + 2);
 }
 
 } // namespace kindling

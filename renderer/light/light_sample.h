@@ -14,9 +14,9 @@ struct LightSample {
   Rgb radiance{0.0f};    // arriving along -wi if nothing is in between; for delta lights irradiance over cos
   float pdf = 0.0f;      // solid angle, choice of the light included; for delta lights the probability of the choice
   bool delta = false;    // no BSDF sample can hit it: no multiple importance sampling
-  LightFamily family = LightFamily::tree;
-  float family_probability = 1.0f; // with which it was chosen; part of pdf
-  V3f normal{0.0f};                // unit, of the light's surface on the side of the point; zero if it has none
+  LightKind kind = LightKind::tree;
+  float kind_probability = 1.0f; // with which it was chosen; part of pdf
+  V3f normal{0.0f};              // unit, of the light's surface on the side of the point; zero if it has none
 };
 
 } // namespace kindling

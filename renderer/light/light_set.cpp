@@ -35,6 +35,8 @@ float area_density(const V3f& double_area_normal, const V3f& wi, float distance)
   return projected > 0.0f ? square(distance) / projected : 0.0f;
 }
 
+float first_coordinate(double rest) { return std::min(static_cast<float>(rest), kOneMinusEpsilon); }
+
 } // namespace
 
 float LightSet::directional_irradiance(const Punctual& light, const V3f& normal) {
@@ -45,8 +47,8 @@ float LightSet::directional_irradiance(const Punctual& light, const V3f& normal)
 // What has no directional light above the horizon, or no environment, leaves that share to the others. Among directional lights
 // the weights are those of light_share_weight() to the strongest of them.
 void LightSet::share_as_learned(const V3f& normal, const LightShares& learned, Shares& shares) const {
-  shares.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightFamily::tree)];
-  shares.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightFamily::environment)] : 0.0f;
+  shares.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightKind::tree)];
+  shares.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightKind::environment)] : 0.0f;
   shares.sum = shares.tree + shares.environment;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i)
     shares.strongest = std::max(shares.strongest, directional_irradiance(punctuals_[i], normal));
@@ -54,8 +56,8 @@ void LightSet::share_as_learned(const V3f& normal, const LightShares& learned, S
   float directional = 0.0f;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i)
     directional += light_share_weight(directional_irradiance(punctuals_[i], normal), shares.strongest);
-  shares.directional_scale = learned[static_cast<size_t>(LightFamily::directional)] / directional;
-  shares.sum += learned[static_cast<size_t>(LightFamily::directional)];
+  shares.directional_scale = learned[static_cast<size_t>(LightKind::directional)] / directional;
+  shares.sum += learned[static_cast<size_t>(LightKind::directional)];
 }
 
 LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const LightShares* learned) const {
@@ -95,60 +97,56 @@ float LightSet::tree_probability(const V3f& point, const V3f& normal, const Ligh
 std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
                                             const LightShares* learned) const {
   if (empty()) return std::nullopt;
-  if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u);
+  if (single_family_ && environment_) return environment_->sample({u_light, u.y});
+  if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u.y);
   // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
   const auto digits = hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
   double rest = static_cast<double>(u_light) + static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
-  if (single_family_ && !environment_) return sample_tree(point, normal, rest, u);
+  if (single_family_) return sample_tree(point, normal, rest, u.y);
 
   std::optional<LightSample> result;
   float probability = 1.0f;
-  if (single_family_) {
-    result = environment_->sample(u);
+  // The tree, then the directional lights, then the environment.
+  const Shares all = shares(point, normal, learned);
+  rest *= static_cast<double>(all.sum);
+  const auto chooses = [&](float weight) {
+    if (rest < static_cast<double>(weight)) {
+      rest /= static_cast<double>(weight);
+      probability = weight / all.sum;
+      return true;
+    }
+    rest -= static_cast<double>(weight);
+    return false;
+  };
+  if (chooses(all.tree)) {
+    result = sample_tree(point, normal, rest, u.y);
   } else {
-    // The tree, then the directional lights, then the environment.
-    const Shares all = shares(point, normal, learned);
-    rest *= static_cast<double>(all.sum);
-    const auto chooses = [&](float weight) {
-      if (rest < static_cast<double>(weight)) {
-        rest /= static_cast<double>(weight);
-        probability = weight / all.sum;
-        return true;
-      }
-      rest -= static_cast<double>(weight);
-      return false;
-    };
-    if (chooses(all.tree)) {
-      result = sample_tree(point, normal, rest, u);
-    } else {
-      bool chosen = false;
-      for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
-        chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest) *
-                         all.directional_scale);
-        if (!chosen) continue;
-        result = sample_punctual(punctuals_[i], point);
-        result->family = LightFamily::directional;
-      }
-      if (!chosen && environment_) {
-        result = environment_->sample(u);
-        result->family = LightFamily::environment;
-        probability = all.environment / all.sum;
-      }
+    bool chosen = false;
+    for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
+      chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest) *
+                       all.directional_scale);
+      if (!chosen) continue;
+      result = sample_punctual(punctuals_[i], point);
+      result->kind = LightKind::directional;
+    }
+    if (!chosen && all.environment > 0.0f) {
+      result = environment_->sample({first_coordinate(rest / static_cast<double>(all.environment)), u.y});
+      result->kind = LightKind::environment;
+      probability = all.environment / all.sum;
     }
   }
   if (!result) return std::nullopt;
-  result->family_probability = probability;
+  result->kind_probability = probability;
   result->pdf *= probability;
   if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
   return result;
 }
 
-std::optional<LightSample> LightSet::sample_tree(const V3f& point, const V3f& normal, double u_light,
-                                                 const V2f& u) const {
+std::optional<LightSample> LightSet::sample_tree(const V3f& point, const V3f& normal, double u_light, float u_y) const {
   const std::optional<LightTree::Choice> choice = tree_.choose(point, normal, u_light);
   if (!choice) return std::nullopt;
   std::optional<LightSample> result = choice->emitter < triangles_.size()
-                                          ? sample_triangle(choice->emitter, point, u)
+                                          ? sample_triangle(choice->emitter, point, {first_coordinate(choice->u), u_y})
                                           : sample_punctual(punctuals_[choice->emitter - triangles_.size()], point);
   if (!result) return std::nullopt;
   result->pdf *= choice->probability;

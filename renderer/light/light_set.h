@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
 #include "renderer/light/environment.h"
 #include "renderer/light/light_sample.h"
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace kindling {
@@ -71,9 +73,10 @@ class LightSet {
   [[nodiscard]] bool empty() const { return light_count_ == 0; }
 
   // A light and a direction to it, seen from `point`. `normal` (unit, on the side that is lit): light from below its
-  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1), u in [0, 1)^2.
+  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1) chooses a light, and what is
+  // left of it chooses a point there, together with u.y: the pair should be stratified. u.x only adds digits. u in [0, 1)^2.
   // Empty: nothing useful (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
-  // window for `range_m`. `learned`: how the families share the samples here, in place of the estimate; null: not known. All
+  // window for `range_m`. `learned`: how the kinds of light share the samples here, in place of the estimate; null: not known. All
   // densities take it, too.
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
                                                   const LightShares* learned = nullptr) const;
@@ -94,13 +97,32 @@ class LightSet {
   [[nodiscard]] Rgb environment_radiance(const V3f& wi) const { // black without an environment
     return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
   }
+  [[nodiscard]] Rgb environment_radiance(const Environment::Location& at) const {
+    return environment_ ? environment_->eval(at).radiance : Rgb(0.0f);
+  }
   // environment_radiance() and pdf_environment() from one look-up.
   [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi,
                                                  const LightShares* learned = nullptr) const {
+    return environment_ ? environment_eval(point, normal, environment_->locate(wi), learned) : EnvironmentEval{};
+  }
+  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const Environment::Location& at,
+                                                 const LightShares* learned = nullptr) const {
     if (!environment_) return {};
-    EnvironmentEval eval = environment_->eval(wi);
+    EnvironmentEval eval = environment_->eval(at);
     eval.pdf *= environment_probability(point, normal, learned);
     return eval;
+  }
+  // Where wi is in the environment, for the two above; the memory that they will read is asked for.
+  [[nodiscard]] Environment::Location locate_in_environment(const V3f& wi) const {
+    if (!environment_) return {};
+    const Environment::Location at = environment_->locate(wi);
+    environment_->prefetch(at);
+    return at;
+  }
+  // Asks for memory that sample(point, normal, u_light, u) will read for a few dozen draws (u_light, u.y), as far as that does not
+  // depend on the point.
+  void prefetch_samples(std::span<const V2f> draws) const {
+    if (single_family_ && environment_) environment_->prefetch_samples(draws);
   }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
 
@@ -145,7 +167,7 @@ class LightSet {
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
   [[nodiscard]] std::optional<LightSample> sample_tree(const V3f& point, const V3f& normal, double u_light,
-                                                       const V2f& u) const;
+                                                       float u_y) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
   [[nodiscard]] static std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point);
   // Averages the emission of a triangle over its area.
@@ -153,7 +175,7 @@ class LightSet {
   [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
 
   std::vector<Emission> emissions_;
-  std::vector<Triangle> triangles_;
+  HugePageVector<Triangle> triangles_;
   std::vector<V2f> uvs_;            // three per triangle, or empty
   std::vector<Punctual> punctuals_; // points and spots, which are in the tree, then directional lights
   size_t first_directional_ = 0;

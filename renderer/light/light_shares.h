@@ -1,4 +1,4 @@
-// How the families of lights share the light samples where that has been learned.
+// How the kinds of light share the light samples where that has been learned.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,10 +8,10 @@
 
 namespace kindling {
 
-enum class LightFamily : uint8_t { tree, directional, environment };
-inline constexpr size_t kLightFamilies = 3;
+enum class LightKind : uint8_t { tree, directional, environment };
+inline constexpr size_t kLightKinds = 3;
 
-// By LightFamily; not negative, with any positive sum: families that a scene does not have are left out.
-using LightShares = std::array<float, kLightFamilies>;
+// By LightKind; not negative, with any positive sum: kinds that a scene does not have are left out.
+using LightShares = std::array<float, kLightKinds>;
 
 } // namespace kindling

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
+#include "renderer/light/light_node.h"
 
 #include <cstdint>
 #include <optional>
@@ -24,8 +26,8 @@ struct EmitterBounds {
 
 // Importance-driven descent through a hierarchy of bounds (Conty Estevez and Kulla, "Importance Sampling of Many Lights
 // with Adaptive Tree Splitting", HPG 2018; bounds as in pbrt-v4, section 12.6.3), without splitting, eight children to a
-// node. The importance of a child bounds the cosines at both ends from below zero only where they are certainly not
-// positive, so what may contribute has a probability. Up to two emitters are chosen by their intensity alone.
+// node, and with estimates of the mean cosines at both ends in place of bounds. The importance of a child is zero only where it
+// certainly sends nothing, so what may contribute has a probability. Up to two emitters are chosen by their intensity alone.
 //
 // Immutable, thread-safe, without allocation after construction; built in parallel, the same for any thread count.
 class LightTree {
@@ -61,38 +63,22 @@ class LightTree {
   // Choices do not depend on the point.
   [[nodiscard]] bool by_intensity() const { return by_intensity_; }
   [[nodiscard]] size_t memory_bytes() const {
-    return nodes_.size() * sizeof(Node) + parents_.size() * sizeof(uint32_t) + places_.size() * sizeof(uint32_t);
+    return nodes_.size() * sizeof(LightNode) + (emitters_.size() + places_.size()) * sizeof(uint32_t);
   }
 
  private:
   friend class LightTreeBuilder;
-  static constexpr uint32_t kWidth = 8;
+  static constexpr uint32_t kWidth = LightNode::kWidth;
   static constexpr uint32_t kNowhere = ~0U;
-  static constexpr uint32_t kEmitterBit = 1U << 31; // a child that is an emitter, not a node
-
-  // 48 bytes per child. A lane without a child has intensity 0.
-  struct alignas(64) Node {
-    float center_x[kWidth], center_y[kWidth], center_z[kWidth], radius[kWidth];
-    float axis_x[kWidth], axis_y[kWidth], axis_z[kWidth], cos_normals[kWidth];
-    float cos_emission[kWidth], intensity[kWidth], back[kWidth];
-    uint32_t child[kWidth];
-  };
-  static_assert(sizeof(Node) == 48 * kWidth);
 
   [[nodiscard]] std::optional<Choice> choose_by_importance(const V3f& point, const V3f& normal, double u) const;
   [[nodiscard]] float probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const;
 
-  struct alignas(32) Lanes {
-    float value[kWidth];
-  };
-  // The importance of each child.
-  static Lanes importances(const Node& node, const V3f& point, const V3f& normal);
-
-  std::vector<Node> nodes_;       // the root first
-  std::vector<uint32_t> parents_; // of each node but the root: node * 8 + lane
-  std::vector<uint32_t> places_;  // of each emitter: node * 8 + lane, or nowhere
-  float total_intensity_ = 0.0f;  // of all emitters; what the nodes say is relative to it
-  bool by_intensity_ = false;     // up to two emitters
+  HugePageVector<LightNode> nodes_;   // the root first
+  HugePageVector<uint32_t> emitters_; // in the order of the leaves
+  HugePageVector<uint32_t> places_;   // of each emitter: node * 8 + lane, or nowhere
+  float total_intensity_ = 0.0f;      // of all emitters; what the nodes say is relative to it
+  bool by_intensity_ = false;         // up to two emitters
   uint32_t few_[2] = {kNowhere, kNowhere};
   float few_probability_[2] = {1.0f, 0.0f};
 };

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/distribution_1d.h"
 
+#include <array>
+
 namespace kindling {
 
-Distribution1D::Distribution1D() : cdf_{0.0f, 1.0f}, guide_{0, 0} {}
+Distribution1D::Distribution1D() : Distribution1D(std::array{0.0f}) {}
 
 Distribution1D::Distribution1D(std::span<const float> weights)
-    : cdf_(weights.size() + 1), guide_size_(guide_size(weights.size())) {
-  guide_.resize(guide_size_ + 1);
-  sum_ = build_quantized_cdf(weights, cdf_);
-  build_cdf_guide(cdf_, guide_);
+    : cdf_(weights.size() + 1 + kCdfPadding), guide_(guide_size(weights.size())),
+      size_(static_cast<uint32_t>(weights.size())), guide_size_(static_cast<uint32_t>(guide_.size())) {
+  const std::span<float> cdf = std::span(cdf_).first(weights.size() + 1);
+  sum_ = build_quantized_cdf(weights, cdf);
+  build_cdf_guide(cdf, guide_);
 }
 
 } // namespace kindling

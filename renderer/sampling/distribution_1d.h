@@ -41,14 +41,15 @@ class Distribution1D {
   }
   // With which cell i is chosen.
   [[nodiscard]] float probability(uint32_t i) const { return cdf_[i + 1] - cdf_[i]; }
-  [[nodiscard]] uint32_t size() const { return static_cast<uint32_t>(cdf_.size()) - 1; }
+  [[nodiscard]] uint32_t size() const { return size_; }
   // Sum of the accepted weights; 0 if the distribution is uniform for want of weights.
   [[nodiscard]] double sum() const { return sum_; }
   [[nodiscard]] size_t memory_bytes() const { return cdf_.size() * sizeof(float) + guide_.size() * sizeof(uint32_t); }
 
  private:
-  std::vector<float> cdf_;      // n + 1
-  std::vector<uint32_t> guide_; // guide_size_ + 1
+  std::vector<float> cdf_;      // size_ + 1 and the padding
+  std::vector<uint32_t> guide_; // guide_size_
+  uint32_t size_ = 1;
   uint32_t guide_size_ = 1;
   double sum_ = 0.0;
 };

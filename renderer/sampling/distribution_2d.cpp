@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/distribution_2d.h"
 
+#include "renderer/base/prefetch.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 
 namespace kindling {
 
-Distribution2D::Distribution2D() : cdf_{0.0f, 1.0f}, guides_{0, 0} {}
+Distribution2D::Distribution2D() : Distribution2D(std::array{0.0f}, 1, 1) {}
 
 Distribution2D::Distribution2D(std::span<const float> weights, uint32_t width, uint32_t height)
-    : cdf_(size_t{height} * (width + 1)), width_(width), guide_size_(guide_size(width)) {
+    : cdf_(size_t{height} * (width + 1) + kCdfPadding), width_(width), guide_size_(guide_size(width)) {
   assert(weights.size() == size_t{width} * height);
-  guides_.resize(size_t{height} * (guide_size_ + 1));
+  guides_.resize(size_t{height} * guide_size_);
   std::vector<double> row_sums(height);
   tbb::parallel_for(uint32_t{0}, height, [&](uint32_t row) {
     const std::span<float> cdf(cdf_.data() + size_t{row} * (width + 1), width + 1);
     row_sums[row] = build_quantized_cdf(weights.subspan(size_t{row} * width, width), cdf);
-    build_cdf_guide(cdf, {guides_.data() + size_t{row} * (guide_size_ + 1), guide_size_ + 1});
+    build_cdf_guide(cdf, {guides_.data() + size_t{row} * guide_size_, guide_size_});
   });
   for (const double row_sum : row_sums) sum_ += row_sum;
   // Relative to the greatest: sums of large weights may not fit a float.
@@ -30,6 +33,24 @@ Distribution2D::Distribution2D(std::span<const float> weights, uint32_t width, u
     if (row_sums[row] > 0.0) row_weights[row] = std::max(row_weights[row], std::numeric_limits<float>::min());
   }
   rows_ = Distribution1D(row_weights);
+}
+
+void Distribution2D::prefetch(std::span<const V2f> draws) const {
+  const auto row_guide = [this](float u_y) { return guides_.data() + size_t{rows_.sample(u_y).index} * guide_size_; };
+  const auto bucket = [this](float u_x) { return static_cast<uint32_t>(u_x * static_cast<float>(guide_size_)); };
+  constexpr size_t kGroup = 64;
+  std::array<const uint32_t*, kGroup> entries;
+  for (size_t first = 0; first < draws.size(); first += kGroup) {
+    const std::span<const V2f> group = draws.subspan(first, std::min(kGroup, draws.size() - first));
+    for (size_t i = 0; i < group.size(); ++i) {
+      entries[i] = row_guide(group[i].y) + bucket(group[i].x);
+      kindling::prefetch(entries[i]);
+    }
+    for (size_t i = 0; i < group.size(); ++i) {
+      const size_t row = static_cast<size_t>(entries[i] - guides_.data()) / guide_size_;
+      kindling::prefetch(cdf_.data() + row * (width_ + 1) + *entries[i] + 1);
+    }
+  }
 }
 
 } // namespace kindling

@@ -32,12 +32,15 @@ class Distribution2D {
   [[nodiscard]] Sample sample(const V2f& u) const {
     const Distribution1D::Sample row = rows_.sample(u.y);
     const float* cdf = cdf_.data() + size_t{row.index} * (width_ + 1);
-    const uint32_t cell = find_cdf_cell(cdf, guides_.data() + size_t{row.index} * (guide_size_ + 1), guide_size_, u.x);
+    const uint32_t cell = find_cdf_cell(cdf, guides_.data() + size_t{row.index} * guide_size_, guide_size_, u.x);
     const float share = cdf[cell + 1] - cdf[cell];
     const auto width = static_cast<float>(width_);
     const float x = (static_cast<float>(cell) + (u.x - cdf[cell]) / share) / width;
     return {{std::min(x, kOneMinusEpsilon), row.x}, share * width * row.pdf, cell, row.index};
   }
+  // Asks for the memory that sample() will read for these draws, a few dozen of them: first all entries of guides, then the
+  // cumulative values they point to.
+  void prefetch(std::span<const V2f> draws) const;
   // uv in [0, 1)^2; 0 outside.
   [[nodiscard]] float pdf(const V2f& uv) const {
     if (!(uv.x >= 0.0f && uv.x < 1.0f && uv.y >= 0.0f && uv.y < 1.0f)) return 0.0f;
@@ -62,8 +65,8 @@ class Distribution2D {
 
  private:
   Distribution1D rows_;
-  std::vector<float> cdf_;       // height times width + 1
-  std::vector<uint32_t> guides_; // height times guide_size_ + 1
+  std::vector<float> cdf_;       // height times width + 1, and the padding
+  std::vector<uint32_t> guides_; // height times guide_size_
   uint32_t width_ = 1;
   uint32_t guide_size_ = 1;
   double sum_ = 0.0;

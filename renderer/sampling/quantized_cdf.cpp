@@ -46,17 +46,12 @@ uint32_t guide_size(size_t cell_count) {
 }
 
 void build_cdf_guide(std::span<const float> cdf, std::span<uint32_t> guide) {
-  const size_t n = cdf.size() - 1;
-  const size_t entries = guide.size() - 1;
   uint32_t cell = 0;
-  for (size_t k = 0; k < entries; ++k) {
-    const float u = static_cast<float>(k) / static_cast<float>(entries);
+  for (size_t k = 0; k < guide.size(); ++k) {
+    const float u = static_cast<float>(k) / static_cast<float>(guide.size());
     while (cdf[cell + 1] <= u) ++cell;
     guide[k] = cell;
   }
-  uint32_t last = static_cast<uint32_t>(n) - 1;
-  while (cdf[last] >= 1.0f) --last;
-  guide[entries] = last;
 }
 
 } // namespace kindling

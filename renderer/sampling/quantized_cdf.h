@@ -4,9 +4,14 @@
 
 #include "renderer/base/math.h"
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
 
 namespace kindling {
 
@@ -27,22 +32,33 @@ double build_quantized_cdf(std::span<const float> weights, std::span<float> cdf)
 // Number of guide entries, a power of two, that goes with a number of cells.
 [[nodiscard]] uint32_t guide_size(size_t cell_count);
 
-// guide[k] = the cell that u = k / guide size falls into; the last of the guide size + 1 values is the last cell that
-// is hit.
+// guide[k] = the cell that u = k / guide size falls into.
 void build_cdf_guide(std::span<const float> cdf, std::span<uint32_t> guide);
 
-// The cell that u in [0, 1) falls into; never one of zero probability.
+// A search may read so many values beyond the last one of a table: whoever owns the memory adds them.
+inline constexpr size_t kCdfPadding = 8;
+
+// How many of the eight values from `values` on are <= u before the first that is not.
+[[nodiscard]] inline uint32_t count_up_to(const float* values, float u) {
+#ifdef __AVX__
+  const __m256 beyond = _mm256_cmp_ps(_mm256_loadu_ps(values), _mm256_set1_ps(u), _CMP_NLE_UQ);
+  return static_cast<uint32_t>(std::countr_zero(static_cast<uint32_t>(_mm256_movemask_ps(beyond)) | 0x100U));
+#else
+  uint32_t count = 0;
+  while (count < 8 && values[count] <= u) ++count;
+  return count;
+#endif
+}
+
+// The cell that u in [0, 1) falls into; never one of zero probability. Eight cells at a time from the guide's: mostly once.
 [[nodiscard]] inline uint32_t find_cdf_cell(const float* cdf, const uint32_t* guide, uint32_t guide_entries, float u) {
-  const auto bucket = static_cast<uint32_t>(u * static_cast<float>(guide_entries));
-  uint32_t low = guide[bucket];
-  uint32_t high = guide[bucket + 1];
-  while (low < high) { // the last cell whose cdf is <= u
-    const uint32_t middle = (low + high + 1) / 2;
-    const bool right = cdf[middle] <= u;
-    low = right ? middle : low;
-    high = right ? high : middle - 1;
-  }
-  return low;
+  uint32_t cell = guide[static_cast<uint32_t>(u * static_cast<float>(guide_entries))];
+  uint32_t count = 0;
+  do { // to the last cell whose cdf is <= u; the final value, 1, is not
+    count = count_up_to(cdf + cell + 1, u);
+    cell += count;
+  } while (count == 8);
+  return cell;
 }
 
 } // namespace kindling

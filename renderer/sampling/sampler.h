@@ -1,69 +1,81 @@
-// The Owen-scrambled Sobol sampler: a pure function of (seed, pixel, sample index, dimension).
+// The sampler: points in [0, 1)^d as a pure function of (seed, pixel, sample index, dimension).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/hash.h"
 #include "renderer/base/math.h"
+#include "renderer/sampling/owen_sobol.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <optional>
+#include <string_view>
 
 namespace kindling {
 
-// A dimension names one 1-D or 2-D draw of a sample; draws of different dimensions are decorrelated by scrambling
-// (padding with (0,2)-sequences; Burley 2020, "Practical Hash-based Owen Scrambling"). Any dimension number is valid.
-//
-// Within one (pixel, dimension), the first 2^k samples of a 2-D draw are a (0, k, 2)-net in base 2 (k <= 24: a float
-// keeps 24 bits), and the first 2^k samples of a 1-D draw fall one into each of 2^k equal intervals.
-class Sampler {
- public:
-  explicit Sampler(uint32_t seed = 0) : seed_(seed) {}
-
-  // The key of one pixel: hash of its coordinates and the seed. Compute once, keep with the path.
-  [[nodiscard]] uint32_t pixel_key(const V2i& pixel) const;
-
-  // Uniform in [0, 1).
-  [[nodiscard]] static float sample_1d(uint32_t pixel_key, uint32_t sample_index, uint32_t dimension);
-  // Uniform in [0, 1)^2.
-  [[nodiscard]] static V2f sample_2d(uint32_t pixel_key, uint32_t sample_index, uint32_t dimension);
-
- private:
-  [[nodiscard]] static uint32_t reverse_bits(uint32_t x);
-  [[nodiscard]] static uint32_t owen_scramble_reversed(uint32_t x, uint32_t seed);
-  [[nodiscard]] static uint32_t sobol_second_reversed(uint32_t index);
-
-  uint32_t seed_;
+enum class SamplerKind : uint8_t {
+  blue_noise,  // Owen-scrambled Sobol points that pixels take in Z-order: the error has little of low frequencies
+  sobol,       // Owen-scrambled Sobol points, each pixel its own
+  independent, // a hash: nothing is stratified; to compare with
 };
 
-inline uint32_t Sampler::reverse_bits(uint32_t x) {
-  x = __builtin_bswap32(x);
-  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
-  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
-  return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
-}
+// "blue-noise", "sobol", "independent".
+[[nodiscard]] std::string_view sampler_name(SamplerKind kind);
+// Empty for any other name.
+[[nodiscard]] std::optional<SamplerKind> sampler_from_name(std::string_view name);
 
-// A random base-2 Owen scrambling of a number whose bits are reversed: each step lets a bit depend on itself and on the
-// bits below it alone, which are those above it in the number itself. Shape of Laine and Karras 2011; steps and
-// constants of Vegdahl 2021, "Building a Better LK Hash", which removed the visible correlations of the original ones.
-inline uint32_t Sampler::owen_scramble_reversed(uint32_t x, uint32_t seed) {
-  x ^= x * 0x3d20adeaU;
-  x += seed;
-  x *= (seed >> 16) | 1U;
-  x ^= x * 0x05526c56U;
-  x ^= x * 0x53a22864U;
-  return x;
-}
+// Where the points of one sample of one pixel are found: `index` counts in the sequence that `key` scrambles.
+struct SampleAddress {
+  uint32_t key = 0;
+  uint32_t index = 0;
+};
 
-// The second Sobol dimension of `index`, bits reversed. Its generator matrix is Pascal's triangle modulo 2: read as
-// polynomials over GF(2), reversed(y)(t) = index(1 + t), five butterflies instead of 32 matrix columns
-// (see Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact").
-inline uint32_t Sampler::sobol_second_reversed(uint32_t index) {
-  uint32_t x = index;
-  x ^= (x >> 1) & 0x55555555U;
-  x ^= (x >> 2) & 0x33333333U;
-  x ^= (x >> 4) & 0x0f0f0f0fU;
-  x ^= (x >> 8) & 0x00ff00ffU;
-  return x ^ (x >> 16);
-}
+// A dimension names a draw, or a set of draws, of a sample. Dimensions are decorrelated by scrambling (padding; Burley 2020,
+// "Practical Hash-based Owen Scrambling"); any number is valid. The kinds differ in addresses alone; draws have no branch.
+//
+// Unless the kind is `independent`, the first 2^k samples of a pixel are, in a 2-D draw, a (0, k, 2)-net in base 2
+// (k <= 24: a float keeps 24 bits), and in a 1-D draw fall one into each of 2^k equal intervals; so do all later blocks of 2^k.
+class Sampler {
+ public:
+  // `samples_per_pixel`: the most that will be asked for; `blue_noise` alone uses it.
+  explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1)
+      : seed_(seed), kind_(kind),
+        log2_samples_(static_cast<uint32_t>(std::bit_width(std::max(samples_per_pixel, 1U) - 1))),
+        log2_tile_(std::min(kMostLog2Tile, (32U - log2_samples_) / 2)) {}
+
+  [[nodiscard]] SamplerKind kind() const { return kind_; }
+  [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const;
+
+  // Uniform in [0, 1).
+  [[nodiscard]] static float sample_1d(const SampleAddress& address, uint32_t dimension);
+  // Uniform in [0, 1)^2.
+  [[nodiscard]] static V2f sample_2d(const SampleAddress& address, uint32_t dimension);
+  [[nodiscard]] static float sample_1d(uint32_t key, uint32_t index, uint32_t dimension) {
+    return sample_1d(SampleAddress{key, index}, dimension);
+  }
+  [[nodiscard]] static V2f sample_2d(uint32_t key, uint32_t index, uint32_t dimension) {
+    return sample_2d(SampleAddress{key, index}, dimension);
+  }
+
+  // A hash of the coordinates and the seed: the key of a pixel with points of its own.
+  [[nodiscard]] uint32_t pixel_key(const V2i& pixel) const;
+
+  // Tiles of blue noise have at most 2^7 pixels a side: so does the lowest frequency that they can spare.
+  static constexpr uint32_t kMostLog2Tile = 7;
+  // Seeds of the coordinates of a set: first pair, second pair.
+  static constexpr std::array<uint32_t, 4> kCoordinateSeeds{0xd1b54a33U, 0x8cb92ba7U, 0x3c6ef372U, 0x1b873593U};
+
+ private:
+  [[nodiscard]] static uint32_t spread_bits(uint32_t x);
+  [[nodiscard]] SampleAddress blue_noise_address(const V2i& pixel, uint32_t sample_index) const;
+
+  uint32_t seed_;
+  SamplerKind kind_;
+  uint32_t log2_samples_; // of a pixel in its tile's sequence, 0 to 32
+  uint32_t log2_tile_;    // pixels on a side
+};
 
 // Each coordinate is hashed before they meet: chained hashes would let whole rows share their keys.
 inline uint32_t Sampler::pixel_key(const V2i& pixel) const {
@@ -73,20 +85,54 @@ inline uint32_t Sampler::pixel_key(const V2i& pixel) const {
   return hash_u32(column + row);
 }
 
-// The first Sobol dimension is the bit reversal of the index: its reversed bits are the index itself, so the shuffled
-// index goes straight into the scrambling.
-inline float Sampler::sample_1d(uint32_t pixel_key, uint32_t sample_index, uint32_t dimension) {
-  const uint32_t seed = hash_combine(pixel_key, dimension);
-  const uint32_t index = reverse_bits(owen_scramble_reversed(reverse_bits(sample_index), seed));
-  const uint32_t x = owen_scramble_reversed(index, hash_u32(seed ^ 0xd1b54a33U));
+// Bit i of the lower 16 goes to bit 2i.
+inline uint32_t Sampler::spread_bits(uint32_t x) {
+  x &= 0xffffU;
+  x = (x | (x << 8)) & 0x00ff00ffU;
+  x = (x | (x << 4)) & 0x0f0f0f0fU;
+  x = (x | (x << 2)) & 0x33333333U;
+  return (x | (x << 1)) & 0x55555555U;
+}
+
+// One sequence for the pixels of a tile along a Z-curve, 2^k consecutive samples for each (Ahmed and Wonka 2020, "Screen-Space
+// Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels"). The samples of any square of
+// 2^j x 2^j pixels aligned to its size are then a net too, so their errors cancel. The shuffle of the index, which every
+// dimension has anyway, is the random order of the quadrants at all levels (a binary one: halves stay halves).
+// A sample beyond the 2^k is taken from another scrambling.
+inline SampleAddress Sampler::blue_noise_address(const V2i& pixel, uint32_t sample_index) const {
+  const uint32_t within = (1U << log2_tile_) - 1U;
+  const uint32_t z = spread_bits(static_cast<uint32_t>(pixel.x) & within) |
+                     (spread_bits(static_cast<uint32_t>(pixel.y) & within) << 1);
+  const auto scrambling = static_cast<uint32_t>(uint64_t{sample_index} >> log2_samples_);
+  const uint64_t first = uint64_t{z} << log2_samples_;
+  const uint64_t mask = (uint64_t{1} << log2_samples_) - 1U;
+  const uint32_t tile_key = pixel_key({pixel.x >> log2_tile_, pixel.y >> log2_tile_});
+  return {hash_combine(tile_key, scrambling), static_cast<uint32_t>(first | (sample_index & mask))};
+}
+
+inline SampleAddress Sampler::address(const V2i& pixel, uint32_t sample_index) const {
+  switch (kind_) {
+  case SamplerKind::blue_noise: return blue_noise_address(pixel, sample_index);
+  case SamplerKind::sobol: return {pixel_key(pixel), sample_index};
+  case SamplerKind::independent: break;
+  }
+  return {hash_combine(pixel_key(pixel), sample_index), 0}; // the first point of a scrambling of its own
+}
+
+inline float Sampler::sample_1d(const SampleAddress& address, uint32_t dimension) {
+  using namespace owen_sobol;
+  const uint32_t seed = hash_combine(address.key, dimension);
+  const uint32_t index = reverse_bits(scramble_reversed(reverse_bits(address.index), seed));
+  const uint32_t x = scramble_reversed(index, hash_u32(seed ^ kCoordinateSeeds[0]));
   return to_unit_float(reverse_bits(x));
 }
 
-inline V2f Sampler::sample_2d(uint32_t pixel_key, uint32_t sample_index, uint32_t dimension) {
-  const uint32_t seed = hash_combine(pixel_key, dimension);
-  const uint32_t index = reverse_bits(owen_scramble_reversed(reverse_bits(sample_index), seed));
-  const uint32_t x = owen_scramble_reversed(index, hash_u32(seed ^ 0xd1b54a33U));
-  const uint32_t y = owen_scramble_reversed(sobol_second_reversed(index), hash_u32(seed ^ 0x8cb92ba7U));
+inline V2f Sampler::sample_2d(const SampleAddress& address, uint32_t dimension) {
+  using namespace owen_sobol;
+  const uint32_t seed = hash_combine(address.key, dimension);
+  const uint32_t index = reverse_bits(scramble_reversed(reverse_bits(address.index), seed));
+  const uint32_t x = scramble_reversed(index, hash_u32(seed ^ kCoordinateSeeds[0]));
+  const uint32_t y = scramble_reversed(second_reversed(index), hash_u32(seed ^ kCoordinateSeeds[1]));
   return {to_unit_float(reverse_bits(x)), to_unit_float(reverse_bits(y))};
 }
 

@@ -63,6 +63,10 @@ Result<void> check(const RenderSettings& settings, const Camera& camera) {
   return {};
 }
 
+Sampler make_sampler(const RenderSettings& settings) {
+  return Sampler(settings.seed, settings.sampler, settings.samples_per_pixel);
+}
+
 // Throttles reports to a few a second; whichever thread finds the lock free reports.
 class PassProgress {
  public:
@@ -156,6 +160,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const bool adaptive = settings.adaptive.enabled();
   AdaptiveSampling adaptive_sampling(crop, settings.adaptive);
   if (adaptive) outcome.film.track_noise();
+  if (settings.outliers == Outliers::trim) outcome.film.trim_outliers();
 
   const std::vector<PixelRect> tiles = make_tiles(crop, settings.tile_size_px);
   statistics.threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
@@ -172,7 +177,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   });
   statistics.guiding = trained.statistics;
   const std::unique_ptr<Integrator> integrator = make_integrator(
-      settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs, trained.guide.get());
+      settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
   tbb::enumerable_thread_specific<Worker> workers([&] { return Worker{integrator->make_context(), 0.0}; });
 
   std::atomic<uint64_t> rays{0};
@@ -262,7 +267,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
                                        std::to_string(settings.size_px.y) + " pixels"};
   const TrainedGuide trained = train_guide(world, camera, settings, nullptr, {});
   const std::unique_ptr<Integrator> integrator = make_integrator(
-      settings.integrator, world, camera, Sampler(settings.seed), settings.filter, settings.aovs, trained.guide.get());
+      settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;

@@ -31,7 +31,9 @@ struct RenderSettings {
   std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
   uint32_t seed = 0;
   Guiding guiding = Guiding::off;
+  SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilter filter;
+  Outliers outliers = Outliers::keep; // of the beauty alone
   AovSet aovs;
   int threads = 0;       // 0: as many as the machine gives us
   int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
@@ -45,7 +47,7 @@ struct GuidingStatistics {
   double foreseen = 1.0;        // second moment of reflected light with the guide, relative to that without
   double foreseen_lights = 1.0; // the same of light samples
   int patches = 0;              // to which directions are guided; 0: they are not
-  int light_regions = 0;        // with shares of the families of lights; 0: these are not learned
+  int light_regions = 0;        // with shares of the kinds of light; 0: these are not learned
 };
 
 struct RenderStatistics {

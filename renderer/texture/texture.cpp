@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 
+#include "renderer/base/prefetch.h"
 #include "renderer/texture/texel_fetch.h"
 
 #include <algorithm>
@@ -161,6 +162,7 @@ Texture::Texture(std::shared_ptr<const Image> image, const TextureSettings& sett
     : image_(std::move(image)), pixels_(image_->pixels.data()), width_(image_->width), height_(image_->height),
       layout_(make_layout(image_->type, image_->channels,
                           settings.encoding == TextureEncoding::srgb && is_integer(image_->type))),
+      pixel_bytes_(static_cast<uint8_t>(bytes_per_channel(image_->type) * static_cast<size_t>(image_->channels))),
       wrap_u_(settings.wrap_u), wrap_v_(settings.wrap_v), filter_(settings.filter),
       repeats_(wrap_u_ == TextureWrap::repeat && wrap_v_ == TextureWrap::repeat) {
   assert(width_ > 0 && height_ > 0 && image_->channels >= 1 && image_->channels <= 4);
@@ -183,6 +185,14 @@ float Texture::sample_channel(const V2f& uv, int channel) const {
   static constexpr auto kSampleChannel =
       for_each_layout([]<typename Reader>() { return &Lookup::sample_channel<Reader>; });
   return kSampleChannel[layout_](*this, uv, channel);
+}
+
+void Texture::prefetch(const V2f& uv) const {
+  const Footprint f = Lookup::locate(*this, uv);
+  ::kindling::prefetch(pixels_ + f.top_left * pixel_bytes_);
+  ::kindling::prefetch(pixels_ + f.top_right * pixel_bytes_);
+  ::kindling::prefetch(pixels_ + f.bottom_left * pixel_bytes_);
+  ::kindling::prefetch(pixels_ + f.bottom_right * pixel_bytes_);
 }
 
 Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {

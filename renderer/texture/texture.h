@@ -37,6 +37,9 @@ class Texture {
   // One channel of 0..3, as sample() would give it.
   [[nodiscard]] float sample_channel(const V2f& uv, int channel) const;
 
+  // Asks for the memory that a look-up at uv will read.
+  void prefetch(const V2f& uv) const;
+
   // The mean of sample_rgb() over a triangle in uv space, by a fixed point set about as dense as its texels (16 to
   // 65536 points): for the power of an emissive triangle. The same for the same arguments, always.
   [[nodiscard]] Rgb average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const;
@@ -52,7 +55,8 @@ class Texture {
   const std::byte* pixels_;
   int width_;
   int height_;
-  uint8_t layout_; // make_layout() of texel_fetch.h: which code reads a texel
+  uint8_t layout_;      // make_layout() of texel_fetch.h: which code reads a texel
+  uint8_t pixel_bytes_; // of one texel
   TextureWrap wrap_u_;
   TextureWrap wrap_v_;
   TextureFilter filter_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "renderer/sampling/sampler.h"
+#include "renderer/world/hit_records.h"
 #include "renderer/world/shading_normal.h"
 #include "renderer/world/world.h"
 
@@ -18,23 +19,6 @@ float max_abs(const V3f& v) { return std::max(std::abs(v.x), std::max(std::abs(v
 
 // Of a point interpolated from three others with coordinates up to `magnitude`; with room for the sums made with it.
 float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
-
-// What the look-ups of one hit share.
-struct HitRecords {
-  const Geometry& geometry;
-  std::array<const float*, 3> records;
-  V3f barycentric;
-
-  HitRecords(const Geometry& g, const accel::Hit& hit) : geometry(g), barycentric(1.0f - hit.u - hit.v, hit.u, hit.v) {
-    const uint32_t* index = g.indices.data() + size_t{hit.triangle} * 3;
-    records = {g.record(index[0]), g.record(index[1]), g.record(index[2])};
-  }
-  [[nodiscard]] V2f texcoord(uint8_t set) const {
-    const uint8_t offset = geometry.texcoord_offset[set];
-    return offset == Geometry::kAbsent ? V2f(0.0f) : geometry.interpolate2(records, offset, barycentric);
-  }
-  [[nodiscard]] V2f texcoord(const TextureBinding& binding) const { return binding.apply(texcoord(binding.texcoord)); }
-};
 
 } // namespace
 

@@ -61,6 +61,9 @@ class World {
   // Bounds of all geometry; a unit box around the origin if there is none.
   [[nodiscard]] const Box3f& bounds() const { return bounds_; }
 
+  // Asks for the memory that surface_at() will read for these hits, a few dozen of them: a request for one hides behind
+  // those for others.
+  void prefetch(std::span<const accel::Hit> hits) const;
   // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
 

@@ -28,6 +28,7 @@ TEST(Options, Defaults) {
   EXPECT_EQ(options.samples_per_pixel(), 64U);
   EXPECT_EQ(options.integrator.max_bounces, 8);
   EXPECT_EQ(options.accelerator, accel::Kind::embree);
+  EXPECT_EQ(options.sampler, SamplerKind::blue_noise);
   EXPECT_EQ(options.filter.kind, FilterKind::blackman_harris);
   EXPECT_TRUE(options.outputs.empty());
   EXPECT_EQ(render_options({"--guiding", "auto"}).guiding, Guiding::automatic);
@@ -64,8 +65,14 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
                                                 "ambient-occlusion",
                                                 "--clamp-indirect",
                                                 "10",
+                                                "--caustics",
+                                                "regularised",
+                                                "--outliers",
+                                                "trim",
                                                 "--seed",
                                                 "9",
+                                                "--sampler",
+                                                "sobol",
                                                 "--filter",
                                                 "mitchell",
                                                 "--filter-width",
@@ -106,6 +113,9 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(options.quality, accel::Quality::best);
   EXPECT_EQ(options.integrator.kind, IntegratorKind::ambient_occlusion);
   EXPECT_EQ(options.integrator.clamp_indirect, 10.0f);
+  EXPECT_EQ(options.integrator.caustics, Caustics::regularised);
+  EXPECT_EQ(options.outliers, Outliers::trim);
+  EXPECT_EQ(options.sampler, SamplerKind::sobol);
   EXPECT_EQ(options.filter.kind, FilterKind::mitchell);
   EXPECT_EQ(options.filter.width, 3.0f);
   EXPECT_EQ(options.tile_size_px, 64);

@@ -1,4 +1,4 @@
-// Shares of the families of lights: learned from made-up records, and what LightSet makes of them.
+// Shares of the kinds of light: learned from made-up records, and what LightSet makes of them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/share_tree.h"
 
@@ -23,7 +23,7 @@ std::vector<LightRecord> floor_records(int count, uint64_t seed) {
     record.facing = static_cast<uint8_t>(facing_of(V3f(0, 1, 0)));
     record.probability = 0.5f;
     const bool sun = record.position.x < 0.0f && i % 2 == 0;
-    record.family = sun ? LightFamily::directional : LightFamily::tree;
+    record.kind = sun ? LightKind::directional : LightKind::tree;
     record.moment = sun ? 81.0f : 1.0f;
     records.push_back(record);
   }
@@ -46,7 +46,7 @@ TEST(ShareTree, LearnsWhatArrives) {
   EXPECT_TRUE(ShareTree(std::span<LightRecord>()).empty());
 }
 
-// Triangle, two suns and environment: all samples come with the density that is said later, and families as often as shares ask.
+// Triangle, two suns and environment: all samples come with the density that is said later, and kinds as often as shares ask.
 TEST(ShareTree, LightSetSharesAsLearned) {
   LightSetInput input;
   input.emissions = {{Rgb(3.0f), nullptr, true}};
@@ -58,24 +58,24 @@ TEST(ShareTree, LightSetSharesAsLearned) {
   for (const LightShares& learned : {LightShares{0.2f, 0.5f, 0.3f}, LightShares{2.0f, 0.05f, 0.4f}}) {
     Random random(3);
     constexpr int kSamples = 100000;
-    std::array<int, kLightFamilies> counts{};
+    std::array<int, kLightKinds> counts{};
     for (int i = 0; i < kSamples; ++i) {
       const float u_light = random.next_1d();
       const std::optional<LightSample> s = lights.sample(point, normal, u_light, random.next_2d(), &learned);
       ASSERT_TRUE(s);
-      ++counts[static_cast<size_t>(s->family)];
-      if (s->family == LightFamily::environment) {
+      ++counts[static_cast<size_t>(s->kind)];
+      if (s->kind == LightKind::environment) {
         const float pdf = lights.pdf_environment(point, normal, s->wi, &learned);
         ASSERT_NEAR(s->pdf, pdf, 1e-4f * pdf);
         ASSERT_EQ(lights.environment_eval(point, normal, s->wi, &learned).pdf, pdf);
       }
-      if (s->family == LightFamily::tree) {
+      if (s->kind == LightKind::tree) {
         const float pdf = lights.pdf_triangle(0, point, normal, s->wi, s->distance, &learned);
         ASSERT_NEAR(s->pdf, pdf, 1e-3f * pdf);
       }
     }
     const float sum = learned[0] + learned[1] + learned[2];
-    for (size_t f = 0; f < kLightFamilies; ++f) {
+    for (size_t f = 0; f < kLightKinds; ++f) {
       const double p = static_cast<double>(learned[f] / sum);
       EXPECT_NEAR(counts[f], p * kSamples, 5.0 * std::sqrt(p * (1.0 - p) * kSamples)) << f;
     }
@@ -83,7 +83,7 @@ TEST(ShareTree, LightSetSharesAsLearned) {
 }
 
 // What is missing leaves its share to the others.
-TEST(ShareTree, AbsentFamilies) {
+TEST(ShareTree, AbsentKinds) {
   LightSetInput input;
   input.directionals = {{V3f(0, -1, 0), Rgb(2.0f)}};
   input.environment = std::make_shared<Environment>(Rgb(0.5f));
@@ -104,7 +104,7 @@ TEST(ShareTree, AbsentFamilies) {
     const float u_light = random.next_1d();
     const auto s = lights.sample(V3f(0.0f), V3f(0, -1, 0), u_light, random.next_2d(), &learned);
     ASSERT_TRUE(s);
-    EXPECT_EQ(s->family, LightFamily::environment);
+    EXPECT_EQ(s->kind, LightKind::environment);
   }
 }
 

@@ -132,7 +132,7 @@ TEST(Guiding, LightShares) {
         V3f(to_unit_float(hash_u32(i)), to_unit_float(hash_u32(i + 9999)), to_unit_float(hash_u32(i + 99999))) * 2.0f -
         V3f(1.0f);
     record.facing = static_cast<uint8_t>(i % kFacings);
-    record.family = static_cast<LightFamily>(i / kFacings % kLightFamilies);
+    record.kind = static_cast<LightKind>(i / kFacings % kLightKinds);
     record.moment = square(to_unit_float(hash_u32(i / 300)) * static_cast<float>(i % 7));
     records.push_back(record);
   }

@@ -21,7 +21,7 @@ TEST(LightSet, EmptyOnes) {
   EXPECT_EQ(nothing.light_count(), 0u);
   EXPECT_FALSE(nothing.sample({0, 0, 0}, {0, 1, 0}, 0.5f, {0.5f, 0.5f}));
   EXPECT_EQ(nothing.pdf_environment({0, 0, 0}, {0, 1, 0}, {0, 1, 0}), 0.0f);
-  EXPECT_EQ(nothing.environment_radiance({0, 1, 0}), Rgb(0.0f));
+  EXPECT_EQ(nothing.environment_radiance(V3f(0, 1, 0)), Rgb(0.0f));
   EXPECT_EQ(nothing.environment(), nullptr);
 
   LightSetInput dark;
@@ -327,7 +327,7 @@ TEST(LightSet, MillionsOfLights) {
   input.scene_radius_m = 800.0f;
   const LightSet lights(input);
   EXPECT_EQ(lights.light_count(), kCount + 2u);
-  EXPECT_LT(static_cast<double>(lights.memory_bytes()), 150.0 * kCount);
+  EXPECT_LT(static_cast<double>(lights.memory_bytes()), 110.0 * kCount);
 
   test::Random random(5);
   const V3f point(512.0f, 40.0f, 512.0f); // far from all of them: sampled by area
@@ -349,7 +349,7 @@ TEST(LightSet, MillionsOfLights) {
     lights_seen.add(on_light.x >= 462 && on_light.x < 562 && on_light.z >= 462 && on_light.z < 562 ? inverse : 0.0);
   }
   EXPECT_NEAR(lights_seen.mean(), 10'000.0, 5.0 * lights_seen.standard_error());
-  EXPECT_LT(lights_seen.standard_error(), 100.0);
+  EXPECT_LT(lights_seen.standard_error(), 150.0); // most of the samples go to the environment, which is brighter
 }
 
 } // namespace

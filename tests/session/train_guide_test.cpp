@@ -43,7 +43,7 @@ Film render_room(const World& world, const RenderSettings& settings) {
 
 TEST(TrainGuide, ThreadsTilesBatchesAndCrops) {
   const auto world = room();
-  RenderSettings settings = room_render(32, Guiding::automatic);
+  RenderSettings settings = room_render(32, Guiding::on);
   settings.threads = 1;
   const std::vector<float> reference = render_room(*world, settings).resolve_rgba();
   const auto differs = [&](const RenderSettings& other) {

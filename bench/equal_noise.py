@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""What equal noise costs: renders scenes with several settings of Kindling and with Cycles in one interleaved run.
+
+    bench/equal_noise.py scenes/interior.glb --setting full= --setting "clamped=--clamp-indirect 10" --spp 4,16,64
+    bench/equal_noise.py FOLDER --cycles --spp 16 --seeds 2 --check-reference
+
+All get the same camera, environment, size, bounces and threads, and a box filter; Cycles no denoising, clamps or adaptive
+sampling. Seeds are the outermost loop, so that what disturbs the machine disturbs all settings; times are medians.
+Only path tracing counts as time: not import, texture decoding or building.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import argparse
+import json
+import math
+import platform
+import re
+import shlex
+import statistics
+import sys
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import equal_noise_page
+import pixels
+import plots
+import renderers
+
+REFERENCE_TOLERANCE = 0.005  # largest relative difference of a channel's mean that --check-reference accepts
+REFERENCE_SEED = 1_000_003  # of references that are rendered here: none of the measured seeds
+CYCLES = "cycles"
+
+
+@dataclass
+class Setting:
+    name: str
+    flags: list  # of `kindling render`; unused for Cycles
+
+
+def parse_arguments(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="+", type=Path, help="folders (scenes.json and its scenes, or just glTF files) and glTF files")
+    parser.add_argument("--setting", action="append", default=[], metavar="NAME=FLAGS", type=parse_setting,
+                        help="flags of `kindling render`; the first one given is what ratios compare with (kindling=)")
+    parser.add_argument("--common", default=[], type=shlex.split, metavar="FLAGS", help="flags of all settings, and of references")
+    parser.add_argument("--cycles", action="store_true", help="Cycles as well, where blender is installed")
+    parser.add_argument("--only", type=lambda text: text.split(","), metavar="NAME,...", help="these scenes alone")
+    parser.add_argument("--spp", default=[16], type=parse_counts, metavar="N,...", help="samples per pixel (16)")
+    parser.add_argument("--size", type=renderers.parse_size, metavar="WxH", help="pixels (as scenes.json says, else 640x360)")
+    parser.add_argument("--seeds", type=int, default=3, help="renders by each, at least 2 (3)")
+    parser.add_argument("--threads", type=int, default=2, help="of each renderer (2)")
+    parser.add_argument("--clock", choices=("wall", "cpu"), default="wall",
+                        help="cpu: time of the process on all threads without that of a render of 8 x 8 pixels; Kindling alone (wall)")
+    parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
+    parser.add_argument("--reference-spp", type=int, metavar="N", help="render the references here, with the common flags alone")
+    parser.add_argument("--check-reference", action="store_true",
+                        help="exit 1 if the mean of a channel differs from the reference's by more than 0.5 %%")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures there")
+    parser.add_argument("--markdown", type=Path, metavar="OUT", help="write the table there")
+    parser.add_argument("--html", type=Path, metavar="OUT", help="write a page with plots and pictures there")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep pictures and logs there")
+    options = parser.parse_args(arguments)
+    if options.seeds < 2:
+        parser.error("--seeds: noise needs at least 2 renders")
+    if options.clock == "cpu" and options.cycles:
+        parser.error("--clock cpu: Cycles does not tell its own time from Blender's; use --clock wall")
+    options.setting = options.setting or [Setting("kindling", [])]
+    names = [setting.name for setting in options.setting]
+    if len(set(names)) < len(names):
+        parser.error(f"--setting: two are called {next(name for name in names if names.count(name) > 1)}")
+    return options
+
+
+def parse_setting(text):
+    match = re.fullmatch(r"([A-Za-z0-9_.+-]+)=(.*)", text, re.S)
+    if not match or match[1] == CYCLES:
+        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=FLAGS, with a NAME of letters, digits and _ . + - that is not cycles")
+    return Setting(match[1], shlex.split(match[2]))
+
+
+def parse_counts(text):
+    counts = [int(word) for word in text.split(",") if re.fullmatch(r"[1-9]\d*", word)]
+    if not counts or len(counts) < len(text.split(",")):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of numbers, as in 4,16,64")
+    return sorted(set(counts))
+
+
+def main():
+    options = parse_arguments()
+    jobs = renderers.load_jobs(options.scenes, scenes=options.only, size_px=options.size, threads=options.threads)
+    kindling = renderers.find_kindling(options.kindling)
+    blender = renderers.find_blender() if options.cycles else None
+    if options.cycles and not blender:
+        print("blender is not installed (Debian: apt-get install blender): Kindling alone", file=sys.stderr)
+    settings = options.setting + ([Setting(CYCLES, [])] if blender else [])
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        scenes = [measure_scene(job, settings, options, kindling, blender, folder) for job in jobs]
+    result = {"machine": platform.processor() or platform.machine(), "threads": options.threads, "seeds": options.seeds,
+              "clock": options.clock, "common_flags": options.common, "settings": {s.name: s.flags for s in settings}, "scenes": scenes}
+    table = table_of(result)
+    print(f"\n{options.threads} threads, {options.seeds} seeds, median {options.clock} times.\n\n{table}")
+    if options.markdown:
+        options.markdown.write_text(table, encoding="utf-8")
+    if options.html:
+        options.html.write_text(equal_noise_page.page(result, table), encoding="utf-8")
+    if options.json:
+        for scene in scenes:
+            scene.pop("pictures")
+        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    return 0 if not options.check_reference or check_references(scenes) else 1
+
+
+# --- measuring
+
+def measure_scene(job, settings, options, kindling, blender, folder):
+    """The figures of one scene, a row for each setting and count of samples, and its small pictures if a page wants them."""
+    runs = {(setting.name, spp): [] for setting in settings for spp in options.spp}
+    for seed in range(1, options.seeds + 1):
+        if options.clock == "cpu":
+            small = replace(job, size_px=(8, 8))
+            setup_s = {setting.name: renderers.run_kindling(kindling, small, 1, seed, folder / f"{job.name}.setup",
+                                                            options.common + setting.flags).cpu_s for setting in settings}
+        for spp in options.spp:
+            for setting in settings:
+                stem = folder / f"{job.name}.{setting.name}.{spp}.{seed}"
+                runs[setting.name, spp].append(
+                    renderers.run_cycles(blender, job, spp, seed, stem) if setting.name == CYCLES else
+                    renderers.run_kindling(kindling, job, spp, seed, stem, options.common + setting.flags))
+                if options.clock == "cpu":
+                    run = runs[setting.name, spp][-1]
+                    run.path_tracing_s = max(run.cpu_s - setup_s[setting.name], 1e-3)
+        print(f"{job.name}: seed {seed} of {options.seeds} done", file=sys.stderr)
+
+    reference_file = job.reference
+    if options.reference_spp:
+        reference_file = renderers.run_kindling(kindling, job, options.reference_spp, REFERENCE_SEED,
+                                                folder / f"{job.name}.reference", options.common).picture
+    reference = pixels.read_rgb(reference_file) if reference_file else None
+    if reference and (reference.width, reference.height) != tuple(job.size_px):
+        print(f"{job.name}: {reference_file} is {reference.width}x{reference.height}: not compared", file=sys.stderr)
+        reference = None
+    pictures = {key: [pixels.read_rgb(run.picture) for run in group] for key, group in runs.items()}
+    # Of relative errors: the same for all settings.
+    scale = reference or pixels.mean_picture([p for (_, spp), group in pictures.items() if spp == options.spp[-1] for p in group])
+    rows = [figures(job, name, spp, group, pictures[name, spp], scale, reference) for (name, spp), group in runs.items()]
+    return {"name": job.name, "size_px": list(job.size_px), "reference": str(reference_file) if reference else None, "rows": rows,
+            "pictures": small_pictures(runs, reference_file if reference else None, scale) if options.html else None}
+
+
+def figures(job, name, spp, runs, pictures, scale, reference):
+    """What the table and the file say of one setting at one count of samples."""
+    path_tracing_s = statistics.median(run.path_tracing_s for run in runs)
+    noise = pixels.noise(pictures, scale)
+    means = list(zip(*(picture.mean() for picture in pictures)))
+    row = {
+        "setting": name, "spp": spp,
+        "mpaths_per_s": job.paths(spp) / path_tracing_s / 1e6,
+        "path_tracing_s": path_tracing_s, "path_tracing_s_of_runs": [run.path_tracing_s for run in runs],
+        "noise": pixels.rel_mse(noise), "noise_all_pixels": pixels.rel_mse(noise, dropped=0.0),
+        "noise_x_s": pixels.rel_mse(noise) * path_tracing_s,
+        "peak_mb": statistics.median(run.peak_mb for run in runs),
+        "first_sample_s": statistics.median(run.first_sample_s for run in runs),
+        "process_s": statistics.median(run.process_s for run in runs),
+        "mean": [statistics.fmean(channel) for channel in means],
+        "mean_standard_error": [statistics.stdev(channel) / math.sqrt(len(runs)) for channel in means],
+    }
+    if reference:
+        error = pixels.error(pictures, reference)
+        row["error"] = pixels.rel_mse(error)
+        row["error_all_pixels"] = pixels.rel_mse(error, dropped=0.0)
+        row["mean_against_reference"] = [found / wanted - 1.0 if wanted > 0 else 0.0
+                                         for found, wanted in zip(row["mean"], reference.mean())]
+    return row
+
+
+def small_pictures(runs, reference, scale):
+    """[(caption, setting or None, spp or None, PNG)], all with one exposure."""
+    mean = sum(scale.rgb) / len(scale.rgb)
+    gain = 0.25 / mean if mean > 0 else 1.0
+    width = equal_noise_page.PICTURE_WIDTH if scale.width > equal_noise_page.PICTURE_WIDTH else None
+    pictures = [(f"{name}, {spp} sample{'s' if spp > 1 else ''}", name, spp, pixels.small_png(group[0].picture, width, gain))
+                for (name, spp), group in runs.items()]
+    if reference:
+        pictures.append(("reference", None, None, pixels.small_png(reference, width, gain)))
+    return pictures
+
+
+# --- telling
+
+def series(scene, setting):
+    return [row for row in scene["rows"] if row["setting"] == setting]
+
+
+def slope_of(rows, key):
+    """Of log error against log time: -1 where noise alone remains, nearer to 0 where samples help less than they cost."""
+    return plots.slope([(math.log(row["path_tracing_s"]), math.log(row[key])) for row in rows if row.get(key)])
+
+
+def ratio(scene, row, first):
+    """relMSE x s over that of the first setting at as many samples: below 1, equal noise costs less. None without noise."""
+    base = next(other for other in series(scene, first) if other["spp"] == row["spp"])
+    return row["noise_x_s"] / base["noise_x_s"] if row["noise_x_s"] > 0 and base["noise_x_s"] > 0 else None
+
+
+def table_of(result):
+    """A Markdown table, a line for each scene, setting and count of samples; geometric means of the ratios last."""
+    names, scenes = list(result["settings"]), result["scenes"]
+    with_reference = any(scene["reference"] for scene in scenes)
+    header = ["scene", "setting", "spp", "M samples/s", "relMSE", "relMSE x s", f"over {names[0]}", "slope"]
+    header += ["relMSE to reference", "mean"] if with_reference else []
+    lines = [header + ["peak MB", "first sample s"], ["---"] * (len(header) + 2)]
+    for scene in scenes:
+        for name in names:
+            rows = series(scene, name)
+            slope = slope_of(rows, "noise")
+            for number, row in enumerate(rows):
+                over_first = ratio(scene, row, names[0])
+                cells = [scene["name"], name, str(row["spp"]), f"{row['mpaths_per_s']:.3g}", f"{row['noise']:.4g}",
+                         f"{row['noise_x_s']:.4g}", f"{over_first:.3f}" if over_first else "",
+                         f"{slope:.2f}" if slope is not None and number == len(rows) - 1 else ""]
+                if with_reference:
+                    cells += [f"{row['error']:.4g}", f"{100 * statistics.fmean(row['mean_against_reference']):+.2f} %"] \
+                        if "error" in row else ["", ""]
+                lines.append(cells + [f"{row['peak_mb']:.0f}", f"{row['first_sample_s']:.2f}"])
+    for name in names[1:]:
+        values = [ratio(scene, row, names[0]) for scene in scenes for row in series(scene, name)]
+        if values and all(values):
+            mean = math.exp(statistics.fmean(map(math.log, values)))
+            lines.append(["geometric mean", name, "", "", "", "", f"{mean:.3f}"] + [""] * (len(header) - 5))
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"
+
+
+def check_references(scenes):
+    """Prints the relative difference of each channel's mean from the reference. Returns whether Kindling is within the limit."""
+    good = True
+    for scene in scenes:
+        if not scene["reference"]:
+            print(f"{scene['name']}: no reference picture, not checked")
+            continue
+        for row in scene["rows"]:
+            differences = row["mean_against_reference"]
+            errors = [error / mean if mean > 0 else 0.0 for error, mean in zip(row["mean_standard_error"], row["mean"])]
+            within = all(abs(difference) <= REFERENCE_TOLERANCE for difference in differences)
+            text = ", ".join(f"{channel} {100 * difference:+.2f} % (standard error {100 * error:.2f} %)"
+                             for channel, difference, error in zip("RGB", differences, errors))
+            print(f"{scene['name']}: {row['setting']}, {row['spp']} samples: {text}{'' if within else '  BEYOND 0.5 %'}")
+            good = good and (within or row["setting"] == CYCLES)
+    return good
+
+
+if __name__ == "__main__":
+    sys.exit(main())

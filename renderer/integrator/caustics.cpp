@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/caustics.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+constexpr std::array<std::pair<Caustics, std::string_view>, 3> kNames{
+    {{Caustics::full, "full"}, {Caustics::regularised, "regularised"}, {Caustics::off, "off"}}};
+
+} // namespace
+
+std::string_view caustics_name(Caustics caustics) {
+  for (const auto& [value, name] : kNames)
+    if (value == caustics) return name;
+  return "unknown";
+}
+
+std::optional<Caustics> caustics_from_name(std::string_view name) {
+  for (const auto& [value, known] : kNames)
+    if (known == name) return value;
+  return std::nullopt;
+}
+
+float regularised_alpha(float widest, uint32_t sample_index) {
+  return 0.3f * widest * std::pow(static_cast<float>(sample_index) + 1.0f, -1.0f / 6.0f);
+}
+
+void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                       BsdfParameters& parameters) {
+  switch (caustics) {
+  case Caustics::full: return;
+  case Caustics::regularised:
+    parameters.roughness = std::max(parameters.roughness, std::sqrt(regularised_alpha(widest.alpha(), sample_index)));
+    return;
+  case Caustics::off:
+    if (!after_diffuse) return;
+    parameters.base_color *= 1.0f - std::clamp(parameters.metallic, 0.0f, 1.0f);
+    parameters.metallic = 0.0f;
+    parameters.specular = 0.0f;
+    return;
+  }
+}
+
+} // namespace kindling

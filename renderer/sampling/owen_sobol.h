@@ -1,0 +1,92 @@
+// What the sampler's points are made of: base-2 Owen scrambling by a hash, and generator matrices as a few bit operations.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace kindling::owen_sobol {
+
+// Each function takes a Word: a uint32_t, or several at once (vectors of GCC and Clang; any target compiles them).
+using Words4 = uint32_t __attribute__((vector_size(16)));
+using Words8 = uint32_t __attribute__((vector_size(32)));
+
+// Vectors wider than the target's registers are passed in memory; all is inlined, so no binary interface depends on it.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+template <typename Word>
+[[nodiscard]] inline Word reverse_bits(Word x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x >> 8) & 0x00ff00ffU) | ((x & 0x00ff00ffU) << 8);
+  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
+  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+  return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+}
+
+// A random base-2 Owen scrambling of a number whose bits are reversed: each step lets a bit depend on itself and on the
+// bits below it alone, which are those above it in the number itself. Shape of Laine and Karras 2011; steps and
+// constants of Vegdahl 2021, "Building a Better LK Hash", which removed the visible correlations of the original ones.
+template <typename Word>
+[[nodiscard]] inline Word scramble_reversed(Word x, Word seed) {
+  x ^= x * 0x3d20adeaU;
+  x += seed;
+  x *= (seed >> 16) | 1U;
+  x ^= x * 0x05526c56U;
+  x ^= x * 0x53a22864U;
+  return x;
+}
+
+// The first Sobol dimension is the bit reversal of the index: its reversed bits are the index itself. This is the
+// second, bits reversed. Its generator matrix is Pascal's triangle modulo 2: read as polynomials over GF(2),
+// reversed(y)(t) = index(t + 1), five butterflies instead of 32 matrix columns (see Ahmed 2024, "An Implementation
+// Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact").
+template <typename Word>
+[[nodiscard]] inline Word second_reversed(Word x) {
+  x ^= (x >> 1) & 0x55555555U;
+  x ^= (x >> 2) & 0x33333333U;
+  x ^= (x >> 4) & 0x0f0f0f0fU;
+  x ^= (x >> 8) & 0x00ff00ffU;
+  return x ^ (x >> 16);
+}
+
+// All sixteen two-bit digits of x times w, or w^2 = w + 1, of GF(4) = {0, 1, w, w + 1}; digit 2 a + b stands for a w + b.
+template <typename Word>
+[[nodiscard]] inline Word times_w(Word x) {
+  return ((x << 1) & 0xaaaaaaaaU) ^ (x & 0xaaaaaaaaU) ^ ((x >> 1) & 0x55555555U);
+}
+template <typename Word>
+[[nodiscard]] inline Word times_w2(Word x) {
+  return times_w(x) ^ x;
+}
+
+// The index whose two Sobol dimensions are the third and the fourth dimension of `index`: its base-4 digits as a
+// polynomial over GF(4), shifted by w^2: result(t) = index(t + w^2), four butterflies.
+//
+// Why: the matrices of t -> t + a for the four a of GF(4) make a (0, 4)-sequence in base 4 (Faure 1982; Niederreiter 1987
+// for powers of primes). Shifts add up, and second_reversed() is the shift by 1 but for an invertible map within each
+// digit, which moves no interval of base 4. So with j = second_pair_index(i), the four dimensions (i, second(i), j, second(j))
+// are a (0, 4)-sequence in base 4. Its matrix is upper triangular in base 2 as well, with ones on the diagonal: j runs through
+// the same 2^k indices as i, and (j, second(j)) is a (0, 2)-sequence in base 2 as (i, second(i)) is. That two of these fit into
+// one (0, 4)-sequence is also what Ahmed et al. 2024, "SZ Sequences: Binary-Based (0, 2^q)-Sequences", find by search. Of the shifts
+// by w and by w^2, this one has the better pairs of dimensions 1 and 3 at 8 samples.
+template <typename Word>
+[[nodiscard]] inline Word second_pair_index(Word x) {
+  x ^= times_w2((x >> 2) & 0x33333333U);
+  x ^= times_w((x >> 4) & 0x0f0f0f0fU);
+  x ^= times_w2((x >> 8) & 0x00ff00ffU);
+  return x ^ times_w(x >> 16);
+}
+
+// hash_u32() of several words.
+template <typename Word>
+[[nodiscard]] inline Word hash_words(Word x) {
+  x ^= x >> 16;
+  x *= 0x7feb352dU;
+  x ^= x >> 15;
+  x *= 0x846ca68bU;
+  return x ^ (x >> 16);
+}
+
+#pragma GCC diagnostic pop
+
+} // namespace kindling::owen_sobol

@@ -1,0 +1,30 @@
+// The vertex records of one hit, and texture coordinates interpolated from them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/world/geometry.h"
+#include "renderer/world/shading_material.h"
+
+#include <array>
+
+namespace kindling {
+
+// What the look-ups of one hit share.
+struct HitRecords {
+  const Geometry& geometry;
+  std::array<const float*, 3> records;
+  V3f barycentric;
+
+  HitRecords(const Geometry& g, const accel::Hit& hit) : geometry(g), barycentric(1.0f - hit.u - hit.v, hit.u, hit.v) {
+    const uint32_t* index = g.indices.data() + size_t{hit.triangle} * 3;
+    records = {g.record(index[0]), g.record(index[1]), g.record(index[2])};
+  }
+  [[nodiscard]] V2f texcoord(uint8_t set) const {
+    const uint8_t offset = geometry.texcoord_offset[set];
+    return offset == Geometry::kAbsent ? V2f(0.0f) : geometry.interpolate2(records, offset, barycentric);
+  }
+  [[nodiscard]] V2f texcoord(const TextureBinding& binding) const { return binding.apply(texcoord(binding.texcoord)); }
+};
+
+} // namespace kindling

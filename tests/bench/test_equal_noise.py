@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""bench/equal_noise.py on pictures whose noise is known, and whole runs of it on a tiny scene.
+
+test_equal_noise.py BENCH_FOLDER SCENES_FOLDER [kindling]
+"""
+# SPDX-License-Identifier: Apache-2.0
+import array
+import json
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.dom.minidom
+from pathlib import Path
+
+BENCH, SCENES = Path(sys.argv[1]), Path(sys.argv[2])
+PROGRAM = sys.argv[3] if len(sys.argv) > 3 else ""
+sys.path.insert(0, str(BENCH))
+import equal_noise
+import pixels
+
+
+def constant(value, size=64):
+    return pixels.Picture(size, size, array.array("f", [value]) * (size * size * 3))
+
+
+def noisy(value, deviation, seed, size=64):
+    generator = random.Random(seed)
+    return pixels.Picture(size, size, array.array("f", (generator.gauss(value, deviation) for _ in range(size * size * 3))))
+
+
+class Noise(unittest.TestCase):
+    """Gaussian noise of standard deviation 0.5 around 2, as a relative variance 0.0625 / 1.01."""
+    EXPECTED = 0.25 / 4.0 / 1.01
+    # The relative standard error of a variance from n numbers is sqrt(2 / n); a picture has 64 x 64 x 3 numbers.
+    TOLERANCE = 4.5 * (2 / (3 * 64 * 64 * 3)) ** 0.5
+
+    def test_of_seeds(self):
+        pictures = [noisy(2.0, 0.5, seed) for seed in range(4)]
+        found = pixels.rel_mse(pixels.noise(pictures, constant(2.0)), dropped=0.0)
+        self.assertLess(abs(found / self.EXPECTED - 1.0), self.TOLERANCE)
+
+    def test_bias_is_error_but_not_noise(self):
+        pictures = [noisy(3.0, 0.5, seed) for seed in range(4)]
+        noise = pixels.rel_mse(pixels.noise(pictures, constant(2.0)), dropped=0.0)
+        error = pixels.rel_mse(pixels.error(pictures, constant(2.0)), dropped=0.0)
+        self.assertLess(abs(noise / self.EXPECTED - 1.0), self.TOLERANCE)
+        bias = 1.0 / 4.0 / 1.01
+        self.assertLess(abs(error / (self.EXPECTED + bias) - 1.0), 4 * self.TOLERANCE)
+
+    def test_worst_pixels_are_dropped(self):
+        pictures = [constant(1.0), constant(1.0)]
+        pictures[0].rgb[0:9] = array.array("f", [1e6] * 9)  # three of 4096 pixels
+        ascending = pixels.noise(pictures, constant(1.0))
+        self.assertEqual(pixels.rel_mse(ascending), 0.0)
+        self.assertGreater(pixels.rel_mse(ascending, dropped=0.0), 1e6)
+
+
+class Telling(unittest.TestCase):
+    """A run of two settings: the second as fast, with half the noise. Noise falls as 1 / samples, time grows with them."""
+
+    def setUp(self):
+        rows = []
+        for name, factor in (("plain", 1.0), ("better", 0.5)):
+            for spp in (4, 16):
+                rows.append({"setting": name, "spp": spp, "mpaths_per_s": 1.0, "path_tracing_s": spp * 0.1, "peak_mb": 50.0,
+                             "noise": factor / spp, "noise_x_s": factor * 0.1, "first_sample_s": 0.2})
+        scene = {"name": "a <b>", "rows": rows, "reference": None, "pictures": [("plain, 4 samples", "plain", 4, b"PNG")]}
+        self.result = {"threads": 2, "seeds": 3, "clock": "wall", "common_flags": [], "settings": {"plain": [], "better": ["--x"]}, "scenes": [scene]}
+
+    def test_table(self):
+        table = equal_noise.table_of(self.result)
+        lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines()]
+        self.assertEqual(lines[2][:8], ["a <b>", "plain", "4", "1", "0.25", "0.1", "1.000", ""])
+        self.assertEqual(lines[5][:8], ["a <b>", "better", "16", "1", "0.03125", "0.05", "0.500", "-1.00"])
+        self.assertEqual(lines[6][:7], ["geometric mean", "better", "", "", "", "", "0.500"])
+        self.assertEqual(len({len(line) for line in lines}), 1)
+
+    def test_page_is_complete_in_itself(self):
+        page = equal_noise.equal_noise_page.page(self.result, equal_noise.table_of(self.result))
+        plots = re.findall(r"<svg.*?</svg>", page, re.S)
+        self.assertEqual(len(plots), 2)
+        for plot in plots:
+            self.assertEqual(xml.dom.minidom.parseString(plot).getElementsByTagName("circle").length, 4)
+        self.assertIn("data:image/png;base64,UE5H", page)
+        self.assertIn("a &lt;b&gt;", page)
+        for word in ("http:", "https:", "<script", "<link"):
+            self.assertNotIn(word, page)
+
+
+@unittest.skipUnless(PROGRAM, "kindling is not built")
+class Program(unittest.TestCase):
+    def run_script(self, *arguments):
+        return subprocess.run([sys.executable, str(BENCH / "equal_noise.py"), "--kindling", PROGRAM, *map(str, arguments)],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def test_two_settings_of_a_tiny_scene(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = {kind: Path(folder) / f"out.{kind}" for kind in ("json", "html", "markdown")}
+            done = self.run_script(SCENES / "cornell_box.glb", "--setting", "full=", "--setting", "dim=--clamp-direct 0 --clamp-indirect 0",
+                                   "--spp", "1,4", "--seeds", "2", "--size", "24x16", "--reference-spp", "8", "--threads", "1", "--clock", "cpu",
+                                   *(part for kind, path in files.items() for part in (f"--{kind}", path)))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(files["markdown"].read_text(), done.stdout)
+            result = json.loads(files["json"].read_text())
+            page = files["html"].read_text()
+        self.assertEqual(list(result["settings"]), ["full", "dim"])
+        rows = {(row["setting"], row["spp"]): row for row in result["scenes"][0]["rows"]}
+        self.assertEqual(len(rows), 4)
+        for row in rows.values():
+            self.assertGreater(row["path_tracing_s"], 0.0)
+            self.assertEqual(len(row["path_tracing_s_of_runs"]), 2)
+        self.assertGreater(rows["full", 1]["noise"], rows["full", 4]["noise"])
+        # Flags reach the renderer: without lit surfaces there is little noise, and much is missing.
+        self.assertLess(rows["dim", 4]["noise_all_pixels"], rows["full", 4]["noise_all_pixels"])
+        self.assertLess(max(rows["dim", 4]["mean_against_reference"]), -0.3)
+        self.assertEqual(page.count("data:image/png;base64,"), 5)  # two settings, two counts, the reference
+        self.assertEqual(len(re.findall("<svg", page)), 2)
+
+    def test_wrong_input(self):
+        tiny = SCENES / "tiny" / "skin.gltf"
+        for arguments, message in (
+                ([tiny, "--setting", "--accel kdtree"], "is not NAME=FLAGS"),
+                ([tiny, "--setting", "a=", "--setting", "a="], "two are called a"),
+                ([tiny, "--cycles", "--clock", "cpu"], "--clock wall"),
+                ([tiny, "--spp", "4,0"], "is not a list of numbers"),
+                (["nowhere.glb"], "nowhere.glb: no such file"),
+                ([tiny, tiny], "two scenes are called skin"),
+                ([tiny, "--only", "skim"], "no scene skim"),
+                ([tiny, "--size", "8x8", "--setting", "a=--no-such-flag"], "--no-such-flag")):
+            done = self.run_script(*arguments)
+            self.assertNotEqual(done.returncode, 0, arguments)
+            self.assertIn(message, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
+    def test_broken_tables(self):
+        for text in ("{", '{"a": {"hdr": null}}'):
+            with tempfile.TemporaryDirectory() as folder:
+                (Path(folder) / "scenes.json").write_text(text)
+                done = self.run_script(folder)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("scenes.json", done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,124 @@
+// Trimming of outliers: the rule on blocks whose Gini coefficient is known, and what a film makes of it.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/film/film.h"
+#include "renderer/film/outliers.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <random>
+
+namespace kindling {
+namespace {
+
+using Blocks = std::array<BlockSum, kOutlierBlocks>;
+
+Blocks grey_blocks(const std::array<float, kOutlierBlocks>& means) {
+  Blocks blocks;
+  for (size_t i = 0; i < means.size(); ++i) blocks[i].add(Rgb(means[i]), 1.0f);
+  return blocks;
+}
+
+TEST(Outliers, NamesComeBack) {
+  for (const Outliers outliers : {Outliers::keep, Outliers::trim})
+    EXPECT_EQ(outliers_from_name(outliers_name(outliers)), outliers);
+  EXPECT_FALSE(outliers_from_name("drop"));
+}
+
+TEST(Outliers, AlikeBlocksAreKept) {
+  EXPECT_FALSE(outliers_trimmed(grey_blocks({2, 2, 2, 2, 2})));
+  // 1 to 5: G = 20 / (5 15) = 0.27 and k = floor(0.67) = 0.
+  EXPECT_FALSE(outliers_trimmed(grey_blocks({5, 3, 1, 2, 4})));
+}
+
+// Of 1 to 4 and 14: G = 56 / (5 24) = 0.47 and k = floor(1.17) = 1.
+TEST(Outliers, BrightBlockIsLeftOut) {
+  Blocks blocks = grey_blocks({4, 3, 1, 14, 2});
+  const std::optional<Rgb> trimmed = outliers_trimmed(blocks);
+  ASSERT_TRUE(trimmed);
+  EXPECT_FLOAT_EQ(trimmed->x, 3.0f);
+  // Its colour goes with it.
+  blocks[3].rgb[0] = 0.0f;
+  blocks[3].rgb[2] = 100.0f;
+  ASSERT_TRUE(outliers_trimmed(blocks));
+  EXPECT_EQ(*outliers_trimmed(blocks), *trimmed);
+  // Blocks count by their weight.
+  blocks[0].add(Rgb(4.0f), 1.0f);
+  EXPECT_FLOAT_EQ(outliers_trimmed(blocks)->x, (2.0f + 3.0f + 8.0f) / 4.0f);
+}
+
+// All the light in one block: G = 0.8, k = 2, the median.
+TEST(Outliers, AllLightInOneBlockIsLost) {
+  const std::optional<Rgb> trimmed = outliers_trimmed(grey_blocks({0, 0, 7, 0, 0}));
+  ASSERT_TRUE(trimmed);
+  EXPECT_EQ(*trimmed, Rgb(0.0f));
+}
+
+TEST(Outliers, WhatCannotBeJudgedIsKept) {
+  EXPECT_FALSE(outliers_trimmed(Blocks{}));
+  EXPECT_FALSE(outliers_trimmed(grey_blocks({0, 0, 0, 0, 0})));
+  Blocks two{};
+  two[0].add(Rgb(1.0f), 1.0f);
+  two[4].add(Rgb(1000.0f), 1.0f);
+  EXPECT_FALSE(outliers_trimmed(two));
+  Blocks negative = grey_blocks({1, 1, 1, 1, 1000});
+  EXPECT_TRUE(outliers_trimmed(negative));
+  negative[3].add(Rgb(1.0f), -2.0f); // of a filter's negative lobe
+  EXPECT_FALSE(outliers_trimmed(negative));
+}
+
+constexpr int kPixels = 200;
+
+// Uniform noise around 1; samples of which `is_firefly(pixel, sample)` holds are 1000 times as bright.
+template <typename IsFirefly>
+Film noisy_film(bool trim, int samples, const IsFirefly& is_firefly) {
+  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, AovSet{});
+  if (trim) film.trim_outliers();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0.9f, 1.1f);
+  for (int x = 0; x < kPixels; ++x)
+    for (int i = 0; i < samples; ++i) {
+      const float y = uniform(random) * (is_firefly(x, i) ? 1000.0f : 1.0f);
+      film.add({x, 0}, {Rgb(y), 1.0f, 1.0f, static_cast<uint32_t>(i)});
+    }
+  return film;
+}
+
+bool same_beauty(const Film& a, const Film& b) {
+  const std::vector<float> x = a.resolve(Aov::beauty), y = b.resolve(Aov::beauty);
+  return std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
+}
+
+// Where no sample stands out, a trimmed film is the film to the bit.
+TEST(Outliers, FilmWithoutFirefliesIsTheSame) {
+  const auto none = [](int, int) { return false; };
+  EXPECT_TRUE(same_beauty(noisy_film(false, 64, none), noisy_film(true, 64, none)));
+}
+
+// One firefly in each third pixel.
+TEST(Outliers, FirefliesLeaveAFilm) {
+  const auto one = [](int x, int i) { return x % 3 == 0 && i == x * 7 % 64; };
+  const Film kept = noisy_film(false, 64, one), trimmed = noisy_film(true, 64, one);
+  const std::vector<float> with_fireflies = kept.resolve(Aov::beauty), beauty = trimmed.resolve(Aov::beauty);
+  for (size_t i = 0; i < beauty.size(); ++i) {
+    EXPECT_GT(with_fireflies[i], i / 3 % 3 == 0 ? 10.0f : 0.9f);
+    EXPECT_NEAR(beauty[i], 1.0f, 5.0f * 0.058f / 6.2f); // three blocks of 12 or 13 samples, or all
+  }
+  // Other AOVs are means of all samples as ever.
+  EXPECT_EQ(trimmed.resolve(Aov::alpha), kept.resolve(Aov::alpha));
+  EXPECT_EQ(trimmed.memory_bytes() - kept.memory_bytes(), size_t{kPixels} * 80);
+}
+
+// What was a firefly at few samples is part of the picture at many: the estimator is consistent.
+TEST(Outliers, ManySamplesAreKept) {
+  std::mt19937 random(11);
+  std::bernoulli_distribution often(0.1);
+  std::vector<bool> fireflies(size_t{kPixels} * 4096);
+  for (size_t i = 0; i < fireflies.size(); ++i) fireflies[i] = often(random);
+  const auto some = [&](int x, int i) { return fireflies[static_cast<size_t>(x) * 4096 + static_cast<size_t>(i)]; };
+  EXPECT_TRUE(same_beauty(noisy_film(false, 4096, some), noisy_film(true, 4096, some)));
+}
+
+} // namespace
+} // namespace kindling

@@ -1,0 +1,116 @@
+// --caustics: what the options leave out or widen, against scenes that have it so by themselves, to the bit.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/test_scenes.h"
+
+#include <cstring>
+
+namespace kindling::test {
+namespace {
+
+Material mirror_material(float roughness) {
+  Material mirror;
+  mirror.base_color_factor = V4f(0.9f, 0.8f, 0.7f, 1.0f);
+  mirror.metallic_factor = 1.0f;
+  mirror.roughness_factor = roughness;
+  mirror.double_sided = true;
+  return mirror;
+}
+
+// A floor that is lit by a small lamp, directly and by way of a wall beside it.
+std::unique_ptr<const World> lit_floor(const Material& wall, const Material& floor = diffuse_material(Rgb(0.7f))) {
+  return make_world(make_scene({floor, wall, emissive_material(Rgb(40.0f, 30.0f, 20.0f))},
+                               {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
+                                quad(V3f(-2, 0, -2), V3f(4, 0, 0), V3f(0, 3, 0), 1),
+                                quad(V3f(-0.2f, 2, 0.5f), V3f(0.4f, 0, 0), V3f(0, 0, 0.4f), 2)}),
+                    accel::Kind::embree);
+}
+
+// The floor alone, so that the wall is seen by bounces only.
+Camera floor_camera() { return beam_camera(V3f(0, 5, 4), V3f(0, 0, 0), 0.5f, V2i(16, 16)); }
+
+Film render_floor(const World& world, Caustics caustics, uint32_t spp, const Camera& camera = floor_camera()) {
+  RenderSettings settings = small_render(V2i(16, 16), spp);
+  settings.integrator.caustics = caustics;
+  Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
+  EXPECT_TRUE(outcome.ok());
+  return std::move(outcome).value().film;
+}
+
+bool same_picture(const Film& a, const Film& b) {
+  const std::vector<float> x = a.resolve_rgba(), y = b.resolve_rgba();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
+}
+
+constexpr Caustics kAll[] = {Caustics::full, Caustics::regularised, Caustics::off};
+
+TEST(Caustics, NamesComeBack) {
+  for (const Caustics caustics : kAll) EXPECT_EQ(caustics_from_name(caustics_name(caustics)), caustics);
+  EXPECT_FALSE(caustics_from_name("on"));
+}
+
+// Without narrow lobes there is nothing to change.
+TEST(Caustics, DiffuseScenesAreTheSame) {
+  const auto world = lit_floor(diffuse_material(Rgb(0.5f)));
+  const Film full = render_floor(*world, Caustics::full, 16);
+  EXPECT_TRUE(same_picture(render_floor(*world, Caustics::regularised, 16), full));
+  EXPECT_TRUE(same_picture(render_floor(*world, Caustics::off, 16), full));
+}
+
+// Off: a metal wall is a black one to the light that a diffuse floor gathers.
+TEST(Caustics, OffMakesMetalBlack) {
+  const Film off = render_floor(*lit_floor(mirror_material(0.1f)), Caustics::off, 16);
+  const Film black = render_floor(*lit_floor(diffuse_material(Rgb(0.0f))), Caustics::full, 16);
+  EXPECT_TRUE(same_picture(off, black));
+  const Film full = render_floor(*lit_floor(mirror_material(0.1f)), Caustics::full, 256);
+  EXPECT_GT(mean_of(full).luminance,
+            mean_of(off).luminance + 4.5 * std::hypot(mean_of(full).standard_error, mean_of(off).standard_error));
+}
+
+// The camera sees mirrors, and mirrors in mirrors, in every case.
+TEST(Caustics, OffKeepsWhatMirrorsShow) {
+  const auto world = lit_floor(mirror_material(0.1f), mirror_material(0.0f));
+  EXPECT_TRUE(same_picture(render_floor(*world, Caustics::off, 16), render_floor(*world, Caustics::full, 16)));
+}
+
+// Regularised: the first sample sees the wall as rough as that, 0.3 = 0.5477^2.
+TEST(Caustics, RegularisedWidensTheWall) {
+  EXPECT_FLOAT_EQ(regularised_alpha(1.0f, 0), 0.3f);
+  const auto smooth = lit_floor(mirror_material(0.1f)), rough = lit_floor(mirror_material(std::sqrt(0.3f)));
+  const Film regularised = render_floor(*smooth, Caustics::regularised, 1);
+  EXPECT_TRUE(same_picture(regularised, render_floor(*rough, Caustics::full, 1)));
+  EXPECT_FALSE(same_picture(regularised, render_floor(*smooth, Caustics::full, 1)));
+  // What is rougher already stays as it is.
+  const auto rougher = lit_floor(mirror_material(0.6f));
+  EXPECT_TRUE(
+      same_picture(render_floor(*rougher, Caustics::regularised, 16), render_floor(*rougher, Caustics::full, 16)));
+}
+
+TEST(Caustics, RegularisedWidensLessAndLess) {
+  EXPECT_NEAR(regularised_alpha(1.0f, 63), 0.15f, 1e-6f);
+  EXPECT_NEAR(regularised_alpha(1.0f, 4095), 0.075f, 1e-6f);
+  EXPECT_FLOAT_EQ(regularised_alpha(0.5f, 0), 0.15f);
+  EXPECT_EQ(regularised_alpha(0.0f, 0), 0.0f); // mirrors in mirrors stay sharp
+  WidestLobe widest;
+  widest.add(Lobe::glossy, 0.5f);
+  EXPECT_NEAR(widest.alpha(), 0.25f, 0.5f / 255.0f);
+  widest.add(Lobe::glossy, 0.1f);
+  EXPECT_NEAR(widest.alpha(), 0.25f, 0.5f / 255.0f);
+  widest.add(Lobe::diffuse, 0.0f);
+  EXPECT_EQ(widest.alpha(), 1.0f);
+}
+
+// Wider lobes reflect as much light: in a closed white box nothing is lost or gained.
+TEST(Caustics, RegularisedKeepsEnergy) {
+  Material white;
+  white.metallic_factor = 0.5f;
+  white.roughness_factor = 0.05f;
+  const auto world = make_world(make_scene({white}, {sphere(V3f(0.0f), 1.0f, 32, 0)}), accel::Kind::embree,
+                                std::make_shared<Environment>(Rgb(1.0f)));
+  const Film film =
+      render_floor(*world, Caustics::regularised, 64, beam_camera(V3f(1, 2, 3), V3f(0.0f), 0.5f, V2i(16, 16)));
+  // The tables of albedos are exact to 0.2 %.
+  EXPECT_NEAR(mean_of(film).luminance, 1.0, 4.5 * mean_of(film).standard_error + 2e-3);
+}
+
+} // namespace
+} // namespace kindling::test
