@@ -21,7 +21,7 @@ TEST(LightSet, EmptyOnes) {
   EXPECT_EQ(nothing.light_count(), 0u);
   EXPECT_FALSE(nothing.sample({0, 0, 0}, {0, 1, 0}, 0.5f, {0.5f, 0.5f}));
   EXPECT_EQ(nothing.pdf_environment({0, 0, 0}, {0, 1, 0}, {0, 1, 0}), 0.0f);
-  EXPECT_EQ(nothing.environment_radiance({0, 1, 0}), Rgb(0.0f));
+  EXPECT_EQ(nothing.environment_radiance(V3f(0, 1, 0)), Rgb(0.0f));
   EXPECT_EQ(nothing.environment(), nullptr);
 
   LightSetInput dark;
