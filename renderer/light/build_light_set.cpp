@@ -82,8 +82,10 @@ LightSet::LightSet(LightSetInput input)
     light_count_ += punctuals_[i].luminance > 0.0f ? 1 : 0;
   }
   if (environment_) {
-    // Half of a uniform sky of radiance L lights a plane by pi L. An environment of subnormal radiance is still there.
-    environment_irradiance_ = std::clamp(0.25f * luminance(environment_->total_radiance()), 1e-30f, 1e30f);
+    // Half of a uniform sky of radiance L lights a plane by pi L; only what its density follows is to be shared out. An
+    // environment of subnormal radiance is still there.
+    const float total = luminance(environment_->total_radiance()) * environment_->sampled_share();
+    environment_irradiance_ = std::clamp(0.25f * total, 1e-30f, 1e30f);
     ++families;
     ++light_count_;
   }

@@ -65,6 +65,8 @@ class Environment {
   void prefetch_samples(std::span<const V2f> draws) const;
   // Radiance integrated over the sphere, W/m^2 per channel: pi times it is a disc's flux per unit radius squared.
   [[nodiscard]] Rgb total_radiance() const { return total_radiance_; }
+  // How much of it, as luminance, the density of sample() follows; the rest is left to BSDF sampling. In (0, 1].
+  [[nodiscard]] float sampled_share() const { return sampled_share_; }
   [[nodiscard]] bool is_black() const { return constant_pdf_ == 0.0f && row_factors_.empty(); }
   [[nodiscard]] size_t memory_bytes() const;
 
@@ -96,6 +98,7 @@ class Environment {
   float constant_pdf_ = 0.0f;   // of one colour that is not black
   Rgb constant_{0.0f};
   Rgb total_radiance_{0.0f};
+  float sampled_share_ = 1.0f;
   // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
   // (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
   std::vector<HalfTexel> texels_;

@@ -230,6 +230,23 @@ TEST(Environment, MemoryIsAsDocumented) {
   EXPECT_LT(static_cast<double>(environment.memory_bytes()), 13.5 * 512 * 256);
 }
 
+// What is even over the sky is left to BSDF sampling, a sun is not, and one colour has nothing that stands out.
+TEST(Environment, DensityFollowsWhatStandsOut) {
+  const auto sky = [](float sun) {
+    return Environment(float_picture(64, 32, [&](int x, int y) { return Rgb(x == 20 && y == 8 ? sun : 1.0f); }), 0.0f,
+                       1.0f);
+  };
+  const Environment even = sky(1.0f);
+  EXPECT_NEAR(even.sampled_share(), 0.3f, 2e-3f);
+  EXPECT_NEAR(even.pdf(V3f(0.6f, 0.48f, 0.64f)), 0.25f * kInvPi,
+              2.5e-3f * kInvPi); // sin(theta) within a row is not told apart
+  const Environment sunny = sky(1e5f);
+  EXPECT_GT(sunny.sampled_share(), 0.9f);
+  EXPECT_LT(sunny.sampled_share(), 1.0f);
+  EXPECT_GT(sunny.pdf(V3f(0.0f, -1.0f, 0.0f)), 0.0f); // far from the sun, and still possible
+  EXPECT_EQ(Environment(Rgb(2.0f)).sampled_share(), 1.0f);
+}
+
 TEST(Environment, PositiveDensityWhereverThereIsLight) {
   const Environment environment(test::uneven_picture(37, 19), 1.0f, 1.0f);
   test::Random random(8);
