@@ -70,7 +70,8 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, 
                                             const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                                             AovSet aovs, const Guide* guide) {
   switch (settings.kind) {
-  case IntegratorKind::path: return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide);
+  case IntegratorKind::path:
+    return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide);
   case IntegratorKind::ambient_occlusion:
     return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter);
   default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter);

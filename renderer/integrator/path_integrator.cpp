@@ -28,13 +28,6 @@ Rgb clamped(const Rgb& radiance, float largest) {
 
 // Templates below: Vertex is PathIntegrator's own.
 template <typename Vertex>
-void guide(const Guide& guide, Vertex& vertex) {
-  if (!guide.patches.empty()) vertex.bsdf.guide_to(guide.patches, vertex.surface.position);
-  if (!guide.light_shares.empty())
-    vertex.light_shares = &guide.light_shares.find(vertex.surface.position, vertex.surface.geometric_normal);
-}
-
-template <typename Vertex>
 void record_light(const Vertex& vertex, const LightSample& light, const Rgb& contribution, PathRecorder& recorder) {
   recorder.offer_light({.position = vertex.surface.position,
                         .facing = static_cast<uint8_t>(facing_of(vertex.surface.geometric_normal)),
@@ -126,44 +119,59 @@ void PathIntegrator::shade(PathContext& context) const {
   context.next_active.clear();
   context.next_rays.clear();
   const size_t count = context.active.size();
-  for (size_t first = 0; first < count; first += PathContext::kShadeGroup) {
-    const size_t end = std::min(first + PathContext::kShadeGroup, count);
+  for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
+    const size_t end = std::min(first + ShadeGroup::kSize, count);
     prepare_group(first, end - first, context);
+    sample_lights(first, end - first, context);
     for (size_t i = first; i < end; ++i) {
+      ShadeGroup::Member& member = context.group.members[i - first];
       if (context.hits[i].is_hit())
-        shade_hit(i, context.draws[i - first], context);
+        shade_hit(i, member, context);
       else
-        shade_escaped(context.rays[i], context.escaped[i - first], context.active[i], context);
+        shade_escaped(context.rays[i], member.escaped, context.active[i], context);
     }
   }
 }
 
-// Asks for the memory that the paths of a group will read: latencies of one hide behind those of the others.
+// What the paths of a group have met. Memory is asked for ahead: the latency of one hides behind those of the others.
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
   const std::span<const accel::Hit> hits(context.hits.data() + first, count);
   world_.prefetch(hits);
-  std::array<V2f, PathContext::kShadeGroup> light_u;
-  size_t hit_count = 0;
   for (size_t i = 0; i < count; ++i) {
-    if (!hits[i].is_hit()) {
-      context.escaped[i] = world_.lights().locate_in_environment(context.rays[first + i].direction);
-      continue;
-    }
-    const uint32_t slot = context.active[first + i];
-    context.draws[i] =
-        draw_bounce(context.camera_samples[slot].address, bounce_dimension(context.states[slot], kDirectionDimension));
-    light_u[hit_count++] = context.draws[i].light;
+    if (!hits[i].is_hit())
+      context.group.members[i].escaped = world_.lights().locate_in_environment(context.rays[first + i].direction);
   }
-  world_.lights().prefetch_samples(std::span(light_u).first(hit_count));
+  for (size_t i = 0; i < count; ++i) {
+    if (hits[i].is_hit()) world_.surface_at(context.rays[first + i], hits[i], context.group.members[i].surface);
+  }
 }
 
-void PathIntegrator::shade_hit(size_t i, const BounceDraws& u, PathContext& context) const {
+// One light for every vertex of a group that reflects.
+void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
+  ShadeGroup& group = context.group;
+  size_t query_count = 0;
+  for (size_t i = 0; i < count; ++i) {
+    ShadeGroup::Member& member = group.members[i];
+    const uint32_t slot = context.active[first + i];
+    const PathState& state = context.states[slot];
+    if (!context.hits[first + i].is_hit() || member.surface.unlit || state.emission_only) continue;
+    const V3f& normal = member.surface.geometric_normal;
+    member.draws = draw_bounce(context.camera_samples[slot].address, bounce_dimension(state, kDirectionDimension));
+    member.light_shares =
+        guide_ && !guide_->light_shares.empty() ? &guide_->light_shares.find(member.surface.position, normal) : nullptr;
+    member.light = static_cast<uint32_t>(query_count);
+    group.queries[query_count++] = {member.surface.position, normal, member.draws.light, member.draws.spare,
+                                    member.light_shares};
+  }
+  world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
+}
+
+void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const {
   const uint32_t slot = context.active[i];
   const accel::Ray& ray = context.rays[i];
   const accel::Hit& hit = context.hits[i];
   PathState& state = context.states[slot];
-  SurfacePoint& surface = context.surface;
-  world_.surface_at(ray, hit, surface);
+  SurfacePoint& surface = member.surface;
   if (context.recorder) context.recorder->arrive(slot, state, &surface);
   trace_surface(context, ray, hit, surface, world_, state);
   // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
@@ -180,10 +188,10 @@ void PathIntegrator::shade_hit(size_t i, const BounceDraws& u, PathContext& cont
     restrain_caustics(settings_.caustics, state.diffuse_bounces > 0, state.widest_lobe,
                       context.camera_samples[slot].sample_index, surface.bsdf);
   const Frame frame = Frame::around(surface.shading_normal);
-  Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot, u};
-  if (guide_) guide(*guide_, vertex);
+  Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot, member};
+  if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
   if (context.recorder) vertex.bsdf.find_allowed();
-  sample_light(vertex, context);
+  light_vertex(vertex, context);
   if (passes) {
     continue_through(ray, surface, slot, context);
     return;
@@ -255,14 +263,12 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
 }
 
 // Next-event estimation: the contribution waits in a record until the shadow rays of the whole batch are traced.
-void PathIntegrator::sample_light(const Vertex& vertex, PathContext& context) const {
+void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
-  const std::optional<LightSample> light =
-      world_.lights().sample(surface.position, surface.geometric_normal, vertex.u.light.x,
-                             {vertex.u.spare, vertex.u.light.y}, vertex.light_shares);
+  const std::optional<LightSample>& light = context.group.lights[vertex.member.light];
   if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
   const BsdfEval eval = vertex.bsdf.eval(light->wi);
   if (is_black(eval.value)) return;
@@ -279,7 +285,8 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kDirectionDimension);
-  const std::optional<GuidedBsdf::Sample> scattered = vertex.bsdf.sample(vertex.u.choice.y, vertex.u.direction);
+  const std::optional<GuidedBsdf::Sample> scattered =
+      vertex.bsdf.sample(vertex.member.draws.choice.y, vertex.member.draws.direction);
   if (!scattered) return false;
   const V3f wi = scattered->wi;
   if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
@@ -291,7 +298,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
   if (state.bounce >= settings_.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
-    if (vertex.u.roulette >= survival) return false;
+    if (vertex.member.draws.roulette >= survival) return false;
     state.throughput /= survival;
   }
 
@@ -300,7 +307,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.geometric_normal;
-  state.light_shares = vertex.light_shares;
+  state.light_shares = vertex.member.light_shares;
   state.transparent_surfaces = 0;
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
                                .t_min = 0.0f,

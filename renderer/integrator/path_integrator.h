@@ -5,7 +5,6 @@
 #include "renderer/integrator/guided_scattering.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_state.h"
-#include "renderer/sampling/bounce_draws.h"
 
 namespace kindling {
 
@@ -26,9 +25,8 @@ class PathIntegrator final : public Integrator {
     const SurfacePoint& surface;
     const Frame& frame; // around the shading normal
     GuidedBsdf bsdf;
-    uint32_t slot;        // of the path
-    const BounceDraws& u; // choice.x chooses the light, choice.y the lobe
-    const LightShares* light_shares = nullptr;
+    uint32_t slot; // of the path
+    const ShadeGroup::Member& member;
   };
 
   // The stages of a wave, in the order in which they run.
@@ -39,14 +37,16 @@ class PathIntegrator final : public Integrator {
   void trace_bounces(PathContext& context) const;
   void finish_wave(size_t path_count, PathContext& context, Film& film) const;
 
-  // Steps of shade(), for one path.
+  // Steps of shade(), for the active paths [first, first + count).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
-  void shade_hit(size_t i, const BounceDraws& u, PathContext& context) const;
+  void sample_lights(size_t first, size_t count, PathContext& context) const;
+  // The same for one path.
+  void shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const;
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
-  void sample_light(const Vertex& vertex, PathContext& context) const;
+  void light_vertex(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
   void record_surface(const SurfacePoint& surface, const GltfBsdf* bsdf, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;

@@ -4,7 +4,7 @@
 
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
-#include "renderer/sampling/bounce_draws.h"
+#include "renderer/integrator/shade_group.h"
 
 #include <array>
 #include <cstdint>
@@ -55,10 +55,6 @@ class PathContext final : public ThreadContext {
         next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size), shadow_rays(batch_size),
         shadow_records(batch_size), occluded(batch_size) {}
 
-  // Paths that are shaded one after the other once the memory of all of them was asked for: what they need fits the
-  // first-level cache.
-  static constexpr size_t kShadeGroup = 32;
-
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<PathState> states;            // by slot
   std::vector<FilmSurface> surfaces;        // by slot; empty if no AOV needs it
@@ -69,9 +65,7 @@ class PathContext final : public ThreadContext {
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
   PathRecorder* recorder = nullptr; // set while a guide is trained
-  std::array<BounceDraws, kShadeGroup> draws;             // of the group that is shaded
-  std::array<Environment::Location, kShadeGroup> escaped; // of the group that is shaded
-  SurfacePoint surface;                                   // of the path that is shaded
+  ShadeGroup group;
 };
 
 } // namespace kindling

@@ -3,7 +3,10 @@
 #include "renderer/light/light_set.h"
 
 #include "renderer/base/hash.h"
+#include "renderer/base/prefetch.h"
 #include "renderer/sampling/warp.h"
+
+#include <array>
 
 namespace kindling {
 
@@ -94,64 +97,121 @@ float LightSet::tree_probability(const V3f& point, const V3f& normal, const Ligh
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
-std::optional<LightSample> LightSet::sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
-                                            const LightShares* learned) const {
-  if (empty()) return std::nullopt;
-  if (single_family_ && environment_) return environment_->sample({u_light, u.y});
-  if (single_family_ && tree_.by_intensity()) return sample_tree(point, normal, static_cast<double>(u_light), u.y);
+LightSet::Choice LightSet::choose_kind(const LightQuery& query) const {
+  Choice result;
+  if (empty()) return result;
+  if (single_family_ && environment_) {
+    result.kind = Choice::Kind::environment;
+    result.rest = static_cast<double>(query.u.x);
+    return result;
+  }
+  if (single_family_ && tree_.by_intensity()) {
+    result.kind = Choice::Kind::tree;
+    result.rest = static_cast<double>(query.u.x);
+    return result;
+  }
   // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
-  const auto digits = hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
-  double rest = static_cast<double>(u_light) + static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
-  if (single_family_) return sample_tree(point, normal, rest, u.y);
-
-  std::optional<LightSample> result;
-  float probability = 1.0f;
+  const auto digits = hash_combine(std::bit_cast<uint32_t>(query.digits), std::bit_cast<uint32_t>(query.u.y));
+  result.rest = static_cast<double>(query.u.x) + static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
+  if (single_family_) {
+    result.kind = Choice::Kind::tree;
+    return result;
+  }
   // The tree, then the directional lights, then the environment.
-  const Shares all = shares(point, normal, learned);
-  rest *= static_cast<double>(all.sum);
+  const Shares all = shares(query.point, query.normal, query.learned);
+  result.rest *= static_cast<double>(all.sum);
   const auto chooses = [&](float weight) {
-    if (rest < static_cast<double>(weight)) {
-      rest /= static_cast<double>(weight);
-      probability = weight / all.sum;
+    if (result.rest < static_cast<double>(weight)) {
+      result.rest /= static_cast<double>(weight);
+      result.probability = weight / all.sum;
       return true;
     }
-    rest -= static_cast<double>(weight);
+    result.rest -= static_cast<double>(weight);
     return false;
   };
   if (chooses(all.tree)) {
-    result = sample_tree(point, normal, rest, u.y);
-  } else {
-    bool chosen = false;
-    for (size_t i = first_directional_; i < punctuals_.size() && !chosen; ++i) {
-      chosen = chooses(light_share_weight(directional_irradiance(punctuals_[i], normal), all.strongest) *
-                       all.directional_scale);
-      if (!chosen) continue;
-      result = sample_punctual(punctuals_[i], point);
-      result->kind = LightKind::directional;
-    }
-    if (!chosen && all.environment > 0.0f) {
-      result = environment_->sample({first_coordinate(rest / static_cast<double>(all.environment)), u.y});
-      result->kind = LightKind::environment;
-      probability = all.environment / all.sum;
-    }
+    result.kind = Choice::Kind::tree;
+    return result;
   }
-  if (!result) return std::nullopt;
-  result->kind_probability = probability;
-  result->pdf *= probability;
+  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
+    if (!chooses(light_share_weight(directional_irradiance(punctuals_[i], query.normal), all.strongest) *
+                 all.directional_scale))
+      continue;
+    result.kind = Choice::Kind::directional;
+    result.directional = static_cast<uint32_t>(i);
+    return result;
+  }
+  if (all.environment > 0.0f) {
+    result.kind = Choice::Kind::environment;
+    result.rest /= static_cast<double>(all.environment);
+    result.probability = all.environment / all.sum;
+  }
+  return result;
+}
+
+std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, const Choice& choice,
+                                                   const std::optional<LightTree::Choice>& emitter) const {
+  std::optional<LightSample> result;
+  switch (choice.kind) {
+  case Choice::Kind::none: return std::nullopt;
+  case Choice::Kind::tree:
+    if (!emitter) return std::nullopt;
+    result = emitter->emitter < triangles_.size()
+                 ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y})
+                 : sample_punctual(punctuals_[emitter->emitter - triangles_.size()], query.point);
+    if (!result) return std::nullopt;
+    result->pdf *= emitter->probability;
+    result->kind = LightKind::tree;
+    break;
+  case Choice::Kind::directional:
+    result = sample_punctual(punctuals_[choice.directional], query.point);
+    result->kind = LightKind::directional;
+    break;
+  case Choice::Kind::environment:
+    result = environment_->sample({first_coordinate(choice.rest), query.u.y});
+    result->kind = LightKind::environment;
+    break;
+  }
+  result->kind_probability = choice.probability;
+  result->pdf *= choice.probability;
   if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
   return result;
 }
 
-std::optional<LightSample> LightSet::sample_tree(const V3f& point, const V3f& normal, double u_light, float u_y) const {
-  const std::optional<LightTree::Choice> choice = tree_.choose(point, normal, u_light);
-  if (!choice) return std::nullopt;
-  std::optional<LightSample> result = choice->emitter < triangles_.size()
-                                          ? sample_triangle(choice->emitter, point, {first_coordinate(choice->u), u_y})
-                                          : sample_punctual(punctuals_[choice->emitter - triangles_.size()], point);
-  if (!result) return std::nullopt;
-  result->pdf *= choice->probability;
-  if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
-  return result;
+std::optional<LightSample> LightSet::sample(const LightQuery& query) const {
+  const Choice choice = choose_kind(query);
+  return sample_chosen(query, choice,
+                       choice.kind == Choice::Kind::tree ? tree_.choose(query.point, query.normal, choice.rest)
+                                                         : std::nullopt);
+}
+
+// In steps over all of a group, each of which asks for the memory that the next one reads.
+void LightSet::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
+  constexpr size_t kGroup = 32;
+  std::array<Choice, kGroup> choices;
+  std::array<V2f, kGroup> draws;                                 // of the environment
+  std::array<LightTree::Query, kGroup> descents;                 // of the tree
+  std::array<std::optional<LightTree::Choice>, kGroup> emitters; // where they end
+  for (size_t first = 0; first < queries.size(); first += kGroup) {
+    const std::span<const LightQuery> group = queries.subspan(first, std::min(kGroup, queries.size() - first));
+    size_t draw_count = 0, descent_count = 0;
+    for (size_t i = 0; i < group.size(); ++i) {
+      choices[i] = choose_kind(group[i]);
+      if (choices[i].kind == Choice::Kind::environment)
+        draws[draw_count++] = {first_coordinate(choices[i].rest), group[i].u.y};
+      else if (choices[i].kind == Choice::Kind::tree)
+        descents[descent_count++] = {group[i].point, group[i].normal, choices[i].rest};
+    }
+    if (draw_count > 0) environment_->prefetch_samples(std::span(draws).first(draw_count));
+    tree_.choose(std::span(descents).first(descent_count), emitters);
+    for (size_t i = 0; i < descent_count; ++i)
+      if (emitters[i] && emitters[i]->emitter < triangles_.size()) prefetch(&triangles_[emitters[i]->emitter]);
+    size_t descent = 0;
+    for (size_t i = 0; i < group.size(); ++i) {
+      const bool in_tree = choices[i].kind == Choice::Kind::tree;
+      samples[first + i] = sample_chosen(group[i], choices[i], in_tree ? emitters[descent++] : std::nullopt);
+    }
+  }
 }
 
 std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u) const {

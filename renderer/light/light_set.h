@@ -60,6 +60,17 @@ struct LightSetInput {
   float scene_radius_m = 1.0f;
 };
 
+// From where light is wanted, and the random numbers that choose it.
+struct LightQuery {
+  V3f point;
+  V3f normal; // unit, on the side that is lit: light from below its horizon is offered rarely; zero: light from all around is wanted
+  V2f u; // in [0, 1)^2: x chooses, and what is left of it is the first coordinate on the light, y the second
+  float digits = 0.0f; // in [0, 1): goes on where the 24 bits of u.x end
+  const LightShares* learned =
+      nullptr; // how the kinds of light share the samples here, in place of the estimate. All densities
+               // take it, too
+};
+
 // Immutable, thread-safe, without allocation after construction. Triangles, point and spot lights are chosen by a
 // LightTree; that tree, each directional light and the environment have shares (light_share()) that follow the
 // irradiance which each would bring to the point if nothing were in between. Lights without power are never chosen.
@@ -72,14 +83,15 @@ class LightSet {
 
   [[nodiscard]] bool empty() const { return light_count_ == 0; }
 
-  // A light and a direction to it, seen from `point`. `normal` (unit, on the side that is lit): light from below its
-  // horizon is not wanted, and is offered rarely; zero: light from all around is. u_light in [0, 1) chooses a light, and what is
-  // left of it chooses a point there, together with u.y: the pair should be stratified. u.x only adds digits. u in [0, 1)^2.
-  // Empty: nothing useful (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
-  // window for `range_m`. `learned`: how the kinds of light share the samples here, in place of the estimate; null: not known. All
-  // densities take it, too.
+  // A light and a direction to it, seen from the point of the query. Empty: nothing useful (counts as zero). Point, spot and
+  // directional lights follow KHR_lights_punctual, with its window for `range_m`.
+  [[nodiscard]] std::optional<LightSample> sample(const LightQuery& query) const;
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
-                                                  const LightShares* learned = nullptr) const;
+                                                  const LightShares* learned = nullptr) const {
+    return sample(LightQuery{point, normal, {u_light, u.y}, u.x, learned});
+  }
+  // The same samples for many points, which wait for memory together. As many samples as queries.
+  void sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const;
 
   // The density with which sample() from `point` and `normal` would have produced this hit of emissive triangle number
   // `triangle` (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit
@@ -119,11 +131,6 @@ class LightSet {
     environment_->prefetch(at);
     return at;
   }
-  // Asks for memory that sample(point, normal, u_light, u) will read for a few dozen draws (u_light, u.y), as far as that does not
-  // depend on the point.
-  void prefetch_samples(std::span<const V2f> draws) const {
-    if (single_family_ && environment_) environment_->prefetch_samples(draws);
-  }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
 
   // Lights that can be chosen, each emissive triangle one.
@@ -159,6 +166,14 @@ class LightSet {
     float directional_scale = 1.0f; // of the weights of directional lights
   };
 
+  // One of the kinds of light, and of directional lights which.
+  struct Choice {
+    enum class Kind : uint8_t { none, tree, directional, environment } kind = Kind::none;
+    uint32_t directional = 0; // index into punctuals_
+    float probability = 1.0f; // of the choice
+    double rest = 0.0;        // what is left of the random number: uniform in [0, 1) again
+  };
+
   void add_punctuals(const LightSetInput& input);
   [[nodiscard]] static EmitterBounds punctual_bounds(const Punctual& light);
   [[nodiscard]] Shares shares(const V3f& point, const V3f& normal, const LightShares* learned) const;
@@ -166,8 +181,10 @@ class LightSet {
   [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
-  [[nodiscard]] std::optional<LightSample> sample_tree(const V3f& point, const V3f& normal, double u_light,
-                                                       float u_y) const;
+  [[nodiscard]] Choice choose_kind(const LightQuery& query) const;
+  // `emitter`: where the tree's choice by choice.rest ended, if the kind is tree.
+  [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
+                                                         const std::optional<LightTree::Choice>& emitter) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
   [[nodiscard]] static std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point);
   // Averages the emission of a triangle over its area.
