@@ -103,9 +103,9 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
       "--time-limit]",
       [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
   flags.value("--noise-threshold", "T",
-              "Stop sampling a pixel once its relative standard error is below T, as in 0.1; 0: never [0]",
+              "Stop sampling a block of 8 x 8 pixels once its relative error is below T, as in 0.1; 0: never [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.adaptive.noise_threshold); });
-  flags.value("--min-spp", "N", "Fewest samples of a pixel with --noise-threshold [128]", [&o](auto text) {
+  flags.value("--min-spp", "N", "Fewest samples of a pixel with --noise-threshold [32]", [&o](auto text) {
     return store(parse_integer(text, 16, kUnlimitedSamplesPerPixel), o.adaptive.min_samples_per_pixel);
   });
   flags.value("--time-limit", "TIME", "End after the pass that passes it: seconds, or 90s, 5m, 1h30m [none]",

@@ -65,19 +65,23 @@ double Film::variance_of_mean(const PixelSum& sum, const Moments& y, double mean
 
 void Film::trim_outliers() { blocks_.assign(sums_.size() * kOutlierBlocks, {}); }
 
-void Film::track_noise() { noise_.assign(sums_.size(), {}); }
-
-double Film::relative_error(const V2i& pixel, uint32_t samples) const {
-  const size_t index = index_of(pixel);
-  const PixelSum& sum = sums_[index];
-  assert(!noise_.empty());
-  if (sum.samples < 2) return std::numeric_limits<double>::infinity();
-  const double by = divisor(sum.weight, sum.samples);
-  double variance = 0.0;
-  for (size_t c = 0; c < 3; ++c)
-    variance = std::max(variance, variance_of_mean(sum, noise_[index][c], sum.rgb[c] / by));
-  const double scale = static_cast<double>(sum.samples) / static_cast<double>(samples);
-  return std::sqrt(variance * scale) / (std::max(mean_luminance(sum.rgb, by), 0.0) + kNoiseFloor);
+Film Film::cut(const PixelRect& crop) const {
+  Film part(size_px_, crop, aovs_);
+  if (!blocks_.empty()) part.trim_outliers();
+  const auto width = static_cast<std::ptrdiff_t>(crop.width());
+  for (int y = crop.min.y; y < crop.max.y; ++y) {
+    const auto from = static_cast<std::ptrdiff_t>(index_of(V2i(crop.min.x, y)));
+    const auto to = static_cast<std::ptrdiff_t>(part.index_of(V2i(crop.min.x, y)));
+    const auto copy_row = [&](const auto& whole, auto& cut, std::ptrdiff_t per_pixel = 1) {
+      if (!whole.empty())
+        std::copy_n(whole.begin() + from * per_pixel, width * per_pixel, cut.begin() + to * per_pixel);
+    };
+    copy_row(sums_, part.sums_);
+    copy_row(luminance_, part.luminance_);
+    copy_row(surfaces_, part.surfaces_);
+    copy_row(blocks_, part.blocks_, kOutlierBlocks);
+  }
+  return part;
 }
 
 void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
@@ -158,8 +162,8 @@ uint64_t Film::total_samples() const {
 }
 
 size_t Film::memory_bytes() const {
-  return sums_.size() * sizeof(PixelSum) + luminance_.size() * sizeof(Moments) + noise_.size() * sizeof(noise_[0]) +
-         surfaces_.size() * sizeof(SurfaceSum) + blocks_.size() * sizeof(BlockSum);
+  return sums_.size() * sizeof(PixelSum) + luminance_.size() * sizeof(Moments) + surfaces_.size() * sizeof(SurfaceSum) +
+         blocks_.size() * sizeof(BlockSum);
 }
 
 } // namespace kindling

@@ -62,9 +62,6 @@ class Film {
     sum.weight += weight;
     sum.samples += 1;
     if (!luminance_.empty()) luminance_[index].add(luminance(sample.radiance), weight);
-    if (!noise_.empty())
-      for (size_t c = 0; c < 3; ++c)
-        noise_[index][c].add(static_cast<double>(sample.radiance[static_cast<int>(c)]), weight);
     if (!blocks_.empty())
       blocks_[index * kOutlierBlocks + sample.index % kOutlierBlocks].add(sample.radiance, sample.weight);
   }
@@ -74,15 +71,17 @@ class Film {
   // Lets outliers_trimmed() decide on the beauty of each pixel, and on no other AOV; before the first add().
   void trim_outliers();
 
-  // Keeps what relative_error() needs; before the first add().
-  void track_noise();
-  // The relative standard error that the pixel's mean will have after `samples` samples, foreseen from those it has:
-  // the largest channel's standard error s / sqrt(samples), divided by the mean's luminance + kNoiseFloor (a relative
-  // error with a floor, as in Rousselle et al. 2011, "Adaptive Sampling and Reconstruction using Greedy Error
-  // Minimization"). s^2 is the unbiased variance of one sample; samples are taken as independent, which stratified ones
-  // undercut. Infinite below two samples. Needs track_noise().
-  [[nodiscard]] double relative_error(const V2i& pixel, uint32_t samples) const;
-  static constexpr double kNoiseFloor = 0.1; // radiance below which noise is judged absolutely
+  // What a pixel has so far: sums of weight times radiance, and of weights.
+  struct Totals {
+    std::array<double, 3> rgb{};
+    double weight = 0.0;
+  };
+  [[nodiscard]] Totals totals(const V2i& pixel) const {
+    const PixelSum& sum = sums_[index_of(pixel)];
+    return {{sum.rgb[0], sum.rgb[1], sum.rgb[2]}, sum.weight};
+  }
+  // The part of this film that lies in `crop`, a rectangle inside of crop().
+  [[nodiscard]] Film cut(const PixelRect& crop) const;
 
   // width * height * channels of the crop window, rows from the top. 0 everywhere for an AOV that neither the set
   // contains nor every film has (beauty, alpha, samples).
@@ -139,10 +138,9 @@ class Film {
   PixelRect crop_;
   AovSet aovs_;
   std::vector<PixelSum> sums_;
-  std::vector<Moments> luminance_;            // only with Aov::variance
-  std::vector<std::array<Moments, 3>> noise_; // by channel; only with track_noise()
-  std::vector<SurfaceSum> surfaces_;          // only where the set needs it
-  std::vector<BlockSum> blocks_;              // kOutlierBlocks for each pixel; only with trim_outliers()
+  std::vector<Moments> luminance_;   // only with Aov::variance
+  std::vector<SurfaceSum> surfaces_; // only where the set needs it
+  std::vector<BlockSum> blocks_;     // kOutlierBlocks for each pixel; only with trim_outliers()
 };
 
 } // namespace kindling

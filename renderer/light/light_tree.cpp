@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
+#include "renderer/base/prefetch.h"
 #include "renderer/light/lanes.h"
+
+#include <array>
+#include <cstddef>
 
 namespace kindling {
 
@@ -51,30 +55,84 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
 
 } // namespace
 
+// One level down. False: the descent has ended, at an emitter or (choice.probability is 0) where nothing reaches the point.
+inline bool LightTree::step(Descent& descent) const {
+  const LightNode& node = nodes_[descent.node];
+  Choice& choice = descent.choice;
+  prefetch(emitters_.data() + node.first_emitter);
+  const Float8 weights = importances(node, descent.point, descent.normal);
+  const Float8 sums = running_sums(weights);
+  const float sum = sums[7];
+  if (!(sum > 0.0f)) {
+    choice.probability = 0.0f;
+    return false;
+  }
+  // The choice is by single precision, which is quicker; what is left of u keeps all its digits.
+  uint32_t lane = std::min(count_up_to(sums, static_cast<float>(choice.u) * sum), kWidth - 1);
+  // Rounded up to the sum, or two sums that should be equal are not.
+  while (!(weights[lane] > 0.0f)) lane = (lane + kWidth - 1) % kWidth;
+  const float weight = weights[lane];
+  const auto before = static_cast<double>(sums_before(sums, lane));
+  choice.u = std::clamp((choice.u * static_cast<double>(sum) - before) / static_cast<double>(weight), 0.0,
+                        0x1.fffffffffffffp-1);
+  choice.probability *= weight / sum;
+  if (!node.is_inner(lane)) {
+    choice.emitter = node.emitter(lane); // a place among emitters_, yet
+    return false;
+  }
+  descent.node = node.child(lane);
+  return true;
+}
+
+std::optional<LightTree::Choice> LightTree::end(const Descent& descent) const {
+  if (!(descent.choice.probability > 0.0f)) return std::nullopt;
+  Choice choice = descent.choice;
+  choice.emitter = emitters_[choice.emitter];
+  return choice;
+}
+
 std::optional<LightTree::Choice> LightTree::choose_by_importance(const V3f& point, const V3f& normal, double u) const {
   if (nodes_.empty()) return std::nullopt;
-  Choice choice{0, 1.0f, u};
-  const LightNode* node = nodes_.data();
-  for (;;) {
-    __builtin_prefetch(emitters_.data() + node->first_emitter);
-    const Float8 weights = importances(*node, point, normal);
-    const Float8 sums = running_sums(weights);
-    const float sum = sums[7];
-    if (!(sum > 0.0f)) return std::nullopt;
-    // The choice is by single precision, which is quicker; what is left of u keeps all its digits.
-    uint32_t lane = std::min(count_up_to(sums, static_cast<float>(choice.u) * sum), kWidth - 1);
-    // Rounded up to the sum, or two sums that should be equal are not.
-    while (!(weights[lane] > 0.0f)) lane = (lane + kWidth - 1) % kWidth;
-    const float weight = weights[lane];
-    const auto before = static_cast<double>(sums_before(sums, lane));
-    choice.u = std::clamp((choice.u * static_cast<double>(sum) - before) / static_cast<double>(weight), 0.0,
-                          0x1.fffffffffffffp-1);
-    choice.probability *= weight / sum;
-    if (!node->is_inner(lane)) {
-      choice.emitter = emitters_[node->emitter(lane)];
-      return choice;
+  Descent descent{point, normal, 0, {0, 1.0f, u}};
+  while (step(descent)) {
+  }
+  return end(descent);
+}
+
+// All descend a level before any goes on to the next: one waits for memory, and for the chain of its arithmetic, while the
+// others work.
+void LightTree::descend(std::span<Descent> descents) const {
+  std::array<uint32_t, kMaxGroup> going;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < descents.size(); ++i) going[count++] = i;
+  while (count > 0) {
+    uint32_t still = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t who = going[i];
+      if (!step(descents[who])) continue;
+      const LightNode* next = &nodes_[descents[who].node];
+      prefetch(next);
+      prefetch(reinterpret_cast<const std::byte*>(next) + 64);
+      going[still++] = who;
     }
-    node = &nodes_[node->child(lane)];
+    count = still;
+  }
+}
+
+void LightTree::choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const {
+  if (by_intensity_ || nodes_.empty()) {
+    for (size_t i = 0; i < queries.size(); ++i) choices[i] = choose(queries[i].point, queries[i].normal, queries[i].u);
+    return;
+  }
+  std::array<Descent, kMaxGroup> descents;
+  for (size_t first = 0; first < queries.size(); first += kMaxGroup) {
+    const size_t count = std::min(kMaxGroup, queries.size() - first);
+    for (size_t i = 0; i < count; ++i) {
+      const Query& query = queries[first + i];
+      descents[i] = {query.point, query.normal, 0, {0, 1.0f, query.u}};
+    }
+    descend(std::span(descents).first(count));
+    for (size_t i = 0; i < count; ++i) choices[first + i] = end(descents[i]);
   }
 }
 

@@ -50,6 +50,13 @@ class LightTree {
     if (u < first) return Choice{few_[0], few_probability_[0], u / first};
     return Choice{few_[1], few_probability_[1], (u - first) / (1.0 - first)};
   }
+  // The same choices for many points: none waits for another.
+  struct Query {
+    V3f point;
+    V3f normal;
+    double u = 0.0;
+  };
+  void choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const;
   // The probability with which choose() finds this emitter; 0 for those that it never does.
   [[nodiscard]] float probability(uint32_t emitter, const V3f& point, const V3f& normal) const {
     if (!by_intensity_) return probability_by_importance(emitter, point, normal);
@@ -71,6 +78,18 @@ class LightTree {
   static constexpr uint32_t kWidth = LightNode::kWidth;
   static constexpr uint32_t kNowhere = ~0U;
 
+  // A choice on its way down.
+  struct Descent {
+    V3f point;
+    V3f normal;
+    uint32_t node = 0;
+    Choice choice;
+  };
+  static constexpr size_t kMaxGroup = 32;
+
+  [[nodiscard]] bool step(Descent& descent) const;
+  [[nodiscard]] std::optional<Choice> end(const Descent& descent) const;
+  void descend(std::span<Descent> descents) const;
   [[nodiscard]] std::optional<Choice> choose_by_importance(const V3f& point, const V3f& normal, double u) const;
   [[nodiscard]] float probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const;
 

@@ -6,35 +6,80 @@
 #include <bit>
 
 namespace kindling {
+namespace {
 
-AdaptiveSampling::AdaptiveSampling(const PixelRect& crop, const AdaptiveSettings& settings)
-    : crop_(crop), noise_threshold_(settings.noise_threshold),
-      first_decision_(std::bit_ceil((settings.min_samples_per_pixel + 1) / 2)),
-      stop_at_(settings.enabled() ? static_cast<size_t>(crop.pixel_count()) : 0, kUndecided) {}
+int blocks_across(int pixels) { return (pixels + kBlockSize - 1) / kBlockSize; }
 
-uint32_t AdaptiveSampling::samples_to_decision(uint32_t done) const {
-  return std::max(first_decision_, std::bit_floor(done) * 2) - done;
+} // namespace
+
+AdaptiveSampling::AdaptiveSampling(const PixelRect& area, const AdaptiveSettings& settings)
+    : area_(area), noise_threshold_(settings.noise_threshold),
+      first_decision_(std::bit_ceil((settings.min_samples_per_pixel + 1) / 2)) {
+  if (!settings.enabled()) return;
+  stop_at_.assign(static_cast<size_t>(blocks_across(area.width())) * static_cast<size_t>(blocks_across(area.height())),
+                  kUndecided);
+  rays_.assign(stop_at_.size(), 0);
+  earlier_.assign(static_cast<size_t>(area.pixel_count()), {});
 }
 
-PixelBlock AdaptiveSampling::remaining(const PixelRect& block, uint32_t done) const {
-  PixelBlock left(block);
+PixelRect AdaptiveSampling::whole_blocks(const PixelRect& crop, const V2i& image_size_px) {
+  const auto up = [](int pixels) { return blocks_across(pixels) * kBlockSize; };
+  return {V2i(crop.min.x / kBlockSize * kBlockSize, crop.min.y / kBlockSize * kBlockSize),
+          V2i(std::min(up(crop.max.x), image_size_px.x), std::min(up(crop.max.y), image_size_px.y))};
+}
+
+uint32_t AdaptiveSampling::samples_to_decision(uint32_t done) const {
+  return std::max(first_decision_ / 2, std::bit_floor(done) * 2) - done;
+}
+
+size_t AdaptiveSampling::block_index(const PixelRect& block) const {
+  const V2i at((block.min.x - area_.min.x) / kBlockSize, (block.min.y - area_.min.y) / kBlockSize);
+  return static_cast<size_t>(at.y) * static_cast<size_t>(blocks_across(area_.width())) + static_cast<size_t>(at.x);
+}
+
+size_t AdaptiveSampling::pixel_index(int x, int y) const {
+  return static_cast<size_t>(y - area_.min.y) * static_cast<size_t>(area_.width()) +
+         static_cast<size_t>(x - area_.min.x);
+}
+
+double AdaptiveSampling::squared_error(const PixelRect& block, const Film& film) const {
+  double sum = 0.0;
   for (int y = block.min.y; y < block.max.y; ++y)
-    for (int x = block.min.x; x < block.max.x; ++x)
-      if (stop_at_[index_of(x, y)] <= done) left.skipped |= PixelBlock::bit_of(x - block.min.x, y - block.min.y);
-  return left;
+    for (int x = block.min.x; x < block.max.x; ++x) {
+      const Film::Totals all = film.totals(V2i(x, y));
+      const Film::Totals& first = earlier_[pixel_index(x, y)];
+      const double second_weight = all.weight - first.weight;
+      // Too few samples under negative lobes, or none that were finite.
+      if (!(first.weight > 0.0 && second_weight > 0.0)) return std::numeric_limits<double>::infinity();
+      double largest = 0.0;
+      for (size_t c = 0; c < 3; ++c) {
+        const double difference = first.rgb[c] / first.weight - (all.rgb[c] - first.rgb[c]) / second_weight;
+        largest = std::max(largest, difference * difference * 0.25);
+      }
+      const double mean_luminance = (0.2126 * all.rgb[0] + 0.7152 * all.rgb[1] + 0.0722 * all.rgb[2]) / all.weight;
+      const double scale = std::max(mean_luminance, 0.0) + kNoiseFloor;
+      sum += largest / (scale * scale);
+    }
+  return sum / static_cast<double>(block.pixel_count());
 }
 
 uint32_t AdaptiveSampling::decide(const PixelRect& block, uint32_t done, const Film& film) {
-  if (done < first_decision_ || !std::has_single_bit(done) || done > kUndecided / 4) return 0;
-  uint32_t stopped = 0;
+  if (done < first_decision_ / 2 || !std::has_single_bit(done) || done > kUndecided / 4) return 0;
+  uint32_t& stop_at = stop_at_[block_index(block)];
+  if (stop_at == done) return static_cast<uint32_t>(block.pixel_count());
+  if (stop_at != kUndecided) return 0;
+  const uint32_t end = 2 * done;
+  if (done >= first_decision_) {
+    const double error_at_end = 0.5 * squared_error(block, film);
+    const double samples = static_cast<double>(block.pixel_count()) * done;
+    const double rays_per_sample = static_cast<double>(rays_[block_index(block)]) / samples;
+    const double bound = noise_threshold_ * noise_threshold_ * (static_cast<double>(end) / kReferenceSamples) *
+                         (rays_per_sample / kReferenceRays);
+    if (error_at_end < bound) stop_at = end;
+  }
   for (int y = block.min.y; y < block.max.y; ++y)
-    for (int x = block.min.x; x < block.max.x; ++x) {
-      uint32_t& stop_at = stop_at_[index_of(x, y)];
-      if (stop_at == done) ++stopped;
-      if (stop_at != kUndecided) continue;
-      if (film.relative_error(V2i(x, y), 2 * done) < noise_threshold_) stop_at = 2 * done;
-    }
-  return stopped;
+    for (int x = block.min.x; x < block.max.x; ++x) earlier_[pixel_index(x, y)] = film.totals(V2i(x, y));
+  return 0;
 }
 
 } // namespace kindling

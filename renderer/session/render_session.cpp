@@ -48,7 +48,7 @@ Result<void> check(const RenderSettings& settings, const Camera& camera) {
   if (!(settings.adaptive.noise_threshold >= 0.0 && std::isfinite(settings.adaptive.noise_threshold)))
     return refuse("noise threshold " + std::to_string(settings.adaptive.noise_threshold) +
                   ": a finite number that is not negative is needed");
-  constexpr uint32_t kFewestSamples = 16; // a variance from fewer than half of them says little
+  constexpr uint32_t kFewestSamples = 16; // halves of fewer say little
   constexpr uint32_t kMostSamples = 1U << 30;
   if (settings.adaptive.enabled() && (settings.adaptive.min_samples_per_pixel < kFewestSamples ||
                                       settings.adaptive.min_samples_per_pixel > kMostSamples))
@@ -155,14 +155,15 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
                              const CancelToken* cancel, ProgressListener* listener) {
   if (const Result<void> checked = check(settings, camera); !checked) return checked.error();
   const PixelRect crop = settings.crop.value_or(PixelRect{V2i(0, 0), settings.size_px});
-  RenderOutcome outcome{Film(settings.size_px, crop, settings.aovs), {}, false};
-  RenderStatistics& statistics = outcome.statistics;
   const bool adaptive = settings.adaptive.enabled();
-  AdaptiveSampling adaptive_sampling(crop, settings.adaptive);
-  if (adaptive) outcome.film.track_noise();
+  // What is rendered: with adaptive sampling whole blocks, because their pixels stop together.
+  const PixelRect area = adaptive ? AdaptiveSampling::whole_blocks(crop, settings.size_px) : crop;
+  RenderOutcome outcome{Film(settings.size_px, area, settings.aovs), {}, false};
+  RenderStatistics& statistics = outcome.statistics;
+  AdaptiveSampling adaptive_sampling(area, settings.adaptive);
   if (settings.outliers == Outliers::trim) outcome.film.trim_outliers();
 
-  const std::vector<PixelRect> tiles = make_tiles(crop, settings.tile_size_px);
+  const std::vector<PixelRect> tiles = make_tiles(area, settings.tile_size_px);
   statistics.threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   // More threads than cores are allowed where asked for.
   const tbb::global_control thread_limit(
@@ -183,7 +184,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   std::atomic<uint64_t> rays{0};
   std::atomic<int64_t> converged{0}; // pixels
   const auto converged_share = [&] {
-    return static_cast<double>(converged.load()) / static_cast<double>(crop.pixel_count());
+    return static_cast<double>(converged.load()) / static_cast<double>(area.pixel_count());
   };
   const auto stop_now = [&] { return cancel && cancel->cancelled_now(); };
 
@@ -191,10 +192,11 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const auto render_block_adaptively = [&](const PixelRect& block, const SampleRange& samples, ThreadContext& context) {
     const uint32_t end = samples.first + samples.count;
     for (uint32_t done = samples.first; done < end;) {
-      const PixelBlock remaining = adaptive_sampling.remaining(block, done);
-      if (remaining.pixel_count() == 0) return;
+      if (!adaptive_sampling.wants_samples(block, done)) return;
       const uint32_t count = std::min(end - done, adaptive_sampling.samples_to_decision(done));
-      integrator->render_block(remaining, {done, count}, context, outcome.film);
+      const uint64_t rays_before = context.counters.total();
+      integrator->render_block(block, {done, count}, context, outcome.film);
+      adaptive_sampling.count_rays(block, context.counters.total() - rays_before);
       done += count;
       converged += adaptive_sampling.decide(block, done, outcome.film);
     }
@@ -240,7 +242,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     done += pass.count;
     statistics.samples_per_pixel = done;
     progress.pass_done(done, converged_share(), rays);
-    if (done == settings.samples_per_pixel || converged == crop.pixel_count()) break;
+    if (done == settings.samples_per_pixel || converged == area.pixel_count()) break;
     if (cancel && cancel->cancelled()) {
       outcome.interrupted = true;
       break;
@@ -255,6 +257,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     statistics.rays.add(worker.context->counters);
     statistics.idle_s -= worker.busy_s;
   }
+  if (area.pixel_count() != crop.pixel_count()) outcome.film = outcome.film.cut(crop);
   return outcome;
 }
 

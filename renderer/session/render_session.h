@@ -54,7 +54,8 @@ struct RenderStatistics {
   double render_s = 0.0;
   double first_pass_s = 0.0;      // from the start of the render phase until every pixel had one sample
   uint32_t samples_per_pixel = 0; // finished for every pixel that had not stopped before
-  double converged_share = 0.0;   // of the pixels, in [0, 1]: those that adaptive sampling has stopped
+  double converged_share =
+      0.0; // of the pixels of all blocks in work, in [0, 1]: those that adaptive sampling has stopped
   int threads = 0;
   int passes = 0;
   double idle_s = 0.0; // sum over the threads of the time without a tile

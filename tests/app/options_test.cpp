@@ -182,8 +182,8 @@ TEST(Options, AdaptiveSamplingRefusals) {
   EXPECT_EQ(refused({"--min-spp", "32"}), "--min-spp: has no meaning without --noise-threshold above 0");
   EXPECT_EQ(refused({"--noise-threshold", "0.1", "--min-spp", "65", "--spp", "64"}),
             "--noise-threshold: --spp 64 is below --min-spp 65; use more --spp or fewer --min-spp");
-  EXPECT_EQ(refused({"--noise-threshold", "0.1", "--spp", "100"}),
-            "--noise-threshold: --spp 100 is below --min-spp 128; use more --spp or fewer --min-spp");
+  EXPECT_EQ(refused({"--noise-threshold", "0.1", "--spp", "20"}),
+            "--noise-threshold: --spp 20 is below --min-spp 32; use more --spp or fewer --min-spp");
 }
 
 TEST(Options, CommandLineIsKeptForAShell) {

@@ -114,23 +114,41 @@ TEST(Film, VarianceUnderNegativeLobes) {
   EXPECT_NEAR(estimate / kPixels / spread, 1.0, 5.0 * std::sqrt(2.0 / (kPixels - 1)) + 4.0 / kSamples);
 }
 
-TEST(Film, RelativeErrorIsThatOfTheNoisiestChannel) {
+TEST(Film, TotalsAreWeightedSums) {
   Film film = one_pixel_film({});
-  film.track_noise();
-  film.add({0, 0}, {Rgb(1.0f, 2.0f, 1.0f), 1.0f, 1.0f});
-  EXPECT_EQ(film.relative_error({0, 0}, 16), std::numeric_limits<double>::infinity());
-  for (const float blue : {2.0f, 3.0f, 6.0f}) film.add({0, 0}, {Rgb(1.0f, 2.0f, blue), 1.0f, 1.0f});
-  // s^2 = (4 + 1 + 0 + 9) / 3 in blue, whose mean is 3; red and green do not vary.
-  const double luminance = 0.2126 * 1.0 + 0.7152 * 2.0 + 0.0722 * 3.0;
-  EXPECT_NEAR(film.relative_error({0, 0}, 4), std::sqrt(14.0 / 3.0 / 4.0) / (luminance + Film::kNoiseFloor), 1e-12);
-  EXPECT_NEAR(film.relative_error({0, 0}, 16), std::sqrt(14.0 / 3.0 / 16.0) / (luminance + Film::kNoiseFloor), 1e-12);
+  film.add({0, 0}, {Rgb(1.0f, 2.0f, 3.0f), 1.0f, 1.0f});
+  film.add({0, 0}, {Rgb(4.0f, 0.0f, 1.0f), 1.0f, -0.5f});
+  const Film::Totals totals = film.totals({0, 0});
+  EXPECT_EQ(totals.rgb, (std::array<double, 3>{-1.0, 2.0, 2.5}));
+  EXPECT_EQ(totals.weight, 0.5);
 }
 
-TEST(Film, RelativeErrorOfBlackIsZero) {
-  Film film = one_pixel_film({});
-  film.track_noise();
-  for (int i = 0; i < 3; ++i) film.add({0, 0}, grey(0.0f));
-  EXPECT_EQ(film.relative_error({0, 0}, 3), 0.0);
+TEST(Film, APartKeepsItsPixels) {
+  AovSet aovs;
+  for (const AovInfo& info : kAovs) aovs.insert(info.aov);
+  Film film(V2i(9, 8), {V2i(1, 2), V2i(7, 6)}, aovs);
+  for (int y = 2; y < 6; ++y)
+    for (int x = 1; x < 7; ++x)
+      for (int i = 0; i < x; ++i) {
+        film.add({x, y}, grey(static_cast<float>(10 * x + y + i)));
+        FilmSurface hit;
+        hit.hit = true;
+        hit.depth = static_cast<float>(x + 10 * y);
+        film.add_surface({x, y}, hit, 1.0f);
+      }
+  const PixelRect crop{V2i(3, 3), V2i(6, 5)};
+  const Film part = film.cut(crop);
+  EXPECT_EQ(part.crop().min, crop.min);
+  EXPECT_EQ(part.crop().max, crop.max);
+  EXPECT_EQ(part.total_samples(), 2U * (3 + 4 + 5));
+  for (const AovInfo& info : kAovs) {
+    const std::vector<float> whole = film.resolve(info.aov);
+    const std::vector<float> cut = part.resolve(info.aov);
+    const auto channels = static_cast<size_t>(info.channels);
+    for (size_t y = 0; y < 2; ++y)
+      for (size_t i = 0; i < 3 * channels; ++i)
+        EXPECT_EQ(cut[y * 3 * channels + i], whole[((y + 1) * 6 + 2) * channels + i]) << info.name;
+  }
 }
 
 TEST(Film, SurfaceMeans) {

@@ -13,88 +13,117 @@
 namespace kindling::test {
 namespace {
 
-const PixelRect kTwoPixels{V2i(3, 5), V2i(5, 6)};
+// Two blocks of the grid; the second is cut by the image's edge.
+const V2i kImage(20, 16);
+const PixelRect kArea{V2i(8, 8), V2i(20, 16)};
+const PixelRect kLeft{V2i(8, 8), V2i(16, 16)};
+const PixelRect kRight{V2i(16, 8), V2i(20, 16)};
 
-Film noise_film(const PixelRect& crop) {
-  Film film(V2i(16, 16), crop, AovSet{});
-  film.track_noise();
-  return film;
+void add_grey(Film& film, const PixelRect& block, float value) {
+  for (int y = block.min.y; y < block.max.y; ++y)
+    for (int x = block.min.x; x < block.max.x; ++x) film.add({x, y}, {Rgb(value), 1.0f, 1.0f});
 }
 
-void add_grey(Film& film, const V2i& pixel, float value) { film.add(pixel, {Rgb(value), 1.0f, 1.0f}); }
+// After one more sample of the reference's cost.
+uint32_t decide(AdaptiveSampling& sampling, const PixelRect& block, uint32_t done, const Film& film) {
+  sampling.count_rays(block, static_cast<uint64_t>(block.pixel_count() * AdaptiveSampling::kReferenceRays));
+  return sampling.decide(block, done, film);
+}
 
 TEST(AdaptiveSampling, DecidesAtPowersOfTwo) {
   for (const auto& [minimum, first] : {std::pair(16U, 8U), {17U, 16U}, {32U, 16U}, {33U, 32U}, {100U, 64U}}) {
-    const AdaptiveSampling sampling(kTwoPixels, {0.1, minimum});
+    const AdaptiveSampling sampling(kArea, {0.1, minimum});
     EXPECT_EQ(sampling.first_decision(), first);
     EXPECT_GE(2 * sampling.first_decision(), minimum);
   }
-  const AdaptiveSampling sampling(kTwoPixels, {0.1, 32});
-  for (const auto& [done, until] : {std::pair(0U, 16U), {1U, 15U}, {15U, 1U}, {16U, 16U}, {17U, 15U}, {40U, 24U}})
+  // At 8 the first half of the first decision's samples is noted.
+  const AdaptiveSampling sampling(kArea, {0.1, 32});
+  for (const auto& [done, until] :
+       {std::pair(0U, 8U), {1U, 7U}, {8U, 8U}, {15U, 1U}, {16U, 16U}, {17U, 15U}, {40U, 24U}})
     EXPECT_EQ(sampling.samples_to_decision(done), until) << done;
 }
 
+TEST(AdaptiveSampling, WholeBlocksCoverTheCrop) {
+  const PixelRect area = AdaptiveSampling::whole_blocks({V2i(9, 15), V2i(17, 16)}, kImage);
+  EXPECT_EQ(area.min, kArea.min);
+  EXPECT_EQ(area.max, kArea.max);
+}
+
 TEST(AdaptiveSampling, StopsAtTwiceTheSamplesThatForesawIt) {
-  Film film = noise_film(kTwoPixels);
-  AdaptiveSampling sampling(kTwoPixels, {0.1, 32});
+  Film film(kImage, kArea, AovSet{});
+  AdaptiveSampling sampling(kArea, {0.1, 32});
   for (uint32_t n = 1; n <= 64; ++n) {
-    add_grey(film, {3, 5}, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // too late to be seen
-    add_grey(film, {4, 5}, n % 2 == 0 ? 0.0f : 2.0f);
-    const uint32_t stopped = sampling.decide(kTwoPixels, n, film);
-    const PixelBlock left = sampling.remaining(kTwoPixels, n);
-    EXPECT_EQ(stopped, n == 32 ? 1U : 0U) << n;
-    EXPECT_EQ(left.pixel_count(), n < 32 ? 2 : 1) << n;
-    EXPECT_EQ(left.skips({3, 5}), n >= 32);
-    EXPECT_FALSE(left.skips({4, 5}));
+    if (sampling.wants_samples(kLeft, n - 1)) {
+      add_grey(film, kLeft, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // too late to be seen
+      EXPECT_EQ(decide(sampling, kLeft, n, film), n == 32 ? 64U : 0U) << n;
+    }
+    add_grey(film, kRight, static_cast<float>(n)); // halves differ at all counts
+    EXPECT_EQ(decide(sampling, kRight, n, film), 0U) << n;
+    EXPECT_EQ(sampling.wants_samples(kLeft, n), n < 32);
+    EXPECT_TRUE(sampling.wants_samples(kRight, n));
   }
 }
 
-// Ones with +-d: s^2 = d^2 n / (n - 1); the error foreseen at 2n is s / sqrt(2n) / 1.1.
-TEST(AdaptiveSampling, TheThresholdIsTheErrorAtTheEnd) {
-  const double error = 0.5 * std::sqrt(16.0 / 15.0) / std::sqrt(32.0) / (1.0 + Film::kNoiseFloor);
-  for (const double factor : {0.99, 1.01}) {
-    Film film = noise_film(kTwoPixels);
-    AdaptiveSampling sampling(kTwoPixels, {error * factor, 32});
-    for (int n = 0; n < 16; ++n)
-      for (int x = 3; x < 5; ++x) add_grey(film, {x, 5}, n % 2 == 0 ? 0.5f : 1.5f);
-    sampling.decide(kTwoPixels, 16, film);
-    EXPECT_EQ(sampling.remaining(kTwoPixels, 32).pixel_count(), factor > 1.0 ? 0 : 2);
+// Half of the pixels are 1 -+ d in the halves of their samples, the others 1: the mean squared error of 2^k samples is d^2 / 2, that
+// foreseen for twice as many is half of it; a block that ends with n samples is held to T sqrt(n / 64).
+TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
+  constexpr double kDifference = 0.25;
+  for (const uint32_t minimum : {32U, 64U, 128U}) {
+    const double relative = std::sqrt(kDifference * kDifference / 4.0) / (1.0 + AdaptiveSampling::kNoiseFloor);
+    const double threshold = relative / std::sqrt(minimum / AdaptiveSampling::kReferenceSamples);
+    for (const double factor : {0.999, 1.001}) {
+      Film film(kImage, kArea, AovSet{});
+      AdaptiveSampling sampling(kArea, {threshold * factor, minimum});
+      const uint32_t decision = minimum / 2;
+      for (uint32_t n = 1; n <= decision; ++n) {
+        const float d = static_cast<float>(n <= decision / 2 ? kDifference : -kDifference);
+        for (int y = kRight.min.y; y < kRight.max.y; ++y)
+          add_grey(film, {V2i(16, y), V2i(20, y + 1)}, y % 2 == 0 ? 1.0f : 1.0f + d);
+        decide(sampling, kRight, n, film);
+      }
+      EXPECT_EQ(sampling.wants_samples(kRight, minimum), factor < 1.0) << minimum;
+    }
   }
 }
 
-// One sample in fifty finds all the light, so that most pixels seem done while they are black. Stopping where the error is
-// judged, at 32, leaves those black that found nothing by then, 52 % of them; deciding at 16 stops 72 % of them, but after 16 more
-// samples that the decision knows nothing of, worth half of their light.
+// One sample in two thousand finds all the light, so that many blocks seem done while they are black. Judging at 32 samples, or
+// at 16 and going on to 32, which the decision knows nothing of.
 TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
-  constexpr int kPixels = 20000;
-  constexpr double kThreshold = 0.15;
-  constexpr uint32_t kMostSamples = 256;
-  const PixelRect pixel{V2i(0, 0), V2i(1, 1)};
+  constexpr int kBlocks = 4000;
+  constexpr uint32_t kMostSamples = 128;
+  const PixelRect block{V2i(0, 0), V2i(8, 8)};
   std::mt19937 random(1);
-  std::bernoulli_distribution found(0.02);
+  std::geometric_distribution<int> misses(1.0 / 2000.0);
   double ahead_sum = 0.0;
   double at_once_sum = 0.0;
-  for (int i = 0; i < kPixels; ++i) {
-    Film film = noise_film(pixel);
-    AdaptiveSampling sampling(pixel, {kThreshold, 32});
+  for (int i = 0; i < kBlocks; ++i) {
+    AdaptiveSampling sampling(block, {0.2, 32});
+    Film film(block.max, block, AovSet{});
+    std::vector<double> sums{0.0}; // of the block after n samples
+    bool at_32_black = true;
+    int next = misses(random);
     std::optional<double> ahead;
-    std::optional<double> at_once;
-    for (uint32_t n = 1; n <= kMostSamples && !(ahead && at_once); ++n) {
-      add_grey(film, {0, 0}, found(random) ? 50.0f : 0.0f);
-      const double mean = film.resolve(Aov::beauty)[0];
-      sampling.decide(pixel, n, film);
-      if (!ahead && (sampling.remaining(pixel, n).pixel_count() == 0 || n == kMostSamples)) ahead = mean;
-      const bool judged = n >= 32 && std::has_single_bit(n) && film.relative_error({0, 0}, n) < kThreshold;
-      if (!at_once && (judged || n == kMostSamples)) at_once = mean;
+    for (uint32_t n = 1; n <= kMostSamples; ++n) {
+      double found = 0.0;
+      for (int p = 0; p < 64; ++p) {
+        const bool light = next-- == 0;
+        if (light) next = misses(random);
+        found += light ? 2000.0 : 0.0;
+        if (!ahead) film.add({p % 8, p / 8}, {Rgb(light ? 2000.0f : 0.0f), 1.0f, 1.0f});
+      }
+      sums.push_back(sums.back() + found / 64.0);
+      at_32_black = at_32_black && (n > 32 || found == 0.0);
+      if (!ahead) decide(sampling, block, n, film);
+      if (!ahead && (!sampling.wants_samples(block, n) || n == kMostSamples)) ahead = sums[n] / n;
     }
     ahead_sum += *ahead;
-    at_once_sum += *at_once;
+    at_once_sum += at_32_black ? 0.0 : sums[kMostSamples] / kMostSamples;
   }
-  const double ahead_bias = ahead_sum / kPixels - 1.0;
-  const double at_once_bias = at_once_sum / kPixels - 1.0;
-  // One standard error of either is below 0.01.
-  EXPECT_LT(at_once_bias, -0.4); // something to lose
-  EXPECT_GT(ahead_bias, 0.8 * at_once_bias);
+  const double ahead_bias = ahead_sum / kBlocks - 1.0;
+  const double at_once_bias = at_once_sum / kBlocks - 1.0;
+  // The standard error of either is about 1 / sqrt(4000 * 4) = 0.008.
+  EXPECT_LT(at_once_bias, -0.2); // something to lose
+  EXPECT_GT(ahead_bias, at_once_bias + 0.03);
 }
 
 // --- renders ------------------------------------------------------------------------------------------------------
@@ -165,7 +194,7 @@ TEST(AdaptiveRender, SamplesStayWithinTheirBounds) {
   const V2i size(40, 27);
   const View view = lamp_view(size);
   RenderSettings settings = small_render(size, 200);
-  settings.adaptive = {0.05, 48};
+  settings.adaptive = {0.012, 48};
   const RenderOutcome outcome = render_view(view, settings);
   const std::vector<float> counts = outcome.film.resolve(Aov::samples);
   size_t converged = 0;
@@ -180,26 +209,32 @@ TEST(AdaptiveRender, SamplesStayWithinTheirBounds) {
 }
 
 // A debug view has noise at the edges of what it shows, and none elsewhere.
-TEST(AdaptiveRender, EdgesTakeMoreSamplesThanWhatLiesBetween) {
+TEST(AdaptiveRender, BlocksWithEdgesTakeMoreSamplesThanOthers) {
   const V2i size(64, 64);
   const View view = shipped_view("cornell_box.glb", size);
   RenderSettings settings = small_render(size, 1024);
   settings.integrator.kind = IntegratorKind::albedo;
-  settings.adaptive = {0.02, 16};
+  settings.adaptive = {0.002, 16};
   const Film film = render_view(view, settings).film;
   const std::vector<float> counts = film.resolve(Aov::samples);
   const std::vector<float> variances = film.resolve(Aov::variance);
   double smooth = 0.0;
   double edge = 0.0;
   size_t edges = 0;
-  for (size_t i = 0; i < counts.size(); ++i) {
-    const bool is_edge = variances[i] > 1e-9f; // what rounding leaves is far below
-    (is_edge ? edge : smooth) += counts[i];
-    edges += is_edge ? 1 : 0;
+  for (size_t block = 0; block < 64; ++block) {
+    const size_t corner = block / 8 * 8 * 64 + block % 8 * 8;
+    bool has_edge = false;
+    for (size_t i = 0; i < 64; ++i) {
+      const size_t pixel = corner + i / 8 * 64 + i % 8;
+      EXPECT_EQ(counts[pixel], counts[corner]);
+      has_edge |= variances[pixel] > 1e-9f; // what rounding leaves is far below
+    }
+    (has_edge ? edge : smooth) += counts[corner];
+    edges += has_edge ? 1 : 0;
   }
-  ASSERT_GT(edges, 100U);
-  ASSERT_LT(edges, counts.size() / 2);
-  EXPECT_EQ(smooth / static_cast<double>(counts.size() - edges), 16.0);
+  ASSERT_GT(edges, 10U);
+  ASSERT_LT(edges, 60U);
+  EXPECT_EQ(smooth / static_cast<double>(64 - edges), 16.0);
   EXPECT_GT(edge / static_cast<double>(edges), 64.0);
 }
 

@@ -317,6 +317,23 @@ TEST(RenderSession, CancelledAdaptiveRenderIsWhole) {
     EXPECT_TRUE(same_bits(outcome.value().film.resolve(aov), whole.resolve(aov)));
 }
 
+// The time ends a render at any count; what is there is the render of that count, blocks that had stopped included.
+TEST(RenderSession, AdaptiveRenderThatRunsOutOfTimeIsWhole) {
+  const auto world = mixed_world(accel::Kind::embree);
+  RenderSettings settings = adaptive_render();
+  settings.samples_per_pixel = 1U << 20;
+  settings.adaptive.noise_threshold = 1e-4; // never reached but by what has no noise
+  settings.time_limit_s = 0.05;
+  const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_FALSE(outcome.value().interrupted);
+  settings.samples_per_pixel = outcome.value().statistics.samples_per_pixel;
+  settings.time_limit_s.reset();
+  if (settings.samples_per_pixel < settings.adaptive.min_samples_per_pixel) settings.adaptive = {};
+  const Film whole = render_film(*world, settings);
+  EXPECT_TRUE(same_bits(outcome.value().film.resolve(Aov::beauty), whole.resolve(Aov::beauty)));
+}
+
 // Passes that seem slow become short, so that they end elsewhere than at the counts for decisions.
 class SlowListener final : public ProgressListener {
  public:
