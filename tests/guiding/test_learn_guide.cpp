@@ -82,7 +82,7 @@ TEST(LearnGuide, StrengthsAreAMinimum) {
   ASSERT_FALSE(patches.empty());
   const BrightPatches fitted = fit_strengths(records, patches);
   const double best = second_moment(records, fitted);
-  for (size_t j = 0; j < patches.size(); ++j)
+  for (size_t j = 0; j < fitted.patches().size(); ++j)
     for (const float factor : {0.8f, 1.25f}) {
       std::vector<BrightPatch> changed(fitted.patches().begin(), fitted.patches().end());
       changed[j].strength *= factor;
