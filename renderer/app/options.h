@@ -60,8 +60,8 @@ struct RenderOptions {
   std::optional<Rgb> env_color;
 
   IntegratorSettings integrator; // background included
-  Guiding guiding = Guiding::off;
-  accel::Kind accelerator = accel::Kind::embree;
+  Guiding guiding = Guiding::automatic;
+  accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;
 
   AovSet aovs;

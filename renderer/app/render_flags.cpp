@@ -160,7 +160,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
       });
   flags.value(
       "--guiding", "MODE",
-      "Send paths where others found light, learned ahead of the picture: on, off, or auto, where it pays [off]",
+      "Send paths where others found light, learned ahead of the picture: on, off, or auto, where it pays [auto]",
       [&o](auto text) {
         return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
       });
@@ -172,7 +172,7 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Machine");
   flags.value("--threads", "N", "For loading, building and rendering; 0: all [0]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
-  flags.value("--accel", "NAME", "Accelerator: embree, kdtree or brute-force [embree]", [&o](auto text) {
+  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force [kdtree]", [&o](auto text) {
     return choose(accel::kind_from_name(text), o.accelerator, "accelerator", text, {"kdtree", "embree", "brute-force"});
   });
   flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {

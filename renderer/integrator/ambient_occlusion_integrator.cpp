@@ -18,8 +18,8 @@ std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const 
   return std::make_unique<FirstHitContext>(batch_size_);
 }
 
-void AmbientOcclusionIntegrator::render_block(const PixelBlock& block, const SampleRange& samples,
-                                              ThreadContext& thread, Film& film) const {
+void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                              Film& film) const {
   auto& context = static_cast<FirstHitContext&>(thread);
   context.for_each_wave(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
     context.occlusion_rays.clear();

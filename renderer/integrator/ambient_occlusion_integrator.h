@@ -13,7 +13,7 @@ class AmbientOcclusionIntegrator final : public Integrator {
                              const Sampler& sampler, const PixelFilter& filter);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
-  void render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& context,
+  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                     Film& film) const override;
 
  private:

@@ -32,17 +32,15 @@ struct CameraSample {
   float filter_weight = 1.0f;
 };
 
-// One wave: samples [first, first + count) of every pixel of the block that is not skipped, sample by sample, pixels row by
-// row.
+// One wave: samples [first, first + count) of every pixel of the block, sample by sample, pixels row by row.
 // Fills count * pixels camera samples and rays.
 inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                                 const PixelBlock& block, const SampleRange& samples,
+                                 const PixelRect& block, const SampleRange& samples,
                                  std::span<CameraSample> camera_samples, std::span<accel::Ray> rays) {
   size_t slot = 0;
   for (uint32_t s = samples.first; s < samples.first + samples.count; ++s)
-    for (int y = block.rect.min.y; y < block.rect.max.y; ++y)
-      for (int x = block.rect.min.x; x < block.rect.max.x; ++x) {
-        if (block.skips(V2i(x, y))) continue;
+    for (int y = block.min.y; y < block.max.y; ++y)
+      for (int x = block.min.x; x < block.max.x; ++x) {
         CameraSample& camera_sample = camera_samples[slot];
         camera_sample.pixel = V2i(x, y);
         camera_sample.address = sampler.address(camera_sample.pixel, s);
@@ -64,7 +62,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
 }
 
 // Pixels of the block, and how many samples of each fit into one wave of at most `batch_size` paths.
-[[nodiscard]] inline uint32_t samples_per_wave(const PixelBlock& block, uint32_t batch_size) {
+[[nodiscard]] inline uint32_t samples_per_wave(const PixelRect& block, uint32_t batch_size) {
   return std::max(1U, batch_size / static_cast<uint32_t>(block.pixel_count()));
 }
 
@@ -77,11 +75,11 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
 
 // Second stage for camera rays: one sample of one whole block at a time goes to the accelerator, close together and almost
 // parallel. An accelerator may let the answers for such a group depend on the group, so a block that a crop or a
-// replay has cut, or that skips pixels, is traced whole and its own part kept: a pixel is the same in every crop.
+// replay has cut is traced whole and its own part kept: a pixel is the same in every crop.
 inline void intersect_camera_rays(const accel::Accelerator& accelerator, const Camera& camera, const Sampler& sampler,
-                                  const PixelFilter& filter, const PixelBlock& block, const SampleRange& samples,
+                                  const PixelFilter& filter, const PixelRect& block, const SampleRange& samples,
                                   std::span<const accel::Ray> rays, std::span<accel::Hit> hits) {
-  const PixelRect whole = whole_block(block.rect, camera.size_px());
+  const PixelRect whole = whole_block(block, camera.size_px());
   const auto group = static_cast<size_t>(block.pixel_count());
   for (uint32_t s = 0; s < samples.count; ++s) {
     const std::span<accel::Hit> own = hits.subspan(s * group, group);
@@ -97,10 +95,9 @@ inline void intersect_camera_rays(const accel::Accelerator& accelerator, const C
     generate_camera_rays(camera, sampler, filter, whole, {samples.first + s, 1}, whole_samples, whole_rays);
     accelerator.intersect_coherent(std::span(whole_rays).first(whole_count), std::span(whole_hits).first(whole_count));
     size_t slot = 0;
-    for (int y = block.rect.min.y; y < block.rect.max.y; ++y)
-      for (int x = block.rect.min.x; x < block.rect.max.x; ++x)
-        if (!block.skips(V2i(x, y)))
-          own[slot++] = whole_hits[static_cast<size_t>((y - whole.min.y) * whole.width() + (x - whole.min.x))];
+    for (int y = block.min.y; y < block.max.y; ++y)
+      for (int x = block.min.x; x < block.max.x; ++x)
+        own[slot++] = whole_hits[static_cast<size_t>((y - whole.min.y) * whole.width() + (x - whole.min.x))];
   }
 }
 

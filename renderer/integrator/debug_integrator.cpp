@@ -24,7 +24,7 @@ std::unique_ptr<ThreadContext> DebugIntegrator::make_context() const {
   return std::make_unique<FirstHitContext>(batch_size_);
 }
 
-void DebugIntegrator::render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& thread,
+void DebugIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                    Film& film) const {
   auto& context = static_cast<FirstHitContext&>(thread);
   context.for_each_wave(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {

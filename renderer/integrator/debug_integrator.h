@@ -14,7 +14,7 @@ class DebugIntegrator final : public Integrator {
                   const PixelFilter& filter);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
-  void render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& context,
+  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                     Film& film) const override;
 
  private:

@@ -20,7 +20,7 @@ class FirstHitContext final : public ThreadContext {
   // Calls `shade_wave(path_count)` for each wave of the block, with camera_samples, rays and hits filled.
   template <typename ShadeWave>
   void for_each_wave(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                     const PixelBlock& block, const SampleRange& samples, uint32_t batch_size,
+                     const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
                      const ShadeWave& shade_wave) {
     const uint32_t per_wave = samples_per_wave(block, batch_size);
     for (uint32_t done = 0; done < samples.count; done += per_wave) {

@@ -7,6 +7,7 @@
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/guiding/bright_patches.h"
 
+#include <bit>
 #include <optional>
 
 namespace kindling {

@@ -10,7 +10,6 @@
 #include "renderer/world/world.h"
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -106,28 +105,13 @@ struct SampleRange {
 // do not depend on tiles or threads.
 inline constexpr int kBlockSize = 8;
 
-// A block, or what of it is still to be rendered. Whole blocks are made from their rectangle.
-struct PixelBlock {
-  PixelRect rect;       // at most kBlockSize on a side
-  uint64_t skipped = 0; // bit bit_of(x, y) is set: that pixel is left out; no bit beyond the rectangle is set
-
-  PixelBlock(const PixelRect& rect_px, uint64_t skipped_bits = 0) : rect(rect_px), skipped(skipped_bits) {}
-  // Of the pixel at column x and row y of the rectangle.
-  [[nodiscard]] static uint64_t bit_of(int x, int y) { return uint64_t{1} << (y * kBlockSize + x); }
-  [[nodiscard]] bool skips(const V2i& pixel) const {
-    return skipped != 0 && (skipped & bit_of(pixel.x - rect.min.x, pixel.y - rect.min.y)) != 0;
-  }
-  [[nodiscard]] int64_t pixel_count() const { return rect.pixel_count() - std::popcount(skipped); }
-};
-
 // Immutable and shared by all threads. References given at construction must outlive it.
 class Integrator {
  public:
   virtual ~Integrator() = default;
   [[nodiscard]] virtual std::unique_ptr<ThreadContext> make_context() const = 0;
-  // Renders samples of the pixels of `block`, at least one, and adds them to the film in order. A pixel does not depend
-  // on which others are skipped.
-  virtual void render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& context,
+  // Renders samples of the pixels of `block` (at most kBlockSize on a side, at least one pixel) and adds them to the film in order.
+  virtual void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                             Film& film) const = 0;
 };
 

@@ -59,7 +59,7 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
 }
 
 // One wave after the other: all paths of a wave advance together, so that the accelerator sees streams of rays.
-void PathIntegrator::render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& thread,
+void PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                   Film& film) const {
   auto& context = static_cast<PathContext&>(thread);
   const uint32_t per_wave = samples_per_wave(block, settings_.batch_size);
@@ -79,7 +79,7 @@ void PathIntegrator::render_block(const PixelBlock& block, const SampleRange& sa
   }
 }
 
-void PathIntegrator::start_wave(const PixelBlock& block, const SampleRange& samples, PathContext& context) const {
+void PathIntegrator::start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
   const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count;
   context.rays.resize(count);
   context.active.resize(count);
@@ -98,8 +98,7 @@ void PathIntegrator::start_wave(const PixelBlock& block, const SampleRange& samp
   });
 }
 
-void PathIntegrator::trace_camera_rays(const PixelBlock& block, const SampleRange& samples,
-                                       PathContext& context) const {
+void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
   context.hits.resize(context.rays.size());
   intersect_camera_rays(world_.accelerator(), camera_, sampler_, filter_, block, samples, context.rays, context.hits);
   context.counters.camera += context.rays.size();

@@ -16,7 +16,7 @@ class PathIntegrator final : public Integrator {
                  const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
-  void render_block(const PixelBlock& block, const SampleRange& samples, ThreadContext& context,
+  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                     Film& film) const override;
 
  private:
@@ -30,8 +30,8 @@ class PathIntegrator final : public Integrator {
   };
 
   // The stages of a wave, in the order in which they run.
-  void start_wave(const PixelBlock& block, const SampleRange& samples, PathContext& context) const;
-  void trace_camera_rays(const PixelBlock& block, const SampleRange& samples, PathContext& context) const;
+  void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void shade(PathContext& context) const;
   void trace_shadows(PathContext& context) const;
   void trace_bounces(PathContext& context) const;

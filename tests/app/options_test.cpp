@@ -27,7 +27,7 @@ TEST(Options, Defaults) {
   EXPECT_EQ(options.scene_file, "a.glb");
   EXPECT_EQ(options.samples_per_pixel(), 64U);
   EXPECT_EQ(options.integrator.max_bounces, 8);
-  EXPECT_EQ(options.accelerator, accel::Kind::embree);
+  EXPECT_EQ(options.accelerator, accel::Kind::kdtree);
   EXPECT_EQ(options.sampler, SamplerKind::blue_noise);
   EXPECT_EQ(options.filter.kind, FilterKind::blackman_harris);
   EXPECT_TRUE(options.outputs.empty());

@@ -193,7 +193,7 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
   EXPECT_EQ(json["seed"], 5);
   EXPECT_EQ(json["paths"], 3 * 16 * 12);
   EXPECT_EQ(json["rays"]["camera"], 3 * 16 * 12);
-  EXPECT_EQ(json["accelerator"]["name"], "embree");
+  EXPECT_EQ(json["accelerator"]["name"], "kdtree");
   EXPECT_EQ(json["accelerator"]["triangles"], 2);
   EXPECT_GT(json["peak_rss_bytes"], 1 << 20);
   for (const char* phase : {"load", "textures", "build", "render", "write"})
