@@ -90,7 +90,7 @@ def run_kindling(binary, job, spp, seed, stem, flags=()):
     _, wall_s, peak_mb, cpu_s = run_measured(command, Path(f"{stem}.log"))
     with open(stats_path, encoding="utf-8") as file:
         stats = json.load(file)
-    return Run(seed, picture, stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
+    return Run(seed, picture, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
 
 
 def run_cycles(blender, job, spp, seed, stem):
