@@ -1,0 +1,59 @@
+// Small scenes that ask for every technique of the path tracer, with what a comparison needs to know of each.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/integrator.h"
+#include "renderer/scene/scene.h"
+#include "tests/unbiased/plain_tracer.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace kindling::test {
+
+// A scene or some of its lights.
+struct Part {
+  Scene scene;
+  std::shared_ptr<const Environment> environment;
+};
+
+struct TestScene {
+  Part whole;
+  std::vector<Part> parts; // whose light adds up to that of the whole; may be empty
+  SceneCamera camera;
+  M44f camera_to_world;
+  V2i size_px{32, 24};
+  int max_bounces = 1;
+
+  uint32_t samples = 4; // of a pixel, for each seed
+
+  // Limits at which the plain tracer is compared, too; none where it cannot see the lights.
+  std::vector<int> traced_bounces;
+  uint32_t traced_samples = 32;                  // cheap ones
+  std::vector<Aim> aims;                         // where light comes from
+  std::function<void(IntegratorSettings&)> bias; // a setting that loses a little light: must be noticed
+
+  [[nodiscard]] Camera make_camera() const { return {camera, camera_to_world, size_px}; }
+};
+
+struct NamedScene {
+  const char* name;
+  TestScene (*make)();
+};
+// Procedural ones and shipped ones.
+[[nodiscard]] std::span<const NamedScene> all_scenes();
+
+[[nodiscard]] TestScene hall_of_lamps();     // two hundred balls of several kinds over a floor
+[[nodiscard]] TestScene room_with_window();  // closed but for a window to an uneven sky
+[[nodiscard]] TestScene metal_under_sun();   // glossy metal under a sky with a small sun
+[[nodiscard]] TestScene textured_emitters(); // instances of textured lamps, seen from both sides
+[[nodiscard]] TestScene veils();             // layers of BLEND surfaces, some of which shine
+[[nodiscard]] TestScene kinds_of_lights();   // rectangles, point, spot and directional lights
+[[nodiscard]] TestScene cornell_box();
+[[nodiscard]] TestScene material_grid();
+[[nodiscard]] TestScene interior();
+
+} // namespace kindling::test

@@ -1,0 +1,48 @@
+// The strategies that must have one expectation: a line for each.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/session/render_session.h"
+
+#include <array>
+
+namespace kindling::test {
+
+struct Strategy {
+  const char* name;
+  void (*apply)(RenderSettings& settings); // to the base settings
+  accel::Kind accelerator = accel::Kind::embree;
+  bool same_numbers = false; // takes the random numbers of the base: the difference has less noise than either
+  uint32_t seeds = 48;       // pictures
+  bool guided = false;       // by what training learns of the scene, if anything
+};
+
+// What the others are compared with: Sobol points, for they have little noise, no roulette, Embree, one thread.
+[[nodiscard]] inline RenderSettings base_settings(const V2i& size_px, int max_bounces, uint32_t samples) {
+  RenderSettings settings;
+  settings.size_px = size_px;
+  settings.samples_per_pixel = samples;
+  settings.sampler = SamplerKind::sobol;
+  settings.filter = PixelFilter({FilterKind::box});
+  settings.threads = 1;
+  settings.integrator.max_bounces = max_bounces;
+  settings.integrator.roulette_start_bounce = 1000;
+  return settings;
+}
+
+inline constexpr std::array kStrategies{
+    Strategy{"independent", [](RenderSettings& s) { s.sampler = SamplerKind::independent; }}, // plain random numbers
+    Strategy{"blue-noise", [](RenderSettings& s) { s.sampler = SamplerKind::blue_noise; }},
+    Strategy{"roulette from bounce 0", [](RenderSettings& s) { s.integrator.roulette_start_bounce = 0; },
+             accel::Kind::embree, true, 32},
+    Strategy{"kd-tree", [](RenderSettings&) {}, accel::Kind::kdtree, true, 16},
+    Strategy{"guiding", [](RenderSettings&) {}, accel::Kind::embree, false, 48, true},
+    Strategy{"all together",
+             [](RenderSettings& s) {
+               s.sampler = SamplerKind::blue_noise;
+               s.integrator.roulette_start_bounce = 1;
+             },
+             accel::Kind::kdtree, false, 48, true},
+};
+
+} // namespace kindling::test

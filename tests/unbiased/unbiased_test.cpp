@@ -1,0 +1,131 @@
+// Every strategy on every scene against one of them, and that against a tracer that shares none of the techniques.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/test_scenes.h"
+#include "tests/unbiased/render_pictures.h"
+#include "tests/unbiased/scenes.h"
+
+#include <cstdio>
+
+namespace kindling::test {
+namespace {
+
+// Seeds of the base start at 0, those of what does not take its numbers here.
+constexpr uint32_t kOtherSeeds = 10000;
+constexpr uint32_t kBaseSeeds = 48;
+constexpr uint32_t kTracerSeeds = 48;
+constexpr uint32_t kPartSeeds = 32;
+constexpr uint32_t kBiasedSeeds = 24;
+
+class Unbiased : public testing::TestWithParam<NamedScene> {
+ protected:
+  Unbiased() : scene_(GetParam().make()) {
+    for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree})
+      worlds_.push_back(world_of(scene_.whole, kind));
+    guide_ = train_one_guide(*worlds_[0], scene_.make_camera(), base(scene_.max_bounces));
+    family_.comparisons = kStrategies.size() + scene_.traced_bounces.size() + (scene_.parts.empty() ? 0 : 1);
+  }
+
+  static std::unique_ptr<const World> world_of(const Part& part, accel::Kind kind) {
+    return make_world(part.scene, kind, part.environment);
+  }
+
+  [[nodiscard]] Pictures rendered(const World& world, const RenderSettings& settings, uint32_t first_seed,
+                                  uint32_t seeds, const Guide* guide = nullptr) const {
+    return render_pictures(world, scene_.make_camera(), settings, first_seed, seeds, guide);
+  }
+  [[nodiscard]] Pictures rendered_by(const Strategy& strategy) const {
+    RenderSettings settings = base(scene_.max_bounces);
+    strategy.apply(settings);
+    if (settings.sampler == SamplerKind::independent)
+      settings.samples_per_pixel += scene_.samples / 2; // they are noisier
+    return rendered(*worlds_[strategy.accelerator == accel::Kind::embree ? 0 : 1], settings,
+                    strategy.same_numbers ? 0 : kOtherSeeds, strategy.seeds, strategy.guided ? guide_.get() : nullptr);
+  }
+  // Light adds up: fewer lights are other trees, other shares and, in the end, no choice at all.
+  [[nodiscard]] Pictures rendered_by_parts() const {
+    Pictures sum(scene_.size_px);
+    for (size_t i = 0; i < scene_.parts.size(); ++i)
+      sum.add_light(rendered(*world_of(scene_.parts[i], accel::Kind::embree), base(scene_.max_bounces),
+                             static_cast<uint32_t>(2 + i) * kOtherSeeds, kPartSeeds));
+    return sum;
+  }
+  [[nodiscard]] Pictures traced(int max_bounces) const {
+    Pictures pictures(scene_.size_px);
+    const PlainTracer tracer(*worlds_[0], scene_.aims, max_bounces);
+    for (uint32_t seed = 0; seed < kTracerSeeds; ++seed)
+      pictures.add(tracer.picture(scene_.make_camera(), scene_.traced_samples, seed));
+    return pictures;
+  }
+  [[nodiscard]] RenderSettings base(int max_bounces) const {
+    return base_settings(scene_.size_px, max_bounces, scene_.samples);
+  }
+
+  // Says so and returns it.
+  [[nodiscard]] Verdict judge(const std::string& name, const Pictures& tested, const Pictures& base,
+                              bool paired = false) const {
+    const Verdict verdict = compare(tested, base, paired, family_);
+    std::printf("  %-24s %s\n", name.c_str(), verdict.text().c_str());
+    return verdict;
+  }
+  void expect_agreement(const std::string& name, const Pictures& tested, const Pictures& base,
+                        bool paired = false) const {
+    const Verdict verdict = judge(name, tested, base, paired);
+    EXPECT_TRUE(verdict.agrees) << name << ": " << verdict.text();
+    EXPECT_GE(verdict.power, Verdict::kLeastPower) << name << " is too noisy to tell";
+  }
+
+  TestScene scene_;
+  std::vector<std::unique_ptr<const World>> worlds_; // by Embree, by the kd-tree
+  std::unique_ptr<const Guide> guide_;               // one for all seeds
+  Family family_;
+};
+
+TEST_P(Unbiased, EveryStrategyHasTheSameMean) {
+  const Pictures reference = rendered(*worlds_[0], base(scene_.max_bounces), 0, kBaseSeeds);
+  std::printf(
+      "  seeds from 0 and, where random numbers differ, from %u on; z of a whole picture up to %.2f, of a block %.2f\n",
+      kOtherSeeds, family_.whole_threshold(), family_.block_threshold(reference.blocks()));
+  EXPECT_TRUE(guide_ || scene_.max_bounces == 0) << "nothing to learn: guiding does nothing here";
+  for (const Strategy& strategy : kStrategies)
+    expect_agreement(strategy.name, rendered_by(strategy), reference, strategy.same_numbers);
+  if (!scene_.parts.empty()) expect_agreement("part by part", rendered_by_parts(), reference);
+  for (const int bounces : scene_.traced_bounces)
+    expect_agreement("plain tracer, " + std::to_string(bounces) + " bounces", traced(bounces),
+                     bounces == scene_.max_bounces ? reference : rendered(*worlds_[0], base(bounces), 0, kBaseSeeds));
+
+  // A setting that loses light on purpose.
+  RenderSettings biased = base(scene_.max_bounces);
+  scene_.bias(biased.integrator);
+  const Verdict verdict = judge("(biased)", rendered(*worlds_[0], biased, kOtherSeeds, kBiasedSeeds), reference);
+  EXPECT_FALSE(verdict.agrees) << verdict.text();
+}
+
+// Adaptive sampling is biased (renderer/session/README.md): towards darkness, and by no more than this.
+TEST(Adaptive, BiasIsBounded) {
+  constexpr double kBound = 0.01;
+  const TestScene scene = cornell_box();
+  const auto world = make_world(scene.whole.scene, accel::Kind::embree);
+  std::array<Pictures, 2> pictures{Pictures(scene.size_px), Pictures(scene.size_px)};
+  for (uint32_t i = 0; i < 24; ++i) {
+    const bool adaptive = i % 2 == 1;
+    RenderSettings settings = base_settings(scene.size_px, scene.max_bounces, adaptive ? 256 : 32);
+    if (adaptive) settings.adaptive = {0.1, 32};
+    settings.seed = i;
+    const Result<RenderOutcome> outcome = render(*world, scene.make_camera(), settings, nullptr, nullptr);
+    ASSERT_TRUE(outcome.ok());
+    EXPECT_EQ(outcome.value().statistics.converged_share > 0.5, adaptive);
+    pictures[i % 2].add(outcome.value().film.resolve(Aov::beauty));
+  }
+  const Family family;
+  const Verdict verdict = compare(pictures[1], pictures[0], false, family);
+  std::printf("  %s\n", verdict.text().c_str());
+  EXPECT_LT(verdict.relative, 4.0 * verdict.error);
+  EXPECT_GT(verdict.relative, -kBound - 4.0 * verdict.error); // once in 30,000 times beyond either
+  EXPECT_LT(4.0 * verdict.error, kBound);                     // or these would say little
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Unbiased, testing::ValuesIn(all_scenes().begin(), all_scenes().end()),
+                         [](const auto& param) { return std::string(param.param.name); });
+
+} // namespace
+} // namespace kindling::test
