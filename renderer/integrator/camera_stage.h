@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/integrator.h"
+#include "renderer/sampling/draw_eight.h"
 
 #include <array>
 #include <cstdint>
@@ -37,28 +38,39 @@ struct CameraSample {
 inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                                  const PixelRect& block, const SampleRange& samples,
                                  std::span<CameraSample> camera_samples, std::span<accel::Ray> rays) {
+  std::array<Sampler::PixelPoints, kBlockSize * kBlockSize> points;
+  size_t pixel = 0;
+  for (int y = block.min.y; y < block.max.y; ++y)
+    for (int x = block.min.x; x < block.max.x; ++x) points[pixel++] = sampler.points_of(V2i(x, y));
+
+  std::array<SampleAddress, kBlockSize> addresses{}; // of a row
   size_t slot = 0;
-  for (uint32_t s = samples.first; s < samples.first + samples.count; ++s)
-    for (int y = block.min.y; y < block.max.y; ++y)
-      for (int x = block.min.x; x < block.max.x; ++x) {
+  for (uint32_t s = samples.first; s < samples.first + samples.count; ++s) {
+    pixel = 0;
+    for (int y = block.min.y; y < block.max.y; ++y) {
+      const auto width = static_cast<size_t>(block.width());
+      for (size_t i = 0; i < width; ++i) addresses[i] = sampler.address(points[pixel++], s);
+      const std::array<V2f, kBlockSize> draws = draw_eight(addresses, kFilterDimension);
+      for (size_t i = 0; i < width; ++i, ++slot) {
         CameraSample& camera_sample = camera_samples[slot];
-        camera_sample.pixel = V2i(x, y);
-        camera_sample.address = sampler.address(camera_sample.pixel, s);
+        camera_sample.pixel = V2i(block.min.x + static_cast<int>(i), y);
+        camera_sample.address = addresses[i];
         camera_sample.sample_index = s;
-        const PixelFilter::Sample jitter = filter.sample(Sampler::sample_2d(camera_sample.address, kFilterDimension));
+        const PixelFilter::Sample jitter = filter.sample(draws[i]);
         camera_sample.filter_weight = jitter.weight;
-        const V2f film_px(static_cast<float>(x) + 0.5f + jitter.offset.x,
+        const V2f film_px(static_cast<float>(camera_sample.pixel.x) + 0.5f + jitter.offset.x,
                           static_cast<float>(y) + 0.5f + jitter.offset.y);
         const CameraRay camera_ray = camera.generate_ray(film_px, V2f(0.5f), 0.0f);
         rays[slot] = {.origin = camera_ray.origin,
                       .t_min = 0.0f,
                       .direction = camera_ray.direction,
                       .t_max = kInfinity,
-                      .key = camera_sample.address.key,
-                      .index = camera_sample.address.index,
+                      .key = addresses[i].key,
+                      .index = addresses[i].index,
                       .flags = kHitPartlyTransparent};
-        ++slot;
       }
+    }
+  }
 }
 
 // Pixels of the block, and how many samples of each fit into one wave of at most `batch_size` paths.

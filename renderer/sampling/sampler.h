@@ -46,7 +46,16 @@ class Sampler {
         log2_tile_(std::min(kMostLog2Tile, (32U - log2_samples_) / 2)) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
-  [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const;
+  [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const {
+    return address(points_of(pixel), sample_index);
+  }
+  // What all samples of a pixel share: compute once for many.
+  struct PixelPoints {
+    uint32_t key = 0;
+    uint64_t first = 0; // index of sample 0; blue_noise alone
+  };
+  [[nodiscard]] PixelPoints points_of(const V2i& pixel) const;
+  [[nodiscard]] SampleAddress address(const PixelPoints& points, uint32_t sample_index) const;
 
   // Uniform in [0, 1).
   [[nodiscard]] static float sample_1d(const SampleAddress& address, uint32_t dimension);
@@ -69,7 +78,6 @@ class Sampler {
 
  private:
   [[nodiscard]] static uint32_t spread_bits(uint32_t x);
-  [[nodiscard]] SampleAddress blue_noise_address(const V2i& pixel, uint32_t sample_index) const;
 
   uint32_t seed_;
   SamplerKind kind_;
@@ -99,24 +107,25 @@ inline uint32_t Sampler::spread_bits(uint32_t x) {
 // 2^j x 2^j pixels aligned to its size are then a net too, so their errors cancel. The shuffle of the index, which every
 // dimension has anyway, is the random order of the quadrants at all levels (a binary one: halves stay halves).
 // A sample beyond the 2^k is taken from another scrambling.
-inline SampleAddress Sampler::blue_noise_address(const V2i& pixel, uint32_t sample_index) const {
+inline Sampler::PixelPoints Sampler::points_of(const V2i& pixel) const {
+  if (kind_ != SamplerKind::blue_noise) return {pixel_key(pixel), 0};
   const uint32_t within = (1U << log2_tile_) - 1U;
   const uint32_t z = spread_bits(static_cast<uint32_t>(pixel.x) & within) |
                      (spread_bits(static_cast<uint32_t>(pixel.y) & within) << 1);
-  const auto scrambling = static_cast<uint32_t>(uint64_t{sample_index} >> log2_samples_);
-  const uint64_t first = uint64_t{z} << log2_samples_;
-  const uint64_t mask = (uint64_t{1} << log2_samples_) - 1U;
-  const uint32_t tile_key = pixel_key({pixel.x >> log2_tile_, pixel.y >> log2_tile_});
-  return {hash_combine(tile_key, scrambling), static_cast<uint32_t>(first | (sample_index & mask))};
+  return {pixel_key({pixel.x >> log2_tile_, pixel.y >> log2_tile_}), uint64_t{z} << log2_samples_};
 }
 
-inline SampleAddress Sampler::address(const V2i& pixel, uint32_t sample_index) const {
+inline SampleAddress Sampler::address(const PixelPoints& points, uint32_t sample_index) const {
   switch (kind_) {
-  case SamplerKind::blue_noise: return blue_noise_address(pixel, sample_index);
-  case SamplerKind::sobol: return {pixel_key(pixel), sample_index};
+  case SamplerKind::blue_noise: {
+    const auto scrambling = static_cast<uint32_t>(uint64_t{sample_index} >> log2_samples_);
+    const uint64_t mask = (uint64_t{1} << log2_samples_) - 1U;
+    return {hash_combine(points.key, scrambling), static_cast<uint32_t>(points.first | (sample_index & mask))};
+  }
+  case SamplerKind::sobol: return {points.key, sample_index};
   case SamplerKind::independent: break;
   }
-  return {hash_combine(pixel_key(pixel), sample_index), 0}; // the first point of a scrambling of its own
+  return {hash_combine(points.key, sample_index), 0}; // the first point of a scrambling of its own
 }
 
 inline float Sampler::sample_1d(const SampleAddress& address, uint32_t dimension) {

@@ -1,8 +1,9 @@
-// The draws of a bounce in the mean: uniform and independent across pixels and seeds, for every kind of sampler; what blue noise gains.
+// The draws of a bounce, and of eight samples at once, in the mean: uniform and independent across pixels and seeds, for every kind of sampler; what blue noise gains.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/sampling/chi_square.h"
 
 #include "renderer/sampling/bounce_draws.h"
+#include "renderer/sampling/draw_eight.h"
 
 #include <gtest/gtest.h>
 
@@ -25,6 +26,21 @@ std::array<float, kLanes> two_bounces(const SampleAddress& address) {
     std::copy(values.begin(), values.end(), lanes.begin() + 8 * bounce);
   }
   return lanes;
+}
+
+// Eight samples drawn together are those drawn one by one.
+TEST(DrawEight, IsEightDraws) {
+  for (const SamplerKind kind : kKinds) {
+    const Sampler sampler(3, kind, 12);
+    for (int round = 0; round < 100; ++round) {
+      std::array<SampleAddress, 8> addresses;
+      for (int i = 0; i < 8; ++i)
+        addresses[static_cast<size_t>(i)] = sampler.address({round * 29 + i, round * 13}, static_cast<uint32_t>(round));
+      const std::array<V2f, 8> draws = draw_eight(addresses, static_cast<uint32_t>(round % 5));
+      for (size_t i = 0; i < 8; ++i)
+        EXPECT_EQ(draws[i], Sampler::sample_2d(addresses[i], static_cast<uint32_t>(round % 5)));
+    }
+  }
 }
 
 // Chi-square of all pairs of lanes in 8 x 8 cells, one sample from each of 8192 scramblings (seeds, and tiles for blue noise).
