@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <span>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct NamedScene {
   const char* name;
   TestScene (*make)();
 };
+inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.name; } // for GoogleTest
 // Procedural ones and shipped ones.
 [[nodiscard]] std::span<const NamedScene> all_scenes();
 
