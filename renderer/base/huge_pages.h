@@ -27,7 +27,7 @@ struct HugePageAllocator {
 
   [[nodiscard]] T* allocate(size_t count) {
     const size_t bytes = count * sizeof(T);
-    if (bytes < kWorthwhile) return static_cast<T*>(::operator new(bytes, std::align_val_t{alignof(T)}));
+    if (bytes < kWorthwhile) return static_cast<T*>(::operator new (bytes, std::align_val_t{alignof(T)}));
     void* memory = std::aligned_alloc(kHugePage, (bytes + kHugePage - 1) / kHugePage * kHugePage);
     if (memory == nullptr) throw std::bad_alloc();
 #ifdef __linux__
@@ -37,7 +37,7 @@ struct HugePageAllocator {
   }
   void deallocate(T* memory, size_t count) {
     if (count * sizeof(T) < kWorthwhile) {
-      ::operator delete(memory, std::align_val_t{alignof(T)});
+      ::operator delete (memory, std::align_val_t{alignof(T)});
     } else {
       std::free(memory);
     }

@@ -49,7 +49,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
     pixel = 0;
     for (int y = block.min.y; y < block.max.y; ++y) {
       const auto width = static_cast<size_t>(block.width());
-      for (size_t i = 0; i < width; ++i) addresses[i] = sampler.address(points[pixel++], s);
+      for (size_t i = 0; i < width; ++i) addresses[i] = sampler.address_in(points[pixel++], s);
       const std::array<V2f, kBlockSize> draws = draw_eight(addresses, kFilterDimension);
       for (size_t i = 0; i < width; ++i, ++slot) {
         CameraSample& camera_sample = camera_samples[slot];

@@ -47,7 +47,7 @@ class Sampler {
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
   [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const {
-    return address(points_of(pixel), sample_index);
+    return address_in(points_of(pixel), sample_index);
   }
   // What all samples of a pixel share: compute once for many.
   struct PixelPoints {
@@ -55,7 +55,7 @@ class Sampler {
     uint64_t first = 0; // index of sample 0; blue_noise alone
   };
   [[nodiscard]] PixelPoints points_of(const V2i& pixel) const;
-  [[nodiscard]] SampleAddress address(const PixelPoints& points, uint32_t sample_index) const;
+  [[nodiscard]] SampleAddress address_in(const PixelPoints& points, uint32_t sample_index) const;
 
   // Uniform in [0, 1).
   [[nodiscard]] static float sample_1d(const SampleAddress& address, uint32_t dimension);
@@ -115,7 +115,7 @@ inline Sampler::PixelPoints Sampler::points_of(const V2i& pixel) const {
   return {pixel_key({pixel.x >> log2_tile_, pixel.y >> log2_tile_}), uint64_t{z} << log2_samples_};
 }
 
-inline SampleAddress Sampler::address(const PixelPoints& points, uint32_t sample_index) const {
+inline SampleAddress Sampler::address_in(const PixelPoints& points, uint32_t sample_index) const {
   switch (kind_) {
   case SamplerKind::blue_noise: {
     const auto scrambling = static_cast<uint32_t>(uint64_t{sample_index} >> log2_samples_);
