@@ -196,9 +196,10 @@ def curtain(width, height, folds, seed):
 def window(width, height, depth):
     """Frame, two casements with a cross each, and a sill; in the plane z = 0, opening from (0, 0) to (width, height)."""
     b = 0.045
+    s = 0.005  # the frame stands so far into the opening: in its plane it would share faces with the wall
     parts = [
-        box((-b, -b, -depth), (0, height + b, 0.02)), box((width, -b, -depth), (width + b, height + b, 0.02)),
-        box((0, height, -depth), (width, height + b, 0.02)), box((0, -b, -depth), (width, 0, 0.02)),
+        box((-b, -b, -depth), (s, height + b, 0.02)), box((width - s, -b, -depth), (width + b, height + b, 0.02)),
+        box((s, height - s, -depth), (width - s, height + b, 0.02)), box((s, -b, -depth), (width - s, s, 0.02)),
         beveled_box((-0.10, -b - 0.03, -0.01), (width + 0.10, -b, 0.13), 0.006),
     ]
     t = 0.022

@@ -308,7 +308,7 @@ TestScene material_grid() {
 }
 
 // Direct light alone: with bounces, caustics of its sun would make the variance too large for a test.
-// The view leaves out the window: faces of its frame lie in those of the wall, and accelerators differ in which they name.
+// The view leaves out the window: where faces of two things lie in one plane, accelerators may differ in which they name.
 TestScene interior() {
   TestScene test = shipped("interior.glb");
   const Camera camera(test.camera, test.camera_to_world, V2i(320, 240));
