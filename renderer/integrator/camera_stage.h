@@ -19,8 +19,8 @@ enum Dimension : uint32_t {
   kFirstBounceDimension = 8,
 
   // Relative to the bounce:
-  kDirectionDimension = 0, // 4-D: choice of the light and of the lobe, and the direction (BounceDraws)
-  kLightDimension = 1,     // 4-D: point of the light, roulette, and one to spare
+  kDirectionDimension = 0, // 4-D: one to spare, choice of the lobe, direction (BounceDraws)
+  kLightDimension = 1,     // 4-D: choice of the light and point on it, roulette, and what goes on where the choice ends
   kCoverageDimension = 4,  // 1-D, of the first partly transparent surface; later ones are hashed
   kBounceDimensions = 8,
 };

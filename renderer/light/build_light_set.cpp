@@ -76,9 +76,9 @@ LightSet::LightSet(LightSetInput input)
   for (const EmitterBounds& e : emitters) light_count_ += e.intensity > 0.0f ? 1 : 0;
   tree_ = LightTree(emitters);
 
-  size_t families = tree_.empty() ? 0 : 1;
+  size_t kinds = tree_.empty() ? 0 : 1;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    families += punctuals_[i].luminance > 0.0f ? 2 : 0; // even one may be below the horizon
+    kinds += punctuals_[i].luminance > 0.0f ? 2 : 0; // even one may be below the horizon
     light_count_ += punctuals_[i].luminance > 0.0f ? 1 : 0;
   }
   if (environment_) {
@@ -86,10 +86,10 @@ LightSet::LightSet(LightSetInput input)
     // environment of subnormal radiance is still there.
     const float total = luminance(environment_->total_radiance()) * environment_->sampled_share();
     environment_irradiance_ = std::clamp(0.25f * total, 1e-30f, 1e30f);
-    ++families;
+    ++kinds;
     ++light_count_;
   }
-  single_family_ = families <= 1;
+  single_kind_ = kinds <= 1;
 }
 
 void LightSet::add_punctuals(const LightSetInput& input) {

@@ -86,37 +86,30 @@ LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const Lig
 }
 
 float LightSet::environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const {
-  if (single_family_) return environment_ ? 1.0f : 0.0f;
+  if (single_kind_) return environment_ ? 1.0f : 0.0f;
   const Shares all = shares(point, normal, learned);
   return all.sum > 0.0f ? all.environment / all.sum : 0.0f;
 }
 
 float LightSet::tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const {
-  if (single_family_) return tree_.empty() ? 0.0f : 1.0f;
+  if (single_kind_) return tree_.empty() ? 0.0f : 1.0f;
   const Shares all = shares(point, normal, learned);
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
-LightSet::Choice LightSet::choose_kind(const LightQuery& query) const {
+std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) const {
+  if (empty()) return std::nullopt;
   Choice result;
-  if (empty()) return result;
-  if (single_family_ && environment_) {
-    result.kind = Choice::Kind::environment;
-    result.rest = static_cast<double>(query.u.x);
+  result.rest = static_cast<double>(query.u.x);
+  if (single_kind_ && environment_) {
+    result.kind = LightKind::environment;
     return result;
   }
-  if (single_family_ && tree_.by_intensity()) {
-    result.kind = Choice::Kind::tree;
-    result.rest = static_cast<double>(query.u.x);
-    return result;
-  }
+  if (single_kind_ && tree_.by_intensity()) return result;
   // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
   const auto digits = hash_combine(std::bit_cast<uint32_t>(query.digits), std::bit_cast<uint32_t>(query.u.y));
-  result.rest = static_cast<double>(query.u.x) + static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
-  if (single_family_) {
-    result.kind = Choice::Kind::tree;
-    return result;
-  }
+  result.rest += static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
+  if (single_kind_) return result;
   // The tree, then the directional lights, then the environment.
   const Shares all = shares(query.point, query.normal, query.learned);
   result.rest *= static_cast<double>(all.sum);
@@ -129,23 +122,19 @@ LightSet::Choice LightSet::choose_kind(const LightQuery& query) const {
     result.rest -= static_cast<double>(weight);
     return false;
   };
-  if (chooses(all.tree)) {
-    result.kind = Choice::Kind::tree;
-    return result;
-  }
+  if (chooses(all.tree)) return result;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
     if (!chooses(light_share_weight(directional_irradiance(punctuals_[i], query.normal), all.strongest) *
                  all.directional_scale))
       continue;
-    result.kind = Choice::Kind::directional;
+    result.kind = LightKind::directional;
     result.directional = static_cast<uint32_t>(i);
     return result;
   }
-  if (all.environment > 0.0f) {
-    result.kind = Choice::Kind::environment;
-    result.rest /= static_cast<double>(all.environment);
-    result.probability = all.environment / all.sum;
-  }
+  if (!(all.environment > 0.0f)) return std::nullopt;
+  result.kind = LightKind::environment;
+  result.rest /= static_cast<double>(all.environment);
+  result.probability = all.environment / all.sum;
   return result;
 }
 
@@ -153,25 +142,18 @@ std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, cons
                                                    const std::optional<LightTree::Choice>& emitter) const {
   std::optional<LightSample> result;
   switch (choice.kind) {
-  case Choice::Kind::none: return std::nullopt;
-  case Choice::Kind::tree:
+  case LightKind::tree:
     if (!emitter) return std::nullopt;
     result = emitter->emitter < triangles_.size()
                  ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y})
                  : sample_punctual(punctuals_[emitter->emitter - triangles_.size()], query.point);
     if (!result) return std::nullopt;
     result->pdf *= emitter->probability;
-    result->kind = LightKind::tree;
     break;
-  case Choice::Kind::directional:
-    result = sample_punctual(punctuals_[choice.directional], query.point);
-    result->kind = LightKind::directional;
-    break;
-  case Choice::Kind::environment:
-    result = environment_->sample({first_coordinate(choice.rest), query.u.y});
-    result->kind = LightKind::environment;
-    break;
+  case LightKind::directional: result = sample_punctual(punctuals_[choice.directional], query.point); break;
+  case LightKind::environment: result = environment_->sample({first_coordinate(choice.rest), query.u.y}); break;
   }
+  result->kind = choice.kind;
   result->kind_probability = choice.probability;
   result->pdf *= choice.probability;
   if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
@@ -179,16 +161,17 @@ std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, cons
 }
 
 std::optional<LightSample> LightSet::sample(const LightQuery& query) const {
-  const Choice choice = choose_kind(query);
-  return sample_chosen(query, choice,
-                       choice.kind == Choice::Kind::tree ? tree_.choose(query.point, query.normal, choice.rest)
-                                                         : std::nullopt);
+  const std::optional<Choice> choice = choose_kind(query);
+  if (!choice) return std::nullopt;
+  return sample_chosen(query, *choice,
+                       choice->kind == LightKind::tree ? tree_.choose(query.point, query.normal, choice->rest)
+                                                       : std::nullopt);
 }
 
 // In steps over all of a group, each of which asks for the memory that the next one reads.
 void LightSet::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
   constexpr size_t kGroup = 32;
-  std::array<Choice, kGroup> choices;
+  std::array<std::optional<Choice>, kGroup> choices;
   std::array<V2f, kGroup> draws;                                 // of the environment
   std::array<LightTree::Query, kGroup> descents;                 // of the tree
   std::array<std::optional<LightTree::Choice>, kGroup> emitters; // where they end
@@ -197,10 +180,11 @@ void LightSet::sample(std::span<const LightQuery> queries, std::span<std::option
     size_t draw_count = 0, descent_count = 0;
     for (size_t i = 0; i < group.size(); ++i) {
       choices[i] = choose_kind(group[i]);
-      if (choices[i].kind == Choice::Kind::environment)
-        draws[draw_count++] = {first_coordinate(choices[i].rest), group[i].u.y};
-      else if (choices[i].kind == Choice::Kind::tree)
-        descents[descent_count++] = {group[i].point, group[i].normal, choices[i].rest};
+      if (!choices[i]) continue;
+      if (choices[i]->kind == LightKind::environment)
+        draws[draw_count++] = {first_coordinate(choices[i]->rest), group[i].u.y};
+      else if (choices[i]->kind == LightKind::tree)
+        descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
     }
     if (draw_count > 0) environment_->prefetch_samples(std::span(draws).first(draw_count));
     tree_.choose(std::span(descents).first(descent_count), emitters);
@@ -208,8 +192,11 @@ void LightSet::sample(std::span<const LightQuery> queries, std::span<std::option
       if (emitters[i] && emitters[i]->emitter < triangles_.size()) prefetch(&triangles_[emitters[i]->emitter]);
     size_t descent = 0;
     for (size_t i = 0; i < group.size(); ++i) {
-      const bool in_tree = choices[i].kind == Choice::Kind::tree;
-      samples[first + i] = sample_chosen(group[i], choices[i], in_tree ? emitters[descent++] : std::nullopt);
+      std::optional<LightSample>& sample = samples[first + i];
+      sample.reset();
+      if (!choices[i]) continue;
+      const bool in_tree = choices[i]->kind == LightKind::tree;
+      sample = sample_chosen(group[i], *choices[i], in_tree ? emitters[descent++] : std::nullopt);
     }
   }
 }

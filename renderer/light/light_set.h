@@ -86,6 +86,7 @@ class LightSet {
   // A light and a direction to it, seen from the point of the query. Empty: nothing useful (counts as zero). Point, spot and
   // directional lights follow KHR_lights_punctual, with its window for `range_m`.
   [[nodiscard]] std::optional<LightSample> sample(const LightQuery& query) const;
+  // The same: u_light chooses, u.x goes on where its digits end, u.y is the second coordinate.
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
                                                   const LightShares* learned = nullptr) const {
     return sample(LightQuery{point, normal, {u_light, u.y}, u.x, learned});
@@ -168,7 +169,7 @@ class LightSet {
 
   // One of the kinds of light, and of directional lights which.
   struct Choice {
-    enum class Kind : uint8_t { none, tree, directional, environment } kind = Kind::none;
+    LightKind kind = LightKind::tree;
     uint32_t directional = 0; // index into punctuals_
     float probability = 1.0f; // of the choice
     double rest = 0.0;        // what is left of the random number: uniform in [0, 1) again
@@ -181,7 +182,7 @@ class LightSet {
   [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
-  [[nodiscard]] Choice choose_kind(const LightQuery& query) const;
+  [[nodiscard]] std::optional<Choice> choose_kind(const LightQuery& query) const;
   // `emitter`: where the tree's choice by choice.rest ended, if the kind is tree.
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
                                                          const std::optional<LightTree::Choice>& emitter) const;
@@ -199,7 +200,7 @@ class LightSet {
   LightTree tree_;                                 // of triangles, then points and spots
   std::shared_ptr<const Environment> environment_; // null if absent
   float environment_irradiance_ = 0.0f;            // luminance, on a plane in the open, the mean over its directions
-  bool single_family_ = false;                     // nothing, only the tree or only the environment: shares are 0 and 1
+  bool single_kind_ = false;                       // nothing, only the tree or only the environment: shares are 0 and 1
   size_t light_count_ = 0;
 };
 

@@ -7,6 +7,7 @@
 namespace kindling {
 namespace {
 
+// Of the textures that most materials have.
 void prefetch_textures(const ShadingMaterial& material, const HitRecords& lookup, std::span<const Texture> textures) {
   for (const TextureBinding* binding :
        {&material.base_color, &material.metallic_roughness, &material.normal, &material.emission}) {

@@ -81,6 +81,20 @@ inline Scene make_scene(std::vector<Material> materials, std::vector<Primitive> 
   return scene;
 }
 
+// A glossy ball on a floor, below a lamp, a half transparent veil beside it.
+inline Scene ball_lamp_and_veil(float ball_roughness) {
+  Material glossy;
+  glossy.base_color_factor = V4f(0.9f, 0.6f, 0.3f, 1.0f);
+  glossy.roughness_factor = ball_roughness;
+  Material veil = diffuse_material(Rgb(0.2f, 0.4f, 0.8f));
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor.w = 0.5f;
+  return make_scene({glossy, diffuse_material(Rgb(0.7f)), emissive_material(Rgb(5.0f, 4.0f, 3.0f)), veil},
+                    {sphere(V3f(0.0f), 1.0f, 32, 0), quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
+                     quad(V3f(-1, 3, -1), V3f(2, 0, 0), V3f(0, 0, 2), 2),
+                     quad(V3f(1, -1, 1), V3f(2, 0, 0), V3f(0, 2, 0), 3)});
+}
+
 inline std::unique_ptr<const World> make_world(Scene scene, accel::Kind kind,
                                                std::shared_ptr<const Environment> environment = nullptr) {
   Result<PosedScene> posed = pose_scene(scene, {});

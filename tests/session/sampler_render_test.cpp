@@ -12,17 +12,8 @@ constexpr SamplerKind kKinds[] = {SamplerKind::blue_noise, SamplerKind::sobol, S
 const V2i kSize(40, 30);
 
 std::unique_ptr<const World> lit_ball() {
-  Material glossy;
-  glossy.base_color_factor = V4f(0.9f, 0.6f, 0.3f, 1.0f);
-  glossy.roughness_factor = 0.4f;
-  Material veil = diffuse_material(Rgb(0.2f, 0.4f, 0.8f));
-  veil.alpha_mode = AlphaMode::blend;
-  veil.base_color_factor.w = 0.5f;
-  return make_world(make_scene({glossy, diffuse_material(Rgb(0.7f)), emissive_material(Rgb(5.0f, 4.0f, 3.0f)), veil},
-                               {sphere(V3f(0.0f), 1.0f, 32, 0), quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
-                                quad(V3f(-1, 3, -1), V3f(2, 0, 0), V3f(0, 0, 2), 2),
-                                quad(V3f(1, -1, 1), V3f(2, 0, 0), V3f(0, 2, 0), 3)}),
-                    accel::Kind::embree, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+  return make_world(ball_lamp_and_veil(0.4f), accel::Kind::embree,
+                    std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
 Camera camera() { return {SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize}; }
