@@ -40,7 +40,7 @@ struct TextureSlot {
 
 enum class AlphaMode : uint8_t { opaque, mask, blend };
 
-// glTF 2.0 metallic-roughness. Factors are linear.
+// glTF 2.0 metallic-roughness and the extensions of materials, named as they name them. Factors are linear.
 struct Material {
   std::string name;
   V4f base_color_factor{1.0f, 1.0f, 1.0f, 1.0f};
@@ -63,6 +63,53 @@ struct Material {
   TextureSlot specular_texture; // A
   Rgb specular_color_factor{1.0f, 1.0f, 1.0f};
   TextureSlot specular_color_texture; // sRGB
+
+  float clearcoat_factor = 0.0f; // KHR_materials_clearcoat
+  TextureSlot clearcoat_texture; // R
+  float clearcoat_roughness_factor = 0.0f;
+  TextureSlot clearcoat_roughness_texture; // G
+  TextureSlot clearcoat_normal_texture;    // absent: the coat has the plain normal of the mesh
+  float clearcoat_normal_scale = 1.0f;
+
+  Rgb sheen_color_factor{0.0f, 0.0f, 0.0f}; // KHR_materials_sheen
+  TextureSlot sheen_color_texture;          // sRGB
+  float sheen_roughness_factor = 0.0f;
+  TextureSlot sheen_roughness_texture; // A
+
+  float anisotropy_strength = 0.0f;     // KHR_materials_anisotropy
+  float anisotropy_rotation_rad = 0.0f; // counter-clockwise from the tangent
+  TextureSlot anisotropy_texture;       // RG direction in [-1, 1], B strength
+
+  float iridescence_factor = 0.0f; // KHR_materials_iridescence
+  TextureSlot iridescence_texture; // R
+  float iridescence_ior = 1.3f;
+  float iridescence_thickness_minimum_nm = 100.0f;
+  float iridescence_thickness_maximum_nm = 400.0f;
+  TextureSlot iridescence_thickness_texture; // G; absent: the maximum
+
+  float transmission_factor = 0.0f; // KHR_materials_transmission
+  TextureSlot transmission_texture; // R
+
+  float diffuse_transmission_factor = 0.0f; // KHR_materials_diffuse_transmission
+  TextureSlot diffuse_transmission_texture; // A
+  Rgb diffuse_transmission_color_factor{1.0f, 1.0f, 1.0f};
+  TextureSlot diffuse_transmission_color_texture; // sRGB
+
+  float thickness_factor = 0.0f; // KHR_materials_volume: above 0 the mesh bounds a medium, else it is thin-walled
+  TextureSlot thickness_texture; // G; a path tracer knows the true distance: kept for info alone
+  float attenuation_distance_m = std::numeric_limits<float>::infinity();
+  Rgb attenuation_color{1.0f, 1.0f, 1.0f};
+
+  float dispersion = 0.0f; // KHR_materials_dispersion: 20 / Abbe number
+
+  // KHR_materials_volume_scatter, KHR_materials_scatter (drafts).
+  Rgb multiscatter_color{0.0f, 0.0f, 0.0f}; // albedo of the medium after all of its scattering; black: none
+  float scatter_anisotropy = 0.0f;          // g of Henyey and Greenstein, in (-1, 1)
+
+  // KHR_materials_pbrSpecularGlossiness: base_color_* hold the diffuse part, metallic is 0, specular_color_* hold F0 itself, and
+  // roughness is 1 - glossiness_factor * (A of specular_color_texture).
+  bool specular_glossiness = false;
+  float glossiness_factor = 1.0f;
 
   std::vector<std::string> extensions_used; // every extension object met on it, supported or not: for info
 };

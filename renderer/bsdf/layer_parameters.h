@@ -1,0 +1,38 @@
+// What the extensions of glTF materials add to the metallic-roughness model at one point of a surface.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+
+namespace kindling {
+
+// Already evaluated at a point, as BsdfParameters. Defaults: no layer is there. Directions are in the local frame of the base,
+// whose +z is its shading normal and whose +x is the direction of anisotropy (tangent, rotated).
+struct LayerParameters {
+  float clearcoat = 0.0f; // [0, 1] (KHR_materials_clearcoat)
+  float clearcoat_roughness = 0.0f;
+  V3f clearcoat_normal{0.0f, 0.0f, 1.0f}; // unit; wo is above its horizon
+
+  Rgb sheen_color{0.0f}; // (KHR_materials_sheen)
+  float sheen_roughness = 0.0f;
+
+  float anisotropy =
+      0.0f; // strength, [0, 1] (KHR_materials_anisotropy): alpha_x = mix(alpha, 1, strength^2), alpha_y = alpha
+
+  float iridescence = 0.0f; // [0, 1] (KHR_materials_iridescence)
+  float iridescence_ior = 1.3f;
+  float iridescence_thickness_nm = 400.0f; // 0: no film
+
+  float transmission = 0.0f; // [0, 1], of the dielectric base (KHR_materials_transmission)
+  bool thin_walled = true;   // both interfaces at once: light is not bent (KHR_materials_volume, "thickness")
+  float eta = 1.5f; // not thin-walled: index of refraction beyond the surface / on the side of wo; may be below 1
+
+  float diffuse_transmission = 0.0f; // [0, 1] (KHR_materials_diffuse_transmission)
+  Rgb diffuse_transmission_color{1.0f};
+};
+
+// A thin-walled surface smoother than this lets light pass in a straight line: LayeredBsdf::straight_transmittance().
+// A lobe of roughness 0.03 is 0.05 degrees wide, a tenth of the sun.
+inline constexpr float kStraightRoughness = 0.03f;
+
+} // namespace kindling
