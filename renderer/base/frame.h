@@ -19,6 +19,15 @@ struct Frame {
     return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
   }
 
+  // With local +x as close to `tangent` as the normal lets it be; any frame where they are parallel. `tangent` need not be unit.
+  [[nodiscard]] static Frame with_tangent(const V3f& n, const V3f& tangent) {
+    const V3f x = tangent - n * n.dot(tangent);
+    const float length = x.length();
+    if (!(length > 1e-6f * tangent.length())) return around(n);
+    const V3f unit = x / length;
+    return {unit, n.cross(unit), n};
+  }
+
   [[nodiscard]] V3f to_local(const V3f& v) const { return {v.dot(tangent), v.dot(bitangent), v.dot(normal)}; }
   [[nodiscard]] V3f to_world(const V3f& v) const { return tangent * v.x + bitangent * v.y + normal * v.z; }
 };

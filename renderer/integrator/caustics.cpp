@@ -45,4 +45,20 @@ void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& 
   }
 }
 
+void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                       LayerParameters& layers) {
+  switch (caustics) {
+  case Caustics::full: return;
+  case Caustics::regularised:
+    layers.clearcoat_roughness =
+        std::max(layers.clearcoat_roughness, std::sqrt(regularised_alpha(widest.alpha(), sample_index)));
+    return;
+  case Caustics::off:
+    if (!after_diffuse) return;
+    layers.clearcoat = 0.0f;
+    layers.iridescence = 0.0f;
+    return;
+  }
+}
+
 } // namespace kindling

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/layer_parameters.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -43,8 +44,12 @@ class WidestLobe {
 
 // Changes the parameters of a surface that a path has reached; `after_diffuse`: it was scattered diffusely before.
 // Off: what is specular reflects nothing (as with Cycles' "Reflective Caustics" off), so metal is black, and the base of a
-// dielectric gets the light that its surface would have reflected.
+// dielectric gets the light that its surface would have reflected; what a surface would refract it absorbs. Panes, which
+// bend no light, keep what goes straight on.
 void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
                        BsdfParameters& parameters);
+// The same for the layers of a surface, if it has any: before the parameters.
+void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                       LayerParameters& layers);
 
 } // namespace kindling

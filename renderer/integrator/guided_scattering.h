@@ -4,7 +4,7 @@
 
 #include "renderer/base/frame.h"
 #include "renderer/base/hash.h"
-#include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/surface_bsdf.h"
 #include "renderer/guiding/bright_patches.h"
 
 #include <bit>
@@ -20,8 +20,9 @@ namespace kindling {
 // next-event estimation and emitters see.
 class GuidedBsdf {
  public:
-  GuidedBsdf(const BsdfParameters& parameters, const Frame& frame, const V3f& wo_world)
-      : frame_(frame), bsdf_(parameters, frame.to_local(wo_world)) {}
+  // `layers` may be null: there are none.
+  GuidedBsdf(const BsdfParameters& parameters, const LayerParameters* layers, const Frame& frame, const V3f& wo_world)
+      : frame_(frame), bsdf_(parameters, layers, frame.to_local(wo_world)) {}
 
   // `patches` must outlive this. Without a call, or where they are out of reach, all is left to the BSDF.
   void guide_to(const BrightPatches& patches, const V3f& position) {
@@ -35,7 +36,7 @@ class GuidedBsdf {
 
   // How much of the BSDF a guide may replace: called by guide_to(), and by those who record for one.
   void find_allowed() {
-    const float glossy = bsdf_.glossy_probability();
+    const float glossy = bsdf_.cosine_begin();
     width_ = std::clamp((bsdf_.alpha() - kNarrow) / (kWide - kNarrow), 0.0f, 1.0f);
     allowed_ = (1.0f - glossy) + glossy * width_;
   }
@@ -63,7 +64,7 @@ class GuidedBsdf {
       return Sample{frame_.to_world(s->wi), s->weight, s->pdf, s->pdf, s->wi.z, s->lobe};
     }
     // The guide, then what it leaves of the visible normals, then what it leaves of the cosine lobe.
-    const float glossy = bsdf_.glossy_probability();
+    const float glossy = bsdf_.cosine_begin();
     const float guided = chances_.sum * allowed_;
     if (u_lobe < guided) return sample_guide(u_lobe / guided, u);
     const float rest_glossy = glossy * (1.0f - chances_.sum * width_);
@@ -74,14 +75,15 @@ class GuidedBsdf {
     const std::optional<BsdfSample> s = bsdf_.sample(std::min(u_bsdf, kOneMinusEpsilon), u);
     if (!s) return std::nullopt;
     const V3f wi = frame_.to_world(s->wi);
+    if (s->pdf == 0.0f) return Sample{wi, s->weight, 0.0f, 0.0f, s->wi.z, s->lobe}; // delta: left to the BSDF
     const float pdf = mixed(s->pdf, s->wi.z, wi);
     return Sample{wi, s->weight * (s->pdf / pdf), pdf, s->pdf, s->wi.z, s->lobe};
   }
 
-  [[nodiscard]] const GltfBsdf& bsdf() const { return bsdf_; }
+  [[nodiscard]] const SurfaceBsdf& bsdf() const { return bsdf_; }
   // Of the directions with this density, those that a guide may replace, and the probability of all such directions.
   [[nodiscard]] float replaceable(float bsdf_pdf, float cosine) const {
-    const float cosine_lobe = (1.0f - bsdf_.glossy_probability()) * cosine * kInvPi;
+    const float cosine_lobe = cosine_density(cosine);
     return cosine_lobe + width_ * std::max(bsdf_pdf - cosine_lobe, 0.0f);
   }
   [[nodiscard]] float allowed() const { return allowed_; }
@@ -103,11 +105,15 @@ class GuidedBsdf {
     const BsdfEval eval = bsdf_.eval(local);
     if (is_black(eval.value) || !(eval.pdf > 0.0f)) return std::nullopt;
     const float pdf = mixed(eval.pdf, local.z, *wi);
-    const float cosine_lobe = (1.0f - bsdf_.glossy_probability()) * local.z * kInvPi;
     const float u_lobe = hash_to_unit(u);
-    return Sample{*wi,     eval.value * (1.0f / pdf),
-                  pdf,     eval.pdf,
-                  local.z, u_lobe * eval.pdf < cosine_lobe ? Lobe::diffuse : Lobe::glossy};
+    return Sample{*wi, eval.value * (1.0f / pdf), pdf, eval.pdf, local.z, lobe_of(local.z, u_lobe * eval.pdf)};
+  }
+  [[nodiscard]] float cosine_density(float cosine) const {
+    return (1.0f - bsdf_.cosine_begin()) * std::max(cosine, 0.0f) * kInvPi;
+  }
+  // Of a direction that the guide found; `u` uniform up to the BSDF's density there.
+  [[nodiscard]] Lobe lobe_of(float cosine, float u) const {
+    return cosine < 0.0f ? Lobe::transmission : u < cosine_density(cosine) ? Lobe::diffuse : Lobe::glossy;
   }
   // One more random number.
   static float hash_to_unit(const V2f& u) {
@@ -115,7 +121,7 @@ class GuidedBsdf {
   }
 
   const Frame& frame_;
-  GltfBsdf bsdf_;
+  SurfaceBsdf bsdf_;
   const BrightPatches* patches_ = nullptr;
   V3f position_{0.0f};
   float width_ = 0.0f;   // share of the visible normals that may be guided

@@ -18,9 +18,6 @@ uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
 // What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
 uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.address.key, dimension); }
 
-// More than this many partly transparent surfaces in a row absorb what is left of a path.
-constexpr uint32_t kMaxTransparentSurfaces = 128;
-
 Rgb clamped(const Rgb& radiance, float largest) {
   const float peak = max_component(radiance);
   return peak > largest ? radiance * (largest / peak) : radiance;
@@ -154,10 +151,11 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
     const uint32_t slot = context.active[first + i];
     const PathState& state = context.states[slot];
     if (!context.hits[first + i].is_hit() || member.surface.unlit || state.emission_only) continue;
-    const V3f& normal = member.surface.geometric_normal;
+    const V3f normal = member.surface.light_normal();
     member.draws = draw_bounce(context.camera_samples[slot].address, bounce_dimension(state, kDirectionDimension));
-    member.light_shares =
-        guide_ && !guide_->light_shares.empty() ? &guide_->light_shares.find(member.surface.position, normal) : nullptr;
+    member.light_shares = guide_ && !guide_->light_shares.empty()
+                              ? &guide_->light_shares.find(member.surface.position, member.surface.geometric_normal)
+                              : nullptr;
     member.light = static_cast<uint32_t>(query_count);
     group.queries[query_count++] = {member.surface.position, normal, member.draws.light, member.draws.spare,
                                     member.light_shares};
@@ -171,32 +169,39 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
   const accel::Hit& hit = context.hits[i];
   PathState& state = context.states[slot];
   SurfacePoint& surface = member.surface;
+  if (state.in_medium && !travel_medium(i, context)) return;
   if (context.recorder) context.recorder->arrive(slot, state, &surface);
   trace_surface(context, ray, hit, surface, world_, state);
-  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
-  const bool passes = surface.alpha < 1.0f && passes_through(surface, slot, context);
   add_emission(ray, surface, state);
-  if (surface.unlit || state.emission_only) {
-    if (passes)
+  const bool pane = surface.layered && surface.layers.pane;
+  if (surface.unlit || (state.emission_only && !pane)) {
+    if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, slot, context))
       continue_through(ray, surface, slot, context);
     else if (state.bounce == 0)
       record_surface(surface, nullptr, slot, context);
     return;
   }
-  if (settings_.caustics != Caustics::full)
-    restrain_caustics(settings_.caustics, state.diffuse_bounces > 0, state.widest_lobe,
-                      context.camera_samples[slot].sample_index, surface.bsdf);
-  const Frame frame = Frame::around(surface.shading_normal);
-  Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, frame, -ray.direction), slot, member};
+  if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&
+      context.media[slot].covered(surface.material)) {
+    cross_boundary(surface, state, context.media[slot]);
+    continue_through(ray, surface, slot, context);
+    return;
+  }
+  if (settings_.caustics != Caustics::full) restrain(surface, state, context.camera_samples[slot].sample_index);
+  const Frame frame = surface.layered ? Frame::with_tangent(surface.shading_normal, surface.layers.tangent)
+                                      : Frame::around(surface.shading_normal);
+  const LayerParameters* const layers = resolve_layers(surface, frame, state, context.media[slot]);
+  Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, layers, frame, -ray.direction), slot, member};
   if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
   if (context.recorder) vertex.bsdf.find_allowed();
-  light_vertex(vertex, context);
-  if (passes) {
+  if (!state.emission_only) light_vertex(vertex, context);
+  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
+  if ((surface.alpha < 1.0f || pane) && takes_passage(vertex, context)) {
     continue_through(ray, surface, slot, context);
     return;
   }
   if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
-  if (sample_bounce(vertex, context)) context.next_active.push_back(slot);
+  if (!state.emission_only && sample_bounce(vertex, context)) context.next_active.push_back(slot);
 }
 
 void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot,
@@ -232,12 +237,39 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
   });
 }
 
-bool PathIntegrator::passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const {
+void PathIntegrator::restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const {
+  const bool after_diffuse = state.diffuse_bounces > 0;
+  if (surface.layered)
+    restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.layers.bsdf);
+  // A pane widened would no longer let light pass in a straight line: it makes no caustics.
+  const bool pane = surface.layered && surface.layers.pane;
+  if (!pane || settings_.caustics == Caustics::off)
+    restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.bsdf);
+}
+
+// Whether a path goes straight on, with the given probability.
+bool PathIntegrator::passes_through(float probability, uint32_t slot, PathContext& context) const {
   const PathState& state = context.states[slot];
   const CameraSample& sample = context.camera_samples[slot];
   const uint32_t layer = state.transparent_surfaces;
   const uint32_t key = layer == 0 ? sample.address.key : hash_combine(sample.address.key, layer);
-  return Sampler::sample_1d(key, sample.address.index, bounce_dimension(state, kCoverageDimension)) >= surface.alpha;
+  return Sampler::sample_1d(key, sample.address.index, bounce_dimension(state, kCoverageDimension)) >=
+         1.0f - probability;
+}
+
+// Coverage passes 1 - alpha of the light, a pane alpha times its transmittance. The density of the direction stays what it was:
+// light sampling finds the same light through the pane (trace_shadows).
+bool PathIntegrator::takes_passage(const Vertex& vertex, PathContext& context) const {
+  PathState& state = context.states[vertex.slot];
+  const float alpha = vertex.surface.alpha;
+  const Rgb pane = vertex.bsdf.bsdf().straight_transmittance();
+  if (is_black(pane)) return alpha < 1.0f && passes_through(1.0f - alpha, vertex.slot, context);
+  const Rgb passed = Rgb(1.0f - alpha) + pane * alpha;
+  const float scattered = alpha * max_component(vertex.bsdf.bsdf().albedo());
+  const float probability = max_component(passed) / (max_component(passed) + scattered);
+  const bool passes = passes_through(probability, vertex.slot, context);
+  state.throughput *= passes ? passed / probability : Rgb(alpha / (1.0f - probability));
+  return passes;
 }
 
 // The same ray from behind the surface; the density of its direction is what it was.
@@ -268,12 +300,18 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   const CameraSample& sample = context.camera_samples[vertex.slot];
   const uint32_t dimension = bounce_dimension(state, kLightDimension);
   const std::optional<LightSample>& light = context.group.lights[vertex.member.light];
-  if (!light || light->wi.dot(surface.geometric_normal) <= 0.0f) return;
+  if (!light) return;
+  const float side = light->wi.dot(surface.geometric_normal);
+  if (side <= 0.0f && !(surface.layered && surface.layers.transmits)) return;
+  // A bent normal may call a direction reflected that is transmitted, or the other way round: neither carries light.
+  if (surface.layered && (side > 0.0f) != (light->wi.dot(vertex.frame.normal) > 0.0f)) return;
   const BsdfEval eval = vertex.bsdf.eval(light->wi);
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
-  const Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
+  Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
+  if (surface.layered) contribution *= transmittance_to_light(surface, side, light->distance, vertex.slot, context);
   context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
+  context.shadow_rays.back().flags = kPassPanes;
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
@@ -288,11 +326,12 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
       vertex.bsdf.sample(vertex.member.draws.choice.y, vertex.member.draws.direction);
   if (!scattered) return false;
   const V3f wi = scattered->wi;
-  if (wi.dot(surface.geometric_normal) <= 0.0f) return false;
+  const bool crosses = scattered->cosine < 0.0f;
+  if ((wi.dot(surface.geometric_normal) < 0.0f) != crosses) return false;
   state.throughput *= scattered->weight;
   if (is_black(state.throughput)) return false;
   if (scattered->bsdf_pdf > 0.0f) state.guiding *= scattered->pdf / scattered->bsdf_pdf;
-  if (context.recorder) record_reflection(vertex, *scattered, *context.recorder);
+  if (context.recorder && scattered->pdf > 0.0f) record_reflection(vertex, *scattered, *context.recorder);
 
   // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
   if (state.bounce >= settings_.roulette_start_bounce) {
@@ -305,9 +344,10 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   if (settings_.caustics == Caustics::regularised) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
-  state.previous_normal = surface.geometric_normal;
+  state.previous_normal = surface.light_normal();
   state.light_shares = vertex.member.light_shares;
   state.transparent_surfaces = 0;
+  if (crosses) cross_boundary(surface, state, context.media[vertex.slot]);
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
                                .t_min = 0.0f,
                                .direction = wi,
@@ -321,27 +361,14 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
 // Whether the surface that this bounce leads to may reflect in its turn.
 bool PathIntegrator::count_bounce(Lobe lobe, PathState& state) const {
   ++state.bounce;
-  bool within = state.bounce <= settings_.max_bounces;
+  bool within = true;
   switch (lobe) {
   case Lobe::diffuse: within &= ++state.diffuse_bounces <= settings_.max_diffuse_bounces; break;
   case Lobe::glossy: within &= ++state.glossy_bounces <= settings_.max_glossy_bounces; break;
   case Lobe::transmission: within &= ++state.transmission_bounces <= settings_.max_transmission_bounces; break;
   }
+  within &= state.bounce - state.transmission_bounces <= settings_.max_bounces;
   return within;
-}
-
-void PathIntegrator::trace_shadows(PathContext& context) const {
-  const size_t count = context.shadow_rays.size();
-  if (count == 0) return;
-  context.occluded.resize(count);
-  world_.accelerator().occluded(context.shadow_rays, context.occluded);
-  context.counters.shadow += count;
-  for (size_t i = 0; i < count; ++i) {
-    if (context.occluded[i]) continue;
-    if (context.recorder) context.recorder->take_light(i);
-    const ShadowRecord& record = context.shadow_records[i];
-    context.states[record.slot].light[record.light_class] += record.contribution;
-  }
 }
 
 // Slots run sample by sample, so each pixel receives its samples in order.
@@ -369,7 +396,7 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
   }
 }
 
-void PathIntegrator::record_surface(const SurfacePoint& surface, const GltfBsdf* bsdf, uint32_t slot,
+void PathIntegrator::record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot,
                                     PathContext& context) const {
   if (context.surfaces.empty()) return;
   FilmSurface& record = context.surfaces[slot];

@@ -33,7 +33,7 @@ class PathIntegrator final : public Integrator {
   void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void shade(PathContext& context) const;
-  void trace_shadows(PathContext& context) const;
+  void trace_shadows(PathContext& context) const; // path_shadows.cpp
   void trace_bounces(PathContext& context) const;
   void finish_wave(size_t path_count, PathContext& context, Film& film) const;
 
@@ -43,13 +43,31 @@ class PathIntegrator final : public Integrator {
   // The same for one path.
   void shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const;
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
-  [[nodiscard]] bool passes_through(const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
+  void restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
+  [[nodiscard]] bool passes_through(float probability, uint32_t slot, PathContext& context) const;
+  [[nodiscard]] bool takes_passage(const Vertex& vertex, PathContext& context) const;
   void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
   void light_vertex(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
-  void record_surface(const SurfacePoint& surface, const GltfBsdf* bsdf, uint32_t slot, PathContext& context) const;
+  void record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot, PathContext& context) const;
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
+
+  // Layers and media, path_media.cpp.
+  // Null for a surface without layers. `media`: of the path, where its state says that it is in some.
+  [[nodiscard]] const LayerParameters* resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
+                                                      const MediumStack& media) const;
+  // The path goes on from the other side of the surface.
+  static void cross_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media);
+  // Absorption up to the hit of active path `i`. False: the path has ended, or was scattered on the way and goes on from there.
+  [[nodiscard]] bool travel_medium(size_t i, PathContext& context) const;
+  [[nodiscard]] Rgb medium_transmittance(const MediumStack& media, float distance) const;
+  // Of the medium between a surface and a light on the side of wo (side > 0) or beyond.
+  [[nodiscard]] Rgb transmittance_to_light(const SurfacePoint& surface, float side, float distance, uint32_t slot,
+                                           const PathContext& context) const;
+  // Light through panes, path_shadows.cpp.
+  void tint_shadows(PathContext& context) const;
+  [[nodiscard]] Rgb pane_transmittance(SurfacePoint& surface, const V3f& wo) const;
 
   IntegratorSettings settings_;
   const World& world_;

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/medium_stack.h"
 #include "renderer/integrator/shade_group.h"
 
 #include <array>
@@ -25,19 +26,25 @@ struct PathState {
   V3f previous_normal{0.0f};                                 // likewise
   const LightShares* light_shares = nullptr;                 // likewise
   float alpha = 1.0f;
-  float guiding = 1.0f; // product over the reflections of density with guiding / density without
-  uint16_t bounce = 0;  // reflections so far
+  float guiding = 1.0f;        // product over the reflections of density with guiding / density without
+  float wavelength_nm = 0.0f;  // of a path that was dispersed; 0: all of them
+  uint16_t bounce = 0;         // reflections and transmissions so far
+  uint16_t scatter_events = 0; // inside of media, so far
   uint8_t diffuse_bounces = 0;
   uint8_t glossy_bounces = 0;
   uint8_t transmission_bounces = 0;
   bool emission_only = false;       // a bounce limit is reached: the next hit may only emit
   uint8_t transparent_surfaces = 0; // passed since the last reflection
   WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularised
+  bool in_medium = false;           // PathContext::media of the slot is not empty; else it is not up to date
 
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 104);
+static_assert(sizeof(PathState) == 112);
+
+// More than this many partly transparent surfaces in a row absorb what is left of a path or of a shadow ray.
+inline constexpr uint32_t kMaxTransparentSurfaces = 128;
 
 // A light sample that waits for its shadow ray.
 struct ShadowRecord {
@@ -51,12 +58,14 @@ struct ShadowRecord {
 class PathContext final : public ThreadContext {
  public:
   explicit PathContext(size_t batch_size, bool with_surfaces)
-      : camera_samples(batch_size), states(batch_size), surfaces(with_surfaces ? batch_size : 0), active(batch_size),
-        next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size), shadow_rays(batch_size),
-        shadow_records(batch_size), occluded(batch_size) {}
+      : camera_samples(batch_size), states(batch_size), media(batch_size), surfaces(with_surfaces ? batch_size : 0),
+        active(batch_size), next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size),
+        shadow_rays(batch_size), shadow_records(batch_size), occluded(batch_size), pane_rays(batch_size),
+        pane_hits(batch_size), pane_records(batch_size) {}
 
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<PathState> states;            // by slot
+  std::vector<MediumStack> media;           // by slot; only where the state is in_medium
   std::vector<FilmSurface> surfaces;        // by slot; empty if no AOV needs it
   std::vector<uint32_t> active, next_active;
   std::vector<accel::Ray> rays, next_rays;
@@ -64,7 +73,11 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
-  PathRecorder* recorder = nullptr; // set while a guide is trained
+  // Shadow rays that go from pane to pane.
+  std::vector<accel::Ray> pane_rays;
+  std::vector<accel::Hit> pane_hits;
+  std::vector<uint32_t> pane_records; // number of the shadow ray
+  PathRecorder* recorder = nullptr;   // set while a guide is trained
   ShadeGroup group;
 };
 

@@ -82,6 +82,22 @@ struct SinCos {
   return one_minus_cos <= one_minus_cos_max ? 0.5f * kInvPi / one_minus_cos_max : 0.0f;
 }
 
+// --- Phase function of Henyey and Greenstein 1941 around +z, the direction of travel, with mean cosine g in (-1, 1).
+[[nodiscard]] inline V3f sample_henyey_greenstein(const V2f& u, float g) {
+  float cos_theta = 1.0f - 2.0f * u.x;
+  if (std::abs(g) > 1e-3f) {
+    const float q = (1.0f - g * g) / (1.0f + g * cos_theta);
+    cos_theta = std::clamp((1.0f + g * g - q * q) / (2.0f * g), -1.0f, 1.0f);
+  }
+  const float sin_theta = safe_sqrt(1.0f - cos_theta * cos_theta);
+  const SinCos phi = sincos_turns(u.y);
+  return {sin_theta * phi.cos, sin_theta * phi.sin, cos_theta};
+}
+[[nodiscard]] inline float henyey_greenstein_pdf(const V3f& w, float g) {
+  const float d = 1.0f + g * g - 2.0f * g * w.z;
+  return 0.25f * kInvPi * (1.0f - g * g) / (d * std::sqrt(d));
+}
+
 // --- Triangle, uniform by area. Barycentric (b1, b2): p = (1 - b1 - b2) p0 + b1 p1 + b2 p2.
 [[nodiscard]] inline V2f sample_uniform_triangle(const V2f& u) {
   const float root = std::sqrt(u.x);

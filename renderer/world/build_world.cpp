@@ -85,7 +85,36 @@ class WorldBuilder {
     shading.emission = bind(material.emissive_texture, TextureEncoding::srgb);
     shading.specular = bind(material.specular_texture, TextureEncoding::linear);
     shading.specular_color = bind(material.specular_color_texture, TextureEncoding::srgb);
+    if (material.specular_glossiness) {
+      shading.specular_glossiness = true;
+      shading.ior = 0.0f; // the colour is F0 itself
+      shading.roughness_factor = 1.0f - material.glossiness_factor;
+    }
+    if (has_layers(material) && !material.unlit) {
+      shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
+      const LayerMaterial layers = prepare_layers(material);
+      shading.pane = layers.pane();
+      world_->has_panes_ |= shading.pane;
+      world_->layer_materials_.push_back(layers);
+      world_->media_.push_back(make_medium(material));
+    }
     return shading;
+  }
+
+  LayerMaterial prepare_layers(const Material& material) {
+    LayerMaterial layers = make_layer_material(material);
+    layers.clearcoat = bind(material.clearcoat_texture, TextureEncoding::linear);
+    layers.clearcoat_roughness = bind(material.clearcoat_roughness_texture, TextureEncoding::linear);
+    layers.clearcoat_normal = bind(material.clearcoat_normal_texture, TextureEncoding::linear);
+    layers.sheen_color = bind(material.sheen_color_texture, TextureEncoding::srgb);
+    layers.sheen_roughness = bind(material.sheen_roughness_texture, TextureEncoding::linear);
+    layers.anisotropy = bind(material.anisotropy_texture, TextureEncoding::linear);
+    layers.iridescence = bind(material.iridescence_texture, TextureEncoding::linear);
+    layers.iridescence_thickness = bind(material.iridescence_thickness_texture, TextureEncoding::linear);
+    layers.transmission = bind(material.transmission_texture, TextureEncoding::linear);
+    layers.diffuse_transmission = bind(material.diffuse_transmission_texture, TextureEncoding::linear);
+    layers.diffuse_transmission_color = bind(material.diffuse_transmission_color_texture, TextureEncoding::srgb);
+    return layers;
   }
 
   void prepare_materials() {
@@ -112,6 +141,7 @@ class WorldBuilder {
   // Whether rays need not ask the filter at this geometry.
   [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
     const ShadingMaterial& material = world_->materials_[geometry.material];
+    if (material.pane) return false;
     if (material.alpha_mode == AlphaMode::opaque) return true;
     if (geometry.color_offset != Geometry::kAbsent) {
       for (size_t v = 0; v < geometry.position_count; ++v)

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/geometry.h"
 
+#include "renderer/scene/material_slots.h"
+
 #include <tbb/parallel_for.h>
 
 namespace kindling {
@@ -10,9 +12,7 @@ namespace {
 // Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
 uint32_t used_texcoord_sets(const Material& material) {
   uint32_t used = 1;
-  for (const TextureSlot* slot :
-       {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-        &material.emissive_texture, &material.specular_texture, &material.specular_color_texture})
+  for (const TextureSlot* slot : texture_slots(material))
     if (slot->present() && slot->texcoord >= 0 && slot->texcoord < Geometry::kMaxTexcoordSets)
       used |= 1U << static_cast<unsigned>(slot->texcoord);
   return used;
@@ -49,7 +49,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   place(geometry.normal_offset, !primitive.normals.empty(), 3);
   for (size_t set = 0; set < primitive.texcoords.size() && set < geometry.texcoord_offset.size(); ++set)
     place(geometry.texcoord_offset[set], !primitive.texcoords[set].empty() && ((used_sets >> set) & 1U) != 0, 2);
-  place(geometry.tangent_offset, !primitive.tangents.empty() && material.normal_texture.present(), 4);
+  place(geometry.tangent_offset, !primitive.tangents.empty() && needs_tangents(material), 4);
   place(geometry.color_offset, !primitive.colors.empty(), 4);
   geometry.stride = stride;
   geometry.attributes.resize(count * stride);

@@ -37,6 +37,9 @@ struct ShadingMaterial {
   bool double_sided = false;
   bool unlit = false;
   bool emissive = false;
+  bool specular_glossiness = false; // roughness is 1 - (1 - roughness_factor) * A of specular_color
+  int32_t layers = kNone;           // index into World's layer materials
+  bool pane = false;                // thin-walled and transmissive: LayerMaterial::pane()
 
   TextureBinding base_color;
   TextureBinding metallic_roughness;

@@ -3,6 +3,7 @@
 #include "renderer/base/hash.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/hit_records.h"
+#include "renderer/world/normal_map.h"
 #include "renderer/world/shading_normal.h"
 #include "renderer/world/world.h"
 
@@ -65,23 +66,25 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }
 
-  if (material.normal.present() && geometry.tangent_offset != Geometry::kAbsent) {
+  VertexFrame vertex{.normal = normal, .front = front};
+  if (geometry.tangent_offset != Geometry::kAbsent) {
     const V4f tangent4 = geometry.interpolate4(lookup.records, geometry.tangent_offset, lookup.barycentric);
     V3f tangent(tangent4.x, tangent4.y, tangent4.z);
     if (!instance.identity) tangent = transform_vector(instance.object_to_world, tangent);
     const float handedness = (tangent4.w < 0.0f) != instance.mirrored ? -1.0f : 1.0f;
     const float tangent_length = tangent.length();
     if (tangent_length > 0.0f && std::isfinite(tangent_length)) {
-      tangent /= tangent_length;
-      const V3f bitangent = normal.cross(tangent) * handedness;
-      const Rgb texel =
-          textures_[static_cast<size_t>(material.normal.texture)].sample_rgb(lookup.texcoord(material.normal));
-      const V3f mapped((texel.x * 2.0f - 1.0f) * material.normal_scale, (texel.y * 2.0f - 1.0f) * material.normal_scale,
-                       texel.z * 2.0f - 1.0f);
-      const V3f n = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
-      const float length = n.length();
-      if (length > 0.0f && std::isfinite(length)) normal = n / length;
+      vertex.tangent = tangent / tangent_length;
+      vertex.bitangent = normal.cross(vertex.tangent) * handedness;
+      vertex.has_tangent = true;
     }
+  }
+  if (material.normal.present() && vertex.has_tangent) {
+    const Rgb texel =
+        textures_[static_cast<size_t>(material.normal.texture)].sample_rgb(lookup.texcoord(material.normal));
+    const V3f n = normal_from_map(texel, material.normal_scale, vertex.tangent, vertex.bitangent, normal);
+    const float length = n.length();
+    if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }
   // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
   // follow the side of the face that is seen.
@@ -92,6 +95,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.uv = lookup.texcoord(0);
   surface.material = geometry.material;
   surface.unlit = material.unlit;
+  surface.layered = false;
 
   V4f base = material.base_color_factor;
   if (material.base_color.present())
@@ -127,6 +131,18 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     surface.bsdf.specular_color *= textures_[static_cast<size_t>(material.specular_color.texture)].sample_rgb(
         lookup.texcoord(material.specular_color));
 
+  if (material.specular_glossiness)
+    surface.bsdf.roughness =
+        1.0f - (1.0f - material.roughness_factor) *
+                   (material.specular_color.present()
+                        ? textures_[static_cast<size_t>(material.specular_color.texture)].sample_channel(
+                              lookup.texcoord(material.specular_color), 3)
+                        : 1.0f);
+  if (material.layers != kNone) {
+    surface.layered = true;
+    layers_at(lookup, vertex, wo, surface);
+  }
+
   if (material.emissive && (front || material.double_sided)) {
     surface.emitted = material.emission_factor;
     if (material.emission.present())
@@ -152,7 +168,15 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   if (geometry.color_offset != Geometry::kAbsent)
     alpha *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric).w;
 
-  if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff;
+  if (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) return false;
+  if (material.pane && (ray.flags & (kPassPanes | kHitPanes)) != 0) {
+    float roughness = material.roughness_factor;
+    if (material.metallic_roughness.present())
+      roughness *= world.textures_[static_cast<size_t>(material.metallic_roughness.texture)].sample_channel(
+          lookup.texcoord(material.metallic_roughness), 1);
+    if (roughness <= kStraightRoughness) return (ray.flags & kHitPanes) != 0;
+  }
+  if (material.alpha_mode != AlphaMode::blend) return true;
   if ((ray.flags & kHitPartlyTransparent) != 0) return alpha > 0.0f;
   // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the order of visits. Over the
   // samples of a pixel the numbers of one triangle are stratified, those of different triangles independent.

@@ -6,8 +6,10 @@
 #include "renderer/base/frame.h"
 #include "renderer/base/math.h"
 #include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/layer_parameters.h"
 #include "renderer/light/light_set.h"
 #include "renderer/world/geometry.h"
+#include "renderer/world/layer_material.h"
 #include "renderer/world/shading_material.h"
 
 #include <cstdint>
@@ -21,6 +23,23 @@ namespace kindling {
 // Ray::flags: partly transparent (BLEND) surfaces are hit wherever alpha is above 0, and SurfacePoint::alpha says how much. Without
 // it their coverage is decided at random on the way, as occlusion needs it.
 inline constexpr uint32_t kHitPartlyTransparent = 1;
+// Ray::flags: surfaces that light passes in a straight line are not hit where they are smooth enough for it.
+inline constexpr uint32_t kPassPanes = 2;
+// Ray::flags: these alone are hit, wherever their coverage is above 0, and whatever else needs no filter.
+inline constexpr uint32_t kHitPanes = 4;
+
+struct HitRecords;
+
+// The layers of a material at one point of its surface.
+struct SurfaceLayers {
+  LayerParameters bsdf;       // without what the path and the frame add: eta, clearcoat_normal
+  V3f tangent{0.0f};          // world space, the direction of anisotropy; zero: there is none
+  V3f clearcoat_normal{0.0f}; // world space, unit, on the side of wo; only where there is a coat
+  bool boundary = false;      // of a medium: World::medium()
+  bool entering = false;      // wo is on its outer side
+  bool pane = false;          // light may pass in a straight line: LayeredBsdf::straight_transmittance()
+  bool transmits = false;     // light comes through it on other ways that can be evaluated
+};
 
 // A point on a surface, in world space, as an integrator needs it.
 struct SurfacePoint {
@@ -33,8 +52,13 @@ struct SurfacePoint {
   Rgb emitted{0.0f};                         // towards wo where covered, all of it
   uint32_t emissive_triangle = accel::kNoId; // number in the LightSet: it can be sampled there, so MIS applies
   bool unlit = false;                        // reflects nothing: `emitted` is the whole of it
-  uint32_t material = 0;                     // index for reports
+  bool layered = false;                      // `layers` are set
+  uint32_t material = 0;                     // index for reports, and for World::medium()
   BsdfParameters bsdf;
+  SurfaceLayers layers;
+
+  // For light sampling: zero where light from all around is wanted.
+  [[nodiscard]] V3f light_normal() const { return layered && layers.transmits ? V3f(0.0f) : geometric_normal; }
 };
 
 struct WorldStatistics {
@@ -67,6 +91,13 @@ class World {
   // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
 
+  // Inside of meshes with this material, SurfacePoint::layers.boundary.
+  [[nodiscard]] const Medium& medium(uint32_t material) const {
+    return media_[static_cast<size_t>(materials_[material].layers)];
+  }
+  // Whether any surface may let light pass in a straight line.
+  [[nodiscard]] bool has_panes() const { return has_panes_; }
+
   [[nodiscard]] const std::string& material_name(uint32_t material) const;
   [[nodiscard]] const WorldStatistics& statistics() const { return statistics_; }
 
@@ -74,10 +105,21 @@ class World {
   friend class WorldBuilder;
   World() = default;
 
+  // What the vertices of a hit give, in world space, as the file has it: on the front side.
+  struct VertexFrame {
+    V3f normal;
+    V3f tangent{0.0f}, bitangent{0.0f};
+    bool has_tangent = false;
+    bool front = true; // wo is on the front side
+  };
+  void layers_at(const HitRecords& lookup, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const;
   static bool accept_hit(const void* world, const accel::Ray& ray, const accel::Hit& candidate);
 
   std::vector<Geometry> geometries_; // one per accelerator mesh
   std::vector<ShadingMaterial> materials_;
+  std::vector<LayerMaterial> layer_materials_; // by ShadingMaterial::layers
+  std::vector<Medium> media_;                  // likewise
+  bool has_panes_ = false;
   std::vector<Texture> textures_;
   std::vector<std::string> material_names_;
   std::vector<WorldInstance> instances_; // one per accelerator instance

@@ -1,0 +1,52 @@
+// The BSDF of any surface: the plain model, or the one with layers where a material asks for some.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/layered_bsdf.h"
+
+#include <variant>
+
+namespace kindling {
+
+// Conventions of GltfBsdf and LayeredBsdf. Most surfaces have no layers: they pay one branch for those that have.
+class SurfaceBsdf {
+ public:
+  // `layers` may be null: there are none.
+  SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters* layers, const V3f& wo)
+      : bsdf_(layers == nullptr ? Either(std::in_place_index<0>, parameters, wo)
+                                : Either(std::in_place_index<1>, parameters, *layers, wo)) {}
+
+  [[nodiscard]] BsdfEval eval(const V3f& wi) const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->eval(wi) : layered().eval(wi);
+  }
+  [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->sample(u_lobe, u) : layered().sample(u_lobe, u);
+  }
+  [[nodiscard]] Rgb albedo() const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->albedo() : layered().albedo();
+  }
+  // sample() takes the cosine lobe for u_lobe in [cosine_begin(), 1), with a probability of 1 - cosine_begin() in all.
+  [[nodiscard]] float cosine_begin() const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->glossy_probability() : layered().cosine_begin();
+  }
+  // Of all that is not the cosine lobe, where that is one lobe of microfacets; else 0.
+  [[nodiscard]] float alpha() const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->alpha() : 0.0f;
+  }
+  [[nodiscard]] Rgb straight_transmittance() const {
+    return bsdf_.index() == 0 ? Rgb(0.0f) : layered().straight_transmittance();
+  }
+
+ private:
+  using Either = std::variant<GltfBsdf, LayeredBsdf>;
+  [[nodiscard]] const LayeredBsdf& layered() const { return *std::get_if<1>(&bsdf_); }
+  Either bsdf_;
+};
+
+} // namespace kindling

@@ -1,0 +1,131 @@
+// The path tracer's way through media: their boundaries, what they absorb, and random walks in those that scatter.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/path_recorder.h"
+#include "renderer/integrator/path_trace.h"
+#include "renderer/sampling/warp.h"
+
+namespace kindling {
+namespace {
+
+// A walk that has not found its way out by then is absorbed.
+constexpr uint32_t kMostScatterEvents = 1024;
+constexpr uint32_t kFirstRouletteEvent = 16;
+
+// Draws of a walk: its own key for each event.
+constexpr uint32_t kWalkKey = 0x5ca77e2bU;
+
+Rgb exp_negative(const Rgb& optical_depth) {
+  return {std::exp(-optical_depth.x), std::exp(-optical_depth.y), std::exp(-optical_depth.z)};
+}
+
+float component_sum(const Rgb& c) { return c.x + c.y + c.z; }
+
+} // namespace
+
+// Sets what the layers take from the path: the local frame's coat and the media on both sides.
+const LayerParameters* PathIntegrator::resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
+                                                      const MediumStack& media) const {
+  if (!surface.layered) return nullptr;
+  LayerParameters& layers = surface.layers.bsdf;
+  if (layers.clearcoat > 0.0f) layers.clearcoat_normal = frame.to_local(surface.layers.clearcoat_normal);
+  if (!surface.layers.boundary) {
+    layers.eta = surface.bsdf.ior;
+    return &layers;
+  }
+  const auto ior_of = [&](std::optional<uint32_t> material) { return material ? world_.medium(*material).ior : 1.0f; };
+  const float own = world_.medium(surface.material).ior;
+  const std::optional<uint32_t> none;
+  if (surface.layers.entering)
+    layers.eta = own / ior_of(state.in_medium ? media.innermost() : none);
+  else
+    layers.eta = ior_of(state.in_medium ? media.innermost_without(surface.material) : none) / own;
+  return &layers;
+}
+
+void PathIntegrator::cross_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media) {
+  if (!surface.layered || !surface.layers.boundary) return;
+  if (!state.in_medium) media.clear();
+  if (surface.layers.entering)
+    media.enter(surface.material);
+  else
+    media.leave(surface.material);
+  state.in_medium = !media.empty();
+}
+
+Rgb PathIntegrator::medium_transmittance(const MediumStack& media, float distance) const {
+  if (distance == kInfinity) return Rgb(1.0f); // out of an open mesh
+  return exp_negative(world_.medium(*media.innermost()).extinction * distance);
+}
+
+Rgb PathIntegrator::transmittance_to_light(const SurfacePoint& surface, float side, float distance, uint32_t slot,
+                                           const PathContext& context) const {
+  PathState state = context.states[slot];
+  MediumStack media = state.in_medium ? context.media[slot] : MediumStack{};
+  if (side < 0.0f) cross_boundary(surface, state, media);
+  return state.in_medium ? medium_transmittance(media, distance) : Rgb(1.0f);
+}
+
+// Spectral multiple importance sampling: the channel that draws the distance is chosen by the throughput, and the density is the
+// mean over the channels (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling", for three wavelengths).
+bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
+  const uint32_t slot = context.active[i];
+  PathState& state = context.states[slot];
+  const accel::Ray& ray = context.rays[i];
+  const Medium& medium = world_.medium(*context.media[slot].innermost());
+  const float distance = context.hits[i].t;
+  if (is_black(medium.scattering)) {
+    state.throughput *= exp_negative(medium.extinction * distance);
+    return !is_black(state.throughput);
+  }
+
+  const CameraSample& sample = context.camera_samples[slot];
+  const uint32_t key = hash_combine(sample.address.key, kWalkKey + state.scatter_events);
+  const float total = component_sum(state.throughput);
+  if (!(total > 0.0f)) return false;
+  const Rgb choice = state.throughput / total;
+  const V2f u = Sampler::sample_2d(key, sample.address.index, 0);
+  const unsigned channel = u.x < choice.x ? 0 : u.x < choice.x + choice.y ? 1 : 2;
+  const float chosen = medium.extinction[channel];
+  const float t = chosen > 0.0f ? -std::log(1.0f - u.y) / chosen : kInfinity;
+  if (t >= distance) {
+    const Rgb through = exp_negative(medium.extinction * distance);
+    state.throughput *= through / component_sum(choice * through);
+    return true;
+  }
+
+  const Rgb through = exp_negative(medium.extinction * t);
+  state.throughput *= medium.scattering * through / component_sum(choice * medium.extinction * through);
+  if (++state.scatter_events > kMostScatterEvents || is_black(state.throughput)) return false;
+  if (state.scatter_events >= kFirstRouletteEvent) {
+    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
+    if (Sampler::sample_1d(key, sample.address.index, 1) >= survival) return false;
+    state.throughput /= survival;
+  }
+  if (context.recorder) context.recorder->arrive(slot, state, nullptr);
+
+  state.bsdf_pdf = 0.0f; // lights are not sampled inside
+  const V3f position = ray.origin + ray.direction * t;
+  const V3f wi = Frame::around(ray.direction)
+                     .to_world(sample_henyey_greenstein(Sampler::sample_2d(key, sample.address.index, 2),
+                                                        medium.scatter_anisotropy));
+  trace_event(context, [&](PathVertex& vertex) {
+    vertex.event = "scattered in a medium";
+    vertex.bounce = state.bounce;
+    vertex.position = position;
+    vertex.direction = ray.direction;
+    vertex.distance = t;
+    vertex.throughput = state.throughput;
+  });
+  context.next_active.push_back(slot);
+  context.next_rays.push_back({.origin = position,
+                               .t_min = 0.0f,
+                               .direction = wi,
+                               .t_max = kInfinity,
+                               .key = key,
+                               .index = sample.address.index,
+                               .flags = kHitPartlyTransparent});
+  return false;
+}
+
+} // namespace kindling

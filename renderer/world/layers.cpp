@@ -1,0 +1,80 @@
+// From a hit to the parameters of a material's layers: the part of surface_at() that plain materials do without.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/hit_records.h"
+#include "renderer/world/normal_map.h"
+#include "renderer/world/shading_normal.h"
+#include "renderer/world/world.h"
+
+namespace kindling {
+
+void World::layers_at(const HitRecords& lookup, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const {
+  const ShadingMaterial& shading = materials_[surface.material];
+  const LayerMaterial& material = layer_materials_[static_cast<size_t>(shading.layers)];
+  SurfaceLayers& layers = surface.layers;
+  const auto rgb = [&](const TextureBinding& binding) {
+    return binding.present() ? textures_[static_cast<size_t>(binding.texture)].sample_rgb(lookup.texcoord(binding))
+                             : Rgb(1.0f);
+  };
+  const auto channel = [&](const TextureBinding& binding, int index) {
+    return binding.present()
+               ? textures_[static_cast<size_t>(binding.texture)].sample_channel(lookup.texcoord(binding), index)
+               : 1.0f;
+  };
+
+  // From within a medium the layers on its outside are not met first: they are left out.
+  layers.boundary = material.volume;
+  layers.entering = vertex.front;
+  const bool inside = material.volume && !vertex.front;
+
+  layers.bsdf.clearcoat = inside ? 0.0f : material.clearcoat_factor * channel(material.clearcoat, 0);
+  if (layers.bsdf.clearcoat > 0.0f) {
+    layers.bsdf.clearcoat_roughness = material.clearcoat_roughness_factor * channel(material.clearcoat_roughness, 1);
+    V3f normal = vertex.normal;
+    if (material.clearcoat_normal.present() && vertex.has_tangent) {
+      const V3f mapped = normal_from_map(rgb(material.clearcoat_normal), material.clearcoat_normal_scale,
+                                         vertex.tangent, vertex.bitangent, normal);
+      const float length = mapped.length();
+      if (length > 0.0f && std::isfinite(length)) normal = mapped / length;
+    }
+    layers.clearcoat_normal = with_valid_reflection(vertex.front ? normal : -normal, surface.geometric_normal, wo);
+  }
+
+  layers.bsdf.sheen_color = inside ? Rgb(0.0f) : material.sheen_color_factor * rgb(material.sheen_color);
+  layers.bsdf.sheen_roughness = material.sheen_roughness_factor * channel(material.sheen_roughness, 3);
+
+  layers.bsdf.iridescence = inside ? 0.0f : material.iridescence_factor * channel(material.iridescence, 0);
+  layers.bsdf.iridescence_ior = material.iridescence_ior;
+  layers.bsdf.iridescence_thickness_nm = lerp(material.iridescence_minimum_nm, material.iridescence_maximum_nm,
+                                              channel(material.iridescence_thickness, 1));
+
+  // The texture turns the direction before the rotation does (KHR_materials_anisotropy, "Implementation").
+  layers.bsdf.anisotropy = 0.0f;
+  layers.tangent = V3f(0.0f);
+  if (material.anisotropy_strength > 0.0f && vertex.has_tangent) {
+    V2f direction(1.0f, 0.0f);
+    float strength = material.anisotropy_strength;
+    if (material.anisotropy.present()) {
+      const Rgb texel = rgb(material.anisotropy);
+      direction = V2f(texel.x * 2.0f - 1.0f, texel.y * 2.0f - 1.0f);
+      strength *= texel.z;
+    }
+    const V2f turned(material.anisotropy_cos * direction.x - material.anisotropy_sin * direction.y,
+                     material.anisotropy_sin * direction.x + material.anisotropy_cos * direction.y);
+    const V3f tangent = vertex.tangent * turned.x + vertex.bitangent * turned.y;
+    if (tangent.length2() > 0.0f) {
+      layers.bsdf.anisotropy = strength;
+      layers.tangent = tangent;
+    }
+  }
+
+  layers.bsdf.transmission = material.transmission_factor * channel(material.transmission, 0);
+  layers.bsdf.thin_walled = !material.volume;
+  layers.bsdf.diffuse_transmission = material.diffuse_transmission_factor * channel(material.diffuse_transmission, 3);
+  layers.bsdf.diffuse_transmission_color =
+      material.diffuse_transmission_color_factor * rgb(material.diffuse_transmission_color);
+  layers.pane = material.pane() && surface.bsdf.roughness <= kStraightRoughness && surface.bsdf.metallic < 1.0f;
+  layers.transmits = layers.bsdf.diffuse_transmission > 0.0f ||
+                     (layers.bsdf.transmission > 0.0f && surface.bsdf.roughness > kStraightRoughness);
+}
+
+} // namespace kindling
