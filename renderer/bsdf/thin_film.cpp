@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/thin_film.h"
+
+#include "renderer/bsdf/fresnel.h"
+#include "renderer/sampling/warp.h"
+
+#include <bit>
+#include <cstdint>
+
+namespace kindling {
+
+namespace {
+
+// In these orders of arguments NaN becomes the lower bound.
+float clamped(float x, float low, float high) { return std::min(std::max(low, x), high); }
+
+// e^-x for x >= 0, relative error below 1e-6: 2^-n with n whole by the bits, the rest in [-1/2, 1/2] by a polynomial. Own, for
+// the same bits on every machine.
+float exp_of_minus(float x) {
+  const float y = std::min(x * std::numbers::log2e_v<float>, 125.0f);
+  const float whole = std::nearbyint(y);
+  const float r = (whole - y) * std::numbers::ln2_v<float>;
+  const float p =
+      1.0f + r * (1.0f + r * (1.0f / 2 + r * (1.0f / 6 + r * (1.0f / 24 + r * (1.0f / 120 + r * (1.0f / 720))))));
+  return p * std::bit_cast<float>(static_cast<uint32_t>(127 - static_cast<int32_t>(whole)) << 23);
+}
+
+// One Gaussian of the fit of the observer, in wave numbers: the Fourier transform is a damped cosine of the optical path
+// difference. Positions are in 1/m and variances in 1/m^2 before the 2 pi of the phase; amplitudes are val sqrt(2 pi var) / 1.0685e-7 of
+// KHR_materials_iridescence.
+struct Lobe {
+  float amplitude;
+  float turns_per_nm;    // pos * 1e-9: phase = pos 2 pi OPD 1e-9
+  float damping_per_nm2; // var (2 pi 1e-9)^2
+};
+
+constexpr double kTwoPiPerNm = 2.0 * std::numbers::pi * 1e-9;
+constexpr Lobe lobe(double value_times_root, double position, double variance) {
+  return {static_cast<float>(value_times_root / 1.0685e-7), static_cast<float>(position * 1e-9),
+          static_cast<float>(variance * kTwoPiPerNm * kTwoPiPerNm)};
+}
+// val * sqrt(2 pi var), computed once: the root is not constexpr.
+constexpr Lobe kX = lobe(9.04581417e-08, 1.6810e+06, 4.3278e+09);
+constexpr Lobe kY = lobe(1.06873709e-07, 1.7953e+06, 9.3046e+09);
+constexpr Lobe kZ = lobe(1.06969938e-07, 2.2084e+06, 6.6121e+09);
+constexpr Lobe kX2 = lobe(1.64408286e-08, 2.2399e+06, 4.5282e+09);
+
+// For the first two harmonics of the optical path difference: the cosine of the phase and what is left of the amplitude.
+struct Harmonics {
+  float first;
+  float second;
+};
+Harmonics harmonics(const Lobe& l, float opd_nm) {
+  const float c = sincos_turns(l.turns_per_nm * opd_nm).cos;
+  const float damping = exp_of_minus(l.damping_per_nm2 * opd_nm * opd_nm);
+  const float damping2 = damping * damping;
+  return {l.amplitude * damping * c, l.amplitude * damping2 * damping2 * (2.0f * c * c - 1.0f)};
+}
+
+Rgb xyz_to_rec709(const V3f& xyz) {
+  return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z,
+          -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,
+          0.0556434f * xyz.x - 0.2040259f * xyz.y + 1.0572252f * xyz.z};
+}
+
+// From no film to the whole of it by smoothstep(0, 0.03, thickness). The extension's viewer lets the film's index fade likewise, but
+// then Schlick's Fresnel of an interface between equals is left: (1 - cos)^5.
+Rgb fade(const Rgb& plain, const Rgb& film, float thickness_nm) {
+  if (thickness_nm >= 0.03f) return film;
+  const float t = thickness_nm * (1.0f / 0.03f);
+  return lerp(plain, film, t * t * (3.0f - 2.0f * t));
+}
+
+} // namespace
+
+Rgb thin_film_fresnel(float cos_theta, float outside_ior, float film_ior, const Rgb& base_f0, float thickness_nm) {
+  const float cos_1 = clamped(cos_theta, 0.0f, 1.0f);
+  const float outside = clamped(outside_ior, 1.0f, 100.0f);
+  const float thickness = clamped(thickness_nm, 0.0f, 1e5f); // beyond, nothing of the interference is left
+  const float film = clamped(film_ior, 1.0f, 100.0f);
+  const Rgb plain(schlick_fresnel(clamped(base_f0.x, 0.0f, 1.0f), 1.0f, cos_1),
+                  schlick_fresnel(clamped(base_f0.y, 0.0f, 1.0f), 1.0f, cos_1),
+                  schlick_fresnel(clamped(base_f0.z, 0.0f, 1.0f), 1.0f, cos_1));
+  if (thickness == 0.0f) return plain;
+
+  const float eta = film / outside;
+  const float sin2_2 = (1.0f - cos_1 * cos_1) / (eta * eta);
+  if (sin2_2 > 1.0f) return fade(plain, Rgb(1.0f), thickness);
+  const float cos_2 = std::sqrt(1.0f - sin2_2);
+
+  // Outside to film. Phases are 0 or pi: cos(m (phase + phi)) = cos(m phase) cos(m phi), and cos(m phi) is +-1 for m = 1, 1 for
+  // m = 2.
+  const float r12 = schlick_fresnel(dielectric_f0(eta), 1.0f, cos_1);
+  const float t121 = 1.0f - r12;
+  const bool shift_21 = film >= outside;
+
+  const float opd_nm = 2.0f * film * thickness * cos_2;
+  const Harmonics x = harmonics(kX, opd_nm);
+  const Harmonics y = harmonics(kY, opd_nm);
+  const Harmonics z = harmonics(kZ, opd_nm);
+  const Harmonics x2 = harmonics(kX2, opd_nm);
+
+  // As in the extension, the phase of the base's red channel goes to X, green's to Y, blue's to Z.
+  V3f r23, first;
+  for (int c = 0; c < 3; ++c) {
+    const float root = std::sqrt(clamped(base_f0[c], 0.0f, 0.9999f)); // guard against an infinite index
+    const float base_ior = (1.0f + root) / (1.0f - root);
+    r23[c] = schlick_fresnel(dielectric_f0(base_ior / film), 1.0f, cos_2);
+    const bool shift_23 = base_ior < film;
+    const float sign = shift_21 != shift_23 ? -1.0f : 1.0f;
+    first[c] = sign * (c == 0 ? x.first + x2.first : c == 1 ? y.first : z.first);
+  }
+  const Rgb s1 = xyz_to_rec709(first);
+  const Rgb s2 = xyz_to_rec709({x.second + x2.second, y.second, z.second});
+
+  Rgb result;
+  for (int c = 0; c < 3; ++c) {
+    const float r123_squared = clamped(r12 * r23[c], 1e-5f, 0.9999f);
+    const float r123 = std::sqrt(r123_squared);
+    const float rs = t121 * t121 * r23[c] / (1.0f - r123_squared);
+    const float c1 = (rs - t121) * r123;
+    const float sum = r12 + rs + 2.0f * c1 * (s1[c] + r123 * s2[c]);
+    result[c] = clamped(sum, 0.0f, 1.0f);
+  }
+  return fade(plain, result, thickness);
+}
+
+} // namespace kindling

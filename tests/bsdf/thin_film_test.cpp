@@ -1,0 +1,219 @@
+// The thin film against Airy's formula integrated over the spectrum; Newton's colours; limits; bad input.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/fresnel.h"
+#include "renderer/bsdf/thin_film.h"
+
+#include "tests/sampling/random.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace kindling {
+namespace {
+
+using test::Random;
+using Vec = std::array<double, 3>;
+
+constexpr double kPiD = std::numbers::pi;
+
+double lobe(double nm, double peak, double mean, double left, double right) {
+  const double t = (nm - mean) * (nm < mean ? left : right);
+  return peak * std::exp(-0.5 * t * t);
+}
+
+// CIE 1931 by Wyman, Sloan and Shirley 2013.
+Vec observer(double nm) {
+  return {lobe(nm, 0.362, 442.0, 0.0624, 0.0374) + lobe(nm, 1.056, 599.8, 0.0264, 0.0323) +
+              lobe(nm, -0.065, 501.1, 0.0490, 0.0382),
+          lobe(nm, 0.821, 568.8, 0.0213, 0.0247) + lobe(nm, 0.286, 530.9, 0.0613, 0.0322),
+          lobe(nm, 1.217, 437.0, 0.0845, 0.0278) + lobe(nm, 0.681, 459.0, 0.0385, 0.0725)};
+}
+
+Vec to_rec709(const Vec& c) {
+  return {3.2404542 * c[0] - 1.5371385 * c[1] - 0.4985314 * c[2],
+          -0.9692660 * c[0] + 1.8760108 * c[1] + 0.0415560 * c[2],
+          0.0556434 * c[0] - 0.2040259 * c[1] + 1.0572252 * c[2]};
+}
+
+// Linear Rec. 709 of a spectrum under the equal-energy illuminant, each of X, Y, Z of a flat spectrum of 1 being 1.
+template <class Spectrum>
+Vec integrate(const Spectrum& spectrum) {
+  Vec sum = {}, white = {};
+  for (double nm = 360.5; nm < 830.0; nm += 1.0) {
+    const Vec o = observer(nm);
+    for (size_t c = 0; c < 3; ++c) {
+      sum[c] += o[c] * spectrum(nm);
+      white[c] += o[c];
+    }
+  }
+  return to_rec709({sum[0] / white[0], sum[1] / white[1], sum[2] / white[2]});
+}
+
+// The interfaces as KHR_materials_iridescence has them: unpolarized, by Schlick, with phases of 0 and pi.
+struct Film {
+  double r12, r23; // amplitudes, signed
+  double opd_nm;
+
+  Film(double cos_1, double film_ior, double base_f0, double thickness_nm) {
+    const auto schlick = [](double f0, double c) { return f0 + (1.0 - f0) * std::pow(1.0 - c, 5.0); };
+    const double cos_2 = std::sqrt(1.0 - (1.0 - cos_1 * cos_1) / (film_ior * film_ior));
+    const double base_ior = (1.0 + std::sqrt(base_f0)) / (1.0 - std::sqrt(base_f0));
+    const double f12 = std::pow((film_ior - 1.0) / (film_ior + 1.0), 2.0);
+    const double f23 = std::pow((base_ior - film_ior) / (base_ior + film_ior), 2.0);
+    r12 = (film_ior >= 1.0 ? -1.0 : 1.0) * std::sqrt(schlick(f12, cos_1));
+    r23 = (base_ior >= film_ior ? -1.0 : 1.0) * std::sqrt(schlick(f23, cos_2));
+    opd_nm = 2.0 * film_ior * thickness_nm * cos_2;
+  }
+  // Airy 1833: the sum over all reflections, squared.
+  [[nodiscard]] double reflectance(double nm) const {
+    const std::complex<double> e = std::polar(1.0, 2.0 * kPiD * opd_nm / nm);
+    return std::norm((r12 + r23 * e) / (1.0 + r12 * r23 * e));
+  }
+  // Mean over the phase: what is left of a thick film.
+  [[nodiscard]] double mean() const {
+    const double a = r12 * r12, b = r23 * r23;
+    return a + (1.0 - a) * (1.0 - a) * b / (1.0 - a * b);
+  }
+  // Amplitude of the first harmonic of the reflectance; each further one is smaller by r12 r23.
+  [[nodiscard]] double first_harmonic() const {
+    const double a = r12 * r12, b = r23 * r23;
+    return 2.0 * std::abs((1.0 - a) * (1.0 - a) * b / (1.0 - a * b) - (1.0 - a)) * std::abs(r12 * r23);
+  }
+};
+
+// The reflectance's mean stays neutral and only what the interference adds is coloured by the observer: so does the extension. (The
+// equal-energy white is no neutral of Rec. 709, so this is not the same as to integrate all of it.)
+Vec reference(const Film& film) {
+  const double mean = film.mean();
+  Vec rgb = integrate([&](double nm) { return film.reflectance(nm) - mean; });
+  for (double& c : rgb) c += mean;
+  return rgb;
+}
+
+// How far the extension's Gaussians are from the observer: the greatest error of their Fourier transform in any channel of Rec. 709
+// over all path differences.
+double error_of_fit() {
+  const auto gaussian = [](double opd_nm, double value, double position, double variance) {
+    const double phase = 2.0 * kPiD * opd_nm * 1e-9;
+    return value * std::sqrt(2.0 * kPiD * variance) * std::cos(position * phase) * std::exp(-phase * phase * variance) /
+           1.0685e-7;
+  };
+  double worst = 0.0;
+  for (double opd = 0.0; opd < 3000.0; opd += 10.0) {
+    const Vec fit =
+        to_rec709({gaussian(opd, 5.4856e-13, 1.6810e6, 4.3278e9) + gaussian(opd, 9.7470e-14, 2.2399e6, 4.5282e9),
+                   gaussian(opd, 4.4201e-13, 1.7953e6, 9.3046e9), gaussian(opd, 5.2481e-13, 2.2084e6, 6.6121e9)});
+    const Vec exact = integrate([&](double nm) { return std::cos(2.0 * kPiD * opd / nm); });
+    for (size_t c = 0; c < 3; ++c) worst = std::max(worst, std::abs(fit[c] - exact[c]));
+  }
+  return worst;
+}
+
+struct Base {
+  const char* name;
+  Rgb f0;
+};
+const Base kBases[] = {
+    {"glass of 1.5", Rgb(0.04f)},         {"glass of 1.8", Rgb(square(0.8f / 2.8f))}, {"air", Rgb(0.0f)},
+    {"gold", {0.999f, 0.766f, 0.336f}}, // above F0 of the films, so that all channels have one phase
+    {"copper", {0.955f, 0.638f, 0.538f}}, {"silver", {0.972f, 0.960f, 0.915f}}};
+
+TEST(ThinFilm, AgreesWithTheSpectralIntegralWithinTheErrorOfTheFit) {
+  const double fit = error_of_fit();
+  EXPECT_LT(fit, 0.17); // in thick films; 0.05 below a path difference of 800 nm
+  double squares = 0.0;
+  int count = 0;
+  for (const Base& base : kBases) {
+    for (const float ior : {1.2f, 1.33f, 1.6f}) {
+      for (const float cos_theta : {1.0f, 0.8f, 0.4f}) {
+        for (float thickness = 50.0f; thickness < 900.0f; thickness += 37.0f) {
+          const Rgb seen = thin_film_fresnel(cos_theta, 1.0f, ior, base.f0, thickness);
+          for (size_t c = 0; c < 3; ++c) {
+            const int channel = static_cast<int>(c);
+            const Film film(static_cast<double>(cos_theta), static_cast<double>(ior),
+                            std::min(static_cast<double>(base.f0[channel]), 0.9999), static_cast<double>(thickness));
+            const double expected = std::min(std::max(reference(film)[c], 0.0), 1.0);
+            const double first = film.first_harmonic();
+            const double r = std::abs(film.r12 * film.r23);
+            // Both harmonics may be off by the error of the fit; those from the third are left out, and no channel's response to a
+            // harmonic is above 1.3.
+            const double tolerance = first * ((1.0 + r) * fit + 1.3 * r * r / (1.0 - r)) + 2e-5;
+            ASSERT_NEAR(static_cast<double>(seen[channel]), expected, tolerance)
+                << base.name << ", film " << ior << ", " << thickness << " nm, cos " << cos_theta << ", channel " << c;
+            squares += std::pow(static_cast<double>(seen[channel]) - expected, 2.0);
+            ++count;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_LT(std::sqrt(squares / count), 0.01);
+  RecordProperty("rms", std::to_string(std::sqrt(squares / count)));
+}
+
+// At normal incidence Schlick and Fresnel agree: the film is Airy's, by path differences that everybody has seen. Newton's colours
+// of a soap film, from black: yellow, purple, blue, green, yellow, purple (Michel-Levy's chart at these retardations).
+TEST(ThinFilm, HuesOfASoapFilmComeInNewtonsOrder) {
+  const auto seen = [](float opd_nm) { return thin_film_fresnel(1.0f, 1.0f, 1.33f, Rgb(0.0f), opd_nm / 2.66f); };
+  const auto describe = [&](float opd_nm) {
+    const Rgb c = seen(opd_nm) / max_component(seen(opd_nm));
+    return std::to_string(opd_nm) + ": " + std::to_string(c.x) + " " + std::to_string(c.y) + " " + std::to_string(c.z);
+  };
+  EXPECT_LT(max_component(seen(20.0f)), 0.3f * max_component(seen(250.0f))) << describe(20.0f);
+  const Rgb yellow = seen(400.0f), purple = seen(520.0f), blue = seen(640.0f), green = seen(760.0f),
+            yellow2 = seen(900.0f), purple2 = seen(1080.0f);
+  EXPECT_GT(std::min(yellow.x, yellow.y), 1.5f * yellow.z) << describe(400.0f);
+  EXPECT_GT(std::min(purple.x, purple.z), 1.3f * purple.y) << describe(520.0f);
+  EXPECT_GT(blue.z, 1.3f * std::max(blue.x, blue.y)) << describe(640.0f);
+  EXPECT_GT(green.y, 1.2f * std::max(green.x, green.z)) << describe(760.0f);
+  EXPECT_GT(std::min(yellow2.x, yellow2.y), 1.5f * yellow2.z) << describe(900.0f);
+  EXPECT_GT(std::min(purple2.x, purple2.z), 1.3f * purple2.y) << describe(1080.0f);
+}
+
+TEST(ThinFilm, WithoutAFilmItIsSchlick) {
+  for (const float cos_theta : {0.0f, 0.1f, 0.5f, 1.0f}) {
+    const Rgb f0(0.04f, 0.5f, 1.0f);
+    const Rgb none = thin_film_fresnel(cos_theta, 1.0f, 1.4f, f0, 0.0f);
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(none[c], schlick_fresnel(f0[c], 1.0f, cos_theta));
+    // And continuously so.
+    Rgb previous = none;
+    for (float thickness = 1e-4f; thickness < 0.04f; thickness += 1e-4f) {
+      const Rgb f = thin_film_fresnel(cos_theta, 1.0f, 1.4f, f0, thickness);
+      ASSERT_LT((f - previous).length(), 0.01f);
+      previous = f;
+    }
+  }
+}
+
+TEST(ThinFilm, AThickFilmHasNoColour) {
+  const Film film(0.7, 1.4, 0.04, 1.0);
+  const Rgb f = thin_film_fresnel(0.7f, 1.0f, 1.4f, Rgb(0.04f), 20000.0f);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c], static_cast<float>(film.mean()), 1e-5f);
+}
+
+TEST(ThinFilm, ReflectsAllBeyondTheCriticalAngle) {
+  EXPECT_EQ(thin_film_fresnel(0.3f, 1.5f, 1.2f, Rgb(0.04f), 300.0f), Rgb(1.0f));
+  EXPECT_LT(max_component(thin_film_fresnel(1.0f, 1.5f, 1.2f, Rgb(0.04f), 300.0f)), 0.2f);
+}
+
+TEST(ThinFilm, AnyInputGivesAReflectance) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  Random random(3);
+  const float odd[] = {0.0f, -1.0f, 1.0f, 1e-30f, 1e30f, kNan, kInfinity, -kInfinity};
+  for (int i = 0; i < 200000; ++i) {
+    const auto draw = [&](float scale) {
+      const float u = random.next_1d();
+      return u < 0.2f ? odd[random.next_u64() % std::size(odd)] : scale * random.next_1d();
+    };
+    const Rgb f =
+        thin_film_fresnel(draw(1.0f), draw(3.0f), draw(4.0f), {draw(1.0f), draw(1.0f), draw(1.0f)}, draw(2000.0f));
+    ASSERT_TRUE(is_finite(f) && min_component(f) >= 0.0f && max_component(f) <= 1.0f) << i << " " << f;
+  }
+}
+
+} // namespace
+} // namespace kindling
