@@ -183,15 +183,16 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
   }
   if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&
       context.media[slot].covered(surface.material)) {
-    cross_boundary(surface, state, context.media[slot]);
+    pass_boundary(surface, state, context.media[slot]);
     continue_through(ray, surface, slot, context);
     return;
   }
   if (settings_.caustics != Caustics::full) restrain(surface, state, context.camera_samples[slot].sample_index);
   const Frame frame = surface.layered ? Frame::with_tangent(surface.shading_normal, surface.layers.tangent)
                                       : Frame::around(surface.shading_normal);
-  const LayerParameters* const layers = resolve_layers(surface, frame, state, context.media[slot]);
-  Vertex vertex{surface, frame, GuidedBsdf(surface.bsdf, layers, frame, -ray.direction), slot, member};
+  const LayersHere layers = resolve_layers(surface, frame, state, context.media[slot], member.draws.choice.x);
+  Vertex vertex{surface, frame,  GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction),
+                slot,    member, layers};
   if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
   if (context.recorder) vertex.bsdf.find_allowed();
   if (!state.emission_only) light_vertex(vertex, context);
@@ -309,7 +310,7 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
-  if (surface.layered) contribution *= transmittance_to_light(surface, side, light->distance, vertex.slot, context);
+  if (surface.layered) contribution *= transmittance_to_light(vertex, side, light->distance, context);
   context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
   context.shadow_rays.back().flags = kPassPanes;
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
@@ -347,7 +348,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   state.previous_normal = surface.light_normal();
   state.light_shares = vertex.member.light_shares;
   state.transparent_surfaces = 0;
-  if (crosses) cross_boundary(surface, state, context.media[vertex.slot]);
+  if (crosses) cross_boundary(vertex, state, context.media[vertex.slot]);
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
                                .t_min = 0.0f,
                                .direction = wi,

@@ -20,6 +20,12 @@ class PathIntegrator final : public Integrator {
                     Film& film) const override;
 
  private:
+  // The layers of a surface as a path meets them. A path that is refracted takes on the wavelength, and its weight if it had none.
+  struct LayersHere {
+    const LayerParameters* parameters = nullptr; // null: there are none
+    float wavelength_nm = 0.0f;                  // 0: all
+    Rgb wavelength_weight{1.0f};
+  };
   // A surface at which a path scatters.
   struct Vertex {
     const SurfacePoint& surface;
@@ -27,6 +33,7 @@ class PathIntegrator final : public Integrator {
     GuidedBsdf bsdf;
     uint32_t slot; // of the path
     const ShadeGroup::Member& member;
+    const LayersHere& layers;
   };
 
   // The stages of a wave, in the order in which they run.
@@ -54,16 +61,17 @@ class PathIntegrator final : public Integrator {
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
 
   // Layers and media, path_media.cpp.
-  // Null for a surface without layers. `media`: of the path, where its state says that it is in some.
-  [[nodiscard]] const LayerParameters* resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
-                                                      const MediumStack& media) const;
-  // The path goes on from the other side of the surface.
-  static void cross_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media);
+  // Sets what the layers take from the path. `media`: of the path, where its state says that it is in some.
+  [[nodiscard]] LayersHere resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
+                                          const MediumStack& media, float u_wavelength) const;
+  // The path goes on from the other side of the surface: by itself, and refracted.
+  static void pass_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media);
+  static void cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media);
   // Absorption up to the hit of active path `i`. False: the path has ended, or was scattered on the way and goes on from there.
   [[nodiscard]] bool travel_medium(size_t i, PathContext& context) const;
   [[nodiscard]] Rgb medium_transmittance(const MediumStack& media, float distance) const;
-  // Of the medium between a surface and a light on the side of wo (side > 0) or beyond.
-  [[nodiscard]] Rgb transmittance_to_light(const SurfacePoint& surface, float side, float distance, uint32_t slot,
+  // Of the medium between a vertex and a light on the side of wo (side > 0) or beyond, and what is refracted to there.
+  [[nodiscard]] Rgb transmittance_to_light(const Vertex& vertex, float side, float distance,
                                            const PathContext& context) const;
   // Light through panes, path_shadows.cpp.
   void tint_shadows(PathContext& context) const;

@@ -1,6 +1,8 @@
 // The path tracer's way through media: their boundaries, what they absorb, and random walks in those that scatter.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
+
+#include "renderer/bsdf/dispersion.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
 #include "renderer/sampling/warp.h"
@@ -23,28 +25,43 @@ float component_sum(const Rgb& c) { return c.x + c.y + c.z; }
 
 } // namespace
 
-// Sets what the layers take from the path: the local frame's coat and the media on both sides.
-const LayerParameters* PathIntegrator::resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
-                                                      const MediumStack& media) const {
-  if (!surface.layered) return nullptr;
+// The media on both sides. Where one disperses, a path is of one wavelength from its first refraction on; until then it may
+// be of all, and each surface offers one of its own.
+PathIntegrator::LayersHere PathIntegrator::resolve_layers(SurfacePoint& surface, const Frame& frame,
+                                                          const PathState& state, const MediumStack& media,
+                                                          float u_wavelength) const {
+  LayersHere here;
+  if (!surface.layered) return here;
   LayerParameters& layers = surface.layers.bsdf;
+  here.parameters = &layers;
   if (layers.clearcoat > 0.0f) layers.clearcoat_normal = frame.to_local(surface.layers.clearcoat_normal);
   if (!surface.layers.boundary) {
     layers.eta = surface.bsdf.ior;
-    return &layers;
+    return here;
   }
-  const auto ior_of = [&](std::optional<uint32_t> material) { return material ? world_.medium(*material).ior : 1.0f; };
-  const float own = world_.medium(surface.material).ior;
-  const std::optional<uint32_t> none;
-  if (surface.layers.entering)
-    layers.eta = own / ior_of(state.in_medium ? media.innermost() : none);
-  else
-    layers.eta = ior_of(state.in_medium ? media.innermost_without(surface.material) : none) / own;
-  return &layers;
+  const Medium vacuum{.ior = 1.0f};
+  const auto medium_of = [&](std::optional<uint32_t> material) -> const Medium& {
+    return material ? world_.medium(*material) : vacuum;
+  };
+  const Medium& own = world_.medium(surface.material);
+  const std::optional<uint32_t> beside = !state.in_medium          ? std::nullopt
+                                         : surface.layers.entering ? media.innermost()
+                                                                   : media.innermost_without(surface.material);
+  const Medium& other = medium_of(beside);
+  here.wavelength_nm = state.wavelength_nm;
+  if (here.wavelength_nm == 0.0f && std::max(own.dispersion, other.dispersion) > 0.0f) {
+    const WavelengthSample wavelength = sample_wavelength(u_wavelength);
+    here.wavelength_nm = wavelength.nm;
+    here.wavelength_weight = wavelength.weight;
+  }
+  const auto ior = [&](const Medium& medium) {
+    return medium.dispersion > 0.0f ? dispersed_ior(medium.ior, medium.dispersion, here.wavelength_nm) : medium.ior;
+  };
+  layers.eta = surface.layers.entering ? ior(own) / ior(other) : ior(other) / ior(own);
+  return here;
 }
 
-void PathIntegrator::cross_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media) {
-  if (!surface.layered || !surface.layers.boundary) return;
+void PathIntegrator::pass_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media) {
   if (!state.in_medium) media.clear();
   if (surface.layers.entering)
     media.enter(surface.material);
@@ -53,17 +70,25 @@ void PathIntegrator::cross_boundary(const SurfacePoint& surface, PathState& stat
   state.in_medium = !media.empty();
 }
 
+void PathIntegrator::cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media) {
+  if (!vertex.surface.layers.boundary) return;
+  if (state.wavelength_nm == 0.0f) state.throughput *= vertex.layers.wavelength_weight;
+  state.wavelength_nm = vertex.layers.wavelength_nm;
+  pass_boundary(vertex.surface, state, media);
+}
+
 Rgb PathIntegrator::medium_transmittance(const MediumStack& media, float distance) const {
   if (distance == kInfinity) return Rgb(1.0f); // out of an open mesh
   return exp_negative(world_.medium(*media.innermost()).extinction * distance);
 }
 
-Rgb PathIntegrator::transmittance_to_light(const SurfacePoint& surface, float side, float distance, uint32_t slot,
+Rgb PathIntegrator::transmittance_to_light(const Vertex& vertex, float side, float distance,
                                            const PathContext& context) const {
-  PathState state = context.states[slot];
-  MediumStack media = state.in_medium ? context.media[slot] : MediumStack{};
-  if (side < 0.0f) cross_boundary(surface, state, media);
-  return state.in_medium ? medium_transmittance(media, distance) : Rgb(1.0f);
+  PathState state = context.states[vertex.slot];
+  MediumStack media = state.in_medium ? context.media[vertex.slot] : MediumStack{};
+  state.throughput = Rgb(1.0f);
+  if (side < 0.0f) cross_boundary(vertex, state, media);
+  return state.in_medium ? state.throughput * medium_transmittance(media, distance) : state.throughput;
 }
 
 // Spectral multiple importance sampling: the channel that draws the distance is chosen by the throughput, and the density is the

@@ -66,7 +66,8 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
 
 Rgb PathIntegrator::pane_transmittance(SurfacePoint& surface, const V3f& wo) const {
   const Frame frame = Frame::around(surface.shading_normal);
-  const SurfaceBsdf bsdf(surface.bsdf, resolve_layers(surface, frame, PathState{}, MediumStack{}), frame.to_local(wo));
+  const LayersHere layers = resolve_layers(surface, frame, PathState{}, MediumStack{}, 0.0f);
+  const SurfaceBsdf bsdf(surface.bsdf, layers.parameters, frame.to_local(wo));
   return Rgb(1.0f - surface.alpha) + bsdf.straight_transmittance() * surface.alpha;
 }
 

@@ -1,24 +1,22 @@
 // From a hit to the parameters of a material's layers: the part of surface_at() that plain materials do without.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/world/hit_records.h"
 #include "renderer/world/normal_map.h"
 #include "renderer/world/shading_normal.h"
+#include "renderer/world/texture_lookup.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
 
-void World::layers_at(const HitRecords& lookup, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const {
+void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, const V3f& wo,
+                      SurfacePoint& surface) const {
   const ShadingMaterial& shading = materials_[surface.material];
   const LayerMaterial& material = layer_materials_[static_cast<size_t>(shading.layers)];
   SurfaceLayers& layers = surface.layers;
   const auto rgb = [&](const TextureBinding& binding) {
-    return binding.present() ? textures_[static_cast<size_t>(binding.texture)].sample_rgb(lookup.texcoord(binding))
-                             : Rgb(1.0f);
+    return binding.present() ? textures.sample_rgb(binding) : Rgb(1.0f);
   };
   const auto channel = [&](const TextureBinding& binding, int index) {
-    return binding.present()
-               ? textures_[static_cast<size_t>(binding.texture)].sample_channel(lookup.texcoord(binding), index)
-               : 1.0f;
+    return binding.present() ? textures.sample_channel(binding, index) : 1.0f;
   };
 
   // From within a medium the layers on its outside are not met first: they are left out.

@@ -5,6 +5,7 @@
 #include "renderer/world/hit_records.h"
 #include "renderer/world/normal_map.h"
 #include "renderer/world/shading_normal.h"
+#include "renderer/world/texture_lookup.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
@@ -28,6 +29,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   const WorldInstance& instance = instances_[hit.instance];
   const ShadingMaterial& material = materials_[geometry.material];
   const HitRecords lookup(geometry, hit);
+  const TextureLookup textures(textures_, lookup);
   const V3f wo = -ray.direction;
 
   // Position by barycentrics (more accurate than along the ray) with a bound of its rounding error.
@@ -80,8 +82,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     }
   }
   if (material.normal.present() && vertex.has_tangent) {
-    const Rgb texel =
-        textures_[static_cast<size_t>(material.normal.texture)].sample_rgb(lookup.texcoord(material.normal));
+    const Rgb texel = textures.sample_rgb(material.normal);
     const V3f n = normal_from_map(texel, material.normal_scale, vertex.tangent, vertex.bitangent, normal);
     const float length = n.length();
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
@@ -98,8 +99,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.layered = false;
 
   V4f base = material.base_color_factor;
-  if (material.base_color.present())
-    base *= textures_[static_cast<size_t>(material.base_color.texture)].sample(lookup.texcoord(material.base_color));
+  if (material.base_color.present()) base *= textures.sample(material.base_color);
   if (geometry.color_offset != Geometry::kAbsent)
     base *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric);
   surface.bsdf.base_color =
@@ -116,38 +116,30 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.bsdf.metallic = material.metallic_factor;
   surface.bsdf.roughness = material.roughness_factor;
   if (material.metallic_roughness.present()) {
-    const Rgb texel = textures_[static_cast<size_t>(material.metallic_roughness.texture)].sample_rgb(
-        lookup.texcoord(material.metallic_roughness));
+    const Rgb texel = textures.sample_rgb(material.metallic_roughness);
     surface.bsdf.roughness *= texel.y;
     surface.bsdf.metallic *= texel.z;
   }
   surface.bsdf.ior = material.ior;
   surface.bsdf.specular = material.specular_factor;
-  if (material.specular.present())
-    surface.bsdf.specular *=
-        textures_[static_cast<size_t>(material.specular.texture)].sample_channel(lookup.texcoord(material.specular), 3);
+  if (material.specular.present()) surface.bsdf.specular *= textures.sample_channel(material.specular, 3);
   surface.bsdf.specular_color = material.specular_color_factor;
-  if (material.specular_color.present())
-    surface.bsdf.specular_color *= textures_[static_cast<size_t>(material.specular_color.texture)].sample_rgb(
-        lookup.texcoord(material.specular_color));
+  if (material.specular_color.present()) surface.bsdf.specular_color *= textures.sample_rgb(material.specular_color);
 
-  if (material.specular_glossiness)
+  if (material.specular_glossiness) {
+    const float glossiness = 1.0f - material.roughness_factor;
+    const bool textured = material.specular_color.present();
     surface.bsdf.roughness =
-        1.0f - (1.0f - material.roughness_factor) *
-                   (material.specular_color.present()
-                        ? textures_[static_cast<size_t>(material.specular_color.texture)].sample_channel(
-                              lookup.texcoord(material.specular_color), 3)
-                        : 1.0f);
+        1.0f - (textured ? glossiness * textures.sample_channel(material.specular_color, 3) : glossiness);
+  }
   if (material.layers != kNone) {
     surface.layered = true;
-    layers_at(lookup, vertex, wo, surface);
+    layers_at(textures, vertex, wo, surface);
   }
 
   if (material.emissive && (front || material.double_sided)) {
     surface.emitted = material.emission_factor;
-    if (material.emission.present())
-      surface.emitted *=
-          textures_[static_cast<size_t>(material.emission.texture)].sample_rgb(lookup.texcoord(material.emission));
+    if (material.emission.present()) surface.emitted *= textures.sample_rgb(material.emission);
     if (instance.emissive) {
       const uint32_t first = first_emissive_[instance.emissive_begin + (hit.mesh - instance.first_mesh)];
       if (first != accel::kNoId) surface.emissive_triangle = first + hit.triangle;

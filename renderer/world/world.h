@@ -28,7 +28,7 @@ inline constexpr uint32_t kPassPanes = 2;
 // Ray::flags: these alone are hit, wherever their coverage is above 0, and whatever else needs no filter.
 inline constexpr uint32_t kHitPanes = 4;
 
-struct HitRecords;
+class TextureLookup;
 
 // The layers of a material at one point of its surface.
 struct SurfaceLayers {
@@ -112,7 +112,7 @@ class World {
     bool has_tangent = false;
     bool front = true; // wo is on the front side
   };
-  void layers_at(const HitRecords& lookup, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const;
+  void layers_at(const TextureLookup& textures, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const;
   static bool accept_hit(const void* world, const accel::Ray& ray, const accel::Hit& candidate);
 
   std::vector<Geometry> geometries_; // one per accelerator mesh
