@@ -3,6 +3,7 @@
 #include "renderer/app/choose.h"
 
 #include "renderer/app/parse_values.h"
+#include "renderer/scene/variants.h"
 
 #include <fmt/format.h>
 
@@ -47,6 +48,18 @@ Result<int> choose_scene(const Scene& scene, const std::string& name) {
   if (const std::optional<int> index = find_by_name_or_index(name, names)) return *index;
   if (names.empty()) return usage(fmt::format("--scene: {} has no scenes; leave the flag away", scene.source));
   return usage(fmt::format("--scene: {} has no scene '{}'; use {}", scene.source, name, list_choices(names)));
+}
+
+Result<int> show_variant(Scene& scene, const std::string& name) {
+  if (name.empty()) return kNone;
+  const std::optional<int> variant = find_by_name_or_index(name, scene.variants);
+  if (!variant && scene.variants.empty())
+    return usage(fmt::format("--variant: {} has no variants; leave the flag away", scene.source));
+  if (!variant)
+    return usage(
+        fmt::format("--variant: {} has no variant '{}'; use {}", scene.source, name, list_choices(scene.variants)));
+  apply_variant(scene, *variant);
+  return *variant;
 }
 
 std::string camera_name(const Scene& scene, const PosedCamera& posed) {

@@ -21,6 +21,9 @@ namespace kindling::app {
 // Index into Scene::scenes, kNone for the default one. Fails (usage) with those that exist.
 [[nodiscard]] Result<int> choose_scene(const Scene& scene, const std::string& name);
 
+// Gives a loaded scene the materials of that variant: its index, kNone if none is asked for. Fails (usage) with those that exist.
+[[nodiscard]] Result<int> show_variant(Scene& scene, const std::string& name);
+
 // The name by which --camera finds a posed camera: its node's, else its own, else empty.
 [[nodiscard]] std::string camera_name(const Scene& scene, const PosedCamera& posed);
 // Each camera of the posed scene, in the order of the tree: the numbers that --camera takes.

@@ -28,7 +28,7 @@ std::string list_extensions(bool json) {
   if (json) {
     Json array = Json::array();
     for (const ExtensionSupport& extension : extensions)
-      array.push_back({{"name", extension.name}, {"support", support_name(extension.level)}, {"note", extension.note}});
+      array.push_back({{"name", extension.name}, {"support", name_of(extension.level)}, {"note", extension.note}});
     return dump(array);
   }
   std::string text;
@@ -65,6 +65,8 @@ std::string list_cameras(const SceneInfo& info, bool json) {
 
 Result<std::string> describe(const InfoOptions& options, Console& console) {
   if (options.topic == InfoTopic::extensions) return list_extensions(options.json);
+  if (options.topic == InfoTopic::extension_table)
+    return options.json ? list_extensions(true) : extension_table_markdown();
 
   ProgressDisplay display(console, isatty(STDERR_FILENO) == 1 ? ProgressMode::automatic : ProgressMode::none, {});
   display.start_phase(Phase::load);
@@ -78,11 +80,13 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
 
   const Result<int> root = choose_scene(scene.value(), options.scene_name);
   if (!root.ok()) return root.error();
+  const Result<int> variant = show_variant(scene.value(), options.variant_name);
+  if (!variant.ok()) return variant.error();
   const Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), std::nullopt});
   if (!posed.ok()) return posed.error();
   int shown = root.value() != kNone ? root.value() : scene.value().default_scene;
   if (shown == kNone && !scene.value().scenes.empty()) shown = 0;
-  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown);
+  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value());
   if (options.topic == InfoTopic::cameras) return list_cameras(info, options.json);
   return options.json ? format_info_json(info) : format_info_tables(info);
 }

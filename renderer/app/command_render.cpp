@@ -100,6 +100,7 @@ class RenderCommand {
     const Clock::time_point pose_start = Clock::now();
     const Result<int> root = choose_scene(scene_, options_.scene_name);
     if (!root.ok()) return root.error();
+    if (const Result<int> variant = show_variant(scene_, options_.variant_name); !variant.ok()) return variant.error();
     Result<PosedScene> posed = pose_scene(scene_, {root.value(), options_.time_s});
     if (!posed.ok()) return posed.error();
     posed_ = std::move(posed).value();

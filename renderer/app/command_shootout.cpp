@@ -159,6 +159,8 @@ class ShootoutCommand {
     if (!environment.ok()) return environment.error();
     const Result<int> root = choose_scene(scene.value(), options_.view.scene_name);
     if (!root.ok()) return root.error();
+    if (const Result<int> variant = show_variant(scene.value(), options_.view.variant_name); !variant.ok())
+      return variant.error();
     Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), options_.view.time_s});
     if (!posed.ok()) return posed.error();
     Result<std::optional<PlacedCamera>> camera = choose_camera(scene.value(), posed.value(), options_.view);

@@ -42,13 +42,21 @@ std::string format_info_json(const SceneInfo& info) {
                 {"vertices", mesh.vertices}, {"placed", mesh.placed},         {"attributes", mesh.attributes}};
   });
   json["materials"] = list(info.materials, [](const MaterialInfo& material) {
+    std::vector<std::string> names;
+    Json support = Json::object();
+    for (const ExtensionInfo& extension : material.extensions) {
+      names.push_back(extension.name);
+      support[extension.name] = extension.support;
+    }
     return Json{{"name", material.name},
                 {"alpha_mode", material.alpha_mode},
                 {"double_sided", material.double_sided},
                 {"unlit", material.unlit},
                 {"emissive", material.emissive},
                 {"textures", material.textures},
-                {"extensions", material.extensions}};
+                {"primitives", material.primitives},
+                {"extensions", names},
+                {"extension_support", support}};
   });
   json["textures"] = list(info.textures, [](const TextureInfo& texture) {
     return Json{{"name", texture.name},     {"readable", texture.width > 0}, {"width", texture.width},
@@ -64,6 +72,7 @@ std::string format_info_json(const SceneInfo& info) {
     return Json{{"name", animation.name}, {"channels", animation.channels}, {"duration_s", animation.duration_s}};
   });
   json["variants"] = info.variants;
+  json["shown_variant"] = info.shown_variant >= 0 ? Json(info.shown_variant) : Json();
   json["extensions"] = list(info.extensions, [](const ExtensionInfo& extension) {
     return Json{{"name", extension.name}, {"support", extension.support}};
   });

@@ -15,6 +15,15 @@ std::string join(const std::vector<std::string>& words) {
   return text;
 }
 
+// What is not supported in full says so.
+std::string join(const std::vector<ExtensionInfo>& extensions) {
+  std::vector<std::string> words;
+  for (const ExtensionInfo& extension : extensions)
+    words.push_back(extension.support == "full" ? extension.name
+                                                : fmt::format("{} ({})", extension.name, extension.support));
+  return join(words);
+}
+
 std::string number(uint64_t value) { return fmt::format("{}", value); }
 
 // An empty table has no heading either.
@@ -41,7 +50,6 @@ std::string overview(const SceneInfo& info) {
                               info.bounds.min.x, info.bounds.min.y, info.bounds.min.z, info.bounds.max.x,
                               info.bounds.max.y, info.bounds.max.z, size.x, size.y, size.z));
   }
-  if (!info.variants.empty()) add("variants", join(info.variants));
   add("memory", fmt::format("about {}: geometry {}, accelerator {}, textures {}", format_bytes(info.memory.total()),
                             format_bytes(info.memory.geometry), format_bytes(info.memory.accelerator),
                             format_bytes(info.memory.textures)));
@@ -58,6 +66,11 @@ std::string format_info_tables(const SceneInfo& info) {
   for (size_t i = 0; i < info.scenes.size(); ++i)
     scenes.add({index(i), info.scenes[i], static_cast<int>(i) == info.shown_scene ? "shown here" : ""});
   text += section("scenes", scenes);
+
+  TextTable variants({{"#", true}, {"name"}, {""}});
+  for (size_t i = 0; i < info.variants.size(); ++i)
+    variants.add({index(i), info.variants[i], static_cast<int>(i) == info.shown_variant ? "shown here" : ""});
+  text += section("variants", variants);
 
   TextTable cameras({{"#", true}, {"name"}, {"kind"}, {"lens"}});
   for (size_t i = 0; i < info.cameras.size(); ++i)
@@ -84,14 +97,21 @@ std::string format_info_tables(const SceneInfo& info) {
   }
   text += section("meshes", meshes);
 
-  TextTable materials({{"#", true}, {"name"}, {"alpha"}, {"sides"}, {"light"}, {"textures", true}, {"extensions"}});
+  TextTable materials({{"#", true},
+                       {"name"},
+                       {"alpha"},
+                       {"sides"},
+                       {"light"},
+                       {"textures", true},
+                       {"primitives", true},
+                       {"extensions"}});
   for (size_t i = 0; i < info.materials.size(); ++i) {
     const MaterialInfo& material = info.materials[i];
     materials.add({index(i), material.name, material.alpha_mode, material.double_sided ? "both" : "front",
                    material.unlit      ? "unlit"
                    : material.emissive ? "emits"
                                        : "",
-                   number(material.textures), join(material.extensions)});
+                   number(material.textures), number(material.primitives), join(material.extensions)});
   }
   text += section("materials", materials);
 

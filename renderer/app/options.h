@@ -48,6 +48,7 @@ struct RenderOptions {
   Outliers outliers = Outliers::keep;
 
   std::string scene_name;         // name or index; empty: the file's default scene
+  std::string variant_name;       // name or index; empty: the primitives' own materials
   std::string camera;             // name or index; empty: the first
   std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in metres
   V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
@@ -89,12 +90,13 @@ struct RenderOptions {
   }
 };
 
-enum class InfoTopic { everything, cameras, scenes, variants, extensions };
+enum class InfoTopic { everything, cameras, scenes, variants, extensions, extension_table };
 
 struct InfoOptions {
-  std::filesystem::path scene_file; // empty only for InfoTopic::extensions
+  std::filesystem::path scene_file; // empty only for InfoTopic::extensions and extension_table
   InfoTopic topic = InfoTopic::everything;
-  std::string scene_name; // whose cameras are listed: name or index; empty: the default scene
+  std::string scene_name;   // whose cameras are listed: name or index; empty: the default scene
+  std::string variant_name; // whose materials are counted: name or index; empty: the primitives' own
   bool json = false;
   int threads = 0;
 };

@@ -252,8 +252,12 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   topic("--list-variants", "The material variants, one name a line", InfoTopic::variants);
   topic("--list-extensions", "The glTF extensions that are understood, one name a line; needs no SCENE",
         InfoTopic::extensions);
+  topic("--extension-table", "The same with support and notes, as the README has it (Markdown)",
+        InfoTopic::extension_table);
   flags.value("--scene", "NAME|INDEX", "Whose cameras, triangles and bounds [the file's default scene]",
               [&o](auto text) { return set_text(text, o.scene_name); });
+  flags.value("--variant", "NAME|INDEX", "Whose materials [the plain ones]",
+              [&o](auto text) { return set_text(text, o.variant_name); });
   flags.group("How");
   flags.toggle("--json", "JSON in place of tables", o.json);
   flags.value("--threads", "N", "For loading; 0: all [0]",
@@ -262,10 +266,12 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
 
 Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) {
   int topics = 0;
-  for (const char* name : {"--list-cameras", "--list-scenes", "--list-variants", "--list-extensions"})
+  for (const char* name :
+       {"--list-cameras", "--list-scenes", "--list-variants", "--list-extensions", "--extension-table"})
     topics += flags.given(name) ? 1 : 0;
-  if (topics > 1) return usage("give one --list-... flag at a time");
-  if (options.scene_file.empty() && options.topic != InfoTopic::extensions)
+  if (topics > 1) return usage("give one --list-... flag or --extension-table at a time");
+  if (options.scene_file.empty() && options.topic != InfoTopic::extensions &&
+      options.topic != InfoTopic::extension_table)
     return usage("no scene; use 'kindling info SCENE' with a .gltf or .glb file, or --list-extensions");
   return {};
 }

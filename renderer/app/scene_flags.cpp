@@ -35,6 +35,8 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Scene");
   flags.value("--scene", "NAME|INDEX", "Which of the file's scenes [its default]",
               [&o](auto text) { return set_text(text, o.scene_name); });
+  flags.value("--variant", "NAME|INDEX", "Material variant, one of 'info --list-variants' [the plain materials]",
+              [&o](auto text) { return set_text(text, o.variant_name); });
   flags.value("--time", "SECONDS", "Pose the animations at this time [rest pose]",
               [&o](auto text) { return store(parse_number(text), o.time_s); });
 

@@ -44,18 +44,21 @@ MeshInfo mesh_info(const Mesh& mesh) {
   return info;
 }
 
-MaterialInfo material_info(const Material& material) {
+ExtensionInfo extension_info(const std::string& name, const std::vector<ExtensionSupport>& supported) {
+  const auto entry = std::find_if(supported.begin(), supported.end(),
+                                  [&](const ExtensionSupport& extension) { return extension.name == name; });
+  return {name, entry == supported.end() ? "unknown" : std::string(name_of(entry->level))};
+}
+
+MaterialInfo material_info(const Material& material, const std::vector<ExtensionSupport>& supported) {
   MaterialInfo info;
   info.name = material.name;
   info.alpha_mode = name_of(material.alpha_mode);
   info.double_sided = material.double_sided;
   info.unlit = material.unlit;
   info.emissive = !is_black(material.emissive_factor);
-  for (const TextureSlot* slot :
-       {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-        &material.emissive_texture, &material.specular_texture, &material.specular_color_texture})
-    info.textures += slot->present() ? 1 : 0;
-  info.extensions = material.extensions_used;
+  for (const auto texture : kMaterialTextures) info.textures += (material.*texture).present() ? 1 : 0;
+  for (const std::string& name : material.extensions_used) info.extensions.push_back(extension_info(name, supported));
   return info;
 }
 
@@ -104,16 +107,7 @@ uint64_t accelerator_bytes(const PosedScene& posed, const std::vector<MeshInfo>&
 
 } // namespace
 
-std::string_view support_name(ExtensionSupport::Level level) {
-  switch (level) {
-  case ExtensionSupport::Level::full: return "full";
-  case ExtensionSupport::Level::partial: return "partial";
-  case ExtensionSupport::Level::ignored: return "ignored";
-  }
-  return "unknown";
-}
-
-SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene) {
+SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene, int shown_variant) {
   SceneInfo info;
   info.file = scene.source;
   info.generator = scene.generator;
@@ -125,11 +119,18 @@ SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int sh
   info.in_scene = describe(scene, posed);
   info.bounds = world_bounds(scene, posed);
   info.variants = scene.variants;
+  info.shown_variant = shown_variant;
 
   for (const Mesh& mesh : scene.meshes) info.meshes.push_back(mesh_info(mesh));
   for (const PosedMesh& mesh : posed.meshes) ++info.meshes[static_cast<size_t>(mesh.mesh)].placed;
 
-  for (const Material& material : scene.materials) info.materials.push_back(material_info(material));
+  const std::vector<ExtensionSupport> supported = supported_extensions();
+  for (const Material& material : scene.materials) info.materials.push_back(material_info(material, supported));
+  for (const Mesh& mesh : scene.meshes) {
+    for (const Primitive& primitive : mesh.primitives) {
+      if (primitive.material != kNone) ++info.materials[static_cast<size_t>(primitive.material)].primitives;
+    }
+  }
   std::set<const Image*> held;
   for (const SceneTexture& texture : scene.textures) {
     TextureInfo entry{texture.name, 0, 0, "unreadable", 0};
@@ -147,12 +148,7 @@ SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int sh
   info.memory = {info.in_file.geometry_bytes + info.in_scene.deformed_bytes, info.in_file.texture_bytes,
                  accelerator_bytes(posed, info.meshes)};
 
-  const std::vector<ExtensionSupport> supported = supported_extensions();
-  for (const std::string& name : scene.extensions_used) {
-    const auto entry = std::find_if(supported.begin(), supported.end(),
-                                    [&](const ExtensionSupport& extension) { return extension.name == name; });
-    info.extensions.push_back({name, entry == supported.end() ? "unknown" : std::string(support_name(entry->level))});
-  }
+  for (const std::string& name : scene.extensions_used) info.extensions.push_back(extension_info(name, supported));
   return info;
 }
 

@@ -23,14 +23,20 @@ struct MeshInfo {
   std::vector<std::string> attributes; // besides positions
 };
 
+struct ExtensionInfo {
+  std::string name;
+  std::string support; // "full", "partial", "ignored" or "unknown"
+};
+
 struct MaterialInfo {
   std::string name;
   std::string alpha_mode; // as glTF spells it
   bool double_sided = false;
   bool unlit = false;
   bool emissive = false;
-  uint64_t textures = 0; // slots in use
-  std::vector<std::string> extensions;
+  uint64_t textures = 0;   // slots in use
+  uint64_t primitives = 0; // that have it, in the shown variant
+  std::vector<ExtensionInfo> extensions;
 };
 
 struct TextureInfo {
@@ -58,11 +64,6 @@ struct AnimationInfo {
   std::string name;
   uint64_t channels = 0;
   double duration_s = 0.0;
-};
-
-struct ExtensionInfo {
-  std::string name;
-  std::string support; // "full", "partial", "ignored" or "unknown"
 };
 
 // Bytes that a render of the scene holds, without film and process: vertex and index arrays, texels at their files'
@@ -93,13 +94,13 @@ struct SceneInfo {
   std::vector<LightInfo> lights;
   std::vector<AnimationInfo> animations;
   std::vector<std::string> variants;
+  int shown_variant = kNone; // which of them the scene has been given; kNone: the primitives' own materials
   std::vector<ExtensionInfo> extensions;
   MemoryEstimate memory;
 };
 
-[[nodiscard]] SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene);
-
-[[nodiscard]] std::string_view support_name(ExtensionSupport::Level level);
+[[nodiscard]] SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene,
+                                           int shown_variant = kNone);
 
 // Headings and tables.
 [[nodiscard]] std::string format_info_tables(const SceneInfo& info);

@@ -25,21 +25,23 @@ constexpr ExtensionEntry kTable[] = {
       "transforms, weights and visibility of nodes; other pointers have no effect"}},
     {{"KHR_draco_mesh_compression", Level::full, "triangles"}},
     {{"KHR_lights_punctual", Level::full, ""}},
-    {{"KHR_materials_anisotropy", Level::ignored, ""}},
-    {{"KHR_materials_clearcoat", Level::ignored, ""}},
-    {{"KHR_materials_diffuse_transmission", Level::ignored, ""}},
-    {{"KHR_materials_dispersion", Level::ignored, ""}},
+    {{"KHR_materials_anisotropy", Level::full, ""}},
+    {{"KHR_materials_clearcoat", Level::full, ""}},
+    {{"KHR_materials_diffuse_transmission", Level::full, ""}},
+    {{"KHR_materials_dispersion", Level::full, ""}},
     {{"KHR_materials_emissive_strength", Level::full, ""}},
     {{"KHR_materials_ior", Level::full, ""}},
-    {{"KHR_materials_iridescence", Level::ignored, ""}},
-    {{"KHR_materials_pbrSpecularGlossiness", Level::ignored, "archived; the metallic-roughness values are used"}},
-    {{"KHR_materials_sheen", Level::ignored, ""}},
+    {{"KHR_materials_iridescence", Level::full, ""}},
+    {{"KHR_materials_pbrSpecularGlossiness", Level::full, "archived"}},
+    {{"KHR_materials_scatter", Level::partial,
+      "experimental (draft); textures of the strength and of a volume's colour have no effect"}},
+    {{"KHR_materials_sheen", Level::full, ""}},
     {{"KHR_materials_specular", Level::full, ""}},
-    {{"KHR_materials_transmission", Level::ignored, ""}},
+    {{"KHR_materials_transmission", Level::full, ""}},
     {{"KHR_materials_unlit", Level::full, ""}},
-    {{"KHR_materials_variants", Level::partial, "variants are listed; the default materials are used"}},
-    {{"KHR_materials_volume", Level::ignored, ""}},
-    {{"KHR_materials_volume_scatter", Level::ignored, "draft"}},
+    {{"KHR_materials_variants", Level::full, "chosen with --variant"}},
+    {{"KHR_materials_volume", Level::full, ""}},
+    {{"KHR_materials_volume_scatter", Level::full, "experimental (draft)"}},
     {{"KHR_mesh_quantization", Level::full, ""}},
     {{"KHR_meshopt_compression", Level::ignored, "draft; fallback buffers are used, refused where required"}, false},
     {{"KHR_node_visibility", Level::full, ""}},
@@ -138,6 +140,24 @@ std::vector<ExtensionSupport> supported_extensions() {
   std::vector<ExtensionSupport> list;
   for (const gltf::ExtensionEntry& entry : gltf::extension_table()) list.push_back(entry.support);
   return list;
+}
+
+std::string_view name_of(ExtensionSupport::Level level) {
+  switch (level) {
+  case ExtensionSupport::Level::full: return "full";
+  case ExtensionSupport::Level::partial: return "partial";
+  case ExtensionSupport::Level::ignored: return "ignored";
+  }
+  return "unknown";
+}
+
+std::string extension_table_markdown() {
+  std::string text = "| name | support | note |\n|---|---|---|\n";
+  for (const gltf::ExtensionEntry& entry : gltf::extension_table()) {
+    text += fmt::format("| {} | {} | {}|\n", entry.support.name, name_of(entry.support.level),
+                        entry.support.note.empty() ? "" : fmt::format("{} ", entry.support.note));
+  }
+  return text;
 }
 
 } // namespace kindling

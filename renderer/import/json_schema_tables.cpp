@@ -89,7 +89,16 @@ constexpr P kDracoProperties[] = {
     // Not indices of accessors but ids within the compressed data; read by draco_mesh.cpp.
     {.name = "attributes", .kind = K::object, .required = true}};
 constexpr JsonSchema kDraco{.properties = kDracoProperties};
-constexpr E kPrimitiveExtensions[] = {{"KHR_draco_mesh_compression", &kDraco}};
+constexpr P kMappingProperties[] = {
+    kName,
+    {.name = "material", .kind = K::index, .required = true, .collection = "materials"},
+    // Indices of the variants of the root's extension: variant_mappings.cpp.
+    {.name = "variants", .kind = K::integer, .required = true, .array = true, .min = 0, .max = kMaxInt}};
+constexpr JsonSchema kMapping{.properties = kMappingProperties};
+constexpr P kMappingsProperties[] = {
+    {.name = "mappings", .kind = K::object, .required = true, .array = true, .schema = &kMapping}};
+constexpr JsonSchema kMappings{.properties = kMappingsProperties};
+constexpr E kPrimitiveExtensions[] = {{"KHR_draco_mesh_compression", &kDraco}, {"KHR_materials_variants", &kMappings}};
 constexpr P kPrimitiveProperties[] = {
     {.name = "attributes", .kind = K::index_map, .required = true, .collection = "accessors"},
     {.name = "indices", .kind = K::index, .collection = "accessors"},
@@ -195,21 +204,98 @@ constexpr P kMetallicRoughnessProperties[] = {
     {.name = "roughnessFactor", .min = 0, .max = 1},
     {.name = "metallicRoughnessTexture", .kind = K::object, .schema = &kTextureInfo}};
 constexpr JsonSchema kMetallicRoughness{.properties = kMetallicRoughnessProperties};
+// The material extensions, in the order of their names.
+constexpr P kAnisotropyProperties[] = {{.name = "anisotropyStrength", .min = 0, .max = 1},
+                                       {.name = "anisotropyRotation"},
+                                       {.name = "anisotropyTexture", .kind = K::object, .schema = &kTextureInfo}};
+constexpr JsonSchema kAnisotropy{.properties = kAnisotropyProperties};
+constexpr P kClearcoatProperties[] = {{.name = "clearcoatFactor", .min = 0, .max = 1},
+                                      {.name = "clearcoatTexture", .kind = K::object, .schema = &kTextureInfo},
+                                      {.name = "clearcoatRoughnessFactor", .min = 0, .max = 1},
+                                      {.name = "clearcoatRoughnessTexture", .kind = K::object, .schema = &kTextureInfo},
+                                      {.name = "clearcoatNormalTexture", .kind = K::object, .schema = &kNormalTexture}};
+constexpr JsonSchema kClearcoat{.properties = kClearcoatProperties};
+constexpr P kDiffuseTransmissionProperties[] = {
+    {.name = "diffuseTransmissionFactor", .min = 0, .max = 1},
+    {.name = "diffuseTransmissionTexture", .kind = K::object, .schema = &kTextureInfo},
+    {.name = "diffuseTransmissionColorFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1},
+    {.name = "diffuseTransmissionColorTexture", .kind = K::object, .schema = &kTextureInfo}};
+constexpr JsonSchema kDiffuseTransmission{.properties = kDiffuseTransmissionProperties};
+constexpr P kDispersionProperties[] = {{.name = "dispersion", .min = 0}};
+constexpr JsonSchema kDispersion{.properties = kDispersionProperties};
 constexpr P kEmissiveStrengthProperties[] = {{.name = "emissiveStrength", .min = 0}};
 constexpr JsonSchema kEmissiveStrength{.properties = kEmissiveStrengthProperties};
-constexpr P kIorProperties[] = {{.name = "ior", .min = 0}}; // 0 or at least 1: materials.cpp
+constexpr P kIorProperties[] = {{.name = "ior", .min = 0}}; // 0 or at least 1: material_extensions.cpp
 constexpr JsonSchema kIor{.properties = kIorProperties};
+constexpr P kIridescenceProperties[] = {
+    {.name = "iridescenceFactor", .min = 0, .max = 1},
+    {.name = "iridescenceTexture", .kind = K::object, .schema = &kTextureInfo},
+    {.name = "iridescenceIor", .min = 1},
+    {.name = "iridescenceThicknessMinimum", .min = 0},
+    {.name = "iridescenceThicknessMaximum", .min = 0},
+    {.name = "iridescenceThicknessTexture", .kind = K::object, .schema = &kTextureInfo}};
+constexpr JsonSchema kIridescence{.properties = kIridescenceProperties};
+constexpr P kSpecularGlossinessProperties[] = {
+    {.name = "diffuseFactor", .array = true, .min_items = 4, .max_items = 4, .min = 0, .max = 1},
+    {.name = "diffuseTexture", .kind = K::object, .schema = &kTextureInfo},
+    {.name = "specularFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1},
+    {.name = "glossinessFactor", .min = 0, .max = 1},
+    {.name = "specularGlossinessTexture", .kind = K::object, .schema = &kTextureInfo}};
+constexpr JsonSchema kSpecularGlossiness{.properties = kSpecularGlossinessProperties};
+constexpr P kScatterAnisotropy{.name = "scatterAnisotropy", .min = -1, .max = 1};
+// The draft has been through several names.
+constexpr P kScatterProperties[] = {
+    {.name = "scatterStrengthFactor", .min = 0, .max = 1},
+    {.name = "scatterStrengthTexture", .kind = K::object, .schema = &kTextureInfo},
+    {.name = "scatterFactor", .min = 0, .max = 1},
+    {.name = "scatterTexture", .kind = K::object, .schema = &kTextureInfo},
+    {.name = "multiscatterColorFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1},
+    {.name = "multiscatterColorTexture", .kind = K::object, .schema = &kTextureInfo},
+    kScatterAnisotropy};
+constexpr JsonSchema kScatter{.properties = kScatterProperties};
+constexpr P kSheenProperties[] = {
+    {.name = "sheenColorFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1},
+    {.name = "sheenColorTexture", .kind = K::object, .schema = &kTextureInfo},
+    {.name = "sheenRoughnessFactor", .min = 0, .max = 1},
+    {.name = "sheenRoughnessTexture", .kind = K::object, .schema = &kTextureInfo}};
+constexpr JsonSchema kSheen{.properties = kSheenProperties};
 constexpr P kSpecularProperties[] = {
     {.name = "specularFactor", .min = 0, .max = 1},
     {.name = "specularTexture", .kind = K::object, .schema = &kTextureInfo},
     {.name = "specularColorFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0},
     {.name = "specularColorTexture", .kind = K::object, .schema = &kTextureInfo}};
 constexpr JsonSchema kSpecular{.properties = kSpecularProperties};
+constexpr P kTransmissionProperties[] = {{.name = "transmissionFactor", .min = 0, .max = 1},
+                                         {.name = "transmissionTexture", .kind = K::object, .schema = &kTextureInfo}};
+constexpr JsonSchema kTransmission{.properties = kTransmissionProperties};
 constexpr JsonSchema kUnlit{};
-constexpr E kMaterialExtensions[] = {{"KHR_materials_emissive_strength", &kEmissiveStrength},
+constexpr P kVolumeProperties[] = {
+    {.name = "thicknessFactor", .min = 0},
+    {.name = "thicknessTexture", .kind = K::object, .schema = &kTextureInfo},
+    // Infinity is the default, which JSON cannot say: what no float holds means it.
+    {.name = "attenuationDistance", .min = 0, .max = DBL_MAX, .above_min = true},
+    {.name = "attenuationColor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1}};
+constexpr JsonSchema kVolume{.properties = kVolumeProperties};
+constexpr P kVolumeScatterProperties[] = {
+    {.name = "multiscatterColor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1},
+    {.name = "multiscatterColorFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1},
+    kScatterAnisotropy};
+constexpr JsonSchema kVolumeScatter{.properties = kVolumeScatterProperties};
+constexpr E kMaterialExtensions[] = {{"KHR_materials_anisotropy", &kAnisotropy},
+                                     {"KHR_materials_clearcoat", &kClearcoat},
+                                     {"KHR_materials_diffuse_transmission", &kDiffuseTransmission},
+                                     {"KHR_materials_dispersion", &kDispersion},
+                                     {"KHR_materials_emissive_strength", &kEmissiveStrength},
                                      {"KHR_materials_ior", &kIor},
+                                     {"KHR_materials_iridescence", &kIridescence},
+                                     {"KHR_materials_pbrSpecularGlossiness", &kSpecularGlossiness},
+                                     {"KHR_materials_scatter", &kScatter},
+                                     {"KHR_materials_sheen", &kSheen},
                                      {"KHR_materials_specular", &kSpecular},
-                                     {"KHR_materials_unlit", &kUnlit}};
+                                     {"KHR_materials_transmission", &kTransmission},
+                                     {"KHR_materials_unlit", &kUnlit},
+                                     {"KHR_materials_volume", &kVolume},
+                                     {"KHR_materials_volume_scatter", &kVolumeScatter}};
 constexpr P kMaterialProperties[] = {
     kName,
     {.name = "pbrMetallicRoughness", .kind = K::object, .schema = &kMetallicRoughness},

@@ -4,11 +4,11 @@
 
 #include "renderer/import/animations.h"
 #include "renderer/import/document.h"
-#include "renderer/import/extensions.h"
 #include "renderer/import/materials.h"
 #include "renderer/import/meshes.h"
 #include "renderer/import/nodes.h"
 #include "renderer/import/textures.h"
+#include "renderer/import/variant_mappings.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -25,9 +25,7 @@ void import_asset(const Document& document, Scene& scene) {
   scene.generator = document.core.asset.generator;
   scene.copyright = document.core.asset.copyright;
   if (root.contains("extensionsUsed")) scene.extensions_used = root["extensionsUsed"].get<std::vector<std::string>>();
-  if (const auto* extension = find_extension(root, "KHR_materials_variants")) {
-    for (const auto& variant : (*extension)["variants"]) scene.variants.push_back(variant["name"].get<std::string>());
-  }
+  scene.variants = read_variant_names(document);
 }
 
 Scene import(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener,

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -44,6 +45,9 @@ struct ExtensionSupport {
   enum class Level : uint8_t { full, partial, ignored } level = Level::full; // ignored: known, has no effect yet, warns
   std::string_view note;
 };
-[[nodiscard]] std::vector<ExtensionSupport> supported_extensions();
+[[nodiscard]] std::vector<ExtensionSupport> supported_extensions();    // by name
+[[nodiscard]] std::string_view name_of(ExtensionSupport::Level level); // full, partial, ignored
+// As Markdown, the table of the README.
+[[nodiscard]] std::string extension_table_markdown();
 
 } // namespace kindling

@@ -3,6 +3,7 @@
 #include "renderer/import/meshes.h"
 
 #include "renderer/import/primitive.h"
+#include "renderer/import/variant_mappings.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -17,6 +18,7 @@ namespace {
 struct Job {
   size_t mesh = 0;
   size_t primitive = 0;
+  std::vector<VariantMaterial> variant_materials;
   std::optional<Primitive> result;
   Warnings warnings;
   std::exception_ptr failure;
@@ -37,6 +39,16 @@ void check_targets(const Document& document, size_t mesh) {
          fmt::format("{} weights, the mesh has {} morph targets", core.weights.size(), targets),
          "MESH_INVALID_WEIGHTS_COUNT");
   }
+}
+
+// Its own material, then those of its variants.
+std::vector<const Material*> materials_of(const Document& document, const Scene& scene, const Job& job) {
+  std::vector<const Material*> materials;
+  const int own = document.core.meshes[job.mesh].primitives[job.primitive].material;
+  if (own >= 0) materials.push_back(&scene.materials[static_cast<size_t>(own)]);
+  for (const VariantMaterial& choice : job.variant_materials)
+    materials.push_back(&scene.materials[static_cast<size_t>(choice.material)]);
+  return materials;
 }
 
 } // namespace
@@ -61,6 +73,7 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings) {
       Job job;
       job.mesh = m;
       job.primitive = p;
+      job.variant_materials = read_variant_mappings(document, m, p, scene.variants.size(), warnings);
       jobs.push_back(std::move(job));
     }
   }
@@ -68,10 +81,7 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings) {
   tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) {
     Job& job = jobs[i];
     try {
-      const int material = meshes[job.mesh].primitives[job.primitive].material;
-      job.result =
-          read_primitive(document, job.mesh, job.primitive,
-                         material < 0 ? nullptr : &scene.materials[static_cast<size_t>(material)], job.warnings);
+      job.result = read_primitive(document, job.mesh, job.primitive, materials_of(document, scene, job), job.warnings);
     } catch (...) {
       job.failure = std::current_exception();
     }
@@ -79,7 +89,9 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings) {
   for (Job& job : jobs) {
     if (job.failure) std::rethrow_exception(job.failure); // the first in the file's order, whichever was first in time
     warnings.append(job.warnings);
-    if (job.result) scene.meshes[job.mesh].primitives.push_back(std::move(*job.result));
+    if (!job.result) continue;
+    job.result->variant_materials = std::move(job.variant_materials);
+    scene.meshes[job.mesh].primitives.push_back(std::move(*job.result));
   }
 }
 

@@ -7,7 +7,7 @@
 
 namespace kindling::gltf {
 
-// Fills scene.meshes; needs scene.materials. The result, its errors and its warnings do not depend on the number of
+// Fills scene.meshes; needs scene.materials and scene.variants. The result, its errors and its warnings do not depend on the number of
 // threads. Throws ImportFailure.
 void import_meshes(Document& document, Scene& scene, Warnings& warnings);
 

@@ -190,17 +190,37 @@ bool has_texcoords(const Primitive& primitive, int set) {
 
 void warn_missing_texcoords(const Primitive& primitive, const Material& material, const std::string& pointer,
                             Warnings& warnings) {
-  const TextureSlot* slots[] = {&material.base_color_texture, &material.metallic_roughness_texture,
-                                &material.normal_texture,     &material.emissive_texture,
-                                &material.specular_texture,   &material.specular_color_texture};
-  for (const TextureSlot* slot : slots) {
-    if (!slot->present() || has_texcoords(primitive, slot->texcoord)) continue;
+  for (const auto texture : kMaterialTextures) {
+    const TextureSlot& slot = material.*texture;
+    if (!slot.present() || has_texcoords(primitive, slot.texcoord)) continue;
     warnings.add("texcoord", pointer + "/material",
                  fmt::format("a texture of material {} reads TEXCOORD_{}, which is absent: it is read at (0, 0)",
-                             in_quotes(material.name), slot->texcoord),
+                             in_quotes(material.name), slot.texcoord),
                  "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS");
     return;
   }
+}
+
+bool need_tangents(std::span<const Material* const> materials) {
+  return std::any_of(materials.begin(), materials.end(),
+                     [](const Material* material) { return tangent_texcoord_set(*material).has_value(); });
+}
+
+// Along the texture coordinates of the first material that needs tangents and has them: a primitive has one frame.
+void make_tangents(std::span<const Material* const> materials, const std::string& pointer, Primitive& primitive,
+                   Warnings& warnings) {
+  for (const Material* material : materials) {
+    const std::optional<int> set = tangent_texcoord_set(*material);
+    if (!set || !has_texcoords(primitive, *set)) continue;
+    generate_tangents(primitive, *set);
+    return;
+  }
+  const bool anisotropic = std::any_of(materials.begin(), materials.end(),
+                                       [](const Material* material) { return material->anisotropy_strength > 0.0f; });
+  if (!anisotropic) return; // what misses the coordinates of a normal texture has been said
+  warnings.add("tangent space", pointer + "/material",
+               "anisotropy without a direction: there are neither TANGENT nor texture coordinates to make it of",
+               "MESH_PRIMITIVE_NO_TANGENT_SPACE");
 }
 
 } // namespace
@@ -267,8 +287,8 @@ void check_primitive(const Document& document, size_t mesh, size_t index, Elemen
   }
 }
 
-std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t index, const Material* material,
-                                        Warnings& warnings) {
+std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t index,
+                                        std::span<const Material* const> materials, Warnings& warnings) {
   const tinygltf::Primitive& core = document.core.meshes[mesh].primitives[index];
   const std::string pointer = primitive_pointer(mesh, index);
   if (core.mode < kModeTriangles) {
@@ -322,7 +342,7 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
     primitive.normals = read_vectors<V3f>(source.attribute("NORMAL"), gather);
     repair_normals(primitive, pointer + "/attributes/NORMAL", warnings);
   }
-  const bool needs_tangents = material != nullptr && material->normal_texture.present();
+  const bool needs_tangents = need_tangents(materials);
   if (needs_tangents && !primitive.normals.empty() && source.has("TANGENT")) {
     primitive.tangents = read_vectors<V4f>(source.attribute("TANGENT"), gather);
     repair_tangents(primitive, pointer + "/attributes/TANGENT", warnings);
@@ -343,10 +363,8 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
   read_skinning(source, gather, check_joint_sets(core, pointer), pointer, primitive);
   read_targets(document, core, gather, pointer, primitive);
 
-  if (material != nullptr) warn_missing_texcoords(primitive, *material, pointer, warnings);
-  if (needs_tangents && primitive.tangents.empty() && has_texcoords(primitive, material->normal_texture.texcoord)) {
-    generate_tangents(primitive, material->normal_texture.texcoord);
-  }
+  for (const Material* material : materials) warn_missing_texcoords(primitive, *material, pointer, warnings);
+  if (needs_tangents && primitive.tangents.empty()) make_tangents(materials, pointer, primitive, warnings);
   return primitive;
 }
 

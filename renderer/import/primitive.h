@@ -6,6 +6,7 @@
 #include "renderer/scene/scene.h"
 
 #include <optional>
+#include <span>
 #include <string>
 
 namespace kindling::gltf {
@@ -14,9 +15,9 @@ namespace kindling::gltf {
 // read_primitive() will decode. Throws ImportFailure. Not thread-safe (the budget).
 void check_primitive(const Document& document, size_t mesh, size_t primitive, ElementBudget& budget);
 
-// Nothing for points, lines and primitives without positions or triangles: a warning. `material` is null for the
-// default one; it decides whether tangents are kept or made. Throws ImportFailure. Thread-safe.
+// Nothing for points, lines and primitives without positions or triangles: a warning. `materials` are those that it may have, its
+// own first and none for the default one; they decide whether tangents are kept or made. Throws ImportFailure. Thread-safe.
 [[nodiscard]] std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t primitive,
-                                                      const Material* material, Warnings& warnings);
+                                                      std::span<const Material* const> materials, Warnings& warnings);
 
 } // namespace kindling::gltf

@@ -99,10 +99,8 @@ void check_image_objects(const Document& document) {
 std::vector<bool> used_textures(const Scene& scene) {
   std::vector<bool> used(scene.textures.size(), false);
   for (const Material& material : scene.materials) {
-    for (const TextureSlot* slot :
-         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-          &material.emissive_texture, &material.specular_texture, &material.specular_color_texture}) {
-      if (slot->present()) used[static_cast<size_t>(slot->texture)] = true;
+    for (const auto texture : kMaterialTextures) {
+      if (const TextureSlot& slot = material.*texture; slot.present()) used[static_cast<size_t>(slot.texture)] = true;
     }
   }
   return used;

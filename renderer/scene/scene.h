@@ -104,7 +104,7 @@ struct Material {
 
   // KHR_materials_volume_scatter, KHR_materials_scatter (drafts).
   Rgb multiscatter_color{0.0f, 0.0f, 0.0f}; // albedo of the medium after all of its scattering; black: none
-  float scatter_anisotropy = 0.0f;          // g of Henyey and Greenstein, in (-1, 1)
+  float scatter_anisotropy = 0.0f;          // g of Henyey and Greenstein, from -0.999 to 0.999
 
   // KHR_materials_pbrSpecularGlossiness: base_color_* hold the diffuse part, metallic is 0, specular_color_* hold F0 itself, and
   // roughness is 1 - glossiness_factor * (A of specular_color_texture).
@@ -114,6 +114,26 @@ struct Material {
   std::vector<std::string> extensions_used; // every extension object met on it, supported or not: for info
 };
 
+// The textures of a material that a renderer reads: all but thickness_texture.
+inline constexpr std::array<TextureSlot Material::*, 17> kMaterialTextures{
+    &Material::base_color_texture,
+    &Material::metallic_roughness_texture,
+    &Material::normal_texture,
+    &Material::emissive_texture,
+    &Material::specular_texture,
+    &Material::specular_color_texture,
+    &Material::clearcoat_texture,
+    &Material::clearcoat_roughness_texture,
+    &Material::clearcoat_normal_texture,
+    &Material::sheen_color_texture,
+    &Material::sheen_roughness_texture,
+    &Material::anisotropy_texture,
+    &Material::iridescence_texture,
+    &Material::iridescence_thickness_texture,
+    &Material::transmission_texture,
+    &Material::diffuse_transmission_texture,
+    &Material::diffuse_transmission_color_texture};
+
 // Deltas of one morph target; an absent attribute is empty, others have one entry per vertex.
 struct MorphTarget {
   std::vector<V3f> positions;
@@ -121,9 +141,16 @@ struct MorphTarget {
   std::vector<V3f> tangents;
 };
 
+// KHR_materials_variants: the material that a primitive has in one of the variants.
+struct VariantMaterial {
+  int variant = 0;  // index into Scene::variants
+  int material = 0; // index into Scene::materials
+};
+
 // One triangle list in the mesh's space. Attributes are empty where absent, else one entry per vertex.
 struct Primitive {
-  int material = kNone;          // kNone: glTF's default material
+  int material = kNone;                           // kNone: glTF's default material
+  std::vector<VariantMaterial> variant_materials; // each variant at most once; in others it keeps `material`
   std::vector<uint32_t> indices; // three per triangle; strips and fans are unrolled, non-indexed ones get 0, 1, 2, ...
   std::vector<V3f> positions;
   std::vector<V3f> normals;                    // empty: flat shading by the geometric normal

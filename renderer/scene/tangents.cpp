@@ -128,6 +128,15 @@ void split_vertices(Primitive& primitive, const std::vector<V4f>& corner_tangent
 
 } // namespace
 
+std::optional<int> tangent_texcoord_set(const Material& material) {
+  if (material.normal_texture.present()) return material.normal_texture.texcoord;
+  if (material.clearcoat_factor > 0.0f && material.clearcoat_normal_texture.present())
+    return material.clearcoat_normal_texture.texcoord;
+  if (material.anisotropy_strength > 0.0f)
+    return material.anisotropy_texture.present() ? material.anisotropy_texture.texcoord : 0;
+  return std::nullopt;
+}
+
 void generate_tangents(Primitive& primitive, int texcoord_set) {
   primitive.tangents.clear();
   if (primitive.positions.empty()) return;
