@@ -9,6 +9,8 @@ set(KINDLING_PACKAGES
   "spdlog CONFIG"
   "PNG"
   "JPEG"
+  "ZLIB"
+  "zstd CONFIG"
   "OpenEXR 3.1 CONFIG"
   "OpenImageIO 2.4 CONFIG"
   "OpenColorIO 2.1 CONFIG HINTS /usr/share" # where Debian 12 puts its configuration, and CMake does not look

@@ -68,6 +68,7 @@ Result<Image> decode_format(ImageFormat format, Bytes bytes, const ImageLimits& 
   case ImageFormat::png: return image_detail::decode_png(bytes, limits);
   case ImageFormat::jpeg: return image_detail::decode_jpeg(bytes, limits);
   case ImageFormat::webp: return image_detail::decode_webp(bytes, limits);
+  case ImageFormat::ktx2: return image_detail::decode_ktx2(bytes, limits);
   case ImageFormat::hdr: return image_detail::decode_hdr(bytes, limits);
   case ImageFormat::exr: return image_detail::decode_exr(bytes, limits);
   case ImageFormat::unknown: break;
@@ -81,6 +82,7 @@ ImageFormat detect_image_format(Bytes bytes) {
   if (has_bytes_at(bytes, 0, std::string_view("\x89PNG\r\n\x1a\n", 8))) return ImageFormat::png;
   if (has_bytes_at(bytes, 0, "\xff\xd8\xff")) return ImageFormat::jpeg;
   if (has_bytes_at(bytes, 0, "RIFF") && has_bytes_at(bytes, 8, "WEBP")) return ImageFormat::webp;
+  if (has_bytes_at(bytes, 0, "\xabKTX 20\xbb\r\n\x1a\n")) return ImageFormat::ktx2;
   if (has_bytes_at(bytes, 0, "#?RADIANCE") || has_bytes_at(bytes, 0, "#?RGBE")) return ImageFormat::hdr;
   if (has_bytes_at(bytes, 0, "\x76\x2f\x31\x01")) return ImageFormat::exr;
   return ImageFormat::unknown;
@@ -91,6 +93,7 @@ std::string_view image_format_name(ImageFormat format) {
   case ImageFormat::png: return "PNG";
   case ImageFormat::jpeg: return "JPEG";
   case ImageFormat::webp: return "WebP";
+  case ImageFormat::ktx2: return "KTX2";
   case ImageFormat::hdr: return "HDR";
   case ImageFormat::exr: return "EXR";
   case ImageFormat::unknown: break;
@@ -101,9 +104,10 @@ std::string_view image_format_name(ImageFormat format) {
 Result<Image> decode_image(Bytes bytes, std::string_view name, const ImageLimits& limits) {
   const ImageFormat format = detect_image_format(bytes);
   if (format == ImageFormat::unknown) {
-    return Error{ErrorKind::input_output,
-                 fmt::format("{}: not a picture that can be read (it starts with {}); use PNG, JPEG, WebP, HDR or EXR",
-                             name, hex_of_start(bytes))};
+    return Error{
+        ErrorKind::input_output,
+        fmt::format("{}: not a picture that can be read (it starts with {}); use PNG, JPEG, WebP, KTX2, HDR or EXR",
+                    name, hex_of_start(bytes))};
   }
   std::string detail;
   try {

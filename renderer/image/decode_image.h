@@ -11,7 +11,7 @@
 
 namespace kindling {
 
-enum class ImageFormat { unknown, png, jpeg, webp, hdr, exr };
+enum class ImageFormat { unknown, png, jpeg, webp, ktx2, hdr, exr };
 
 // By magic bytes alone; a name or MIME type is never believed.
 [[nodiscard]] ImageFormat detect_image_format(std::span<const std::byte> bytes);

@@ -311,9 +311,9 @@ constexpr JsonSchema kMaterial{.properties = kMaterialProperties, .extensions = 
 
 // A texture without a picture is one that cannot be read: a warning, as for those.
 constexpr P kSource{.name = "source", .kind = K::index, .collection = "images", .soft = true};
-constexpr P kWebpProperties[] = {kSource};
-constexpr JsonSchema kWebp{.properties = kWebpProperties};
-constexpr E kTextureExtensions[] = {{"EXT_texture_webp", &kWebp}};
+constexpr P kOtherSourceProperties[] = {kSource};
+constexpr JsonSchema kOtherSource{.properties = kOtherSourceProperties};
+constexpr E kTextureExtensions[] = {{"EXT_texture_webp", &kOtherSource}, {"KHR_texture_basisu", &kOtherSource}};
 constexpr P kTextureProperties[] = {kName, {.name = "sampler", .kind = K::index, .collection = "samplers"}, kSource};
 constexpr JsonSchema kTexture{.properties = kTextureProperties, .extensions = kTextureExtensions};
 constexpr P kSamplerProperties[] = {{.name = "magFilter", .kind = K::code, .codes = kMagFilters},

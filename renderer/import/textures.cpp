@@ -16,6 +16,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <tuple>
 
 namespace kindling::gltf {
@@ -29,12 +30,19 @@ TextureWrap to_wrap(int code) {
   return TextureWrap::repeat;
 }
 
-// The image of a texture: of EXT_texture_webp before the plain source, as that extension says.
-int image_of(const Document& document, size_t texture) {
+// The images of a texture, the preferred one first: of the extensions before the plain source, as they say.
+std::vector<int> images_of(const Document& document, size_t texture) {
   const json& object = (*document.json)["textures"][texture];
-  const int plain = document.core.textures[texture].source;
-  const json* webp = find_extension(object, "EXT_texture_webp");
-  return webp == nullptr ? plain : static_cast<int>(integer_or(*webp, "source", plain));
+  std::vector<int> images;
+  const auto add = [&](int image) {
+    if (image >= 0 && std::find(images.begin(), images.end(), image) == images.end()) images.push_back(image);
+  };
+  for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
+    if (const json* extension = find_extension(object, name))
+      add(static_cast<int>(integer_or(*extension, "source", kNone)));
+  }
+  add(document.core.textures[texture].source);
+  return images;
 }
 
 // One picture of the file: its encoded bytes, then what came of them.
@@ -127,11 +135,15 @@ void find_equal(std::vector<Picture>& pictures) {
   }
 }
 
-void decode_all(const Document& document, std::vector<Picture>& pictures, ProgressListener* listener) {
+// Decodes the pictures from index `first` on.
+void decode_all(const Document& document, std::vector<Picture>& pictures, size_t first, ProgressListener* listener) {
   std::mutex mutex;
   size_t done = 0;
   std::atomic<uint64_t> total{0};
-  tbb::parallel_for(size_t{0}, pictures.size(), [&](size_t i) {
+  for (size_t i = 0; i < first; ++i) {
+    if (pictures[i].same_as == i && pictures[i].decoded != nullptr) total += pictures[i].decoded->byte_count();
+  }
+  tbb::parallel_for(first, pictures.size(), [&](size_t i) {
     Picture& picture = pictures[i];
     if (picture.error.empty() && picture.same_as == i && total.load() <= document.limits.max_texture_bytes) {
       Result<Image> image = decode_image(picture.bytes, picture.name);
@@ -145,11 +157,33 @@ void decode_all(const Document& document, std::vector<Picture>& pictures, Progre
     if (listener == nullptr) return;
     const std::lock_guard lock(mutex);
     ++done;
-    listener->on_progress(
-        {.phase = Phase::textures, .done = static_cast<double>(done), .total = static_cast<double>(pictures.size())});
+    listener->on_progress({.phase = Phase::textures,
+                           .done = static_cast<double>(done),
+                           .total = static_cast<double>(pictures.size() - first)});
   });
   if (total.load() > document.limits.max_texture_bytes) {
     fail("/images", fmt::format("decoded pictures of more than {} bytes", document.limits.max_texture_bytes));
+  }
+}
+
+// Fetches and decodes the pictures from index `first` on.
+void load_pictures(Document& document, std::vector<Picture>& pictures, size_t first, ProgressListener* listener) {
+  tbb::parallel_for(first, pictures.size(), [&](size_t i) {
+    fetch(document, pictures[i]);
+    pictures[i].hash = hash_bytes(pictures[i].bytes);
+  });
+  for (size_t i = first; i < pictures.size(); ++i) {
+    const Picture& picture = pictures[i];
+    if (picture.owned.size() == 0) continue; // in a buffer, which has been counted
+    document.bytes_read += picture.bytes.size();
+    document.content_hash = hash_bytes(std::as_bytes(std::span(&picture.hash, 1)), document.content_hash);
+  }
+  find_equal(pictures);
+  decode_all(document, pictures, first, listener);
+  for (size_t i = first; i < pictures.size(); ++i) {
+    const Picture& source = pictures[pictures[i].same_as];
+    pictures[i].decoded = source.decoded;
+    pictures[i].error = source.error;
   }
 }
 
@@ -165,8 +199,8 @@ void import_samplers(const Document& document, Scene& scene) {
       texture.wrap_v = to_wrap(sampler.wrapT);
       if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) texture.filter = TextureFilter::nearest;
     }
-    if (const int image = image_of(document, i); image >= 0) {
-      texture.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
+    if (const std::vector<int> images = images_of(document, i); !images.empty()) {
+      texture.name = short_name((*document.json)["images"][static_cast<size_t>(images[0])], images[0]);
     }
     scene.textures.push_back(std::move(texture));
   }
@@ -176,47 +210,49 @@ void import_images(Document& document, Scene& scene, ProgressListener* listener,
   const std::vector<bool> used = used_textures(scene);
   std::map<int, size_t> picture_of_image;
   std::vector<Picture> pictures;
+  std::vector<std::vector<int>> images(used.size());
+  size_t most_images = 0;
   for (size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
-    const int image = image_of(document, i);
-    if (image < 0) {
+    images[i] = images_of(document, i);
+    most_images = std::max(most_images, images[i].size());
+    if (images[i].empty()) {
       warnings.add("no source", fmt::format("/textures/{}", i),
                    "a texture without a picture that can be read: the material's factor is used alone");
-      continue;
     }
-    if (picture_of_image.emplace(image, pictures.size()).second) {
+  }
+
+  // First what each texture prefers, then, where that could not be read, what it names besides.
+  for (size_t rank = 0; rank < most_images; ++rank) {
+    const size_t first = pictures.size();
+    const auto wanted = [&](size_t i) { return scene.textures[i].image == nullptr && rank < images[i].size(); };
+    for (size_t i = 0; i < used.size(); ++i) {
+      if (!wanted(i) || !picture_of_image.emplace(images[i][rank], pictures.size()).second) continue;
       Picture picture;
-      picture.image = image;
-      picture.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
+      picture.image = images[i][rank];
+      picture.name = short_name((*document.json)["images"][static_cast<size_t>(picture.image)], picture.image);
       pictures.push_back(std::move(picture));
     }
-  }
-
-  tbb::parallel_for(size_t{0}, pictures.size(), [&](size_t i) {
-    fetch(document, pictures[i]);
-    pictures[i].hash = hash_bytes(pictures[i].bytes);
-  });
-  for (const Picture& picture : pictures) {
-    if (picture.owned.size() == 0) continue; // in a buffer, which has been counted
-    document.bytes_read += picture.bytes.size();
-    document.content_hash = hash_bytes(std::as_bytes(std::span(&picture.hash, 1)), document.content_hash);
-  }
-  find_equal(pictures);
-  decode_all(document, pictures, listener);
-
-  for (Picture& picture : pictures) {
-    const Picture& source = pictures[picture.same_as];
-    picture.decoded = source.decoded;
-    if (picture.decoded == nullptr) {
-      warnings.add(fmt::format("image {}", picture.image), fmt::format("/images/{}", picture.image),
-                   fmt::format("{}: the material's factor is used alone", source.error));
+    load_pictures(document, pictures, first, listener);
+    for (size_t i = 0; i < used.size(); ++i) {
+      if (!wanted(i)) continue;
+      const Picture& picture = pictures[picture_of_image.at(images[i][rank])];
+      if (picture.decoded == nullptr) continue;
+      scene.textures[i].image = picture.decoded;
+      scene.textures[i].name = picture.name;
     }
   }
+
+  std::set<int> missed; // images of textures that have got none
   for (size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) continue;
-    if (const auto found = picture_of_image.find(image_of(document, i)); found != picture_of_image.end()) {
-      scene.textures[i].image = pictures[found->second].decoded;
-    }
+    if (scene.textures[i].image == nullptr) missed.insert(images[i].begin(), images[i].end());
+  }
+  for (const Picture& picture : pictures) {
+    if (picture.decoded != nullptr) continue;
+    warnings.add(fmt::format("image {}", picture.image), fmt::format("/images/{}", picture.image),
+                 fmt::format("{}: {}", picture.error,
+                             missed.contains(picture.image) ? "the material's factor is used alone"
+                                                            : "the texture's other picture is used"));
   }
 }
 

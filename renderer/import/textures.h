@@ -10,8 +10,9 @@ namespace kindling::gltf {
 // Fills scene.textures (one for each of the file's, images still null).
 void import_samplers(const Document& document, Scene& scene);
 
-// Gives an Image to each texture that a material uses; equal pictures are held once, even under two names. What cannot
-// be read is a warning. Adds the pictures' bytes to document.content_hash. Throws ImportFailure if the pictures need
+// Gives an Image to each texture that a material uses; equal pictures are held once, even under two names. A texture
+// of which one picture cannot be read gets its next (of KHR_texture_basisu, EXT_texture_webp, the plain source); what
+// cannot be read is a warning. Adds the pictures' bytes to document.content_hash. Throws ImportFailure if the pictures need
 // more than ImportLimits::max_texture_bytes.
 void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings);
 

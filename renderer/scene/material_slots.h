@@ -30,9 +30,4 @@ namespace kindling {
                     &m.thickness_texture};
 }
 
-// Whether shading asks for tangents: a normal map, that of the coat, or a direction of anisotropy.
-[[nodiscard]] inline bool needs_tangents(const Material& m) {
-  return m.normal_texture.present() || m.clearcoat_normal_texture.present() || m.anisotropy_strength > 0.0f;
-}
-
 } // namespace kindling

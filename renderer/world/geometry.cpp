@@ -3,6 +3,7 @@
 #include "renderer/world/geometry.h"
 
 #include "renderer/scene/material_slots.h"
+#include "renderer/scene/tangents.h"
 
 #include <tbb/parallel_for.h>
 
@@ -49,7 +50,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   place(geometry.normal_offset, !primitive.normals.empty(), 3);
   for (size_t set = 0; set < primitive.texcoords.size() && set < geometry.texcoord_offset.size(); ++set)
     place(geometry.texcoord_offset[set], !primitive.texcoords[set].empty() && ((used_sets >> set) & 1U) != 0, 2);
-  place(geometry.tangent_offset, !primitive.tangents.empty() && needs_tangents(material), 4);
+  place(geometry.tangent_offset, !primitive.tangents.empty() && tangent_texcoord_set(material).has_value(), 4);
   place(geometry.color_offset, !primitive.colors.empty(), 4);
   geometry.stride = stride;
   geometry.attributes.resize(count * stride);

@@ -68,7 +68,7 @@ TEST(DecodeImage, DetectsFormatsByTheirMagicBytes) {
 TEST(DecodeImage, RefusesForeignFormatsByName) {
   const std::string message = decode_error(bytes_of("GIF89a...."));
   EXPECT_EQ(message, "some name: not a picture that can be read (it starts with 47 49 46 38 39 61 2e 2e); "
-                     "use PNG, JPEG, WebP, HDR or EXR");
+                     "use PNG, JPEG, WebP, KTX2, HDR or EXR");
   EXPECT_NE(decode_error({}).find("it starts with nothing"), std::string::npos);
 }
 

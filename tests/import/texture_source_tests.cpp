@@ -1,0 +1,105 @@
+// KHR_texture_basisu and EXT_texture_webp: which of a texture's pictures is used, and what happens if it cannot be read.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace kindling::test {
+namespace {
+
+std::string ktx2_fixture() { // 5 x 7 pixels, RGB
+  std::ifstream stream(KINDLING_SOURCE_DIR "/tests/image/ktx2/uastc_zstd_rgb.ktx2", std::ios::binary);
+  EXPECT_TRUE(stream);
+  std::stringstream bytes;
+  bytes << stream.rdbuf();
+  return bytes.str();
+}
+
+std::string premultiplied(std::string ktx2) {
+  const auto descriptor = static_cast<size_t>(static_cast<unsigned char>(ktx2[48])); // its offset: below 256
+  ktx2[descriptor + 4 + 11] = '\1';
+  return ktx2;
+}
+
+json png() { return {{"uri", "data:image/png;base64," + std::string(kPngBase64)}}; } // 1 x 1 pixel
+json ktx2(const std::string& bytes) { return {{"uri", data_uri(bytes, "image/ktx2")}, {"name", "basis"}}; }
+
+// A material whose base colour texture has a plain source, if there is one, and others by extensions.
+GltfBuilder textured(const json& plain, const std::vector<std::pair<const char*, json>>& others) {
+  GltfBuilder builder;
+  builder.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+  json texture = json::object();
+  if (!plain.is_null()) texture["source"] = builder.push("images", plain);
+  for (const auto& [extension, image] : others) {
+    texture["extensions"][extension]["source"] = builder.push("images", image);
+  }
+  builder.push("textures", texture);
+  return builder;
+}
+
+int width(const Loaded& loaded) {
+  EXPECT_TRUE(loaded.scene) << loaded.error;
+  return loaded.scene && loaded.scene->textures[0].image ? loaded.scene->textures[0].image->width : 0;
+}
+
+TEST(TextureSources, BasisIsPreferredToPlainAndWebp) {
+  const Loaded loaded = load(textured(png(), {{"KHR_texture_basisu", ktx2(ktx2_fixture())},
+                                              {"EXT_texture_webp", {{"uri", data_uri("not looked at")}}}}));
+  EXPECT_EQ(width(loaded), 5);
+  EXPECT_EQ(loaded.scene->textures[0].name, "basis");
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
+}
+
+TEST(TextureSources, BasisAloneIsEnoughAndMayBeRequired) {
+  GltfBuilder builder = textured(nullptr, {{"KHR_texture_basisu", ktx2(ktx2_fixture())}});
+  builder.root["extensionsUsed"] = {"KHR_texture_basisu"};
+  builder.root["extensionsRequired"] = {"KHR_texture_basisu"};
+  const Loaded loaded = load(builder);
+  EXPECT_EQ(width(loaded), 5);
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
+}
+
+TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainPicture) {
+  const Loaded loaded = load(textured(png(), {{"KHR_texture_basisu", ktx2(premultiplied(ktx2_fixture()))}}));
+  EXPECT_EQ(width(loaded), 1);
+  EXPECT_EQ(loaded.scene->textures[0].name, "image 0");
+  EXPECT_EQ(loaded.warnings,
+            (std::vector<std::string>{"/images/1: basis: cannot decode KTX2: its alpha is premultiplied; accepted is "
+                                      "straight alpha: the texture's other picture is used"}));
+}
+
+TEST(TextureSources, AllAreTriedInTurn) {
+  const Loaded loaded = load(textured(
+      png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}, {"EXT_texture_webp", {{"uri", data_uri("GIF89a")}}}}));
+  EXPECT_EQ(width(loaded), 1);
+  ASSERT_EQ(loaded.warnings.size(), 2U);
+  EXPECT_TRUE(loaded.warned("/images/1: 'absent.ktx2': no such file: the texture's other picture is used"));
+  EXPECT_TRUE(loaded.warned("use PNG, JPEG, WebP, KTX2, HDR or EXR: the texture's other picture is used"));
+}
+
+TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
+  const Loaded loaded = load(textured({{"uri", "absent.png"}}, {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}}));
+  EXPECT_EQ(width(loaded), 0);
+  ASSERT_EQ(loaded.warnings.size(), 2U);
+  for (const std::string& warning : loaded.warnings) {
+    EXPECT_NE(warning.find("the material's factor is used alone"), std::string::npos) << warning;
+  }
+}
+
+// One texture has another picture in reserve, one has not: the warning speaks of the loss.
+TEST(TextureSources, APictureThatSomeTexturesNeedIsMissed) {
+  GltfBuilder builder = textured(png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}});
+  builder.root["materials"][0]["emissiveTexture"]["index"] = 1;
+  builder.root["textures"].push_back(json::parse(R"({"extensions": {"KHR_texture_basisu": {"source": 1}}})"));
+  const Loaded loaded = load(builder);
+  EXPECT_EQ(width(loaded), 1);
+  EXPECT_EQ(loaded.scene->textures[1].image, nullptr);
+  EXPECT_EQ(loaded.warnings.size(), 1U);
+  EXPECT_TRUE(loaded.warned("'absent.ktx2': no such file: the material's factor is used alone"));
+}
+
+} // namespace
+} // namespace kindling::test
