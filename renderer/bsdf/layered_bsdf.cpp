@@ -1,13 +1,135 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/layered_bsdf.h"
 
+#include "renderer/bsdf/bsdf_ranges.h"
+#include "renderer/sampling/warp.h"
+
 namespace kindling {
 
-LayeredBsdf::LayeredBsdf(const BsdfParameters& parameters, const LayerParameters& /*layers*/, const V3f& wo)
-    : base_(parameters, wo) {}
+namespace {
 
-BsdfEval LayeredBsdf::eval(const V3f& wi) const { return base_.eval(wi); }
+BsdfParameters in_range(BsdfParameters p) {
+  p.base_color = saturate(p.base_color);
+  p.metallic = saturate(p.metallic);
+  p.roughness = saturate(p.roughness);
+  p.specular = saturate(p.specular);
+  return p; // the others are clamped where they are used
+}
 
-std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const { return base_.sample(u_lobe, u); }
+// NaN to the default.
+float clamped(float x, float low, float high, float otherwise) { return x == x ? std::clamp(x, low, high) : otherwise; }
+
+LayerParameters in_range(LayerParameters l) {
+  const LayerParameters standard;
+  l.clearcoat = saturate(l.clearcoat);
+  l.clearcoat_roughness = saturate(l.clearcoat_roughness);
+  const float length = l.clearcoat_normal.length();
+  l.clearcoat_normal = length > 0.0f && length < kInfinity ? l.clearcoat_normal / length : standard.clearcoat_normal;
+  l.sheen_color = saturate(l.sheen_color);
+  l.sheen_roughness = clamped(l.sheen_roughness, kMinSheenRoughness, 1.0f, kMinSheenRoughness);
+  l.anisotropy = saturate(l.anisotropy);
+  l.iridescence = saturate(l.iridescence);
+  l.iridescence_ior = clamped(l.iridescence_ior, 1.0f, 5.0f, standard.iridescence_ior);
+  l.iridescence_thickness_nm = clamped(l.iridescence_thickness_nm, 0.0f, 1e5f, 0.0f);
+  l.transmission = saturate(l.transmission);
+  l.eta = clamped(l.eta, 0.2f, 5.0f, standard.eta);
+  l.diffuse_transmission = saturate(l.diffuse_transmission);
+  l.diffuse_transmission_color = saturate(l.diffuse_transmission_color);
+  return l;
+}
+
+} // namespace
+
+LayeredBsdf::LayeredBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo)
+    : LayeredBsdf(Checked{}, in_range(parameters), in_range(layers), lifted_above_horizon(wo)) {}
+
+LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters& layers, const V3f& wo)
+    : base_(p, layers, wo) {
+  // From the outside in: what each layer reflects, and what it leaves.
+  float coat_albedo = 0.0f;
+  if (layers.clearcoat > 0.0f) {
+    coat_.emplace(layers.clearcoat_roughness, layers.clearcoat_normal, wo);
+    coat_weight_ = layers.clearcoat;
+    coat_albedo = coat_weight_ * coat_->albedo();
+    coat_transmittance_ = std::max(1.0f - coat_albedo, 0.0f);
+  }
+  base_weight_ = coat_transmittance_;
+  Rgb sheen_albedo(0.0f);
+  const float most_sheen = max_component(layers.sheen_color);
+  if (most_sheen > 0.0f) {
+    sheen_.emplace(layers.sheen_roughness, wo);
+    sheen_weight_ = layers.sheen_color * coat_transmittance_;
+    sheen_albedo = sheen_weight_ * sheen_->albedo();
+    base_weight_ *= std::max(1.0f - most_sheen * sheen_->albedo(), 0.0f);
+  }
+  const Rgb below = base_.transmitted_albedo() * base_weight_;
+  const Rgb glossy = base_.glossy_albedo() * base_weight_;
+  const Rgb cosine = base_.cosine_albedo() * base_weight_;
+  albedo_ = saturate(Rgb(coat_albedo) + sheen_albedo + below + glossy + cosine);
+
+  // Lobes are chosen by luminance.
+  const float shares[kChoices] = {coat_albedo, luminance(sheen_albedo), luminance(below), luminance(glossy),
+                                  luminance(cosine)};
+  float sum = 0.0f;
+  for (int i = 0; i < kChoices; ++i) {
+    sum += shares[i];
+    choice_end_[i] = sum;
+  }
+  if (!(sum > 0.0f)) {
+    for (float& end : choice_end_) end = 0.0f;
+    return;
+  }
+  const float scale = 1.0f / sum;
+  for (float& end : choice_end_) end *= scale;
+  for (int i = kCosine; i >= 0 && (i == kCosine || shares[i + 1] == 0.0f); --i) choice_end_[i] = 1.0f;
+}
+
+BsdfEval LayeredBsdf::eval(const V3f& wi) const {
+  if (!(std::abs(wi.z) > 0.0f)) return {};
+  const BaseLobes::Eval base = base_.eval(wi);
+  if (wi.z < 0.0f) return {base.value * base_weight_, probability(kBelow) * -wi.z * kInvPi};
+
+  BsdfEval result{base.value * base_weight_,
+                  probability(kGlossy) * base.glossy_pdf + probability(kCosine) * wi.z * kInvPi};
+  if (sheen_) {
+    const SheenLobe::Eval sheen = sheen_->eval(wi);
+    result.value += sheen_weight_ * sheen.value;
+    result.pdf += probability(kSheen) * sheen.pdf;
+  }
+  if (coat_) {
+    const ClearcoatLobe::Eval coat = coat_->eval(wi);
+    result.value += Rgb(coat_weight_ * coat.value);
+    result.pdf += probability(kCoat) * coat.pdf;
+  }
+  return result;
+}
+
+std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const {
+  V3f wi;
+  Lobe lobe = Lobe::diffuse;
+  if (u_lobe < choice_end_[kCoat]) {
+    const std::optional<V3f> reflected = coat_->sample(u);
+    if (!reflected) return std::nullopt;
+    wi = *reflected;
+    lobe = Lobe::glossy;
+  } else if (u_lobe < choice_end_[kSheen]) {
+    wi = sheen_->sample(u);
+  } else if (u_lobe < choice_end_[kBelow]) {
+    wi = sample_cosine_hemisphere(u);
+    wi.z = -wi.z;
+    lobe = Lobe::transmission;
+  } else if (u_lobe < choice_end_[kGlossy]) {
+    wi = base_.sample_glossy(u);
+    lobe = Lobe::glossy;
+  } else if (u_lobe < choice_end_[kCosine]) {
+    wi = sample_cosine_hemisphere(u);
+  } else {
+    return std::nullopt;
+  }
+  if ((wi.z < 0.0f) != (lobe == Lobe::transmission)) return std::nullopt;
+  const BsdfEval e = eval(wi);
+  if (!(e.pdf > 0.0f)) return std::nullopt;
+  return BsdfSample{wi, e.value * (1.0f / e.pdf), e.pdf, lobe};
+}
 
 } // namespace kindling

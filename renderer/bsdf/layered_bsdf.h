@@ -2,12 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/bsdf/base_lobes.h"
+#include "renderer/bsdf/clearcoat_lobe.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/bsdf/layer_parameters.h"
+#include "renderer/bsdf/sheen_lobe.h"
+
+#include <optional>
 
 namespace kindling {
 
-// Conventions of GltfBsdf, but for wi.z < 0: there is the other side of the surface, reached by transmission.
+// Conventions of GltfBsdf, but for wi.z < 0: there is the other side of the surface, reached by transmission. What is outside of the ranges is
+// clamped, NaN to 0 (or to the default, where 0 makes no sense).
+//
+//   f = coat + (1 - clearcoat E_coat(o)) (sheen + (1 - max(sheen_color) E_sheen(o)) base)
+//   base = metallic metal + (1 - metallic) ((1 - transmission) opaque dielectric + transmission glass)
+//
+// Layers dim what is below by their albedo as seen from wo (OpenPBR 1.1, "Layering"; KHR_materials_sheen, "Albedo-scaling
+// technique"): albedos add up to 1 and are known exactly, but what is below a layer is not reciprocal. Each lobe by itself is; without clearcoat and
+// sheen so is the whole.
 class LayeredBsdf {
  public:
   LayeredBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
@@ -15,18 +28,38 @@ class LayeredBsdf {
   // f |cos_theta_i| and density; delta directions are not in it.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
   // pdf 0: a delta direction. u_lobe in [cosine_begin(), 1) takes the cosine lobe above the surface, with a probability of
-  // 1 - cosine_begin() in all.
+  // 1 - cosine_begin() in all. Lobe::transmission below the surface; sheen is Lobe::diffuse.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
-  [[nodiscard]] float cosine_begin() const { return base_.glossy_probability(); }
+  [[nodiscard]] float cosine_begin() const { return choice_end_[kGlossy]; }
 
   // Estimate of what goes on in all directions, on both sides, straight_transmittance() apart.
-  [[nodiscard]] Rgb albedo() const { return base_.albedo(); }
+  [[nodiscard]] Rgb albedo() const { return albedo_; }
   // How much light goes straight on along -wo through a smooth thin-walled surface, each in [0, 1]. It is in neither of
   // eval(), sample() and albedo(): the caller lets paths and shadow rays through.
-  [[nodiscard]] Rgb straight_transmittance() const { return Rgb(0.0f); }
+  [[nodiscard]] Rgb straight_transmittance() const { return straight_transmittance_; }
+  // How much of what the surface emits gets through the clear coat, in [0, 1] (KHR_materials_clearcoat: "emission is below the coat").
+  [[nodiscard]] float coat_transmittance() const { return coat_transmittance_; }
 
  private:
-  GltfBsdf base_;
+  struct Checked {}; // parameters are in their ranges
+  LayeredBsdf(Checked, const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
+
+  // In the order of u_lobe.
+  enum Choice : uint8_t { kCoat, kSheen, kBelow, kGlossy, kCosine, kChoices };
+  [[nodiscard]] float probability(Choice c) const {
+    return c == 0 ? choice_end_[0] : choice_end_[c] - choice_end_[c - 1];
+  }
+
+  BaseLobes base_;
+  std::optional<ClearcoatLobe> coat_;
+  std::optional<SheenLobe> sheen_;
+  float coat_weight_ = 0.0f;
+  Rgb sheen_weight_{0.0f};          // colour times what the coat lets through
+  float coat_transmittance_ = 1.0f; // to the sheen
+  float base_weight_ = 1.0f;        // what all layers let through
+  float choice_end_[kChoices] = {}; // cumulative probabilities
+  Rgb albedo_{0.0f};
+  Rgb straight_transmittance_{0.0f};
 };
 
 } // namespace kindling

@@ -1,0 +1,62 @@
+// A clear coat: dielectric reflection on top of all else, with a normal of its own (KHR_materials_clearcoat).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/frame.h"
+#include "renderer/bsdf/bsdf_ranges.h"
+#include "renderer/bsdf/ggx_albedo.h"
+#include "renderer/bsdf/ggx_lobe.h"
+
+#include <optional>
+
+namespace kindling {
+
+// GGX of ior 1.5 with Kulla and Conty's compensation for multiple scattering, as the specular layer of GltfBsdf. Cosines are those with the coat's
+// normal; light from below its horizon is not reflected.
+class ClearcoatLobe {
+ public:
+  // roughness perceptual, in [0, 1]; normal unit; wo unit, both in the frame of the base; wo is lifted above the coat's horizon.
+  ClearcoatLobe(float roughness, const V3f& normal, const V3f& wo)
+      : frame_(Frame::around(normal)), roughness_(std::max(roughness, kMinRoughness)),
+        table_(roughness_, roughness_ * roughness_) {
+    const V3f view = lifted_above_horizon(frame_.to_local(wo));
+    const float alpha = roughness_ * roughness_;
+    lobe_ = GgxLobe(alpha, alpha, view);
+    const GgxAlbedo seen = table_(view.z);
+    const GgxAlbedo mean = ggx_average_albedo(roughness_);
+    const float fms = multiple_scattering_fresnel(kF0, 1.0f, mean.e);
+    multiple_ = fms * (1.0f - seen.e) * kInvPi / std::max(1.0f - mean.e, 1e-6f);
+    albedo_ = kF0 * (seen.e - seen.b) + seen.b + fms * (1.0f - seen.e);
+  }
+
+  struct Eval {
+    float value; // f |cos_theta_i| with the coat's cosine
+    float pdf;
+  };
+  // wi unit, in the frame of the base. Zero below the coat's horizon.
+  [[nodiscard]] Eval eval(const V3f& wi) const {
+    const V3f local = frame_.to_local(wi);
+    if (!(local.z > 0.0f)) return {0.0f, 0.0f};
+    const GgxLobe::Eval single = lobe_.eval(local);
+    const float fresnel = kF0 + (1.0f - kF0) * pow5(std::max(1.0f - single.cos_d, 0.0f));
+    return {fresnel * single.value + multiple_ * (1.0f - table_(local.z).e) * local.z, single.pdf};
+  }
+  // Unit, in the frame of the base; may lie below its horizon. Empty: below the coat's own, absorbed.
+  [[nodiscard]] std::optional<V3f> sample(const V2f& u) const {
+    const V3f local = lobe_.sample(u);
+    return local.z > 0.0f ? std::optional(frame_.to_world(local)) : std::nullopt;
+  }
+  // Directional albedo over the coat's hemisphere.
+  [[nodiscard]] float albedo() const { return albedo_; }
+
+ private:
+  static constexpr float kF0 = 0.04f; // ior 1.5
+  Frame frame_;
+  float roughness_;
+  GgxAlbedoTable table_;
+  GgxLobe lobe_;
+  float multiple_ = 0.0f;
+  float albedo_ = 0.0f;
+};
+
+} // namespace kindling

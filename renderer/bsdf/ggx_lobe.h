@@ -1,0 +1,71 @@
+// One bounce on GGX microfacets, isotropic or not, without Fresnel: value, density, sampling.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/sampling/warp.h"
+
+namespace kindling {
+
+// Reflection on the side of wo. alpha_x along local x, alpha_y along local y, both in [kMinAlpha, 1]. wo unit with wo.z > 0. With
+// alpha_x = alpha_y these are the formulas of GltfBsdf.
+class GgxLobe {
+ public:
+  GgxLobe() = default;
+  GgxLobe(float alpha_x, float alpha_y, const V3f& wo) : wo_(wo), alpha_x_(alpha_x), alpha_y_(alpha_y) {
+    t_o_ = stretched_length(wo);
+    // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX
+    // Reflections", equations 5 and 6; the lesser alpha bounds an anisotropic lobe).
+    const float a2 = square(std::min(alpha_x, alpha_y));
+    const float s2 = square(1.0f + std::sqrt(wo.x * wo.x + wo.y * wo.y));
+    cap_bound_ = (1.0f - a2) * s2 / (s2 + a2 * wo.z * wo.z);
+    pdf_factor_ = 0.5f / (cap_bound_ * wo.z + t_o_);
+  }
+
+  struct Eval {
+    float value; // D G2 / (4 mu_o): times Fresnel it is f |cos_theta_i|
+    float pdf;   // solid angle
+    float cos_d; // between wi and the half vector
+  };
+  // wi unit, wi.z > 0.
+  [[nodiscard]] Eval eval(const V3f& wi) const {
+    // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
+    const V3f sum = wo_ + wi;
+    const float length2 = sum.length2();
+    // D = alpha_x alpha_y / (pi q^2): no cancellation, however narrow the lobe (Burley 2012; Heitz 2014, equation 85).
+    const float a2 = alpha_x_ * alpha_y_;
+    const float q =
+        (sum.x * sum.x * (alpha_y_ / alpha_x_) + sum.y * sum.y * (alpha_x_ / alpha_y_) + a2 * sum.z * sum.z) / length2;
+    const float d = a2 * kInvPi / (q * q);
+    // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99).
+    const float visibility = 0.5f / (wi.z * t_o_ + wo_.z * stretched_length(wi));
+    return {d * visibility * wi.z, d * pdf_factor_, 0.5f * std::sqrt(length2)};
+  }
+
+  // Unit; may lie below the horizon (then the sample is absorbed). Uniform on a spherical cap in the space where the microfacets are a hemisphere
+  // (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
+  [[nodiscard]] V3f sample(const V2f& u) const {
+    const float stretch = 1.0f / t_o_;
+    const V3f view(wo_.x * alpha_x_ * stretch, wo_.y * alpha_y_ * stretch, wo_.z * stretch);
+    const float height = u.y * (1.0f + cap_bound_ * view.z); // 1 - z of the point on the cap
+    const float radius = safe_sqrt(height * (2.0f - height));
+    const SinCos phi = sincos_turns(u.x);
+    const V3f normal((radius * phi.cos + view.x) * alpha_x_, (radius * phi.sin + view.y) * alpha_y_,
+                     std::max(1.0f - height + view.z, 0.0f));
+    return normal * (2.0f * wo_.dot(normal) / normal.length2()) - wo_;
+  }
+
+ private:
+  [[nodiscard]] float stretched_length(const V3f& w) const {
+    return std::sqrt(square(alpha_x_ * w.x) + square(alpha_y_ * w.y) + w.z * w.z);
+  }
+
+  V3f wo_{0.0f, 0.0f, 1.0f};
+  float alpha_x_ = 1.0f;
+  float alpha_y_ = 1.0f;
+  float t_o_ = 1.0f;        // length of the stretched wo
+  float cap_bound_ = 0.0f;  // k of the bounded visible normals
+  float pdf_factor_ = 0.5f; // 1 / (2 (k mu_o + t_o))
+};
+
+} // namespace kindling

@@ -1,0 +1,76 @@
+// The sheen of cloth: reflection from microfibres that stand on the surface (KHR_materials_sheen).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/bsdf/fast_pow.h"
+
+#include <array>
+#include <cstdint>
+
+namespace kindling {
+
+// Below it the lobe is a rim thinner than a degree; the fit of its shadowing ends there.
+inline constexpr float kMinSheenRoughness = 0.07f;
+inline constexpr uint32_t kSheenMuNodes = 32;
+inline constexpr uint32_t kSheenRoughnessNodes = 32;
+
+// One node of the tables over (mu, roughness).
+struct SheenNode {
+  float albedo; // E: directional albedo of the lobe of colour 1
+  float
+      raw; // the same before its gain is divided out: above 1 near the horizon for roughness below kSheenGainRoughness
+  // Sampling: inverse of the linear transform that takes the cosine lobe to about the sheen's: x' = stretch_x x - shear z, y' = stretch_y y
+  float stretch_x, stretch_y, shear;
+};
+// Above it the lobe of the specification never reflects more than it receives.
+inline constexpr float kSheenGainRoughness = 0.3f;
+
+// sheen_tables.cpp, written by generate_sheen_tables.cpp. Nodes are even in roughness from kMinSheenRoughness to 1 and in sqrt(mu).
+extern const SheenNode kSheenTable[kSheenRoughnessNodes * kSheenMuNodes];
+
+// The "Charlie" distribution and visibility of Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF":
+//   f = D(h) / (4 mu_o mu_i (1 + Lambda(mu_o) + Lambda(mu_i)))
+// as KHR_materials_sheen has it, alpha = roughness^2. Their fit of Lambda shadows too little at small roughness, where the albedo E of f exceeds 1 near the
+// horizon (6 at a roughness of 0.03): f is divided by max(1, E(o), E(i)) there, which keeps it reciprocal. mu below 1e-4 counts as that.
+class SheenLobe {
+ public:
+  // roughness in [kMinSheenRoughness, 1]; wo unit, wo.z > 0, local frame; table for the generator.
+  SheenLobe(float roughness, const V3f& wo, const SheenNode* table = kSheenTable);
+
+  struct Eval {
+    float value; // f |cos_theta_i| of the colour 1
+    float pdf;   // solid angle
+  };
+  // wi unit, wi.z > 0.
+  [[nodiscard]] Eval eval(const V3f& wi) const;
+  // Unit, above the horizon but for rounding. A linearly transformed cosine (Heitz et al. 2016; Zeltner, Burley and Chiang 2022 use them for
+  // sheen) fitted to the least variance.
+  [[nodiscard]] V3f sample(const V2f& u) const;
+  // Directional albedo of colour 1 from wo, in [0, 1].
+  [[nodiscard]] float albedo() const { return albedo_; }
+
+  // f mu_o mu_i of the specification, before the division by a gain; for the generator and the tests.
+  [[nodiscard]] float raw_value(const V3f& wi) const;
+
+ private:
+  [[nodiscard]] float shadowing(float mu) const; // Lambda
+  [[nodiscard]] float raw_albedo(float mu) const;
+  [[nodiscard]] float pdf(const V3f& wi) const;
+
+  V3f wo_;
+  const SheenNode* row_;
+  float fraction_; // between two rows
+  float inverse_alpha_;
+  float norm_; // (2 + 1 / alpha) / (8 pi mu_o)
+  // L(x) = a / (1 + b x^c) + d x + e, in base-2 logarithms
+  float a_, b_, c_, d_, e_, twice_half_;
+  float shadowing_o_ = 0.0f;
+  bool gain_;
+  float raw_o_ = 1.0f; // max(1, raw albedo from wo) where it may exceed 1
+  float albedo_ = 0.0f;
+  float cos_azimuth_, sin_azimuth_; // of wo
+  float stretch_x_, stretch_y_, shear_, pdf_norm_;
+};
+
+} // namespace kindling

@@ -1,0 +1,208 @@
+// The layered BSDF in the mean: samples against their density on the sphere, furnaces, albedos by sampling and as stated.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/layered_bsdf.h"
+
+#include "tests/bsdf/layered_materials.h"
+#include "tests/sampling/chi_square.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling {
+namespace {
+
+using test::describe;
+using test::LayeredMaterial;
+using test::mean_weight;
+using test::MeanWeight;
+using test::Random;
+using test::random_material;
+using test::view;
+using test::whitened;
+
+struct Case {
+  LayeredMaterial material;
+  float mu;
+};
+
+void expect_samples_follow_density(const std::vector<Case>& cases, uint64_t seed, int samples) {
+  const double level = test::sidak_level(0.01, static_cast<int>(cases.size()));
+  for (const Case& c : cases) {
+    ++seed;
+    const LayeredBsdf bsdf(c.material.base, c.material.layers, view(c.mu, 0.3f));
+    const auto draw = [&](Random& random) -> std::optional<V3f> {
+      const float u = random.next_1d();
+      const auto s = bsdf.sample(u, random.next_2d());
+      return s && s->pdf > 0.0f ? std::optional(s->wi) : std::nullopt;
+    };
+    const test::ChiSquareOptions options = {.seed = seed,
+                                            .pilot_samples = 12000,
+                                            .samples = samples,
+                                            .bins = 48,
+                                            .min_extent = 2e-5,
+                                            .may_be_absorbed = true};
+    const auto result = test::chi_square_hemisphere(
+        draw, [&](const V3f& wi) { return bsdf.eval(wi).pdf; }, options);
+    EXPECT_GT(result.p_value, level) << describe(c.material, c.mu) << ": " << result.summary;
+    const double error = std::sqrt(result.absorbed * (1.0 - result.absorbed) / samples);
+    EXPECT_NEAR(result.integral + result.absorbed, 1.0, 4.5 * error + 2e-3) << describe(c.material, c.mu);
+  }
+}
+
+// One lobe at a time above the surface, over its own parameters.
+TEST(LayeredBsdfStatistical, EachLobeFollowsItsDensity) {
+  LayeredMaterial black;
+  black.base.base_color = Rgb(0.0f);
+  black.base.metallic = black.base.specular = 0.0f;
+  std::vector<Case> cases;
+  for (const float mu : {1.0f, 0.6f, 0.1f}) {
+    for (const float roughness : {0.15f, 0.4f, 1.0f}) {
+      LayeredMaterial m = black;
+      m.layers.sheen_color = Rgb(1.0f);
+      m.layers.sheen_roughness = roughness;
+      cases.push_back({m, mu});
+      m = black;
+      m.layers.clearcoat = 1.0f;
+      m.layers.clearcoat_roughness = roughness;
+      m.layers.clearcoat_normal = view(0.9f, 0.45f);
+      cases.push_back({m, mu});
+      for (const float anisotropy : {0.5f, 1.0f}) {
+        m = black;
+        m.base.base_color = Rgb(1.0f);
+        m.base.metallic = 1.0f;
+        m.base.roughness = roughness;
+        m.layers.anisotropy = anisotropy;
+        cases.push_back({m, mu});
+      }
+    }
+  }
+  expect_samples_follow_density(cases, 100, 40000);
+}
+
+// On a fixed grid over both hemispheres: of many lobes the weakest is seen as surely as the strongest, if it is not narrower than the midpoint rule
+// of each bin (0.007 in the root of z, 0.026 in azimuth). p value of the counts; absorbed samples are one more bin.
+struct GridResult {
+  double p_value;
+  double total; // of the density and the absorbed samples
+};
+GridResult grid_test(const LayeredBsdf& bsdf, uint64_t seed, int samples) {
+  constexpr int kRows = 24; // of each hemisphere
+  constexpr int kColumns = 40;
+  constexpr int kSteps = 6;
+  constexpr int kBins = 2 * kRows * kColumns;
+  std::vector<double> expected(kBins + 1, 0.0);
+  std::vector<double> observed(kBins + 1, 0.0);
+  const auto bin_of = [](const V3f& w) {
+    const int row = std::min(static_cast<int>(std::sqrt(std::abs(w.z)) * kRows), kRows - 1);
+    const double turns = std::atan2(static_cast<double>(w.y), static_cast<double>(w.x)) / (2.0 * std::numbers::pi);
+    const int column = static_cast<int>((turns - std::floor(turns)) * kColumns) % kColumns;
+    return ((w.z < 0.0f ? kRows : 0) + row) * kColumns + column;
+  };
+  double integral = 0.0;
+  for (int i = 0; i < kRows * kSteps; ++i) {
+    for (int j = 0; j < kColumns * kSteps; ++j) {
+      const float root = (static_cast<float>(i) + 0.5f) / (kRows * kSteps); // rows are even in the root of z
+      V3f w = view(root * root, (static_cast<float>(j) + 0.5f) / (kColumns * kSteps));
+      for (int side = 0; side < 2; ++side, w.z = -w.z) {
+        const double mass = static_cast<double>(bsdf.eval(w).pdf * root) * 4.0 * std::numbers::pi /
+                            (kRows * kSteps * kColumns * kSteps);
+        integral += mass;
+        expected[static_cast<size_t>(bin_of(w))] += mass * samples;
+      }
+    }
+  }
+  Random random(seed);
+  for (int i = 0; i < samples; ++i) {
+    const float u = random.next_1d();
+    const auto s = bsdf.sample(u, random.next_2d());
+    observed[static_cast<size_t>(s && s->pdf > 0.0f ? bin_of(s->wi) : kBins)] += 1.0;
+  }
+  expected[kBins] = std::max(1.0 - integral, 0.0) * samples;
+  // Bins that expect little are pooled.
+  double statistic = 0.0;
+  double pooled_expected = 0.0;
+  double pooled_observed = 0.0;
+  int cells = 0;
+  const auto close = [&](double e, double o) {
+    statistic += (o - e) * (o - e) / e;
+    ++cells;
+  };
+  for (size_t i = 0; i <= kBins; ++i) {
+    if (expected[i] >= 8.0 && i < kBins) {
+      close(expected[i], observed[i]);
+      continue;
+    }
+    pooled_expected += expected[i];
+    pooled_observed += observed[i];
+    if (pooled_expected < 8.0) continue;
+    close(pooled_expected, pooled_observed);
+    pooled_expected = pooled_observed = 0.0;
+  }
+  if (pooled_expected + pooled_observed > 0.0) close(std::max(pooled_expected, 1.0), pooled_observed);
+  return {test::chi_square_tail(statistic, std::max(cells - 1, 1)), integral + observed[kBins] / samples};
+}
+
+TEST(LayeredBsdfStatistical, RandomCombinationsFollowTheirDensity) {
+  constexpr int kCases = 200;
+  constexpr int kSamples = 20000;
+  Random random(7);
+  for (uint64_t i = 0; i < kCases; ++i) {
+    const LayeredMaterial m = random_material(random, 0.4f);
+    const float mu = 0.15f + 0.85f * random.next_1d();
+    const GridResult result = grid_test(LayeredBsdf(m.base, m.layers, view(mu, random.next_1d())), 1000 + i, kSamples);
+    EXPECT_GT(result.p_value, test::sidak_level(0.01, kCases)) << i << describe(m, mu) << ": total " << result.total;
+    EXPECT_NEAR(result.total, 1.0, 4.5 * 0.5 / std::sqrt(kSamples)) << i << describe(m, mu);
+  }
+}
+
+// What each model may add or lose, as renderer/bsdf/README.md states.
+struct Bounds {
+  double above = 2e-3; // tables of GGX: see ggx_albedo.h
+  double below = 2e-3;
+};
+Bounds bounds_of(const LayeredMaterial& m) {
+  Bounds b;
+  const LayerParameters& l = m.layers;
+  // A tilted coat sends light below the horizon of the base, where it is lost.
+  if (l.clearcoat > 0.0f && l.clearcoat_normal.z < 1.0f) b.below += 1.0;
+  if (max_component(l.sheen_color) > 0.0f) {
+    b.above += 1e-2;
+    b.below += 1e-2;
+  }
+  return b;
+}
+
+TEST(LayeredBsdfStatistical, WhiteFurnaceOfRandomCombinations) {
+  Random random(8);
+  for (uint64_t i = 0; i < 200; ++i) {
+    LayeredMaterial m = whitened(random_material(random, 0.0f));
+    if (i % 4 != 0) m.layers.clearcoat_normal = {0.0f, 0.0f, 1.0f};
+    const float mu = 0.01f + 0.99f * random.next_1d();
+    const LayeredBsdf bsdf(m.base, m.layers, view(mu, random.next_1d()));
+    const MeanWeight mean = mean_weight(bsdf, 2000 + i, 10000);
+    const Bounds bounds = bounds_of(m);
+    const double value = static_cast<double>(mean.value.y) + static_cast<double>(bsdf.straight_transmittance().y);
+    const double error = 4.5 * static_cast<double>(mean.error.y);
+    EXPECT_LT(value, 1.0 + bounds.above + error) << i << describe(m, mu);
+    EXPECT_GT(value, 1.0 - bounds.below - error) << i << describe(m, mu);
+  }
+}
+
+TEST(LayeredBsdfStatistical, SampledAndStatedAlbedoAgree) {
+  Random random(9);
+  for (uint64_t i = 0; i < 200; ++i) {
+    LayeredMaterial m = random_material(random, 0.0f);
+    m.layers.clearcoat_normal = {0.0f, 0.0f, 1.0f};
+    const float mu = 0.01f + 0.99f * random.next_1d();
+    const LayeredBsdf bsdf(m.base, m.layers, view(mu, random.next_1d()));
+    const MeanWeight mean = mean_weight(bsdf, 4000 + i, 10000);
+    const Bounds bounds = bounds_of(m);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(static_cast<double>(mean.value[c]), static_cast<double>(bsdf.albedo()[c]),
+                  bounds.above + 4.7 * static_cast<double>(mean.error[c]))
+          << i << describe(m, mu) << " channel " << c;
+    }
+  }
+}
+
+} // namespace
+} // namespace kindling

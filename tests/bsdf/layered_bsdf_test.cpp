@@ -1,0 +1,236 @@
+// Exact properties of the layered BSDF: the plain model, reciprocity, agreement of eval and sample, layers that hide what is below, bad input.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/layered_bsdf.h"
+
+#include "tests/bsdf/layered_materials.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace kindling {
+namespace {
+
+using test::colour;
+using test::describe;
+using test::LayeredMaterial;
+using test::pick;
+using test::Random;
+using test::random_material;
+using test::view;
+
+V3f random_direction(Random& random) {
+  V3f w = sample_uniform_hemisphere(random.next_2d());
+  w.z = std::max(w.z, 2e-4f);
+  return w.normalized();
+}
+
+TEST(LayeredBsdf, WithoutLayersItIsGltfBsdf) {
+  Random random(1);
+  for (int i = 0; i < 50000; ++i) {
+    BsdfParameters p = random_material(random, 0.0f).base;
+    if (i % 7 == 0) p.metallic = p.specular = 0.0f;
+    const V3f wo = random_direction(random);
+    const V3f wi = random_direction(random);
+    const GltfBsdf plain(p, wo);
+    const LayeredBsdf layered(p, {}, wo);
+    const BsdfEval a = plain.eval(wi);
+    const BsdfEval b = layered.eval(wi);
+    ASSERT_LT((a.value - b.value).length(), 1e-5f * a.value.length() + 1e-12f) << i;
+    ASSERT_NEAR(a.pdf, b.pdf, 1e-5f * a.pdf + 1e-6f * wi.z)
+        << i; // the plain model keeps 1e-6 for invisible reflections
+    ASSERT_LT((plain.albedo() - layered.albedo()).length(), 1e-5f) << i;
+    ASSERT_NEAR(plain.glossy_probability(), layered.cosine_begin(), 2e-6f) << i;
+    ASSERT_EQ(layered.straight_transmittance(), Rgb(0.0f));
+    ASSERT_EQ(layered.coat_transmittance(), 1.0f);
+    const float u_lobe = random.next_1d();
+    const V2f u = random.next_2d();
+    if (std::abs(u_lobe - plain.glossy_probability()) < 1e-5f) continue;
+    const auto s = plain.sample(u_lobe, u);
+    const auto t = layered.sample(u_lobe, u);
+    ASSERT_EQ(s.has_value(), t.has_value()) << i;
+    if (!s) continue;
+    ASSERT_EQ(s->lobe, t->lobe);
+    ASSERT_LT((s->wi - t->wi).length(), 1e-4f) << i;
+    ASSERT_LT((s->weight - t->weight).length(), 1e-3f * s->weight.length() + 1e-6f) << i;
+  }
+}
+
+void expect_reciprocal(const LayeredMaterial& m, Random& random, const char* what) {
+  for (int i = 0; i < 200; ++i) {
+    const V3f a = random_direction(random);
+    V3f b = random_direction(random);
+    const bool through = random.next_1d() < 0.3f;
+    // Below the surface the roles change: what was wi is the view, in a frame that is turned over about x.
+    const auto turned = [](const V3f& w) { return V3f(w.x, -w.y, -w.z); };
+    if (through) b = -b;
+    const Rgb forward = LayeredBsdf(m.base, m.layers, a).eval(b).value / std::abs(b.z);
+    const Rgb backward =
+        (through ? LayeredBsdf(m.base, m.layers, turned(b)).eval(turned(a)) : LayeredBsdf(m.base, m.layers, b).eval(a))
+            .value /
+        a.z;
+    const float scale = std::max(max_component(forward), 1e-5f);
+    ASSERT_LT((forward - backward).length() / scale, 3e-4f)
+        << what << describe(m, a.z) << " " << forward << " " << backward;
+  }
+}
+
+TEST(LayeredBsdf, OpaqueBaseAndDiffuseTransmissionAreReciprocal) {
+  Random random(2);
+  for (int i = 0; i < 300; ++i) {
+    LayeredMaterial m = random_material(random, 0.0f);
+    m.layers.clearcoat = m.layers.transmission = 0.0f;
+    m.layers.sheen_color = Rgb(0.0f);
+    expect_reciprocal(m, random, "base");
+  }
+}
+
+TEST(LayeredBsdf, EachLayerAloneIsReciprocal) {
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    LayeredMaterial m = random_material(random, 0.0f);
+    m.base.base_color = Rgb(0.0f);
+    m.base.metallic = m.base.specular = m.layers.transmission = m.layers.diffuse_transmission = 0.0f;
+    const bool coat = i % 2 == 0;
+    m.layers.clearcoat_normal = {0.0f, 0.0f, 1.0f}; // else the two cosines differ
+    (coat ? m.layers.sheen_color : m.layers.clearcoat_normal) = coat ? Rgb(0.0f) : V3f(0.0f, 0.0f, 1.0f);
+    if (!coat) m.layers.clearcoat = 0.0f;
+    expect_reciprocal(m, random, coat ? "coat" : "sheen");
+  }
+}
+
+TEST(LayeredBsdf, SampleAgreesWithEval) {
+  Random random(4);
+  int below = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const LayeredMaterial m = random_material(random, 0.0f);
+    const V3f wo = random_direction(random);
+    const LayeredBsdf bsdf(m.base, m.layers, wo);
+    const float u_lobe = random.next_1d();
+    const auto s = bsdf.sample(u_lobe, random.next_2d());
+    if (!s) continue;
+    ASSERT_TRUE(is_finite(s->weight) && std::isfinite(s->pdf) && min_component(s->weight) >= 0.0f)
+        << i << describe(m, wo.z);
+    ASSERT_NEAR(s->wi.length(), 1.0f, 3e-6f);
+    ASSERT_EQ(s->lobe == Lobe::transmission, s->wi.z < 0.0f);
+    if (u_lobe >= bsdf.cosine_begin()) {
+      ASSERT_EQ(s->lobe, Lobe::diffuse);
+    }
+    below += s->wi.z < 0.0f ? 1 : 0;
+    if (s->pdf == 0.0f) continue; // delta
+    const BsdfEval e = bsdf.eval(s->wi);
+    ASSERT_NEAR(s->pdf, e.pdf, 1e-4f * e.pdf) << i << describe(m, wo.z);
+    ASSERT_LT((s->weight - e.value / e.pdf).length(), 1e-4f * std::max(1.0f, s->weight.length())) << i;
+  }
+  EXPECT_GT(below, 5000);
+}
+
+// KHR_materials_clearcoat: F of ior 1.5 at normal incidence, on black and on white.
+TEST(LayeredBsdf, CoatReflectsFourPercentAndDimsTheRest) {
+  BsdfParameters black;
+  black.base_color = Rgb(0.0f);
+  black.metallic = black.specular = 0.0f;
+  LayerParameters layers;
+  layers.clearcoat = 1.0f;
+  const V3f n(0.0f, 0.0f, 1.0f);
+  EXPECT_NEAR(LayeredBsdf(black, layers, n).albedo().x, 0.04f, 1e-4f);
+  EXPECT_NEAR(LayeredBsdf(black, layers, n).coat_transmittance(), 0.96f, 1e-4f);
+  layers.clearcoat = 0.5f;
+  EXPECT_NEAR(LayeredBsdf(black, layers, n).albedo().x, 0.02f, 1e-4f);
+  BsdfParameters grey = black;
+  grey.base_color = Rgb(0.5f);
+  EXPECT_NEAR(LayeredBsdf(grey, layers, n).albedo().x, 0.02f + 0.98f * 0.5f, 1e-4f);
+  // Along its own normal, wherever the base looks to.
+  layers.clearcoat = 1.0f;
+  layers.clearcoat_normal = view(0.7f, 0.2f);
+  EXPECT_NEAR(LayeredBsdf(black, layers, layers.clearcoat_normal).albedo().x, 0.04f, 1e-4f);
+  // Light from below the coat's horizon is not reflected by it.
+  const V3f below_coat = view(0.05f, 0.7f);
+  ASSERT_LT(below_coat.dot(layers.clearcoat_normal), 0.0f);
+  EXPECT_EQ(LayeredBsdf(black, layers, n).eval(below_coat).value, Rgb(0.0f));
+  EXPECT_GT(LayeredBsdf(black, layers, n).eval(view(0.5f, 0.2f)).value.x, 0.0f);
+}
+
+// KHR_materials_diffuse_transmission: without reflection it is Lambert on both sides, exactly.
+TEST(LayeredBsdf, DiffuseTransmissionIsLambertBelow) {
+  BsdfParameters p;
+  p.base_color = {0.8f, 0.6f, 0.4f};
+  p.metallic = p.specular = 0.0f;
+  LayerParameters layers;
+  layers.diffuse_transmission = 0.25f;
+  layers.diffuse_transmission_color = {0.4f, 0.8f, 1.0f};
+  const LayeredBsdf bsdf(p, layers, view(0.3f, 0.1f));
+  const BsdfEval above = bsdf.eval(view(0.7f, 0.9f));
+  const BsdfEval below = bsdf.eval(-view(0.7f, 0.4f));
+  EXPECT_LT((above.value - p.base_color * (0.75f * 0.7f * kInvPi)).length(), 1e-6f);
+  EXPECT_LT((below.value - layers.diffuse_transmission_color * (0.25f * 0.7f * kInvPi)).length(), 1e-6f);
+  EXPECT_NEAR(above.pdf + below.pdf, 0.7f * kInvPi, 1e-6f);
+}
+
+TEST(LayeredBsdf, GrazingInvertedAndBadInputIsFinite) {
+  Random random(5);
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const V3f views[] = {{1, 0, 0}, {0, 1, 1e-30f}, {1, 0, 1e-6f}, {0.6f, 0, -0.8f}, {0, 0, -1}, {0, 0, 1}};
+  const V3f lights[] = {{-1, 0, 1e-30f}, {1, 0, 1e-7f},  {0, 0, 1}, {0, -1, 1e-4f},
+                        {0, 0, -1},      {1, 0, -1e-6f}, {1, 0, 0}};
+  for (int i = 0; i < 3000; ++i) {
+    LayeredMaterial m = random_material(random, 0.0f);
+    LayerParameters& l = m.layers;
+    float* const fields[] = {&m.base.metallic,
+                             &m.base.roughness,
+                             &m.base.specular,
+                             &m.base.base_color.x,
+                             &m.base.specular_color.y,
+                             &l.clearcoat,
+                             &l.clearcoat_roughness,
+                             &l.clearcoat_normal.z,
+                             &l.sheen_color.y,
+                             &l.sheen_roughness,
+                             &l.anisotropy,
+                             &l.iridescence,
+                             &l.iridescence_ior,
+                             &l.iridescence_thickness_nm,
+                             &l.transmission,
+                             &l.eta,
+                             &l.diffuse_transmission,
+                             &l.diffuse_transmission_color.z};
+    constexpr float kBad[] = {kNan, -3.0f, 7.0f, kInfinity, -kInfinity};
+    if (i % 3 == 0) *fields[random.next_u64() % std::size(fields)] = kBad[random.next_u64() % std::size(kBad)];
+    for (const V3f& wo : views) {
+      const LayeredBsdf bsdf(m.base, m.layers, wo);
+      const Rgb albedo = bsdf.albedo();
+      ASSERT_TRUE(is_finite(albedo) && min_component(albedo) >= 0.0f && max_component(albedo) <= 1.0f)
+          << describe(m, wo.z);
+      const Rgb straight = bsdf.straight_transmittance();
+      ASSERT_TRUE(is_finite(straight) && min_component(straight) >= 0.0f && max_component(straight) <= 1.0f)
+          << describe(m, wo.z);
+      for (const V3f& wi : lights) {
+        const BsdfEval e = bsdf.eval(wi);
+        ASSERT_TRUE(is_finite(e.value) && std::isfinite(e.pdf) && min_component(e.value) >= 0.0f && e.pdf >= 0.0f)
+            << describe(m, wo.z) << " wi " << wi;
+      }
+      for (const float u : {0.0f, 0.5f, kOneMinusEpsilon}) {
+        const auto s = bsdf.sample(random.next_1d(), {random.next_1d(), u});
+        if (s) {
+          ASSERT_TRUE(is_finite(s->weight) && std::isfinite(s->pdf) && is_finite(s->wi) &&
+                      min_component(s->weight) >= 0.0f)
+              << describe(m, wo.z);
+        }
+      }
+    }
+  }
+}
+
+TEST(LayeredBsdf, BlackMaterialsAbsorb) {
+  BsdfParameters p;
+  p.base_color = Rgb(0.0f);
+  p.metallic = p.specular = 0.0f;
+  LayerParameters layers;
+  layers.diffuse_transmission = 0.5f;
+  layers.diffuse_transmission_color = Rgb(0.0f);
+  EXPECT_FALSE(LayeredBsdf(p, layers, {0, 0, 1}).sample(0.5f, {0.5f, 0.5f}));
+  EXPECT_EQ(LayeredBsdf(p, layers, {0, 0, 1}).albedo(), Rgb(0.0f));
+}
+
+} // namespace
+} // namespace kindling
