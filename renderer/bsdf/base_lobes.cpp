@@ -2,18 +2,52 @@
 #include "renderer/bsdf/base_lobes.h"
 
 #include "renderer/bsdf/bsdf_ranges.h"
+#include "renderer/bsdf/fast_pow.h"
+#include "renderer/bsdf/fresnel.h"
+#include "renderer/bsdf/thin_film.h"
 
 namespace kindling {
+
+namespace {
+
+FilmLayer film_of(const LayerParameters& layers) {
+  FilmLayer film;
+  film.amount = layers.iridescence_thickness_nm > 0.0f ? layers.iridescence : 0.0f;
+  film.outside_ior = 1.0f + 0.5f * layers.clearcoat;
+  film.ior = layers.iridescence_ior;
+  film.thickness_nm = layers.iridescence_thickness_nm;
+  return film;
+}
+
+} // namespace
+
+Rgb FilmLayer::fresnel(float cos_theta, const Rgb& base_f0) const {
+  const float c = outside_ior > 1.0f ? refracted_cosine(std::min(cos_theta, 1.0f), outside_ior) : cos_theta;
+  return thin_film_fresnel(c, outside_ior, ior, base_f0, thickness_nm);
+}
+
+float FilmLayer::schlick(const GgxAlbedo& seen) const {
+  const float x = seen.e > 0.0f ? std::min(seen.b / seen.e, 1.0f) : 0.0f;
+  return outside_ior > 1.0f ? pow5(1.0f - refracted_cosine(1.0f - fast_pow(x, 0.2f), outside_ior)) : x;
+}
+
+Rgb FilmLayer::fresnel(const GgxAlbedo& seen, const Rgb& base_f0) const {
+  return thin_film_fresnel(1.0f - fast_pow(schlick(seen), 0.2f), outside_ior, ior, base_f0, thickness_nm);
+}
+
+Rgb FilmLayer::f0(const GgxAlbedo& seen, const Rgb& base_f0) const {
+  const float x = std::min(schlick(seen), 0.999f);
+  return saturate((fresnel(seen, base_f0) - Rgb(x)) / (1.0f - x));
+}
 
 BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, const V3f& wo) {
   // Of all that is there: metal, and dielectric that does not transmit specularly. They add up to 1 without transmission.
   const float metal = p.metallic;
   const float dielectric = (1.0f - p.metallic) * (1.0f - layers.transmission);
-  const float through = layers.diffuse_transmission;
-  const Rgb body = p.base_color * (1.0f - through);
-  const Rgb beyond = layers.diffuse_transmission_color * through;
+  const Rgb body = p.base_color * (1.0f - layers.diffuse_transmission);
+  const Rgb beyond = layers.diffuse_transmission_color * layers.diffuse_transmission;
 
-  if (metal == 0.0f && p.specular == 0.0f) {
+  if (metal == 0.0f && (p.specular == 0.0f || dielectric == 0.0f)) {
     cosine_albedo_ = body * dielectric;
     transmitted_albedo_ = beyond * dielectric;
     diffuse_ = cosine_albedo_ * kInvPi;
@@ -22,39 +56,93 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
   }
   has_microfacets_ = true;
 
+  // Fresnel at normal incidence; single scattering is linear in F0 and F90.
   const Rgb tint = p.specular_color * dielectric_reflectance(p.ior);
-  const Rgb dielectric_f0 = saturate(tint) * p.specular;
+  const Rgb specular_f0 = saturate(tint);
+  const Rgb dielectric_f0 = specular_f0 * p.specular;
   f0_ = dielectric_f0 * dielectric + p.base_color * metal;
   f90_ = p.specular * dielectric + metal;
 
+  // Microfacets, as seen from wo and in the mean.
   const float roughness = std::max(kMinRoughness, p.roughness);
   const float alpha = roughness * roughness;
-  lobe_ = GgxLobe(alpha, alpha, wo);
-  table_ = GgxAlbedoTable(roughness, alpha);
-  const GgxAlbedo seen = table_(wo.z);
-  const GgxAlbedo mean = ggx_average_albedo(roughness);
+  GgxAlbedo mean;
+  if (layers.anisotropy > 0.0f) {
+    anisotropic_ = true;
+    const float alpha_x = lerp(alpha, 1.0f, layers.anisotropy * layers.anisotropy);
+    lobe_ = GgxLobe(alpha_x, alpha, wo);
+    anisotropic_table_ = AnisotropicAlbedoTable(alpha_x, alpha);
+    mean = anisotropic_average_albedo(std::sqrt(alpha_x), roughness);
+  } else {
+    lobe_ = GgxLobe(alpha, alpha, wo);
+    table_ = GgxAlbedoTable(roughness, alpha);
+    mean = ggx_average_albedo(roughness);
+  }
+  const GgxAlbedo seen = microfacet_albedo(wo);
   const float lost = 1.0f - seen.e;
+
+  // Single scattering from wo, and the mean F0 that multiple scattering sees.
+  glossy_albedo_ = f0_ * (seen.e - seen.b) + Rgb(f90_ * seen.b);
+  Rgb mean_dielectric_f0 = specular_f0;
+  Rgb mean_metal_f0 = p.base_color;
+  float film_reflected = 0.0f; // cosine-weighted mean of what the film on the dielectric reflects
+  film_ = film_of(layers);
+  specular_ = p.specular;
+  if (film_.amount > 0.0f) {
+    film_dielectric_f0_ = specular_f0;
+    film_metal_f0_ = p.base_color;
+    film_dielectric_ = p.specular * dielectric;
+    film_metal_ = metal;
+    Rgb seen_film(0.0f);
+    if (film_dielectric_ > 0.0f) seen_film += film_.fresnel(seen, specular_f0) * film_dielectric_;
+    if (film_metal_ > 0.0f) seen_film += film_.fresnel(seen, p.base_color) * film_metal_;
+    glossy_albedo_ = lerp(glossy_albedo_, seen_film * seen.e, film_.amount);
+
+    Rgb dielectric_sum(0.0f), metal_sum(0.0f);
+    float weights = 0.0f, reflected = 0.0f, reflectable = 0.0f;
+    for (int k = 0; k < kFilmNodes; ++k) {
+      const float mu = std::max(static_cast<float>(k) / (kFilmNodes - 1), kMinCosTheta);
+      const float xy = std::sqrt(0.5f * (1.0f - mu * mu)); // of all azimuths, the middle one
+      const GgxAlbedo node = microfacet_albedo({xy, xy, mu});
+      const float weight = k == kFilmNodes - 1 ? 0.5f * mu : mu; // trapezoids
+      weights += weight;
+      if (film_dielectric_ > 0.0f) {
+        const Rgb f0 = film_.f0(node, specular_f0);
+        dielectric_sum += f0 * weight;
+        film_f0_[k] = max_component(f0);
+        const float node_x = film_.schlick(node);
+        reflected += weight * node.e * (node_x + (1.0f - node_x) * film_f0_[k]);
+        reflectable += weight * node.e;
+      }
+      if (film_metal_ > 0.0f) metal_sum += film_.f0(node, p.base_color) * weight;
+    }
+    mean_dielectric_f0 = lerp(specular_f0, dielectric_sum / weights, film_.amount);
+    mean_metal_f0 = lerp(p.base_color, metal_sum / weights, film_.amount);
+    if (film_dielectric_ > 0.0f) film_reflected = film_.amount * p.specular * mean.e * reflected / reflectable;
+  }
 
   Rgb fms(0.0f);
   if (dielectric > 0.0f) {
-    fms = multiple_scattering_fresnel(dielectric_f0, p.specular, mean.e) * dielectric;
+    const Rgb mean_f0 = mean_dielectric_f0 * p.specular;
+    fms = multiple_scattering_fresnel(mean_f0, p.specular, mean.e) * dielectric;
+    // One scalar for all channels, from the greatest: KHR_materials_specular, "rgb_mix".
+    const float fms_base = multiple_scattering_fresnel(max_component(mean_f0), p.specular, mean.e);
+    const float schlick = 1.0f - (film_dielectric_ > 0.0f ? film_.amount : 0.0f); // share that the film leaves
     const float f0 = max_component(dielectric_f0);
-    const float fms_base = multiple_scattering_fresnel(f0, p.specular, mean.e);
     base_constant_ = 1.0f - fms_base;
-    base_e_ = fms_base - f0;
-    base_b_ = f0 - p.specular;
-    const float through_o = std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f);
-    const float through_mean = base_constant_ + base_e_ * mean.e + base_b_ * mean.b;
+    base_e_ = fms_base - schlick * f0;
+    base_b_ = schlick * (f0 - p.specular);
+    const float through_o = through(seen, wo.z);
+    const float through_mean = base_constant_ + base_e_ * mean.e + base_b_ * mean.b - film_reflected;
     const float scale = kInvPi / std::max(through_mean, 1e-6f);
     cosine_albedo_ = body * (dielectric * through_o);
     transmitted_albedo_ = beyond * (dielectric * through_o);
     diffuse_ = cosine_albedo_ * scale;
     transmitted_ = transmitted_albedo_ * scale;
   }
-  if (metal > 0.0f) fms += multiple_scattering_fresnel(p.base_color, 1.0f, mean.e) * metal;
+  if (metal > 0.0f) fms += multiple_scattering_fresnel(mean_metal_f0, 1.0f, mean.e) * metal;
   multiple_ = fms * (lost * kInvPi / std::max(1.0f - mean.e, 1e-6f));
   cosine_albedo_ += fms * lost;
-  glossy_albedo_ = f0_ * (seen.e - seen.b) + Rgb(f90_ * seen.b);
 }
 
 BaseLobes::Eval BaseLobes::eval(const V3f& wi) const {
@@ -63,13 +151,19 @@ BaseLobes::Eval BaseLobes::eval(const V3f& wi) const {
   if (!has_microfacets_) return {(above ? diffuse_ : transmitted_) * mu, 0.0f};
   if (!above && is_black(transmitted_)) return {};
 
-  const GgxAlbedo seen = table_(mu);
-  const float through_i = std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f);
+  const GgxAlbedo seen = microfacet_albedo(wi);
+  const float through_i = through(seen, mu);
   if (!above) return {transmitted_ * (through_i * mu), 0.0f};
 
   const GgxLobe::Eval single = lobe_.eval(wi);
   const float schlick = pow5(std::max(1.0f - single.cos_d, 0.0f));
-  const Rgb fresnel = f0_ + (Rgb(f90_) - f0_) * schlick;
+  Rgb fresnel = f0_ + (Rgb(f90_) - f0_) * schlick;
+  if (film_.amount > 0.0f) {
+    Rgb film(0.0f);
+    if (film_dielectric_ > 0.0f) film += film_.fresnel(single.cos_d, film_dielectric_f0_) * film_dielectric_;
+    if (film_metal_ > 0.0f) film += film_.fresnel(single.cos_d, film_metal_f0_) * film_metal_;
+    fresnel = lerp(fresnel, film, film_.amount);
+  }
   return {fresnel * single.value + (multiple_ * (1.0f - seen.e) + diffuse_ * through_i) * mu, single.pdf};
 }
 

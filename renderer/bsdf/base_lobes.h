@@ -2,12 +2,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/bsdf/anisotropic_albedo.h"
 #include "renderer/bsdf/ggx_albedo.h"
 #include "renderer/bsdf/ggx_lobe.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/bsdf/layer_parameters.h"
 
 namespace kindling {
+
+// A thin film on the base (KHR_materials_iridescence). Under a clear coat the light comes from within it: from an ior of 1.5, refracted, in
+// proportion to the coat.
+struct FilmLayer {
+  float amount = 0.0f; // [0, 1], 0: none
+  float outside_ior = 1.0f;
+  float ior = 1.3f;
+  float thickness_nm = 0.0f;
+
+  [[nodiscard]] Rgb fresnel(float cos_theta, const Rgb& base_f0) const;
+  // (1 - cos)^5 on the way that Schlick's Fresnel of the film takes to grazing angles, at an angle that represents a lobe:
+  // B / E is the mean of (1 - cos)^5 over the lobe.
+  [[nodiscard]] float schlick(const GgxAlbedo& seen) const;
+  // The film's Fresnel at that angle.
+  [[nodiscard]] Rgb fresnel(const GgxAlbedo& seen, const Rgb& base_f0) const;
+  // F0 with which Schlick's Fresnel is the film's there: a smooth function of the cosine, but for interference.
+  [[nodiscard]] Rgb f0(const GgxAlbedo& seen, const Rgb& base_f0) const;
+};
 
 // The lobes of GltfBsdf (same formulas), with what the extensions do to them: anisotropy, iridescence, a share of the
 // diffuse light that goes through, and a dielectric that is there only in part, since the rest of it transmits.
@@ -24,14 +43,36 @@ class BaseLobes {
   [[nodiscard]] Eval eval(const V3f& wi) const;
   [[nodiscard]] V3f sample_glossy(const V2f& u) const { return lobe_.sample(u); }
 
-  // Directional albedos from wo: of single scattering (which sample_glossy() follows), of what follows the cosine above the surface and below it.
+  // Directional albedos from wo: of single scattering (which sample_glossy() follows), of what follows the cosine above the
+  // surface and below it.
   [[nodiscard]] const Rgb& glossy_albedo() const { return glossy_albedo_; }
   [[nodiscard]] const Rgb& cosine_albedo() const { return cosine_albedo_; }
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_albedo_; }
 
  private:
+  static constexpr int kFilmNodes = 8; // even in mu
+
+  [[nodiscard]] GgxAlbedo microfacet_albedo(const V3f& w) const {
+    return anisotropic_ ? anisotropic_table_(w) : table_(std::abs(w.z));
+  }
+  // What light is let in (or out) by the specular layer of the dielectric, 1 - S.
+  [[nodiscard]] float through(const GgxAlbedo& seen, float mu) const {
+    float s = base_constant_ + base_e_ * seen.e + base_b_ * seen.b;
+    if (film_dielectric_ > 0.0f) {
+      const float x = film_.schlick(seen);
+      s -= film_.amount * specular_ * seen.e * (x + (1.0f - x) * film_f0_at(mu));
+    }
+    return std::max(s, 0.0f);
+  }
+  [[nodiscard]] float film_f0_at(float mu) const {
+    const float x = std::min(mu, 1.0f) * (kFilmNodes - 1);
+    const int i = std::min(static_cast<int>(x), kFilmNodes - 2);
+    return lerp(film_f0_[i], film_f0_[i + 1], x - static_cast<float>(i));
+  }
+
   GgxLobe lobe_;
   bool has_microfacets_ = false; // else Lambert: of what follows only diffuse_ and transmitted_ are set
+  bool anisotropic_ = false;
   Rgb glossy_albedo_{0.0f};
   Rgb cosine_albedo_{0.0f};
   Rgb transmitted_albedo_{0.0f};
@@ -40,11 +81,18 @@ class BaseLobes {
   Rgb multiple_{0.0f};    // of the multiple-scattering lobe all but (1 - E(i))
   Rgb f0_{0.0f};
   float f90_ = 0.0f;
-  // 1 - S = base_constant_ + base_e_ E + base_b_ B
+  // 1 - S = base_constant_ + base_e_ E + base_b_ B, less what a film reflects
   float base_constant_ = 1.0f;
   float base_e_ = 0.0f;
   float base_b_ = 0.0f;
   GgxAlbedoTable table_{1.0f, 1.0f};
+  AnisotropicAlbedoTable anisotropic_table_{1.0f, 1.0f};
+
+  FilmLayer film_;
+  float film_f0_[kFilmNodes]; // greatest channel, of the dielectric
+  Rgb film_dielectric_f0_{0.0f}, film_metal_f0_{0.0f};
+  float film_dielectric_ = 0.0f, film_metal_ = 0.0f; // weights
+  float specular_ = 0.0f;
 };
 
 } // namespace kindling

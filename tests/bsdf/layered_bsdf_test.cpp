@@ -1,6 +1,7 @@
 // Exact properties of the layered BSDF: the plain model, reciprocity, agreement of eval and sample, layers that hide what is below, bad input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/layered_bsdf.h"
+#include "renderer/bsdf/thin_film.h"
 
 #include "tests/bsdf/layered_materials.h"
 
@@ -165,6 +166,47 @@ TEST(LayeredBsdf, DiffuseTransmissionIsLambertBelow) {
   EXPECT_LT((above.value - p.base_color * (0.75f * 0.7f * kInvPi)).length(), 1e-6f);
   EXPECT_LT((below.value - layers.diffuse_transmission_color * (0.25f * 0.7f * kInvPi)).length(), 1e-6f);
   EXPECT_NEAR(above.pdf + below.pdf, 0.7f * kInvPi, 1e-6f);
+}
+
+// A mirror with a film shows the film's own colour, at any angle: on metal, and on a dielectric without its body. Under a clear coat the film is
+// lit from within that.
+TEST(LayeredBsdf, MirrorShowsTheFilm) {
+  BsdfParameters p;
+  p.base_color = {0.9f, 0.5f, 0.2f};
+  p.roughness = 0.0f;
+  LayerParameters layers;
+  layers.iridescence_ior = 1.6f;
+  Random random(6);
+  for (const float metallic : {0.0f, 1.0f}) {
+    p.metallic = metallic;
+    if (metallic == 0.0f) p.base_color = Rgb(0.0f);
+    const Rgb f0 = metallic == 0.0f ? Rgb(0.04f) : p.base_color;
+    for (const float amount : {1.0f, 0.4f}) {
+      for (const float thickness : {120.0f, 350.0f, 800.0f}) {
+        for (const float mu : {0.95f, 0.6f, 0.3f}) {
+          layers.iridescence = amount;
+          layers.iridescence_thickness_nm = thickness;
+          const Rgb film = thin_film_fresnel(mu, 1.0f, 1.6f, f0, thickness);
+          const Rgb expected = lerp(f0 + (Rgb(1.0f) - f0) * pow5(1.0f - mu), film, amount);
+          const LayeredBsdf bsdf(p, layers, view(mu, 0.4f));
+          Rgb mean(0.0f);
+          constexpr int kSamples = 2000;
+          for (int i = 0; i < kSamples; ++i) {
+            const auto s = bsdf.sample(0.5f * random.next_1d() * bsdf.cosine_begin(), random.next_2d());
+            if (s) mean += s->weight * (bsdf.cosine_begin() / kSamples);
+          }
+          EXPECT_LT((mean - expected).length(), 3e-3f) << metallic << " " << amount << " " << thickness << " " << mu;
+          EXPECT_LT((bsdf.albedo() - expected).length(), 6e-3f)
+              << metallic << " " << amount << " " << thickness << " " << mu;
+        }
+      }
+    }
+  }
+  layers.iridescence = layers.clearcoat = 1.0f;
+  layers.iridescence_thickness_nm = 350.0f;
+  const LayeredBsdf coated(p, layers, {0.0f, 0.0f, 1.0f});
+  const Rgb film = thin_film_fresnel(1.0f, 1.5f, 1.6f, p.base_color, 350.0f);
+  EXPECT_LT((coated.albedo() - (Rgb(0.04f) + film * 0.96f)).length(), 2e-3f);
 }
 
 TEST(LayeredBsdf, GrazingInvertedAndBadInputIsFinite) {
