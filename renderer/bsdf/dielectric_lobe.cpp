@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/dielectric_lobe.h"
+
+#include "renderer/bsdf/bsdf_ranges.h"
+#include "renderer/bsdf/dielectric_albedo.h"
+#include "renderer/bsdf/ggx_albedo.h"
+#include "renderer/bsdf/layer_parameters.h"
+#include "renderer/bsdf/thin_film.h"
+#include "renderer/sampling/warp.h"
+
+namespace kindling {
+
+namespace {
+
+constexpr float kSmoothAlpha = kStraightRoughness * kStraightRoughness;
+// Of an index that is infinite: F0 is 0.9996.
+constexpr float kLargestEta = 1e4f;
+
+float bounded_color(float x) { return std::min(std::max(0.0f, x), 1e6f); }
+Rgb bounded_color(const Rgb& c) { return {bounded_color(c.x), bounded_color(c.y), bounded_color(c.z)}; }
+
+float valid_eta(float eta, bool thin_walled) {
+  if (!(eta > 0.0f)) return kLargestEta;
+  const float bounded = std::min(std::max(eta, 1.0f / kLargestEta), kLargestEta);
+  return thin_walled ? std::max(bounded, 1.0f / bounded) : bounded; // a wall has one medium on both sides
+}
+
+} // namespace
+
+DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f& wo)
+    : wo_(lifted_above_horizon(wo)), alpha_x_(saturate(parameters.alpha_x)), alpha_y_(saturate(parameters.alpha_y)),
+      eta_(valid_eta(parameters.eta, parameters.thin_walled)), thin_walled_(parameters.thin_walled),
+      fresnel_(eta_, saturate(parameters.specular), bounded_color(parameters.specular_color)),
+      tint_(saturate(parameters.tint)) {
+  tint_luminance_ = luminance(tint_);
+  if (parameters.iridescence > 0.0f && parameters.film_thickness_nm > 0.0f) {
+    iridescence_ = saturate(parameters.iridescence);
+    film_ior_ = parameters.film_ior;
+    film_thickness_nm_ = parameters.film_thickness_nm;
+    film_base_f0_ = fresnel_(dielectric_f0(eta_));
+  }
+
+  const bool smooth_facets = std::max(alpha_x_, alpha_y_) < kSmoothAlpha;
+  if (thin_walled_) {
+    transmits_ = !smooth_facets;
+    const float smallest = transmits_ ? kSmoothAlpha : kMinAlpha;
+    alpha_x_ = std::max(alpha_x_, smallest);
+    alpha_y_ = std::max(alpha_y_, smallest);
+    // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX Reflections").
+    const float alpha2 = square(std::min(alpha_x_, alpha_y_));
+    const float s2 = square(1.0f + std::sqrt(wo_.x * wo_.x + wo_.y * wo_.y));
+    cap_bound_ = (1.0f - alpha2) * s2 / (s2 + alpha2 * wo_.z * wo_.z);
+  } else {
+    smooth_ = smooth_facets || std::min(eta_, 1.0f / eta_) > kMatchedEta;
+    alpha_x_ = std::max(alpha_x_, kSmoothAlpha);
+    alpha_y_ = std::max(alpha_y_, kSmoothAlpha);
+  }
+  t_o_ = stretched_length(wo_);
+  set_albedos();
+}
+
+// The scale to a total albedo of 1, from the channel that reflects most, and the estimates. The tables are isotropic: anisotropic
+// facets are looked up with the mean of their two alphas. The film's reflectance is not in them either; both move energy from one
+// side to the other more than they lose any.
+void DielectricLobe::set_albedos() {
+  if (smooth_ || !transmits_) {
+    reflected_ = saturate(fresnel(wo_.z, refracted_cosine(wo_.z, eta_)));
+    const Rgb through = tint_ * (1.0f - max_component(reflected_));
+    (transmits_ ? transmitted_ : straight_) = through;
+    return;
+  }
+  const float alpha = 0.5f * (alpha_x_ + alpha_y_);
+  const float roughness = std::min(std::sqrt(alpha), 1.0f);
+  const DielectricAlbedo albedo = dielectric_albedo(wo_.z, roughness, alpha, eta_);
+  const Rgb& offset = fresnel_.offset();
+  const Rgb& slope = fresnel_.slope();
+  float plain = albedo.reflected; // share of the plain Fresnel term
+  float total = 0.0f;             // share of total reflection
+  if (thin_walled_) {
+    const float e = GgxAlbedoTable(std::max(roughness, kMinRoughness), alpha)(wo_.z).e;
+    scale_ = 1.0f / std::max(e, 0.05f);
+    plain = std::min(plain * albedo.e * scale_, 1.0f);
+  } else {
+    const float a = max_component(offset);
+    const float b = max_component(slope + offset) - a; // at grazing angles all channels meet
+    scale_ = 1.0f / std::max(albedo.e + a * albedo.p + (b - 1.0f) * albedo.q, 0.02f);
+    if (eta_ < 1.0f) total = std::max(2.0f * plain - 1.0f, 0.0f);
+  }
+  reflected_ = saturate((offset * (1.0f - total) + slope * (plain - total)) + Rgb(total));
+  if (iridescence_ > 0.0f) {
+    const SeenCosines seen = seen_cosines(wo_.z, alpha);
+    Rgb sum(0.0f);
+    for (const float c : seen.cosine) sum += fresnel(c, refracted_cosine(c, eta_)) * c;
+    reflected_ = saturate(sum / seen.sum);
+  }
+  transmitted_ = tint_ * (1.0f - max_component(reflected_));
+}
+
+Rgb DielectricLobe::fresnel(float cos_o, float cos_t) const {
+  if (cos_t < 0.0f) return Rgb(1.0f);
+  const Rgb f = fresnel_(dielectric_fresnel(cos_o, cos_t, eta_));
+  if (iridescence_ == 0.0f) return f;
+  const float cos_outside = eta_ >= 1.0f ? cos_o : cos_t;
+  return lerp(f, thin_film_fresnel(cos_outside, 1.0f, film_ior_, film_base_f0_, film_thickness_nm_), iridescence_);
+}
+
+// In proportion to the luminances of what goes either way. A millionth is not worth a sample, nor would its weight be finite.
+float DielectricLobe::reflection_probability(const Rgb& f) const {
+  if (!transmits_) return 1.0f;
+  const float reflected = luminance(f);
+  const float transmitted = std::max(1.0f - max_component(f), 0.0f) * tint_luminance_;
+  const float sum = reflected + transmitted;
+  if (transmitted <= 1e-6f * sum) return 1.0f;
+  return reflected > 1e-6f * sum ? reflected / sum : 0.0f;
+}
+
+float DielectricLobe::distribution(float x2, float y2, float z2) const {
+  const float q = x2 / (alpha_x_ * alpha_x_) + y2 / (alpha_y_ * alpha_y_) + z2;
+  return kInvPi / (alpha_x_ * alpha_y_ * q * q);
+}
+
+float DielectricLobe::stretched_length(const V3f& w) const {
+  return std::sqrt(square(alpha_x_ * w.x) + square(alpha_y_ * w.y) + w.z * w.z);
+}
+
+BsdfEval DielectricLobe::eval(const V3f& wi) const {
+  if (smooth_ || wi.z == 0.0f) return {};
+  const float mu_i = std::abs(wi.z);
+  const float mu_o = wo_.z;
+  // G2 / (4 mu_o mu_i), correlated in height (Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99).
+  const float visibility = 0.5f / (mu_i * t_o_ + mu_o * stretched_length(wi));
+  const float normals = 1.0f / (cap_bound_ * mu_o + t_o_); // density of visible normals: 2 D (wo . h) times this
+
+  if (wi.z > 0.0f || thin_walled_) {
+    if (wi.z < 0.0f && !transmits_) return {};
+    const V3f sum(wo_.x + wi.x, wo_.y + wi.y, wo_.z + mu_i); // 2 cos(theta_d) long
+    const float length2 = sum.length2();
+    const float cos_d = 0.5f * std::sqrt(length2);
+    const float inverse = 1.0f / length2;
+    const float d = distribution(sum.x * sum.x * inverse, sum.y * sum.y * inverse, sum.z * sum.z * inverse);
+    const Rgb f = fresnel(cos_d, refracted_cosine(cos_d, eta_));
+    const float probability = reflection_probability(f);
+    const float common = d * visibility * mu_i * scale_;
+    const float density = 0.5f * d * normals;
+    if (wi.z > 0.0f) return {f * common, probability * density};
+    return {tint_ * (std::max(1.0f - max_component(f), 0.0f) * common), (1.0f - probability) * density};
+  }
+
+  // Walter et al. 2007, equations 16, 17 and 21, in terms of the half vector before normalization, +-(cos_o - eta cos_t) long. The
+  // sign makes it point to wo's side.
+  const V3f sum = (wo_ + wi * eta_) * (eta_ > 1.0f ? -1.0f : 1.0f);
+  const float length2 = sum.length2();
+  const float inverse_length = 1.0f / std::sqrt(length2);
+  const float cos_o = wo_.dot(sum) * inverse_length;
+  const float cos_t = -wi.dot(sum) * inverse_length;
+  if (!(sum.z > 0.0f && cos_o > 0.0f && cos_t > 0.0f)) return {};
+  const float inverse = 1.0f / length2;
+  const float d = distribution(sum.x * sum.x * inverse, sum.y * sum.y * inverse, sum.z * sum.z * inverse);
+  const Rgb f = fresnel(cos_o, cos_t);
+  const float probability = reflection_probability(f);
+  const float jacobian = eta_ * eta_ * cos_t * inverse; // solid angle of normals over that of wi
+  const float value =
+      std::max(1.0f - max_component(f), 0.0f) * 4.0f * d * visibility * mu_i * cos_o * jacobian * scale_;
+  return {tint_ * value, (1.0f - probability) * 2.0f * d * normals * cos_o * jacobian};
+}
+
+// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023, "Sampling Visible GGX
+// Normals with Spherical Caps").
+V3f DielectricLobe::sample_visible_normal(const V2f& u) const {
+  const float stretch = 1.0f / t_o_;
+  const V3f view(wo_.x * alpha_x_ * stretch, wo_.y * alpha_y_ * stretch, wo_.z * stretch);
+  const float height = u.y * (1.0f + cap_bound_ * view.z); // 1 - z of the point on the cap
+  const float radius = safe_sqrt(height * (2.0f - height));
+  const SinCos phi = sincos_turns(u.x);
+  const V3f normal((radius * phi.cos + view.x) * alpha_x_, (radius * phi.sin + view.y) * alpha_y_,
+                   std::max(1.0f - height + view.z, 0.0f));
+  const float length2 = normal.length2();
+  return length2 > 0.0f ? normal * (1.0f / std::sqrt(length2)) : V3f(0.0f, 0.0f, 1.0f);
+}
+
+std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
+  const float cos_t = refracted_cosine(wo_.z, eta_);
+  const Rgb f = fresnel(wo_.z, cos_t);
+  const float probability = reflection_probability(f);
+  if (u_lobe < probability) return BsdfSample{{-wo_.x, -wo_.y, wo_.z}, f * (1.0f / probability), 0.0f, Lobe::glossy};
+  const float through = 1.0f - max_component(f);
+  if (!(through * tint_luminance_ > 0.0f)) return std::nullopt;
+  const V3f wi(-wo_.x / eta_, -wo_.y / eta_, -cos_t);
+  return BsdfSample{wi.normalized(), tint_ * (through / (1.0f - probability)), 0.0f, Lobe::transmission};
+}
+
+// Weights and densities are those of the sampled microfacet, not of the half vector of wi, whose rounding narrow lobes would show.
+std::optional<BsdfSample> DielectricLobe::sample(float u_lobe, const V2f& u) const {
+  if (smooth_) return sample_smooth(u_lobe);
+  const V3f normal = sample_visible_normal(u);
+  const float cos_o = wo_.dot(normal);
+  if (!(cos_o > 0.0f)) return std::nullopt;
+  const float cos_t = refracted_cosine(cos_o, eta_);
+  const Rgb f = fresnel(cos_o, cos_t);
+  const float probability = reflection_probability(f);
+  const bool reflects = u_lobe < probability;
+  const float through = std::max(1.0f - max_component(f), 0.0f);
+  if (!reflects && !(through * tint_luminance_ > 0.0f)) return std::nullopt;
+
+  V3f wi;
+  if (reflects || thin_walled_) {
+    wi = normal * (2.0f * cos_o) - wo_;
+    if (!(wi.z > 0.0f)) return std::nullopt;
+  } else {
+    wi = refracted_direction(wo_, normal, cos_t, eta_);
+    if (!(wi.z < 0.0f)) return std::nullopt;
+  }
+  const float mu_i = std::abs(wi.z);
+  const float mu_o = wo_.z;
+  const float chosen = reflects ? probability : 1.0f - probability;
+  const float bound = cap_bound_ * mu_o + t_o_;
+  const float shadowing = mu_i * bound / (mu_i * t_o_ + mu_o * stretched_length(wi)); // G2 over G1 and the bound
+  const Rgb weight = (reflects ? f : tint_ * through) * (shadowing * scale_ / chosen);
+  float density = chosen * distribution(normal.x * normal.x, normal.y * normal.y, normal.z * normal.z) / bound;
+  if (reflects || thin_walled_) {
+    density *= 0.5f;
+  } else {
+    // (cos_o - eta cos_t)^2 without its cancellation near eta = 1.
+    const float difference = (1.0f - eta_ * eta_) / (cos_o + eta_ * cos_t);
+    density *= 2.0f * cos_o * eta_ * eta_ * cos_t / (difference * difference);
+  }
+  if (!(density > 0.0f)) return std::nullopt;
+  if (!reflects && thin_walled_) wi.z = -wi.z;
+  return BsdfSample{wi, weight, density, reflects ? Lobe::glossy : Lobe::transmission};
+}
+
+} // namespace kindling
