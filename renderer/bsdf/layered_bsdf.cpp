@@ -32,10 +32,24 @@ LayerParameters in_range(LayerParameters l) {
   l.iridescence_ior = clamped(l.iridescence_ior, 1.0f, 5.0f, standard.iridescence_ior);
   l.iridescence_thickness_nm = clamped(l.iridescence_thickness_nm, 0.0f, 1e5f, 0.0f);
   l.transmission = saturate(l.transmission);
-  l.eta = clamped(l.eta, 0.2f, 5.0f, standard.eta);
   l.diffuse_transmission = saturate(l.diffuse_transmission);
   l.diffuse_transmission_color = saturate(l.diffuse_transmission_color);
   return l;
+}
+
+DielectricParameters glass_of(const BsdfParameters& p, const LayerParameters& layers) {
+  DielectricParameters glass;
+  glass.alpha_y = p.roughness * p.roughness;
+  glass.alpha_x = lerp(glass.alpha_y, 1.0f, layers.anisotropy * layers.anisotropy);
+  glass.eta = layers.eta;
+  glass.thin_walled = layers.thin_walled;
+  glass.specular = p.specular;
+  glass.specular_color = p.specular_color;
+  glass.tint = p.base_color;
+  glass.iridescence = layers.iridescence;
+  glass.film_ior = layers.iridescence_ior;
+  glass.film_thickness_nm = layers.iridescence_thickness_nm;
+  return glass;
 }
 
 } // namespace
@@ -62,14 +76,22 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
     sheen_albedo = sheen_weight_ * sheen_->albedo();
     base_weight_ *= std::max(1.0f - most_sheen * sheen_->albedo(), 0.0f);
   }
+  Rgb glass(0.0f);
+  const float transmissive = (1.0f - p.metallic) * layers.transmission;
+  if (transmissive > 0.0f) {
+    glass_.emplace(glass_of(p, layers), wo);
+    glass_weight_ = transmissive * base_weight_;
+    glass = (glass_->reflected_albedo() + glass_->transmitted_albedo()) * glass_weight_;
+    straight_transmittance_ = glass_->straight_transmittance() * glass_weight_;
+  }
   const Rgb below = base_.transmitted_albedo() * base_weight_;
   const Rgb glossy = base_.glossy_albedo() * base_weight_;
   const Rgb cosine = base_.cosine_albedo() * base_weight_;
-  albedo_ = saturate(Rgb(coat_albedo) + sheen_albedo + below + glossy + cosine);
+  albedo_ = saturate(Rgb(coat_albedo) + sheen_albedo + glass + below + glossy + cosine);
 
   // Lobes are chosen by luminance.
-  const float shares[kChoices] = {coat_albedo, luminance(sheen_albedo), luminance(below), luminance(glossy),
-                                  luminance(cosine)};
+  const float shares[kChoices] = {coat_albedo,      luminance(sheen_albedo), luminance(glass),
+                                  luminance(below), luminance(glossy),       luminance(cosine)};
   float sum = 0.0f;
   for (int i = 0; i < kChoices; ++i) {
     sum += shares[i];
@@ -84,8 +106,7 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
   for (int i = kCosine; i >= 0 && (i == kCosine || shares[i + 1] == 0.0f); --i) choice_end_[i] = 1.0f;
 }
 
-BsdfEval LayeredBsdf::eval(const V3f& wi) const {
-  if (!(std::abs(wi.z) > 0.0f)) return {};
+BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
   const BaseLobes::Eval base = base_.eval(wi);
   if (wi.z < 0.0f) return {base.value * base_weight_, probability(kBelow) * -wi.z * kInvPi};
 
@@ -104,6 +125,33 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
   return result;
 }
 
+BsdfEval LayeredBsdf::eval(const V3f& wi) const {
+  if (!(std::abs(wi.z) > 0.0f)) return {};
+  BsdfEval result = eval_opaque(wi);
+  if (glass_) {
+    const BsdfEval glass = glass_->eval(wi);
+    result.value += glass.value * glass_weight_;
+    result.pdf += probability(kGlass) * glass.pdf;
+  }
+  return result;
+}
+
+// Value and density of the glass are those of its sampled microfacet: more exact than eval() for narrow lobes.
+std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) const {
+  const float chance = probability(kGlass);
+  std::optional<BsdfSample> s = glass_->sample(u_lobe, u);
+  if (!s) return std::nullopt;
+  if (s->pdf == 0.0f) {
+    s->weight *= glass_weight_ / chance;
+    return s;
+  }
+  const BsdfEval rest = eval_opaque(s->wi);
+  const float pdf = chance * s->pdf + rest.pdf;
+  s->weight = (s->weight * (s->pdf * glass_weight_) + rest.value) * (1.0f / pdf);
+  s->pdf = pdf;
+  return s;
+}
+
 std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const {
   V3f wi;
   Lobe lobe = Lobe::diffuse;
@@ -114,6 +162,8 @@ std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const 
     lobe = Lobe::glossy;
   } else if (u_lobe < choice_end_[kSheen]) {
     wi = sheen_->sample(u);
+  } else if (u_lobe < choice_end_[kGlass]) {
+    return sample_glass(std::min((u_lobe - choice_end_[kSheen]) / probability(kGlass), kOneMinusEpsilon), u);
   } else if (u_lobe < choice_end_[kBelow]) {
     wi = sample_cosine_hemisphere(u);
     wi.z = -wi.z;

@@ -4,6 +4,7 @@
 
 #include "renderer/bsdf/base_lobes.h"
 #include "renderer/bsdf/clearcoat_lobe.h"
+#include "renderer/bsdf/dielectric_lobe.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/bsdf/layer_parameters.h"
 #include "renderer/bsdf/sheen_lobe.h"
@@ -45,18 +46,24 @@ class LayeredBsdf {
   LayeredBsdf(Checked, const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
 
   // In the order of u_lobe.
-  enum Choice : uint8_t { kCoat, kSheen, kBelow, kGlossy, kCosine, kChoices };
+  enum Choice : uint8_t { kCoat, kSheen, kGlass, kBelow, kGlossy, kCosine, kChoices };
   [[nodiscard]] float probability(Choice c) const {
     return c == 0 ? choice_end_[0] : choice_end_[c] - choice_end_[c - 1];
   }
 
+  // All but the glass.
+  [[nodiscard]] BsdfEval eval_opaque(const V3f& wi) const;
+  [[nodiscard]] std::optional<BsdfSample> sample_glass(float u_lobe, const V2f& u) const;
+
   BaseLobes base_;
+  std::optional<DielectricLobe> glass_;
   std::optional<ClearcoatLobe> coat_;
   std::optional<SheenLobe> sheen_;
   float coat_weight_ = 0.0f;
   Rgb sheen_weight_{0.0f};          // colour times what the coat lets through
   float coat_transmittance_ = 1.0f; // to the sheen
   float base_weight_ = 1.0f;        // what all layers let through
+  float glass_weight_ = 0.0f;       // that, of the share of the base which transmits
   float choice_end_[kChoices] = {}; // cumulative probabilities
   Rgb albedo_{0.0f};
   Rgb straight_transmittance_{0.0f};

@@ -51,7 +51,7 @@ inline LayeredMaterial random_material(Random& random, float least_roughness) {
   l.iridescence = pick(random);
   l.iridescence_ior = 1.0f + random.next_1d();
   l.iridescence_thickness_nm = 1000.0f * random.next_1d();
-  l.transmission = 0.0f;
+  l.transmission = pick(random);
   l.thin_walled = random.next_1d() < 0.5f;
   l.eta = random.next_1d() < 0.5f ? m.base.ior : 1.0f / m.base.ior;
   l.diffuse_transmission = pick(random);
