@@ -273,7 +273,7 @@ constexpr P kVolumeProperties[] = {
     {.name = "thicknessFactor", .min = 0},
     {.name = "thicknessTexture", .kind = K::object, .schema = &kTextureInfo},
     // Infinity is the default, which JSON cannot say: what no float holds means it.
-    {.name = "attenuationDistance", .min = 0, .max = DBL_MAX, .above_min = true},
+    {.name = "attenuationDistance", .min = 0, .max = DBL_MAX}, // 0: material_extensions.cpp
     {.name = "attenuationColor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1}};
 constexpr JsonSchema kVolume{.properties = kVolumeProperties};
 constexpr P kVolumeScatterProperties[] = {
