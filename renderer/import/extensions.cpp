@@ -42,7 +42,7 @@ constexpr ExtensionEntry kTable[] = {
     {{"KHR_materials_volume", Level::full, ""}},
     {{"KHR_materials_volume_scatter", Level::full, "experimental (draft)"}},
     {{"KHR_mesh_quantization", Level::full, ""}},
-    {{"KHR_meshopt_compression", Level::ignored, "draft; fallback buffers are used, refused where required"}, false},
+    {{"KHR_meshopt_compression", Level::full, "both versions, all modes and filters"}},
     {{"KHR_node_visibility", Level::full, ""}},
     {{"KHR_texture_basisu", Level::ignored, "the plain source is used where there is one, refused where required"},
      false},
