@@ -129,6 +129,7 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
 
 // Bounces that a limit can name: a path of more would not fit its counters.
 constexpr int64_t kMostBounces = 4096;
+constexpr int kMoreTransmissions = 8; // than reflections, unless they have a limit of their own
 
 void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   IntegratorSettings& s = o.integrator;
@@ -136,13 +137,13 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--integrator", "NAME", fmt::format("{} [path]", join_choices(integrator_names())), [&s](auto text) {
     return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names());
   });
-  flags.value("--max-bounces", "N", "Indirect bounces of a path; 0: direct light only [8]",
+  flags.value("--max-bounces", "N", "Reflections of a path after the first surface; 0: direct light only [8]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_bounces); });
   flags.value("--max-diffuse-bounces", "N", "Diffuse ones of them [as --max-bounces]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_diffuse_bounces); });
   flags.value("--max-glossy-bounces", "N", "Glossy ones of them [as --max-bounces]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_glossy_bounces); });
-  flags.value("--max-transmission-bounces", "N", "Transmitted ones of them [as --max-bounces]",
+  flags.value("--max-transmission-bounces", "N", "Transmissions, which count apart [--max-bounces + 8]",
               [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_transmission_bounces); });
   flags.value("--roulette-start", "N", "Russian roulette from this bounce on [2]",
               [&s](auto text) { return store(parse_integer(text, 1, kMostBounces), s.roulette_start_bounce); });
@@ -238,7 +239,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   IntegratorSettings& s = o.integrator;
   if (!flags.given("--max-diffuse-bounces")) s.max_diffuse_bounces = s.max_bounces;
   if (!flags.given("--max-glossy-bounces")) s.max_glossy_bounces = s.max_bounces;
-  if (!flags.given("--max-transmission-bounces")) s.max_transmission_bounces = s.max_bounces;
+  if (!flags.given("--max-transmission-bounces")) s.max_transmission_bounces = s.max_bounces + kMoreTransmissions;
   return {};
 }
 

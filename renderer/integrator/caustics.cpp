@@ -46,19 +46,25 @@ void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& 
 }
 
 void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
-                       LayerParameters& layers) {
+                       bool pane, BsdfParameters& parameters, LayerParameters& layers) {
   switch (caustics) {
   case Caustics::full: return;
   case Caustics::regularised:
     layers.clearcoat_roughness =
         std::max(layers.clearcoat_roughness, std::sqrt(regularised_alpha(widest.alpha(), sample_index)));
-    return;
+    if (pane) return; // widened, it would no longer let light pass in a straight line
+    break;
   case Caustics::off:
     if (!after_diffuse) return;
     layers.clearcoat = 0.0f;
     layers.iridescence = 0.0f;
-    return;
+    if (!pane) { // what would be refracted is lost
+      parameters.base_color *= 1.0f - layers.transmission;
+      layers.transmission = 0.0f;
+    }
+    break;
   }
+  restrain_caustics(caustics, after_diffuse, widest, sample_index, parameters);
 }
 
 } // namespace kindling

@@ -48,8 +48,8 @@ class WidestLobe {
 // bend no light, keep what goes straight on.
 void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
                        BsdfParameters& parameters);
-// The same for the layers of a surface, if it has any: before the parameters.
+// The same for the layers of a surface that has some; `pane`: light passes it in a straight line (SurfaceLayers::pane).
 void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
-                       LayerParameters& layers);
+                       bool pane, BsdfParameters& parameters, LayerParameters& layers);
 
 } // namespace kindling

@@ -41,10 +41,10 @@ enum class IntegratorKind : uint8_t {
 
 struct IntegratorSettings {
   IntegratorKind kind = IntegratorKind::path;
-  int max_bounces = 8; // indirect bounces in all; 0: direct light only
+  int max_bounces = 8; // reflections of a path after its first surface, diffuse and glossy; 0: direct light only
   int max_diffuse_bounces = 8;
   int max_glossy_bounces = 8;
-  int max_transmission_bounces = 8;
+  int max_transmission_bounces = 16;   // counted apart: a glass has four surfaces, and one behind another is common
   int roulette_start_bounce = 2;       // Russian roulette from this bounce on
   float clamp_direct = kInfinity;      // largest component of a sample's directly lit part
   float clamp_indirect = kInfinity;    // the same for light that was reflected more than once

@@ -11,10 +11,6 @@
 namespace kindling {
 namespace {
 
-uint32_t bounce_dimension(const PathState& state, uint32_t dimension) {
-  return kFirstBounceDimension + state.bounce * kBounceDimensions + dimension;
-}
-
 // What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
 uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.address.key, dimension); }
 
@@ -152,7 +148,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
     const PathState& state = context.states[slot];
     if (!context.hits[first + i].is_hit() || member.surface.unlit || state.emission_only) continue;
     const V3f normal = member.surface.light_normal();
-    member.draws = draw_bounce(context.camera_samples[slot].address, bounce_dimension(state, kDirectionDimension));
+    member.draws = draw_bounce(context.camera_samples[slot].address, state.dimension(kDirectionDimension));
     member.light_shares = guide_ && !guide_->light_shares.empty()
                               ? &guide_->light_shares.find(member.surface.position, member.surface.geometric_normal)
                               : nullptr;
@@ -241,45 +237,10 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
 void PathIntegrator::restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const {
   const bool after_diffuse = state.diffuse_bounces > 0;
   if (surface.layered)
-    restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.layers.bsdf);
-  // A pane widened would no longer let light pass in a straight line: it makes no caustics.
-  const bool pane = surface.layered && surface.layers.pane;
-  if (!pane || settings_.caustics == Caustics::off)
+    restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.layers.pane,
+                      surface.bsdf, surface.layers.bsdf);
+  else
     restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.bsdf);
-}
-
-// Whether a path goes straight on, with the given probability.
-bool PathIntegrator::passes_through(float probability, uint32_t slot, PathContext& context) const {
-  const PathState& state = context.states[slot];
-  const CameraSample& sample = context.camera_samples[slot];
-  const uint32_t layer = state.transparent_surfaces;
-  const uint32_t key = layer == 0 ? sample.address.key : hash_combine(sample.address.key, layer);
-  return Sampler::sample_1d(key, sample.address.index, bounce_dimension(state, kCoverageDimension)) >=
-         1.0f - probability;
-}
-
-// Coverage passes 1 - alpha of the light, a pane alpha times its transmittance. The density of the direction stays what it was:
-// light sampling finds the same light through the pane (trace_shadows).
-bool PathIntegrator::takes_passage(const Vertex& vertex, PathContext& context) const {
-  PathState& state = context.states[vertex.slot];
-  const float alpha = vertex.surface.alpha;
-  const Rgb pane = vertex.bsdf.bsdf().straight_transmittance();
-  if (is_black(pane)) return alpha < 1.0f && passes_through(1.0f - alpha, vertex.slot, context);
-  const Rgb passed = Rgb(1.0f - alpha) + pane * alpha;
-  const float scattered = alpha * max_component(vertex.bsdf.bsdf().albedo());
-  const float probability = max_component(passed) / (max_component(passed) + scattered);
-  const bool passes = passes_through(probability, vertex.slot, context);
-  state.throughput *= passes ? passed / probability : Rgb(alpha / (1.0f - probability));
-  return passes;
-}
-
-// The same ray from behind the surface; the density of its direction is what it was.
-void PathIntegrator::continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot,
-                                      PathContext& context) const {
-  if (++context.states[slot].transparent_surfaces > kMaxTransparentSurfaces) return;
-  context.next_active.push_back(slot);
-  context.next_rays.push_back(ray);
-  context.next_rays.back().origin = offset_ray_origin(surface, ray.direction);
 }
 
 void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
@@ -299,7 +260,7 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
-  const uint32_t dimension = bounce_dimension(state, kLightDimension);
+  const uint32_t dimension = state.dimension(kLightDimension);
   const std::optional<LightSample>& light = context.group.lights[vertex.member.light];
   if (!light) return;
   const float side = light->wi.dot(surface.geometric_normal);
@@ -322,7 +283,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   const SurfacePoint& surface = vertex.surface;
   PathState& state = context.states[vertex.slot];
   const CameraSample& sample = context.camera_samples[vertex.slot];
-  const uint32_t dimension = bounce_dimension(state, kDirectionDimension);
+  const uint32_t dimension = state.dimension(kDirectionDimension);
   const std::optional<GuidedBsdf::Sample> scattered =
       vertex.bsdf.sample(vertex.member.draws.choice.y, vertex.member.draws.direction);
   if (!scattered) return false;
@@ -370,6 +331,21 @@ bool PathIntegrator::count_bounce(Lobe lobe, PathState& state) const {
   }
   within &= state.bounce - state.transmission_bounces <= settings_.max_bounces;
   return within;
+}
+
+void PathIntegrator::trace_shadows(PathContext& context) const {
+  const size_t count = context.shadow_rays.size();
+  if (count == 0) return;
+  context.occluded.resize(count);
+  world_.accelerator().occluded(context.shadow_rays, context.occluded);
+  context.counters.shadow += count;
+  if (world_.has_panes()) tint_shadows(context);
+  for (size_t i = 0; i < count; ++i) {
+    if (context.occluded[i]) continue;
+    if (context.recorder) context.recorder->take_light(i);
+    const ShadowRecord& record = context.shadow_records[i];
+    context.states[record.slot].light[record.light_class] += record.contribution;
+  }
 }
 
 // Slots run sample by sample, so each pixel receives its samples in order.

@@ -40,7 +40,7 @@ class PathIntegrator final : public Integrator {
   void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void shade(PathContext& context) const;
-  void trace_shadows(PathContext& context) const; // path_shadows.cpp
+  void trace_shadows(PathContext& context) const;
   void trace_bounces(PathContext& context) const;
   void finish_wave(size_t path_count, PathContext& context, Film& film) const;
 
@@ -51,9 +51,6 @@ class PathIntegrator final : public Integrator {
   void shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const;
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   void restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
-  [[nodiscard]] bool passes_through(float probability, uint32_t slot, PathContext& context) const;
-  [[nodiscard]] bool takes_passage(const Vertex& vertex, PathContext& context) const;
-  void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
   void light_vertex(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
@@ -73,7 +70,10 @@ class PathIntegrator final : public Integrator {
   // Of the medium between a vertex and a light on the side of wo (side > 0) or beyond, and what is refracted to there.
   [[nodiscard]] Rgb transmittance_to_light(const Vertex& vertex, float side, float distance,
                                            const PathContext& context) const;
-  // Light through panes, path_shadows.cpp.
+  // Straight on, path_passages.cpp.
+  [[nodiscard]] bool passes_through(float probability, uint32_t slot, PathContext& context) const;
+  [[nodiscard]] bool takes_passage(const Vertex& vertex, PathContext& context) const;
+  void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void tint_shadows(PathContext& context) const;
   [[nodiscard]] Rgb pane_transmittance(SurfacePoint& surface, const V3f& wo) const;
 

@@ -38,6 +38,10 @@ struct PathState {
   WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularised
   bool in_medium = false;           // PathContext::media of the slot is not empty; else it is not up to date
 
+  // Of the sampler; `relative` to the bounce.
+  [[nodiscard]] uint32_t dimension(uint32_t relative) const {
+    return kFirstBounceDimension + bounce * kBounceDimensions + relative;
+  }
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };

@@ -1,23 +1,40 @@
-// The path tracer's shadow rays: whether something is in the way, and what panes leave of the light.
+// What the path tracer lets go straight on: paths and shadow rays through partial coverage and panes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
-#include "renderer/integrator/path_recorder.h"
 
 namespace kindling {
 
-void PathIntegrator::trace_shadows(PathContext& context) const {
-  const size_t count = context.shadow_rays.size();
-  if (count == 0) return;
-  context.occluded.resize(count);
-  world_.accelerator().occluded(context.shadow_rays, context.occluded);
-  context.counters.shadow += count;
-  if (world_.has_panes()) tint_shadows(context);
-  for (size_t i = 0; i < count; ++i) {
-    if (context.occluded[i]) continue;
-    if (context.recorder) context.recorder->take_light(i);
-    const ShadowRecord& record = context.shadow_records[i];
-    context.states[record.slot].light[record.light_class] += record.contribution;
-  }
+// Whether a path goes straight on, with the given probability.
+bool PathIntegrator::passes_through(float probability, uint32_t slot, PathContext& context) const {
+  const PathState& state = context.states[slot];
+  const CameraSample& sample = context.camera_samples[slot];
+  const uint32_t layer = state.transparent_surfaces;
+  const uint32_t key = layer == 0 ? sample.address.key : hash_combine(sample.address.key, layer);
+  return Sampler::sample_1d(key, sample.address.index, state.dimension(kCoverageDimension)) >= 1.0f - probability;
+}
+
+// Coverage passes 1 - alpha of the light, a pane alpha times its transmittance. The density of the direction stays what it was:
+// light sampling finds the same light through the pane (trace_shadows).
+bool PathIntegrator::takes_passage(const Vertex& vertex, PathContext& context) const {
+  PathState& state = context.states[vertex.slot];
+  const float alpha = vertex.surface.alpha;
+  const Rgb pane = vertex.bsdf.bsdf().straight_transmittance();
+  if (is_black(pane)) return alpha < 1.0f && passes_through(1.0f - alpha, vertex.slot, context);
+  const Rgb passed = Rgb(1.0f - alpha) + pane * alpha;
+  const float scattered = alpha * max_component(vertex.bsdf.bsdf().albedo());
+  const float probability = max_component(passed) / (max_component(passed) + scattered);
+  const bool passes = passes_through(probability, vertex.slot, context);
+  state.throughput *= passes ? passed / probability : Rgb(alpha / (1.0f - probability));
+  return passes;
+}
+
+// The same ray from behind the surface; the density of its direction is what it was.
+void PathIntegrator::continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot,
+                                      PathContext& context) const {
+  if (++context.states[slot].transparent_surfaces > kMaxTransparentSurfaces) return;
+  context.next_active.push_back(slot);
+  context.next_rays.push_back(ray);
+  context.next_rays.back().origin = offset_ray_origin(surface, ray.direction);
 }
 
 // Rays that nothing blocks are followed from pane to pane, all of them together, and their contributions are

@@ -1,0 +1,296 @@
+// Glass, media and panes whose answer is known on paper, through the path tracer and every accelerator.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/dispersion.h"
+#include "tests/integrator/test_scenes.h"
+
+#include <numbers>
+
+namespace kindling::test {
+namespace {
+
+// Two-sided level of 5e-6 for each comparison, and room for float rounding.
+void expect_near_mean(double value, double expected, double standard_error, const char* what) {
+  EXPECT_NEAR(value, expected, 4.5 * standard_error + 1e-4 * expected) << what << ", standard error " << standard_error;
+}
+
+// Clear glass that bounds a medium.
+Material glass(float ior) {
+  Material material;
+  material.metallic_factor = 0.0f;
+  material.roughness_factor = 0.0f;
+  material.ior = ior;
+  material.transmission_factor = 1.0f;
+  material.thickness_factor = 1.0f;
+  return material;
+}
+
+Material absorbing(float ior, const Rgb& color, float distance_m) {
+  Material material = glass(ior);
+  material.attenuation_color = color;
+  material.attenuation_distance_m = distance_m;
+  return material;
+}
+
+// A pane: thin-walled.
+Material pane(const Rgb& color, float specular = 1.0f) {
+  Material material = glass(1.5f);
+  material.thickness_factor = 0.0f;
+  material.base_color_factor = V4f(color.x, color.y, color.z, 1.0f);
+  material.specular_factor = specular;
+  return material;
+}
+
+// A box from (-4, -4, z0) to (4, 4, z1), front faces outside.
+std::vector<Primitive> slab(float z0, float z1, int material) {
+  const V3f a(-4, -4, z0), x(8, 0, 0), y(0, 8, 0), z(0, 0, z1 - z0);
+  return {quad(a + z, x, y, material),      quad(a + x, -x, y, material),     quad(a, z, y, material),
+          quad(a + x + z, -z, y, material), quad(a + y + z, x, -z, material), quad(a, x, z, material)};
+}
+
+std::vector<Primitive> joined(std::vector<std::vector<Primitive>> parts) {
+  std::vector<Primitive> all;
+  for (std::vector<Primitive>& part : parts)
+    for (Primitive& primitive : part) all.push_back(std::move(primitive));
+  return all;
+}
+
+// Looks along -z from z = 10 at a wall of `radiance` at z = -10.
+Mean seen_through(std::vector<Material> materials, std::vector<Primitive> primitives, const Rgb& radiance,
+                  accel::Kind kind, uint32_t spp = 64, bool from_behind = false) {
+  const float side = from_behind ? -1.0f : 1.0f;
+  primitives.push_back(
+      quad(V3f(-50, -50, -10 * side), V3f(100, 0, 0), V3f(0, 100, 0), static_cast<int>(materials.size())));
+  materials.push_back(emissive_material(radiance));
+  const auto world = make_world(make_scene(std::move(materials), std::move(primitives)), kind);
+  return render_mean(*world, beam_camera(V3f(0.1f, 0.2f, 9 * side), V3f(0.1f, 0.2f, 0), 1e-3f),
+                     small_render(V2i(8, 8), spp));
+}
+
+class Media : public testing::TestWithParam<accel::Kind> {};
+INSTANTIATE_TEST_SUITE_P(Accelerators, Media, testing::ValuesIn(kAllKinds), [](const auto& param) {
+  return std::string(param.param == accel::Kind::brute_force ? "brute_force" : accel::kind_name(param.param));
+});
+
+// KHR_materials_volume: after the attenuation distance white light has the attenuation colour. Two interfaces, with all reflections
+// between them: T = (1 - F)^2 a / (1 - F^2 a^2).
+TEST_P(Media, SlabFollowsBeerAndLambert) {
+  const Rgb color(0.5f, 0.25f, 0.9f);
+  for (const float ior : {1.0f, 1.5f, 2.4f}) {
+    const Mean mean = seen_through({absorbing(ior, color, 0.5f)}, slab(-1.5f, 0.0f, 0), Rgb(2.0f), GetParam(), 1024);
+    const double f = std::pow((ior - 1.0) / (ior + 1.0), 2);
+    double expected = 0.0;
+    for (unsigned c = 0; c < 3; ++c) {
+      const double a = std::pow(color[c], 3.0);
+      expected += (c == 0 ? 0.2126 : c == 1 ? 0.7152 : 0.0722) * 2.0 * (1 - f) * (1 - f) * a / (1 - f * f * a * a);
+    }
+    expect_near_mean(mean.luminance, expected, mean.standard_error, "slab");
+  }
+}
+
+// The extension's one factor 1 - F stands for both faces of a pane; two panes, with what goes back and forth between: T^2 / (1 - F^2).
+TEST_P(Media, PanesTransmit) {
+  const double f = 0.04, t = 1.0 - f;
+  const std::vector<Primitive> one = {quad(V3f(-4, -4, 0), V3f(8, 0, 0), V3f(0, 8, 0), 0)};
+  const Mean single = seen_through({pane(Rgb(1.0f))}, one, Rgb(1.0f), GetParam(), 1024);
+  expect_near_mean(single.luminance, t, single.standard_error, "one pane");
+  std::vector<Primitive> two = one;
+  two.push_back(quad(V3f(-4, -4, -1), V3f(8, 0, 0), V3f(0, 8, 0), 0));
+  const Mean both = seen_through({pane(Rgb(1.0f))}, two, Rgb(1.0f), GetParam(), 4096);
+  expect_near_mean(both.luminance, t * t / (1.0 - f * f), both.standard_error, "two panes");
+}
+
+// Light sampled through a pane and light found through it are one estimate: the form factor of a rectangle, tinted.
+TEST_P(Media, PanesTintTheLightOfAnAreaLight) {
+  const Rgb tint(0.9f, 0.5f, 0.1f);
+  const auto scene = [&](bool with_pane) {
+    std::vector<Primitive> primitives = {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
+                                         quad(V3f(-1, 1, -0.5f), V3f(2, 0, 0), V3f(0, 0, 1), 2)};
+    if (with_pane) primitives.push_back(quad(V3f(-6, 0.5f, -6), V3f(12, 0, 0), V3f(0, 0, 12), 0));
+    return make_scene({pane(tint, 0.0f), diffuse_material(Rgb(0.5f)), emissive_material(Rgb(3.0f))}, primitives);
+  };
+  const Camera camera = beam_camera(V3f(3, 0.4f, 0), V3f(0.0f), 1e-3f);
+  RenderSettings settings = small_render(V2i(8, 8), 1024);
+  settings.integrator.max_bounces = 0;
+  const auto clear = make_world(scene(false), GetParam());
+  const auto tinted = make_world(scene(true), GetParam());
+  const Mean without = render_mean(*clear, camera, settings);
+  const Mean with = render_mean(*tinted, camera, settings);
+  for (unsigned c = 0; c < 3; ++c)
+    EXPECT_NEAR(with.rgb[c], without.rgb[c] * tint[c], 4.5 * (with.standard_error + without.standard_error)) << c;
+}
+
+// A sun through two panes that face it: only shadow rays can find it.
+TEST_P(Media, SunShinesThroughPanes) {
+  Scene scene = make_scene({pane(Rgb(0.8f)), diffuse_material(Rgb(0.5f))},
+                           {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
+                            quad(V3f(-6, 2, 6), V3f(12, 0, 0), V3f(0, 0, -12), 0),
+                            quad(V3f(-6, 3, 6), V3f(12, 0, 0), V3f(0, 0, -12), 0)});
+  PunctualLight sun;
+  sun.kind = PunctualLight::Kind::directional;
+  sun.intensity = 2.0f;
+  scene.lights.push_back(sun);
+  Node node;
+  node.light = 0;
+  node.matrix = look_at(V3f(0.0f, 5.0f, 0.01f), V3f(0.0f));
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(node);
+  const auto world = make_world(std::move(scene), GetParam());
+  RenderSettings settings = small_render(V2i(8, 8), 16);
+  settings.integrator.max_bounces = 0;
+  const Mean mean = render_mean(*world, beam_camera(V3f(3, 1, 0), V3f(0.0f), 1e-3f), settings);
+  const double t = 0.8 * 0.96;
+  EXPECT_NEAR(mean.luminance, 0.5 / std::numbers::pi * 2.0 * t * t, 1e-4);
+}
+
+// Right-angled prism: in through one leg, total reflection at the hypotenuse, out through the other leg towards the wall.
+// The leg inside sends F back the same way: (1 - F)^2 / (1 - F^2).
+TEST_P(Media, TotalInternalReflectionLosesNothing) {
+  Primitive prism;
+  prism.material = 0;
+  // Legs at z = 1 (facing +z) and x = 1 (facing +x); the right angle is at (1, ., 1), the hypotenuse from (-1, 1) to (1, -1).
+  const V3f p[6] = {{-1, -1, 1}, {1, -1, 1}, {1, -1, -1}, {-1, 1, 1}, {1, 1, 1}, {1, 1, -1}};
+  prism.positions.assign(p, p + 6);
+  prism.indices = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5, 0, 2, 1, 3, 4, 5};
+  const auto world = make_world(make_scene({glass(1.5f), emissive_material(Rgb(1.0f))},
+                                           {prism, quad(V3f(5, -9, 9), V3f(0, 0, -18), V3f(0, 18, 0), 1)}),
+                                GetParam());
+  const Mean mean =
+      render_mean(*world, beam_camera(V3f(0.1f, 0.2f, 4), V3f(0.1f, 0.2f, 0), 1e-3f), small_render(V2i(8, 8), 1024));
+  const double f = 0.04;
+  expect_near_mean(mean.luminance, (1 - f) * (1 - f) / (1 - f * f), mean.standard_error, "prism");
+}
+
+// A prism of 30 degrees, entered at right angles: the exit bends a wavelength by asin(n sin 30) - 30. A window behind it
+// lets through those between two angles; its colour is the mean of their weights.
+TEST_P(Media, PrismDispersesByItsAbbeNumber) {
+  Material flint = glass(1.6f);
+  flint.dispersion = 20.0f / 30.0f; // Abbe number 30
+  const float s = std::sin(kPi / 6.0f), c = std::cos(kPi / 6.0f);
+  // Entrance at z = 0 facing +z; the exit's outward normal is (s, 0, -c).
+  Primitive prism;
+  prism.material = 0;
+  const float t = s / c;
+  const V3f p[6] = {{-1, -1, 0}, {1, -1, 0}, {1, -1, 2 * t - 2}, {-1, 1, 0}, {1, 1, 0}, {1, 1, 2 * t - 2}};
+  prism.positions.assign(p, p + 6);
+  prism.positions[2].z = prism.positions[5].z = -0.01f;      // at x = 1 the prism is thin
+  prism.positions.push_back(V3f(-1, -1, -0.01f - 2.0f * t)); // at x = -1 it is thick
+  prism.positions.push_back(V3f(-1, 1, -0.01f - 2.0f * t));
+  prism.indices = {
+      0, 1, 4, 0, 4, 3, /* exit */ 6, 7, 2, 2, 7, 5, /* sides */ 1, 2, 5, 1, 5, 4, 0, 3, 7, 0, 7, 6, 0, 6, 2, 0, 2, 1,
+      3, 4, 5, 3, 5, 7};
+  // The exit's plane rises towards +x, so its outward normal is (s, 0, -c) and light is bent towards the thick end, -x.
+  const auto bend = [&](double nm) {
+    return std::asin(double{dispersed_ior(1.6f, flint.dispersion, static_cast<float>(nm))} * 0.5) -
+           std::numbers::pi / 6.0;
+  };
+  const double low = bend(587.6), high = bend(500.0); // more for shorter waves
+  const float distance = 1000.0f;                     // the beam is 1 mm, the window centimetres
+  const V3f exit_point(0.0f, 0.0f, -0.01f - t);
+  const auto on_screen = [&](double angle) {
+    return static_cast<float>(-std::tan(angle) * static_cast<double>(distance));
+  };
+  Primitive window = quad(V3f(on_screen(high), -50, exit_point.z - distance),
+                          V3f(on_screen(low) - on_screen(high), 0, 0), V3f(0, 100, 0), 1);
+  const auto world = make_world(make_scene({flint, emissive_material(Rgb(1.0f))}, {prism, window}), GetParam());
+  RenderSettings settings = small_render(V2i(8, 8), 2048);
+  const Mean mean = render_mean(*world, beam_camera(V3f(0, 0, 3), V3f(0.0f), 1e-3f), settings);
+
+  double expected[3] = {};
+  constexpr int kSteps = 100000;
+  for (int i = 0; i < kSteps; ++i) {
+    const WavelengthSample wave = sample_wavelength((static_cast<float>(i) + 0.5f) / kSteps);
+    if (wave.nm < 500.0f || wave.nm > 587.6f) continue;
+    // Fresnel at both faces, unpolarized; what is reflected inside leaves elsewhere.
+    const double n = dispersed_ior(1.6f, flint.dispersion, wave.nm), f0 = std::pow((n - 1) / (n + 1), 2);
+    const double ci = std::cos(std::numbers::pi / 6), co = std::sqrt(1 - n * n * 0.25);
+    const double rs = (n * ci - co) / (n * ci + co), rp = (n * co - ci) / (n * co + ci);
+    for (unsigned k = 0; k < 3; ++k)
+      expected[k] += double{wave.weight[k]} * (1 - f0) * (1 - 0.5 * (rs * rs + rp * rp)) / kSteps;
+  }
+  for (unsigned k = 0; k < 3; ++k)
+    EXPECT_NEAR(mean.rgb[k], expected[k], 4.5 * mean.standard_error * (k == 1 ? 2.0 : 4.0) + 2e-3) << k;
+  EXPECT_GT(mean.rgb.y, 1.5f * mean.rgb.x); // green
+}
+
+// A spectrum adds up to white: dispersion moves light but has no colour of its own.
+TEST_P(Media, DispersiveGlassInAWhiteFurnaceIsWhite) {
+  Material flint = glass(1.7f);
+  flint.dispersion = 1.0f;
+  const auto world = make_world(make_scene({flint}, {sphere(V3f(0.0f), 1.0f, 24, 0)}), GetParam(),
+                                std::make_shared<Environment>(Rgb(1.0f)));
+  SceneCamera pinhole;
+  const Camera camera(pinhole, look_at(V3f(0, 0, 2.5f), V3f(0.0f)), V2i(16, 16));
+  RenderSettings settings = small_render(V2i(16, 16), 256);
+  settings.integrator.max_transmission_bounces = settings.integrator.max_glossy_bounces = 200;
+  settings.integrator.max_bounces = 200;
+  const Mean mean = render_mean(*world, camera, settings);
+  for (unsigned c = 0; c < 3; ++c) EXPECT_NEAR(mean.rgb[c], 1.0f, 4.5 * 4.0 * mean.standard_error + 1e-3) << c;
+}
+
+// Two media that overlap between z = 0 and z = 0.2: the one entered last is there, on the way in and on the way back.
+TEST_P(Media, WhereMediaOverlapTheInnerOneCounts) {
+  const std::vector<Material> materials = {absorbing(1.0f, Rgb(0.5f), 1.0f), absorbing(1.0f, Rgb(0.2f), 1.0f)};
+  const auto primitives = [] { return joined({slab(0.0f, 1.0f, 0), slab(-1.0f, 0.2f, 1)}); };
+  const Mean front = seen_through(materials, primitives(), Rgb(1.0f), GetParam());
+  EXPECT_NEAR(front.luminance, std::pow(0.5, 0.8) * std::pow(0.2, 1.2), 1e-4);
+  const Mean back = seen_through(materials, primitives(), Rgb(1.0f), GetParam(), 64, true);
+  EXPECT_NEAR(back.luminance, std::pow(0.2, 1.0) * std::pow(0.5, 1.0), 1e-4);
+}
+
+// A slab of water inside of a slab of glass: four interfaces.
+TEST_P(Media, IndicesInsideOfEachOtherAreRelative) {
+  const Mean mean = seen_through({glass(1.5f), glass(1.33f)}, joined({slab(-3.0f, 0.0f, 0), slab(-2.0f, -1.0f, 1)}),
+                                 Rgb(1.0f), GetParam(), 4096);
+  // Layers without interference add up by T = T1 T2 / (1 - R1 R2), R = R1 + T1^2 R2 / (1 - R1 R2), for symmetric layers.
+  const auto twice = [](double r) { return 2 * r / (1 + r); }; // a slab of one interface reflectance r
+  const double outer = 0.04, inner = twice(std::pow((1.5 - 1.33) / (1.5 + 1.33), 2));
+  const double t1 = 1 - outer, t2 = 1 - inner;
+  const double t12 = t1 * t2 / (1 - outer * inner), r21 = inner + t2 * t2 * outer / (1 - outer * inner);
+  expect_near_mean(mean.luminance, t12 * t1 / (1 - r21 * outer), mean.standard_error, "glass around water");
+}
+
+// Scattering without absorption loses nothing.
+TEST_P(Media, ScatteringMediumInAWhiteFurnaceIsWhite) {
+  for (const float g : {0.0f, 0.7f}) {
+    Material cloud = absorbing(1.0f, Rgb(0.1f, 0.3f, 0.5f), 0.7f);
+    cloud.multiscatter_color = Rgb(1.0f);
+    cloud.scatter_anisotropy = g;
+    const auto world = make_world(make_scene({cloud}, {sphere(V3f(0.0f), 1.0f, 24, 0, false)}), GetParam(),
+                                  std::make_shared<Environment>(Rgb(1.0f)));
+    const Mean mean =
+        render_mean(*world, beam_camera(V3f(0, 0, 3), V3f(0.1f, 0.05f, 0), 1e-2f), small_render(V2i(8, 8), 1024));
+    for (unsigned c = 0; c < 3; ++c)
+      EXPECT_NEAR(mean.rgb[c], 1.0f, 4.5 * 4.0 * mean.standard_error + 1e-3) << g << " " << c;
+  }
+}
+
+// Chandrasekhar's half space with isotropic scattering: seen along mu under a white sky its albedo is 1 - sqrt(1 - a) H(mu).
+TEST_P(Media, DeepMediumHasTheAlbedoOfAHalfSpace) {
+  Material wax = absorbing(1.0f, Rgb(1e-3f), 0.01f); // an optical depth of 690 per metre
+  wax.multiscatter_color = Rgb(0.6f);
+  const auto world =
+      make_world(make_scene({wax}, slab(-1.0f, 0.0f, 0)), GetParam(), std::make_shared<Environment>(Rgb(1.0f)));
+  const Mean mean =
+      render_mean(*world, beam_camera(V3f(0.1f, 0.2f, 3), V3f(0.1f, 0.2f, 0), 1e-3f), small_render(V2i(8, 8), 1024));
+  const Medium medium = make_medium(wax);
+  const double a = medium.scattering.x / medium.extinction.x;
+  // 1 / H(mu) = sqrt(1 - a) + a / 2 integral of m H(m) / (mu + m), by iteration.
+  constexpr int kNodes = 400;
+  std::vector<double> h(kNodes + 1, 1.0); // the last at mu = 1
+  const auto node = [](int i) { return i == kNodes ? 1.0 : (i + 0.5) / kNodes; };
+  for (int round = 0; round < 200; ++round) {
+    std::vector<double> next(h.size());
+    for (int i = 0; i <= kNodes; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < kNodes; ++j) sum += node(j) * h[static_cast<size_t>(j)] / (node(i) + node(j)) / kNodes;
+      next[static_cast<size_t>(i)] = 1.0 / (std::sqrt(1.0 - a) + 0.5 * a * sum);
+    }
+    h = next;
+  }
+  const double expected = 1.0 - std::sqrt(1.0 - a) * h[kNodes];
+  expect_near_mean(mean.luminance, expected, mean.standard_error, "half space");
+  EXPECT_NEAR(expected, 0.6, 0.05); // what the colour promises, for light from all sides
+}
+
+} // namespace
+} // namespace kindling::test
