@@ -7,7 +7,6 @@ as they come: their own camera or one fitted to them.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
-import json
 import math
 import shutil
 import subprocess
@@ -17,6 +16,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import fidelity_scenarios
 import renderers
 
 TILE_WIDTH = 256
@@ -75,49 +75,23 @@ def main():
 def find_entries(arguments):
     """One entry for each model: a .glb, or a .gltf (the one named after its folder where there are several)."""
     folder = arguments.folder
-    scenarios, environments = read_scenarios(folder)
-    default_env = arguments.env or environments.get("lightroom_14b.hdr") or next(iter(environments.values()), None)
+    environments = fidelity_scenarios.find_environments(folder)
+    default_env = arguments.env or environments.get(fidelity_scenarios.DEFAULT_ENVIRONMENT) or next(iter(environments.values()), None)
+    scenarios = {}
+    for entry in fidelity_scenarios.read_list(folder):
+        scenarios.setdefault(fidelity_scenarios.model_of(entry["model"]), entry)
     for scene in sorted(path for path in folder.rglob("*") if path.suffix.lower() in (".glb", ".gltf")):
         relative = scene.relative_to(folder)
         name = relative.parts[0] if len(relative.parts) > 1 else scene.stem
         scenario = scenarios.get(name)
         golden = None
         if scenario:
-            flags, aspect = scenario_flags(scenario, environments, default_env)
-            golden = scene.parents[len(relative.parts) - 2] / "goldens" / scenario["name"] / f"{arguments.golden}-golden.thumb.webp"
+            flags, aspect = fidelity_scenarios.scenario_flags(scenario, environments, default_env)
+            golden = fidelity_scenarios.find_goldens(folder / name / "goldens" / scenario["name"]).get(arguments.golden)
             name = scenario["name"]
         else:
             flags, aspect = (["--env", default_env] if default_env else []), 4 / 3
-        yield Entry(name, scene, flags, aspect, golden if golden and golden.is_file() else None)
-
-
-def read_scenarios(folder):
-    """({model: its first scenario}, {file name: path} of the environments beside the folder)."""
-    environments = {path.name: path for place in (folder / "env", folder.parent / "env") for path in sorted(place.glob("*.hdr"))}
-    path = folder / "render-fidelity.json"
-    if not path.is_file():
-        return {}, environments
-    scenarios = {}
-    for scenario in json.loads(path.read_text(encoding="utf-8"))["scenarios"]:
-        parts = Path(scenario["model"]).parts
-        if "Models" in parts:
-            scenarios.setdefault(parts[parts.index("Models") + 1], scenario)
-    return scenarios, environments
-
-
-def scenario_flags(scenario, environments, default_env):
-    """Camera, environment and background of a scenario, over its documented defaults."""
-    orbit = {"theta": 0, "phi": 90, "radius": 1, **scenario.get("orbit", {})}
-    target = {"x": 0, "y": 0, "z": 0, **scenario.get("target", {})}
-    size = {"width": 768, "height": 768, **scenario.get("dimensions", {})}
-    environment = environments.get(Path(scenario.get("lighting", "lightroom_14b.hdr")).name, default_env)
-    flags = ["--orbit", f"{orbit['theta']},{orbit['phi']},{orbit['radius']}", "--target", f"{target['x']},{target['y']},{target['z']}",
-             "--fov", str(scenario.get("verticalFoV", 45))]
-    if environment:
-        flags += ["--env", environment]
-    if not scenario.get("renderSkybox", False):
-        flags += ["--background", "transparent"]
-    return flags, size["width"] / size["height"]
+        yield Entry(name, scene, flags, aspect, golden)
 
 
 def render_entry(kindling, entry, arguments, folder, number, failed):

@@ -37,6 +37,13 @@ def read_rgb(path):
 
 def parse_float_tiff(data):
     """An uncompressed, striped, interleaved RGB float TIFF in the machine's byte order."""
+    width, height, channels, rgb = float_tiff(data)
+    assert channels == 3, "not an RGB TIFF"
+    return Picture(width, height, rgb)
+
+
+def float_tiff(data):
+    """(width, height, channels, values) of an uncompressed, striped, interleaved float TIFF; values in the machine's byte order."""
     order = {b"II": "<", b"MM": ">"}[data[:2]]
     directory = struct.unpack_from(order + "I", data, 4)[0]
     tags = {}
@@ -49,15 +56,15 @@ def parse_float_tiff(data):
             if size > 4:
                 offset = struct.unpack_from(order + "I", data, offset)[0]
             tags[tag] = struct.unpack_from(order + str(count) + letter, data, offset)
-    width, height = tags[256][0], tags[257][0]
-    assert tags[277][0] == 3 and tags[259][0] == 1 and tags[339][0] == 3, "not an uncompressed float RGB TIFF"
-    rgb = array.array("f")
+    width, height, channels = tags[256][0], tags[257][0], tags[277][0]
+    assert tags[259][0] == 1 and tags[339][0] == 3, "not an uncompressed float TIFF"
+    values = array.array("f")
     for offset, size in zip(tags[273], tags[279]):
-        rgb.frombytes(data[offset:offset + size])
+        values.frombytes(data[offset:offset + size])
     if (order == "<") != (sys.byteorder == "little"):
-        rgb.byteswap()
-    assert len(rgb) == 3 * width * height
-    return Picture(width, height, rgb)
+        values.byteswap()
+    assert len(values) == channels * width * height
+    return width, height, channels, values
 
 
 def mean_picture(pictures):

@@ -7,7 +7,7 @@ kindling_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Everything that a build, its tests and the demo need, as Debian 12 names it. The one list.
 kindling_packages=(
   # tools
-  cmake g++ ninja-build python3
+  cmake g++ ninja-build python3 python3-numpy
   # ray tracing, threads, vectors
   libembree-dev libtbb-dev libimath-dev
   # pictures and colour (OpenImageIO's package file names the programs of openimageio-tools)

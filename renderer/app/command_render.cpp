@@ -13,6 +13,7 @@
 #include "renderer/app/signals.h"
 #include "renderer/camera/camera.h"
 #include "renderer/import/load_gltf.h"
+#include "renderer/scene/animated_members.h"
 #include "renderer/session/render_session.h"
 #include "renderer/world/build_world.h"
 
@@ -101,6 +102,7 @@ class RenderCommand {
     const Result<int> root = choose_scene(scene_, options_.scene_name);
     if (!root.ok()) return root.error();
     if (const Result<int> variant = show_variant(scene_, options_.variant_name); !variant.ok()) return variant.error();
+    if (options_.time_s) animate_members(scene_, *options_.time_s);
     Result<PosedScene> posed = pose_scene(scene_, {root.value(), options_.time_s});
     if (!posed.ok()) return posed.error();
     posed_ = std::move(posed).value();

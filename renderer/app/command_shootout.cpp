@@ -15,6 +15,7 @@
 #include "renderer/app/text_format.h"
 #include "renderer/camera/camera.h"
 #include "renderer/import/load_gltf.h"
+#include "renderer/scene/animated_members.h"
 #include "renderer/session/ray_file.h"
 #include "renderer/session/record_rays.h"
 #include "renderer/world/build_world.h"
@@ -161,6 +162,7 @@ class ShootoutCommand {
     if (!root.ok()) return root.error();
     if (const Result<int> variant = show_variant(scene.value(), options_.view.variant_name); !variant.ok())
       return variant.error();
+    if (options_.view.time_s) animate_members(scene.value(), *options_.view.time_s);
     Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), options_.view.time_s});
     if (!posed.ok()) return posed.error();
     Result<std::optional<PlacedCamera>> camera = choose_camera(scene.value(), posed.value(), options_.view);

@@ -104,7 +104,7 @@ std::string format_info_tables(const SceneInfo& info) {
                        {"light"},
                        {"textures", true},
                        {"primitives", true},
-                       {"extensions"}});
+                       {"extensions", false, true}});
   for (size_t i = 0; i < info.materials.size(); ++i) {
     const MaterialInfo& material = info.materials[i];
     materials.add({index(i), material.name, material.alpha_mode, material.double_sided ? "both" : "front",

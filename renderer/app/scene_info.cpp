@@ -62,6 +62,14 @@ MaterialInfo material_info(const Material& material, const std::vector<Extension
   return info;
 }
 
+// The others are of thickness, occlusion or of nothing, and are not loaded.
+std::set<int> textures_read(const Scene& scene) {
+  std::set<int> read;
+  for (const Material& material : scene.materials)
+    for (const auto texture : kMaterialTextures) read.insert((material.*texture).texture);
+  return read;
+}
+
 std::string format_name(const Image& image) {
   constexpr std::array<std::string_view, 5> kChannels{"?", "L", "LA", "RGB", "RGBA"};
   constexpr std::array<std::string_view, 4> kTypes{"8 bit", "16 bit", "half", "float"};
@@ -132,8 +140,10 @@ SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int sh
     }
   }
   std::set<const Image*> held;
-  for (const SceneTexture& texture : scene.textures) {
-    TextureInfo entry{texture.name, 0, 0, "unreadable", 0};
+  const std::set<int> read = textures_read(scene);
+  for (size_t i = 0; i < scene.textures.size(); ++i) {
+    const SceneTexture& texture = scene.textures[i];
+    TextureInfo entry{texture.name, 0, 0, read.contains(static_cast<int>(i)) ? "unreadable" : "not used", 0};
     if (const Image* image = texture.image.get())
       entry = {texture.name, image->width, image->height, format_name(*image),
                held.insert(image).second ? image->byte_count() : 0};

@@ -111,7 +111,8 @@ std::string shell_quote(std::string_view word) {
 
 void TextTable::add(std::vector<std::string> cells) {
   cells.resize(columns_.size());
-  for (std::string& cell : cells) cell = cut(printable(cell), kMaxCell);
+  for (size_t i = 0; i < cells.size(); ++i)
+    cells[i] = columns_[i].whole ? printable(cells[i]) : cut(printable(cells[i]), kMaxCell);
   rows_.push_back(std::move(cells));
 }
 

@@ -31,9 +31,10 @@ class TextTable {
   struct Column {
     std::string heading;
     bool right = false;
+    bool whole = false; // its cells are not cut
   };
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
-  // One cell per column; cells are made printable and cut at kMaxCell.
+  // One cell per column; cells are made printable and cut at kMaxCell where their column does not say otherwise.
   void add(std::vector<std::string> cells);
   [[nodiscard]] bool empty() const { return rows_.empty(); }
   // Each line begins with two spaces and ends with '\n'.

@@ -87,11 +87,12 @@ void DielectricLobe::set_albedos() {
     if (eta_ < 1.0f) total = std::max(2.0f * plain - 1.0f, 0.0f);
   }
   reflected_ = saturate((offset * (1.0f - total) + slope * (plain - total)) + Rgb(total));
-  if (iridescence_ > 0.0f) {
+  if (iridescence_ > 0.0f) { // at the mean cosine
     const SeenCosines seen = seen_cosines(wo_.z, alpha);
-    Rgb sum(0.0f);
-    for (const float c : seen.cosine) sum += fresnel(c, refracted_cosine(c, eta_)) * c;
-    reflected_ = saturate(sum / seen.sum);
+    float squares = 0.0f;
+    for (const float c : seen.cosine) squares += c * c;
+    const float mean = std::min(squares / seen.sum, 1.0f);
+    reflected_ = saturate(fresnel(mean, refracted_cosine(mean, eta_)));
   }
   transmitted_ = tint_ * (1.0f - max_component(reflected_));
 }

@@ -5,6 +5,7 @@
 #include "renderer/import/accessor.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/meshes.h"
+#include "renderer/scene/animated_members.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,8 @@ using nlohmann::json;
 struct Target {
   int node = kNone;
   AnimatedProperty property = AnimatedProperty::translation;
+  int weight = kNone;
+  AnimatedMember member;
 };
 
 std::optional<AnimatedProperty> property_of(std::string_view path) {
@@ -31,20 +34,45 @@ std::optional<AnimatedProperty> property_of(std::string_view path) {
   return std::nullopt;
 }
 
-// KHR_animation_pointer: "/nodes/3/rotation", "/nodes/3/extensions/KHR_node_visibility/visible".
-std::optional<Target> parse_pointer(std::string_view text, size_t node_count) {
-  constexpr std::string_view kStart = "/nodes/";
-  if (text.substr(0, kStart.size()) != kStart) return std::nullopt;
-  text.remove_prefix(kStart.size());
-  Target target;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), target.node);
-  if (error != std::errc() || target.node < 0 || static_cast<size_t>(target.node) >= node_count) return std::nullopt;
+bool take_prefix(std::string_view& text, std::string_view prefix) {
+  if (text.substr(0, prefix.size()) != prefix) return false;
+  text.remove_prefix(prefix.size());
+  return true;
+}
+
+std::optional<int> take_index(std::string_view& text) {
+  int index = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+  if (error != std::errc() || index < 0) return std::nullopt;
   text.remove_prefix(static_cast<size_t>(end - text.data()));
+  return index;
+}
+
+// KHR_animation_pointer: "/nodes/3/rotation", "/nodes/3/weights/1", "/nodes/3/extensions/KHR_node_visibility/visible"; of what is
+// no node, animated_members.h knows the names.
+std::optional<Target> parse_pointer(std::string_view text, Scene& scene) {
+  Target target;
+  if (!take_prefix(text, "/nodes/")) {
+    const auto member = find_animated_member(scene, text);
+    if (!member) return std::nullopt;
+    target.property = AnimatedProperty::member;
+    target.member = *member;
+    return target;
+  }
+  const auto node = take_index(text);
+  if (!node || static_cast<size_t>(*node) >= scene.nodes.size() || text.empty()) return std::nullopt;
+  target.node = *node;
   if (text == "/extensions/KHR_node_visibility/visible") {
     target.property = AnimatedProperty::visible;
     return target;
   }
-  if (text.empty()) return std::nullopt;
+  if (take_prefix(text, "/weights/")) {
+    const auto weight = take_index(text);
+    if (!weight || !text.empty()) return std::nullopt;
+    target.property = AnimatedProperty::weights;
+    target.weight = *weight;
+    return target;
+  }
   const auto property = property_of(text.substr(1));
   if (!property || text.front() != '/') return std::nullopt;
   target.property = *property;
@@ -52,15 +80,15 @@ std::optional<Target> parse_pointer(std::string_view text, size_t node_count) {
 }
 
 std::optional<Target> find_target(const tinygltf::AnimationChannel& core, const json& object,
-                                  const std::string& pointer, size_t node_count, Warnings& warnings) {
+                                  const std::string& pointer, Scene& scene, Warnings& warnings) {
   if (core.target_path == "pointer") {
     const json* extension = find_extension(object["target"], "KHR_animation_pointer");
     if (extension == nullptr) return std::nullopt;
     const auto& text = (*extension)["pointer"].get_ref<const std::string&>();
-    const auto target = parse_pointer(text, node_count);
+    const auto target = parse_pointer(text, scene);
     if (!target) {
       warnings.add("pointer", pointer + "/target/extensions/KHR_animation_pointer/pointer",
-                   fmt::format("animating {} has no effect yet", in_quotes(text)));
+                   fmt::format("animating {} has no effect", in_quotes(text)));
     }
     return target;
   }
@@ -115,6 +143,11 @@ void read_values(const Document& document, int accessor, size_t scalars, const s
   case AnimatedProperty::rotation: format = {.components = 4, .normalized_int = true}; break;
   case AnimatedProperty::weights: format = {.components = 1, .normalized_int = true}; break;
   case AnimatedProperty::visible: format = {.components = 1, .is_float = false, .plain_int = true}; break;
+  case AnimatedProperty::member:
+    format = {.components = channel.member.of == AnimatedMember::Of::mesh ? 1 : channel.components,
+              .normalized_int = true,
+              .plain_int = true};
+    break;
   }
   require_format(view, format, pointer, "these values", kFormat);
   const size_t expected = scalars / static_cast<size_t>(format.components);
@@ -142,7 +175,9 @@ void normalize_rotations(std::vector<float>& values, const std::string& pointer)
 }
 
 // What the target allows, and how many numbers a key has.
-int check_target(const Document& document, const Scene& scene, const Target& target, const std::string& pointer) {
+int check_target(const Document& document, Scene& scene, const Target& target, const std::string& pointer) {
+  if (target.property == AnimatedProperty::member)
+    return static_cast<int>(animated_values(scene, target.member).size());
   const Node& node = scene.nodes[static_cast<size_t>(target.node)];
   switch (target.property) {
   case AnimatedProperty::visible: return 1;
@@ -151,7 +186,11 @@ int check_target(const Document& document, const Scene& scene, const Target& tar
     if (targets == 0)
       fail(pointer, fmt::format("weights of node {}, whose mesh has no morph targets", target.node),
            "ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS");
-    return static_cast<int>(targets);
+    if (target.weight == kNone) return static_cast<int>(targets);
+    if (static_cast<size_t>(target.weight) >= targets)
+      fail(pointer,
+           fmt::format("weight {} of node {}, whose mesh has {} morph targets", target.weight, target.node, targets));
+    return 1;
   }
   default:
     if (node.matrix) {
@@ -179,12 +218,14 @@ void import_animations(Document& document, Scene& scene, Warnings& warnings) {
         fail(pointer + "/sampler", fmt::format("{}, the animation has {} samplers", index, core.samplers.size()),
              "UNRESOLVED_REFERENCE");
       }
-      const auto target = find_target(core.channels[c], object["channels"][c], pointer, scene.nodes.size(), warnings);
+      const auto target = find_target(core.channels[c], object["channels"][c], pointer, scene, warnings);
       if (!target) continue;
       const tinygltf::AnimationSampler& sampler = core.samplers[index];
       AnimationChannel channel;
       channel.node = target->node;
       channel.property = target->property;
+      channel.weight = target->weight;
+      channel.member = target->member;
       channel.components = check_target(document, scene, *target, pointer + "/target");
       channel.interpolation = sampler.interpolation == "STEP"          ? Interpolation::step
                               : sampler.interpolation == "CUBICSPLINE" ? Interpolation::cubic_spline

@@ -117,7 +117,7 @@ void read_buffers(Document& document, bool container, std::optional<Bytes> bin) 
     json& buffer = buffers[i];
     const std::string pointer = fmt::format("/buffers/{}", i);
     const auto length = buffer["byteLength"].get<uint64_t>();
-    const json* meshopt = find_extension(buffer, "EXT_meshopt_compression");
+    const json* meshopt = find_meshopt_extension(buffer);
     if (meshopt != nullptr && meshopt->value("fallback", false)) {
       document.buffers.emplace_back();
       continue;

@@ -27,7 +27,7 @@ constexpr std::string_view kCameraTypes[] = {"perspective", "orthographic"};
 constexpr std::string_view kAlphaModes[] = {"OPAQUE", "MASK", "BLEND"};
 constexpr std::string_view kLightTypes[] = {"directional", "point", "spot"};
 constexpr std::string_view kMeshoptModes[] = {"ATTRIBUTES", "TRIANGLES", "INDICES"};
-constexpr std::string_view kMeshoptFilters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"};
+constexpr std::string_view kMeshoptFilters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"};
 
 constexpr P kName{.name = "name", .kind = K::string};
 
@@ -39,7 +39,8 @@ constexpr JsonSchema kAsset{.properties = kAssetProperties};
 
 constexpr P kMeshoptBufferProperties[] = {{.name = "fallback", .kind = K::boolean}};
 constexpr JsonSchema kMeshoptBuffer{.properties = kMeshoptBufferProperties};
-constexpr E kBufferExtensions[] = {{"EXT_meshopt_compression", &kMeshoptBuffer}};
+constexpr E kBufferExtensions[] = {{"EXT_meshopt_compression", &kMeshoptBuffer},
+                                   {"KHR_meshopt_compression", &kMeshoptBuffer}};
 constexpr P kBufferProperties[] = {
     {.name = "byteLength", .kind = K::integer, .required = true, .min = 1, .max = kMaxInteger},
     {.name = "uri", .kind = K::string}};
@@ -54,7 +55,8 @@ constexpr P kMeshoptViewProperties[] = {
     {.name = "mode", .kind = K::choice, .required = true, .choices = kMeshoptModes},
     {.name = "filter", .kind = K::choice, .choices = kMeshoptFilters}};
 constexpr JsonSchema kMeshoptView{.properties = kMeshoptViewProperties};
-constexpr E kBufferViewExtensions[] = {{"EXT_meshopt_compression", &kMeshoptView}};
+constexpr E kBufferViewExtensions[] = {{"EXT_meshopt_compression", &kMeshoptView},
+                                       {"KHR_meshopt_compression", &kMeshoptView}};
 constexpr P kBufferViewProperties[] = {
     {.name = "buffer", .kind = K::index, .required = true, .collection = "buffers"},
     {.name = "byteOffset", .kind = K::integer, .min = 0, .max = kMaxInteger},
@@ -273,7 +275,7 @@ constexpr P kVolumeProperties[] = {
     {.name = "thicknessFactor", .min = 0},
     {.name = "thicknessTexture", .kind = K::object, .schema = &kTextureInfo},
     // Infinity is the default, which JSON cannot say: what no float holds means it.
-    {.name = "attenuationDistance", .min = 0, .max = DBL_MAX, .above_min = true},
+    {.name = "attenuationDistance", .min = 0, .max = DBL_MAX}, // 0: material_extensions.cpp
     {.name = "attenuationColor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1}};
 constexpr JsonSchema kVolume{.properties = kVolumeProperties};
 constexpr P kVolumeScatterProperties[] = {

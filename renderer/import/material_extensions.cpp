@@ -22,6 +22,8 @@ constexpr Rgb kWhite(1.0f, 1.0f, 1.0f);
 constexpr Rgb kBlack(0.0f, 0.0f, 0.0f);
 // The phase function at g = 1 is a delta.
 constexpr float kMostScatterAnisotropy = 0.999f;
+// A nanometre: nothing is seen through less, and the coefficients of the medium stay finite.
+constexpr double kLeastAttenuationDistance_m = 1e-9;
 
 struct Place {
   const std::string& pointer; // of the extension object
@@ -111,12 +113,16 @@ void read_transmission(const json& object, const Place&, Material& material) {
   material.transmission_texture = texture_slot(object, "transmissionTexture");
 }
 
-void read_volume(const json& object, const Place&, Material& material) {
+void read_volume(const json& object, const Place& place, Material& material) {
   material.thickness_factor = float_or(object, "thicknessFactor", 0.0f);
   material.thickness_texture = texture_slot(object, "thicknessTexture");
   const double distance = number_or(object, "attenuationDistance", DBL_MAX);
-  if (distance <= static_cast<double>(FLT_MAX))
-    material.attenuation_distance_m = std::max(static_cast<float>(distance), FLT_MIN);
+  if (distance == 0.0) { // as older exporters say that nothing is absorbed
+    place.warnings.add("attenuation distance", place.pointer + "/attenuationDistance",
+                       "0 is taken for infinite, accepted is a number above 0", "VALUE_NOT_IN_RANGE");
+  } else if (distance <= static_cast<double>(FLT_MAX)) {
+    material.attenuation_distance_m = static_cast<float>(std::max(distance, kLeastAttenuationDistance_m));
+  }
   material.attenuation_color = rgb_or(object, "attenuationColor", kWhite);
 }
 

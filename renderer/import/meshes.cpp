@@ -68,6 +68,7 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings) {
     for (const double weight : meshes[m].weights) mesh.weights.push_back(static_cast<float>(weight));
     scene.meshes.push_back(std::move(mesh));
     check_targets(document, m);
+    scene.meshes.back().weights.resize(morph_target_count(document, m), 0.0f);
     for (size_t p = 0; p < meshes[m].primitives.size(); ++p) {
       check_primitive(document, m, p, budget);
       Job job;

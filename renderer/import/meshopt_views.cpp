@@ -1,9 +1,10 @@
-// The adapter of libmeshoptimizer.
+// The adapter of libmeshoptimizer; streams that it is too old for go to meshopt_attributes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/meshopt_views.h"
 
 #include "renderer/import/accessor.h"
 #include "renderer/import/extensions.h"
+#include "renderer/import/meshopt_attributes.h"
 
 #include <fmt/format.h>
 #include <meshoptimizer.h>
@@ -17,7 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kName = "EXT_meshopt_compression";
+// The second is the first with version 1 of attributes and a filter for colours; a view that has both is read by it.
+constexpr const char* kNames[] = {"KHR_meshopt_compression", "EXT_meshopt_compression"};
 
 struct CompressedView {
   size_t view = 0;
@@ -31,7 +33,7 @@ struct CompressedView {
   bool failed = false;
 };
 
-// What libmeshoptimizer asserts instead of reporting: EXT_meshopt_compression, "JSON schema updates".
+// What libmeshoptimizer asserts instead of reporting: KHR_meshopt_compression, "JSON schema updates".
 void check_stride(const CompressedView& view) {
   const auto refuse = [&](std::string_view accepted) {
     fail(view.pointer + "/byteStride",
@@ -39,7 +41,8 @@ void check_stride(const CompressedView& view) {
   };
   if (view.mode == "ATTRIBUTES") {
     if (view.stride % 4 != 0) refuse("a multiple of 4");
-    if (view.filter == "OCTAHEDRAL" && view.stride != 4 && view.stride != 8) refuse("4 or 8");
+    if ((view.filter == "OCTAHEDRAL" || view.filter == "COLOR") && view.stride != 4 && view.stride != 8)
+      refuse("4 or 8");
     if (view.filter == "QUATERNION" && view.stride != 8) refuse("8");
     return;
   }
@@ -54,11 +57,12 @@ void check_stride(const CompressedView& view) {
 
 std::optional<CompressedView> find_compressed(const Document& document, size_t index, ElementBudget& budget) {
   const json& view_json = (*document.json)["bufferViews"][index];
-  const json* extension = find_extension(view_json, kName);
+  const json* extension = find_meshopt_extension(view_json);
   if (extension == nullptr) return std::nullopt;
   CompressedView view;
   view.view = index;
-  view.pointer = fmt::format("/bufferViews/{}/extensions/{}", index, kName);
+  const bool khr = extension == find_extension(view_json, kNames[0]);
+  view.pointer = fmt::format("/bufferViews/{}/extensions/{}", index, kNames[khr ? 0 : 1]);
   view.count = (*extension)["count"].get<size_t>();
   view.stride = (*extension)["byteStride"].get<size_t>();
   view.mode = (*extension)["mode"].get<std::string>();
@@ -94,7 +98,14 @@ bool decode(CompressedView& view) {
     return meshopt_decodeIndexBuffer(out, view.count, view.stride, in, view.bytes.size()) == 0;
   if (view.mode == "INDICES")
     return meshopt_decodeIndexSequence(out, view.count, view.stride, in, view.bytes.size()) == 0;
-  if (meshopt_decodeVertexBuffer(out, view.count, view.stride, in, view.bytes.size()) != 0) return false;
+  if (is_meshopt_attributes_v1(view.bytes)) {
+    if (!decode_meshopt_attributes_v1(view.bytes, view.count, view.stride,
+                                      std::span(view.decoded.data(), view.decoded.size())))
+      return false;
+  } else if (meshopt_decodeVertexBuffer(out, view.count, view.stride, in, view.bytes.size()) != 0) {
+    return false;
+  }
+  if (view.filter == "COLOR") decode_meshopt_color(std::span(view.decoded.data(), view.decoded.size()), view.stride);
   if (view.filter == "OCTAHEDRAL") meshopt_decodeFilterOct(out, view.count, view.stride);
   if (view.filter == "QUATERNION") meshopt_decodeFilterQuat(out, view.count, view.stride);
   if (view.filter == "EXPONENTIAL") meshopt_decodeFilterExp(out, view.count, view.stride);
@@ -102,6 +113,11 @@ bool decode(CompressedView& view) {
 }
 
 } // namespace
+
+const json* find_meshopt_extension(const json& object) {
+  const json* newer = find_extension(object, kNames[0]);
+  return newer != nullptr ? newer : find_extension(object, kNames[1]);
+}
 
 void decompress_meshopt_views(Document& document) {
   ElementBudget budget(document);

@@ -25,7 +25,25 @@ struct AnimatedNodes {
   std::unordered_map<int, std::vector<float>> weights; // only nodes whose weights are animated
 };
 
-void apply_channel(const AnimationChannel& channel, double time_s, AnimatedNodes& nodes) {
+// Morph weights in force for a node: animated, else the node's, else the mesh's.
+const std::vector<float>& morph_weights(const Scene& scene, const AnimatedNodes& nodes, int node) {
+  const auto animated = nodes.weights.find(node);
+  if (animated != nodes.weights.end()) return animated->second;
+  const Node& n = scene.nodes[static_cast<size_t>(node)];
+  return n.weights.empty() ? scene.meshes[static_cast<size_t>(n.mesh)].weights : n.weights;
+}
+
+// The whole list, with one weight of it replaced.
+std::vector<float> with_weight(const Scene& scene, const AnimatedNodes& nodes, const AnimationChannel& channel,
+                               float value) {
+  std::vector<float> weights = morph_weights(scene, nodes, channel.node);
+  const auto index = static_cast<size_t>(channel.weight);
+  if (weights.size() <= index) weights.resize(index + 1, 0.0f);
+  weights[index] = value;
+  return weights;
+}
+
+void apply_channel(const Scene& scene, const AnimationChannel& channel, double time_s, AnimatedNodes& nodes) {
   if (channel.node == kNone || channel.times_s.empty() || channel.components <= 0) return;
   const auto node = static_cast<size_t>(channel.node);
   assert(node < nodes.local.size());
@@ -35,8 +53,12 @@ void apply_channel(const AnimationChannel& channel, double time_s, AnimatedNodes
   case AnimatedProperty::translation: nodes.local[node].translation = {value[0], value[1], value[2]}; break;
   case AnimatedProperty::rotation: nodes.local[node].rotation = Quatf(value[3], value[0], value[1], value[2]); break;
   case AnimatedProperty::scale: nodes.local[node].scale = {value[0], value[1], value[2]}; break;
-  case AnimatedProperty::weights: nodes.weights[channel.node] = std::move(value); break;
+  case AnimatedProperty::weights:
+    nodes.weights[channel.node] =
+        channel.weight == kNone ? std::move(value) : with_weight(scene, nodes, channel, value[0]);
+    break;
   case AnimatedProperty::visible: nodes.visible[node] = value[0] != 0.0f; break;
+  case AnimatedProperty::member: break; // of no node: animate_members()
   }
 }
 
@@ -50,7 +72,7 @@ AnimatedNodes animate(const Scene& scene, const std::optional<double>& time_s) {
   }
   if (time_s) {
     for (const Animation& animation : scene.animations) {
-      for (const AnimationChannel& channel : animation.channels) apply_channel(channel, *time_s, nodes);
+      for (const AnimationChannel& channel : animation.channels) apply_channel(scene, channel, *time_s, nodes);
     }
   }
   return nodes;
@@ -117,14 +139,6 @@ M44f without_scale(const M44f& m) {
   x.normalize();
   const V3f y = z.cross(x);
   return {x.x, x.y, x.z, 0.0f, y.x, y.y, y.z, 0.0f, z.x, z.y, z.z, 0.0f, m[3][0], m[3][1], m[3][2], 1.0f};
-}
-
-// Morph weights in force for a node: animated, else the node's, else the mesh's.
-const std::vector<float>& morph_weights(const Scene& scene, const AnimatedNodes& nodes, int node) {
-  const auto animated = nodes.weights.find(node);
-  if (animated != nodes.weights.end()) return animated->second;
-  const Node& n = scene.nodes[static_cast<size_t>(node)];
-  return n.weights.empty() ? scene.meshes[static_cast<size_t>(n.mesh)].weights : n.weights;
 }
 
 bool is_morphed(const Mesh& mesh, const std::vector<float>& weights) {

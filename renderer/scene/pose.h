@@ -47,6 +47,8 @@ struct PosedScene {
   std::vector<PosedLight> lights;
 };
 
+// Of the animations those of nodes are applied; materials, cameras, lights and the weights of meshes are the Scene's own and are
+// changed by animate_members() (animated_members.h), which comes before.
 // Deforms in parallel with TBB; the result does not depend on the number of threads.
 // Fails (usage) if the scene index does not exist; the message lists those that do. Fails (scene_invalid)
 // if skins and morph targets would deform more than 2^30 vertices, counting each mesh in the world.

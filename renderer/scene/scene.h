@@ -197,12 +197,23 @@ struct Skin {
 };
 
 enum class Interpolation : uint8_t { step, linear, cubic_spline };
-enum class AnimatedProperty : uint8_t { translation, rotation, scale, weights, visible };
+// member: of an object that is no node. The others are of nodes.
+enum class AnimatedProperty : uint8_t { translation, rotation, scale, weights, visible, member };
 
-// values: components per key (3, 4, weight count or 1); CUBICSPLINE has in-tangent, value, out-tangent for each key.
+// A property of a material, camera, light or mesh: a row of the tables of animated_members.h, which resolve it to numbers.
+struct AnimatedMember {
+  enum class Of : uint8_t { material, camera, light, mesh };
+  Of of = Of::material;
+  uint16_t row = 0;
+  int object = kNone; // index into the list of the Scene that `of` names
+};
+
+// values: components per key (1 to 4 or the weight count); CUBICSPLINE has in-tangent, value, out-tangent for each key.
 struct AnimationChannel {
   int node = kNone;
   AnimatedProperty property = AnimatedProperty::translation;
+  int weight = kNone;    // property weights: this target alone; kNone: all
+  AnimatedMember member; // property member
   Interpolation interpolation = Interpolation::linear;
   std::vector<float> times_s; // strictly increasing, >= 0
   std::vector<float> values;

@@ -160,8 +160,12 @@ TEST(MaterialExtensions, VolumeIsRead) {
   EXPECT_EQ(read("KHR_materials_volume", "{}").attenuation_distance_m, infinity);
   EXPECT_EQ(read("KHR_materials_volume", R"({"attenuationDistance": 3.4028235e38})").attenuation_distance_m, infinity)
       << "the largest float, rounded to seven digits, is above it";
-  EXPECT_GT(read("KHR_materials_volume", R"({"attenuationDistance": 1e-300})").attenuation_distance_m, 0.0f);
-  expect_refused("KHR_materials_volume", "attenuationDistance", 0, "above 0");
+  EXPECT_EQ(read("KHR_materials_volume", R"({"attenuationDistance": 1e-300})").attenuation_distance_m, 1e-9f);
+  const Loaded zero = with_extension("KHR_materials_volume", {{"attenuationDistance", 0}});
+  ASSERT_TRUE(zero.scene) << zero.error;
+  EXPECT_EQ(zero.scene->materials[0].attenuation_distance_m, infinity);
+  EXPECT_TRUE(zero.warned("/attenuationDistance: 0 is taken for infinite, accepted is a number above 0"));
+  expect_refused("KHR_materials_volume", "attenuationDistance", -0.5, "from 0 finite");
   expect_refused("KHR_materials_volume", "thicknessFactor", -1, "from 0 finite");
   expect_refused("KHR_materials_volume", "attenuationColor", {0.5, 1.5, 0}, "from 0 to 1");
 }

@@ -1,0 +1,102 @@
+// Time of the dielectric interface per hit: set-up, evaluation for a light, sampling of a bounce; of the thin film and of a wavelength.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/dielectric_lobe.h"
+#include "renderer/bsdf/dispersion.h"
+#include "renderer/bsdf/thin_film.h"
+#include "renderer/sampling/sampler.h"
+#include "renderer/sampling/warp.h"
+
+#include <benchmark/benchmark.h>
+
+#include <vector>
+
+namespace kindling {
+namespace {
+
+enum class Interface { smooth, rough, thin_smooth, thin_rough, film };
+
+struct Hit {
+  DielectricParameters parameters;
+  V3f wo;
+  V3f light;
+  float u_lobe;
+  V2f u;
+};
+
+std::vector<Hit> make_hits(Interface kind) {
+  std::vector<Hit> hits(1024);
+  for (uint32_t i = 0; i < hits.size(); ++i) {
+    Hit& h = hits[i];
+    const V2f a = Sampler::sample_2d(1, i, 0);
+    const V2f b = Sampler::sample_2d(1, i, 1);
+    const bool smooth = kind == Interface::smooth || kind == Interface::thin_smooth;
+    h.parameters.alpha_x = h.parameters.alpha_y = smooth ? 0.0f : square(0.05f + 0.95f * b.y);
+    h.parameters.eta = a.x < 0.5f ? 1.5f : 1.0f / 1.5f;
+    h.parameters.thin_walled = kind == Interface::thin_smooth || kind == Interface::thin_rough;
+    h.parameters.tint = {a.x, a.y, b.x};
+    h.parameters.iridescence = kind == Interface::film ? 1.0f : 0.0f;
+    h.wo = sample_cosine_hemisphere(Sampler::sample_2d(1, i, 2));
+    h.light = sample_uniform_sphere(Sampler::sample_2d(1, i, 3));
+    h.u_lobe = Sampler::sample_1d(1, i, 4);
+    h.u = Sampler::sample_2d(1, i, 5);
+  }
+  return hits;
+}
+
+void set_up(benchmark::State& state, Interface kind) {
+  const std::vector<Hit> hits = make_hits(kind);
+  size_t i = 0;
+  for (auto _ : state) {
+    const Hit& h = hits[i++ & 1023];
+    benchmark::DoNotOptimize(DielectricLobe(h.parameters, h.wo));
+  }
+}
+
+// What a path pays at each hit: one light, one bounce.
+void set_up_eval_and_sample(benchmark::State& state, Interface kind) {
+  const std::vector<Hit> hits = make_hits(kind);
+  size_t i = 0;
+  for (auto _ : state) {
+    const Hit& h = hits[i++ & 1023];
+    const DielectricLobe lobe(h.parameters, h.wo);
+    benchmark::DoNotOptimize(lobe.eval(h.light));
+    benchmark::DoNotOptimize(lobe.sample(h.u_lobe, h.u));
+  }
+}
+
+void thin_film(benchmark::State& state) {
+  const std::vector<Hit> hits = make_hits(Interface::film);
+  size_t i = 0;
+  for (auto _ : state) {
+    const Hit& h = hits[i++ & 1023];
+    benchmark::DoNotOptimize(thin_film_fresnel(h.wo.z, 1.0f, 1.3f, h.parameters.tint, 400.0f));
+  }
+}
+
+void wavelength(benchmark::State& state) {
+  const std::vector<Hit> hits = make_hits(Interface::smooth);
+  size_t i = 0;
+  for (auto _ : state) {
+    const WavelengthSample s = sample_wavelength(hits[i++ & 1023].u_lobe);
+    benchmark::DoNotOptimize(dispersed_ior(1.5f, 0.3f, s.nm));
+    benchmark::DoNotOptimize(s);
+  }
+}
+
+BENCHMARK_CAPTURE(set_up, smooth, Interface::smooth);
+BENCHMARK_CAPTURE(set_up, rough, Interface::rough);
+BENCHMARK_CAPTURE(set_up, thin_smooth, Interface::thin_smooth);
+BENCHMARK_CAPTURE(set_up, thin_rough, Interface::thin_rough);
+BENCHMARK_CAPTURE(set_up, film, Interface::film);
+BENCHMARK_CAPTURE(set_up_eval_and_sample, smooth, Interface::smooth);
+BENCHMARK_CAPTURE(set_up_eval_and_sample, rough, Interface::rough);
+BENCHMARK_CAPTURE(set_up_eval_and_sample, thin_smooth, Interface::thin_smooth);
+BENCHMARK_CAPTURE(set_up_eval_and_sample, thin_rough, Interface::thin_rough);
+BENCHMARK_CAPTURE(set_up_eval_and_sample, film, Interface::film);
+BENCHMARK(thin_film);
+BENCHMARK(wavelength);
+
+} // namespace
+} // namespace kindling
+
+BENCHMARK_MAIN();
