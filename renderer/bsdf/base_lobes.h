@@ -50,7 +50,7 @@ class BaseLobes {
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_albedo_; }
 
  private:
-  static constexpr int kFilmNodes = 6; // even in mu
+  static constexpr int kFilmNodes = 8; // even in mu
 
   [[nodiscard]] GgxAlbedo microfacet_albedo(const V3f& w) const {
     return anisotropic_ ? anisotropic_table_(w) : table_(std::abs(w.z));
