@@ -98,27 +98,34 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
     if (film_metal_ > 0.0f) seen_film += film_.fresnel(seen, p.base_color) * film_metal_;
     glossy_albedo_ = lerp(glossy_albedo_, seen_film * seen.e, film_.amount);
 
-    Rgb dielectric_sum(0.0f), metal_sum(0.0f);
-    float weights = 0.0f, reflected = 0.0f, reflectable = 0.0f;
-    for (int k = 0; k < kFilmNodes; ++k) {
-      const float mu = std::max(static_cast<float>(k) / (kFilmNodes - 1), kMinCosTheta);
-      const float xy = std::sqrt(0.5f * (1.0f - mu * mu)); // of all azimuths, the middle one
-      const GgxAlbedo node = microfacet_albedo({xy, xy, mu});
-      const float weight = k == kFilmNodes - 1 ? 0.5f * mu : mu; // trapezoids
-      weights += weight;
-      if (film_dielectric_ > 0.0f) {
+    // Of all azimuths the middle one.
+    const auto towards = [&](float mu) {
+      const float xy = std::sqrt(0.5f * (1.0f - mu * mu));
+      return microfacet_albedo({xy, xy, mu});
+    };
+    if (film_dielectric_ > 0.0f) {
+      Rgb sum(0.0f);
+      float weights = 0.0f, reflected = 0.0f, reflectable = 0.0f;
+      for (int k = 0; k < kFilmNodes; ++k) {
+        const float mu = std::max(static_cast<float>(k) / (kFilmNodes - 1), kMinCosTheta);
+        const GgxAlbedo node = towards(mu);
         const Rgb f0 = film_.f0(node, specular_f0);
-        dielectric_sum += f0 * weight;
         film_f0_[k] = max_component(f0);
-        const float node_x = film_.schlick(node);
-        reflected += weight * node.e * (node_x + (1.0f - node_x) * film_f0_[k]);
+        const float x = film_.schlick(node);
+        const float weight = k == kFilmNodes - 1 ? 0.5f * mu : mu; // trapezoids
+        sum += f0 * weight;
+        weights += weight;
+        reflected += weight * node.e * (x + (1.0f - x) * film_f0_[k]);
         reflectable += weight * node.e;
       }
-      if (film_metal_ > 0.0f) metal_sum += film_.f0(node, p.base_color) * weight;
+      mean_dielectric_f0 = lerp(specular_f0, sum / weights, film_.amount);
+      film_reflected = film_.amount * p.specular * mean.e * reflected / reflectable;
     }
-    mean_dielectric_f0 = lerp(specular_f0, dielectric_sum / weights, film_.amount);
-    mean_metal_f0 = lerp(p.base_color, metal_sum / weights, film_.amount);
-    if (film_dielectric_ > 0.0f) film_reflected = film_.amount * p.specular * mean.e * reflected / reflectable;
+    // Gauss and Legendre's two nodes in mu^2, where there is anything but single scattering.
+    if (film_metal_ > 0.0f && mean.e < 0.99f) {
+      const Rgb sum = film_.f0(towards(0.459701f), p.base_color) + film_.f0(towards(0.888074f), p.base_color);
+      mean_metal_f0 = lerp(p.base_color, sum * 0.5f, film_.amount);
+    }
   }
 
   Rgb fms(0.0f);
