@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/fidelity.py: its metrics against values from the papers, its camera rules, and whole runs on a folder made here.
+"""bench/fidelity.py: its metrics against values from the papers, its camera rules, whole runs on a folder made here; the gallery's names.
 
 test_fidelity.py BENCH_FOLDER SCENES_FOLDER [kindling]
 """
@@ -26,6 +26,7 @@ import fidelity
 import fidelity_pictures
 import fidelity_scenarios
 import flip
+import gallery_pictures
 
 
 def constant(color, size=32):
@@ -157,6 +158,17 @@ class Scenarios(unittest.TestCase):
         figures = {name: {"flip": f, "delta_e": 10 * f} for name, f in (("vray", 0.1), ("blender-cycles", 0.3), ("filament", 0.9))}
         self.assertEqual(fidelity.summarise(figures)["flip_median"], 0.2)
         self.assertEqual(fidelity.summarise({"filament": figures["filament"]})["delta_e_min"], 9.0)
+
+
+class Gallery(unittest.TestCase):
+    def test_names_stand_below_spheres(self):
+        for scene in sorted((SCENES / "gallery").glob("*.glb")):
+            if scene.stem != "material_gallery":
+                places = list(gallery_pictures.spheres(scene))
+                self.assertEqual(len(places), 7, scene)
+                self.assertTrue(all(0.05 < x < 0.95 and name for x, name in places), scene)
+                self.assertEqual(places, sorted(places, key=lambda place: place[0]))
+                self.assertAlmostEqual(places[3][0], 0.5)
 
 
 @unittest.skipUnless(PROGRAM and shutil.which("oiiotool"), "needs kindling and oiiotool")
