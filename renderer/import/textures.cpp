@@ -5,6 +5,7 @@
 #include "renderer/image/decode_image.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/uri.h"
+#include "renderer/texture/texture_memory.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -129,8 +130,15 @@ void find_equal(std::vector<Picture>& pictures) {
   }
 }
 
-void decode_all(const Document& document, std::vector<Picture>& pictures, ProgressListener* listener) {
+Result<std::shared_ptr<const Image>> keep(TextureMemory* memory, Image&& image) {
+  if (memory) return memory->keep(std::move(image));
+  return std::make_shared<const Image>(std::move(image));
+}
+
+void decode_all(const Document& document, std::vector<Picture>& pictures, TextureMemory* memory,
+                ProgressListener* listener) {
   std::mutex mutex;
+  std::string not_kept; // why one could not be
   size_t done = 0;
   std::atomic<uint64_t> total{0};
   tbb::parallel_for(size_t{0}, pictures.size(), [&](size_t i) {
@@ -139,7 +147,13 @@ void decode_all(const Document& document, std::vector<Picture>& pictures, Progre
       Result<Image> image = decode_image(picture.bytes, picture.name);
       if (image) {
         total.fetch_add(image.value().byte_count());
-        picture.decoded = std::make_shared<const Image>(std::move(image).value());
+        Result<std::shared_ptr<const Image>> kept = keep(memory, std::move(image).value());
+        if (kept) {
+          picture.decoded = std::move(kept).value();
+        } else {
+          const std::lock_guard lock(mutex);
+          not_kept = kept.error().message;
+        }
       } else {
         picture.error = image.error().message;
       }
@@ -150,6 +164,7 @@ void decode_all(const Document& document, std::vector<Picture>& pictures, Progre
     listener->on_progress(
         {.phase = Phase::textures, .done = static_cast<double>(done), .total = static_cast<double>(pictures.size())});
   });
+  if (!not_kept.empty()) fail("/images", not_kept);
   if (total.load() > document.limits.max_texture_bytes) {
     fail("/images", fmt::format("decoded pictures of more than {} bytes", document.limits.max_texture_bytes));
   }
@@ -174,7 +189,8 @@ void import_samplers(const Document& document, Scene& scene) {
   }
 }
 
-void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings) {
+void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
+                   Warnings& warnings) {
   const std::vector<bool> used = used_textures(scene);
   std::map<int, size_t> picture_of_image;
   std::vector<Picture> pictures;
@@ -204,7 +220,7 @@ void import_images(Document& document, Scene& scene, ProgressListener* listener,
     document.content_hash = hash_bytes(std::as_bytes(std::span(&picture.hash, 1)), document.content_hash);
   }
   find_equal(pictures);
-  decode_all(document, pictures, listener);
+  decode_all(document, pictures, memory, listener);
 
   for (Picture& picture : pictures) {
     const Picture& source = pictures[picture.same_as];

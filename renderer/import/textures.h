@@ -13,6 +13,7 @@ void import_samplers(const Document& document, Scene& scene);
 // Gives an Image to each texture that a material uses; equal pictures are held once, even under two names. What cannot
 // be read is a warning. Adds the pictures' bytes to document.content_hash. Throws ImportFailure if the pictures need
 // more than ImportLimits::max_texture_bytes.
-void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings);
+void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
+                   Warnings& warnings);
 
 } // namespace kindling::gltf

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/ray_cone.h"
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/shade_group.h"
@@ -24,6 +25,7 @@ struct PathState {
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
   const LightShares* light_shares = nullptr;                 // likewise
+  RayCone cone;                                              // of the ray: how much of the scene this sample stands for
   float alpha = 1.0f;
   float guiding = 1.0f; // product over the reflections of density with guiding / density without
   uint16_t bounce = 0;  // reflections so far
@@ -37,7 +39,7 @@ struct PathState {
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 104);
+static_assert(sizeof(PathState) == 112);
 
 // A light sample that waits for its shadow ray.
 struct ShadowRecord {
