@@ -6,6 +6,7 @@
 #include "renderer/guiding/guide.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/mis.h"
 
 namespace kindling {
@@ -44,8 +45,8 @@ void record_reflection(const Vertex& vertex, const GuidedBsdf::Sample& scattered
 
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide)
-    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
-      guide_(guide) {}
+    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter),
+      sample_width_(kindling::sample_width(sampler)), aovs_(aovs), guide_(guide) {}
 
 std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
   return std::make_unique<PathContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
@@ -80,6 +81,7 @@ void PathIntegrator::start_wave(const PixelRect& block, const SampleRange& sampl
   for (size_t slot = 0; slot < count; ++slot) {
     context.active[slot] = static_cast<uint32_t>(slot);
     context.states[slot] = PathState{};
+    context.states[slot].cone = sample_cone(camera_, context.rays[slot].direction, sample_width_);
     if (context.recorder) context.recorder->start_path(slot);
   }
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
@@ -128,13 +130,20 @@ void PathIntegrator::shade(PathContext& context) const {
 // What the paths of a group have met. Memory is asked for ahead: the latency of one hides behind those of the others.
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
   const std::span<const accel::Hit> hits(context.hits.data() + first, count);
-  world_.prefetch(hits);
+  const std::span<const accel::Ray> rays(context.rays.data() + first, count);
+  std::array<RayFootprint, ShadeGroup::kSize> footprints;
+  for (size_t i = 0; i < count; ++i) {
+    PathState& state = context.states[context.active[first + i]];
+    state.cone.width_m = state.cone.width_at(hits[i].t);
+    footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
+  }
+  world_.prefetch(rays, hits, std::span(footprints).first(count));
   for (size_t i = 0; i < count; ++i) {
     if (!hits[i].is_hit())
       context.group.members[i].escaped = world_.lights().locate_in_environment(context.rays[first + i].direction);
   }
   for (size_t i = 0; i < count; ++i) {
-    if (hits[i].is_hit()) world_.surface_at(context.rays[first + i], hits[i], context.group.members[i].surface);
+    if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], context.group.members[i].surface, footprints[i]);
   }
 }
 
@@ -304,6 +313,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
 
   state.emission_only = !count_bounce(scattered->lobe, state);
   if (settings_.caustics == Caustics::regularised) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
+  state.cone = scattered_cone(state.cone, scattered->pdf);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.light_normal();

@@ -82,6 +82,7 @@ class PathIntegrator final : public Integrator {
   const Camera& camera_;
   Sampler sampler_;
   PixelFilter filter_;
+  float sample_width_; // of the cone of a sample, relative to its pixel's
   AovSet aovs_;
   const Guide* guide_; // null: unguided
 };

@@ -5,6 +5,7 @@
 #include "renderer/bsdf/dispersion.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/warp.h"
 
 namespace kindling {
@@ -130,6 +131,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
   if (context.recorder) context.recorder->arrive(slot, state, nullptr);
 
   state.bsdf_pdf = 0.0f; // lights are not sampled inside
+  state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
   const V3f position = ray.origin + ray.direction * t;
   const V3f wi = Frame::around(ray.direction)
                      .to_world(sample_henyey_greenstein(Sampler::sample_2d(key, sample.address.index, 2),

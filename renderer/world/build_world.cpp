@@ -3,11 +3,11 @@
 #include "renderer/world/build_world.h"
 
 #include "renderer/world/builtin_environment.h"
+#include "renderer/world/texture_table.h"
 
 #include <algorithm>
 #include <chrono>
 #include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -35,7 +35,7 @@ class WorldBuilder {
 
   Result<std::unique_ptr<const World>> build() {
     const auto start = std::chrono::steady_clock::now();
-    prepare_materials();
+    if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
     prepare_geometry();
     collect_lights();
     if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
@@ -47,24 +47,13 @@ class WorldBuilder {
  private:
   // --- textures and materials -----------------------------------------------------------------------------------------
 
-  // One Texture for each use of a picture as colour or as data; the pixels are shared.
-  int32_t bind_texture(const TextureSlot& slot, TextureEncoding encoding) {
-    if (!slot.present()) return kNone;
-    const SceneTexture& source = scene_.textures[static_cast<size_t>(slot.texture)];
-    if (!source.image) return kNone;
-    const auto [entry, inserted] =
-        texture_numbers_.try_emplace({slot.texture, encoding}, static_cast<int32_t>(world_->textures_.size()));
-    if (inserted)
-      world_->textures_.emplace_back(source.image,
-                                     TextureSettings{source.wrap_u, source.wrap_v, source.filter, encoding});
-    return entry->second;
-  }
-
-  TextureBinding bind(const TextureSlot& slot, TextureEncoding encoding) {
-    return make_binding(slot, bind_texture(slot, encoding));
+  TextureBinding bind(const TextureSlot& slot, TextureContent content) {
+    return make_binding(slot, slot.present() ? textures_.number_of(slot.texture, content) : kNone);
   }
 
   ShadingMaterial prepare(const Material& material) {
+    const TextureContent base_color_content =
+        material.alpha_mode == AlphaMode::opaque ? TextureContent::color : TextureContent::cutout_color;
     ShadingMaterial shading;
     shading.base_color_factor = material.base_color_factor;
     shading.metallic_factor = material.metallic_factor;
@@ -79,12 +68,12 @@ class WorldBuilder {
     shading.alpha_mode = material.alpha_mode;
     shading.double_sided = material.double_sided;
     shading.unlit = material.unlit;
-    shading.base_color = bind(material.base_color_texture, TextureEncoding::srgb);
-    shading.metallic_roughness = bind(material.metallic_roughness_texture, TextureEncoding::linear);
-    shading.normal = bind(material.normal_texture, TextureEncoding::linear);
-    shading.emission = bind(material.emissive_texture, TextureEncoding::srgb);
-    shading.specular = bind(material.specular_texture, TextureEncoding::linear);
-    shading.specular_color = bind(material.specular_color_texture, TextureEncoding::srgb);
+    shading.base_color = bind(material.base_color_texture, base_color_content);
+    shading.metallic_roughness = bind(material.metallic_roughness_texture, TextureContent::data);
+    shading.normal = bind(material.normal_texture, TextureContent::tangent_normal);
+    shading.emission = bind(material.emissive_texture, TextureContent::color);
+    shading.specular = bind(material.specular_texture, TextureContent::data);
+    shading.specular_color = bind(material.specular_color_texture, TextureContent::color);
     if (material.specular_glossiness) {
       shading.specular_glossiness = true;
       shading.ior = 0.0f; // the colour is F0 itself
@@ -98,37 +87,37 @@ class WorldBuilder {
       world_->layer_materials_.push_back(layers);
       world_->media_.push_back(make_medium(material));
     }
+    for (const TextureSlot* slot : texture_slots(material)) shading.textured |= slot->present();
     return shading;
   }
 
   LayerMaterial prepare_layers(const Material& material) {
     LayerMaterial layers = make_layer_material(material);
-    layers.clearcoat = bind(material.clearcoat_texture, TextureEncoding::linear);
-    layers.clearcoat_roughness = bind(material.clearcoat_roughness_texture, TextureEncoding::linear);
-    layers.clearcoat_normal = bind(material.clearcoat_normal_texture, TextureEncoding::linear);
-    layers.sheen_color = bind(material.sheen_color_texture, TextureEncoding::srgb);
-    layers.sheen_roughness = bind(material.sheen_roughness_texture, TextureEncoding::linear);
-    layers.anisotropy = bind(material.anisotropy_texture, TextureEncoding::linear);
-    layers.iridescence = bind(material.iridescence_texture, TextureEncoding::linear);
-    layers.iridescence_thickness = bind(material.iridescence_thickness_texture, TextureEncoding::linear);
-    layers.transmission = bind(material.transmission_texture, TextureEncoding::linear);
-    layers.diffuse_transmission = bind(material.diffuse_transmission_texture, TextureEncoding::linear);
-    layers.diffuse_transmission_color = bind(material.diffuse_transmission_color_texture, TextureEncoding::srgb);
+    layers.clearcoat = bind(material.clearcoat_texture, TextureContent::data);
+    layers.clearcoat_roughness = bind(material.clearcoat_roughness_texture, TextureContent::data);
+    layers.clearcoat_normal = bind(material.clearcoat_normal_texture, TextureContent::tangent_normal);
+    layers.sheen_color = bind(material.sheen_color_texture, TextureContent::color);
+    layers.sheen_roughness = bind(material.sheen_roughness_texture, TextureContent::data);
+    layers.anisotropy = bind(material.anisotropy_texture, TextureContent::data);
+    layers.iridescence = bind(material.iridescence_texture, TextureContent::data);
+    layers.iridescence_thickness = bind(material.iridescence_thickness_texture, TextureContent::data);
+    layers.transmission = bind(material.transmission_texture, TextureContent::data);
+    layers.diffuse_transmission = bind(material.diffuse_transmission_texture, TextureContent::data);
+    layers.diffuse_transmission_color = bind(material.diffuse_transmission_color_texture, TextureContent::color);
     return layers;
   }
 
-  void prepare_materials() {
+  Result<void> prepare_materials() {
     scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
     for (const Material& material : scene_.materials) {
       world_->materials_.push_back(prepare(material));
       world_->material_names_.push_back(material.name);
     }
-    std::set<const Image*> pictures; // shared ones count once
-    for (const auto& [key, number] : texture_numbers_) {
-      const Image* picture = scene_.textures[static_cast<size_t>(key.first)].image.get();
-      if (pictures.insert(picture).second) world_->statistics_.texture_bytes += picture->byte_count();
-    }
+    auto textures = textures_.build(options_.texture_memory, world_->statistics_.texture_bytes);
+    if (!textures) return textures.error();
+    world_->textures_ = std::move(textures).value();
     for (SceneTexture& texture : scene_.textures) texture.image.reset();
+    return {};
   }
 
   [[nodiscard]] uint32_t material_index(const Primitive& primitive) const {
@@ -414,7 +403,7 @@ class WorldBuilder {
   const CancelToken* cancel_;
   ProgressListener* listener_;
   std::unique_ptr<World> world_;
-  std::map<std::pair<int, TextureEncoding>, int32_t> texture_numbers_;
+  TextureTable textures_{scene_.textures};
   bool has_lamp_ = false;
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> groups_;
