@@ -3,6 +3,7 @@
 #include "renderer/world/build_world.h"
 
 #include "renderer/world/builtin_environment.h"
+#include "renderer/world/prepare_material.h"
 #include "renderer/world/texture_table.h"
 
 #include <algorithm>
@@ -47,70 +48,17 @@ class WorldBuilder {
  private:
   // --- textures and materials -----------------------------------------------------------------------------------------
 
-  TextureBinding bind(const TextureSlot& slot, TextureContent content) {
-    return make_binding(slot, slot.present() ? textures_.number_of(slot.texture, content) : kNone);
-  }
-
-  ShadingMaterial prepare(const Material& material) {
-    const TextureContent base_color_content =
-        material.alpha_mode == AlphaMode::opaque ? TextureContent::color : TextureContent::cutout_color;
-    ShadingMaterial shading;
-    shading.base_color_factor = material.base_color_factor;
-    shading.metallic_factor = material.metallic_factor;
-    shading.roughness_factor = material.roughness_factor;
-    shading.normal_scale = material.normal_scale;
-    shading.emission_factor = material.emissive_factor * material.emissive_strength;
-    shading.emissive = !is_black(shading.emission_factor) && !material.unlit;
-    shading.ior = material.ior;
-    shading.specular_factor = material.specular_factor;
-    shading.specular_color_factor = material.specular_color_factor;
-    shading.alpha_cutoff = material.alpha_cutoff;
-    shading.alpha_mode = material.alpha_mode;
-    shading.double_sided = material.double_sided;
-    shading.unlit = material.unlit;
-    shading.base_color = bind(material.base_color_texture, base_color_content);
-    shading.metallic_roughness = bind(material.metallic_roughness_texture, TextureContent::data);
-    shading.normal = bind(material.normal_texture, TextureContent::tangent_normal);
-    shading.emission = bind(material.emissive_texture, TextureContent::color);
-    shading.specular = bind(material.specular_texture, TextureContent::data);
-    shading.specular_color = bind(material.specular_color_texture, TextureContent::color);
-    if (material.specular_glossiness) {
-      shading.specular_glossiness = true;
-      shading.ior = 0.0f; // the colour is F0 itself
-      shading.roughness_factor = 1.0f - material.glossiness_factor;
-    }
-    if (has_layers(material) && !material.unlit) {
-      shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
-      const LayerMaterial layers = prepare_layers(material);
-      shading.pane = layers.pane();
-      world_->has_panes_ |= shading.pane;
-      world_->layer_materials_.push_back(layers);
-      world_->media_.push_back(make_medium(material));
-    }
-    for (const TextureSlot* slot : texture_slots(material)) shading.textured |= slot->present();
-    return shading;
-  }
-
-  LayerMaterial prepare_layers(const Material& material) {
-    LayerMaterial layers = make_layer_material(material);
-    layers.clearcoat = bind(material.clearcoat_texture, TextureContent::data);
-    layers.clearcoat_roughness = bind(material.clearcoat_roughness_texture, TextureContent::data);
-    layers.clearcoat_normal = bind(material.clearcoat_normal_texture, TextureContent::tangent_normal);
-    layers.sheen_color = bind(material.sheen_color_texture, TextureContent::color);
-    layers.sheen_roughness = bind(material.sheen_roughness_texture, TextureContent::data);
-    layers.anisotropy = bind(material.anisotropy_texture, TextureContent::data);
-    layers.iridescence = bind(material.iridescence_texture, TextureContent::data);
-    layers.iridescence_thickness = bind(material.iridescence_thickness_texture, TextureContent::data);
-    layers.transmission = bind(material.transmission_texture, TextureContent::data);
-    layers.diffuse_transmission = bind(material.diffuse_transmission_texture, TextureContent::data);
-    layers.diffuse_transmission_color = bind(material.diffuse_transmission_color_texture, TextureContent::color);
-    return layers;
-  }
-
   Result<void> prepare_materials() {
     scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
     for (const Material& material : scene_.materials) {
-      world_->materials_.push_back(prepare(material));
+      PreparedMaterial prepared = prepare_material(material, textures_);
+      if (prepared.layers) {
+        prepared.shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
+        world_->has_panes_ |= prepared.shading.pane;
+        world_->layer_materials_.push_back(*prepared.layers);
+        world_->media_.push_back(make_medium(material));
+      }
+      world_->materials_.push_back(prepared.shading);
       world_->material_names_.push_back(material.name);
     }
     auto textures = textures_.build(options_.texture_memory, world_->statistics_.texture_bytes);
