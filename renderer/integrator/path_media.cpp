@@ -32,7 +32,6 @@ PathIntegrator::LayersHere PathIntegrator::resolve_layers(SurfacePoint& surface,
                                                           const PathState& state, const MediumStack& media,
                                                           float u_wavelength) const {
   LayersHere here;
-  if (!surface.layered) return here;
   LayerParameters& layers = surface.layers.bsdf;
   here.parameters = &layers;
   if (layers.clearcoat > 0.0f) layers.clearcoat_normal = frame.to_local(surface.layers.clearcoat_normal);
@@ -73,8 +72,8 @@ void PathIntegrator::pass_boundary(const SurfacePoint& surface, PathState& state
 
 void PathIntegrator::cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media) {
   if (!vertex.surface.layers.boundary) return;
-  if (state.wavelength_nm == 0.0f) state.throughput *= vertex.layers.wavelength_weight;
-  state.wavelength_nm = vertex.layers.wavelength_nm;
+  if (state.wavelength_nm == 0.0f) state.throughput *= vertex.layers->wavelength_weight;
+  state.wavelength_nm = vertex.layers->wavelength_nm;
   pass_boundary(vertex.surface, state, media);
 }
 

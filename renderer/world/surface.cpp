@@ -95,22 +95,24 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   }
 
   float slope_variance = 0.0f; // of the normals that a coarse level has averaged
-  VertexFrame vertex{.normal = normal, .front = front};
+  const V3f vertex_normal = normal;
+  V3f tangent, bitangent; // only with has_tangent
+  bool has_tangent = false;
   if (geometry.tangent_offset != Geometry::kAbsent) {
     const V4f tangent4 = geometry.interpolate4(lookup.records, geometry.tangent_offset, lookup.barycentric);
-    V3f tangent(tangent4.x, tangent4.y, tangent4.z);
+    tangent = V3f(tangent4.x, tangent4.y, tangent4.z);
     if (!instance.identity) tangent = transform_vector(instance.object_to_world, tangent);
     const float handedness = (tangent4.w < 0.0f) != instance.mirrored ? -1.0f : 1.0f;
     const float tangent_length = tangent.length();
-    if (tangent_length > 0.0f && std::isfinite(tangent_length)) {
-      vertex.tangent = tangent / tangent_length;
-      vertex.bitangent = normal.cross(vertex.tangent) * handedness;
-      vertex.has_tangent = true;
+    has_tangent = tangent_length > 0.0f && std::isfinite(tangent_length);
+    if (has_tangent) {
+      tangent /= tangent_length;
+      bitangent = normal.cross(tangent) * handedness;
     }
   }
-  if (material.normal.present() && vertex.has_tangent) {
+  if (has_tangent && material.normal.present()) {
     const Rgb texel = textures.sample_rgb(material.normal);
-    const V3f n = normal_from_map(texel, material.normal_scale, vertex.tangent, vertex.bitangent, normal);
+    const V3f n = normal_from_map(texel, material.normal_scale, tangent, bitangent, normal);
     const float length = n.length();
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
     if (textures.place(material.normal).level > 0)
@@ -168,7 +170,10 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   }
   if (material.layers != kNone) {
     surface.layered = true;
-    layers_at(textures, vertex, wo, surface);
+    VertexFrame vertex{.normal = vertex_normal, .has_tangent = has_tangent, .front = front};
+    if (has_tangent) vertex.tangent = tangent, vertex.bitangent = bitangent;
+    layers_at(TextureLookup(textures_, lookup, seen), vertex, wo,
+              surface); // its own, so that ours can stay in registers
   }
 
   if (material.emissive && (front || material.double_sided)) {

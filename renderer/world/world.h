@@ -57,6 +57,7 @@ struct SurfacePoint {
   BsdfParameters bsdf;
   SurfaceLayers layers;
 
+  [[nodiscard]] bool has_pane() const { return layered && layers.pane; }
   // For light sampling: zero where light from all around is wanted.
   [[nodiscard]] V3f light_normal() const { return layered && layers.transmits ? V3f(0.0f) : geometric_normal; }
 };
