@@ -47,7 +47,7 @@ LayerMaterial make_layer_material(const Material& m) {
 Medium make_medium(const Material& m) {
   Medium medium;
   medium.ior = m.ior > 0.0f ? m.ior : 1.0f;
-  medium.dispersion = m.dispersion;
+  medium.dispersion = medium.ior == 1.0f ? 0.0f : m.dispersion; // n - 1 is what disperses: no wavelength need be drawn
   medium.scatter_anisotropy = m.scatter_anisotropy;
   if (!(m.attenuation_distance_m > 0.0f) || !std::isfinite(m.attenuation_distance_m)) return medium;
   for (unsigned c = 0; c < 3; ++c) {
