@@ -108,8 +108,7 @@ def run(kindling, scenario, arguments, picture):
             golden = fidelity_pictures.read(path, (width, height))
             record["goldens"][renderer], error = fidelity_pictures.compare(ours, golden, scenario.skybox)
             mime = "image/png" if path.suffix == ".png" else "image/webp"
-            pictures["goldens"][renderer] = (mime, path.read_bytes(), fidelity_pictures.encode(
-                fidelity_pictures.difference_colors(error), quality=70))
+            pictures["goldens"][renderer] = (mime, path.read_bytes(), fidelity_pictures.difference_png(error))
     record["summary"] = summarise(record["goldens"])
     return record, pictures
 

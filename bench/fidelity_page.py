@@ -25,7 +25,7 @@ document.querySelectorAll("img.golden").forEach(golden => {
 
 def page(result, pictures):
     """result: what the JSON file holds, scenarios in their order on the page. pictures: {scenario: {"ours": webp bytes,
-    "goldens": {renderer: (mime type, bytes, webp bytes of the difference map)}}}."""
+    "goldens": {renderer: (mime type, bytes, PNG bytes of the difference map)}}}."""
     text = [plots.page_start("Render fidelity", STYLE), "<h1>Render fidelity</h1>\n",
             f"<p>{html.escape(result['settings']['folder'])}: {len(result['scenarios'])} scenarios, {result['settings']['spp']} samples "
             "per pixel. FLIP: 0 the same, 1 as different as can be; &Delta;E: CIEDE2000; ratio: mean linear radiance, ours / theirs, red green "
@@ -68,7 +68,7 @@ def section(scenario, pictures):
         ratio = " ".join(number(value, 2) for value in figures["ratio"])
         caption = (f"FLIP {number(figures['flip'])}, &Delta;E {number(figures['delta_e'], 1)}<br>ratio {ratio}"
                    + (f"<br>silhouette {100 * figures['silhouette']:.1f} %" if figures["silhouette"] > 0.005 else ""))
-        text.append(figure([("golden", mime, golden), ("map", "image/webp", difference)], renderer, caption))
+        text.append(figure([("golden", mime, golden), ("map", "image/png", difference)], renderer, caption))
     text.append("</div></section>\n")
     return "".join(text)
 

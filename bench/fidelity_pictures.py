@@ -16,6 +16,7 @@ import pixels
 OPAQUE = 254.5 / 255.0
 # Encoded values between which tone mapping is inverted: not near black, where a byte is coarse, nor near white, where it saturates.
 INVERTIBLE = (0.1, 0.95)
+FILTER_REACH = 10  # pixels; flip.py's widest filter at its default resolution
 # A map from no difference to all of it: black, violet, orange, pale yellow, of growing luminance.
 MAP = np.array([[0, 0, 4], [40, 17, 89], [114, 31, 129], [183, 55, 121], [241, 96, 93], [254, 176, 120], [252, 253, 191]], float)
 
@@ -27,21 +28,16 @@ class Image:
 
 
 def read(path, size_px=None):
-    """Any picture that OpenImageIO reads, values as stored; resized where another size (width, height) is wanted."""
-    width, height, channels, values = flat_values(path)
-    if size_px and size_px != (width, height):
-        width, height, channels, values = flat_values(path, "--resize:filter=lanczos3", f"{size_px[0]}x{size_px[1]}")
+    """Any picture that OpenImageIO reads, values as stored; resized where a size (width, height) is given."""
+    with tempfile.TemporaryDirectory() as folder:
+        flat = Path(folder) / "flat.tif"
+        resize = ["--resize:filter=lanczos3", f"{size_px[0]}x{size_px[1]}"] if size_px else []
+        subprocess.run([pixels.oiiotool(), "-q", str(path), *resize, "-d", "float", "--scanline", "--planarconfig", "contig",
+                        "--compression", "none", "-o", str(flat)], check=True)
+        width, height, channels, values = pixels.float_tiff(flat.read_bytes())
     values = np.nan_to_num(np.frombuffer(values, np.float32).reshape(height, width, channels), posinf=1e6)
     rgb = values[..., :3] if channels >= 3 else np.repeat(values[..., :1], 3, axis=-1)
     return Image(rgb, values[..., channels - 1] if channels in (2, 4) else np.ones((height, width), np.float32))
-
-
-def flat_values(path, *words):
-    with tempfile.TemporaryDirectory() as folder:
-        flat = Path(folder) / "flat.tif"
-        subprocess.run([pixels.oiiotool(), "-q", str(path), *words, "-d", "float", "--scanline", "--planarconfig", "contig",
-                        "--compression", "none", "-o", str(flat)], check=True)
-        return pixels.float_tiff(flat.read_bytes())
 
 
 def tone_mapped(image):
@@ -63,11 +59,20 @@ def compare(ours, golden, whole):
     silhouette = 0.0 if whole else float(np.sum(covered != (ours.alpha >= 0.5)) / max(np.sum(covered), 1))
     if not mask.any():
         return {"flip": None, "delta_e": None, "ratio": [None] * 3, "silhouette": silhouette, "pixels": 0}, np.zeros(mask.shape)
-    error = flip.flip(wanted, np.where(mask[..., None], shown, wanted))
-    error = np.where(mask, error, 0.0)
+    error = np.zeros(mask.shape)
+    window = around(mask)
+    error[window] = flip.flip(wanted[window], np.where(mask[..., None], shown, wanted)[window])
+    error[~mask] = 0.0
     lab = [flip.linear_to_lab(flip.srgb_to_linear(p[mask])) for p in (wanted, shown)]
     return {"flip": float(error[mask].mean()), "delta_e": float(color_difference.ciede2000(*lab).mean()),
             "ratio": linear_ratio(shown[mask], wanted[mask]), "silhouette": silhouette, "pixels": int(mask.sum())}, error
+
+
+def around(mask):
+    """The window that holds the mask and what FLIP's filters see around it."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return (slice(max(rows[0] - FILTER_REACH, 0), rows[-1] + FILTER_REACH + 1),
+            slice(max(columns[0] - FILTER_REACH, 0), columns[-1] + FILTER_REACH + 1))
 
 
 def linear_ratio(ours, golden):
@@ -80,10 +85,12 @@ def linear_ratio(ours, golden):
     return [float(a / b) if b > 0 else None for a, b in zip(ours, golden)]
 
 
-def difference_colors(error):
-    """Bytes of a map of values in [0, 1]."""
-    place = np.clip(error, 0.0, 1.0) * (len(MAP) - 1)
-    return np.stack([np.interp(place, np.arange(len(MAP)), MAP[:, c]) for c in range(3)], axis=-1).round().astype(np.uint8)
+def difference_png(error):
+    """A PNG of a map of values in [0, 1], with a palette of 64 colours."""
+    place = np.linspace(0.0, len(MAP) - 1, 64)
+    palette = np.stack([np.interp(place, np.arange(len(MAP)), MAP[:, c]) for c in range(3)], axis=-1).round().astype(np.uint8)
+    levels = (np.clip(error, 0.0, 1.0) * 63).round().astype(np.uint8)
+    return png_file(levels[..., None], 3, [(b"PLTE", palette.tobytes())], 9)
 
 
 def encode(rgb, alpha=None, quality=85):
@@ -97,12 +104,18 @@ def encode(rgb, alpha=None, quality=85):
 
 
 def png(rgb, alpha=None):
-    height, width = rgb.shape[:2]
     channels = rgb if alpha is None else np.concatenate([rgb, (np.clip(alpha, 0, 1) * 255).round().astype(np.uint8)[..., None]], -1)
+    return png_file(channels, 2 if alpha is None else 6, [], 1)
+
+
+def png_file(channels, color_type, chunks, level):
+    """channels: (height, width, count) bytes."""
+    height, width = channels.shape[:2]
     rows = np.concatenate([np.zeros((height, 1), np.uint8), channels.reshape(height, -1)], axis=1)
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", width, height, 8, 2 if alpha is None else 6, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 1)) + chunk(b"IEND", b"")
+    header = struct.pack(">IIBBBBB", width, height, 8, color_type, 0, 0, 0)
+    body = b"".join(chunk(*c) for c in [(b"IHDR", header), *chunks, (b"IDAT", zlib.compress(rows.tobytes(), level)), (b"IEND", b"")])
+    return b"\x89PNG\r\n\x1a\n" + body

@@ -15,6 +15,7 @@
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/animated_members.h"
 #include "renderer/session/render_session.h"
+#include "renderer/texture/texture_memory.h"
 #include "renderer/world/build_world.h"
 
 #include <fmt/format.h>
@@ -84,10 +85,13 @@ class RenderCommand {
   Result<void> load() {
     const Clock::time_point start = Clock::now();
     display_.start_phase(Phase::load);
+    if (options_.texture_memory_bytes) texture_memory_.emplace(*options_.texture_memory_bytes);
+    ImportOptions import_options;
+    import_options.texture_memory = texture_memory_ ? &*texture_memory_ : nullptr;
     std::optional<Result<EnvironmentPointer>> environment;
     tbb::task_group group;
     group.run([&] { environment.emplace(load_environment(options_)); });
-    Result<Scene> scene = load_gltf(options_.scene_file, {}, &display_);
+    Result<Scene> scene = load_gltf(options_.scene_file, import_options, &display_);
     group.wait();
     if (!scene.ok()) return scene.error();
     if (!environment->ok()) return environment->error();
@@ -123,6 +127,7 @@ class RenderCommand {
     world_options.accelerator = options_.accelerator;
     world_options.quality = options_.quality;
     world_options.environment = environment_;
+    world_options.texture_memory = texture_memory_ ? &*texture_memory_ : nullptr;
     Result<std::unique_ptr<const World>> world =
         build_world(std::move(scene_), std::move(posed_), world_options, &cancel_, &display_);
     if (!world.ok()) return world.error();
@@ -180,6 +185,8 @@ class RenderCommand {
     Result<RenderOutcome> outcome = render(*world_, *camera_, settings(), &cancel_, &display_);
     display_.end_phase();
     if (!outcome.ok()) return outcome.error();
+    if (const std::string failure = texture_memory_ ? texture_memory_->failure() : ""; !failure.empty())
+      return Error{ErrorKind::input_output, "--texture-memory: textures could not be read back: " + failure};
     fill_report(outcome.value());
     warn_of_non_finite(outcome.value().statistics.rays);
     const int code = outcome.value().interrupted ? exit_code_of_signal(signals_.received()) : kExitOk;
@@ -289,6 +296,7 @@ class RenderCommand {
   EnvironmentPointer environment_;
   std::optional<PlacedCamera> placed_camera_;
   V2i size_px_{0, 0};
+  std::optional<TextureMemory> texture_memory_; // outlives the world
   std::unique_ptr<const World> world_;
   std::optional<Camera> camera_;
 };

@@ -77,6 +77,7 @@ struct RenderOptions {
 
   int threads = 0; // 0: all
   int tile_size_px = 32;
+  std::optional<uint64_t> texture_memory_bytes; // unset: no bound
 
   std::filesystem::path stats_file;
   ProgressMode progress = ProgressMode::automatic;

@@ -144,6 +144,25 @@ Result<double> parse_duration(std::string_view text) {
   return seconds;
 }
 
+Result<uint64_t> parse_bytes(std::string_view text) {
+  constexpr std::string_view kUnits = "KMGT";
+  constexpr double kMost = 0x1p60;
+  std::string_view number = text;
+  double unit = 1.0;
+  if (!text.empty()) {
+    const size_t found = kUnits.find(text.back() >= 'a' ? static_cast<char>(text.back() - 'a' + 'A') : text.back());
+    if (found != std::string_view::npos) {
+      unit = std::exp2(10.0 * (static_cast<double>(found) + 1.0));
+      number.remove_suffix(1);
+    }
+  }
+  const std::optional<double> value = to_number(number);
+  if (!value) return wrong(text, "is not a size", "bytes, or a number with K, M, G or T as in 512M or 1.5G");
+  const double bytes = *value * unit;
+  if (!(bytes >= 1.0 && bytes <= kMost)) return wrong(text, "is out of range", "at least one byte, as in 512M or 2G");
+  return static_cast<uint64_t>(bytes);
+}
+
 Result<PixelRect> parse_crop(std::string_view text) {
   constexpr std::string_view kAccepted =
       "X0,Y0,X1,Y1 in pixels from the top left, X1 and Y1 not included, as in 0,0,640,360";

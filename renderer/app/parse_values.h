@@ -27,6 +27,8 @@ inline constexpr int kMaxSide = 65536;
 [[nodiscard]] Result<double> parse_scale(std::string_view text);
 // "90", "90s", "1.5m", "2h", "1h30m": seconds, above 0.
 [[nodiscard]] Result<double> parse_duration(std::string_view text);
+// "4096", "512K", "1.5M", "2G", "1T": bytes, in powers of 1024; at least 1.
+[[nodiscard]] Result<uint64_t> parse_bytes(std::string_view text);
 // "X0,Y0,X1,Y1": pixels from the top left corner, X1 and Y1 not included.
 [[nodiscard]] Result<PixelRect> parse_crop(std::string_view text);
 // "X,Y", not negative.

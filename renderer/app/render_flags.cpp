@@ -189,6 +189,10 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
               });
   flags.value("--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
               [&o](auto text) { return set_batch_size(text, o.integrator.batch_size); });
+  flags.value("--texture-memory", "SIZE",
+              "Memory for textures, as in 512M or 2G: sets that are larger are read through a cache of that size from "
+              "temporary files [all in memory]",
+              [&o](auto text) { return store(parse_bytes(text), o.texture_memory_bytes); });
 }
 
 void add_report_flags(FlagSet& flags, RenderOptions& o) {

@@ -30,6 +30,7 @@ Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i
 
   film_dx_ = right * (2.0f * half_film_.x / width);
   film_dy_ = up * (-2.0f * half_film_.y / height);
+  pixel_ = film_dy_.length();
   film_corner_ = up * half_film_.y - right * half_film_.x + (orthographic_ ? position_ : forward_);
 
   // Of a rigid transform the inverse rotation is the transpose.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/ray_cone.h"
 #include "renderer/scene/scene.h"
 
 #include <optional>
@@ -35,6 +36,15 @@ class Camera {
     return {position_, on_film * (1.0f / std::sqrt(on_film.dot(on_film)))}; // never zero: the film is at distance 1
   }
 
+  // The cone of one pixel around a ray of generate_ray(): as wide as the pixel, in the direction in which it looks narrower away from
+  // the centre of a perspective picture and wider in the other; the cone has the area of both.
+  [[nodiscard]] RayCone pixel_cone(const V3f& direction) const {
+    if (orthographic_) return {pixel_, 0.0f};
+    // The solid angle of a pixel falls with the third power of the cosine.
+    const float cosine = std::max(direction.dot(forward_), 0.0f);
+    return {0.0f, pixel_ * cosine * std::sqrt(cosine)};
+  }
+
   // Where a point of the world is seen, on the film or beyond its edges; nothing for points behind the camera or in its
   // plane.
   [[nodiscard]] std::optional<V2f> project(const V3f& p_world) const;
@@ -56,6 +66,7 @@ class Camera {
   V3f film_corner_;
   V3f film_dx_;
   V3f film_dy_;
+  float pixel_; // side of a pixel: perspective, at distance 1; orthographic, in metres
   V3f position_;
   V3f forward_;
   bool orthographic_ = false;

@@ -10,11 +10,46 @@ extern "C" {
 // with the detail in `message` (terminated by zero).
 using kindling_oiio_decode_hdr_function = int(const void* bytes, size_t size, int width, int height, float* pixels,
                                               char* message, size_t message_size);
+
+// Types of channels of tiled pictures: stored and cached as they are, bit by bit.
+enum kindling_oiio_type { kindling_oiio_u8 = 0, kindling_oiio_u16 = 1, kindling_oiio_f32 = 2 };
+
+struct kindling_oiio_picture {
+  int channels;
+  int type; // kindling_oiio_type
+  int level_count;
+  const int* sizes; // width, height of each level
+};
+
+// A row of a level, valid until the next call; null: failed.
+using kindling_oiio_read_row = const void*(void* context, int level, int row);
+
+// Writes a TIFF of 64 x 64 tiles. Returns and reports as above.
+using kindling_oiio_write_tiled_function = int(const char* file, const kindling_oiio_picture* picture,
+                                               kindling_oiio_read_row* read_row, void* context, char* message,
+                                               size_t message_size);
+
+// A cache of tiles that holds about `max_mebibytes`; null: failed.
+using kindling_oiio_open_cache_function = void*(double max_mebibytes, char* message, size_t message_size);
+using kindling_oiio_close_cache_function = void(void* cache);
+
+// A picture in a file that the function above wrote; null: failed. Belongs to the cache.
+using kindling_oiio_add_to_cache_function = void*(void* cache, const char* file, char* message, size_t message_size);
+
+// Texels (x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1]) of a level, texel_bytes each, one after the other. Thread-safe. Returns and
+// reports as above.
+using kindling_oiio_fetch_texels_function = int(void* cache, void* picture, int level, const int* x, const int* y,
+                                                size_t texel_bytes, void* texels, char* message, size_t message_size);
 }
 
 namespace kindling::image_detail {
 
-// As the module exports it. The number at its end changes with the signature: an old module is refused, not called.
+// As the module exports them. The number at the end changes with the signature: an old module is refused, not called.
 inline constexpr const char* kOiioDecodeHdrSymbol = "kindling_oiio_decode_hdr_1";
+inline constexpr const char* kOiioWriteTiledSymbol = "kindling_oiio_write_tiled_1";
+inline constexpr const char* kOiioOpenCacheSymbol = "kindling_oiio_open_cache_1";
+inline constexpr const char* kOiioCloseCacheSymbol = "kindling_oiio_close_cache_1";
+inline constexpr const char* kOiioAddToCacheSymbol = "kindling_oiio_add_to_cache_1";
+inline constexpr const char* kOiioFetchTexelsSymbol = "kindling_oiio_fetch_texels_1";
 
 } // namespace kindling::image_detail

@@ -13,6 +13,16 @@ namespace kindling::image_detail {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+template <typename Function>
+bool find(void* handle, const char* symbol, Function*& function) {
+  function = reinterpret_cast<Function*>(dlsym(handle, symbol));
+  return function != nullptr;
+}
+
+} // namespace
+
 std::vector<fs::path> oiio_module_folders() {
   std::vector<fs::path> folders;
   std::error_code code;
@@ -38,13 +48,18 @@ Result<OiioModule> load_oiio_module(std::span<const fs::path> folders) {
     if (!handle) {
       return Error{ErrorKind::input_output, fmt::format("the OpenImageIO module cannot be loaded: {}", dlerror())};
     }
-    auto* decode_hdr = reinterpret_cast<kindling_oiio_decode_hdr_function*>(dlsym(handle, kOiioDecodeHdrSymbol));
-    if (!decode_hdr) {
+    OiioModule module;
+    if (!(find(handle, kOiioDecodeHdrSymbol, module.decode_hdr) &&
+          find(handle, kOiioWriteTiledSymbol, module.write_tiled) &&
+          find(handle, kOiioOpenCacheSymbol, module.open_cache) &&
+          find(handle, kOiioCloseCacheSymbol, module.close_cache) &&
+          find(handle, kOiioAddToCacheSymbol, module.add_to_cache) &&
+          find(handle, kOiioFetchTexelsSymbol, module.fetch_texels))) {
       dlclose(handle);
       return Error{ErrorKind::input_output,
                    fmt::format("the OpenImageIO module {} is of another version of Kindling", file.string())};
     }
-    return OiioModule{decode_hdr};
+    return module;
   }
   return Error{ErrorKind::input_output,
                fmt::format("the OpenImageIO module {} was not found in {}", KINDLING_OIIO_FILE, searched)};

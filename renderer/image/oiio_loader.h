@@ -15,6 +15,11 @@ namespace kindling::image_detail {
 // Never unloaded; valid for the rest of the process.
 struct OiioModule {
   kindling_oiio_decode_hdr_function* decode_hdr = nullptr;
+  kindling_oiio_write_tiled_function* write_tiled = nullptr;
+  kindling_oiio_open_cache_function* open_cache = nullptr;
+  kindling_oiio_close_cache_function* close_cache = nullptr;
+  kindling_oiio_add_to_cache_function* add_to_cache = nullptr;
+  kindling_oiio_fetch_texels_function* fetch_texels = nullptr;
 };
 
 // Loaded by the first call, which also settles failure. Thread-safe.

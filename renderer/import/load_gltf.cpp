@@ -49,7 +49,7 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_nodes(document, scene, warnings);
   import_animations(document, scene, warnings);
   progress(1.0);
-  if (options.decode_textures) import_images(document, scene, listener, warnings);
+  if (options.decode_textures) import_images(document, scene, options.texture_memory, listener, warnings);
   scene.content_hash = document.content_hash;
   return scene;
 }

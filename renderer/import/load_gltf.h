@@ -28,9 +28,12 @@ struct ImportLimits {
   uint64_t max_gpu_instances = 1ULL << 26;
 };
 
+class TextureMemory;
+
 struct ImportOptions {
   ImportLimits limits;
-  bool decode_textures = true; // false: textures keep a null image (for `info`)
+  TextureMemory* texture_memory = nullptr; // null: all decoded pictures stay in memory
+  bool decode_textures = true;             // false: textures keep a null image (for `info`)
 };
 
 // Errors are of kind input_output (cannot be read) or scene_invalid, one line: file, JSON pointer, what was found, what

@@ -5,6 +5,7 @@
 #include "renderer/image/decode_image.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/uri.h"
+#include "renderer/texture/texture_memory.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -135,9 +136,16 @@ void find_equal(std::vector<Picture>& pictures) {
   }
 }
 
+Result<std::shared_ptr<const Image>> keep(TextureMemory* memory, Image&& image) {
+  if (memory) return memory->keep(std::move(image));
+  return std::make_shared<const Image>(std::move(image));
+}
+
 // Decodes the pictures from index `first` on.
-void decode_all(const Document& document, std::vector<Picture>& pictures, size_t first, ProgressListener* listener) {
+void decode_all(const Document& document, std::vector<Picture>& pictures, size_t first, TextureMemory* memory,
+                ProgressListener* listener) {
   std::mutex mutex;
+  std::string not_kept; // why one could not be
   size_t done = 0;
   std::atomic<uint64_t> total{0};
   for (size_t i = 0; i < first; ++i) {
@@ -149,7 +157,13 @@ void decode_all(const Document& document, std::vector<Picture>& pictures, size_t
       Result<Image> image = decode_image(picture.bytes, picture.name);
       if (image) {
         total.fetch_add(image.value().byte_count());
-        picture.decoded = std::make_shared<const Image>(std::move(image).value());
+        Result<std::shared_ptr<const Image>> kept = keep(memory, std::move(image).value());
+        if (kept) {
+          picture.decoded = std::move(kept).value();
+        } else {
+          const std::lock_guard lock(mutex);
+          not_kept = kept.error().message;
+        }
       } else {
         picture.error = image.error().message;
       }
@@ -161,13 +175,15 @@ void decode_all(const Document& document, std::vector<Picture>& pictures, size_t
                            .done = static_cast<double>(done),
                            .total = static_cast<double>(pictures.size() - first)});
   });
+  if (!not_kept.empty()) fail("/images", not_kept);
   if (total.load() > document.limits.max_texture_bytes) {
     fail("/images", fmt::format("decoded pictures of more than {} bytes", document.limits.max_texture_bytes));
   }
 }
 
 // Fetches and decodes the pictures from index `first` on.
-void load_pictures(Document& document, std::vector<Picture>& pictures, size_t first, ProgressListener* listener) {
+void load_pictures(Document& document, std::vector<Picture>& pictures, size_t first, TextureMemory* memory,
+                   ProgressListener* listener) {
   tbb::parallel_for(first, pictures.size(), [&](size_t i) {
     fetch(document, pictures[i]);
     pictures[i].hash = hash_bytes(pictures[i].bytes);
@@ -179,7 +195,7 @@ void load_pictures(Document& document, std::vector<Picture>& pictures, size_t fi
     document.content_hash = hash_bytes(std::as_bytes(std::span(&picture.hash, 1)), document.content_hash);
   }
   find_equal(pictures);
-  decode_all(document, pictures, first, listener);
+  decode_all(document, pictures, first, memory, listener);
   for (size_t i = first; i < pictures.size(); ++i) {
     const Picture& source = pictures[pictures[i].same_as];
     pictures[i].decoded = source.decoded;
@@ -206,7 +222,8 @@ void import_samplers(const Document& document, Scene& scene) {
   }
 }
 
-void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings) {
+void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
+                   Warnings& warnings) {
   const std::vector<bool> used = used_textures(scene);
   std::map<int, size_t> picture_of_image;
   std::vector<Picture> pictures;
@@ -233,7 +250,7 @@ void import_images(Document& document, Scene& scene, ProgressListener* listener,
       picture.name = short_name((*document.json)["images"][static_cast<size_t>(picture.image)], picture.image);
       pictures.push_back(std::move(picture));
     }
-    load_pictures(document, pictures, first, listener);
+    load_pictures(document, pictures, first, memory, listener);
     for (size_t i = 0; i < used.size(); ++i) {
       if (!wanted(i)) continue;
       const Picture& picture = pictures[picture_of_image.at(images[i][rank])];

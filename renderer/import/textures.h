@@ -14,6 +14,7 @@ void import_samplers(const Document& document, Scene& scene);
 // of which one picture cannot be read gets its next (of KHR_texture_basisu, EXT_texture_webp, the plain source); what
 // cannot be read is a warning. Adds the pictures' bytes to document.content_hash. Throws ImportFailure if the pictures need
 // more than ImportLimits::max_texture_bytes.
-void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings);
+void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
+                   Warnings& warnings);
 
 } // namespace kindling::gltf

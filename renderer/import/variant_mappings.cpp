@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
+#include <set>
 
 namespace kindling::gltf {
 
@@ -28,6 +28,7 @@ std::vector<VariantMaterial> read_variant_mappings(const Document& document, siz
   const json* extension = find_extension(object, "KHR_materials_variants");
   if (extension == nullptr) return result;
   const json& mappings = (*extension)["mappings"];
+  std::set<size_t> seen;
   for (size_t m = 0; m < mappings.size(); ++m) {
     const int material = static_cast<int>(mappings[m]["material"].get<int64_t>());
     const json& variants = mappings[m]["variants"];
@@ -42,9 +43,7 @@ std::vector<VariantMaterial> read_variant_mappings(const Document& document, siz
       if (variant >= variant_count) {
         warn("variant", fmt::format("{}, which of the {} variants is none", variant, variant_count),
              "UNRESOLVED_REFERENCE");
-      } else if (std::any_of(result.begin(), result.end(), [&](const VariantMaterial& earlier) {
-                   return earlier.variant == static_cast<int>(variant);
-                 })) {
+      } else if (!seen.insert(variant).second) {
         warn("variant twice", fmt::format("variant {} has a material by an earlier mapping, which is used", variant),
              "KHR_MATERIALS_VARIANTS_NON_UNIQUE_VARIANT");
       } else {

@@ -3,6 +3,7 @@
 #include "renderer/integrator/ambient_occlusion_integrator.h"
 
 #include "renderer/integrator/first_hit_context.h"
+#include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/warp.h"
 
 namespace kindling {
@@ -28,7 +29,9 @@ void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const Samp
     for (size_t slot = 0; slot < count; ++slot) {
       context.grey[slot] = 0.0f;
       if (!context.hits[slot].is_hit()) continue;
-      world_.surface_at(context.rays[slot], context.hits[slot], surface);
+      const RayCone cone = sample_cone(camera_, context.rays[slot].direction, sample_width(sampler_));
+      world_.surface_at(context.rays[slot], context.hits[slot], surface,
+                        {.width_m = cone.width_at(context.hits[slot].t)});
       const CameraSample& camera_sample = context.camera_samples[slot];
       const V2f u = Sampler::sample_2d(camera_sample.address, kFirstBounceDimension + kDirectionDimension);
       const V3f wi = Frame::around(surface.shading_normal).to_world(sample_cosine_hemisphere(u));

@@ -3,6 +3,7 @@
 #include "renderer/integrator/debug_integrator.h"
 
 #include "renderer/integrator/first_hit_context.h"
+#include "renderer/integrator/sample_cone.h"
 
 namespace kindling {
 namespace {
@@ -38,7 +39,8 @@ void DebugIntegrator::render_block(const PixelRect& block, const SampleRange& sa
 
 Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const {
   SurfacePoint surface;
-  world_.surface_at(ray, hit, surface);
+  const RayCone cone = sample_cone(camera_, ray.direction, sample_width(sampler_));
+  world_.surface_at(ray, hit, surface, {cone.width_at(hit.t), true});
   const auto wrapped = [](float x) { return x - std::floor(x); };
   switch (kind_) {
   case IntegratorKind::albedo: return surface.bsdf.base_color;

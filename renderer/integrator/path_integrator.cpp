@@ -1,11 +1,12 @@
 // The stages of the path tracer, read from top to bottom: start_wave, trace_camera_rays, then shade,
-// trace_shadows and trace_bounces until no path is left, finish_wave.
+// trace_shadows and trace_bounces until no path is left, finish_wave. (The first two and the last: path_wave.cpp.)
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
 #include "renderer/guiding/guide.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/mis.h"
 
 namespace kindling {
@@ -13,11 +14,6 @@ namespace {
 
 // What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
 uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.address.key, dimension); }
-
-Rgb clamped(const Rgb& radiance, float largest) {
-  const float peak = max_component(radiance);
-  return peak > largest ? radiance * (largest / peak) : radiance;
-}
 
 // Templates below: Vertex is PathIntegrator's own.
 template <typename Vertex>
@@ -44,8 +40,8 @@ void record_reflection(const Vertex& vertex, const GuidedBsdf::Sample& scattered
 
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide)
-    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
-      guide_(guide) {}
+    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter),
+      sample_width_(kindling::sample_width(sampler)), aovs_(aovs), guide_(guide) {}
 
 std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
   return std::make_unique<PathContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
@@ -70,31 +66,6 @@ void PathIntegrator::render_block(const PixelRect& block, const SampleRange& sam
     }
     finish_wave(path_count, context, film);
   }
-}
-
-void PathIntegrator::start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
-  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count;
-  context.rays.resize(count);
-  context.active.resize(count);
-  generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);
-  for (size_t slot = 0; slot < count; ++slot) {
-    context.active[slot] = static_cast<uint32_t>(slot);
-    context.states[slot] = PathState{};
-    if (context.recorder) context.recorder->start_path(slot);
-  }
-  if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
-  context.counters.paths += count;
-  trace_event(context, [&](PathVertex& vertex) {
-    vertex.event = "camera";
-    vertex.position = context.rays[0].origin;
-    vertex.direction = context.rays[0].direction;
-  });
-}
-
-void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
-  context.hits.resize(context.rays.size());
-  intersect_camera_rays(world_.accelerator(), camera_, sampler_, filter_, block, samples, context.rays, context.hits);
-  context.counters.camera += context.rays.size();
 }
 
 void PathIntegrator::trace_bounces(PathContext& context) const {
@@ -128,13 +99,20 @@ void PathIntegrator::shade(PathContext& context) const {
 // What the paths of a group have met. Memory is asked for ahead: the latency of one hides behind those of the others.
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
   const std::span<const accel::Hit> hits(context.hits.data() + first, count);
-  world_.prefetch(hits);
+  const std::span<const accel::Ray> rays(context.rays.data() + first, count);
+  std::array<RayFootprint, ShadeGroup::kSize> footprints;
+  for (size_t i = 0; i < count; ++i) {
+    PathState& state = context.states[context.active[first + i]];
+    state.cone.width_m = state.cone.width_at(hits[i].t);
+    footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
+  }
+  world_.prefetch(rays, hits, std::span(footprints).first(count));
   for (size_t i = 0; i < count; ++i) {
     if (!hits[i].is_hit())
       context.group.members[i].escaped = world_.lights().locate_in_environment(context.rays[first + i].direction);
   }
   for (size_t i = 0; i < count; ++i) {
-    if (hits[i].is_hit()) world_.surface_at(context.rays[first + i], hits[i], context.group.members[i].surface);
+    if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], context.group.members[i].surface, footprints[i]);
   }
 }
 
@@ -169,8 +147,7 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
   if (context.recorder) context.recorder->arrive(slot, state, &surface);
   trace_surface(context, ray, hit, surface, world_, state);
   add_emission(ray, surface, state);
-  const bool pane = surface.layered && surface.layers.pane;
-  if (surface.unlit || (state.emission_only && !pane)) {
+  if (surface.unlit || (state.emission_only && !surface.has_pane())) {
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, slot, context))
       continue_through(ray, surface, slot, context);
     else if (state.bounce == 0)
@@ -184,16 +161,30 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
     return;
   }
   if (settings_.caustics != Caustics::full) restrain(surface, state, context.camera_samples[slot].sample_index);
-  const Frame frame = surface.layered ? Frame::with_tangent(surface.shading_normal, surface.layers.tangent)
-                                      : Frame::around(surface.shading_normal);
-  const LayersHere layers = resolve_layers(surface, frame, state, context.media[slot], member.draws.choice.x);
-  Vertex vertex{surface, frame,  GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction),
-                slot,    member, layers};
+  if (surface.layered) {
+    const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
+    const LayersHere layers = resolve_layers(surface, frame, state, context.media[slot], member.draws.choice.x);
+    scatter(ray,
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), slot, member,
+                   &layers},
+            context);
+  } else {
+    const Frame frame = Frame::around(surface.shading_normal);
+    scatter(ray,
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), slot, member, nullptr},
+            context);
+  }
+}
+
+void PathIntegrator::scatter(const accel::Ray& ray, Vertex&& vertex, PathContext& context) const {
+  const SurfacePoint& surface = vertex.surface;
+  const uint32_t slot = vertex.slot;
+  const PathState& state = context.states[slot];
   if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
   if (context.recorder) vertex.bsdf.find_allowed();
   if (!state.emission_only) light_vertex(vertex, context);
   // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
-  if ((surface.alpha < 1.0f || pane) && takes_passage(vertex, context)) {
+  if ((surface.alpha < 1.0f || surface.has_pane()) && takes_passage(vertex, context)) {
     continue_through(ray, surface, slot, context);
     return;
   }
@@ -304,6 +295,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
 
   state.emission_only = !count_bounce(scattered->lobe, state);
   if (settings_.caustics == Caustics::regularised) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
+  state.cone = scattered_cone(state.cone, scattered->pdf);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.light_normal();
@@ -347,41 +339,4 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
     context.states[record.slot].light[record.light_class] += record.contribution;
   }
 }
-
-// Slots run sample by sample, so each pixel receives its samples in order.
-void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& film) const {
-  const bool clamps = settings_.clamp_direct < kInfinity || settings_.clamp_indirect < kInfinity;
-  for (size_t slot = 0; slot < path_count; ++slot) {
-    PathState& state = context.states[slot];
-    const CameraSample& camera_sample = context.camera_samples[slot];
-    if (clamps) {
-      state.light[kDirect] = clamped(state.light[kDirect], settings_.clamp_direct);
-      state.light[kIndirect] = clamped(state.light[kIndirect], settings_.clamp_indirect);
-    }
-    const Rgb radiance = state.light[kEmission] + state.light[kDirect] + state.light[kIndirect];
-    if (context.recorder) context.recorder->finish_path(slot, radiance);
-    if (!is_finite(radiance)) {
-      context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
-      continue;
-    }
-    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
-    if (context.surfaces.empty()) continue;
-    FilmSurface& surface = context.surfaces[slot];
-    surface.emission = state.light[kEmission];
-    surface.direct = state.light[kDirect];
-    film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
-  }
-}
-
-void PathIntegrator::record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot,
-                                    PathContext& context) const {
-  if (context.surfaces.empty()) return;
-  FilmSurface& record = context.surfaces[slot];
-  record.hit = true;
-  record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
-  record.normal = surface.shading_normal;
-  record.depth = (surface.position - camera_.position()).dot(camera_.forward());
-  record.position = surface.position;
-}
-
 } // namespace kindling

@@ -22,8 +22,8 @@ class PathIntegrator final : public Integrator {
  private:
   // The layers of a surface as a path meets them. A path that is refracted takes on the wavelength, and its weight if it had none.
   struct LayersHere {
-    const LayerParameters* parameters = nullptr; // null: there are none
-    float wavelength_nm = 0.0f;                  // 0: all
+    const LayerParameters* parameters = nullptr;
+    float wavelength_nm = 0.0f; // 0: all
     Rgb wavelength_weight{1.0f};
   };
   // A surface at which a path scatters.
@@ -33,7 +33,7 @@ class PathIntegrator final : public Integrator {
     GuidedBsdf bsdf;
     uint32_t slot; // of the path
     const ShadeGroup::Member& member;
-    const LayersHere& layers;
+    const LayersHere* layers; // null: the surface has none
   };
 
   // The stages of a wave, in the order in which they run.
@@ -49,6 +49,7 @@ class PathIntegrator final : public Integrator {
   void sample_lights(size_t first, size_t count, PathContext& context) const;
   // The same for one path.
   void shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const;
+  void scatter(const accel::Ray& ray, Vertex&& vertex, PathContext& context) const;
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   void restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
@@ -58,7 +59,7 @@ class PathIntegrator final : public Integrator {
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
 
   // Layers and media, path_media.cpp.
-  // Sets what the layers take from the path. `media`: of the path, where its state says that it is in some.
+  // Sets what the layers of a surface that has some take from the path. `media`: of the path, where its state says that it is in some.
   [[nodiscard]] LayersHere resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
                                           const MediumStack& media, float u_wavelength) const;
   // The path goes on from the other side of the surface: by itself, and refracted.
@@ -82,6 +83,7 @@ class PathIntegrator final : public Integrator {
   const Camera& camera_;
   Sampler sampler_;
   PixelFilter filter_;
+  float sample_width_; // of the cone of a sample, relative to its pixel's
   AovSet aovs_;
   const Guide* guide_; // null: unguided
 };

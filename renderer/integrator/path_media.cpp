@@ -5,6 +5,7 @@
 #include "renderer/bsdf/dispersion.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/warp.h"
 
 namespace kindling {
@@ -31,7 +32,6 @@ PathIntegrator::LayersHere PathIntegrator::resolve_layers(SurfacePoint& surface,
                                                           const PathState& state, const MediumStack& media,
                                                           float u_wavelength) const {
   LayersHere here;
-  if (!surface.layered) return here;
   LayerParameters& layers = surface.layers.bsdf;
   here.parameters = &layers;
   if (layers.clearcoat > 0.0f) layers.clearcoat_normal = frame.to_local(surface.layers.clearcoat_normal);
@@ -72,8 +72,8 @@ void PathIntegrator::pass_boundary(const SurfacePoint& surface, PathState& state
 
 void PathIntegrator::cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media) {
   if (!vertex.surface.layers.boundary) return;
-  if (state.wavelength_nm == 0.0f) state.throughput *= vertex.layers.wavelength_weight;
-  state.wavelength_nm = vertex.layers.wavelength_nm;
+  if (state.wavelength_nm == 0.0f) state.throughput *= vertex.layers->wavelength_weight;
+  state.wavelength_nm = vertex.layers->wavelength_nm;
   pass_boundary(vertex.surface, state, media);
 }
 
@@ -130,6 +130,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
   if (context.recorder) context.recorder->arrive(slot, state, nullptr);
 
   state.bsdf_pdf = 0.0f; // lights are not sampled inside
+  state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
   const V3f position = ray.origin + ray.direction * t;
   const V3f wi = Frame::around(ray.direction)
                      .to_world(sample_henyey_greenstein(Sampler::sample_2d(key, sample.address.index, 2),

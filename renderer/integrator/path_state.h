@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/ray_cone.h"
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/medium_stack.h"
@@ -25,6 +26,7 @@ struct PathState {
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
   const LightShares* light_shares = nullptr;                 // likewise
+  RayCone cone;                                              // of the ray: how much of the scene this sample stands for
   float alpha = 1.0f;
   float guiding = 1.0f;        // product over the reflections of density with guiding / density without
   float wavelength_nm = 0.0f;  // of a path that was dispersed; 0: all of them
@@ -45,7 +47,7 @@ struct PathState {
   // The class of light that is found by a ray after `bounce` reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 112);
+static_assert(sizeof(PathState) == 120);
 
 // More than this many partly transparent surfaces in a row absorb what is left of a path or of a shadow ray.
 inline constexpr uint32_t kMaxTransparentSurfaces = 128;

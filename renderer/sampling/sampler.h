@@ -46,6 +46,8 @@ class Sampler {
         log2_tile_(std::min(kMostLog2Tile, (32U - log2_samples_) / 2)) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
+  // The most that will be asked for, rounded up to a power of two.
+  [[nodiscard]] double samples_per_pixel() const { return static_cast<double>(uint64_t{1} << log2_samples_); }
   [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const {
     return address_in(points_of(pixel), sample_index);
   }

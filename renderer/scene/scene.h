@@ -4,7 +4,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/image/image.h"
-#include "renderer/texture/texture.h"
+#include "renderer/texture/texture_settings.h"
 
 #include <array>
 #include <cstdint>

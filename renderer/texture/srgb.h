@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace kindling {
 
@@ -42,6 +44,50 @@ inline constexpr std::array<float, 1025> kSrgbU16Knots = [] {
   const float low = kSrgbU16Knots[stored >> 6];
   const float high = kSrgbU16Knots[(stored >> 6) + 1];
   return low + (high - low) * (static_cast<float>(stored & 63) * (1.0f / 64.0f));
+}
+
+// Codes whose linear values are the nearest when both are encoded: round(255 srgb(x)), and likewise for 16 bits; NaN gives 0.
+// kSrgbU8Ends[c] is where code c ends.
+inline constexpr std::array<float, 256> kSrgbU8Ends = [] {
+  std::array<float, 256> table{};
+  for (size_t i = 0; i < table.size(); ++i)
+    table[i] = static_cast<float>(decode_srgb((static_cast<double>(i) + 0.5) / 255.0));
+  table[255] = std::numeric_limits<float>::infinity();
+  return table;
+}();
+// The first code of [(i / 1024)^2, ((i + 1) / 1024)^2): no code or the next follows, as the curve is nearly a square.
+inline constexpr std::array<uint8_t, 1025> kSrgbU8Guess = [] {
+  std::array<uint8_t, 1025> table{};
+  size_t code = 0;
+  for (size_t i = 0; i < table.size(); ++i) {
+    const float low = static_cast<float>(i) * static_cast<float>(i) * 0x1p-20f;
+    while (low >= kSrgbU8Ends[code]) ++code;
+    table[i] = static_cast<uint8_t>(code);
+  }
+  return table;
+}();
+
+[[nodiscard]] inline uint8_t encode_srgb_u8(float linear) {
+  if (!(linear > 0.0f)) return 0;
+  if (linear >= 1.0f) return 255;
+  size_t code = kSrgbU8Guess[static_cast<size_t>(std::sqrt(linear) * 1024.0f)];
+  if (code > 0 && linear < kSrgbU8Ends[code - 1]) --code; // the root was rounded
+  while (linear >= kSrgbU8Ends[code]) ++code;
+  return static_cast<uint8_t>(code);
+}
+
+// By bisection of what decode_srgb_u16() gives.
+[[nodiscard]] inline uint16_t encode_srgb_u16(float linear) {
+  if (!(linear > 0.0f)) return 0;
+  if (linear >= 1.0f) return 65535;
+  uint32_t low = 0, high = 65535; // decode(low) <= linear < decode(high)
+  while (high - low > 1) {
+    const uint32_t middle = (low + high) / 2;
+    (decode_srgb_u16(static_cast<uint16_t>(middle)) <= linear ? low : high) = middle;
+  }
+  const float below = linear - decode_srgb_u16(static_cast<uint16_t>(low));
+  const float above = decode_srgb_u16(static_cast<uint16_t>(high)) - linear;
+  return static_cast<uint16_t>(below <= above ? low : high);
 }
 
 } // namespace kindling

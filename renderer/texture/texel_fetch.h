@@ -36,8 +36,10 @@ template <typename T>
 
 // The first three or four channels as they are stored, or decoded where kSrgb; the fourth of three is not defined.
 // Nothing past the texel is read. Raw integers are scaled by TexelReader::kScale after filtering.
-template <PixelType kType, int kChannels, bool kSrgb>
+template <PixelType kPixelType, int kChannels, bool kSrgb>
 struct TexelReader {
+  static constexpr PixelType kType = kPixelType;
+  static constexpr bool kIsSrgb = kSrgb;
   static constexpr int kChannelCount = kChannels;
   static constexpr size_t kChannelBytes = bytes_per_channel(kType);
   static constexpr size_t kBytes = kChannelBytes * kChannels;

@@ -3,6 +3,7 @@
 #include "renderer/texture/texture.h"
 
 #include "renderer/base/prefetch.h"
+#include "renderer/texture/layouts.h"
 #include "renderer/texture/texel_fetch.h"
 
 #include <algorithm>
@@ -16,10 +17,9 @@ namespace kindling {
 namespace {
 
 using texture_detail::Float4;
+using texture_detail::for_each_layout;
 using texture_detail::is_integer;
-using texture_detail::kLayoutCount;
 using texture_detail::make_layout;
-using texture_detail::ReaderOfLayout;
 
 // The four texels around a point, as indices of pixels, and how far the point is from the first towards the others.
 struct Footprint {
@@ -72,15 +72,6 @@ int nearest_index(float unit, int size) {
   return std::min(static_cast<int>(unit * static_cast<float>(size)), size - 1);
 }
 
-// `pick.operator()<Reader>()` for each layout, in the order of their indices.
-template <typename Pick>
-constexpr auto for_each_layout(const Pick& pick) {
-  return [&]<size_t... kLayouts>(std::index_sequence<kLayouts...>) {
-    return std::array{pick.template operator()<ReaderOfLayout<kLayouts>>()...};
-  }
-  (std::make_index_sequence<kLayoutCount>());
-}
-
 // Bilinear in the form that returns equal texels unchanged.
 template <typename T>
 inline T blend(const T& a, const T& b, const T& c, const T& d, float tx, float ty) {
@@ -93,64 +84,88 @@ inline T blend(const T& a, const T& b, const T& c, const T& d, float tx, float t
 
 // The look-ups, compiled once for each layout.
 struct Texture::Lookup {
-  static Footprint locate(const Texture& t, V2f uv) {
+  static Footprint locate(const Texture& t, const Level& level, V2f uv) {
     if (!is_finite(uv)) uv = {0.0f, 0.0f};
     if (t.repeats_) {
-      return make_footprint(locate_axis<true>(uv.x - std::floor(uv.x), t.width_, TextureWrap::repeat),
-                            locate_axis<true>(uv.y - std::floor(uv.y), t.height_, TextureWrap::repeat), t.width_);
+      return make_footprint(locate_axis<true>(uv.x - std::floor(uv.x), level.width, TextureWrap::repeat),
+                            locate_axis<true>(uv.y - std::floor(uv.y), level.height, TextureWrap::repeat), level.width);
     }
-    return make_footprint(locate_axis<false>(wrap_coordinate(uv.x, t.wrap_u_), t.width_, t.wrap_u_),
-                          locate_axis<false>(wrap_coordinate(uv.y, t.wrap_v_), t.height_, t.wrap_v_), t.width_);
+    return make_footprint(locate_axis<false>(wrap_coordinate(uv.x, t.wrap_u_), level.width, t.wrap_u_),
+                          locate_axis<false>(wrap_coordinate(uv.y, t.wrap_v_), level.height, t.wrap_v_), level.width);
   }
 
-  static size_t locate_nearest(const Texture& t, V2f uv) {
+  static size_t locate_nearest(const Texture& t, const Level& level, V2f uv) {
     if (!is_finite(uv)) uv = {0.0f, 0.0f};
-    const int x = nearest_index(wrap_coordinate(uv.x, t.wrap_u_), t.width_);
-    const int y = nearest_index(wrap_coordinate(uv.y, t.wrap_v_), t.height_);
-    return static_cast<size_t>(y) * static_cast<size_t>(t.width_) + static_cast<size_t>(x);
+    const int x = nearest_index(wrap_coordinate(uv.x, t.wrap_u_), level.width);
+    const int y = nearest_index(wrap_coordinate(uv.y, t.wrap_v_), level.height);
+    return static_cast<size_t>(y) * static_cast<size_t>(level.width) + static_cast<size_t>(x);
   }
 
-  // read(pixel index) filtered as the texture asks.
-  template <typename Read>
-  static auto filter(const Texture& t, const V2f& uv, const Read& read) {
-    if (t.filter_ == TextureFilter::nearest) return read(locate_nearest(t, uv));
-    const Footprint f = locate(t, uv);
-    return blend(read(f.top_left), read(f.top_right), read(f.bottom_left), read(f.bottom_right), f.tx, f.ty);
+  // The four texels side by side, from pages.
+  [[gnu::noinline]] static void fetch(const Texture& t, int level, const Footprint& f, std::byte* texels) {
+    const auto width = static_cast<size_t>(t.levels_[static_cast<size_t>(level)].width);
+    t.pages_->fetch(level, {static_cast<int>(f.top_left % width), static_cast<int>(f.top_right % width)},
+                    {static_cast<int>(f.top_left / width), static_cast<int>(f.bottom_left / width)}, texels);
+  }
+
+  // read(texel) filtered as the texture asks.
+  template <typename Reader, typename Read>
+  static auto filter(const Texture& t, const V2f& uv, int number, const Read& read) {
+    const Level& level = t.levels_[static_cast<size_t>(number)];
+    const std::byte* pixels = level.pixels;
+    std::array<std::byte, 4 * Reader::kBytes> fetched;
+    const auto at = [&](size_t pixel) { return read(pixels + pixel * Reader::kBytes); };
+    if (number == 0 && t.filter_ == TextureFilter::nearest) {
+      size_t pixel = locate_nearest(t, level, uv);
+      if (!pixels) [[unlikely]] {
+        fetch(t, number, {pixel, pixel, pixel, pixel, 0.0f, 0.0f}, fetched.data());
+        pixels = fetched.data();
+        pixel = 0;
+      }
+      return at(pixel);
+    }
+    Footprint f = locate(t, level, uv);
+    if (!pixels) [[unlikely]] {
+      fetch(t, number, f, fetched.data());
+      pixels = fetched.data();
+      f = {0, 1, 2, 3, f.tx, f.ty};
+    }
+    return blend(at(f.top_left), at(f.top_right), at(f.bottom_left), at(f.bottom_right), f.tx, f.ty);
   }
 
   // RGB in the first three; alpha in the last where the layout has one.
   template <typename Reader>
-  static Float4 all(const Texture& t, const V2f& uv) {
-    return filter(t, uv, [&](size_t pixel) { return Reader::all(t.pixels_ + pixel * Reader::kBytes); }) *
-           Reader::kScale;
+  static Float4 all(const Texture& t, const V2f& uv, int level) {
+    return filter<Reader>(t, uv, level, [](const std::byte* texel) { return Reader::all(texel); }) * Reader::kScale;
   }
 
   template <typename Reader>
-  static V4f sample(const Texture& t, const V2f& uv) {
-    const Float4 value = all<Reader>(t, uv);
+  static V4f sample(const Texture& t, const V2f& uv, int level) {
+    const Float4 value = all<Reader>(t, uv, level);
     return {value[0], value[1], value[2], Reader::kHasAlpha ? value[3] : 1.0f};
   }
 
   template <typename Reader>
-  static Rgb sample_rgb(const Texture& t, const V2f& uv) {
-    const Float4 value = all<Reader>(t, uv);
+  static Rgb sample_rgb(const Texture& t, const V2f& uv, int level) {
+    const Float4 value = all<Reader>(t, uv, level);
     return {value[0], value[1], value[2]};
   }
 
   template <typename Reader>
-  static float sample_channel(const Texture& t, const V2f& uv, int channel) {
+  static float sample_channel(const Texture& t, const V2f& uv, int channel, int level) {
     if (channel == 3 && !Reader::kHasAlpha) return 1.0f;
     const int stored = Reader::kChannelCount >= 3 ? channel : channel == 3 ? 1 : 0;
-    return filter(t, uv, [&](size_t pixel) { return Reader::channel(t.pixels_ + pixel * Reader::kBytes, stored); }) *
+    return filter<Reader>(t, uv, level, [&](const std::byte* texel) { return Reader::channel(texel, stored); }) *
            Reader::kScale;
   }
 
   template <typename Reader>
   static bool is_opaque(const Texture& t) {
     if constexpr (Reader::kHasAlpha) {
-      const size_t pixel_count = static_cast<size_t>(t.width_) * static_cast<size_t>(t.height_);
+      const Level& level = t.levels_[0];
+      const size_t pixel_count = static_cast<size_t>(level.width) * static_cast<size_t>(level.height);
       for (size_t i = 0; i < pixel_count; ++i) {
-        if (Reader::channel(t.pixels_ + i * Reader::kBytes, Reader::kChannelCount - 1) * Reader::kScale != 1.0f)
+        if (Reader::channel(level.pixels + i * Reader::kBytes, Reader::kChannelCount - 1) * Reader::kScale != 1.0f)
           return false;
       }
     }
@@ -158,48 +173,75 @@ struct Texture::Lookup {
   }
 };
 
-Texture::Texture(std::shared_ptr<const Image> image, const TextureSettings& settings)
-    : image_(std::move(image)), pixels_(image_->pixels.data()), width_(image_->width), height_(image_->height),
-      layout_(make_layout(image_->type, image_->channels,
-                          settings.encoding == TextureEncoding::srgb && is_integer(image_->type))),
-      pixel_bytes_(static_cast<uint8_t>(bytes_per_channel(image_->type) * static_cast<size_t>(image_->channels))),
+Texture::Texture(const Image& format, const TextureSettings& settings)
+    : texel_count_(static_cast<float>(format.width) * static_cast<float>(format.height)),
+      layout_(make_layout(format.type, format.channels,
+                          settings.encoding == TextureEncoding::srgb && is_integer(format.type))),
+      pixel_bytes_(static_cast<uint8_t>(bytes_per_channel(format.type) * static_cast<size_t>(format.channels))),
       wrap_u_(settings.wrap_u), wrap_v_(settings.wrap_v), filter_(settings.filter),
-      repeats_(wrap_u_ == TextureWrap::repeat && wrap_v_ == TextureWrap::repeat) {
-  assert(width_ > 0 && height_ > 0 && image_->channels >= 1 && image_->channels <= 4);
-  assert(image_->pixels.size() >= image_->byte_count());
-  static constexpr auto kIsOpaque = for_each_layout([]<typename Reader>() { return &Lookup::is_opaque<Reader>; });
-  has_alpha_ = !kIsOpaque[layout_](*this);
+      repeats_(wrap_u_ == TextureWrap::repeat && wrap_v_ == TextureWrap::repeat), has_alpha_(false) {
+  assert(format.width > 0 && format.height > 0 && format.channels >= 1 && format.channels <= 4);
+  levels_[0] = {nullptr, format.width, format.height};
 }
 
-V4f Texture::sample(const V2f& uv) const {
+Texture::Texture(std::shared_ptr<const Image> image, const TextureSettings& settings,
+                 std::shared_ptr<const MipLevels> levels)
+    : Texture(*image, settings) {
+  assert(image->pixels.size() >= image->byte_count());
+  image_ = std::move(image);
+  mip_levels_ = std::move(levels);
+  levels_[0].pixels = image_->pixels.data();
+  if (mip_levels_) {
+    for (const MipLevels::Level& level : mip_levels_->levels)
+      levels_[static_cast<size_t>(level_count_++)] = {mip_levels_->pixels.data() + level.offset, level.width,
+                                                      level.height};
+    has_alpha_ = !mip_levels_->opaque;
+  } else {
+    static constexpr auto kIsOpaque = for_each_layout([]<typename Reader>() { return &Lookup::is_opaque<Reader>; });
+    has_alpha_ = !kIsOpaque[layout_](*this);
+  }
+}
+
+Texture::Texture(std::shared_ptr<const TiledPicture> pages, const Image& format, const TextureSettings& settings,
+                 const MipLevels& sizes)
+    : Texture(format, settings) {
+  pages_ = std::move(pages);
+  for (const MipLevels::Level& level : sizes.levels)
+    levels_[static_cast<size_t>(level_count_++)] = {nullptr, level.width, level.height};
+  has_alpha_ = !sizes.opaque;
+}
+
+V4f Texture::sample(const V2f& uv, int level) const {
   static constexpr auto kSample = for_each_layout([]<typename Reader>() { return &Lookup::sample<Reader>; });
-  return kSample[layout_](*this, uv);
+  return kSample[layout_](*this, uv, level);
 }
 
-Rgb Texture::sample_rgb(const V2f& uv) const {
+Rgb Texture::sample_rgb(const V2f& uv, int level) const {
   static constexpr auto kSampleRgb = for_each_layout([]<typename Reader>() { return &Lookup::sample_rgb<Reader>; });
-  return kSampleRgb[layout_](*this, uv);
+  return kSampleRgb[layout_](*this, uv, level);
 }
 
-float Texture::sample_channel(const V2f& uv, int channel) const {
+float Texture::sample_channel(const V2f& uv, int channel, int level) const {
   static constexpr auto kSampleChannel =
       for_each_layout([]<typename Reader>() { return &Lookup::sample_channel<Reader>; });
-  return kSampleChannel[layout_](*this, uv, channel);
+  return kSampleChannel[layout_](*this, uv, channel, level);
 }
 
-void Texture::prefetch(const V2f& uv) const {
-  const Footprint f = Lookup::locate(*this, uv);
-  ::kindling::prefetch(pixels_ + f.top_left * pixel_bytes_);
-  ::kindling::prefetch(pixels_ + f.top_right * pixel_bytes_);
-  ::kindling::prefetch(pixels_ + f.bottom_left * pixel_bytes_);
-  ::kindling::prefetch(pixels_ + f.bottom_right * pixel_bytes_);
+void Texture::prefetch(const V2f& uv, int level) const {
+  const Level& from = levels_[static_cast<size_t>(level)];
+  if (!from.pixels) return; // its cache finds them
+  const Footprint f = Lookup::locate(*this, from, uv);
+  ::kindling::prefetch(from.pixels + f.top_left * pixel_bytes_);
+  ::kindling::prefetch(from.pixels + f.top_right * pixel_bytes_);
+  ::kindling::prefetch(from.pixels + f.bottom_left * pixel_bytes_);
+  ::kindling::prefetch(from.pixels + f.bottom_right * pixel_bytes_);
 }
 
 Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {
   const V2f edge1 = uv1 - uv0, edge2 = uv2 - uv0;
   const double texels = 0.5 *
                         std::abs(static_cast<double>(edge1.x) * edge2.y - static_cast<double>(edge1.y) * edge2.x) *
-                        width_ * height_;
+                        levels_[0].width * levels_[0].height;
   // Two points a texel, so that a small lamp in a large dark picture is not missed.
   constexpr double kMinPoints = 16, kMaxPoints = 65536;
   const int count = static_cast<int>(texels > 0.0 ? std::clamp(2.0 * texels, kMinPoints, kMaxPoints) : kMinPoints);

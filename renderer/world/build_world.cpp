@@ -3,11 +3,12 @@
 #include "renderer/world/build_world.h"
 
 #include "renderer/world/builtin_environment.h"
+#include "renderer/world/prepare_material.h"
+#include "renderer/world/texture_table.h"
 
 #include <algorithm>
 #include <chrono>
 #include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -35,7 +36,7 @@ class WorldBuilder {
 
   Result<std::unique_ptr<const World>> build() {
     const auto start = std::chrono::steady_clock::now();
-    prepare_materials();
+    if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
     prepare_geometry();
     collect_lights();
     if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
@@ -47,88 +48,24 @@ class WorldBuilder {
  private:
   // --- textures and materials -----------------------------------------------------------------------------------------
 
-  // One Texture for each use of a picture as colour or as data; the pixels are shared.
-  int32_t bind_texture(const TextureSlot& slot, TextureEncoding encoding) {
-    if (!slot.present()) return kNone;
-    const SceneTexture& source = scene_.textures[static_cast<size_t>(slot.texture)];
-    if (!source.image) return kNone;
-    const auto [entry, inserted] =
-        texture_numbers_.try_emplace({slot.texture, encoding}, static_cast<int32_t>(world_->textures_.size()));
-    if (inserted)
-      world_->textures_.emplace_back(source.image,
-                                     TextureSettings{source.wrap_u, source.wrap_v, source.filter, encoding});
-    return entry->second;
-  }
-
-  TextureBinding bind(const TextureSlot& slot, TextureEncoding encoding) {
-    return make_binding(slot, bind_texture(slot, encoding));
-  }
-
-  ShadingMaterial prepare(const Material& material) {
-    ShadingMaterial shading;
-    shading.base_color_factor = material.base_color_factor;
-    shading.metallic_factor = material.metallic_factor;
-    shading.roughness_factor = material.roughness_factor;
-    shading.normal_scale = material.normal_scale;
-    shading.emission_factor = material.emissive_factor * material.emissive_strength;
-    shading.emissive = !is_black(shading.emission_factor) && !material.unlit;
-    shading.ior = material.ior;
-    shading.specular_factor = material.specular_factor;
-    shading.specular_color_factor = material.specular_color_factor;
-    shading.alpha_cutoff = material.alpha_cutoff;
-    shading.alpha_mode = material.alpha_mode;
-    shading.double_sided = material.double_sided;
-    shading.unlit = material.unlit;
-    shading.base_color = bind(material.base_color_texture, TextureEncoding::srgb);
-    shading.metallic_roughness = bind(material.metallic_roughness_texture, TextureEncoding::linear);
-    shading.normal = bind(material.normal_texture, TextureEncoding::linear);
-    shading.emission = bind(material.emissive_texture, TextureEncoding::srgb);
-    shading.specular = bind(material.specular_texture, TextureEncoding::linear);
-    shading.specular_color = bind(material.specular_color_texture, TextureEncoding::srgb);
-    if (material.specular_glossiness) {
-      shading.specular_glossiness = true;
-      shading.ior = 0.0f; // the colour is F0 itself
-      shading.roughness_factor = 1.0f - material.glossiness_factor;
-    }
-    if (has_layers(material) && !material.unlit) {
-      shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
-      const LayerMaterial layers = prepare_layers(material);
-      shading.pane = layers.pane();
-      world_->has_panes_ |= shading.pane;
-      world_->layer_materials_.push_back(layers);
-      world_->media_.push_back(make_medium(material));
-    }
-    return shading;
-  }
-
-  LayerMaterial prepare_layers(const Material& material) {
-    LayerMaterial layers = make_layer_material(material);
-    layers.clearcoat = bind(material.clearcoat_texture, TextureEncoding::linear);
-    layers.clearcoat_roughness = bind(material.clearcoat_roughness_texture, TextureEncoding::linear);
-    layers.clearcoat_normal = bind(material.clearcoat_normal_texture, TextureEncoding::linear);
-    layers.sheen_color = bind(material.sheen_color_texture, TextureEncoding::srgb);
-    layers.sheen_roughness = bind(material.sheen_roughness_texture, TextureEncoding::linear);
-    layers.anisotropy = bind(material.anisotropy_texture, TextureEncoding::linear);
-    layers.iridescence = bind(material.iridescence_texture, TextureEncoding::linear);
-    layers.iridescence_thickness = bind(material.iridescence_thickness_texture, TextureEncoding::linear);
-    layers.transmission = bind(material.transmission_texture, TextureEncoding::linear);
-    layers.diffuse_transmission = bind(material.diffuse_transmission_texture, TextureEncoding::linear);
-    layers.diffuse_transmission_color = bind(material.diffuse_transmission_color_texture, TextureEncoding::srgb);
-    return layers;
-  }
-
-  void prepare_materials() {
+  Result<void> prepare_materials() {
     scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
     for (const Material& material : scene_.materials) {
-      world_->materials_.push_back(prepare(material));
+      PreparedMaterial prepared = prepare_material(material, textures_);
+      if (prepared.layers) {
+        prepared.shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
+        world_->has_panes_ |= prepared.shading.pane;
+        world_->layer_materials_.push_back(*prepared.layers);
+        world_->media_.push_back(make_medium(material));
+      }
+      world_->materials_.push_back(prepared.shading);
       world_->material_names_.push_back(material.name);
     }
-    std::set<const Image*> pictures; // shared ones count once
-    for (const auto& [key, number] : texture_numbers_) {
-      const Image* picture = scene_.textures[static_cast<size_t>(key.first)].image.get();
-      if (pictures.insert(picture).second) world_->statistics_.texture_bytes += picture->byte_count();
-    }
+    auto textures = textures_.build(options_.texture_memory, world_->statistics_.texture_bytes);
+    if (!textures) return textures.error();
+    world_->textures_ = std::move(textures).value();
     for (SceneTexture& texture : scene_.textures) texture.image.reset();
+    return {};
   }
 
   [[nodiscard]] uint32_t material_index(const Primitive& primitive) const {
@@ -414,7 +351,7 @@ class WorldBuilder {
   const CancelToken* cancel_;
   ProgressListener* listener_;
   std::unique_ptr<World> world_;
-  std::map<std::pair<int, TextureEncoding>, int32_t> texture_numbers_;
+  TextureTable textures_{scene_.textures};
   bool has_lamp_ = false;
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> groups_;

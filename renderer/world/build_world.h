@@ -14,10 +14,13 @@
 
 namespace kindling {
 
+class TextureMemory;
+
 struct WorldOptions {
   accel::Kind accelerator = accel::Kind::embree;
   accel::Quality quality = accel::Quality::balanced;
   std::shared_ptr<const Environment> environment; // null: none, or the built-in one if the scene has no lights
+  TextureMemory* texture_memory = nullptr;        // what the scene was loaded with; must outlive the World; may be null
   bool builtin_environment = true;                // a scene without any light gets a neutral one
   // Called once with the accelerator; what it returns is used in its place (a recorder of rays around it). May be null.
   std::function<std::unique_ptr<accel::Accelerator>(std::unique_ptr<accel::Accelerator>)> wrap_accelerator;

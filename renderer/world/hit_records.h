@@ -7,6 +7,7 @@
 #include "renderer/world/shading_material.h"
 
 #include <array>
+#include <cmath>
 
 namespace kindling {
 
@@ -23,6 +24,13 @@ struct HitRecords {
   [[nodiscard]] V2f texcoord(uint8_t set) const {
     const uint8_t offset = geometry.texcoord_offset[set];
     return offset == Geometry::kAbsent ? V2f(0.0f) : geometry.interpolate2(records, offset, barycentric);
+  }
+  // Twice the area of the triangle in a set's coordinates.
+  [[nodiscard]] float texcoord_area(uint8_t set) const {
+    const uint8_t offset = geometry.texcoord_offset[set];
+    if (offset == Geometry::kAbsent) return 0.0f;
+    const float *a = records[0] + offset, *b = records[1] + offset, *c = records[2] + offset;
+    return std::abs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
   }
   [[nodiscard]] V2f texcoord(const TextureBinding& binding) const { return binding.apply(texcoord(binding.texcoord)); }
 };

@@ -10,7 +10,8 @@ bool transmits(const Material& m) { return m.transmission_factor > 0.0f || m.dif
 float optical_depth(float color) { return -std::log(std::clamp(color, 1e-7f, 1.0f)); }
 
 float single_scattering_albedo(float color, float g) {
-  const float c = std::clamp(color, 0.0f, 1.0f);
+  if (!(color > 0.0f)) return 0.0f; // exactly: such a medium is not walked through
+  const float c = std::min(color, 1.0f);
   const float s = 4.09712f + 4.20863f * c - std::sqrt(9.59217f + 41.6808f * c + 17.7126f * c * c);
   return std::clamp((1.0f - s * s) / (1.0f - g * s * s), 0.0f, 1.0f);
 }
@@ -46,7 +47,7 @@ LayerMaterial make_layer_material(const Material& m) {
 Medium make_medium(const Material& m) {
   Medium medium;
   medium.ior = m.ior > 0.0f ? m.ior : 1.0f;
-  medium.dispersion = m.dispersion;
+  medium.dispersion = medium.ior == 1.0f ? 0.0f : m.dispersion; // n - 1 is what disperses: no wavelength need be drawn
   medium.scatter_anisotropy = m.scatter_anisotropy;
   if (!(m.attenuation_distance_m > 0.0f) || !std::isfinite(m.attenuation_distance_m)) return medium;
   for (unsigned c = 0; c < 3; ++c) {

@@ -1,23 +1,38 @@
 // Asks for what shading will read of many hits before it is needed, each step once the step before has brought its addresses.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/prefetch.h"
-#include "renderer/world/hit_records.h"
+#include "renderer/world/texture_lookup.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
 namespace {
 
 // Of the textures that most materials have.
-void prefetch_textures(const ShadingMaterial& material, const HitRecords& lookup, std::span<const Texture> textures) {
+void prefetch_textures(const ShadingMaterial& material, const TextureLookup& lookup,
+                       std::span<const Texture> textures) {
   for (const TextureBinding* binding :
        {&material.base_color, &material.metallic_roughness, &material.normal, &material.emission}) {
-    if (binding->present()) textures[static_cast<size_t>(binding->texture)].prefetch(lookup.texcoord(*binding));
+    if (!binding->present()) continue;
+    const TextureLookup::Place at = lookup.place(*binding);
+    textures[static_cast<size_t>(binding->texture)].prefetch(at.uv, at.level);
   }
+}
+
+V3f face_normal(const Geometry& geometry, const WorldInstance& instance, const accel::Hit& hit) {
+  const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
+  V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
+  if (!instance.identity) {
+    p0 = transform_point(instance.object_to_world, p0);
+    p1 = transform_point(instance.object_to_world, p1);
+    p2 = transform_point(instance.object_to_world, p2);
+  }
+  return (p1 - p0).cross(p2 - p0);
 }
 
 } // namespace
 
-void World::prefetch(std::span<const accel::Hit> hits) const {
+void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
+                     std::span<const RayFootprint> footprints) const {
   constexpr size_t kCacheBytes = 256 * 1024; // what is smaller stays in the second-level cache
   if (statistics_.geometry_bytes + statistics_.texture_bytes <= kCacheBytes) return;
   for (const accel::Hit& hit : hits) {
@@ -35,10 +50,16 @@ void World::prefetch(std::span<const accel::Hit> hits) const {
     }
   }
   if (textures_.empty()) return;
-  for (const accel::Hit& hit : hits) {
+  for (size_t i = 0; i < hits.size(); ++i) {
+    const accel::Hit& hit = hits[i];
     if (!hit.is_hit()) continue;
     const Geometry& geometry = geometries_[hit.mesh];
-    prefetch_textures(materials_[geometry.material], HitRecords(geometry, hit), textures_);
+    const ShadingMaterial& material = materials_[geometry.material];
+    if (!material.textured) continue;
+    const SurfaceFootprint footprint{rays[i], footprints[i].width_m,
+                                     face_normal(geometry, instances_[hit.instance], hit)};
+    const HitRecords records(geometry, hit);
+    prefetch_textures(material, TextureLookup(textures_, records, footprint), textures_);
   }
 }
 

@@ -24,6 +24,7 @@ TextureBinding make_binding(const TextureSlot& slot, int32_t texture) {
     binding.transformed = true;
     binding.m[0] = binding.m[1] = binding.m[3] = binding.m[4] = 0.0f;
   }
+  binding.area_scale = std::abs(binding.m[0] * binding.m[4] - binding.m[1] * binding.m[3]);
   return binding;
 }
 

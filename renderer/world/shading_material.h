@@ -15,6 +15,7 @@ struct TextureBinding {
   uint8_t texcoord = 0;
   bool transformed = false;
   float m[6] = {1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f};
+  float area_scale = 1.0f; // by which it scales areas: the absolute determinant
 
   [[nodiscard]] bool present() const { return texture != kNone; }
   [[nodiscard]] V2f apply(const V2f& uv) const {
@@ -40,6 +41,7 @@ struct ShadingMaterial {
   bool specular_glossiness = false; // roughness is 1 - (1 - roughness_factor) * A of specular_color
   int32_t layers = kNone;           // index into World's layer materials
   bool pane = false;                // thin-walled and transmissive: LayerMaterial::pane()
+  bool textured = false;            // some binding is present
 
   TextureBinding base_color;
   TextureBinding metallic_roughness;

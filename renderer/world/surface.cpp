@@ -22,14 +22,38 @@ float max_abs(const V3f& v) { return std::max(std::abs(v.x), std::max(std::abs(v
 // Of a point interpolated from three others with coordinates up to `magnitude`; with room for the sums made with it.
 float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
 
+// Of the slopes of normals whose mean is 2 texel - 1, from its length r: 1 / kappa of a von Mises-Fisher distribution,
+// about (1 - r) / r (Toksvig 2005, "Mipmapping Normal Maps"). What an 8-bit texel cannot tell from a unit vector counts as one.
+float variance_of_normals(const Rgb& texel) {
+  const float length = (texel * 2.0f - Rgb(1.0f)).length();
+  constexpr float kRounding = 1.0f / 256.0f;
+  return length > 0.0f ? std::max((1.0f - length) / std::max(length, 0.05f) - kRounding, 0.0f) : 0.0f;
+}
+
+// Perceptual roughness of microfacets on such normals: squared alphas add, 2 / kappa in all (Han et al. 2007, "Frequency Domain Normal
+// Map Filtering", with a lobe that is Gaussian in slopes).
+float widened(float roughness, float slope_variance) {
+  const float alpha2 = square(square(roughness)) + 2.0f * slope_variance;
+  return std::sqrt(std::sqrt(std::min(alpha2, 1.0f)));
+}
+
+// Alpha of a base colour at the finest level: what rays are tested against.
+float coverage(const ShadingMaterial& material, const HitRecords& records, const TextureLookup& textures) {
+  float alpha = material.base_color_factor.w;
+  if (material.base_color.present()) alpha *= textures.sample_channel_finest(material.base_color, 3);
+  if (records.geometry.color_offset != Geometry::kAbsent)
+    alpha *= records.geometry.interpolate4(records.records, records.geometry.color_offset, records.barycentric).w;
+  return alpha;
+}
+
 } // namespace
 
-void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const {
+void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                       const RayFootprint& footprint) const {
   const Geometry& geometry = geometries_[hit.mesh];
   const WorldInstance& instance = instances_[hit.instance];
   const ShadingMaterial& material = materials_[geometry.material];
   const HitRecords lookup(geometry, hit);
-  const TextureLookup textures(textures_, lookup);
   const V3f wo = -ray.direction;
 
   // Position by barycentrics (more accurate than along the ray) with a bound of its rounding error.
@@ -54,6 +78,8 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.position_error = error;
 
   V3f face_normal = (p1 - p0).cross(p2 - p0);
+  const SurfaceFootprint seen{ray, footprint.width_m, face_normal};
+  const TextureLookup textures(textures_, lookup, seen);
   if (instance.mirrored) face_normal = -face_normal;
   const float face_length = face_normal.length();
   face_normal = face_length > 0.0f ? face_normal / face_length : wo;
@@ -68,24 +94,29 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }
 
-  VertexFrame vertex{.normal = normal, .front = front};
+  float slope_variance = 0.0f; // of the normals that a coarse level has averaged
+  const V3f vertex_normal = normal;
+  V3f tangent, bitangent; // only with has_tangent
+  bool has_tangent = false;
   if (geometry.tangent_offset != Geometry::kAbsent) {
     const V4f tangent4 = geometry.interpolate4(lookup.records, geometry.tangent_offset, lookup.barycentric);
-    V3f tangent(tangent4.x, tangent4.y, tangent4.z);
+    tangent = V3f(tangent4.x, tangent4.y, tangent4.z);
     if (!instance.identity) tangent = transform_vector(instance.object_to_world, tangent);
     const float handedness = (tangent4.w < 0.0f) != instance.mirrored ? -1.0f : 1.0f;
     const float tangent_length = tangent.length();
-    if (tangent_length > 0.0f && std::isfinite(tangent_length)) {
-      vertex.tangent = tangent / tangent_length;
-      vertex.bitangent = normal.cross(vertex.tangent) * handedness;
-      vertex.has_tangent = true;
+    has_tangent = tangent_length > 0.0f && std::isfinite(tangent_length);
+    if (has_tangent) {
+      tangent /= tangent_length;
+      bitangent = normal.cross(tangent) * handedness;
     }
   }
-  if (material.normal.present() && vertex.has_tangent) {
+  if (has_tangent && material.normal.present()) {
     const Rgb texel = textures.sample_rgb(material.normal);
-    const V3f n = normal_from_map(texel, material.normal_scale, vertex.tangent, vertex.bitangent, normal);
+    const V3f n = normal_from_map(texel, material.normal_scale, tangent, bitangent, normal);
     const float length = n.length();
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
+    if (textures.place(material.normal).level > 0)
+      slope_variance = variance_of_normals(texel) * square(material.normal_scale);
   }
   // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
   // follow the side of the face that is seen.
@@ -105,6 +136,10 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.bsdf.base_color =
       Rgb(std::clamp(base.x, 0.0f, 1.0f), std::clamp(base.y, 0.0f, 1.0f), std::clamp(base.z, 0.0f, 1.0f));
 
+  // Rays met what is covered at the finest level: so is coverage counted there, once.
+  if (material.alpha_mode == AlphaMode::blend && material.base_color.present() &&
+      textures.place(material.base_color).level > 0)
+    base.w = coverage(material, lookup, textures);
   surface.alpha = material.alpha_mode == AlphaMode::blend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
   surface.emissive_triangle = accel::kNoId;
   surface.emitted = Rgb(0.0f);
@@ -120,6 +155,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     surface.bsdf.roughness *= texel.y;
     surface.bsdf.metallic *= texel.z;
   }
+  if (slope_variance > 0.0f) surface.bsdf.roughness = widened(surface.bsdf.roughness, slope_variance);
   surface.bsdf.ior = material.ior;
   surface.bsdf.specular = material.specular_factor;
   if (material.specular.present()) surface.bsdf.specular *= textures.sample_channel(material.specular, 3);
@@ -134,15 +170,22 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   }
   if (material.layers != kNone) {
     surface.layered = true;
-    layers_at(textures, vertex, wo, surface);
+    VertexFrame vertex{.normal = vertex_normal, .has_tangent = has_tangent, .front = front};
+    if (has_tangent) vertex.tangent = tangent, vertex.bitangent = bitangent;
+    layers_at(TextureLookup(textures_, lookup, seen), vertex, wo,
+              surface); // its own, so that ours can stay in registers
   }
 
   if (material.emissive && (front || material.double_sided)) {
     surface.emitted = material.emission_factor;
-    if (material.emission.present()) surface.emitted *= textures.sample_rgb(material.emission);
     if (instance.emissive) {
       const uint32_t first = first_emissive_[instance.emissive_begin + (hit.mesh - instance.first_mesh)];
       if (first != accel::kNoId) surface.emissive_triangle = first + hit.triangle;
+    }
+    if (material.emission.present()) {
+      const bool filtered = footprint.filters_emission || surface.emissive_triangle == accel::kNoId;
+      surface.emitted *=
+          filtered ? textures.sample_rgb(material.emission) : textures.sample_rgb_finest(material.emission);
     }
   }
 }
@@ -151,21 +194,15 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   const World& world = *static_cast<const World*>(context);
   const Geometry& geometry = world.geometries_[candidate.mesh];
   const ShadingMaterial& material = world.materials_[geometry.material];
-  const HitRecords lookup(geometry, candidate);
-
-  float alpha = material.base_color_factor.w;
-  if (material.base_color.present())
-    alpha *= world.textures_[static_cast<size_t>(material.base_color.texture)].sample_channel(
-        lookup.texcoord(material.base_color), 3);
-  if (geometry.color_offset != Geometry::kAbsent)
-    alpha *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric).w;
+  const HitRecords records(geometry, candidate);
+  const SurfaceFootprint point{ray};
+  const TextureLookup textures(world.textures_, records, point);
+  const float alpha = coverage(material, records, textures);
 
   if (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) return false;
   if (material.pane && (ray.flags & (kPassPanes | kHitPanes)) != 0) {
     float roughness = material.roughness_factor;
-    if (material.metallic_roughness.present())
-      roughness *= world.textures_[static_cast<size_t>(material.metallic_roughness.texture)].sample_channel(
-          lookup.texcoord(material.metallic_roughness), 1);
+    if (material.metallic_roughness.present()) roughness *= textures.sample_channel(material.metallic_roughness, 1);
     if (roughness <= kStraightRoughness) return (ray.flags & kHitPanes) != 0;
   }
   if (material.alpha_mode != AlphaMode::blend) return true;

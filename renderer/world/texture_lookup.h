@@ -2,38 +2,91 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/hash.h"
 #include "renderer/texture/texture.h"
 #include "renderer/world/hit_records.h"
 
+#include <cmath>
 #include <cstddef>
 #include <span>
 
 namespace kindling {
 
-// One for each hit; all textures of its material are read through it. Every binding must be present().
+// The cone of a ray and the plane of the triangle that it met: all that decides about levels of detail.
+struct SurfaceFootprint {
+  const accel::Ray& ray;
+  float width_m = 0.0f; // diameter of the cone at the hit; 0 reads the finest levels
+  V3f normal{0.0f};     // cross product of two of the triangle's edges, in the ray's space: twice its area long
+
+  // Of the footprint, relative to twice the triangle's area. It is an ellipse, width_m by width_m / cos: only its area counts
+  // (renderer/texture/README.md says why).
+  [[nodiscard]] float share() const {
+    const float seen = std::abs(normal.dot(ray.direction)); // twice the triangle's area, seen along the ray
+    return width_m * width_m / std::max(seen, 1e-30f);
+  }
+  // The number in [0, 1) that decides for all textures of a hit between two levels.
+  [[nodiscard]] float choice() const { return to_unit_float(hash_combine(ray.key ^ 0x2545f491U, ray.index)); }
+};
+
+// One for each hit; all textures of its material are read through it. Every binding must be present(). Costs nothing until a texture is
+// read. Borrows all that it is made of.
 class TextureLookup {
  public:
-  TextureLookup(std::span<const Texture> textures, const HitRecords& records)
-      : textures_(textures), records_(records) {}
+  TextureLookup(std::span<const Texture> textures, const HitRecords& records, const SurfaceFootprint& footprint)
+      : textures_(textures), records_(records), footprint_(footprint) {}
 
   [[nodiscard]] V4f sample(const TextureBinding& binding) const {
-    return texture(binding).sample(records_.texcoord(binding));
+    const Place at = place(binding);
+    return texture(binding).sample(at.uv, at.level);
   }
   [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding) const {
-    return texture(binding).sample_rgb(records_.texcoord(binding));
+    const Place at = place(binding);
+    return texture(binding).sample_rgb(at.uv, at.level);
   }
   // One channel of 0..3.
   [[nodiscard]] float sample_channel(const TextureBinding& binding, int channel) const {
+    const Place at = place(binding);
+    return texture(binding).sample_channel(at.uv, channel, at.level);
+  }
+
+  // At level 0, whatever the footprint: for what has to agree with those who know nothing of it.
+  [[nodiscard]] Rgb sample_rgb_finest(const TextureBinding& binding) const {
+    return texture(binding).sample_rgb(records_.texcoord(binding));
+  }
+  [[nodiscard]] float sample_channel_finest(const TextureBinding& binding, int channel) const {
     return texture(binding).sample_channel(records_.texcoord(binding), channel);
+  }
+
+  struct Place {
+    V2f uv;
+    int level = 0;
+  };
+  // Where the binding is read.
+  [[nodiscard]] Place place(const TextureBinding& binding) const {
+    if (binding.texcoord != set_) find_set(binding.texcoord);
+    return {binding.apply(uv_), texture(binding).choose_level(uv_area_ * binding.area_scale, choice_)};
   }
 
  private:
   [[nodiscard]] const Texture& texture(const TextureBinding& binding) const {
     return textures_[static_cast<size_t>(binding.texture)];
   }
+  // Most materials read all textures with one set.
+  void find_set(uint8_t set) const {
+    set_ = set;
+    uv_ = records_.texcoord(set);
+    if (!(footprint_.width_m > 0.0f)) return;
+    uv_area_ = footprint_.share() * records_.texcoord_area(set);
+    choice_ = footprint_.choice();
+  }
 
   std::span<const Texture> textures_;
   const HitRecords& records_;
+  const SurfaceFootprint& footprint_;
+  mutable uint8_t set_ = 0xff; // that the next two belong to
+  mutable V2f uv_{0.0f};
+  mutable float uv_area_ = 0.0f; // of the footprint, before the binding's transform
+  mutable float choice_ = 0.0f;
 };
 
 } // namespace kindling

@@ -57,8 +57,17 @@ struct SurfacePoint {
   BsdfParameters bsdf;
   SurfaceLayers layers;
 
+  [[nodiscard]] bool has_pane() const { return layered && layers.pane; }
   // For light sampling: zero where light from all around is wanted.
   [[nodiscard]] V3f light_normal() const { return layered && layers.transmits ? V3f(0.0f) : geometric_normal; }
+};
+
+// What the ray that met a surface stands for.
+struct RayFootprint {
+  float width_m = 0.0f; // diameter of its cone at the hit; 0 reads textures at their finest level
+  // False where the emission of lights that are sampled as well has to be what their sampling sees: the finest level. True for rays
+  // with which no light sampling competes.
+  bool filters_emission = false;
 };
 
 struct WorldStatistics {
@@ -87,9 +96,12 @@ class World {
 
   // Asks for the memory that surface_at() will read for these hits, a few dozen of them: a request for one hides behind
   // those for others.
-  void prefetch(std::span<const accel::Hit> hits) const;
+  // One ray and one footprint for each hit, the ones surface_at() will be given.
+  void prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
+                std::span<const RayFootprint> footprints) const;
   // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
-  void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
+  void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                  const RayFootprint& footprint = {}) const;
 
   // Inside of meshes with this material, SurfacePoint::layers.boundary.
   [[nodiscard]] const Medium& medium(uint32_t material) const {

@@ -331,7 +331,8 @@ TEST(Ktx2, FlippedBytesDoNoHarm) {
   size_t refused = 0, accepted = 0;
   for (const std::string& name : kAllFixtures) {
     const FileBytes file = fixture(name);
-    for (int round = 0; round < 1000; ++round) {
+    const int rounds = name == "etc1s_flat" ? 200 : 1000; // it has many pixels
+    for (int round = 0; round < rounds; ++round) {
       FileBytes damaged = file;
       // A third in header and descriptor, a third in the codebooks, a third anywhere.
       const size_t globals = get_u32(file, kGlobalsOffset);

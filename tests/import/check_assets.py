@@ -193,7 +193,7 @@ def mutants(files, count, generator, folder):
         with open(file, "rb") as stream:
             data = stream.read()
         stem, extension = os.path.splitext(os.path.basename(file))
-        side = [name for name in os.listdir(source) if name.endswith((".bin", ".png", ".jpg", ".webp")) and name.encode() in data]
+        side = [name for name in os.listdir(source) if name.endswith((".bin", ".png", ".jpg", ".webp", ".ktx2")) and name.encode() in data]
         if extension == ".gltf" and side and generator.random() < 0.3:
             name = generator.choice(side)
             with open(os.path.join(source, name), "rb") as stream:

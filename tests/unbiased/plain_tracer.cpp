@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/plain_tracer.h"
 
+#include "renderer/integrator/integrator.h"
+
 #include "renderer/sampling/warp.h"
 
 namespace kindling::test {
@@ -37,23 +39,29 @@ float PlainTracer::aim_density(const V3f& point, const V3f& wi) const {
   return sum / static_cast<float>(aims_.size());
 }
 
-PlainTracer::Direction PlainTracer::choose_direction(const SurfacePoint& surface, const V3f& wo, Random& random) const {
-  const Frame frame = Frame::around(surface.shading_normal);
-  const GltfBsdf bsdf(surface.bsdf, frame.to_local(wo));
+PlainTracer::Direction PlainTracer::choose_direction(const SurfacePoint& surface, const Frame& frame,
+                                                     const SurfaceBsdf& bsdf, Random& random) const {
   const float aimed = aims_.empty() ? 0.0f : 0.5f;
   Direction chosen;
+  std::optional<BsdfSample> sample;
   if (random.next_1d() < aimed) {
     const auto index = static_cast<size_t>(random.next_1d() * static_cast<float>(aims_.size()));
     const V2f u = random.next_2d();
     chosen.wi = std::visit([&](const auto& a) { return sample_aim(a, surface.position, u); }, aims_[index]);
   } else {
     const float lobe = random.next_1d();
-    const std::optional<BsdfSample> sample = bsdf.sample(lobe, random.next_2d());
+    sample = bsdf.sample(lobe, random.next_2d());
     if (!sample) return chosen;
     chosen.wi = frame.to_world(sample->wi);
   }
-  if (chosen.wi.dot(surface.geometric_normal) <= 0.0f) return chosen;
-  const BsdfEval eval = bsdf.eval(frame.to_local(chosen.wi));
+  const V3f local = sample ? sample->wi : frame.to_local(chosen.wi);
+  chosen.crosses = local.z < 0.0f;
+  if ((chosen.wi.dot(surface.geometric_normal) < 0.0f) != chosen.crosses) return chosen;
+  if (sample && sample->pdf == 0.0f) { // a mirror: nobody can aim at its direction
+    chosen.weight = sample->weight / (1.0f - aimed);
+    return chosen;
+  }
+  const BsdfEval eval = bsdf.eval(local);
   float density = (1.0f - aimed) * eval.pdf;
   if (aimed > 0.0f) density += aimed * aim_density(surface.position, chosen.wi);
   if (density > 0.0f) chosen.weight = eval.value / density;
@@ -61,24 +69,48 @@ PlainTracer::Direction PlainTracer::choose_direction(const SurfacePoint& surface
 }
 
 Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
+  const int max_transmissions = IntegratorSettings{}.max_transmission_bounces;
   Rgb sum(0.0f), throughput(1.0f);
   SurfacePoint surface;
-  for (int bounce = 0;;) {
+  const Medium* medium = nullptr; // that the ray is in
+  int reflections = 0, transmissions = 0;
+  while (!is_black(throughput)) {
     const accel::Hit hit = world_.accelerator().intersect(ray);
     if (!hit.is_hit()) return sum + throughput * world_.lights().environment_radiance(ray.direction);
     world_.surface_at(ray, hit, surface);
+    if (medium)
+      for (unsigned c = 0; c < 3; ++c) throughput[c] *= std::exp(-medium->extinction[c] * hit.t);
     if (random.next_1d() >= surface.alpha) { // BLEND is coverage: the surface is there, or it is not
       ray.origin = offset_ray_origin(surface, ray.direction);
       continue;
     }
     sum += throughput * surface.emitted;
-    if (surface.unlit || bounce++ > max_bounces_) return sum;
-    const Direction next = choose_direction(surface, -ray.direction, random);
+    if (surface.unlit) return sum;
+    SurfaceLayers& layers = surface.layers;
+    const Frame frame = surface.layered ? Frame::with_tangent(surface.shading_normal, layers.tangent)
+                                        : Frame::around(surface.shading_normal);
+    if (surface.layered) {
+      layers.bsdf.clearcoat_normal = frame.to_local(layers.clearcoat_normal);
+      layers.bsdf.eta = layers.boundary && !layers.entering ? 1.0f / surface.bsdf.ior : surface.bsdf.ior;
+    }
+    const SurfaceBsdf bsdf(surface.bsdf, surface.layered ? &layers.bsdf : nullptr, frame.to_local(-ray.direction));
+    if (surface.has_pane()) { // half of the paths go straight on
+      throughput *= 2.0f;
+      if (random.next_1d() < 0.5f) {
+        throughput *= bsdf.straight_transmittance();
+        ray.origin = offset_ray_origin(surface, ray.direction);
+        continue;
+      }
+    }
+    if (reflections > max_bounces_ || transmissions > max_transmissions) return sum;
+    const Direction next = choose_direction(surface, frame, bsdf, random);
     throughput *= next.weight;
-    if (is_black(throughput)) return sum;
+    ++(next.crosses ? transmissions : reflections);
+    if (next.crosses && layers.boundary) medium = layers.entering ? &world_.medium(surface.material) : nullptr;
     ray.origin = offset_ray_origin(surface, next.wi);
     ray.direction = next.wi;
   }
+  return sum;
 }
 
 std::vector<float> PlainTracer::picture(const Camera& camera, uint32_t samples, uint64_t seed) const {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/frame.h"
+#include "renderer/bsdf/surface_bsdf.h"
 #include "renderer/camera/camera.h"
 #include "renderer/world/world.h"
 #include "tests/sampling/random.h"
@@ -25,7 +27,7 @@ using Aim = std::variant<AimRectangle, AimCone>;
 // Shares with the renderer what turns a ray into a surface, the BSDF and the radiance of lights; has its own random numbers
 // (none stratified), chooses directions by itself, and knows nothing of the choice of lights, multiple importance sampling, roulette or
 // batches. Half of the directions follow the BSDF, the others aim, uniformly; with one density for both, that of the mixture.
-// Point, spot and directional lights are not found.
+// Point, spot and directional lights are not found; media do not stand in one another, scatter or disperse.
 class PlainTracer {
  public:
   PlainTracer(const World& world, std::vector<Aim> aims, int max_bounces)
@@ -37,10 +39,12 @@ class PlainTracer {
 
  private:
   struct Direction {
-    V3f wi;           // unit
-    Rgb weight{0.0f}; // BSDF times cosine over density; black: the path ends
+    V3f wi;               // unit
+    Rgb weight{0.0f};     // BSDF times cosine over density; black: the path ends
+    bool crosses = false; // to the other side of the surface
   };
-  [[nodiscard]] Direction choose_direction(const SurfacePoint& surface, const V3f& wo, Random& random) const;
+  [[nodiscard]] Direction choose_direction(const SurfacePoint& surface, const Frame& frame, const SurfaceBsdf& bsdf,
+                                           Random& random) const;
   [[nodiscard]] float aim_density(const V3f& point, const V3f& wi) const;
 
   const World& world_;

@@ -277,6 +277,60 @@ TestScene kinds_of_lights() {
   return test;
 }
 
+// Everything that transmits or lies on top of something else. Glass is rough: the plain tracer has to find the lamp through it.
+TestScene layered_materials() {
+  TestScene test;
+  std::vector<Material> materials{surface_material(Rgb(0.6f, 0.5f, 0.4f), 0.6f, 0.0f),
+                                  emissive_material(Rgb(6.0f, 5.0f, 4.0f), Rgb(0.3f))};
+  const auto add = [&](const Rgb& color, float roughness, float metallic) -> Material& {
+    materials.push_back(surface_material(color, roughness, metallic));
+    return materials.back();
+  };
+  Material& coated = add(Rgb(0.7f, 0.1f, 0.1f), 0.6f, 0.0f); // 2
+  coated.clearcoat_factor = 0.8f;
+  coated.clearcoat_roughness_factor = 0.3f;
+  Material& cloth = add(Rgb(0.1f, 0.2f, 0.5f), 0.9f, 0.0f); // 3
+  cloth.sheen_color_factor = Rgb(0.9f, 0.8f, 0.7f);
+  cloth.sheen_roughness_factor = 0.4f;
+  Material& film = add(Rgb(0.9f), 0.3f, 0.5f); // 4
+  film.iridescence_factor = 1.0f;
+  Material& leaf = add(Rgb(0.5f, 0.7f, 0.3f), 0.5f, 0.0f); // 5
+  leaf.diffuse_transmission_factor = 0.6f;
+  leaf.diffuse_transmission_color_factor = Rgb(0.6f, 0.9f, 0.2f);
+  Material& frosted = add(Rgb(0.9f, 0.95f, 1.0f), 0.5f, 0.0f); // 6
+  frosted.transmission_factor = 0.8f;
+  Material& window = add(Rgb(0.5f, 0.8f, 0.9f), 0.0f, 0.0f); // 7
+  window.transmission_factor = 1.0f;
+  Material& half_window = add(Rgb(0.9f, 0.6f, 0.5f), 0.0f, 0.3f); // 8: reflects diffusely, too, and has holes
+  half_window.transmission_factor = 0.6f;
+  half_window.alpha_mode = AlphaMode::blend;
+  half_window.base_color_factor.w = 0.7f;
+  Material& solid = add(Rgb(1.0f), 0.4f, 0.0f); // 9
+  solid.transmission_factor = 1.0f;
+  solid.thickness_factor = 1.0f;
+  solid.attenuation_color = Rgb(0.4f, 0.8f, 0.6f);
+  solid.attenuation_distance_m = 0.5f;
+  test.whole = {
+      make_scene(std::move(materials),
+                 {quad(V3f(-4, 0, 3), V3f(8, 0, 0), V3f(0, 0, -6), 0),
+                  quad(V3f(-1, 2.6f, -1.5f), V3f(2, 0, 0), V3f(0, 0, 1), 1), sphere(V3f(-2, 0.5f, -0.5f), 0.5f, 16, 2),
+                  sphere(V3f(-0.9f, 0.4f, -0.9f), 0.4f, 16, 3), sphere(V3f(0.1f, 0.4f, -0.4f), 0.4f, 16, 4),
+                  quad(V3f(0.5f, 0, 0.6f), V3f(0.7f, 0, -0.3f), V3f(0.2f, 0.9f, 0), 5),
+                  quad(V3f(-1.6f, 0, 0.7f), V3f(0.9f, 0, 0.1f), V3f(0, 0.8f, -0.2f), 6),
+                  quad(V3f(-2, 1.6f, 1), V3f(2.4f, 0, 0), V3f(0, 0, -2.5f), 7),
+                  quad(V3f(0.3f, 1.4f, 1), V3f(2.4f, 0, 0), V3f(0, 0.3f, -2.5f), 8),
+                  sphere(V3f(1.5f, 0.5f, -0.2f), 0.5f, 24, 9)}),
+      std::make_shared<Environment>(Rgb(0.25f, 0.3f, 0.4f))};
+  look(test, V3f(0.2f, 1.3f, 4.2f), V3f(0, 0.6f, 0), 0.8f);
+  test.max_bounces = 2;
+  test.traced_bounces = {2};
+  test.traced_samples = 96;
+  test.samples = 14;
+  test.aims = {AimRectangle{V3f(-1, 2.6f, -1.5f), V3f(2, 0, 0), V3f(0, 0, 1)}};
+  test.bias = [](IntegratorSettings& settings) { settings.clamp_indirect = 0.25f; };
+  return test;
+}
+
 TestScene cornell_box() {
   TestScene test = shipped("cornell_box.glb");
   look(test, V3f(0, 3, 2.7f), V3f(0, 0.8f, -1.5f), 0.9f); // below the lamp: its edges are noise
@@ -331,6 +385,7 @@ std::span<const NamedScene> all_scenes() {
                                            {"textured_emitters", textured_emitters},
                                            {"veils", veils},
                                            {"kinds_of_lights", kinds_of_lights},
+                                           {"layered_materials", layered_materials},
                                            {"cornell_box", cornell_box},
                                            {"material_grid", material_grid},
                                            {"interior", interior}};

@@ -1,0 +1,48 @@
+// Writes one texel of each layout from linear values: the inverse of texel_fetch.h, rounded to nearest.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/texture/srgb.h"
+#include "renderer/texture/texel_fetch.h"
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+namespace kindling::texture_detail {
+
+template <typename T>
+inline void store(T value, std::byte* to) {
+  std::memcpy(to, &value, sizeof value);
+}
+
+// What Reader::channel() reads back as nearly `value`, unscaled integers apart: `value` is linear, in [0, 1] for integers.
+template <typename Reader, bool kAlpha>
+inline void store_channel(float value, std::byte* to) {
+  if constexpr (Reader::kType == PixelType::u8) {
+    if constexpr (Reader::kIsSrgb && !kAlpha)
+      store(encode_srgb_u8(value), to);
+    else
+      store(static_cast<uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f), to);
+  } else if constexpr (Reader::kType == PixelType::u16) {
+    if constexpr (Reader::kIsSrgb && !kAlpha)
+      store(encode_srgb_u16(value), to);
+    else
+      store(static_cast<uint16_t>(std::clamp(value, 0.0f, 1.0f) * 65535.0f + 0.5f), to);
+  } else if constexpr (Reader::kType == PixelType::f16) {
+    store(Imath::half(value), to);
+  } else {
+    store(value, to);
+  }
+}
+
+// `texel` as Reader::all() gives it, scaled.
+template <typename Reader>
+inline void store_texel(const Float4& texel, std::byte* to) {
+  constexpr int kColors = Reader::kHasAlpha ? Reader::kChannelCount - 1 : Reader::kChannelCount;
+  for (int c = 0; c < kColors; ++c)
+    store_channel<Reader, false>(texel[c], to + static_cast<size_t>(c) * Reader::kChannelBytes);
+  if constexpr (Reader::kHasAlpha) store_channel<Reader, true>(texel[3], to + kColors * Reader::kChannelBytes);
+}
+
+} // namespace kindling::texture_detail

@@ -1,0 +1,37 @@
+// The textures that the materials of a scene refer to, each picture prepared once for each thing it stands for.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+#include "renderer/scene/scene.h"
+#include "renderer/texture/texture.h"
+#include "renderer/texture/texture_memory.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace kindling {
+
+// Numbers first, while materials are bound; then all of them are built at once, in parallel.
+class TextureTable {
+ public:
+  // Borrows them until build() returns.
+  explicit TextureTable(std::span<const SceneTexture> sources) : sources_(sources) {}
+
+  // Where texture `source` of the scene, read as `content`, will stand in what build() gives; kNone if it has no picture.
+  [[nodiscard]] int32_t number_of(int source, TextureContent content);
+
+  // `bytes`: of all pictures and their levels in memory, shared ones once. The result does not depend on the number of threads.
+  // Where `memory` (may be null) is exceeded, all are paged: it must outlive the textures, and may fail.
+  [[nodiscard]] Result<std::vector<Texture>> build(TextureMemory* memory, size_t& bytes) const;
+
+ private:
+  std::span<const SceneTexture> sources_;
+  std::map<std::pair<int, TextureContent>, int32_t> numbers_;
+};
+
+} // namespace kindling
