@@ -25,7 +25,8 @@ struct PathState {
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
   const LightShares* light_shares = nullptr;                 // likewise
-  RayCone cone;                                              // of the ray: how much of the scene this sample stands for
+  RayCone cone{.spread =
+                   -1.0f}; // of the ray: how much of the scene this sample stands for; below 0: as the camera has it
   float alpha = 1.0f;
   float guiding = 1.0f; // product over the reflections of density with guiding / density without
   uint16_t bounce = 0;  // reflections so far
