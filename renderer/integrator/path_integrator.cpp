@@ -102,7 +102,9 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
   std::array<RayFootprint, ShadeGroup::kSize> footprints;
   for (size_t i = 0; i < count; ++i) {
+    if (!hits[i].is_hit()) continue;
     PathState& state = context.states[context.active[first + i]];
+    if (state.cone.spread < 0.0f) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
     state.cone.width_m = state.cone.width_at(hits[i].t);
     footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
   }

@@ -231,10 +231,9 @@ void Texture::prefetch(const V2f& uv, int level) const {
   const Level& from = levels_[static_cast<size_t>(level)];
   if (!from.pixels) return; // its cache finds them
   const Footprint f = Lookup::locate(*this, from, uv);
+  // Their right neighbours are nearly always in the same lines.
   ::kindling::prefetch(from.pixels + f.top_left * pixel_bytes_);
-  ::kindling::prefetch(from.pixels + f.top_right * pixel_bytes_);
   ::kindling::prefetch(from.pixels + f.bottom_left * pixel_bytes_);
-  ::kindling::prefetch(from.pixels + f.bottom_right * pixel_bytes_);
 }
 
 Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {

@@ -5,6 +5,7 @@
 #include "renderer/base/hash.h"
 #include "renderer/texture/texture.h"
 #include "renderer/world/hit_records.h"
+#include "renderer/world/world.h"
 
 #include <cmath>
 #include <cstddef>
@@ -12,20 +13,24 @@
 
 namespace kindling {
 
-// The cone of a ray and the plane of the triangle that it met: all that decides about levels of detail.
+// A footprint on the plane of the triangle that its ray met: all that decides about levels of detail.
 struct SurfaceFootprint {
   const accel::Ray& ray;
-  float width_m = 0.0f; // diameter of the cone at the hit; 0 reads the finest levels
-  V3f normal{0.0f};     // cross product of two of the triangle's edges, in the ray's space: twice its area long
+  const RayFootprint& footprint;
+  V3f normal{0.0f}; // cross product of two of the triangle's edges, in the ray's space: twice its area long
 
-  // Of the footprint, relative to twice the triangle's area. It is an ellipse, width_m by width_m / cos: only its area counts
-  // (renderer/texture/README.md says why).
+  // Of the footprint's area, relative to twice the triangle's. The footprint is an ellipse, width_m by width_m / cos: only its area
+  // counts (renderer/texture/README.md says why).
   [[nodiscard]] float share() const {
+    if (footprint.share >= 0.0f) return footprint.share;
     const float seen = std::abs(normal.dot(ray.direction)); // twice the triangle's area, seen along the ray
-    return width_m * width_m / std::max(seen, 1e-30f);
+    return footprint.width_m * footprint.width_m / std::max(seen, 1e-30f);
   }
   // The number in [0, 1) that decides for all textures of a hit between two levels.
-  [[nodiscard]] float choice() const { return to_unit_float(hash_combine(ray.key ^ 0x2545f491U, ray.index)); }
+  [[nodiscard]] float choice() const {
+    if (footprint.share >= 0.0f) return footprint.choice;
+    return to_unit_float(hash_u32(ray.key + ray.index * 0x9e3779b9U));
+  }
 };
 
 // One for each hit; all textures of its material are read through it. Every binding must be present(). Costs nothing until a texture is
@@ -39,10 +44,7 @@ class TextureLookup {
     const Place at = place(binding);
     return texture(binding).sample(at.uv, at.level);
   }
-  [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding) const {
-    const Place at = place(binding);
-    return texture(binding).sample_rgb(at.uv, at.level);
-  }
+  [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding) const { return sample_rgb(binding, place(binding)); }
   // One channel of 0..3.
   [[nodiscard]] float sample_channel(const TextureBinding& binding, int channel) const {
     const Place at = place(binding);
@@ -61,6 +63,9 @@ class TextureLookup {
     V2f uv;
     int level = 0;
   };
+  [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding, const Place& at) const {
+    return texture(binding).sample_rgb(at.uv, at.level);
+  }
   // Where the binding is read.
   [[nodiscard]] Place place(const TextureBinding& binding) const {
     if (binding.texcoord != set_) find_set(binding.texcoord);
@@ -75,7 +80,7 @@ class TextureLookup {
   void find_set(uint8_t set) const {
     set_ = set;
     uv_ = records_.texcoord(set);
-    if (!(footprint_.width_m > 0.0f)) return;
+    if (!(footprint_.footprint.width_m > 0.0f)) return;
     uv_area_ = footprint_.share() * records_.texcoord_area(set);
     choice_ = footprint_.choice();
   }
