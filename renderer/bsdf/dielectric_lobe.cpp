@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_lobe.h"
 
+#include "renderer/bsdf/anisotropic_albedo.h"
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/bsdf/dielectric_albedo.h"
 #include "renderer/bsdf/ggx_albedo.h"
@@ -59,9 +60,9 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
   set_albedos();
 }
 
-// The scale to a total albedo of 1, from the channel that reflects most, and the estimates. The tables are isotropic: anisotropic
-// facets are looked up with the mean of their two alphas. The film's reflectance is not in them either; both move energy from one
-// side to the other more than they lose any.
+// The scale to a total albedo of 1, from the channel that reflects most, and the estimates. The tables of refraction are isotropic: anisotropic
+// facets are looked up with the mean of their two alphas and with that in the plane of incidence, and scaled by the lesser of the two answers: rather a loss than
+// a gain. The film's reflectance is not in them either; it moves energy from one side to the other more than it loses any.
 void DielectricLobe::set_albedos() {
   if (smooth_ || !transmits_) {
     reflected_ = saturate(fresnel(wo_.z, refracted_cosine(wo_.z, eta_)));
@@ -77,13 +78,22 @@ void DielectricLobe::set_albedos() {
   float plain = albedo.reflected; // share of the plain Fresnel term
   float total = 0.0f;             // share of total reflection
   if (thin_walled_) {
-    const float e = GgxAlbedoTable(std::max(roughness, kMinRoughness), alpha)(wo_.z).e;
+    const float e = alpha_x_ == alpha_y_ ? GgxAlbedoTable(std::max(roughness, kMinRoughness), alpha)(wo_.z).e
+                                         : AnisotropicAlbedoTable(alpha_x_, alpha_y_)(wo_).e;
     scale_ = 1.0f / std::max(e, 0.05f);
     plain = std::min(plain * albedo.e * scale_, 1.0f);
   } else {
     const float a = max_component(offset);
     const float b = max_component(slope + offset) - a; // at grazing angles all channels meet
-    scale_ = 1.0f / std::max(albedo.e + a * albedo.p + (b - 1.0f) * albedo.q, 0.02f);
+    const auto total_of = [&](const DielectricAlbedo& x) { return x.e + a * x.p + (b - 1.0f) * x.q; };
+    float most = total_of(albedo);
+    if (alpha_x_ != alpha_y_) {
+      const float sin2 = std::max(1.0f - wo_.z * wo_.z, 1e-12f);
+      const float along =
+          std::clamp(std::sqrt((square(alpha_x_ * wo_.x) + square(alpha_y_ * wo_.y)) / sin2), kSmoothAlpha, 1.0f);
+      most = std::max(most, total_of(dielectric_albedo(wo_.z, std::sqrt(along), along, eta_)));
+    }
+    scale_ = 1.0f / std::max(most, 0.02f);
     if (eta_ < 1.0f) total = std::max(2.0f * plain - 1.0f, 0.0f);
   }
   reflected_ = saturate((offset * (1.0f - total) + slope * (plain - total)) + Rgb(total));

@@ -50,6 +50,8 @@ class DielectricLobe {
   // lost between the microfacets. pdf 0: a delta direction.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
 
+  // By which single scattering is multiplied, as seen from wo: divided by it, eval() is reciprocal.
+  [[nodiscard]] float compensation() const { return scale_; }
   // True: nothing but delta directions.
   [[nodiscard]] bool is_delta() const { return smooth_; }
   // Estimates of the directional albedos to each side, straight_transmittance() apart; exact for smooth interfaces, within
