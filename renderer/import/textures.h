@@ -16,4 +16,8 @@ void import_samplers(const Document& document, Scene& scene);
 // more than ImportLimits::max_texture_bytes.
 void import_images(Document& document, Scene& scene, ProgressListener* listener, Warnings& warnings);
 
+// One picture of the file's images by its index, for those who are no texture; the error is one line without the place. Adds its
+// bytes to document.content_hash.
+[[nodiscard]] Result<Image> read_image(Document& document, int image);
+
 } // namespace kindling::gltf
