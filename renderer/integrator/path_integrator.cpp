@@ -100,7 +100,7 @@ void PathIntegrator::shade(PathContext& context) const {
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
   const std::span<const accel::Hit> hits(context.hits.data() + first, count);
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
-  std::array<RayFootprint, ShadeGroup::kSize> footprints;
+  const std::span<RayFootprint> footprints = std::span(context.group.footprints).first(count);
   for (size_t i = 0; i < count; ++i) {
     if (!hits[i].is_hit()) continue;
     PathState& state = context.states[context.active[first + i]];
@@ -108,7 +108,7 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
     state.cone.width_m = state.cone.width_at(hits[i].t);
     footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
   }
-  world_.prefetch(rays, hits, std::span(footprints).first(count));
+  world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
     if (!hits[i].is_hit())
       context.group.members[i].escaped = world_.lights().locate_in_environment(context.rays[first + i].direction);

@@ -26,10 +26,11 @@ struct SurfaceFootprint {
     const float seen = std::abs(normal.dot(ray.direction)); // twice the triangle's area, seen along the ray
     return footprint.width_m * footprint.width_m / std::max(seen, 1e-30f);
   }
-  // The number in [0, 1) that decides for all textures of a hit between two levels.
+  // The number in [0, 1) that decides for all textures of a hit between two levels: over the samples of a key it steps by the golden
+  // ratio, so that each level gets its share of any run of them.
   [[nodiscard]] float choice() const {
     if (footprint.share >= 0.0f) return footprint.choice;
-    return to_unit_float(hash_u32(ray.key + ray.index * 0x9e3779b9U));
+    return to_unit_float(ray.key + ray.index * 0x9e3779b9U);
   }
 };
 
@@ -38,7 +39,7 @@ struct SurfaceFootprint {
 class TextureLookup {
  public:
   TextureLookup(std::span<const Texture> textures, const HitRecords& records, const SurfaceFootprint& footprint)
-      : textures_(textures), records_(records), footprint_(footprint) {}
+      : textures_(textures.data()), records_(records), footprint_(footprint) {}
 
   [[nodiscard]] V4f sample(const TextureBinding& binding) const {
     const Place at = place(binding);
@@ -77,21 +78,22 @@ class TextureLookup {
     return textures_[static_cast<size_t>(binding.texture)];
   }
   // Most materials read all textures with one set.
-  void find_set(uint8_t set) const {
+  [[gnu::noinline]] void find_set(uint8_t set) const {
     set_ = set;
     uv_ = records_.texcoord(set);
+    uv_area_ = choice_ = 0.0f;
     if (!(footprint_.footprint.width_m > 0.0f)) return;
     uv_area_ = footprint_.share() * records_.texcoord_area(set);
     choice_ = footprint_.choice();
   }
 
-  std::span<const Texture> textures_;
+  const Texture* textures_;
   const HitRecords& records_;
   const SurfaceFootprint& footprint_;
-  mutable uint8_t set_ = 0xff; // that the next two belong to
-  mutable V2f uv_{0.0f};
-  mutable float uv_area_ = 0.0f; // of the footprint, before the binding's transform
-  mutable float choice_ = 0.0f;
+  mutable uint8_t set_ = 0xff; // that the next three belong to
+  mutable V2f uv_;
+  mutable float uv_area_; // of the footprint, before the binding's transform
+  mutable float choice_;
 };
 
 } // namespace kindling
