@@ -245,7 +245,7 @@ float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& nor
   return density * probability < kInfinity ? density * probability : 0.0f;
 }
 
-std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, const V3f& point) {
+std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, const V3f& point) const {
   LightSample result;
   result.delta = true;
   result.pdf = 1.0f;
@@ -268,6 +268,11 @@ std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, cons
   if (light.kind == Punctual::Kind::spot) {
     // KHR_lights_punctual, "Inner and Outer Cone Angles".
     attenuation *= square(std::clamp(-light.axis.dot(result.wi) * light.angle_scale + light.angle_offset, 0.0f, 1.0f));
+  }
+  if (light.kind == Punctual::Kind::profiled) {
+    const ProfiledLight& profiled = profiled_[light.profiled];
+    attenuation *= profiled.profile->intensity(
+        -V3f(result.wi.dot(profiled.axes[0]), result.wi.dot(profiled.axes[1]), result.wi.dot(profiled.axes[2])));
   }
   if (!(attenuation > 0.0f)) return std::nullopt;
   result.radiance = light.intensity * attenuation;
