@@ -231,6 +231,7 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
   if (!(result.pdf > 0.0f && result.pdf < kInfinity)) return std::nullopt;
   result.radiance = emission_at(index, barycentrics.x, barycentrics.y);
   result.normal = normal * ((front ? 1.0f : -1.0f) / normal.length());
+  result.radiance *= through_coat(emissions_[t.emission], front, result.normal.dot(result.wi));
   return result;
 }
 
@@ -288,8 +289,11 @@ Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
 
 Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi) const {
   const Triangle& t = triangles_[triangle];
-  if (!emissions_[t.emission].two_sided && !(double_area_normal(t).dot(wi) < 0.0f)) return Rgb(0.0f);
-  return emission_at(triangle, u, v);
+  const Emission& emission = emissions_[t.emission];
+  const V3f normal = double_area_normal(t);
+  const bool front = normal.dot(wi) < 0.0f;
+  if (!emission.two_sided && !front) return Rgb(0.0f);
+  return emission_at(triangle, u, v) * through_coat(emission, front, normal.dot(wi) / normal.length());
 }
 
 } // namespace kindling

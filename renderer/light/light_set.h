@@ -4,6 +4,7 @@
 
 #include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
+#include "renderer/light/coated_emission.h"
 #include "renderer/light/environment.h"
 #include "renderer/light/light_profile.h"
 #include "renderer/light/light_sample.h"
@@ -23,6 +24,8 @@ struct Emission {
   Rgb factor{0.0f};                 // W / (sr m^2), emissive strength multiplied in
   const Texture* texture = nullptr; // sRGB-decoded emission; borrowed, null: factor alone
   bool two_sided = false;           // false: emits on the side where p0, p1, p2 are counter-clockwise
+  float clearcoat = 0.0f;           // strength of a coat over it, coat_transmittance(); the same everywhere
+  bool coated_back = true;          // the coat is on the other side as well
 };
 
 // World space. The triangle's uv are already transformed for the texture.
@@ -201,6 +204,12 @@ class LightSet {
   // Averages the emission of a triangle over its area.
   [[nodiscard]] Rgb mean_emission(uint32_t index) const;
   [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
+  // What its coat lets out on a side, at a cosine to the normal.
+  [[nodiscard]] static float through_coat(const Emission& emission, bool front, float cos_theta) {
+    return emission.clearcoat > 0.0f && (front || emission.coated_back)
+               ? coat_transmittance(emission.clearcoat, cos_theta)
+               : 1.0f;
+  }
 
   std::vector<Emission> emissions_;
   HugePageVector<Triangle> triangles_;

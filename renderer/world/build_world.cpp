@@ -237,6 +237,11 @@ class WorldBuilder {
                                          ? &world_->textures_[static_cast<size_t>(material.emission.texture)]
                                          : nullptr,
                                      material.double_sided});
+        if (inserted && material.layers != kNone) {
+          const LayerMaterial& layers = world_->layer_materials_[static_cast<size_t>(material.layers)];
+          input.emissions.back().clearcoat = layers.clearcoat_factor;
+          input.emissions.back().coated_back = !layers.volume;
+        }
         any_textured |= material.emission.present();
         has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
         for (size_t i = 0; i < geometry.indices.size(); i += 3)
@@ -252,9 +257,14 @@ class WorldBuilder {
     return !material.emissive_texture.present() || material.emissive_strength > 1.0f;
   }
 
-  // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light.
+  // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light. So are those
+  // below a coat with a texture, which a light does not look up.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
-    return world_->materials_[world_->geometries_[mesh].material].emissive && accel_meshes_[mesh].opaque;
+    const ShadingMaterial& material = world_->materials_[world_->geometries_[mesh].material];
+    const LayerMaterial* layers =
+        material.layers == kNone ? nullptr : &world_->layer_materials_[static_cast<size_t>(material.layers)];
+    const bool patchy_coat = layers != nullptr && layers->clearcoat_factor > 0.0f && layers->clearcoat.present();
+    return material.emissive && accel_meshes_[mesh].opaque && !patchy_coat;
   }
 
   static void append_emissive(LightSetInput& input, const Geometry& geometry, const ShadingMaterial& material,

@@ -1,6 +1,7 @@
 // From a hit to a surface: interpolation, textures, normal map, error bound; and the cut-out test that rays ask on the way.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
+#include "renderer/light/coated_emission.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/hit_records.h"
 #include "renderer/world/normal_map.h"
@@ -187,6 +188,8 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
       surface.emitted *=
           filtered ? textures.sample_rgb(material.emission) : textures.sample_rgb_finest(material.emission);
     }
+    if (surface.layered)
+      surface.emitted *= coat_transmittance(surface.layers.bsdf.clearcoat, surface.geometric_normal.dot(wo));
   }
 }
 
