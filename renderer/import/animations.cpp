@@ -6,6 +6,7 @@
 #include "renderer/import/extensions.h"
 #include "renderer/import/meshes.h"
 #include "renderer/scene/animated_members.h"
+#include "renderer/scene/animation.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -48,17 +49,16 @@ std::optional<int> take_index(std::string_view& text) {
   return index;
 }
 
-// KHR_animation_pointer: "/nodes/3/rotation", "/nodes/3/weights/1", "/nodes/3/extensions/KHR_node_visibility/visible"; of what is
-// no node, animated_members.h knows the names.
+// KHR_animation_pointer: animated_members.h knows the names of all but "/nodes/3/rotation", "/nodes/3/weights/1",
+// "/nodes/3/extensions/KHR_node_visibility/visible" and their like.
 std::optional<Target> parse_pointer(std::string_view text, Scene& scene) {
   Target target;
-  if (!take_prefix(text, "/nodes/")) {
-    const auto member = find_animated_member(scene, text);
-    if (!member) return std::nullopt;
+  if (const auto member = find_animated_member(scene, text)) {
     target.property = AnimatedProperty::member;
     target.member = *member;
     return target;
   }
+  if (!take_prefix(text, "/nodes/")) return std::nullopt;
   const auto node = take_index(text);
   if (!node || static_cast<size_t>(*node) >= scene.nodes.size() || text.empty()) return std::nullopt;
   target.node = *node;
@@ -240,8 +240,7 @@ void import_animations(Document& document, Scene& scene, Warnings& warnings) {
         warnings.add("no keys", pointer, "an animation whose key times have no data has no effect");
         continue;
       }
-      if (channel.property == AnimatedProperty::rotation && !cubic)
-        normalize_rotations(channel.values, place + "/output");
+      if (is_rotation(channel) && !cubic) normalize_rotations(channel.values, place + "/output");
       animation.channels.push_back(std::move(channel));
     }
     scene.animations.push_back(std::move(animation));

@@ -17,7 +17,8 @@ using Level = ExtensionSupport::Level;
 constexpr size_t kMostNames = 1000;
 
 constexpr ExtensionEntry kTable[] = {
-    {{"EXT_lights_image_based", Level::ignored, "use --env for an environment"}},
+    {{"EXT_lights_ies", Level::full, "photometry of types A, B and C; TILT has no effect"}},
+    {{"EXT_lights_image_based", Level::full, "the environment of a scene without --env"}},
     {{"EXT_mesh_gpu_instancing", Level::full, "TRANSLATION, ROTATION and SCALE; other attributes have no effect"}},
     {{"EXT_meshopt_compression", Level::full, "all modes and filters"}},
     {{"EXT_texture_webp", Level::full, ""}},

@@ -122,7 +122,13 @@ constexpr JsonSchema kNodeVisibility{.properties = kNodeVisibilityProperties};
 constexpr P kInstancingProperties[] = {
     {.name = "attributes", .kind = K::index_map, .required = true, .collection = "accessors"}};
 constexpr JsonSchema kInstancing{.properties = kInstancingProperties};
-constexpr E kNodeExtensions[] = {{"KHR_lights_punctual", &kNodeLight},
+constexpr P kNodePhotometryProperties[] = {
+    {.name = "light", .kind = K::integer, .required = true, .min = 0, .max = kMaxInt},
+    {.name = "multiplier", .min = 0},
+    {.name = "color", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1}};
+constexpr JsonSchema kNodePhotometry{.properties = kNodePhotometryProperties};
+constexpr E kNodeExtensions[] = {{"EXT_lights_ies", &kNodePhotometry},
+                                 {"KHR_lights_punctual", &kNodeLight},
                                  {"KHR_node_visibility", &kNodeVisibility},
                                  {"EXT_mesh_gpu_instancing", &kInstancing}};
 constexpr P kNodeProperties[] = {
@@ -139,7 +145,11 @@ constexpr P kNodeProperties[] = {
 constexpr JsonSchema kNode{.properties = kNodeProperties, .extensions = kNodeExtensions};
 
 constexpr P kSceneProperties[] = {kName, {.name = "nodes", .kind = K::index, .array = true, .collection = "nodes"}};
-constexpr JsonSchema kScene{.properties = kSceneProperties};
+constexpr P kSceneLightProperties[] = {
+    {.name = "light", .kind = K::integer, .required = true, .min = 0, .max = kMaxInt}};
+constexpr JsonSchema kSceneLight{.properties = kSceneLightProperties};
+constexpr E kSceneExtensions[] = {{"EXT_lights_image_based", &kSceneLight}};
+constexpr JsonSchema kScene{.properties = kSceneProperties, .extensions = kSceneExtensions};
 
 constexpr P kSkinProperties[] = {
     kName,
@@ -347,7 +357,27 @@ constexpr JsonSchema kVariant{.properties = kVariantProperties};
 constexpr P kVariantsProperties[] = {
     {.name = "variants", .kind = K::object, .required = true, .array = true, .schema = &kVariant}};
 constexpr JsonSchema kVariants{.properties = kVariantsProperties};
-constexpr E kRootExtensions[] = {{"KHR_lights_punctual", &kLights}, {"KHR_materials_variants", &kVariants}};
+// The lists of lists of numbers in it are checked by image_lights.cpp.
+constexpr P kImageLightProperties[] = {
+    kName,
+    {.name = "rotation", .array = true, .min_items = 4, .max_items = 4, .min = -1, .max = 1},
+    {.name = "intensity", .min = 0}};
+constexpr JsonSchema kImageLight{.properties = kImageLightProperties};
+constexpr P kImageLightsProperties[] = {
+    {.name = "lights", .kind = K::object, .required = true, .array = true, .schema = &kImageLight}};
+constexpr JsonSchema kImageLights{.properties = kImageLightsProperties};
+constexpr P kPhotometryProperties[] = {kName,
+                                       {.name = "uri", .kind = K::string},
+                                       {.name = "bufferView", .kind = K::index, .collection = "bufferViews"},
+                                       {.name = "mimeType", .kind = K::string}};
+constexpr JsonSchema kPhotometry{.properties = kPhotometryProperties};
+constexpr P kPhotometriesProperties[] = {
+    {.name = "lights", .kind = K::object, .required = true, .array = true, .schema = &kPhotometry}};
+constexpr JsonSchema kPhotometries{.properties = kPhotometriesProperties};
+constexpr E kRootExtensions[] = {{"EXT_lights_ies", &kPhotometries},
+                                 {"EXT_lights_image_based", &kImageLights},
+                                 {"KHR_lights_punctual", &kLights},
+                                 {"KHR_materials_variants", &kVariants}};
 
 constexpr P kRootProperties[] = {
     {.name = "asset", .kind = K::object, .required = true, .schema = &kAsset},

@@ -4,9 +4,11 @@
 
 #include "renderer/import/animations.h"
 #include "renderer/import/document.h"
+#include "renderer/import/image_lights.h"
 #include "renderer/import/materials.h"
 #include "renderer/import/meshes.h"
 #include "renderer/import/nodes.h"
+#include "renderer/import/photometric_lights.h"
 #include "renderer/import/textures.h"
 #include "renderer/import/variant_mappings.h"
 
@@ -47,9 +49,14 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_lights(document, scene);
   import_skins(document, scene, warnings);
   import_nodes(document, scene, warnings);
+  import_image_lights(document, scene);
+  import_photometric_lights(document, scene, warnings);
   import_animations(document, scene, warnings);
   progress(1.0);
-  if (options.decode_textures) import_images(document, scene, options.texture_memory, listener, warnings);
+  if (options.decode_textures) {
+    import_images(document, scene, options.texture_memory, listener, warnings);
+    import_image_light_faces(document, scene, warnings);
+  }
   scene.content_hash = document.content_hash;
   return scene;
 }

@@ -273,4 +273,15 @@ void import_images(Document& document, Scene& scene, TextureMemory* memory, Prog
   }
 }
 
+Result<Image> read_image(Document& document, int image) {
+  Picture picture;
+  picture.image = image;
+  picture.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
+  fetch(document, picture);
+  if (!picture.error.empty()) return Error{ErrorKind::input_output, picture.error};
+  document.bytes_read += picture.owned.size();
+  document.content_hash = hash_bytes(picture.bytes, document.content_hash);
+  return decode_image(picture.bytes, picture.name);
+}
+
 } // namespace kindling::gltf

@@ -17,4 +17,8 @@ void import_samplers(const Document& document, Scene& scene);
 void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
                    Warnings& warnings);
 
+// One picture of the file's images by its index, for those who are no texture; the error is one line without the place. Adds its
+// bytes to document.content_hash.
+[[nodiscard]] Result<Image> read_image(Document& document, int image);
+
 } // namespace kindling::gltf

@@ -100,13 +100,15 @@ void PathIntegrator::shade(PathContext& context) const {
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
   const std::span<const accel::Hit> hits(context.hits.data() + first, count);
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
-  std::array<RayFootprint, ShadeGroup::kSize> footprints;
+  const std::span<RayFootprint> footprints = std::span(context.group.footprints).first(count);
   for (size_t i = 0; i < count; ++i) {
+    if (!hits[i].is_hit()) continue;
     PathState& state = context.states[context.active[first + i]];
+    if (state.cone.spread < 0.0f) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
     state.cone.width_m = state.cone.width_at(hits[i].t);
     footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
   }
-  world_.prefetch(rays, hits, std::span(footprints).first(count));
+  world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
     if (!hits[i].is_hit())
       context.group.members[i].escaped = world_.lights().locate_in_environment(context.rays[first + i].direction);
@@ -135,6 +137,24 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
                                     member.light_shares};
   }
   world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
+}
+
+// Inlined where it is called: once for surfaces with layers, once for those without.
+[[gnu::always_inline]] inline void PathIntegrator::scatter(const accel::Ray& ray, Vertex&& vertex,
+                                                           PathContext& context) const {
+  const SurfacePoint& surface = vertex.surface;
+  const uint32_t slot = vertex.slot;
+  const PathState& state = context.states[slot];
+  if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
+  if (context.recorder) vertex.bsdf.find_allowed();
+  if (!state.emission_only) light_vertex(vertex, context);
+  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
+  if ((surface.alpha < 1.0f || surface.has_pane()) && takes_passage(vertex, context)) {
+    continue_through(ray, surface, slot, context);
+    return;
+  }
+  if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
+  if (!state.emission_only && sample_bounce(vertex, context)) context.next_active.push_back(slot);
 }
 
 void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const {
@@ -174,22 +194,6 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
             Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), slot, member, nullptr},
             context);
   }
-}
-
-void PathIntegrator::scatter(const accel::Ray& ray, Vertex&& vertex, PathContext& context) const {
-  const SurfacePoint& surface = vertex.surface;
-  const uint32_t slot = vertex.slot;
-  const PathState& state = context.states[slot];
-  if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
-  if (context.recorder) vertex.bsdf.find_allowed();
-  if (!state.emission_only) light_vertex(vertex, context);
-  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
-  if ((surface.alpha < 1.0f || surface.has_pane()) && takes_passage(vertex, context)) {
-    continue_through(ray, surface, slot, context);
-    return;
-  }
-  if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
-  if (!state.emission_only && sample_bounce(vertex, context)) context.next_active.push_back(slot);
 }
 
 void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot,
@@ -255,14 +259,17 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   const std::optional<LightSample>& light = context.group.lights[vertex.member.light];
   if (!light) return;
   const float side = light->wi.dot(surface.geometric_normal);
-  if (side <= 0.0f && !(surface.layered && surface.layers.transmits)) return;
-  // A bent normal may call a direction reflected that is transmitted, or the other way round: neither carries light.
-  if (surface.layered && (side > 0.0f) != (light->wi.dot(vertex.frame.normal) > 0.0f)) return;
+  if (vertex.layers) {
+    // A bent normal may call a direction reflected that is transmitted, or the other way round: neither carries light.
+    if ((side > 0.0f) != (light->wi.dot(vertex.frame.normal) > 0.0f)) return;
+  } else if (side <= 0.0f) {
+    return;
+  }
   const BsdfEval eval = vertex.bsdf.eval(light->wi);
   if (is_black(eval.value)) return;
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
-  if (surface.layered) contribution *= transmittance_to_light(vertex, side, light->distance, context);
+  if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, context);
   context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
   context.shadow_rays.back().flags = kPassPanes;
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);

@@ -26,7 +26,8 @@ struct PathState {
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
   const LightShares* light_shares = nullptr;                 // likewise
-  RayCone cone;                                              // of the ray: how much of the scene this sample stands for
+  // Of the ray: how much of the scene this sample stands for. Spread below 0: as the camera has it.
+  RayCone cone{.spread = -1.0f};
   float alpha = 1.0f;
   float guiding = 1.0f;        // product over the reflections of density with guiding / density without
   float wavelength_nm = 0.0f;  // of a path that was dispersed; 0: all of them

@@ -3,7 +3,6 @@
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
-#include "renderer/integrator/sample_cone.h"
 
 namespace kindling {
 namespace {
@@ -23,7 +22,6 @@ void PathIntegrator::start_wave(const PixelRect& block, const SampleRange& sampl
   for (size_t slot = 0; slot < count; ++slot) {
     context.active[slot] = static_cast<uint32_t>(slot);
     context.states[slot] = PathState{};
-    context.states[slot].cone = sample_cone(camera_, context.rays[slot].direction, sample_width_);
     if (context.recorder) context.recorder->start_path(slot);
   }
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});

@@ -26,7 +26,8 @@ struct ShadeGroup {
   };
 
   std::array<Member, kSize> members;
-  std::array<LightQuery, kSize> queries; // of the surfaces that reflect
+  std::array<RayFootprint, kSize> footprints; // of those that met something
+  std::array<LightQuery, kSize> queries;      // of the surfaces that reflect
   std::array<std::optional<LightSample>, kSize> lights;
 };
 

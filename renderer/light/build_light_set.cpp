@@ -40,7 +40,8 @@ EmitterBounds triangle_bounds(const V3f& p0, const V3f& p1, const V3f& p2, const
 } // namespace
 
 LightSet::LightSet(LightSetInput input)
-    : emissions_(std::move(input.emissions)), environment_(std::move(input.environment)) {
+    : emissions_(std::move(input.emissions)), profiled_(std::move(input.profiled)),
+      environment_(std::move(input.environment)) {
   assert(input.triangle_uvs.empty() || input.triangle_uvs.size() == 3 * input.triangles.size());
   if (environment_ && environment_->is_black()) environment_ = nullptr;
 
@@ -105,11 +106,18 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     p.angle_offset = -light.cos_outer * p.angle_scale;
     punctuals_.push_back(p);
   }
+  for (const ProfiledLight& light : profiled_) {
+    punctuals_.push_back({Punctual::Kind::profiled, light.position, V3f(0.0f), light.intensity});
+    punctuals_.back().profiled = static_cast<uint32_t>(&light - profiled_.data());
+  }
   first_directional_ = punctuals_.size();
   for (const DirectionalLight& light : input.directionals) {
     punctuals_.push_back({Punctual::Kind::directional, V3f(0.0f), light.direction, light.irradiance});
   }
-  for (Punctual& p : punctuals_) p.luminance = accepted(static_cast<double>(luminance(p.intensity)));
+  for (Punctual& p : punctuals_) {
+    const float factor = p.kind == Punctual::Kind::profiled ? profiled_[p.profiled].profile->typical_intensity() : 1.0f;
+    p.luminance = accepted(static_cast<double>(luminance(p.intensity)) * static_cast<double>(factor));
+  }
 }
 
 EmitterBounds LightSet::punctual_bounds(const Punctual& light) {

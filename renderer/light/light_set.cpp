@@ -231,6 +231,7 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
   if (!(result.pdf > 0.0f && result.pdf < kInfinity)) return std::nullopt;
   result.radiance = emission_at(index, barycentrics.x, barycentrics.y);
   result.normal = normal * ((front ? 1.0f : -1.0f) / normal.length());
+  result.radiance *= through_coat(emissions_[t.emission], front, result.normal.dot(result.wi));
   return result;
 }
 
@@ -245,7 +246,7 @@ float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& nor
   return density * probability < kInfinity ? density * probability : 0.0f;
 }
 
-std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, const V3f& point) {
+std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, const V3f& point) const {
   LightSample result;
   result.delta = true;
   result.pdf = 1.0f;
@@ -269,6 +270,11 @@ std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, cons
     // KHR_lights_punctual, "Inner and Outer Cone Angles".
     attenuation *= square(std::clamp(-light.axis.dot(result.wi) * light.angle_scale + light.angle_offset, 0.0f, 1.0f));
   }
+  if (light.kind == Punctual::Kind::profiled) {
+    const ProfiledLight& profiled = profiled_[light.profiled];
+    attenuation *= profiled.profile->intensity(
+        -V3f(result.wi.dot(profiled.axes[0]), result.wi.dot(profiled.axes[1]), result.wi.dot(profiled.axes[2])));
+  }
   if (!(attenuation > 0.0f)) return std::nullopt;
   result.radiance = light.intensity * attenuation;
   return result;
@@ -283,8 +289,11 @@ Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
 
 Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi) const {
   const Triangle& t = triangles_[triangle];
-  if (!emissions_[t.emission].two_sided && !(double_area_normal(t).dot(wi) < 0.0f)) return Rgb(0.0f);
-  return emission_at(triangle, u, v);
+  const Emission& emission = emissions_[t.emission];
+  const V3f normal = double_area_normal(t);
+  const bool front = normal.dot(wi) < 0.0f;
+  if (!emission.two_sided && !front) return Rgb(0.0f);
+  return emission_at(triangle, u, v) * through_coat(emission, front, normal.dot(wi) / normal.length());
 }
 
 } // namespace kindling

@@ -4,7 +4,9 @@
 
 #include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
+#include "renderer/light/coated_emission.h"
 #include "renderer/light/environment.h"
+#include "renderer/light/light_profile.h"
 #include "renderer/light/light_sample.h"
 #include "renderer/light/light_tree.h"
 #include "renderer/texture/texture.h"
@@ -22,6 +24,8 @@ struct Emission {
   Rgb factor{0.0f};                 // W / (sr m^2), emissive strength multiplied in
   const Texture* texture = nullptr; // sRGB-decoded emission; borrowed, null: factor alone
   bool two_sided = false;           // false: emits on the side where p0, p1, p2 are counter-clockwise
+  float clearcoat = 0.0f;           // strength of a coat over it, coat_transmittance(); the same everywhere
+  bool coated_back = true;          // the coat is on the other side as well
 };
 
 // World space. The triangle's uv are already transformed for the texture.
@@ -34,6 +38,13 @@ struct PointLight {
   V3f position;
   Rgb intensity; // candela per channel
   std::optional<float> range_m;
+};
+// A luminaire as small as a point: light.intensity is multiplied by what the profile says of the direction.
+struct ProfiledLight {
+  V3f position;
+  V3f axes[3];   // unit, of the profile's frame; it is aimed along -axes[2]
+  Rgb intensity; // factor per channel
+  std::shared_ptr<const LightProfile> profile;
 };
 struct SpotLight {
   V3f position;
@@ -54,6 +65,7 @@ struct LightSetInput {
   std::vector<V2f> triangle_uvs; // empty, or three per triangle
   std::vector<PointLight> points;
   std::vector<SpotLight> spots;
+  std::vector<ProfiledLight> profiled;
   std::vector<DirectionalLight> directionals;
   std::shared_ptr<const Environment> environment; // may be null
   V3f scene_center{0.0f};
@@ -149,7 +161,7 @@ class LightSet {
   static_assert(sizeof(Triangle) == 40);
   // Point, spot and directional lights.
   struct Punctual {
-    enum class Kind : uint32_t { point, spot, directional } kind;
+    enum class Kind : uint32_t { point, spot, profiled, directional } kind;
     V3f position;
     V3f axis;                   // where it shines
     Rgb intensity;              // irradiance for directional lights
@@ -157,6 +169,7 @@ class LightSet {
     float angle_scale = 0.0f;   // spot: falloff = clamp(cos * angle_scale + angle_offset, 0, 1)^2
     float angle_offset = 1.0f;
     float luminance = 0.0f; // of intensity; 0: never chosen
+    uint32_t profiled = 0;  // index into profiled_
   };
   // What the lights outside of the tree weigh at a point, by light_share_weight(), and the tree.
   struct Shares {
@@ -187,15 +200,22 @@ class LightSet {
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
                                                          const std::optional<LightTree::Choice>& emitter) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
-  [[nodiscard]] static std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point);
+  [[nodiscard]] std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point) const;
   // Averages the emission of a triangle over its area.
   [[nodiscard]] Rgb mean_emission(uint32_t index) const;
   [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
+  // What its coat lets out on a side, at a cosine to the normal.
+  [[nodiscard]] static float through_coat(const Emission& emission, bool front, float cos_theta) {
+    return emission.clearcoat > 0.0f && (front || emission.coated_back)
+               ? coat_transmittance(emission.clearcoat, cos_theta)
+               : 1.0f;
+  }
 
   std::vector<Emission> emissions_;
   HugePageVector<Triangle> triangles_;
   std::vector<V2f> uvs_;            // three per triangle, or empty
-  std::vector<Punctual> punctuals_; // points and spots, which are in the tree, then directional lights
+  std::vector<Punctual> punctuals_; // points, spots and profiled ones, which are in the tree, then directional lights
+  std::vector<ProfiledLight> profiled_;
   size_t first_directional_ = 0;
   LightTree tree_;                                 // of triangles, then points and spots
   std::shared_ptr<const Environment> environment_; // null if absent

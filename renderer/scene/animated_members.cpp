@@ -100,6 +100,7 @@ constexpr Row<Material> kMaterialRows[] = {
     {"/extensions/KHR_materials_volume/attenuationDistance", at<&M::attenuation_distance_m>, FLT_MIN},
     {"/extensions/KHR_materials_volume/attenuationColor", at<&M::attenuation_color>, 0.0f, 1.0f},
     {"/extensions/KHR_materials_volume_scatter/multiscatterColor", at<&M::multiscatter_color>, 0.0f, 1.0f},
+    {"/extensions/KHR_materials_volume_scatter/multiscatterColorFactor", at<&M::multiscatter_color>, 0.0f, 1.0f},
     {"/extensions/KHR_materials_volume_scatter/scatterAnisotropy", at<&M::scatter_anisotropy>, -0.999f, 0.999f},
 };
 
@@ -163,6 +164,19 @@ constexpr Row<PunctualLight> kLightRows[] = {
     {"/spot/outerConeAngle", at_spot<&PunctualLight::outer_cone_rad>, 0.0f, kPi / 2},
 };
 
+// Of the node that a light of EXT_lights_ies is on.
+constexpr std::string_view kPhotometricPath = "/extensions/EXT_lights_ies";
+constexpr Row<PunctualLight> kPhotometricRows[] = {
+    {"/color", at<&PunctualLight::color>, 0.0f, 1.0f},
+    {"/multiplier", at<&PunctualLight::intensity>},
+};
+
+// Imath keeps w first; animate_members() turns it.
+constexpr Row<ImageLight> kImageLightRows[] = {
+    {"/intensity", at<&ImageLight::intensity>},
+    {"/rotation", at<&ImageLight::rotation>, -FLT_MAX},
+};
+
 constexpr Row<Mesh> kMeshRows[] = {
     {"/weights", [](Mesh& mesh) { return std::span<float>(mesh.weights); }, -FLT_MAX},
 };
@@ -186,7 +200,10 @@ Resolved resolve(Scene& scene, const AnimatedMember& member) {
   const size_t row = member.row;
   switch (member.of) {
   case Of::camera: return resolve(kCameraRows[row], scene.cameras[object]);
-  case Of::light: return resolve(kLightRows[row], scene.lights[object]);
+  case Of::light:
+    return resolve(scene.lights[object].photometry == kNone ? kLightRows[row] : kPhotometricRows[row],
+                   scene.lights[object]);
+  case Of::image_light: return resolve(kImageLightRows[row], scene.image_lights[object]);
   case Of::mesh: { // "/weights" or, after it, one weight
     const auto all = resolve(kMeshRows[0], scene.meshes[object]);
     return row == 0 ? all : Resolved{all.values.size() >= row ? all.values.subspan(row - 1, 1) : std::span<float>()};
@@ -256,6 +273,7 @@ void keep_apart(Scene& scene, const AnimatedMember& member) {
   case Of::material: return keep_apart(scene.materials[object]);
   case Of::camera: return keep_apart(scene.cameras[object]);
   case Of::light: return keep_apart(scene.lights[object]);
+  case Of::image_light:
   case Of::mesh: return;
   }
 }
@@ -288,7 +306,14 @@ std::optional<AnimatedMember> find_animated_member(Scene& scene, std::string_vie
   } else if (begins(Of::camera, "/cameras/", scene.cameras.size())) {
     row = find_row(kCameraRows, pointer);
   } else if (begins(Of::light, "/extensions/KHR_lights_punctual/lights/", scene.lights.size())) {
-    row = find_row(kLightRows, pointer);
+    if (scene.lights[static_cast<size_t>(member.object)].photometry == kNone) row = find_row(kLightRows, pointer);
+  } else if (begins(Of::light, "/nodes/", scene.nodes.size())) {
+    member.object = scene.nodes[static_cast<size_t>(member.object)].photometric_light;
+    if (member.object == kNone || !take_prefix(pointer, kPhotometricPath)) return std::nullopt;
+    row = find_row(kPhotometricRows, pointer);
+  } else if (begins(Of::image_light, "/extensions/EXT_lights_image_based/lights/", scene.image_lights.size())) {
+    row = find_row(kImageLightRows, pointer);
+    member.quaternion = pointer == "/rotation";
   } else if (begins(Of::mesh, "/meshes/", scene.meshes.size())) {
     row = find_weight_row(pointer, scene.meshes[static_cast<size_t>(member.object)]);
   }
@@ -307,6 +332,7 @@ void animate_members(Scene& scene, double time_s) {
     if (target.values.size() != static_cast<size_t>(channel.components)) return;
     value.resize(target.values.size());
     sample_channel(channel, time_s, value);
+    if (channel.member.quaternion) std::rotate(value.begin(), value.end() - 1, value.end()); // x y z w to w x y z
     for (size_t c = 0; c < value.size(); ++c) target.values[c] = std::clamp(value[c], target.min, target.max);
   });
   // Once all have their values: two that are animated must not be held against each other's old ones.

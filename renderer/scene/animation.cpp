@@ -64,6 +64,11 @@ void hermite(const AnimationChannel& channel, size_t k, float t, float duration_
 
 } // namespace
 
+bool is_rotation(const AnimationChannel& channel) {
+  return channel.property == AnimatedProperty::rotation ||
+         (channel.property == AnimatedProperty::member && channel.member.quaternion);
+}
+
 void sample_channel(const AnimationChannel& channel, double time_s, std::span<float> out) {
   const std::vector<float>& times = channel.times_s;
   assert(!times.empty() && out.size() == static_cast<size_t>(channel.components));
@@ -72,7 +77,7 @@ void sample_channel(const AnimationChannel& channel, double time_s, std::span<fl
   const auto after = std::upper_bound(times.begin(), times.end(), time_s);
   const size_t k = after == times.begin() ? 0 : static_cast<size_t>(after - times.begin()) - 1;
   const bool between = after != times.begin() && after != times.end();
-  const bool rotation = channel.property == AnimatedProperty::rotation;
+  const bool rotation = is_rotation(channel);
 
   if (!between || channel.interpolation == Interpolation::step) {
     const auto value = key_values(channel, k);

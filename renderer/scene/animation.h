@@ -8,6 +8,9 @@
 
 namespace kindling {
 
+// Whether its values are quaternions (x, y, z, w) that are to stay unit.
+[[nodiscard]] bool is_rotation(const AnimationChannel& channel);
+
 // Writes the channel's value at `time_s` (seconds) to `out`, which has channel.components entries (glTF 2.0,
 // section 3.11 and appendix C). Before the first and after the last key the value is that key's. Rotations are
 // quaternions (x, y, z, w), unit on return: LINEAR takes the shorter arc of the slerp, CUBICSPLINE is normalized. The

@@ -236,6 +236,7 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
   const std::vector<M44f> to_world = node_to_world(scene, all_roots, nodes);
 
   PosedScene posed;
+  if (shown != kNone) posed.image_light = scene.scenes[static_cast<size_t>(shown)].image_light;
   std::vector<uint8_t> visible(scene.nodes.size(), 0);
   walk(scene, roots, [&](int node, int parent) {
     const auto i = static_cast<size_t>(node);
@@ -244,6 +245,7 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
     if (n.camera != kNone) posed.cameras.push_back({node, n.camera, without_scale(to_world[i])}); // hidden ones too
     if (!visible[i]) return;
     if (n.light != kNone) posed.lights.push_back({node, n.light, without_scale(to_world[i])});
+    if (n.photometric_light != kNone) posed.lights.push_back({node, n.photometric_light, without_scale(to_world[i])});
     if (n.mesh != kNone) list_meshes(scene, node, to_world[i], posed);
   });
 

@@ -45,6 +45,7 @@ struct PosedScene {
   std::vector<PosedMesh> meshes; // one entry per visible (node, mesh, gpu instance), in the order of the tree
   std::vector<PosedCamera> cameras;
   std::vector<PosedLight> lights;
+  int image_light = kNone; // of the scene shown: index into Scene::image_lights
 };
 
 // Of the animations those of nodes are applied; materials, cameras, lights and the weights of meshes are the Scene's own and are

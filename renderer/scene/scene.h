@@ -185,6 +185,7 @@ struct Node {
   int skin = kNone;
   int camera = kNone;
   int light = kNone;
+  int photometric_light = kNone;        // EXT_lights_ies: index into Scene::lights
   std::vector<float> weights;           // overrides Mesh::weights where not empty
   std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in the node's space
   bool visible = true;                  // KHR_node_visibility; false hides the node and all below it
@@ -202,8 +203,9 @@ enum class AnimatedProperty : uint8_t { translation, rotation, scale, weights, v
 
 // A property of a material, camera, light or mesh: a row of the tables of animated_members.h, which resolve it to numbers.
 struct AnimatedMember {
-  enum class Of : uint8_t { material, camera, light, mesh };
+  enum class Of : uint8_t { material, camera, light, image_light, mesh };
   Of of = Of::material;
+  bool quaternion = false; // interpolated as a rotation
   uint16_t row = 0;
   int object = kNone; // index into the list of the Scene that `of` names
 };
@@ -248,12 +250,40 @@ struct PunctualLight {
   std::optional<float> range_m; // cut-off hint of the file
   float inner_cone_rad = 0.0f;  // spot, half angles
   float outer_cone_rad = kPi / 4.0f;
+  int photometry =
+      kNone; // EXT_lights_ies, with kind point: index into Scene::photometries, which `intensity` multiplies
+};
+
+// EXT_lights_ies: the light distribution of a luminaire, as measured (IES LM-63).
+struct Photometry {
+  // How angles name a direction; x, y, z are of the node that the light is on, and (0, 0) is -z.
+  // c: vertical angle from -z, horizontal angle from +x to +y. a, b: the vertical angle turns -z to +x, the horizontal one to -y; of a the
+  // poles are at +-x, of b at +-y.
+  enum class Kind : uint8_t { a, b, c };
+  std::string name;
+  Kind kind = Kind::c;
+  std::vector<float> vertical_deg;   // increasing, at least one
+  std::vector<float> horizontal_deg; // likewise; fewer than all around: the distribution is symmetric
+  std::vector<float> candela;        // >= 0; for each horizontal angle those of all vertical ones
+};
+
+// EXT_lights_image_based: light from all around.
+struct ImageLight {
+  std::string name;
+  Quatf rotation{1.0f, 0.0f, 0.0f, 0.0f}; // unit; turns the environment
+  float intensity = 1.0f;
+  // Irradiance on a plane of normal n is the sum of these times the real spherical harmonics at n, in the order l = 0, 1, 2, m = -l to l.
+  std::array<Rgb, 9> irradiance_coefficients{};
+  // Radiance: linear, f32 RGB, square and all of one size; +x, -x, +y, -y, +z, -z as seen from within, with +y up for the sides (EXT_lights_image_based
+  // says how for the other two). Null: could not be read.
+  std::array<std::shared_ptr<const Image>, 6> faces;
 };
 
 // What a list of roots shows: one entry of glTF's scenes.
 struct SceneRoot {
   std::string name;
   std::vector<int> nodes;
+  int image_light = kNone; // index into Scene::image_lights
 };
 
 struct Scene {
@@ -269,7 +299,9 @@ struct Scene {
   std::vector<Skin> skins;
   std::vector<Animation> animations;
   std::vector<SceneCamera> cameras;
-  std::vector<PunctualLight> lights;
+  std::vector<PunctualLight> lights; // those of KHR_lights_punctual, then one for each node with EXT_lights_ies
+  std::vector<Photometry> photometries;
+  std::vector<ImageLight> image_lights;
   std::vector<SceneRoot> scenes;
   std::vector<std::string> variants; // KHR_materials_variants names
   int default_scene = kNone;

@@ -115,7 +115,7 @@ struct Texture::Lookup {
     const std::byte* pixels = level.pixels;
     std::array<std::byte, 4 * Reader::kBytes> fetched;
     const auto at = [&](size_t pixel) { return read(pixels + pixel * Reader::kBytes); };
-    if (number == 0 && t.filter_ == TextureFilter::nearest) {
+    if (t.filter_ == TextureFilter::nearest && number == 0) {
       size_t pixel = locate_nearest(t, level, uv);
       if (!pixels) [[unlikely]] {
         fetch(t, number, {pixel, pixel, pixel, pixel, 0.0f, 0.0f}, fetched.data());
@@ -227,14 +227,17 @@ float Texture::sample_channel(const V2f& uv, int channel, int level) const {
   return kSampleChannel[layout_](*this, uv, channel, level);
 }
 
+// As if it repeated, at the upper left of the four texels and the one below: their right neighbours are nearly always in the same lines.
+// Where that is wrong, a request is wasted.
 void Texture::prefetch(const V2f& uv, int level) const {
   const Level& from = levels_[static_cast<size_t>(level)];
-  if (!from.pixels) return; // its cache finds them
-  const Footprint f = Lookup::locate(*this, from, uv);
-  ::kindling::prefetch(from.pixels + f.top_left * pixel_bytes_);
-  ::kindling::prefetch(from.pixels + f.top_right * pixel_bytes_);
-  ::kindling::prefetch(from.pixels + f.bottom_left * pixel_bytes_);
-  ::kindling::prefetch(from.pixels + f.bottom_right * pixel_bytes_);
+  if (!from.pixels || !is_finite(uv)) return; // what is in pages is found by its cache
+  const auto x = static_cast<int>((uv.x - std::floor(uv.x)) * static_cast<float>(from.width) - 0.5f);
+  const auto y = static_cast<int>((uv.y - std::floor(uv.y)) * static_cast<float>(from.height) - 0.5f);
+  const size_t row_bytes = static_cast<size_t>(from.width) * pixel_bytes_;
+  const std::byte* texel = from.pixels + static_cast<size_t>(y) * row_bytes + static_cast<size_t>(x) * pixel_bytes_;
+  ::kindling::prefetch(texel);
+  if (y + 1 < from.height) ::kindling::prefetch(texel + row_bytes);
 }
 
 Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {

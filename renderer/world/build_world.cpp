@@ -3,7 +3,9 @@
 #include "renderer/world/build_world.h"
 
 #include "renderer/world/builtin_environment.h"
+#include "renderer/world/image_light_environment.h"
 #include "renderer/world/prepare_material.h"
+#include "renderer/world/punctual_lights.h"
 #include "renderer/world/texture_table.h"
 
 #include <algorithm>
@@ -22,8 +24,6 @@ bool is_invertible(const M44f& m) {
   const float determinant = m.determinant();
   return std::isfinite(determinant) && determinant != 0.0f;
 }
-
-V3f row(const M44f& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
 
 } // namespace
 
@@ -237,6 +237,11 @@ class WorldBuilder {
                                          ? &world_->textures_[static_cast<size_t>(material.emission.texture)]
                                          : nullptr,
                                      material.double_sided});
+        if (inserted && material.layers != kNone) {
+          const LayerMaterial& layers = world_->layer_materials_[static_cast<size_t>(material.layers)];
+          input.emissions.back().clearcoat = layers.clearcoat_factor;
+          input.emissions.back().coated_back = !layers.volume;
+        }
         any_textured |= material.emission.present();
         has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
         for (size_t i = 0; i < geometry.indices.size(); i += 3)
@@ -252,9 +257,14 @@ class WorldBuilder {
     return !material.emissive_texture.present() || material.emissive_strength > 1.0f;
   }
 
-  // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light.
+  // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light. So are those
+  // below a coat with a texture, which a light does not look up.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
-    return world_->materials_[world_->geometries_[mesh].material].emissive && accel_meshes_[mesh].opaque;
+    const ShadingMaterial& material = world_->materials_[world_->geometries_[mesh].material];
+    const LayerMaterial* layers =
+        material.layers == kNone ? nullptr : &world_->layer_materials_[static_cast<size_t>(material.layers)];
+    const bool patchy_coat = layers != nullptr && layers->clearcoat_factor > 0.0f && layers->clearcoat.present();
+    return material.emissive && accel_meshes_[mesh].opaque && !patchy_coat;
   }
 
   static void append_emissive(LightSetInput& input, const Geometry& geometry, const ShadingMaterial& material,
@@ -282,30 +292,14 @@ class WorldBuilder {
     input.triangles.push_back(triangle);
   }
 
-  void collect_punctual_lights(LightSetInput& input) {
-    for (const PosedLight& posed : posed_.lights) {
-      const PunctualLight& light = scene_.lights[static_cast<size_t>(posed.light)];
-      const V3f position = row(posed.light_to_world, 3);
-      const V3f axis = -row(posed.light_to_world, 2).normalized();
-      const Rgb strength = light.color * light.intensity;
-      switch (light.kind) {
-      case PunctualLight::Kind::point: input.points.push_back({position, strength, light.range_m}); break;
-      case PunctualLight::Kind::directional: input.directionals.push_back({axis, strength}); break;
-      case PunctualLight::Kind::spot:
-        input.spots.push_back(
-            {position, axis, strength, std::cos(light.inner_cone_rad), std::cos(light.outer_cone_rad), light.range_m});
-        break;
-      }
-    }
-  }
-
   void collect_lights() {
     LightSetInput input;
     collect_emissive_triangles(input);
-    collect_punctual_lights(input);
+    add_punctual_lights(scene_, posed_.lights, input);
     input.environment = options_.environment;
-    const bool dark =
-        input.triangles.empty() && input.points.empty() && input.spots.empty() && input.directionals.empty();
+    if (!input.environment && posed_.image_light != kNone)
+      input.environment = image_light_environment(scene_.image_lights[static_cast<size_t>(posed_.image_light)]);
+    const bool dark = input.triangles.empty() && posed_.lights.empty();
     if (!input.environment && dark && options_.builtin_environment) {
       input.environment = builtin_environment();
       if (listener_)

@@ -32,7 +32,7 @@ V3f face_normal(const Geometry& geometry, const WorldInstance& instance, const a
 } // namespace
 
 void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
-                     std::span<const RayFootprint> footprints) const {
+                     std::span<RayFootprint> footprints) const {
   constexpr size_t kCacheBytes = 256 * 1024; // what is smaller stays in the second-level cache
   if (statistics_.geometry_bytes + statistics_.texture_bytes <= kCacheBytes) return;
   for (const accel::Hit& hit : hits) {
@@ -56,10 +56,11 @@ void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hi
     const Geometry& geometry = geometries_[hit.mesh];
     const ShadingMaterial& material = materials_[geometry.material];
     if (!material.textured) continue;
-    const SurfaceFootprint footprint{rays[i], footprints[i].width_m,
-                                     face_normal(geometry, instances_[hit.instance], hit)};
+    const SurfaceFootprint seen{rays[i], footprints[i], face_normal(geometry, instances_[hit.instance], hit)};
+    footprints[i].choice = seen.choice();
+    footprints[i].share = seen.share();
     const HitRecords records(geometry, hit);
-    prefetch_textures(material, TextureLookup(textures_, records, footprint), textures_);
+    prefetch_textures(material, TextureLookup(textures_, records, seen), textures_);
   }
 }
 

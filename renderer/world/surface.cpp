@@ -1,6 +1,7 @@
 // From a hit to a surface: interpolation, textures, normal map, error bound; and the cut-out test that rays ask on the way.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
+#include "renderer/light/coated_emission.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/hit_records.h"
 #include "renderer/world/normal_map.h"
@@ -78,7 +79,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.position_error = error;
 
   V3f face_normal = (p1 - p0).cross(p2 - p0);
-  const SurfaceFootprint seen{ray, footprint.width_m, face_normal};
+  const SurfaceFootprint seen{ray, footprint, face_normal};
   const TextureLookup textures(textures_, lookup, seen);
   if (instance.mirrored) face_normal = -face_normal;
   const float face_length = face_normal.length();
@@ -111,12 +112,12 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     }
   }
   if (has_tangent && material.normal.present()) {
-    const Rgb texel = textures.sample_rgb(material.normal);
+    const TextureLookup::Place at = textures.place(material.normal);
+    const Rgb texel = textures.sample_rgb(material.normal, at);
     const V3f n = normal_from_map(texel, material.normal_scale, tangent, bitangent, normal);
     const float length = n.length();
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
-    if (textures.place(material.normal).level > 0)
-      slope_variance = variance_of_normals(texel) * square(material.normal_scale);
+    if (at.level > 0) slope_variance = variance_of_normals(texel) * square(material.normal_scale);
   }
   // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
   // follow the side of the face that is seen.
@@ -187,6 +188,8 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
       surface.emitted *=
           filtered ? textures.sample_rgb(material.emission) : textures.sample_rgb_finest(material.emission);
     }
+    if (surface.layered)
+      surface.emitted *= coat_transmittance(surface.layers.bsdf.clearcoat, surface.geometric_normal.dot(wo));
   }
 }
 
@@ -195,7 +198,8 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   const Geometry& geometry = world.geometries_[candidate.mesh];
   const ShadingMaterial& material = world.materials_[geometry.material];
   const HitRecords records(geometry, candidate);
-  const SurfaceFootprint point{ray};
+  const RayFootprint none;
+  const SurfaceFootprint point{ray, none};
   const TextureLookup textures(world.textures_, records, point);
   const float alpha = coverage(material, records, textures);
 

@@ -5,6 +5,7 @@
 #include "renderer/base/hash.h"
 #include "renderer/texture/texture.h"
 #include "renderer/world/hit_records.h"
+#include "renderer/world/world.h"
 
 #include <cmath>
 #include <cstddef>
@@ -12,20 +13,25 @@
 
 namespace kindling {
 
-// The cone of a ray and the plane of the triangle that it met: all that decides about levels of detail.
+// A footprint on the plane of the triangle that its ray met: all that decides about levels of detail.
 struct SurfaceFootprint {
   const accel::Ray& ray;
-  float width_m = 0.0f; // diameter of the cone at the hit; 0 reads the finest levels
-  V3f normal{0.0f};     // cross product of two of the triangle's edges, in the ray's space: twice its area long
+  const RayFootprint& footprint;
+  V3f normal{0.0f}; // cross product of two of the triangle's edges, in the ray's space: twice its area long
 
-  // Of the footprint, relative to twice the triangle's area. It is an ellipse, width_m by width_m / cos: only its area counts
-  // (renderer/texture/README.md says why).
+  // Of the footprint's area, relative to twice the triangle's. The footprint is an ellipse, width_m by width_m / cos: only its area
+  // counts (renderer/texture/README.md says why).
   [[nodiscard]] float share() const {
+    if (footprint.share >= 0.0f) return footprint.share;
     const float seen = std::abs(normal.dot(ray.direction)); // twice the triangle's area, seen along the ray
-    return width_m * width_m / std::max(seen, 1e-30f);
+    return footprint.width_m * footprint.width_m / std::max(seen, 1e-30f);
   }
-  // The number in [0, 1) that decides for all textures of a hit between two levels.
-  [[nodiscard]] float choice() const { return to_unit_float(hash_combine(ray.key ^ 0x2545f491U, ray.index)); }
+  // The number in [0, 1) that decides for all textures of a hit between two levels: over the samples of a key it steps by the golden
+  // ratio, so that each level gets its share of any run of them.
+  [[nodiscard]] float choice() const {
+    if (footprint.share >= 0.0f) return footprint.choice;
+    return to_unit_float(ray.key + ray.index * 0x9e3779b9U);
+  }
 };
 
 // One for each hit; all textures of its material are read through it. Every binding must be present(). Costs nothing until a texture is
@@ -33,16 +39,13 @@ struct SurfaceFootprint {
 class TextureLookup {
  public:
   TextureLookup(std::span<const Texture> textures, const HitRecords& records, const SurfaceFootprint& footprint)
-      : textures_(textures), records_(records), footprint_(footprint) {}
+      : textures_(textures.data()), records_(records), footprint_(footprint) {}
 
   [[nodiscard]] V4f sample(const TextureBinding& binding) const {
     const Place at = place(binding);
     return texture(binding).sample(at.uv, at.level);
   }
-  [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding) const {
-    const Place at = place(binding);
-    return texture(binding).sample_rgb(at.uv, at.level);
-  }
+  [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding) const { return sample_rgb(binding, place(binding)); }
   // One channel of 0..3.
   [[nodiscard]] float sample_channel(const TextureBinding& binding, int channel) const {
     const Place at = place(binding);
@@ -61,6 +64,9 @@ class TextureLookup {
     V2f uv;
     int level = 0;
   };
+  [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding, const Place& at) const {
+    return texture(binding).sample_rgb(at.uv, at.level);
+  }
   // Where the binding is read.
   [[nodiscard]] Place place(const TextureBinding& binding) const {
     if (binding.texcoord != set_) find_set(binding.texcoord);
@@ -72,21 +78,22 @@ class TextureLookup {
     return textures_[static_cast<size_t>(binding.texture)];
   }
   // Most materials read all textures with one set.
-  void find_set(uint8_t set) const {
+  [[gnu::noinline]] void find_set(uint8_t set) const {
     set_ = set;
     uv_ = records_.texcoord(set);
-    if (!(footprint_.width_m > 0.0f)) return;
+    uv_area_ = choice_ = 0.0f;
+    if (!(footprint_.footprint.width_m > 0.0f)) return;
     uv_area_ = footprint_.share() * records_.texcoord_area(set);
     choice_ = footprint_.choice();
   }
 
-  std::span<const Texture> textures_;
+  const Texture* textures_;
   const HitRecords& records_;
   const SurfaceFootprint& footprint_;
-  mutable uint8_t set_ = 0xff; // that the next two belong to
-  mutable V2f uv_{0.0f};
-  mutable float uv_area_ = 0.0f; // of the footprint, before the binding's transform
-  mutable float choice_ = 0.0f;
+  mutable uint8_t set_ = 0xff; // that the next three belong to
+  mutable V2f uv_;
+  mutable float uv_area_; // of the footprint, before the binding's transform
+  mutable float choice_;
 };
 
 } // namespace kindling

@@ -68,6 +68,8 @@ struct RayFootprint {
   // False where the emission of lights that are sampled as well has to be what their sampling sees: the finest level. True for rays
   // with which no light sampling competes.
   bool filters_emission = false;
+  float share = -1.0f; // of twice the triangle, by SurfaceFootprint; below 0: not known yet
+  float choice = 0.0f; // likewise, where the share is known
 };
 
 struct WorldStatistics {
@@ -95,10 +97,9 @@ class World {
   [[nodiscard]] const Box3f& bounds() const { return bounds_; }
 
   // Asks for the memory that surface_at() will read for these hits, a few dozen of them: a request for one hides behind
-  // those for others.
-  // One ray and one footprint for each hit, the ones surface_at() will be given.
+  // those for others. One ray and one footprint for each hit, the ones surface_at() will be given: what it finds out of footprints is noted in them.
   void prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
-                std::span<const RayFootprint> footprints) const;
+                std::span<RayFootprint> footprints) const;
   // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint = {}) const;

@@ -52,6 +52,16 @@ TEST(ParseValues, Durations) {
     EXPECT_FALSE(parse_duration(text).ok()) << text;
 }
 
+TEST(ParseValues, Bytes) {
+  EXPECT_EQ(parse_bytes("4096").value(), 4096U);
+  EXPECT_EQ(parse_bytes("512K").value(), 512U << 10);
+  EXPECT_EQ(parse_bytes("1.5m").value(), 3U << 19);
+  EXPECT_EQ(parse_bytes("2G").value(), uint64_t{2} << 30);
+  EXPECT_EQ(parse_bytes("1T").value(), uint64_t{1} << 40);
+  for (const char* text : {"", "G", "0", "-1M", "1X", "1 G", "1e30T", "nan", "0.5"})
+    EXPECT_FALSE(parse_bytes(text).ok()) << text;
+}
+
 TEST(ParseValues, Crops) {
   const PixelRect crop = parse_crop("10,20,110,70").value();
   EXPECT_EQ(crop.min, V2i(10, 20));

@@ -82,10 +82,7 @@ TEST(Extensions, IgnoredOnesWarnOnce) {
                 "/extensionsUsed/1: 'ACME_hologram' has no effect yet (unknown)"}));
 }
 
-TEST(Extensions, RequiredLooksLoadWithAWarningButMissingDataDoNot) {
-  const Loaded looks = with_extensions({"EXT_lights_image_based"}, {"EXT_lights_image_based"});
-  EXPECT_TRUE(looks.scene);
-  EXPECT_TRUE(looks.warned("'EXT_lights_image_based' has no effect yet, although the file requires it"));
+TEST(Extensions, IgnoredDataAreRefusedWhereRequired) {
   for (const char* name : {"KHR_texture_procedurals"}) {
     EXPECT_TRUE(with_extensions({name}, {}).scene) << name;
     EXPECT_FALSE(with_extensions({name}, {name}).scene) << name;

@@ -13,6 +13,7 @@ struct Case {
   bool textured; // bright in one corner, black in another
   float strength;
   bool double_sided;
+  float clearcoat = 0.0f;
 };
 
 // A lamp of many small quads, bent, so that the tree has something to choose from.
@@ -40,6 +41,7 @@ Primitive lamp_mesh(int material) {
 Scene lit_floor(const Case& c, bool sampled) {
   Material lamp = emissive_material(Rgb(1.0f, 0.5f, 0.25f));
   lamp.double_sided = c.double_sided;
+  lamp.clearcoat_factor = c.clearcoat;
   lamp.emissive_strength = c.strength;
   if (c.textured) lamp.emissive_texture.texture = 0;
   if (!sampled) { // lamps that blend are found by chance alone
@@ -96,7 +98,9 @@ INSTANTIATE_TEST_SUITE_P(Poses, Emitters,
                                          Case{"strong", V3f(1.0f), 1, false, 25.0f, true},
                                          Case{"textured", V3f(-1.0f, 1.0f, 1.5f), 1, true, 4.0f, false},
                                          Case{"instanced", V3f(0.6f, 1.0f, 0.5f), 6, false, 1.0f, false},
-                                         Case{"instanced_textured", V3f(0.6f, 1.0f, 0.5f), 6, true, 3.0f, true}),
+                                         Case{"instanced_textured", V3f(0.6f, 1.0f, 0.5f), 6, true, 3.0f, true},
+                                         Case{"coated", V3f(2.0f, 1.0f, 2.0f), 1, false, 1.0f, false, 1.0f},
+                                         Case{"coated_instances", V3f(0.6f, 1.0f, 0.5f), 6, false, 1.0f, true, 0.7f}),
                          [](const auto& pose) { return std::string(pose.param.name); });
 
 // Light samples leave the even part of a sky to the BSDF; together they find all of it.

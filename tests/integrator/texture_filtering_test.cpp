@@ -1,6 +1,7 @@
 // Filtered textures in pictures: few samples do not alias, many do not blur, coverage and normals keep their means.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/sample_cone.h"
+#include "renderer/texture/texture_memory.h"
 #include "tests/integrator/test_scenes.h"
 
 #include "renderer/base/hash.h"
@@ -225,6 +226,35 @@ TEST(TextureFiltering, SameBitsForAnyThreadsTilesAndBatches) {
   settings.integrator.batch_size = 64;
   const std::vector<float> other = red_of(*world, camera, settings);
   EXPECT_EQ(std::memcmp(reference.data(), other.data(), reference.size() * sizeof(float)), 0);
+}
+
+// Colours, cut-outs and lamps from disc, through a cache that holds a part of them: the same bits.
+TEST(TextureFiltering, SameBitsFromDisc) {
+  const auto render_with = [](uint64_t max_bytes) {
+    TextureMemory memory(max_bytes);
+    Scene scene = ball_lamp_and_veil(0.3f);
+    for (const bool as_alpha : {false, true}) {
+      SceneTexture texture;
+      texture.image = memory.keep(Image(*black_and_white(Pattern::noise, as_alpha))).value();
+      scene.textures.push_back(texture);
+    }
+    scene.materials[1].base_color_texture.texture = 0;
+    scene.materials[2].emissive_texture.texture = 0;
+    scene.materials[3].base_color_texture.texture = 1;
+    PosedScene posed = pose_scene(scene, {}).value();
+    WorldOptions options;
+    options.texture_memory = &memory;
+    const auto world = build_world(std::move(scene), std::move(posed), options, nullptr, nullptr);
+    EXPECT_TRUE(world.ok());
+    EXPECT_EQ(world.value()->statistics().texture_bytes == 0, memory.exceeded());
+    const V2i size(40, 30);
+    const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), size);
+    const std::vector<float> red = red_of(*world.value(), camera, small_render(size, 4));
+    EXPECT_EQ(memory.failure(), "");
+    return red;
+  };
+  const std::vector<float> in_memory = render_with(64 << 20), from_disc = render_with(512 << 10);
+  EXPECT_EQ(std::memcmp(in_memory.data(), from_disc.data(), in_memory.size() * sizeof(float)), 0);
 }
 
 TEST(RayCone, PixelsTileTheFilm) {

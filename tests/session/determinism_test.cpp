@@ -20,6 +20,29 @@ Scene mixed_scene() {
   copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
   scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
   scene.nodes.push_back(copy);
+  // A dispersive, cloudy ball and a pane before everything.
+  Material opal;
+  opal.metallic_factor = 0.0f;
+  opal.roughness_factor = 0.2f;
+  opal.transmission_factor = opal.thickness_factor = opal.clearcoat_factor = opal.dispersion = 1.0f;
+  opal.attenuation_distance_m = 0.5f;
+  opal.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
+  opal.multiscatter_color = Rgb(0.4f, 0.3f, 0.2f);
+  Material pane;
+  pane.metallic_factor = pane.roughness_factor = 0.0f;
+  pane.transmission_factor = 1.0f;
+  pane.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
+  const auto add = [&](const Material& material, Primitive primitive) {
+    primitive.material = static_cast<int>(scene.materials.size());
+    scene.materials.push_back(material);
+    Node node;
+    node.mesh = static_cast<int>(scene.meshes.size());
+    scene.meshes.push_back({.primitives = {std::move(primitive)}});
+    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+    scene.nodes.push_back(node);
+  };
+  add(opal, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
+  add(pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
   return scene;
 }
 

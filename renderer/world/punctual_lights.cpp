@@ -1,0 +1,47 @@
+// Lights that are points or directions.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/punctual_lights.h"
+
+namespace kindling {
+namespace {
+
+V3f row(const M44f& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
+
+std::shared_ptr<const LightProfile> make_profile(const Photometry& web) {
+  const LightProfile::Kind kind = web.kind == Photometry::Kind::a   ? LightProfile::Kind::a
+                                  : web.kind == Photometry::Kind::b ? LightProfile::Kind::b
+                                                                    : LightProfile::Kind::c;
+  return std::make_shared<LightProfile>(kind, web.vertical_deg, web.horizontal_deg, web.candela);
+}
+
+} // namespace
+
+void add_punctual_lights(const Scene& scene, const std::vector<PosedLight>& posed_lights, LightSetInput& input) {
+  std::vector<std::shared_ptr<const LightProfile>> profiles(scene.photometries.size());
+  for (const PosedLight& posed : posed_lights) {
+    const PunctualLight& light = scene.lights[static_cast<size_t>(posed.light)];
+    const V3f position = row(posed.light_to_world, 3);
+    const V3f z = row(posed.light_to_world, 2).normalized();
+    const Rgb strength = light.color * light.intensity;
+    if (light.photometry != kNone) {
+      auto& profile = profiles[static_cast<size_t>(light.photometry)];
+      if (!profile) profile = make_profile(scene.photometries[static_cast<size_t>(light.photometry)]);
+      input.profiled.push_back(
+          {position,
+           {row(posed.light_to_world, 0).normalized(), row(posed.light_to_world, 1).normalized(), z},
+           strength,
+           profile});
+      continue;
+    }
+    switch (light.kind) {
+    case PunctualLight::Kind::point: input.points.push_back({position, strength, light.range_m}); break;
+    case PunctualLight::Kind::directional: input.directionals.push_back({-z, strength}); break;
+    case PunctualLight::Kind::spot:
+      input.spots.push_back(
+          {position, -z, strength, std::cos(light.inner_cone_rad), std::cos(light.outer_cone_rad), light.range_m});
+      break;
+    }
+  }
+}
+
+} // namespace kindling

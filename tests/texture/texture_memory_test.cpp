@@ -1,0 +1,172 @@
+// Pictures that do not fit: read back from disc they are the same to the bit, for all layouts, levels and threads; and nothing is left behind.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/texture/texture_memory.h"
+
+#include "renderer/texture/texture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <unistd.h>
+
+namespace kindling {
+namespace {
+
+namespace fs = std::filesystem;
+
+Image noise(int width, int height, int channels, PixelType type) {
+  Image image{width, height, channels, type, {}};
+  image.pixels.resize(image.byte_count());
+  std::mt19937 random(static_cast<uint32_t>(width + channels));
+  for (size_t i = 0; i < image.pixels.size(); i += bytes_per_channel(type)) {
+    const uint32_t bits = random();
+    const float value = static_cast<float>(bits >> 8) * 0x1p-24f;
+    const auto half_bits = static_cast<uint16_t>(bits % 0x3c00U); // finite and positive
+    const void* from = type == PixelType::f32   ? static_cast<const void*>(&value)
+                       : type == PixelType::f16 ? static_cast<const void*>(&half_bits)
+                                                : &bits;
+    std::memcpy(&image.pixels[i], from, bytes_per_channel(type));
+  }
+  return image;
+}
+
+// Temporary files go to a folder of the test's own.
+class TextureMemoryTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("kindling_texture_memory" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    if (const char* before = std::getenv("TMPDIR")) before_ = before;
+    setenv("TMPDIR", folder_.c_str(), 1);
+  }
+  void TearDown() override {
+    if (before_.empty())
+      unsetenv("TMPDIR");
+    else
+      setenv("TMPDIR", before_.c_str(), 1);
+    fs::remove_all(folder_);
+  }
+  // Bytes of all files below it.
+  [[nodiscard]] uintmax_t bytes_on_disc() const {
+    uintmax_t bytes = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      if (entry.is_regular_file()) bytes += entry.file_size();
+    return bytes;
+  }
+
+  fs::path folder_;
+  std::string before_;
+};
+
+struct Pair {
+  Texture in_memory, paged;
+};
+
+Pair make_pair(TextureMemory& memory, Image image, TextureContent content, const TextureSettings& settings) {
+  const auto whole = std::make_shared<const Image>(image);
+  auto levels = std::make_shared<const MipLevels>(build_mip_levels(*whole, content));
+  Result<std::shared_ptr<const Image>> kept = memory.keep(std::move(image));
+  EXPECT_TRUE(kept.ok());
+  Result<TextureMemory::Paged> paged = memory.page(*kept.value(), content);
+  EXPECT_TRUE(paged.ok()) << paged.error().message;
+  return {Texture(whole, settings, levels),
+          Texture(paged.value().picture, *kept.value(), settings, paged.value().levels)};
+}
+
+int differences(const Pair& pair, int count) {
+  int different = pair.in_memory.level_count() != pair.paged.level_count();
+  for (int i = 0; i < count; ++i) {
+    const V2f uv(0.61803f * static_cast<float>(i) - 7.0f, 0.75488f * static_cast<float>(i));
+    const int level = i % pair.in_memory.level_count();
+    different += pair.in_memory.sample(uv, level) != pair.paged.sample(uv, level);
+    different += pair.in_memory.sample_rgb(uv, level) != pair.paged.sample_rgb(uv, level);
+    different += pair.in_memory.sample_channel(uv, 3, level) != pair.paged.sample_channel(uv, 3, level);
+  }
+  return different;
+}
+
+TEST_F(TextureMemoryTest, EveryLayoutIsReadBackToTheBit) {
+  TextureMemory memory(16 * 1024);
+  for (const PixelType type : {PixelType::u8, PixelType::u16, PixelType::f16, PixelType::f32})
+    for (int channels = 1; channels <= 4; ++channels) {
+      const bool color = channels != 3;
+      const TextureSettings settings{.wrap_u = TextureWrap::mirrored_repeat,
+                                     .filter = channels == 2 ? TextureFilter::nearest : TextureFilter::linear,
+                                     .encoding = color ? TextureEncoding::srgb : TextureEncoding::linear};
+      const Pair pair = make_pair(memory, noise(150, 77, channels, type),
+                                  color ? TextureContent::cutout_color : TextureContent::tangent_normal, settings);
+      EXPECT_EQ(pair.in_memory.has_alpha(), pair.paged.has_alpha());
+      EXPECT_EQ(differences(pair, 300), 0) << static_cast<int>(type) << " x " << channels;
+      EXPECT_EQ(pair.in_memory.average_rgb(V2f(0.1f), V2f(0.2f, 0.1f), V2f(0.15f, 0.3f)),
+                pair.paged.average_rgb(V2f(0.1f), V2f(0.2f, 0.1f), V2f(0.15f, 0.3f)));
+    }
+  EXPECT_TRUE(memory.exceeded());
+  EXPECT_EQ(memory.failure(), "");
+}
+
+// Sixteen times what the cache may hold, by four threads that read all over it.
+TEST_F(TextureMemoryTest, ManyThreadsShareASmallCache) {
+  TextureMemory memory(256 * 1024);
+  const Pair pair = make_pair(memory, noise(1024, 1024, 4, PixelType::u8), TextureContent::color,
+                              {.encoding = TextureEncoding::srgb});
+  std::vector<int> found(4, -1);
+  {
+    std::vector<std::jthread> threads;
+    for (int& result : found) threads.emplace_back([&] { result = differences(pair, 2000); });
+  }
+  EXPECT_EQ(found, std::vector<int>(4, 0));
+  EXPECT_EQ(memory.failure(), "");
+}
+
+TEST_F(TextureMemoryTest, WhatFitsStaysInMemory) {
+  TextureMemory memory(1 << 20);
+  const auto kept = memory.keep(noise(256, 256, 4, PixelType::u8));
+  ASSERT_TRUE(kept.ok());
+  EXPECT_EQ(kept.value()->pixels.size(), kept.value()->byte_count());
+  EXPECT_FALSE(memory.exceeded());
+  EXPECT_EQ(memory.needed_bytes(), 256U * 256 * 4 * 4 / 3);
+  EXPECT_EQ(bytes_on_disc(), 0U);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(TextureMemoryTest, FilesGoWithIt) {
+  {
+    TextureMemory memory(1);
+    const Pair pair = make_pair(memory, noise(100, 100, 3, PixelType::u8), TextureContent::data, {});
+    EXPECT_GT(bytes_on_disc(), 2U * 30000);
+  }
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(TextureMemoryTest, SaysWhereItCannotWrite) {
+  const fs::path missing = folder_ / "no" / "such";
+  setenv("TMPDIR", missing.c_str(), 1);
+  TextureMemory memory(1);
+  const auto kept = memory.keep(noise(8, 8, 1, PixelType::u8));
+  ASSERT_FALSE(kept.ok());
+  EXPECT_EQ(kept.error().kind, ErrorKind::input_output);
+  EXPECT_NE(kept.error().message.find("folder for temporary files"), std::string::npos) << kept.error().message;
+}
+
+// A raw file that was cut short while nobody looked is an error, not a picture.
+TEST_F(TextureMemoryTest, LostFilesAreErrors) {
+  TextureMemory memory(1);
+  const auto kept = memory.keep(noise(64, 64, 4, PixelType::u8));
+  ASSERT_TRUE(kept.ok());
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    if (entry.is_regular_file()) fs::resize_file(entry.path(), 100);
+  const auto paged = memory.page(*kept.value(), TextureContent::data);
+  ASSERT_FALSE(paged.ok());
+  EXPECT_NE(paged.error().message.find("cannot be read"), std::string::npos) << paged.error().message;
+}
+
+} // namespace
+} // namespace kindling
