@@ -113,7 +113,7 @@ def diffuse_transmission(stage):
     for i, (name, factor, color) in enumerate(rows):
         stage.place(i, make(g, name, (0.75, 0.73, 0.7), 0.0, 0.8, diffuse_transmission={
             "diffuseTransmissionFactor": factor, "diffuseTransmissionColorFactor": list(color)}))
-    lamp = g.add_material("lamp", (0, 0, 0), emission=(24, 20, 15), diffuse_only=True)
+    lamp = g.add_material("lamp", (0, 0, 0), emission=(10, 8.4, 6.4), diffuse_only=True)
     for i in range(len(rows)):
         stage.place(i, lamp, "lamp", 0.09)
 

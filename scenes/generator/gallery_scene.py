@@ -38,7 +38,7 @@ def build():
 def _balls(g):
     """(name, material, "plain", "textured" or the material of a lamp inside), from the front left."""
     make, glass = materials.make, materials.glass
-    bulb = g.add_material("bulb", (0, 0, 0), emission=(26, 21, 15), diffuse_only=True)
+    bulb = g.add_material("bulb", (0, 0, 0), emission=(12, 9.6, 7), diffuse_only=True)
     hammered = {"index": g.add_texture("hammered", materials.bumps(64, 5, 3.0))}
     ramp = g.add_texture("ramp", pictures.paint(1, 64, 3, lambda x, y: (0.0, (63 - y) / 63, 0.0)), wrap=33071)
     soap = {"iridescenceFactor": 1.0, "iridescenceIor": 1.33, "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 800,
