@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cfloat>
 #include <charconv>
 #include <cmath>
 
@@ -51,11 +52,12 @@ class Reader {
     rest_.remove_prefix(length);
     std::string_view digits = word;
     if (digits.front() == '+') digits.remove_prefix(1);
-    float value = 0.0f;
+    double value = 0.0; // programs write numbers that are too small for a float
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
+    if (error != std::errc() || end != digits.data() + digits.size() ||
+        !(std::fabs(value) <= static_cast<double>(FLT_MAX)))
       refuse(fmt::format("{} for {}, accepted is a number", in_quotes(word), what));
-    return value;
+    return static_cast<float>(value);
   }
 
   int integer(std::string_view what, int least, int most) {

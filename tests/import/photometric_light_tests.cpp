@@ -45,6 +45,11 @@ TEST(Ies, TheLampFactorCountsUntil1995) {
     EXPECT_EQ(parse_ies(with_numbers(version, "NONE", "1.1")).value().candela, (std::vector<float>{20, 40})) << version;
 }
 
+TEST(Ies, NumbersTooSmallForAFloatAreNought) {
+  const std::string tiny = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 1 0 0 0 1 1 1\n0 90\n0\n10 3.9e-127\n";
+  EXPECT_EQ(parse_ies(tiny).value().candela, (std::vector<float>{10, 0}));
+}
+
 TEST(Ies, TiltIsSkipped) {
   const std::string included = "INCLUDE\n1\n3\n0 45 90\n1.0 0.9 0.8";
   EXPECT_EQ(parse_ies(with_numbers("", included, "1")).value().candela, (std::vector<float>{20, 40}));
