@@ -4,6 +4,7 @@
 
 #include "renderer/app/choose.h"
 #include "renderer/scene/bounds.h"
+#include "renderer/scene/material_slots.h"
 
 #include <fmt/format.h>
 
@@ -57,7 +58,7 @@ MaterialInfo material_info(const Material& material, const std::vector<Extension
   info.double_sided = material.double_sided;
   info.unlit = material.unlit;
   info.emissive = !is_black(material.emissive_factor);
-  for (const auto texture : kMaterialTextures) info.textures += (material.*texture).present() ? 1 : 0;
+  for (const TextureSlot* slot : texture_slots(material)) info.textures += slot->present() ? 1 : 0;
   for (const std::string& name : material.extensions_used) info.extensions.push_back(extension_info(name, supported));
   return info;
 }
@@ -66,7 +67,7 @@ MaterialInfo material_info(const Material& material, const std::vector<Extension
 std::set<int> textures_read(const Scene& scene) {
   std::set<int> read;
   for (const Material& material : scene.materials)
-    for (const auto texture : kMaterialTextures) read.insert((material.*texture).texture);
+    for (const TextureSlot* slot : texture_slots(material)) read.insert(slot->texture);
   return read;
 }
 

@@ -5,6 +5,7 @@
 #include "renderer/import/draco_mesh.h"
 #include "renderer/import/triangles.h"
 #include "renderer/import/vertex_repair.h"
+#include "renderer/scene/material_slots.h"
 #include "renderer/scene/tangents.h"
 
 #include <fmt/format.h>
@@ -190,12 +191,11 @@ bool has_texcoords(const Primitive& primitive, int set) {
 
 void warn_missing_texcoords(const Primitive& primitive, const Material& material, const std::string& pointer,
                             Warnings& warnings) {
-  for (const auto texture : kMaterialTextures) {
-    const TextureSlot& slot = material.*texture;
-    if (!slot.present() || has_texcoords(primitive, slot.texcoord)) continue;
+  for (const TextureSlot* slot : texture_slots(material)) {
+    if (!slot->present() || has_texcoords(primitive, slot->texcoord)) continue;
     warnings.add("texcoord", pointer + "/material",
                  fmt::format("a texture of material {} reads TEXCOORD_{}, which is absent: it is read at (0, 0)",
-                             in_quotes(material.name), slot.texcoord),
+                             in_quotes(material.name), slot->texcoord),
                  "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS");
     return;
   }

@@ -5,6 +5,7 @@
 #include "renderer/image/decode_image.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/uri.h"
+#include "renderer/scene/material_slots.h"
 #include "renderer/texture/texture_memory.h"
 
 #include <fmt/format.h>
@@ -108,8 +109,8 @@ void check_image_objects(const Document& document) {
 std::vector<bool> used_textures(const Scene& scene) {
   std::vector<bool> used(scene.textures.size(), false);
   for (const Material& material : scene.materials) {
-    for (const auto texture : kMaterialTextures) {
-      if (const TextureSlot& slot = material.*texture; slot.present()) used[static_cast<size_t>(slot.texture)] = true;
+    for (const TextureSlot* slot : texture_slots(material)) {
+      if (slot->present()) used[static_cast<size_t>(slot->texture)] = true;
     }
   }
   return used;
