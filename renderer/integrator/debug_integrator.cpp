@@ -51,7 +51,10 @@ Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const
     const float far_m = (bounds.center() - ray.origin).length() + bounds.size().length() * 0.5f;
     return Rgb(std::clamp(1.0f - hit.t / far_m, 0.0f, 1.0f));
   }
-  case IntegratorKind::uv: return {wrapped(surface.uv.x), wrapped(surface.uv.y), 0.0f};
+  case IntegratorKind::uv: {
+    const V2f uv = world_.texcoord_at(hit);
+    return {wrapped(uv.x), wrapped(uv.y), 0.0f};
+  }
   case IntegratorKind::barycentric: return {1.0f - hit.u - hit.v, hit.u, hit.v};
   case IntegratorKind::instance: return color_of_number(hash_combine(hit.instance, hit.mesh));
   case IntegratorKind::material: return color_of_number(surface.material);

@@ -125,7 +125,6 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   if (!front) normal = -normal;
   surface.shading_normal = with_valid_reflection(normal, surface.geometric_normal, wo);
 
-  surface.uv = lookup.texcoord(0);
   surface.material = geometry.material;
   surface.unlit = material.unlit;
   surface.layered = false;
@@ -191,6 +190,10 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     if (surface.layered)
       surface.emitted *= coat_transmittance(surface.layers.bsdf.clearcoat, surface.geometric_normal.dot(wo));
   }
+}
+
+V2f World::texcoord_at(const accel::Hit& hit) const {
+  return HitRecords(geometries_[hit.mesh], hit).texcoord(uint8_t{0});
 }
 
 bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::Hit& candidate) {

@@ -47,7 +47,6 @@ struct SurfacePoint {
   float position_error = 0.0f;               // bound of the distance between `position` and the true hit, metres
   V3f geometric_normal;                      // unit, on the side of wo
   V3f shading_normal;                        // unit, on the side of wo: normal-mapped, bent where it would face away
-  V2f uv;                                    // texture coordinate set 0
   float alpha = 1.0f;                        // coverage, below 1 for BLEND materials alone
   Rgb emitted{0.0f};                         // towards wo where covered, all of it
   uint32_t emissive_triangle = accel::kNoId; // number in the LightSet: it can be sampled there, so MIS applies
@@ -103,6 +102,9 @@ class World {
   // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint = {}) const;
+
+  // Texture coordinate set 0, before any transform; (0, 0) where there is none.
+  [[nodiscard]] V2f texcoord_at(const accel::Hit& hit) const;
 
   // Inside of meshes with this material, SurfacePoint::layers.boundary.
   [[nodiscard]] const Medium& medium(uint32_t material) const {
