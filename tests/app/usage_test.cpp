@@ -45,7 +45,8 @@ TEST_F(Usage, WrongFlagsExitWith2) {
   expect_error({"render", scene, "--sample", "3"}, 2, "--sample: has no meaning without --pixel");
   expect_error({"render", scene, "--env", "a.hdr", "--env-color", "1,1,1"}, 2, "give one of them");
   expect_error({"info"}, 2, "no scene");
-  expect_error({"info", scene, "--list-cameras", "--list-scenes"}, 2, "one --list-... flag or --extension-table at a time");
+  expect_error({"info", scene, "--list-cameras", "--list-scenes"}, 2,
+               "one --list-... flag or --extension-table at a time");
 }
 
 TEST_F(Usage, UnknownAccelerator) {

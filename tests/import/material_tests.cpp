@@ -72,9 +72,8 @@ TEST(Materials, ReadExtensions) {
   EXPECT_EQ(material.specular_texture.texture, 1);
   EXPECT_EQ(material.specular_color_factor, Rgb(2, 1, 0));
   EXPECT_EQ(material.specular_color_texture.texture, 2);
-  EXPECT_EQ(material.extensions_used,
-            (std::vector<std::string>{"ACME_shine", "KHR_materials_emissive_strength", "KHR_materials_ior",
-                                      "KHR_materials_specular"}));
+  EXPECT_EQ(material.extensions_used, (std::vector<std::string>{"ACME_shine", "KHR_materials_emissive_strength",
+                                                                "KHR_materials_ior", "KHR_materials_specular"}));
 }
 
 TEST(Materials, ReadTextureTransforms) {
