@@ -299,7 +299,7 @@ class WorldBuilder {
     input.environment = options_.environment;
     if (!input.environment && posed_.image_light != kNone)
       input.environment = image_light_environment(scene_.image_lights[static_cast<size_t>(posed_.image_light)]);
-    const bool dark = input.triangles.empty() && posed_.lights.empty();
+    const bool dark = !has_lamp_ && posed_.lights.empty();
     if (!input.environment && dark && options_.builtin_environment) {
       input.environment = builtin_environment();
       if (listener_)

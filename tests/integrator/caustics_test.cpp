@@ -66,6 +66,37 @@ TEST(Caustics, OffMakesMetalBlack) {
             mean_of(off).luminance + 4.5 * std::hypot(mean_of(full).standard_error, mean_of(off).standard_error));
 }
 
+// Off: solid glass absorbs what a diffuse floor would see through it, and its coat is gone; a pane still lets light through in a
+// straight line.
+TEST(Caustics, OffMakesGlassBlackButNotPanes) {
+  Material glass = mirror_material(0.0f);
+  glass.metallic_factor = 0.0f;
+  glass.transmission_factor = 1.0f;
+  glass.clearcoat_factor = 1.0f;
+  Material solid = glass;
+  solid.thickness_factor = 1.0f;
+  const Film black = render_floor(*lit_floor(diffuse_material(Rgb(0.0f))), Caustics::full, 16);
+  EXPECT_TRUE(same_picture(render_floor(*lit_floor(solid), Caustics::off, 16), black));
+
+  // Between the lamp and the floor.
+  const auto below_a_pane = [&](const Material& pane) {
+    return make_world(make_scene({diffuse_material(Rgb(0.7f)), pane, emissive_material(Rgb(40.0f))},
+                                 {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
+                                  quad(V3f(-2, 1, 2), V3f(4, 0, 0), V3f(0, 0, -4), 1),
+                                  quad(V3f(-0.2f, 2, 0.5f), V3f(0.4f, 0, 0), V3f(0, 0, 0.4f), 2)}),
+                      accel::Kind::embree);
+  };
+  glass.clearcoat_factor = 0.0f;
+  glass.specular_factor = 0.0f; // nothing is reflected: all three are the same
+  const auto world = below_a_pane(glass);
+  const Mean full = mean_of(render_floor(*world, Caustics::full, 64));
+  EXPECT_GT(full.luminance, 0.1);
+  for (const Caustics caustics : {Caustics::regularised, Caustics::off}) {
+    const Mean restrained = mean_of(render_floor(*world, caustics, 64));
+    EXPECT_NEAR(restrained.luminance, full.luminance, 4.5 * std::hypot(full.standard_error, restrained.standard_error));
+  }
+}
+
 // The camera sees mirrors, and mirrors in mirrors, in every case.
 TEST(Caustics, OffKeepsWhatMirrorsShow) {
   const auto world = lit_floor(mirror_material(0.1f), mirror_material(0.0f));

@@ -19,7 +19,7 @@ using test::Rect;
 
 using Point = std::array<double, 2>;
 
-constexpr int kWarpChecks = 20;
+constexpr int kWarpChecks = 25;
 const double kLevel = test::sidak_level(0.01, kWarpChecks);
 
 void expect_pass(const ChiSquareResult& result, double integral_tolerance = 1e-4) {
@@ -70,6 +70,21 @@ TEST(WarpStatistical, UniformCone) {
       test::chi_square_sphere([&](Random& r) -> std::optional<V3f> { return sample_uniform_cone(r.next_2d(), wide); },
                               [&](const V3f& w) { return uniform_cone_pdf(w, wide); }, {.seed = seed}),
       1e-3);
+}
+
+TEST(WarpStatistical, HenyeyGreenstein) {
+  uint64_t seed = 40;
+  for (const float g : {-0.7f, 0.0f, 5e-4f, 0.3f, 0.95f}) {
+    expect_pass(test::chi_square_sphere(
+                    [&](Random& r) -> std::optional<V3f> { return sample_henyey_greenstein(r.next_2d(), g); },
+                    [&](const V3f& w) { return henyey_greenstein_pdf(w, g); }, {.seed = seed++}),
+                1e-3);
+    double mean_cosine = 0.0; // midpoints of u.x: g itself, for any azimuth
+    constexpr int kSteps = 20000;
+    for (int i = 0; i < kSteps; ++i)
+      mean_cosine += sample_henyey_greenstein({(static_cast<float>(i) + 0.5f) / kSteps, 0.3f}, g).z / kSteps;
+    EXPECT_NEAR(mean_cosine, g, 6e-4); // below |g| = 1e-3 it is taken for 0
+  }
 }
 
 TEST(WarpStatistical, UniformTriangle) {

@@ -252,5 +252,23 @@ TEST(World, CancelledBuildFails) {
   EXPECT_EQ(world.error().kind, ErrorKind::render_failed);
 }
 
+// What is dark gets the built-in environment: a textured glow of strength 1 lights no scene, a lamp does.
+TEST(World, WithoutALampItIsLitByTheBuiltinEnvironment) {
+  const auto is_lit = [](float strength, bool textured) {
+    Material material = emissive_material(Rgb(1.0f));
+    material.emissive_strength = strength;
+    if (textured) material.emissive_texture.texture = 0;
+    Scene scene = make_scene({material}, {floor_quad(0)});
+    scene.textures.push_back({.image = four_texels()});
+    Result<PosedScene> posed = pose_scene(scene, {});
+    const Result<std::unique_ptr<const World>> world =
+        build_world(std::move(scene), std::move(posed).value(), {}, nullptr, nullptr);
+    return !is_black(world.value()->lights().environment_radiance(V3f(0, 1, 0)));
+  };
+  EXPECT_TRUE(is_lit(1.0f, true));
+  EXPECT_FALSE(is_lit(2.0f, true));
+  EXPECT_FALSE(is_lit(1.0f, false));
+}
+
 } // namespace
 } // namespace kindling::test

@@ -1,0 +1,61 @@
+// The list of media that a path is in.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/medium_stack.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling {
+namespace {
+
+constexpr uint32_t kGlass = 3, kWater = 5, kIce = 8;
+
+TEST(MediumStack, TheLastOneEnteredCounts) {
+  MediumStack media;
+  EXPECT_FALSE(media.innermost());
+  media.enter(kWater);
+  media.enter(kIce);
+  EXPECT_EQ(media.innermost(), kIce);
+  EXPECT_EQ(media.innermost_without(kIce), kWater);
+  EXPECT_TRUE(media.covered(kWater));
+  EXPECT_FALSE(media.covered(kIce));
+  EXPECT_FALSE(media.covered(kGlass));
+  media.leave(kIce);
+  EXPECT_EQ(media.innermost(), kWater);
+}
+
+// From the glass into a liquid that begins inside of it, and back.
+TEST(MediumStack, OverlapsAreLeftInAnyOrder) {
+  MediumStack media;
+  media.enter(kGlass);
+  media.enter(kWater);
+  EXPECT_TRUE(media.covered(kGlass));
+  media.leave(kGlass);
+  EXPECT_EQ(media.innermost(), kWater);
+  media.enter(kGlass);
+  EXPECT_TRUE(media.covered(kWater));
+  media.leave(kWater);
+  media.leave(kGlass);
+  EXPECT_TRUE(media.empty());
+}
+
+TEST(MediumStack, EqualMaterialsAreCounted) {
+  MediumStack media;
+  media.enter(kGlass);
+  media.enter(kGlass);
+  media.leave(kGlass);
+  EXPECT_EQ(media.innermost(), kGlass);
+  media.leave(kGlass);
+  media.leave(kGlass); // was never entered: an open mesh
+  EXPECT_TRUE(media.empty());
+}
+
+TEST(MediumStack, OfTooManyTheOutermostIsForgotten) {
+  MediumStack media;
+  for (uint32_t i = 0; i <= MediumStack::kMost; ++i) media.enter(i);
+  EXPECT_EQ(media.innermost(), MediumStack::kMost);
+  for (uint32_t i = static_cast<uint32_t>(MediumStack::kMost); i > 0; --i) media.leave(i);
+  EXPECT_TRUE(media.empty());
+}
+
+} // namespace
+} // namespace kindling
