@@ -202,11 +202,11 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
   if (context.recorder) context.recorder->arrive(slot, state, nullptr);
   if (state.bounce == 0) {
     if (settings_.transparent_background) {
-      state.alpha = 0.0f;
+      state.alpha = 1.0f - (state.throughput.x + state.throughput.y + state.throughput.z) / 3.0f; // through panes
       return;
     }
     if (settings_.background) {
-      state.light[kEmission] += *settings_.background;
+      state.light[kEmission] += state.throughput * *settings_.background;
       return;
     }
     if (!settings_.environment_visible) return;

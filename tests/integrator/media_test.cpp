@@ -119,6 +119,24 @@ TEST_P(Media, PanesTintTheLightOfAnAreaLight) {
     EXPECT_NEAR(with.rgb[c], without.rgb[c] * tint[c], 4.5 * (with.standard_error + without.standard_error)) << c;
 }
 
+// What the camera sees behind a pane in place of an environment: tinted, or as much as it covers.
+TEST_P(Media, BackgroundIsSeenThroughPanes) {
+  const Rgb tint(0.9f, 0.6f, 0.3f);
+  const auto world =
+      make_world(make_scene({pane(tint, 0.0f)}, {quad(V3f(-4, -4, 0), V3f(8, 0, 0), V3f(0, 8, 0), 0)}), GetParam());
+  const Camera camera = beam_camera(V3f(0, 0, 3), V3f(0.0f), 1e-3f);
+  RenderSettings settings = small_render(V2i(8, 8), 64);
+  settings.integrator.background = Rgb(0.5f, 0.5f, 1.0f);
+  const Mean mean = render_mean(*world, camera, settings);
+  for (unsigned c = 0; c < 3; ++c) EXPECT_NEAR(mean.rgb[c], tint[c] * (c == 2 ? 1.0f : 0.5f), 1e-4f) << c;
+  settings.integrator.background.reset();
+  settings.integrator.transparent_background = true;
+  const Result<RenderOutcome> outcome = render(*world, camera, settings, nullptr, nullptr);
+  double alpha = 0.0;
+  for (const float a : outcome.value().film.resolve(Aov::alpha)) alpha += a / 64.0;
+  EXPECT_NEAR(alpha, 0.4, 1e-4);
+}
+
 // A sun through two panes that face it: only shadow rays can find it.
 TEST_P(Media, SunShinesThroughPanes) {
   Scene scene = make_scene({pane(Rgb(0.8f)), diffuse_material(Rgb(0.5f))},
