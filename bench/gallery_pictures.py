@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders the material gallery, scenes/gallery/, for scenes/README.md, each sphere with its name below.
 
-    bench/gallery_pictures.py [-o scenes/pictures] [--only ior,sheen] [--spp 256] [--kindling PATH] [--sheet sheet.png]
+    bench/gallery_pictures.py [-o scenes/pictures] [--only ior,sheen] [--spp 64] [--kindling PATH] [--sheet sheet.png]
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -18,7 +18,7 @@ import pixels
 import renderers
 
 GALLERY = renderers.ROOT / "scenes" / "gallery"
-ROW_SIZE, WHOLE_SIZE = (1056, 240), (1120, 630)  # pixels
+ROW_SIZE, WHOLE_SIZE = (686, 156), (728, 410)  # pixels
 LABEL_HEIGHT = 22
 FONT = Path("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf")  # Debian: fonts-dejavu-core
 
@@ -27,7 +27,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=renderers.ROOT / "scenes" / "pictures", help="folder (scenes/pictures)")
     parser.add_argument("--only", type=lambda text: text.split(","), help="names of scenes, without .glb")
-    parser.add_argument("--spp", type=int, default=256, help="samples per pixel (256); the whole scene gets as many")
+    parser.add_argument("--spp", type=int, default=64, help="samples per pixel (64)")
     parser.add_argument("--scale", type=float, default=1.0, help="of the pictures' size (1)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render")
@@ -64,7 +64,7 @@ def name_spheres(scene, picture, width, height):
     words = ["--create", f"{width}x{height + LABEL_HEIGHT}", "3", "--fill:color=0.96,0.96,0.96", f"{width}x{height + LABEL_HEIGHT}",
              picture, "--ch", "R,G,B", "--swap", "--paste", "+0+0"]
     for x, name in spheres(scene):
-        words.append(f"--text:x={round(width * x)}:y={height + 16}:size=13:xalign=center:color=0.1,0.1,0.1:font={FONT}")
+        words.append(f"--text:x={round(width * x)}:y={height + 16}:size=12:xalign=center:color=0.1,0.1,0.1:font={FONT}")
         words.append(name)
     subprocess.run([pixels.oiiotool(), "-q", *map(str, words), "-d", "uint8", "-o", picture], check=True)
 

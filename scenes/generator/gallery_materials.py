@@ -34,8 +34,8 @@ def clearcoat(stage):
     hammered = {"index": g.add_texture("hammered", bumps(64, 5, 3.0))}
     peel = {"index": g.add_texture("orange peel", bumps(96, 16, 0.8))}
     rows = [("factor 0", {}, {}), ("factor .5", {"clearcoatFactor": 0.5}, {}), ("factor 1", {"clearcoatFactor": 1.0}, {}),
-            ("roughness .2", {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.2}, {}),
-            ("roughness .5", {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.5}, {}),
+            ("rough .2", {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.2}, {}),
+            ("rough .5", {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.5}, {}),
             ("base bumps", {"clearcoatFactor": 1.0}, {"normalTexture": hammered}),
             ("coat bumps", {"clearcoatFactor": 1.0, "clearcoatNormalTexture": peel}, {})]
     for i, (name, coat, fields) in enumerate(rows):
@@ -46,7 +46,7 @@ def sheen(stage):
     base = (0.02, 0.02, 0.03)
     for i, roughness in enumerate([None, 0.15, 0.3, 0.6, 1.0]):
         cloth = {} if roughness is None else {"sheen": {"sheenColorFactor": [0.9, 0.9, 0.9], "sheenRoughnessFactor": roughness}}
-        stage.place(i, make(stage.g, "none" if roughness is None else "roughness %g" % roughness, base, 0.0, 0.9, **cloth))
+        stage.place(i, make(stage.g, "none" if roughness is None else "rough %g" % roughness, base, 0.0, 0.9, **cloth))
     for i, (name, color) in enumerate([("red", (0.9, 0.08, 0.06)), ("blue on teal", (0.12, 0.2, 1.0))]):
         stage.place(5 + i, make(stage.g, name, base if i == 0 else (0.01, 0.10, 0.09), 0.0, 0.9,
                                 sheen={"sheenColorFactor": color, "sheenRoughnessFactor": 0.4}))
@@ -54,8 +54,8 @@ def sheen(stage):
 
 def transmission(stage):
     rows = [("factor 0", (0.9, 0.9, 0.9), 0.0, 0.0), ("factor .5", (0.9, 0.9, 0.9), 0.5, 0.0), ("factor 1", (1.0, 1.0, 1.0), 1.0, 0.0),
-            ("tinted", (0.95, 0.55, 0.12), 1.0, 0.0), ("roughness .15", (1.0, 1.0, 1.0), 1.0, 0.15),
-            ("roughness .35", (1.0, 1.0, 1.0), 1.0, 0.35), ("roughness .7", (1.0, 1.0, 1.0), 1.0, 0.7)]
+            ("tinted", (0.95, 0.55, 0.12), 1.0, 0.0), ("rough .15", (1.0, 1.0, 1.0), 1.0, 0.15),
+            ("rough .35", (1.0, 1.0, 1.0), 1.0, 0.35), ("rough .7", (1.0, 1.0, 1.0), 1.0, 0.7)]
     for i, (name, color, factor, roughness) in enumerate(rows):
         stage.place(i, make(stage.g, name, color, 0.0, roughness, transmission={"transmissionFactor": factor}))
 
@@ -72,14 +72,14 @@ def volume(stage):
     amber = (0.90, 0.42, 0.06)
     stage.place(0, glass(stage.g, "clear"))
     for i, distance in enumerate([1.6, 0.8, 0.4, 0.2]):
-        stage.place(1 + i, glass(stage.g, "distance %g m" % distance, distance_m=distance, color=amber))
+        stage.place(1 + i, glass(stage.g, "%g m" % distance, distance_m=distance, color=amber))
     stage.place(5, glass(stage.g, "water", 1.33, 0.0, 0.8, (0.35, 0.75, 0.85)))
     stage.place(6, glass(stage.g, "rough .25", 1.5, 0.25, 0.6, (0.25, 0.8, 0.35)))
 
 
 def dispersion(stage):
     for i, amount in enumerate([0.0, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0]):
-        stage.place(i, glass(stage.g, "dispersion %g" % amount, 1.7, dispersion={"dispersion": amount}))
+        stage.place(i, glass(stage.g, "%g" % amount, 1.7, dispersion={"dispersion": amount}))
 
 
 def iridescence(stage):
@@ -98,8 +98,8 @@ def iridescence(stage):
 def anisotropy(stage):
     g = stage.g
     rows = [("strength %g" % s, {"anisotropyStrength": s}) for s in (0.0, 0.35, 0.7, 1.0)]
-    rows += [("rotated 45 deg", {"anisotropyStrength": 1.0, "anisotropyRotation": math.pi / 4}),
-             ("rotated 90 deg", {"anisotropyStrength": 1.0, "anisotropyRotation": math.pi / 2}),
+    rows += [("at 45 deg", {"anisotropyStrength": 1.0, "anisotropyRotation": math.pi / 4}),
+             ("at 90 deg", {"anisotropyStrength": 1.0, "anisotropyRotation": math.pi / 2}),
              ("by texture", {"anisotropyStrength": 1.0, "anisotropyTexture": {"index": g.add_texture("turns", turns())}})]
     for i, (name, values) in enumerate(rows):
         stage.place(i, make(g, name, (0.80, 0.78, 0.75), 1.0, 0.4, anisotropy=values), "textured")
@@ -137,7 +137,7 @@ def unlit(stage):
 def specular_glossiness(stage):
     """The archived pbrSpecularGlossiness; the metallic-roughness values that others read are plain grey."""
     for i, glossiness in enumerate([0.0, 0.35, 0.7, 1.0]):
-        stage.place(i, make(stage.g, "glossiness %g" % glossiness, (0.5, 0.5, 0.5), 0.0, 1.0, pbrSpecularGlossiness={
+        stage.place(i, make(stage.g, "gloss %g" % glossiness, (0.5, 0.5, 0.5), 0.0, 1.0, pbrSpecularGlossiness={
             "diffuseFactor": [0.03, 0.10, 0.16, 1.0], "specularFactor": [0.05, 0.05, 0.05], "glossinessFactor": glossiness}))
     colors = [("specular .2", (0.03, 0.10, 0.16), (0.2, 0.2, 0.2)), ("specular red", (0.03, 0.03, 0.03), (0.5, 0.08, 0.05)),
               ("gold", (0.0, 0.0, 0.0), GOLD)]
