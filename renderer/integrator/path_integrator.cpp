@@ -102,17 +102,16 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
   const std::span<RayFootprint> footprints = std::span(context.group.footprints).first(count);
   for (size_t i = 0; i < count; ++i) {
-    if (!hits[i].is_hit()) continue;
+    if (!hits[i].is_hit()) {
+      context.group.members[i].escaped = world_.lights().locate_in_environment(rays[i].direction);
+      continue;
+    }
     PathState& state = context.states[context.active[first + i]];
     if (state.cone.spread < 0.0f) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
     state.cone.width_m = state.cone.width_at(hits[i].t);
     footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
   }
   world_.prefetch(rays, hits, footprints);
-  for (size_t i = 0; i < count; ++i) {
-    if (!hits[i].is_hit())
-      context.group.members[i].escaped = world_.lights().locate_in_environment(context.rays[first + i].direction);
-  }
   for (size_t i = 0; i < count; ++i) {
     if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], context.group.members[i].surface, footprints[i]);
   }
@@ -145,16 +144,17 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   const SurfacePoint& surface = vertex.surface;
   const uint32_t slot = vertex.slot;
   const PathState& state = context.states[slot];
+  const bool reflects = !state.emission_only;
   if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
   if (context.recorder) vertex.bsdf.find_allowed();
-  if (!state.emission_only) light_vertex(vertex, context);
+  if (reflects) light_vertex(vertex, context);
   // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
   if ((surface.alpha < 1.0f || surface.has_pane()) && takes_passage(vertex, context)) {
     continue_through(ray, surface, slot, context);
     return;
   }
-  if (state.bounce == 0) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
-  if (!state.emission_only && sample_bounce(vertex, context)) context.next_active.push_back(slot);
+  if (state.bounce == 0 && !context.surfaces.empty()) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
+  if (reflects && sample_bounce(vertex, context)) context.next_active.push_back(slot);
 }
 
 void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const {
@@ -166,11 +166,11 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
   if (state.in_medium && !travel_medium(i, context)) return;
   if (context.recorder) context.recorder->arrive(slot, state, &surface);
   trace_surface(context, ray, hit, surface, world_, state);
-  add_emission(ray, surface, state);
+  if (!is_black(surface.emitted)) add_emission(ray, surface, state);
   if (surface.unlit || (state.emission_only && !surface.has_pane())) {
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, slot, context))
       continue_through(ray, surface, slot, context);
-    else if (state.bounce == 0)
+    else if (state.bounce == 0 && !context.surfaces.empty())
       record_surface(surface, nullptr, slot, context);
     return;
   }
@@ -239,7 +239,6 @@ void PathIntegrator::restrain(SurfacePoint& surface, const PathState& state, uin
 }
 
 void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
-  if (is_black(surface.emitted)) return;
   float weight = 1.0f;
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();

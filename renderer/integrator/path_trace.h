@@ -7,14 +7,17 @@
 
 namespace kindling {
 
-// Appends a vertex that `fill` describes; does nothing unless a sample is replayed.
+// Appends a vertex that `fill` describes; does nothing unless a sample is replayed, and costs next to nothing then.
 template <typename Fill>
-void trace_event(ThreadContext& context, const Fill& fill) {
-  if (!context.trace) [[likely]]
-    return;
+[[gnu::noinline, gnu::cold]] void append_event(PathTrace& trace, const Fill& fill) {
   PathVertex vertex;
   fill(vertex);
-  context.trace->push_back(std::move(vertex));
+  trace.push_back(std::move(vertex));
+}
+template <typename Fill>
+[[gnu::always_inline]] inline void trace_event(ThreadContext& context, const Fill& fill) {
+  if (context.trace) [[unlikely]]
+    append_event(*context.trace, fill);
 }
 
 inline void trace_surface(ThreadContext& context, const accel::Ray& ray, const accel::Hit& hit,

@@ -66,7 +66,6 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
 
 void PathIntegrator::record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot,
                                     PathContext& context) const {
-  if (context.surfaces.empty()) return;
   FilmSurface& record = context.surfaces[slot];
   record.hit = true;
   record.albedo = bsdf ? bsdf->albedo() : surface.emitted;

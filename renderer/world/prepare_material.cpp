@@ -71,6 +71,18 @@ PreparedMaterial prepare_material(const Material& material, TextureTable& textur
     prepared.layers = prepare_layers(material, bind);
     shading.pane = prepared.layers->pane();
   }
+  shading.constant = !shading.textured && !shading.unlit && !shading.emissive && !prepared.layers &&
+                     !shading.specular_glossiness && shading.alpha_mode != AlphaMode::blend;
+  if (shading.constant) {
+    const auto clamped = [](float x) { return std::clamp(x, 0.0f, 1.0f); };
+    const V4f& color = shading.base_color_factor;
+    shading.constant_bsdf = {.base_color = Rgb(clamped(color.x), clamped(color.y), clamped(color.z)),
+                             .metallic = shading.metallic_factor,
+                             .roughness = shading.roughness_factor,
+                             .ior = shading.ior,
+                             .specular = shading.specular_factor,
+                             .specular_color = shading.specular_color_factor};
+  }
   return prepared;
 }
 

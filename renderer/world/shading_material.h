@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/scene/scene.h"
 
 #include <cstdint>
@@ -42,6 +43,9 @@ struct ShadingMaterial {
   int32_t layers = kNone;           // index into World's layer materials
   bool pane = false;                // thin-walled and transmissive: LayerMaterial::pane()
   bool textured = false;            // some binding is present
+  // Nothing but a BSDF, the same everywhere, where there are no vertex colours: constant_bsdf.
+  bool constant = false;
+  BsdfParameters constant_bsdf;
 
   TextureBinding base_color;
   TextureBinding metallic_roughness;

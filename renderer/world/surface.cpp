@@ -78,10 +78,8 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   surface.position = p0 * lookup.barycentric.x + p1 * lookup.barycentric.y + p2 * lookup.barycentric.z;
   surface.position_error = error;
 
-  V3f face_normal = (p1 - p0).cross(p2 - p0);
-  const SurfaceFootprint seen{ray, footprint, face_normal};
-  const TextureLookup textures(textures_, lookup, seen);
-  if (instance.mirrored) face_normal = -face_normal;
+  const V3f triangle_normal = (p1 - p0).cross(p2 - p0);
+  V3f face_normal = instance.mirrored ? -triangle_normal : triangle_normal;
   const float face_length = face_normal.length();
   face_normal = face_length > 0.0f ? face_normal / face_length : wo;
   const bool front = face_normal.dot(wo) >= 0.0f;
@@ -95,6 +93,27 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }
 
+  // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
+  // follow the side of the face that is seen.
+  const auto set_normals = [&](const V3f& shading_normal) {
+    surface.geometric_normal = front ? face_normal : -face_normal;
+    surface.shading_normal =
+        with_valid_reflection(front ? shading_normal : -shading_normal, surface.geometric_normal, wo);
+  };
+  surface.material = geometry.material;
+  surface.layered = false;
+  surface.emissive_triangle = accel::kNoId;
+  surface.emitted = Rgb(0.0f);
+  if (material.constant && geometry.color_offset == Geometry::kAbsent) {
+    set_normals(normal);
+    surface.unlit = false;
+    surface.alpha = 1.0f;
+    surface.bsdf = material.constant_bsdf;
+    return;
+  }
+
+  const SurfaceFootprint seen{ray, footprint, triangle_normal};
+  const TextureLookup textures(textures_, lookup, seen);
   float slope_variance = 0.0f; // of the normals that a coarse level has averaged
   const V3f vertex_normal = normal;
   V3f tangent, bitangent; // only with has_tangent
@@ -119,15 +138,8 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
     if (at.level > 0) slope_variance = variance_of_normals(texel) * square(material.normal_scale);
   }
-  // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
-  // follow the side of the face that is seen.
-  surface.geometric_normal = front ? face_normal : -face_normal;
-  if (!front) normal = -normal;
-  surface.shading_normal = with_valid_reflection(normal, surface.geometric_normal, wo);
-
-  surface.material = geometry.material;
+  set_normals(normal);
   surface.unlit = material.unlit;
-  surface.layered = false;
 
   V4f base = material.base_color_factor;
   if (material.base_color.present()) base *= textures.sample(material.base_color);
@@ -141,8 +153,6 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
       textures.place(material.base_color).level > 0)
     base.w = coverage(material, lookup, textures);
   surface.alpha = material.alpha_mode == AlphaMode::blend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
-  surface.emissive_triangle = accel::kNoId;
-  surface.emitted = Rgb(0.0f);
   if (material.unlit) {
     surface.emitted = surface.bsdf.base_color;
     return;
