@@ -218,13 +218,13 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
     const V3f on_light =
         t.p0 * (1.0f - barycentrics.x - barycentrics.y) + t.p1 * barycentrics.x + t.p2 * barycentrics.y;
     result.wi = sample.direction;
-    result.distance = (on_light - point).length();
+    result.distance = std::sqrt((on_light - point).length2());
   } else {
     barycentrics = sample_uniform_triangle(u);
     const V3f on_light =
         t.p0 * (1.0f - barycentrics.x - barycentrics.y) + t.p1 * barycentrics.x + t.p2 * barycentrics.y;
     const V3f to_light = on_light - point;
-    result.distance = to_light.length();
+    result.distance = std::sqrt(to_light.length2());
     result.wi = to_light * (1.0f / result.distance);
     result.pdf = area_density(normal, result.wi, result.distance);
   }

@@ -89,7 +89,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   if (geometry.normal_offset != Geometry::kAbsent) {
     V3f n = geometry.interpolate3(lookup.records, geometry.normal_offset, lookup.barycentric);
     if (!instance.identity) n = transform_normal_direction(instance.object_to_world, n);
-    const float length = n.length();
+    const float length = std::sqrt(n.length2());
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }
 
@@ -123,7 +123,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     tangent = V3f(tangent4.x, tangent4.y, tangent4.z);
     if (!instance.identity) tangent = transform_vector(instance.object_to_world, tangent);
     const float handedness = (tangent4.w < 0.0f) != instance.mirrored ? -1.0f : 1.0f;
-    const float tangent_length = tangent.length();
+    const float tangent_length = std::sqrt(tangent.length2());
     has_tangent = tangent_length > 0.0f && std::isfinite(tangent_length);
     if (has_tangent) {
       tangent /= tangent_length;
@@ -134,7 +134,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     const TextureLookup::Place at = textures.place(material.normal);
     const Rgb texel = textures.sample_rgb(material.normal, at);
     const V3f n = normal_from_map(texel, material.normal_scale, tangent, bitangent, normal);
-    const float length = n.length();
+    const float length = std::sqrt(n.length2());
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
     if (at.level > 0) slope_variance = variance_of_normals(texel) * square(material.normal_scale);
   }
@@ -257,7 +257,7 @@ accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light
       on_light +
       light.normal * (light_error * (std::abs(light.normal.x) + std::abs(light.normal.y) + std::abs(light.normal.z)));
   const V3f to_target = target - ray.origin;
-  const float distance = to_target.length();
+  const float distance = std::sqrt(to_target.length2());
   if (distance > 0.0f) {
     ray.direction = to_target / distance;
     ray.t_max = distance * (1.0f - gamma(3));
