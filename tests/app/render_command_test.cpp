@@ -56,6 +56,24 @@ TEST_F(RenderCommand, WritesWhatIsAskedAndNamesItOnStandardOutput) {
   EXPECT_NE(exr.find("kindling render scene.gltf --spp 4"), std::string::npos);
 }
 
+// Textures of a megabyte within 64 KiB of memory: read from disc, which the report shows, to the same bits.
+TEST_F(RenderCommand, TexturesThatDoNotFitGiveTheSamePicture) {
+  const std::vector<std::string> arguments = {
+      "render", KINDLING_SCENES "/interior.glb", "--spp", "4", "--size", "64x36", "--exr-float", "--verbose"};
+  const auto with = [&](std::vector<std::string> more) {
+    std::vector<std::string> all = arguments;
+    all.insert(all.end(), more.begin(), more.end());
+    const ProgramResult result = run(all);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_EQ(with({"-o", "memory.exr"}).find("textures 0 B"), std::string::npos);
+  EXPECT_NE(with({"-o", "disc.exr", "--texture-memory", "64K"}).find("textures 0 B"), std::string::npos);
+  V2i size;
+  const std::vector<float> memory = read_exr("memory.exr", size);
+  EXPECT_EQ(memory, read_exr("disc.exr", size));
+}
+
 TEST_F(RenderCommand, DefaultOutputIsInTheCurrentFolder) {
   std::filesystem::create_directory(folder_ / "sub");
   write_scene("sub/thing");
