@@ -90,6 +90,11 @@ CameraInfo camera_info(const SceneCamera& camera, std::string name) {
 LightInfo light_info(const PunctualLight& light) {
   LightInfo info;
   info.name = light.name;
+  if (light.photometry != kNone) { // as measured, times
+    info.kind = "photometric";
+    info.intensity = fmt::format("x {:g}", light.intensity);
+    return info;
+  }
   info.kind = name_of(light.kind);
   info.intensity =
       fmt::format("{:g} {}", light.intensity, light.kind == PunctualLight::Kind::directional ? "lux" : "candela");
@@ -154,6 +159,12 @@ SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int sh
     info.cameras.push_back(camera_info(scene.cameras[static_cast<size_t>(camera.camera)], camera_name(scene, camera)));
   for (const PunctualLight& light : scene.lights) info.lights.push_back(light_info(light));
   for (const PosedLight& light : posed.lights) ++info.lights[static_cast<size_t>(light.light)].placed;
+  for (size_t i = 0; i < scene.image_lights.size(); ++i) {
+    const ImageLight& light = scene.image_lights[i];
+    const bool shown = shown_scene >= 0 && static_cast<size_t>(shown_scene) < scene.scenes.size() &&
+                       scene.scenes[static_cast<size_t>(shown_scene)].image_light == static_cast<int>(i);
+    info.lights.push_back({light.name, "image-based", fmt::format("x {:g}", light.intensity), shown ? 1U : 0U});
+  }
   for (const Animation& animation : scene.animations) info.animations.push_back(animation_info(animation));
 
   info.memory = {info.in_file.geometry_bytes + info.in_scene.deformed_bytes, info.in_file.texture_bytes,
