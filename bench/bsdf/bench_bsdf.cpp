@@ -1,10 +1,9 @@
 // Time of the BSDF per hit: set-up, evaluation for a light, sampling of a bounce; over materials that vary from hit to hit.
 // SPDX-License-Identifier: Apache-2.0
+#include "bench/bsdf/bsdf_timing.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/sampling/warp.h"
-
-#include <benchmark/benchmark.h>
 
 #include <vector>
 
@@ -40,33 +39,15 @@ std::vector<Hit> make_hits(Material material) {
 }
 
 void set_up(benchmark::State& state, Material material) {
-  const std::vector<Hit> hits = make_hits(material);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
-    benchmark::DoNotOptimize(GltfBsdf(h.parameters, h.wo));
-  }
+  bench::for_hits_in_turn(state, make_hits(material),
+                          [](const Hit& h) { benchmark::DoNotOptimize(GltfBsdf(h.parameters, h.wo)); });
 }
-
 void set_up_and_eval(benchmark::State& state, Material material) {
-  const std::vector<Hit> hits = make_hits(material);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
-    benchmark::DoNotOptimize(GltfBsdf(h.parameters, h.wo).eval(h.light));
-  }
+  bench::for_hits_in_turn(state, make_hits(material),
+                          [](const Hit& h) { benchmark::DoNotOptimize(GltfBsdf(h.parameters, h.wo).eval(h.light)); });
 }
-
-// What a path pays at each hit: one light, one bounce.
 void set_up_eval_and_sample(benchmark::State& state, Material material) {
-  const std::vector<Hit> hits = make_hits(material);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
-    const GltfBsdf bsdf(h.parameters, h.wo);
-    benchmark::DoNotOptimize(bsdf.eval(h.light));
-    benchmark::DoNotOptimize(bsdf.sample(h.u_lobe, h.u));
-  }
+  bench::set_up_eval_and_sample(state, make_hits(material), [](const Hit& h) { return GltfBsdf(h.parameters, h.wo); });
 }
 
 BENCHMARK_CAPTURE(set_up, lambert, Material::lambert);

@@ -1,12 +1,11 @@
 // Time of the dielectric interface per hit: set-up, evaluation for a light, sampling of a bounce; of the thin film and of a wavelength.
 // SPDX-License-Identifier: Apache-2.0
+#include "bench/bsdf/bsdf_timing.h"
 #include "renderer/bsdf/dielectric_lobe.h"
 #include "renderer/bsdf/dispersion.h"
 #include "renderer/bsdf/thin_film.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/sampling/warp.h"
-
-#include <benchmark/benchmark.h>
 
 #include <vector>
 
@@ -44,43 +43,26 @@ std::vector<Hit> make_hits(Interface kind) {
 }
 
 void set_up(benchmark::State& state, Interface kind) {
-  const std::vector<Hit> hits = make_hits(kind);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
-    benchmark::DoNotOptimize(DielectricLobe(h.parameters, h.wo));
-  }
+  bench::for_hits_in_turn(state, make_hits(kind),
+                          [](const Hit& h) { benchmark::DoNotOptimize(DielectricLobe(h.parameters, h.wo)); });
 }
-
-// What a path pays at each hit: one light, one bounce.
 void set_up_eval_and_sample(benchmark::State& state, Interface kind) {
-  const std::vector<Hit> hits = make_hits(kind);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
-    const DielectricLobe lobe(h.parameters, h.wo);
-    benchmark::DoNotOptimize(lobe.eval(h.light));
-    benchmark::DoNotOptimize(lobe.sample(h.u_lobe, h.u));
-  }
+  bench::set_up_eval_and_sample(state, make_hits(kind),
+                                [](const Hit& h) { return DielectricLobe(h.parameters, h.wo); });
 }
 
 void thin_film(benchmark::State& state) {
-  const std::vector<Hit> hits = make_hits(Interface::film);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
+  bench::for_hits_in_turn(state, make_hits(Interface::film), [](const Hit& h) {
     benchmark::DoNotOptimize(thin_film_fresnel(h.wo.z, 1.0f, 1.3f, h.parameters.tint, 400.0f));
-  }
+  });
 }
 
 void wavelength(benchmark::State& state) {
-  const std::vector<Hit> hits = make_hits(Interface::smooth);
-  size_t i = 0;
-  for (auto _ : state) {
-    const WavelengthSample s = sample_wavelength(hits[i++ & 1023].u_lobe);
+  bench::for_hits_in_turn(state, make_hits(Interface::smooth), [](const Hit& h) {
+    const WavelengthSample s = sample_wavelength(h.u_lobe);
     benchmark::DoNotOptimize(dispersed_ior(1.5f, 0.3f, s.nm));
     benchmark::DoNotOptimize(s);
-  }
+  });
 }
 
 BENCHMARK_CAPTURE(set_up, smooth, Interface::smooth);

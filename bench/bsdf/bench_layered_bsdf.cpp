@@ -1,10 +1,9 @@
 // Time of the layered BSDF per hit, layer by layer, beside the plain model: what a path pays for a light and a bounce.
 // SPDX-License-Identifier: Apache-2.0
+#include "bench/bsdf/bsdf_timing.h"
 #include "renderer/bsdf/layered_bsdf.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/sampling/warp.h"
-
-#include <benchmark/benchmark.h>
 
 #include <vector>
 
@@ -77,23 +76,13 @@ std::vector<Hit> make_hits(Layer layer) {
   return hits;
 }
 
-template <typename MakeBsdf>
-void eval_and_sample(benchmark::State& state, Layer layer, const MakeBsdf& make) {
-  const std::vector<Hit> hits = make_hits(layer);
-  size_t i = 0;
-  for (auto _ : state) {
-    const Hit& h = hits[i++ & 1023];
-    const auto bsdf = make(h);
-    benchmark::DoNotOptimize(bsdf.eval(h.light));
-    benchmark::DoNotOptimize(bsdf.sample(h.u_lobe, h.u));
-  }
-}
-
 void plain(benchmark::State& state) {
-  eval_and_sample(state, Layer::none, [](const Hit& h) { return GltfBsdf(h.parameters, h.wo); });
+  bench::set_up_eval_and_sample(state, make_hits(Layer::none),
+                                [](const Hit& h) { return GltfBsdf(h.parameters, h.wo); });
 }
 void layered(benchmark::State& state, Layer layer) {
-  eval_and_sample(state, layer, [](const Hit& h) { return LayeredBsdf(h.parameters, h.layers, h.wo); });
+  bench::set_up_eval_and_sample(state, make_hits(layer),
+                                [](const Hit& h) { return LayeredBsdf(h.parameters, h.layers, h.wo); });
 }
 
 BENCHMARK(plain);
