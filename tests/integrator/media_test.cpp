@@ -183,27 +183,24 @@ TEST_P(Media, TotalInternalReflectionLosesNothing) {
 TEST_P(Media, PrismDispersesByItsAbbeNumber) {
   Material flint = glass(1.6f);
   flint.dispersion = 20.0f / 30.0f; // Abbe number 30
-  const float s = std::sin(kPi / 6.0f), c = std::cos(kPi / 6.0f);
-  // Entrance at z = 0 facing +z; the exit's outward normal is (s, 0, -c).
+  // Entrance at z = 0 facing +z; thin at x = 1 and thick at x = -1, so the exit's outward normal is (sin 30, 0, -cos 30).
+  const float t = std::tan(kPi / 6.0f);
+  const float thin = -0.01f, thick = thin - 2.0f * t;
   Primitive prism;
   prism.material = 0;
-  const float t = s / c;
-  const V3f p[6] = {{-1, -1, 0}, {1, -1, 0}, {1, -1, 2 * t - 2}, {-1, 1, 0}, {1, 1, 0}, {1, 1, 2 * t - 2}};
-  prism.positions.assign(p, p + 6);
-  prism.positions[2].z = prism.positions[5].z = -0.01f;      // at x = 1 the prism is thin
-  prism.positions.push_back(V3f(-1, -1, -0.01f - 2.0f * t)); // at x = -1 it is thick
-  prism.positions.push_back(V3f(-1, 1, -0.01f - 2.0f * t));
+  prism.positions = {{-1, -1, 0}, {1, -1, 0},   {1, -1, thin},   {-1, 1, 0},
+                     {1, 1, 0},   {1, 1, thin}, {-1, -1, thick}, {-1, 1, thick}};
   prism.indices = {
       0, 1, 4, 0, 4, 3, /* exit */ 6, 7, 2, 2, 7, 5, /* sides */ 1, 2, 5, 1, 5, 4, 0, 3, 7, 0, 7, 6, 0, 6, 2, 0, 2, 1,
       3, 4, 5, 3, 5, 7};
-  // The exit's plane rises towards +x, so its outward normal is (s, 0, -c) and light is bent towards the thick end, -x.
+  // Light is bent towards the thick end, -x.
   const auto bend = [&](double nm) {
     return std::asin(double{dispersed_ior(1.6f, flint.dispersion, static_cast<float>(nm))} * 0.5) -
            std::numbers::pi / 6.0;
   };
   const double low = bend(587.6), high = bend(500.0); // more for shorter waves
   const float distance = 1000.0f;                     // the beam is 1 mm, the window centimetres
-  const V3f exit_point(0.0f, 0.0f, -0.01f - t);
+  const V3f exit_point(0.0f, 0.0f, thin - t);
   const auto on_screen = [&](double angle) {
     return static_cast<float>(-std::tan(angle) * static_cast<double>(distance));
   };
