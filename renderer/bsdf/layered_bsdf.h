@@ -38,7 +38,7 @@ class LayeredBsdf {
   // How much light goes straight on along -wo through a smooth thin-walled surface, each in [0, 1]. It is in neither of
   // eval(), sample() and albedo(): the caller lets paths and shadow rays through.
   [[nodiscard]] Rgb straight_transmittance() const { return straight_transmittance_; }
-  // How much of what the surface emits gets through the clear coat, in [0, 1] (KHR_materials_clearcoat: "emission is below the coat").
+  // How much gets through the clear coat towards wo, in [0, 1]: what is below is scaled by it.
   [[nodiscard]] float coat_transmittance() const { return coat_transmittance_; }
 
  private:
