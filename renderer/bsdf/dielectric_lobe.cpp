@@ -41,7 +41,7 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
     film_base_f0_ = fresnel_(dielectric_f0(eta_));
   }
 
-  const bool smooth_facets = std::max(alpha_x_, alpha_y_) < kSmoothAlpha;
+  const bool smooth_facets = std::max(alpha_x_, alpha_y_) <= kSmoothAlpha;
   if (thin_walled_) {
     transmits_ = !smooth_facets;
     const float smallest = transmits_ ? kSmoothAlpha : kMinAlpha;

@@ -32,10 +32,10 @@ struct DielectricParameters {
 //   volume       microfacets that refract (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"), GGX, Smith
 //                correlated in height. Single scattering is scaled to a total of 1 (Turquin 2019, "Practical multiple scattering
 //                compensation for microfacet models"; tables in dielectric_albedo.h), so the lobe is reciprocal but for that factor.
-//                With alpha below kStraightRoughness^2, or an index within 1 % of the outside's: perfect reflection and refraction, deltas.
+//                With alpha up to kStraightRoughness^2, or an index within 1 % of the outside's: perfect reflection and refraction, deltas.
 //   thin wall    the reflection, and its mirror image below the surface for the transmission (KHR_materials_transmission,
 //                "Transmission BTDF", with the correlated form of Smith's term); scaled likewise. The extension's one factor of 1 - F stands for both
-//                interfaces of the wall. With alpha below kStraightRoughness^2 light passes straight on: straight_transmittance().
+//                interfaces of the wall. With alpha up to kStraightRoughness^2 light passes straight on: straight_transmittance().
 //
 // Radiance is not scaled by eta^2 on refraction (as Cycles and the glTF viewers do it, unlike pbrt): albedos are at most 1 on either side
 // and a white furnace stays white. From air to air the factors cancel. Reciprocity of the refraction then is

@@ -31,7 +31,7 @@ struct LayerParameters {
   Rgb diffuse_transmission_color{1.0f};
 };
 
-// A thin-walled surface smoother than this lets light pass in a straight line: LayeredBsdf::straight_transmittance().
+// A thin-walled surface of at most this roughness lets light pass in a straight line: LayeredBsdf::straight_transmittance().
 // A lobe of roughness 0.03 is 0.05 degrees wide, a tenth of the sun.
 inline constexpr float kStraightRoughness = 0.03f;
 

@@ -157,6 +157,23 @@ TEST(LayeredBsdf, CoatReflectsFourPercentAndDimsTheRest) {
   EXPECT_GT(LayeredBsdf(black, layers, n).eval(view(0.5f, 0.2f)).value.x, 0.0f);
 }
 
+// What lets light straight on and what blurs it meet at one roughness, which belongs to the first.
+TEST(LayeredBsdf, ThinWallsAreStraightUpToTheStatedRoughness) {
+  BsdfParameters p;
+  p.base_color = Rgb(1.0f);
+  p.metallic = 0.0f;
+  LayerParameters layers;
+  layers.transmission = 1.0f;
+  const V3f wo = view(0.8f, 0.3f);
+  for (const float roughness : {0.0f, kStraightRoughness, std::nextafter(kStraightRoughness, 1.0f), 0.1f}) {
+    p.roughness = roughness;
+    const LayeredBsdf bsdf(p, layers, wo);
+    const bool straight = roughness <= kStraightRoughness;
+    EXPECT_EQ(bsdf.straight_transmittance().x > 0.9f, straight) << roughness;
+    EXPECT_EQ(bsdf.eval(-wo).pdf > 0.0f, !straight) << roughness;
+  }
+}
+
 // KHR_materials_diffuse_transmission: without reflection it is Lambert on both sides, exactly.
 TEST(LayeredBsdf, DiffuseTransmissionIsLambertBelow) {
   BsdfParameters p;
