@@ -58,6 +58,10 @@ struct HitFilter {
   const void* context = nullptr; // must outlive the accelerator
 };
 
+// Motion over the shutter is given by keys: state k of n is the one at time k / (n - 1), and between two keys coordinates, or the
+// entries of a matrix, are interpolated linearly. Who wants a rotation to look round gives enough keys.
+inline constexpr size_t kMostMotionKeys = 129;
+
 // One indexed triangle mesh in its own space. Arrays are borrowed and must outlive the accelerator; at least 16 bytes
 // after the last position must be readable (Embree loads positions as quadwords).
 // Triangles with a non-finite vertex (or a coordinate beyond 1.8e18) or no area are never hit. Where coordinates exceed about 5e12,
@@ -66,6 +70,9 @@ struct TriangleMesh {
   std::span<const Imath::V3f> positions;
   std::span<const uint32_t> indices; // three per triangle, each < positions.size()
   bool opaque = true;                // false: the hit filter is asked
+  // Deformation: `positions` are those of key 0, these are the ones of the later keys, each as many and padded likewise; empty: still.
+  // At a time at which a vertex is not finite or the triangle has no area it is not hit.
+  std::span<const std::span<const Imath::V3f>> later_positions;
 
   [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
 };
@@ -81,13 +88,16 @@ struct MeshGroup {
 // An exact identity costs nothing: its triangles are traced in world space without a second level.
 struct Instance {
   uint32_t group = 0;
-  Imath::M44f object_to_world;
+  Imath::M44f object_to_world; // of a moving one: at key 0
+  uint32_t motion = kNoId;     // index into BuildInput::motions; kNoId: still
 };
 
 struct BuildInput {
   std::span<const TriangleMesh> meshes;
   std::span<const MeshGroup> groups;
   std::span<const Instance> instances;
+  // Matrices of moving instances by key, 2 to kMostMotionKeys. Where the interpolated one is not invertible nothing is hit.
+  std::span<const std::span<const Imath::M44f>> motions;
   HitFilter filter; // may be null if all meshes are opaque
 };
 

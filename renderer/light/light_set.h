@@ -78,9 +78,9 @@ struct LightQuery {
   V3f normal; // unit, on the side that is lit: light from below its horizon is offered rarely; zero: light from all around is wanted
   V2f u; // in [0, 1)^2: x chooses, and what is left of it is the first coordinate on the light, y the second
   float digits = 0.0f; // in [0, 1): goes on where the 24 bits of u.x end
-  const LightShares* learned =
-      nullptr; // how the kinds of light share the samples here, in place of the estimate. All densities
-               // take it, too
+  // How the kinds of light share the samples here, in place of the estimate. All densities take it, too.
+  const LightShares* learned = nullptr;
+  float time = 0.0f; // in [0, 1] over the shutter: where moving lights are
 };
 
 // Immutable, thread-safe, without allocation after construction. Triangles, point and spot lights are chosen by a

@@ -9,9 +9,20 @@
 
 namespace kindling {
 
+// When light is let in: times of the animations. close_s == open_s freezes the scene.
+struct Shutter {
+  double open_s = 0.0;
+  double close_s = 0.0; // >= open_s
+};
+
+// A posed scene with a shutter has its things at several keys, the first of them at the opening, the last at the closing and all
+// equally far apart in time; between two the entries of matrices and vertices are interpolated linearly, as the accelerators do
+// (accel/accelerator.h). Each thing has as many keys as its own motion needs; the members called later_* hold those after the
+// first and are empty for what stands still.
 struct PoseOptions {
-  int scene = kNone;            // index into Scene::scenes; kNone: the default scene, else the first
-  std::optional<double> time_s; // unset: the rest pose; set: all animations are applied at that time
+  int scene = kNone;              // index into Scene::scenes; kNone: the default scene, else the first
+  std::optional<double> time_s;   // unset: the rest pose; set: all animations are applied at that time
+  std::optional<Shutter> shutter; // set: in place of time_s, with motion in between
 };
 
 // A mesh in the world. Skinned or morphed meshes carry their own deformed vertices; the others share the Scene's.
@@ -27,18 +38,23 @@ struct PosedMesh {
     std::vector<V4f> tangents;
   };
   std::vector<Deformed> deformed;
+  // What deforms over the shutter has its vertices in world space, mesh_to_world is the identity, and later_transforms are empty.
+  std::vector<M44f> later_transforms;
+  std::vector<std::vector<Deformed>> later_deformed; // by key, then by primitive
 };
 
 struct PosedCamera {
   int node = kNone;
   int camera = kNone;
-  M44f camera_to_world; // rigid: scale removed
+  M44f camera_to_world;               // rigid: scale removed
+  std::vector<M44f> later_transforms; // likewise
 };
 
 struct PosedLight {
   int node = kNone;
   int light = kNone;
-  M44f light_to_world; // rigid: scale removed
+  M44f light_to_world;                // rigid: scale removed
+  std::vector<M44f> later_transforms; // likewise
 };
 
 struct PosedScene {
