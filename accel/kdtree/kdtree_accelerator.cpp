@@ -8,6 +8,7 @@
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/traversal_cost.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <tbb/parallel_for.h>
@@ -25,11 +26,12 @@ using kd::Tree;
 class KdTreeAccelerator final : public Accelerator {
  public:
   KdTreeAccelerator(const BuildInput& input, const BuildOptions& options)
-      : config_(kd::config_for(options.quality)), queries_(kd::queries_for(options.simd)) {
+      : config_(kd::config_for(options.quality)), queries_(&kd::queries_for(options.simd, false)) {
     structure_.filter = input.filter;
     const auto start = std::chrono::steady_clock::now();
     cancelled_ = !build(input, options);
     if (cancelled_) return;
+    if (!structure_.moving.empty()) queries_ = &kd::queries_for(options.simd, true);
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -38,19 +40,19 @@ class KdTreeAccelerator final : public Accelerator {
 
   [[nodiscard]] bool cancelled() const { return cancelled_; }
 
-  [[nodiscard]] Hit intersect(const Ray& ray) const override { return queries_.intersect(structure_, ray); }
-  [[nodiscard]] bool occluded(const Ray& ray) const override { return queries_.occluded(structure_, ray); }
+  [[nodiscard]] Hit intersect(const Ray& ray) const override { return queries_->intersect(structure_, ray); }
+  [[nodiscard]] bool occluded(const Ray& ray) const override { return queries_->occluded(structure_, ray); }
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
-    queries_.intersect_stream(structure_, rays, hits);
+    queries_->intersect_stream(structure_, rays, hits);
   }
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
-    queries_.occluded_stream(structure_, rays, blocked);
+    queries_->occluded_stream(structure_, rays, blocked);
   }
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
-    queries_.intersect_coherent(structure_, rays, hits);
+    queries_->intersect_coherent(structure_, rays, hits);
   }
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
-    queries_.occluded_coherent(structure_, rays, blocked);
+    queries_->occluded_coherent(structure_, rays, blocked);
   }
   [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
     return kd::traversal_cost(structure_, ray, any_hit);
@@ -63,9 +65,15 @@ class KdTreeAccelerator final : public Accelerator {
   bool build(const BuildInput& input, const BuildOptions& options) {
     std::vector<kd::Geometry> still;
     std::vector<uint8_t> group_moves(input.groups.size(), 0);
-    std::vector<uint32_t> moved;
+    std::vector<uint32_t> moved, moving;
     for (size_t i = 0; i < input.instances.size(); ++i) {
       const Instance& instance = input.instances[i];
+      if (instance.motion != kNoId) {
+        if (!is_finite(input.motions[instance.motion])) continue;
+        group_moves[instance.group] = 1;
+        moving.push_back(static_cast<uint32_t>(i));
+        continue;
+      }
       RayToObject inverse;
       if (!inverse.set_inverse_of(instance.object_to_world)) continue;
       if (is_identity(instance.object_to_world)) {
@@ -100,6 +108,7 @@ class KdTreeAccelerator final : public Accelerator {
     if (monitor.cancelled()) return false;
 
     place_moved(input, moved);
+    place_moving(input, moving);
     return true;
   }
 
@@ -133,10 +142,34 @@ class KdTreeAccelerator final : public Accelerator {
     structure_.instance_level = kd::InstanceLevel(boxes);
   }
 
+  void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving) {
+    std::vector<Imath::Box3f> boxes;
+    if (!moving.empty())
+      for (const std::span<const Imath::M44f> keys : input.motions)
+        structure_.motions.emplace_back(keys.begin(), keys.end());
+    for (const uint32_t i : moving) {
+      const Instance& instance = input.instances[i];
+      const Tree& tree = structure_.group_trees[instance.group];
+      if (tree.root == kd::kEmptyChild) continue;
+      kd::MovingInstance placed;
+      placed.keys = structure_.motions[instance.motion];
+      placed.tree = &tree;
+      placed.instance = i;
+      structure_.moving.push_back(placed);
+      boxes.push_back(transform_bounds(placed.keys, tree.bounds));
+      bounds_.extendBy(boxes.back());
+    }
+    structure_.moving_level = kd::InstanceLevel(boxes);
+  }
+
   void count() {
     Statistics& s = statistics_;
     s.node_count = structure_.instance_level.node_count();
     s.memory_bytes = structure_.instance_level.memory_bytes() + structure_.moved.capacity() * sizeof(kd::MovedInstance);
+    s.node_count += structure_.moving_level.node_count();
+    s.memory_bytes +=
+        structure_.moving_level.memory_bytes() + structure_.moving.capacity() * sizeof(kd::MovingInstance);
+    for (const auto& keys : structure_.motions) s.memory_bytes += sizeof(keys) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();
       s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // number 0 is not used
@@ -148,10 +181,11 @@ class KdTreeAccelerator final : public Accelerator {
     for (const Tree& tree : structure_.group_trees) add(tree);
     s.triangle_count = structure_.world_tree.triangle_count;
     for (const kd::MovedInstance& moved : structure_.moved) s.triangle_count += moved.tree->triangle_count;
+    for (const kd::MovingInstance& moving : structure_.moving) s.triangle_count += moving.tree->triangle_count;
   }
 
   kd::Config config_;
-  const kd::Queries& queries_;
+  const kd::Queries* queries_;
   bool cancelled_ = false;
   kd::Structure structure_;
   Imath::Box3f bounds_;

@@ -8,6 +8,7 @@
 #include "accel/kdtree/node.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
@@ -18,12 +19,25 @@ struct MovedInstance {
   uint32_t instance = 0;
 };
 
+// What a ray meets at its time.
+struct MovingInstance {
+  std::span<const Imath::M44f> keys; // of its matrix; none: it stands where to_object says
+  RayToObject to_object;
+  bool in_place = false; // the identity, to_object is not set
+  const Tree* tree = nullptr;
+  uint32_t instance = 0;
+};
+
 struct Structure {
   HitFilter filter;
   Tree world_tree;               // instances with identity transform, in world space
-  std::vector<Tree> group_trees; // by group; empty where no moved instance uses it
+  std::vector<Tree> group_trees; // by group; empty where no moved or moving instance uses it
   std::vector<MovedInstance> moved;
   InstanceLevel instance_level; // over moved
+
+  std::vector<std::vector<Imath::M44f>> motions; // keys, as BuildInput has them
+  std::vector<MovingInstance> moving;
+  InstanceLevel moving_level; // over moving, for the whole shutter
 };
 
 } // namespace kindling::accel::kd

@@ -4,6 +4,7 @@
 #include "accel/kdtree/candidate.h"
 #include "accel/kdtree/node.h"
 #include "accel/kdtree/tables.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>
@@ -154,28 +155,27 @@ class TreeWalk {
   TreeHit best_;
 };
 
-// Through the instances whose boxes the ray enters, as kernels/instances.h does.
-void walk_instances(const Structure& s, const Ray& world, bool any_hit, float t_min, float t_far, TraversalCost& cost) {
+// Through the instances whose boxes the ray enters, as kernels/instances.h does: visit(number of the box) may narrow t_far and end
+// the walk by true.
+template <class Visit>
+bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, const float& t_far, TraversalCost& cost,
+                    const Visit& visit) {
   struct Entry {
     float enter;
     uint32_t child;
   };
-  if (s.instance_level.empty()) return;
+  if (level.empty()) return false;
   std::vector<Entry> stack{{t_min, 0}};
   while (!stack.empty()) {
     const Entry entry = stack.back();
     stack.pop_back();
     if (!(entry.enter <= t_far * kWiden)) continue;
     if ((entry.child & InstanceLevel::kBoxBit) != 0) {
-      const MovedInstance& moved = s.moved[entry.child & ~InstanceLevel::kBoxBit];
-      const Ray ray = moved.to_object(world);
-      if (!can_hit(ray)) continue;
-      const CandidateFilter filter{s.filter, world, *moved.tree, moved.instance};
-      if (TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far)) return;
+      if (visit(entry.child & ~InstanceLevel::kBoxBit)) return true;
       continue;
     }
     ++cost.nodes;
-    const InstanceLevel::Node& node = s.instance_level.node(entry.child);
+    const InstanceLevel::Node& node = level.node(entry.child);
     const auto base = static_cast<ptrdiff_t>(stack.size());
     for (size_t lane = 0; lane < node.child.size(); ++lane) {
       Interval interval{t_min, t_far};
@@ -188,6 +188,7 @@ void walk_instances(const Structure& s, const Ray& world, bool any_hit, float t_
       stack.insert(place, {interval.enter, node.child[lane]});
     }
   }
+  return false;
 }
 
 } // namespace
@@ -198,8 +199,22 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
   const float t_min = std::max(ray.t_min, 0.0f);
   float t_far = ray.t_max;
   const CandidateFilter filter{structure.filter, ray, structure.world_tree, kNoId};
-  if (!TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far))
-    walk_instances(structure, ray, any_hit, t_min, t_far, cost);
+  if (TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far)) return cost;
+  const auto visit = [&](const Tree& tree, uint32_t instance, const Ray& in_tree) {
+    return can_hit(in_tree) &&
+           TreeWalk(in_tree, {structure.filter, ray, tree, instance}, any_hit, cost).run(t_min, t_far);
+  };
+  if (walk_instances(structure.instance_level, ray, t_min, t_far, cost, [&](uint32_t i) {
+        const MovedInstance& moved = structure.moved[i];
+        return visit(*moved.tree, moved.instance, moved.to_object(ray));
+      }))
+    return cost;
+  walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
+    const MovingInstance& moving = structure.moving[i];
+    RayToObject to_object = moving.to_object;
+    if (!moving.keys.empty() && !to_object.set_inverse_of(matrix_at(moving.keys, ray.time))) return false;
+    return visit(*moving.tree, moving.instance, moving.in_place ? ray : to_object(ray));
+  });
   return cost;
 }
 

@@ -11,6 +11,7 @@
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/tables.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>
