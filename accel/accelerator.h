@@ -71,7 +71,7 @@ struct TriangleMesh {
   std::span<const uint32_t> indices; // three per triangle, each < positions.size()
   bool opaque = true;                // false: the hit filter is asked
   // Deformation: `positions` are those of key 0, these are the ones of the later keys, each as many and padded likewise; empty: still.
-  // At a time at which a vertex is not finite or the triangle has no area it is not hit.
+  // A triangle with a vertex that is not finite (see above) at any key is never hit; where it has no area at a time, it is not hit then.
   std::span<const std::span<const Imath::V3f>> later_positions;
 
   [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
@@ -96,7 +96,8 @@ struct BuildInput {
   std::span<const TriangleMesh> meshes;
   std::span<const MeshGroup> groups;
   std::span<const Instance> instances;
-  // Matrices of moving instances by key, 2 to kMostMotionKeys. Where the interpolated one is not invertible nothing is hit.
+  // Matrices of moving instances by key, 2 to kMostMotionKeys. Where the interpolated one is not invertible nothing is hit; if a key
+  // is not finite, nothing of the instance is ever hit.
   std::span<const std::span<const Imath::M44f>> motions;
   HitFilter filter; // may be null if all meshes are opaque
 };

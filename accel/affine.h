@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <span>
 
 namespace kindling::accel {
 
@@ -96,6 +97,32 @@ class RayToObject {
     out.extendBy(q);
   }
   const float margin = 8.0f * std::numeric_limits<float>::epsilon() * largest;
+  out.min -= Imath::V3f(margin);
+  out.max += Imath::V3f(margin);
+  return out;
+}
+
+// Bounds of a box that moves with a matrix interpolated between keys: at any time, a few rounding errors larger than exact. Points move
+// along straight lines between keys, so that the bounds at the keys hold all. The keys are finite.
+[[nodiscard]] inline Imath::Box3f transform_bounds(std::span<const Imath::M44f> keys, const Imath::Box3f& box) {
+  Imath::Box3f out;
+  if (box.isEmpty()) return out;
+  double largest = 0.0; // of the sums of magnitudes: terms may cancel, their rounding errors do not
+  for (const Imath::M44f& m : keys)
+    for (int k = 0; k < 3; ++k) {
+      double low = m[3][k], high = m[3][k], magnitude = std::fabs(m[3][k]);
+      for (int row = 0; row < 3; ++row) {
+        const double a = static_cast<double>(m[row][k]) * box.min[row],
+                     b = static_cast<double>(m[row][k]) * box.max[row];
+        low += std::min(a, b);
+        high += std::max(a, b);
+        magnitude += std::max(std::fabs(a), std::fabs(b));
+      }
+      out.min[k] = std::min(out.min[k], static_cast<float>(low));
+      out.max[k] = std::max(out.max[k], static_cast<float>(high));
+      largest = std::max(largest, magnitude);
+    }
+  const auto margin = static_cast<float>(16.0 * std::numeric_limits<float>::epsilon() * largest);
   out.min -= Imath::V3f(margin);
   out.max += Imath::V3f(margin);
   return out;

@@ -2,19 +2,21 @@
 #include "accel/brute_force.h"
 
 #include "accel/affine.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace kindling::accel {
 namespace {
 
 struct CheckedMesh {
   std::vector<uint32_t> triangles; // those that can be hit
-  Imath::Box3f bounds;             // of them
+  Imath::Box3f bounds;             // of them, at all times
 };
 
 struct PlacedGroup {
@@ -22,6 +24,7 @@ struct PlacedGroup {
   MeshGroup group;
   bool identity = true;
   RayToObject to_object;
+  std::vector<Imath::M44f> keys; // of a moving one
 };
 
 // Conservative: the margin exceeds the rounding errors of the triangle test, which sees vertices relative to the origin.
@@ -57,18 +60,31 @@ class BruteForce final : public Accelerator {
     }
     for (size_t i = 0; i < input.instances.size(); ++i) {
       const Instance& instance = input.instances[i];
-      PlacedGroup placed{
-          static_cast<uint32_t>(i), input.groups[instance.group], is_identity(instance.object_to_world), {}};
-      if (!placed.to_object.set_inverse_of(instance.object_to_world)) continue;
-      placed_.push_back(placed);
+      const bool moves = instance.motion != kNoId;
+      PlacedGroup placed{static_cast<uint32_t>(i),
+                         input.groups[instance.group],
+                         !moves && is_identity(instance.object_to_world),
+                         {},
+                         {}};
+      if (moves) {
+        const std::span<const Imath::M44f> keys = input.motions[instance.motion];
+        if (!is_finite(keys)) continue;
+        placed.keys.assign(keys.begin(), keys.end());
+      } else if (!placed.to_object.set_inverse_of(instance.object_to_world)) {
+        continue;
+      }
       for (uint32_t m = 0; m < placed.group.mesh_count; ++m) {
         const CheckedMesh& mesh = checked_[placed.group.first_mesh + m];
         statistics_.triangle_count += mesh.triangles.size();
-        bounds_.extendBy(placed.identity ? mesh.bounds : transform_bounds(instance.object_to_world, mesh.bounds));
+        bounds_.extendBy(moves             ? transform_bounds(placed.keys, mesh.bounds)
+                         : placed.identity ? mesh.bounds
+                                           : transform_bounds(instance.object_to_world, mesh.bounds));
       }
+      placed_.push_back(std::move(placed));
     }
     statistics_.instance_count = input.instances.size();
     statistics_.memory_bytes = placed_.capacity() * sizeof(PlacedGroup) + checked_.capacity() * sizeof(CheckedMesh);
+    for (const PlacedGroup& placed : placed_) statistics_.memory_bytes += placed.keys.capacity() * sizeof(Imath::M44f);
     for (const CheckedMesh& mesh : checked_) statistics_.memory_bytes += mesh.triangles.capacity() * sizeof(uint32_t);
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -89,12 +105,21 @@ class BruteForce final : public Accelerator {
     const TriangleMesh& mesh = meshes_[m];
     CheckedMesh& checked = checked_[m];
     for (size_t i = 0; i < mesh.triangle_count(); ++i) {
-      const Imath::V3f& p0 = mesh.positions[mesh.indices[3 * i]];
-      const Imath::V3f& p1 = mesh.positions[mesh.indices[3 * i + 1]];
-      const Imath::V3f& p2 = mesh.positions[mesh.indices[3 * i + 2]];
-      if (!can_be_hit(p0, p1, p2)) continue;
+      const uint32_t* corner = &mesh.indices[3 * i];
+      Imath::Box3f bounds;
+      bool finite = true;
+      for (uint32_t key = 0; key < key_count(mesh); ++key)
+        for (int k = 0; k < 3; ++k) {
+          const Imath::V3f& p = positions_at_key(mesh, key)[corner[k]];
+          finite = finite && is_finite(p);
+          bounds.extendBy(p);
+        }
+      if (!finite) continue;
+      if (!deforms(mesh) &&
+          !can_be_hit(mesh.positions[corner[0]], mesh.positions[corner[1]], mesh.positions[corner[2]]))
+        continue;
       checked.triangles.push_back(static_cast<uint32_t>(i));
-      for (const Imath::V3f* p : {&p0, &p1, &p2}) checked.bounds.extendBy(*p);
+      checked.bounds.extendBy(bounds);
     }
   }
 
@@ -105,17 +130,20 @@ class BruteForce final : public Accelerator {
     const float t_min = std::max(world.t_min, 0.0f);
     float t_max = world.t_max;
     for (const PlacedGroup& placed : placed_) {
-      const Ray ray = placed.identity ? world : placed.to_object(world);
+      RayToObject to_object = placed.to_object;
+      if (!placed.keys.empty() && !to_object.set_inverse_of(matrix_at(placed.keys, world.time))) continue;
+      const Ray ray = placed.identity ? world : to_object(world);
       if (!can_hit(ray)) continue;
       const RayShear shear(ray.origin, ray.direction);
       for (uint32_t m = placed.group.first_mesh; m < placed.group.first_mesh + placed.group.mesh_count; ++m) {
         if (checked_[m].triangles.empty() || !may_hit(checked_[m].bounds, ray, t_max)) continue;
         const TriangleMesh& mesh = meshes_[m];
+        const PositionsAt positions(mesh, world.time);
         for (const uint32_t triangle : checked_[m].triangles) {
           Hit hit;
           const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(triangle)];
-          if (!intersect_triangle(shear, mesh.positions[corner[0]], mesh.positions[corner[1]],
-                                  mesh.positions[corner[2]], t_min, t_max, hit.t, hit.u, hit.v))
+          if (!intersect_triangle(shear, positions[corner[0]], positions[corner[1]], positions[corner[2]], t_min, t_max,
+                                  hit.t, hit.u, hit.v))
             continue;
           if (best.is_hit() && hit.t == best.t) continue; // met first: the smaller ids
           hit.instance = placed.instance;

@@ -2,6 +2,7 @@
 #include "accel/rounding.h"
 
 #include "accel/affine.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>
@@ -35,6 +36,16 @@ EdgeFunction edge_function(const ShearedVertex& c, const ShearedVertex& b) {
             std::fabs(b.x) * c.y_error + c.x_error * b.y_error + c.y_error * b.x_error;
   e.rounding = kUnit * (std::fabs(first) + std::fabs(second) + std::fabs(e.value) + 2.0 * e.moved) + kFlushed;
   return e;
+}
+
+// Largest coordinate of a triangle's vertices at any key.
+double largest_at_keys(const TriangleMesh& mesh, const uint32_t* corner) {
+  double largest = 0.0;
+  for (uint32_t key = 0; key < key_count(mesh); ++key)
+    for (int k = 0; k < 3; ++k)
+      for (int axis = 0; axis < 3; ++axis)
+        largest = std::max<double>(largest, std::fabs(positions_at_key(mesh, key)[corner[k]][axis]));
+  return largest;
 }
 
 } // namespace
@@ -106,15 +117,19 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
 TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
   const TriangleMesh& mesh = input.meshes[hit.mesh];
   const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(hit.triangle)];
-  const Imath::V3f &p0 = mesh.positions[corner[0]], &p1 = mesh.positions[corner[1]], &p2 = mesh.positions[corner[2]];
-  const Imath::M44f& m = input.instances[hit.instance].object_to_world;
+  const PositionsAt positions(mesh, ray.time);
+  const Imath::V3f p0 = positions[corner[0]], p1 = positions[corner[1]], p2 = positions[corner[2]];
+  // How far vertices are interpolated in another way: counted as the ray's.
+  double origin = 0.0, direction = 0.0;
+  if (arithmetic == Arithmetic::any && deforms(mesh)) origin = largest_at_keys(mesh, corner);
+  const Imath::M44f m = matrix_at(input, input.instances[hit.instance], ray.time);
   RayToObject to_object;
-  if (is_identity(m) || !to_object.set_inverse_of(m)) return judge_triangle(ray.origin, ray.direction, p0, p1, p2);
+  if (is_identity(m) || !to_object.set_inverse_of(m))
+    return judge_triangle(ray.origin, ray.direction, p0, p1, p2, 8.0 * kUnit * origin);
 
   const Ray moved = to_object(ray);
   if (arithmetic == Arithmetic::same) return judge_triangle(moved.origin, moved.direction, p0, p1, p2);
   // Sums of the magnitudes of what is added up, by sending them through the transform one component at a time.
-  double origin = 0.0, direction = 0.0;
   Ray probe;
   probe.origin = Imath::V3f(0.0f);
   probe.direction = {1, 0, 0};

@@ -60,11 +60,14 @@ struct RayShear {
 // Coordinates beyond this count as not finite: their products would overflow. The same bound as Embree's.
 inline constexpr float kLargestCoordinate = 1.844e18f;
 
+[[nodiscard]] inline bool is_finite(const Imath::V3f& p) {
+  return std::fabs(p.x) <= kLargestCoordinate && std::fabs(p.y) <= kLargestCoordinate &&
+         std::fabs(p.z) <= kLargestCoordinate;
+}
+
 // False for triangles that are never hit: a vertex not finite, or no area (exact for coordinates of similar size).
 [[nodiscard]] inline bool can_be_hit(const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2) {
-  for (const Imath::V3f* p : {&p0, &p1, &p2})
-    for (int k = 0; k < 3; ++k)
-      if (!(std::fabs((*p)[k]) <= kLargestCoordinate)) return false;
+  if (!is_finite(p0) || !is_finite(p1) || !is_finite(p2)) return false;
   const Imath::V3d a = Imath::V3d(p1) - Imath::V3d(p0), b = Imath::V3d(p2) - Imath::V3d(p0);
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }

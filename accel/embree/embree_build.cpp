@@ -2,10 +2,12 @@
 #include "accel/embree/embree_build.h"
 
 #include "accel/affine.h"
+#include "accel/motion.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <new>
 
@@ -57,6 +59,41 @@ struct SceneProgress {
   }
 };
 
+double determinant(const Imath::M44f& matrix) {
+  const Imath::M44d m(matrix);
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+// Embree takes no ray whose object space is not finite, which is what a matrix makes of it that is singular at the ray's time.
+// So keys that are singular, or between which the determinant comes near zero, are all offset by one small matrix in general
+// position: then none is singular but for a chance of rounding, and what is all but flat at some time is still that.
+std::vector<Imath::M44f> keys_for_embree(std::span<const Imath::M44f> keys) {
+  std::vector<Imath::M44f> out(keys.begin(), keys.end());
+  bool regular = true;
+  double largest = 0.0;
+  const double first = determinant(keys[0]);
+  for (size_t key = 0; key < keys.size(); ++key) {
+    RayToObject inverse;
+    regular = regular && inverse.set_inverse_of(keys[key]);
+    constexpr int kSteps = 16; // the determinant is a cubic polynomial between keys
+    for (int step = 0; step < kSteps && key + 1 < keys.size(); ++step) {
+      const double at = determinant(between(keys[key], keys[key + 1], static_cast<float>(step) / kSteps)) / first;
+      regular = regular && at > 0.01;
+    }
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column) largest = std::max<double>(largest, std::fabs(keys[key][row][column]));
+  }
+  if (regular) return out;
+  constexpr double kOffset[3][3] = {{0.36, 0.48, -0.8}, {-0.8, 0.6, 0.05}, {0.48, 0.64, 0.6}};
+  constexpr double kShare = 1e-6; // of the largest entry
+  for (Imath::M44f& m : out)
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        m[row][column] += static_cast<float>(kShare * std::max(largest, 1e-6) * kOffset[row][column]);
+  return out;
+}
+
 bool count_memory(void* user, ssize_t bytes, bool) {
   static_cast<std::atomic<int64_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
   return true;
@@ -106,10 +143,13 @@ class Builder {
     for (size_t i = 0; i < input_.instances.size(); ++i) {
       const Instance& instance = input_.instances[i];
       const size_t triangles = group_triangles(instance.group);
+      const bool moves = instance.motion != kNoId;
       RayToObject inverse;
-      if (triangles == 0 || !inverse.set_inverse_of(instance.object_to_world)) continue;
+      if (triangles == 0) continue;
+      if (moves ? !is_finite(input_.motions[instance.motion]) : !inverse.set_inverse_of(instance.object_to_world))
+        continue;
       out_.triangle_count += triangles;
-      if (is_identity(instance.object_to_world)) {
+      if (!moves && is_identity(instance.object_to_world)) {
         top_triangles_ += triangles;
         still_.push_back(static_cast<uint32_t>(i));
       } else {
@@ -138,8 +178,11 @@ class Builder {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0) continue;
       Geometry geometry(rtcNewGeometry(out_.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-      rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
-                                 sizeof(Imath::V3f), mesh.positions.size());
+      // Steps at equal times over [0, 1], Embree's default range, between which it interpolates linearly.
+      rtcSetGeometryTimeStepCount(geometry.get(), key_count(mesh));
+      for (uint32_t key = 0; key < key_count(mesh); ++key)
+        rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3,
+                                   positions_at_key(mesh, key).data(), 0, sizeof(Imath::V3f), mesh.positions.size());
       rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                                  3 * sizeof(uint32_t), mesh.triangle_count());
       // A scene of low quality is one tree per mesh under a top tree; only this makes the lower ones cheap too.
@@ -198,9 +241,14 @@ class Builder {
       const Instance& instance = input_.instances[i];
       const Geometry geometry(rtcNewGeometry(out_.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
       rtcSetGeometryInstancedScene(geometry.get(), out_.groups[instance.group].get());
-      rtcSetGeometryTimeStepCount(geometry.get(), 1);
-      // Row vectors by rows are column vectors by columns.
-      rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.object_to_world[0][0]);
+      const std::vector<Imath::M44f> keys = instance.motion == kNoId
+                                                ? std::vector<Imath::M44f>{instance.object_to_world}
+                                                : keys_for_embree(input_.motions[instance.motion]);
+      rtcSetGeometryTimeStepCount(geometry.get(), static_cast<unsigned>(keys.size()));
+      // Row vectors by rows are column vectors by columns; the fourth row is not read. Interpolated by entries.
+      for (size_t key = 0; key < keys.size(); ++key)
+        rtcSetGeometryTransform(geometry.get(), static_cast<unsigned>(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                                &keys[key][0][0]);
       rtcCommitGeometry(geometry.get());
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(out_.top_geometries.size()));
       out_.top_geometries.push_back({i, input_.groups[instance.group].first_mesh});

@@ -23,6 +23,7 @@ struct Mesh {
   std::vector<V3f> positions;
   std::vector<uint32_t> indices;
   bool opaque = true;
+  std::vector<std::vector<V3f>> later; // positions at the later keys, if it deforms
 
   uint32_t add(const V3f& p) {
     positions.push_back(p);
@@ -45,17 +46,25 @@ class TestScene {
   explicit TestScene(Mesh mesh) { add_instance(add_group({std::move(mesh)}), M44f()); }
 
   uint32_t add_group(std::vector<Mesh> meshes);
-  void add_instance(uint32_t group, const M44f& object_to_world) { instances_.push_back({group, object_to_world}); }
+  void add_instance(uint32_t group, const M44f& object_to_world) {
+    instances_.push_back({group, object_to_world, kNoId});
+  }
+  void add_instance(uint32_t group, std::vector<M44f> keys); // moving
   void set_filter(HitFilter filter) { filter_ = filter; }
 
-  [[nodiscard]] BuildInput input() const { return {views_, groups_, instances_, filter_}; }
+  [[nodiscard]] BuildInput input() const { return {views_, groups_, instances_, motion_views_, filter_}; }
+  // What it is at one time: nothing moves. Triangles that are not finite at some key have no area.
+  [[nodiscard]] TestScene posed(float time) const;
   [[nodiscard]] const Mesh& mesh(uint32_t i) const { return meshes_[i]; }
   [[nodiscard]] const std::vector<Instance>& instances() const { return instances_; }
   [[nodiscard]] Box3f bounds() const; // in the world; of finite vertices
 
  private:
   std::deque<Mesh> meshes_; // with 16 bytes of padding in the positions' capacity
+  std::deque<std::vector<std::span<const V3f>>> later_views_;
   std::vector<TriangleMesh> views_;
+  std::deque<std::vector<M44f>> motions_;
+  std::vector<std::span<const M44f>> motion_views_;
   std::vector<MeshGroup> groups_;
   std::vector<Instance> instances_;
   HitFilter filter_;
