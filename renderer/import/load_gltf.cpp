@@ -45,7 +45,7 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_materials(document, scene, warnings);
   import_meshes(document, scene, warnings);
   progress(0.9);
-  import_cameras(document, scene);
+  import_cameras(document, scene, warnings);
   import_lights(document, scene);
   import_skins(document, scene, warnings);
   import_nodes(document, scene, warnings);

@@ -4,16 +4,11 @@
 
 #include "renderer/base/result.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/shutter.h"
 
 #include <vector>
 
 namespace kindling {
-
-// When light is let in: times of the animations. close_s == open_s freezes the scene.
-struct Shutter {
-  double open_s = 0.0;
-  double close_s = 0.0; // >= open_s
-};
 
 // A posed scene with a shutter has its things at several keys, the first of them at the opening, the last at the closing and all
 // equally far apart in time; between two the entries of matrices and vertices are interpolated linearly, as the accelerators do

@@ -4,6 +4,8 @@
 
 #include "renderer/base/math.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/camera_lens.h"
+#include "renderer/scene/shutter.h"
 #include "renderer/texture/texture_settings.h"
 
 #include <array>
@@ -238,6 +240,8 @@ struct SceneCamera {
   float ymag = 1.0f;                 // orthographic, half the height
   float znear = 0.0f;
   float zfar = std::numeric_limits<float>::infinity();
+  CameraLens lens;
+  std::optional<Shutter> shutter; // relative to the time of the picture
 };
 
 // KHR_lights_punctual, local -z is the axis.
