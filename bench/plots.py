@@ -43,38 +43,36 @@ def decades(values):
     return low, max(math.ceil(math.log10(max(values))), low + 1)
 
 
-def plot(title, x_label, y_label, groups, log_y):
-    """SVG of points over a logarithmic x. `groups`: (name, colour, dashed, [(x, y)])."""
+def plot(title, x_label, y_label, groups, log_y, log_x=True):
+    """SVG of points over a logarithmic x, or one of whole numbers. `groups`: (name, colour, dashed, [(x, y)])."""
     left, top, width, height = 64, 30, 460, 250
     points = [point for _, _, _, line in groups for point in line]
     if not points:
         return ""
-    low_x, high_x = decades([x for x, _ in points])
+    low_x, high_x = decades([x for x, _ in points]) if log_x else (min(x for x, _ in points), max(x for x, _ in points))
     if log_y:
         low_y, high_y = decades([y for _, y in points])
         ticks = [10.0 ** e for e in range(low_y, high_y + 1)]
     else:
-        largest = max(y for _, y in points)
-        step = 10 ** math.floor(math.log10(largest / 4))
-        step *= max(f for f in (1, 2, 5) if f * step * 4 <= largest)
-        low_y, high_y = 0, step * math.ceil(largest / step)
-        ticks = [i * step for i in range(round(high_y / step) + 1)]
-    to_y = math.log10 if log_y else float
+        ticks = even_ticks([y for _, y in points])
+        low_y, high_y = ticks[0], ticks[-1]
+    to_x, to_y = math.log10 if log_x else float, math.log10 if log_y else float
 
     def place(x, y):
-        return (left + width * (math.log10(x) - low_x) / (high_x - low_x),
+        return (left + width * (to_x(x) - low_x) / max(high_x - low_x, 1e-9),
                 top + height * (1 - (to_y(y) - low_y) / (high_y - low_y)))
 
     svg = [f'<svg viewBox="0 0 {left + width + 20} {top + height + 40}" role="img" aria-label="{html.escape(title)}">',
            f'<text x="{left}" y="18" class="title">{html.escape(title)}</text>']
+    first_x = 10 ** low_x if log_x else low_x
     for tick in ticks:
-        y = place(10 ** low_x, tick)[1]
+        y = place(first_x, tick)[1]
         svg.append(f'<line x1="{left}" x2="{left + width}" y1="{y:.1f}" y2="{y:.1f}" class="grid"/>'
                    f'<text x="{left - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>')
-    for e in range(low_x, high_x + 1):
-        x = place(10 ** e, ticks[-1])[0]
+    for x_tick in [10.0 ** e for e in range(low_x, high_x + 1)] if log_x else whole_ticks(low_x, high_x):
+        x = place(x_tick, ticks[-1])[0]
         svg.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{top}" y2="{top + height}" class="grid"/>'
-                   f'<text x="{x:.1f}" y="{top + height + 16}" text-anchor="middle">{short(10.0 ** e)}</text>')
+                   f'<text x="{x:.1f}" y="{top + height + 16}" text-anchor="middle">{short(x_tick)}</text>')
     svg.append(f'<text x="{left + width / 2}" y="{top + height + 34}" text-anchor="middle">{html.escape(x_label)}</text>'
                f'<text transform="translate(14 {top + height / 2}) rotate(-90)" text-anchor="middle">{html.escape(y_label)}</text>')
     for name, stroke, dashed, line in groups:
@@ -87,6 +85,21 @@ def plot(title, x_label, y_label, groups, log_y):
             svg.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{stroke}"><title>{html.escape(name)}: '
                        f'{grouped(point[0])} {html.escape(x_label)}, {point[1]:.4g}</title></circle>')
     return "\n".join(svg) + "\n</svg>\n"
+
+
+def even_ticks(values):
+    """Four to ten steps of 1, 2 or 5 times a power of ten, from 0 or below to all of the values."""
+    lowest, highest = min(min(values), 0.0), max(max(values), 0.0)
+    span = highest - lowest or 1.0
+    step = 10 ** math.floor(math.log10(span / 4))
+    step *= max(f for f in (1, 2, 5) if f * step * 4 <= span * 1.000001)
+    first = math.floor(lowest / step)
+    return [i * step for i in range(first, max(math.ceil(highest / step), first + 1) + 1)]
+
+
+def whole_ticks(low, high, most=16):
+    step = max(math.ceil((high - low) / most), 1)
+    return range(math.ceil(low), math.floor(high) + 1, step)
 
 
 def short(value):

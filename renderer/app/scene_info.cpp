@@ -68,6 +68,9 @@ std::set<int> textures_read(const Scene& scene) {
   std::set<int> read;
   for (const Material& material : scene.materials)
     for (const TextureSlot* slot : texture_slots(material)) read.insert(slot->texture);
+  for (const ProceduralGraph& graph : scene.procedurals)
+    for (const ProceduralNode& node : graph.nodes)
+      for (const ProceduralInput& input : node.inputs) read.insert(input.texture);
   return read;
 }
 

@@ -1,5 +1,6 @@
 // Cameras and KHR_lights_punctual.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/camera_extras.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/nodes.h"
 
@@ -12,7 +13,7 @@ namespace kindling::gltf {
 
 using nlohmann::json;
 
-void import_cameras(const Document& document, Scene& scene) {
+void import_cameras(const Document& document, Scene& scene, Warnings& warnings) {
   const auto f = [](double value) { return static_cast<float>(value); };
   for (size_t i = 0; i < document.core.cameras.size(); ++i) {
     const tinygltf::Camera& core = document.core.cameras[i];
@@ -46,6 +47,7 @@ void import_cameras(const Document& document, Scene& scene) {
       fail(fmt::format("{}/{}", pointer, core.type),
            fmt::format("zfar {} is not above znear {}", camera.zfar, camera.znear), "CAMERA_ZFAR_LEQUAL_ZNEAR");
     }
+    read_camera_extras(object, pointer, camera, warnings);
     scene.cameras.push_back(std::move(camera));
   }
 }

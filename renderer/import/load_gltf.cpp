@@ -9,6 +9,7 @@
 #include "renderer/import/meshes.h"
 #include "renderer/import/nodes.h"
 #include "renderer/import/photometric_lights.h"
+#include "renderer/import/procedurals.h"
 #include "renderer/import/textures.h"
 #include "renderer/import/variant_mappings.h"
 
@@ -43,9 +44,10 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_asset(document, scene);
   import_samplers(document, scene);
   import_materials(document, scene, warnings);
+  import_procedurals(document, scene, warnings);
   import_meshes(document, scene, warnings);
   progress(0.9);
-  import_cameras(document, scene);
+  import_cameras(document, scene, warnings);
   import_lights(document, scene);
   import_skins(document, scene, warnings);
   import_nodes(document, scene, warnings);

@@ -6,7 +6,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <limits>
+
 namespace kindling::gltf {
+namespace {
+
+constexpr int kWrong = -2; // an index that is none: import_procedurals() says so
+
+}
 
 using nlohmann::json;
 
@@ -41,6 +49,17 @@ TextureSlot texture_slot(const json& object, const char* name) {
     slot.scale = pair("scale", V2f(1.0f, 1.0f));
     slot.rotation_rad = float_or(*transform, "rotation", 0.0f);
     slot.texcoord = static_cast<int>(integer_or(*transform, "texCoord", slot.texcoord));
+  }
+  if (const json* procedural = find_extension(*info, "KHR_texture_procedurals")) {
+    const auto index = [&](const char* key, int absent) {
+      const json* value = procedural->is_object() ? member(*procedural, key) : nullptr;
+      if (value == nullptr) return absent;
+      return value->is_number_integer() && value->get<int64_t>() >= 0
+                 ? static_cast<int>(std::min<int64_t>(value->get<int64_t>(), std::numeric_limits<int>::max()))
+                 : kWrong;
+    };
+    slot.procedural = index("index", kWrong);
+    slot.procedural_output = index("output", kNone);
   }
   return slot;
 }

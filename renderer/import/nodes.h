@@ -8,7 +8,7 @@
 namespace kindling::gltf {
 
 // Fill scene.cameras, scene.lights, scene.skins and scene.variants. Throw ImportFailure.
-void import_cameras(const Document& document, Scene& scene);
+void import_cameras(const Document& document, Scene& scene, Warnings& warnings);
 void import_lights(const Document& document, Scene& scene);
 void import_skins(Document& document, Scene& scene, Warnings& warnings);
 

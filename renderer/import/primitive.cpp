@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <map>
 #include <numeric>
@@ -192,12 +193,15 @@ bool has_texcoords(const Primitive& primitive, int set) {
 void warn_missing_texcoords(const Primitive& primitive, const Material& material, const std::string& pointer,
                             Warnings& warnings) {
   for (const TextureSlot* slot : texture_slots(material)) {
-    if (!slot->present() || has_texcoords(primitive, slot->texcoord)) continue;
-    warnings.add("texcoord", pointer + "/material",
-                 fmt::format("a texture of material {} reads TEXCOORD_{}, which is absent: it is read at (0, 0)",
-                             in_quotes(material.name), slot->texcoord),
-                 "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS");
-    return;
+    for (uint32_t sets = slot->texcoord_sets(); sets != 0; sets &= sets - 1) {
+      const int set = std::countr_zero(sets);
+      if (has_texcoords(primitive, set)) continue;
+      warnings.add("texcoord", pointer + "/material",
+                   fmt::format("a texture of material {} reads TEXCOORD_{}, which is absent: it is read at (0, 0)",
+                               in_quotes(material.name), set),
+                   "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS");
+      return;
+    }
   }
 }
 

@@ -110,9 +110,13 @@ std::vector<bool> used_textures(const Scene& scene) {
   std::vector<bool> used(scene.textures.size(), false);
   for (const Material& material : scene.materials) {
     for (const TextureSlot* slot : texture_slots(material)) {
-      if (slot->present()) used[static_cast<size_t>(slot->texture)] = true;
+      if (slot->texture != kNone) used[static_cast<size_t>(slot->texture)] = true;
     }
   }
+  for (const ProceduralGraph& graph : scene.procedurals)
+    for (const ProceduralNode& node : graph.nodes)
+      for (const ProceduralInput& input : node.inputs)
+        if (input.texture >= 0) used[static_cast<size_t>(input.texture)] = true;
   return used;
 }
 

@@ -40,7 +40,7 @@ EmitterBounds triangle_bounds(const V3f& p0, const V3f& p1, const V3f& p2, const
 } // namespace
 
 LightSet::LightSet(LightSetInput input)
-    : emissions_(std::move(input.emissions)), profiled_(std::move(input.profiled)),
+    : emissions_(std::move(input.emissions)), profiled_(std::move(input.profiled)), meshes_(std::move(input.meshes)),
       environment_(std::move(input.environment)) {
   assert(input.triangle_uvs.empty() || input.triangle_uvs.size() == 3 * input.triangles.size());
   if (environment_ && environment_->is_black()) environment_ = nullptr;
@@ -98,6 +98,7 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     Punctual p{Punctual::Kind::point, light.position, V3f(0.0f), light.intensity};
     p.inverse_range = light.range_m && *light.range_m > 0.0f ? 1.0f / *light.range_m : 0.0f;
     punctuals_.push_back(p);
+    punctual_names_.push_back(light.name);
   }
   for (const SpotLight& light : input.spots) {
     Punctual p{Punctual::Kind::spot, light.position, light.axis, light.intensity};
@@ -105,14 +106,17 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     p.angle_scale = 1.0f / std::max(0.001f, light.cos_inner - light.cos_outer);
     p.angle_offset = -light.cos_outer * p.angle_scale;
     punctuals_.push_back(p);
+    punctual_names_.push_back(light.name);
   }
   for (const ProfiledLight& light : profiled_) {
     punctuals_.push_back({Punctual::Kind::profiled, light.position, V3f(0.0f), light.intensity});
     punctuals_.back().profiled = static_cast<uint32_t>(&light - profiled_.data());
+    punctual_names_.push_back(light.name);
   }
   first_directional_ = punctuals_.size();
   for (const DirectionalLight& light : input.directionals) {
     punctuals_.push_back({Punctual::Kind::directional, V3f(0.0f), light.direction, light.irradiance});
+    punctual_names_.push_back(light.name);
   }
   for (Punctual& p : punctuals_) {
     const float factor = p.kind == Punctual::Kind::profiled ? profiled_[p.profiled].profile->typical_intensity() : 1.0f;
@@ -165,7 +169,8 @@ Rgb LightSet::mean_emission(uint32_t index) const {
 
 size_t LightSet::memory_bytes() const {
   return sizeof(*this) + emissions_.size() * sizeof(Emission) + triangles_.size() * sizeof(Triangle) +
-         uvs_.size() * sizeof(V2f) + punctuals_.size() * sizeof(Punctual) + tree_.memory_bytes() +
+         uvs_.size() * sizeof(V2f) + meshes_.size() * sizeof(EmissiveMesh) +
+         punctuals_.size() * (sizeof(Punctual) + sizeof(std::string)) + tree_.memory_bytes() +
          (environment_ ? environment_->memory_bytes() : 0);
 }
 

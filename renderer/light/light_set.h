@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace kindling {
@@ -34,10 +35,18 @@ struct EmissiveTriangle {
   uint32_t emission = 0; // index into LightSetInput::emissions
 };
 
+// The triangles of one mesh of the scene, which lie together: one light to those who count them (WholeLights).
+struct EmissiveMesh {
+  uint32_t first = 0; // index into LightSetInput::triangles
+  uint32_t count = 0;
+  std::string name;
+};
+
 struct PointLight {
   V3f position;
   Rgb intensity; // candela per channel
   std::optional<float> range_m;
+  std::string name;
 };
 // A luminaire as small as a point: light.intensity is multiplied by what the profile says of the direction.
 struct ProfiledLight {
@@ -45,6 +54,7 @@ struct ProfiledLight {
   V3f axes[3];   // unit, of the profile's frame; it is aimed along -axes[2]
   Rgb intensity; // factor per channel
   std::shared_ptr<const LightProfile> profile;
+  std::string name;
 };
 struct SpotLight {
   V3f position;
@@ -53,16 +63,19 @@ struct SpotLight {
   float cos_inner = 1.0f;
   float cos_outer = 0.0f; // < cos_inner
   std::optional<float> range_m;
+  std::string name;
 };
 struct DirectionalLight {
   V3f direction;  // unit, where it shines
   Rgb irradiance; // lux per channel, on a surface facing it
+  std::string name;
 };
 
 struct LightSetInput {
   std::vector<Emission> emissions;
   std::vector<EmissiveTriangle> triangles;
   std::vector<V2f> triangle_uvs; // empty, or three per triangle
+  std::vector<EmissiveMesh> meshes;
   std::vector<PointLight> points;
   std::vector<SpotLight> spots;
   std::vector<ProfiledLight> profiled;
@@ -151,6 +164,7 @@ class LightSet {
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
+  friend class WholeLights;
   // 40 bytes, those of the tree, and 24 more if any emission is textured.
   struct Triangle {
     V3f p0;
@@ -216,6 +230,8 @@ class LightSet {
   std::vector<V2f> uvs_;            // three per triangle, or empty
   std::vector<Punctual> punctuals_; // points, spots and profiled ones, which are in the tree, then directional lights
   std::vector<ProfiledLight> profiled_;
+  std::vector<EmissiveMesh> meshes_;
+  std::vector<std::string> punctual_names_;
   size_t first_directional_ = 0;
   LightTree tree_;                                 // of triangles, then points and spots
   std::shared_ptr<const Environment> environment_; // null if absent

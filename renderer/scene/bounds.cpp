@@ -70,15 +70,20 @@ Box3f world_bounds(const Scene& scene, const PosedScene& posed) {
         for (size_t i = range.begin(); i != range.end(); ++i) {
           const PosedMesh& mesh = posed.meshes[i];
           const auto index = static_cast<size_t>(mesh.mesh);
-          if (!exact && mesh.deformed.empty()) {
-            box.extendBy(bounds_of_corners(mesh_boxes[index], mesh.mesh_to_world));
-            continue;
-          }
           const std::vector<Primitive>& primitives = scene.meshes[index].primitives;
-          for (size_t p = 0; p < primitives.size(); ++p) {
-            const auto& positions = mesh.deformed.empty() ? primitives[p].positions : mesh.deformed[p].positions;
-            box.extendBy(bounds_of(positions, primitives[p].indices, mesh.mesh_to_world));
-          }
+          const auto extend = [&](const std::vector<PosedMesh::Deformed>& deformed, const M44f& to_world) {
+            if (!exact && deformed.empty()) {
+              box.extendBy(bounds_of_corners(mesh_boxes[index], to_world));
+              return;
+            }
+            for (size_t p = 0; p < primitives.size(); ++p) {
+              const auto& positions = deformed.empty() ? primitives[p].positions : deformed[p].positions;
+              box.extendBy(bounds_of(positions, primitives[p].indices, to_world));
+            }
+          };
+          extend(mesh.deformed, mesh.mesh_to_world);
+          for (const M44f& key : mesh.later_transforms) extend(mesh.deformed, key);
+          for (const std::vector<PosedMesh::Deformed>& key : mesh.later_deformed) extend(key, mesh.mesh_to_world);
         }
         return box;
       },

@@ -138,4 +138,12 @@ PosedMesh::Deformed deform_primitive(const Primitive& primitive, std::span<const
   return out;
 }
 
+void move_to_world(const M44f& mesh_to_world, PosedMesh::Deformed& deformed) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, deformed.positions.size(), kVerticesPerTask),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t v = range.begin(); v != range.end(); ++v)
+                        transform_vertex(mesh_to_world, v, deformed);
+                    });
+}
+
 } // namespace kindling

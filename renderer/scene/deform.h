@@ -16,4 +16,7 @@ namespace kindling {
 [[nodiscard]] PosedMesh::Deformed deform_primitive(const Primitive& primitive, std::span<const float> morph_weights,
                                                    std::span<const M44f> joint_matrices, const M44f& unskinned);
 
+// Moves vertices without a skin from the mesh's space to the world's. Parallel.
+void move_to_world(const M44f& mesh_to_world, PosedMesh::Deformed& deformed);
+
 } // namespace kindling

@@ -4,21 +4,16 @@
 
 #include "renderer/base/result.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/shutter.h"
 
 #include <vector>
 
 namespace kindling {
 
-// When light is let in: times of the animations. close_s == open_s freezes the scene.
-struct Shutter {
-  double open_s = 0.0;
-  double close_s = 0.0; // >= open_s
-};
-
 // A posed scene with a shutter has its things at several keys, the first of them at the opening, the last at the closing and all
 // equally far apart in time; between two the entries of matrices and vertices are interpolated linearly, as the accelerators do
 // (accel/accelerator.h). Each thing has as many keys as its own motion needs; the members called later_* hold those after the
-// first and are empty for what stands still.
+// first and are empty for what stands still. How many keys those are: motion_keys.h. Visibility is that of the shutter's middle.
 struct PoseOptions {
   int scene = kNone;              // index into Scene::scenes; kNone: the default scene, else the first
   std::optional<double> time_s;   // unset: the rest pose; set: all animations are applied at that time
@@ -41,6 +36,7 @@ struct PosedMesh {
   // What deforms over the shutter has its vertices in world space, mesh_to_world is the identity, and later_transforms are empty.
   std::vector<M44f> later_transforms;
   std::vector<std::vector<Deformed>> later_deformed; // by key, then by primitive
+  bool clockwise = false;                            // of such a mesh: its node mirrors it, front faces are clockwise
 };
 
 struct PosedCamera {
@@ -68,7 +64,7 @@ struct PosedScene {
 // changed by animate_members() (animated_members.h), which comes before.
 // Deforms in parallel with TBB; the result does not depend on the number of threads.
 // Fails (usage) if the scene index does not exist; the message lists those that do. Fails (scene_invalid)
-// if skins and morph targets would deform more than 2^30 vertices, counting each mesh in the world.
+// if skins and morph targets would deform more than 2^30 vertices, counting each mesh in the world and each of its keys.
 [[nodiscard]] Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options);
 
 // Local-to-parent matrix of a transform: scale, then rotation, then translation.

@@ -4,6 +4,9 @@
 
 #include "renderer/base/math.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/camera_lens.h"
+#include "renderer/scene/shutter.h"
+#include "renderer/texture/procedural_graph.h"
 #include "renderer/texture/texture_settings.h"
 
 #include <array>
@@ -35,7 +38,17 @@ struct TextureSlot {
   V2f scale{1.0f, 1.0f};
   float rotation_rad = 0.0f; // counter-clockwise about the origin, as KHR_texture_transform defines it
 
-  [[nodiscard]] bool present() const { return texture != kNone; }
+  // KHR_texture_procedurals: in place of `texture`, which is kNone then; the transform has no effect on it.
+  int procedural = kNone; // index into Scene::procedurals
+  int procedural_output = 0;
+  uint32_t procedural_texcoords = 0; // sets that the graph reads, as bits
+
+  [[nodiscard]] bool present() const { return texture != kNone || procedural != kNone; }
+  // The sets of texture coordinates that it reads, as bits.
+  [[nodiscard]] uint32_t texcoord_sets() const {
+    if (procedural != kNone) return procedural_texcoords;
+    return texture != kNone && texcoord >= 0 && texcoord < 32 ? 1U << static_cast<unsigned>(texcoord) : 0;
+  }
 };
 
 enum class AlphaMode : uint8_t { opaque, mask, blend };
@@ -238,6 +251,8 @@ struct SceneCamera {
   float ymag = 1.0f;                 // orthographic, half the height
   float znear = 0.0f;
   float zfar = std::numeric_limits<float>::infinity();
+  CameraLens lens;
+  std::optional<Shutter> shutter; // relative to the time of the picture
 };
 
 // KHR_lights_punctual, local -z is the axis.
@@ -293,6 +308,7 @@ struct Scene {
   std::vector<std::string> extensions_used;
 
   std::vector<SceneTexture> textures;
+  std::vector<ProceduralGraph> procedurals;
   std::vector<Material> materials;
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;

@@ -246,6 +246,9 @@ class WorldBuilder {
         has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
         for (size_t i = 0; i < geometry.indices.size(); i += 3)
           append_emissive(input, geometry, material, instance, i, entry->second);
+        const uint32_t first = world_->first_emissive_.back();
+        input.meshes.push_back(
+            {first, static_cast<uint32_t>(input.triangles.size()) - first, world_->material_names_[geometry.material]});
       }
     }
     if (!any_textured) input.triangle_uvs.clear();

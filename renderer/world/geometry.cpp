@@ -13,9 +13,7 @@ namespace {
 // Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
 uint32_t used_texcoord_sets(const Material& material) {
   uint32_t used = 1;
-  for (const TextureSlot* slot : texture_slots(material))
-    if (slot->present() && slot->texcoord >= 0 && slot->texcoord < Geometry::kMaxTexcoordSets)
-      used |= 1U << static_cast<unsigned>(slot->texcoord);
+  for (const TextureSlot* slot : texture_slots(material)) used |= slot->texcoord_sets();
   return used;
 }
 

@@ -11,7 +11,7 @@ class Binder {
  public:
   explicit Binder(TextureTable& textures) : textures_(textures) {}
   TextureBinding operator()(const TextureSlot& slot, TextureContent content) {
-    return make_binding(slot, slot.present() ? textures_.number_of(slot.texture, content) : kNone);
+    return make_binding(slot, slot.texture != kNone ? textures_.number_of(slot.texture, content) : kNone);
   }
 
  private:

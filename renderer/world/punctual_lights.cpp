@@ -30,15 +30,16 @@ void add_punctual_lights(const Scene& scene, const std::vector<PosedLight>& pose
           {position,
            {row(posed.light_to_world, 0).normalized(), row(posed.light_to_world, 1).normalized(), z},
            strength,
-           profile});
+           profile,
+           light.name});
       continue;
     }
     switch (light.kind) {
-    case PunctualLight::Kind::point: input.points.push_back({position, strength, light.range_m}); break;
-    case PunctualLight::Kind::directional: input.directionals.push_back({-z, strength}); break;
+    case PunctualLight::Kind::point: input.points.push_back({position, strength, light.range_m, light.name}); break;
+    case PunctualLight::Kind::directional: input.directionals.push_back({-z, strength, light.name}); break;
     case PunctualLight::Kind::spot:
-      input.spots.push_back(
-          {position, -z, strength, std::cos(light.inner_cone_rad), std::cos(light.outer_cone_rad), light.range_m});
+      input.spots.push_back({position, -z, strength, std::cos(light.inner_cone_rad), std::cos(light.outer_cone_rad),
+                             light.range_m, light.name});
       break;
     }
   }

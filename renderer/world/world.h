@@ -89,7 +89,7 @@ class World {
   [[nodiscard]] const accel::Accelerator& accelerator() const { return *accelerator_; }
   // What it was built from: others can be built over the same geometry, as long as the World lives.
   [[nodiscard]] accel::BuildInput accelerator_input() const {
-    return {accel_meshes_, accel_groups_, accel_instances_, {&World::accept_hit, this}};
+    return {accel_meshes_, accel_groups_, accel_instances_, {}, {&World::accept_hit, this}};
   }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
   // Bounds of all geometry; a unit box around the origin if there is none.

@@ -74,19 +74,10 @@ TEST(Extensions, UnknownRequiredOnesAreRefusedWithTheList) {
 
 TEST(Extensions, IgnoredOnesWarnOnce) {
   GltfBuilder builder;
-  builder.root["extensionsUsed"] = {"KHR_texture_procedurals", "ACME_hologram", "KHR_lights_punctual"};
+  builder.root["extensionsUsed"] = {"ACME_hologram", "KHR_lights_punctual"};
   for (int i = 0; i < 3; ++i) builder.push("materials", {{"extensions", {{"ACME_hologram", json::object()}}}});
   EXPECT_EQ(load(builder).warnings,
-            (std::vector<std::string>{
-                "/extensionsUsed/0: 'KHR_texture_procedurals' has no effect yet (draft; refused where required)",
-                "/extensionsUsed/1: 'ACME_hologram' has no effect yet (unknown)"}));
-}
-
-TEST(Extensions, IgnoredDataAreRefusedWhereRequired) {
-  for (const char* name : {"KHR_texture_procedurals"}) {
-    EXPECT_TRUE(with_extensions({name}, {}).scene) << name;
-    EXPECT_FALSE(with_extensions({name}, {name}).scene) << name;
-  }
+            (std::vector<std::string>{"/extensionsUsed/0: 'ACME_hologram' has no effect yet (unknown)"}));
 }
 
 TEST(Extensions, EndlessListsAreRefused) {

@@ -1,0 +1,49 @@
+"""Figure 6: one sample, nine jittered ones, and our sampler and filter, beside the converged picture."""
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+
+import fidelity_pictures
+import tracers
+
+SCENE, SIZE = "figure_06", (301, 246)
+COMMON = ["--integrator", "whitted", "--light-samples", "2x2"]
+BOX, OURS = ["--filter", "box"], ["--filter", "blackman-harris"]
+WAYS = {
+    "one sample": (1, ["--sampler", "stratified", *BOX]),
+    "3 x 3, jittered, box filter": (9, ["--sampler", "stratified", *BOX]),
+    "9 samples, Sobol, box filter": (9, ["--sampler", "sobol", *BOX]),
+    "9 samples, Sobol, Blackman-Harris filter": (9, ["--sampler", "sobol", *OURS]),
+    "9 samples, blue noise, Blackman-Harris filter": (9, ["--sampler", "blue-noise", *OURS]),
+}
+CROPS = [(0.80, 0.27, 0.10), (0.05, 0.46, 0.10)]  # centre x, centre y, width; in parts of the picture
+
+
+def compare(bench, reference_spp):
+    size = bench.scaled(SIZE)
+    references, found = {}, []
+    for name, (spp, flags) in WAYS.items():
+        key = tuple(flags[flags.index("--filter"):])
+        if key not in references:
+            bench.say(f"figure 6: converged, {key[1]} filter")
+            references[key] = _read(bench.render(SCENE, size, reference_spp, [*COMMON, "--sampler", "sobol", *key]))
+        bench.say(f"figure 6: {name}")
+        result = bench.render(SCENE, size, spp, [*COMMON, *flags])
+        rgb = _read(result)
+        difference = rgb - references[key]
+        found.append({"name": name, "spp": spp, "seconds": result.render_s, "rmse": float(np.sqrt(np.mean(difference ** 2))),
+                      "crops": [crop(rgb, *place) for place in CROPS], "picture": tracers.encode(rgb)})
+    found.append({"name": f"converged ({reference_spp} samples), Blackman-Harris filter", "spp": reference_spp, "seconds": None, "rmse": 0.0,
+                  "crops": [crop(references[tuple(OURS)], *place) for place in CROPS], "picture": tracers.encode(references[tuple(OURS)])})
+    return found
+
+
+def _read(result):
+    return fidelity_pictures.read(result.picture).rgb.astype(float)
+
+
+def crop(rgb, x, y, width):
+    """A square of the picture, without loss, to be shown enlarged."""
+    side = max(round(width * rgb.shape[1]), 4)
+    left = min(max(round(x * rgb.shape[1]) - side // 2, 0), rgb.shape[1] - side)
+    top = min(max(round(y * rgb.shape[0]) - side // 2, 0), rgb.shape[0] - side)
+    return fidelity_pictures.png(np.round(np.clip(rgb[top:top + side, left:left + side], 0, 1) * 255).astype(np.uint8))

@@ -1,0 +1,96 @@
+"""Runs Kindling for the page of the paper's figures: one render, or several in turn, and what --stats says of them."""
+# SPDX-License-Identifier: Apache-2.0
+import itertools
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import renderers
+
+SCENES = renderers.ROOT / "scenes" / "paper"
+NEEDED = ["--integrator", "--trace-depth", "--max-reflections", "--whitted-cache", "--whitted-form", "--tracer", "--light-samples",
+          "--glossy-samples", "--schedule", "--sampler"]
+
+
+@dataclass
+class Result:
+    picture: Path
+    render_s: float  # wall time of the render phase
+    process_s: float  # wall time of the whole process
+    cpu_s: float
+    stats: dict
+    warnings: list
+    command: list
+
+    @property
+    def idle_share(self):
+        """The part of its threads' time in the render phase that was spent without work."""
+        return self.stats["idle_s"] / (self.stats["threads"] * self.render_s) if self.render_s > 0 else 0.0
+
+
+class Bench:
+    """Where things are written, and how loud. `flags`: handed to every render."""
+
+    def __init__(self, binary, folder, scale=1.0, flags=()):
+        self.binary, self.folder, self.scale, self.flags = Path(binary), Path(folder), scale, list(flags)
+        self.cores = len(os.sched_getaffinity(0))
+        self.started = time.perf_counter()
+        self.version = ""
+        self.counter = itertools.count(1)  # of renders; next() of it is safe among threads
+
+    def check(self):
+        """Exits where the program is too old for the page."""
+        done = subprocess.run([self.binary, "render", "--help"], capture_output=True, text=True, check=False)
+        if missing := [flag for flag in NEEDED if flag + " " not in done.stdout]:
+            sys.exit(f"{self.binary}: 'kindling render' has no {', '.join(missing)}; build it anew (cmake --build --preset release)")
+
+    def say(self, text):
+        print(f"[{time.perf_counter() - self.started:5.0f} s] {text}", file=sys.stderr, flush=True)
+
+    def render(self, scene, size_px, spp, flags=(), threads=0, kind="png"):
+        """Renders scenes/paper/SCENE.glb; `threads` 0: all cores."""
+        path = SCENES / f"{scene}.glb"
+        if not path.is_file():
+            sys.exit(f"{path} is not there; make it: python3 scenes/generate.py paper")
+        stem = self.folder / f"{next(self.counter):04d}"
+        picture, stats = stem.with_suffix("." + kind), stem.with_suffix(".json")
+        command = [self.binary, "render", path, "-o", picture, "--size", f"{size_px[0]}x{size_px[1]}", "--spp", str(spp), "--threads",
+                   str(threads or self.cores), "--stats", stats, "--progress", "none", *flags, *self.flags]
+        if kind == "exr":
+            command.append("--exr-float")
+        lines, wall_s, _, cpu_s = renderers.run_measured(command, stem.with_suffix(".log"))
+        data = json.loads(stats.read_text(encoding="utf-8"))
+        self.version = data["version"]
+        warnings = [line.replace(str(path), path.name) for _, line in lines if "warning:" in line]
+        shown = ["kindling", "render", f"scenes/paper/{scene}.glb", *map(str, command[5:command.index("--stats")]), *map(str, flags), *self.flags]
+        return Result(picture, data["phases"]["render"], wall_s, cpu_s, data, warnings, shown)
+
+    def scaled(self, size_px):
+        return tuple(max(round(self.scale * n), 8) for n in size_px)
+
+    def interleaved(self, variants, repeats, name):
+        """{key: [Result, ...]} of variants {key: function that renders}, one of each in turn, so that what disturbs the
+        machine disturbs all of them alike."""
+        results = {key: [] for key in variants}
+        for repeat in range(repeats):
+            self.say(f"{name}: round {repeat + 1} of {repeats}, {len(variants)} renders")
+            for key, render in variants.items():
+                results[key].append(render())
+        return results
+
+
+def median_s(results):
+    return statistics.median(result.render_s for result in results)
+
+
+def quartiles(values):
+    """(lower quartile, median, upper quartile); of one value: three times that."""
+    if len(values) == 1:
+        return (values[0],) * 3
+    low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+    return low, middle, high

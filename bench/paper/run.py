@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""Renders the figures of "Research on ray tracing" (scenes/paper), measures what the paper measured, and writes one page.
+
+    bench/paper/run.py                                    # paper.html, pictures at the paper's sizes
+    bench/paper/run.py --figures 5,7 --scale 2 --out big.html
+    bench/paper/run.py --parts tracers,cores --repeat 9
+"""
+# SPDX-License-Identifier: Apache-2.0
+import argparse
+import datetime
+import json
+import platform
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # what all scripts of bench share
+import with_numpy  # noqa: F401  (starts a Python that has NumPy)
+
+import cores
+import edges
+import fidelity_pictures
+import figures
+import page
+import renderers
+import tracers
+from measure import Bench
+
+PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
+ONE_CORE_PART = 8  # one core renders this part of the path tracer's samples, and its time is multiplied
+
+
+def main():
+    arguments = parse_arguments()
+    chosen = figures.find(arguments.figures) if arguments.figures else figures.FIGURES
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(renderers.find_kindling(arguments.kindling), folder, arguments.scale, arguments.flag)
+        bench.check()
+        result = measure(bench, arguments, chosen)
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    arguments.out.write_text(page.page(result), encoding="utf-8")
+    data = arguments.out.with_suffix(".json")
+    data.write_text(json.dumps(result, indent=1, default=lambda value: None if isinstance(value, bytes) else vars(value)) + "\n", encoding="utf-8")
+    bench.say(f"{arguments.out} ({arguments.out.stat().st_size / 1e6:.1f} MB), figures in {data}")
+    return 1 if "processes" in result and not result["processes"]["same"] else 0
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--out", type=Path, default=Path("paper.html"), help="page; figures go beside it as JSON (paper.html)")
+    parser.add_argument("--figures", type=words, metavar="N,N", help="only these pictures, and no other part unless --parts names it")
+    parser.add_argument("--parts", type=words, metavar="NAME,NAME", help=f"of {', '.join(PARTS)} (all)")
+    parser.add_argument("--scale", type=positive, default=1.0, help="of all pictures' sizes (1)")
+    parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
+    parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
+    parser.add_argument("--quick", action="store_true", help="small pictures, few samples, few depths, one round: does it all work?")
+    parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
+    parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write the figures' pictures there, as WebP")
+    arguments = parser.parse_args()
+    arguments.parts = arguments.parts or (["figures"] if arguments.figures else PARTS)
+    if unknown := [part for part in arguments.parts if part not in PARTS]:
+        parser.error(f"--parts: no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
+    if arguments.repeat < 1:
+        parser.error(f"--repeat {arguments.repeat}: at least 1 was expected")
+    if arguments.quick:
+        arguments.scale, arguments.spp_scale, arguments.repeat = min(arguments.scale, 0.15), min(arguments.spp_scale, 0.05), 1
+    return arguments
+
+
+def words(text):
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def positive(text):
+    value = float(text)
+    if not 0.0 < value <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text}: a number above 0, at most 100, was expected")
+    return value
+
+
+def measure(bench, arguments, chosen):
+    result = {"about": {"machine": processor(), "cores": bench.cores, "version": "", "when": datetime.date.today().isoformat(),
+                        "note": "Quick run: small pictures and few samples; the figures mean nothing." if arguments.quick else ""}}
+    quick, repeats = arguments.quick, arguments.repeat
+    if "tracers" in arguments.parts:
+        depths = [1, 2, 4] if quick else list(range(1, 13))
+        by_depth = tracers.by_depth(bench, depths, min(repeats, 3), depths[::2] if quick else [1, 2, 4, 8, 12])
+        result["tracers"] = {"by_depth": by_depth, "contributions": [tracers.contributions(bench, depth, repeats) for depth in ([4] if quick else [5, 12])]}
+    if "bounces" in arguments.parts:
+        bench.say("figure 2")
+        result["quality"] = tracers.quality(bench, 4 if quick else 12, 1 if quick else 16)
+    if "antialiasing" in arguments.parts:
+        result["edges"] = edges.compare(bench, 16 if quick else 1024)
+    if "cores" in arguments.parts:
+        result["threads"] = cores.by_threads(bench, min(repeats, 3))
+        result["processes"] = cores.by_processes(bench)
+    if "figures" in arguments.parts:
+        result["figures"] = [render_figure(bench, arguments, figure) for figure in chosen]
+    result["about"]["version"] = bench.version
+    return result
+
+
+def render_figure(bench, arguments, figure):
+    scenes = []
+    for scene, caption in figure.scenes:
+        scenes.append({"caption": caption, "paper_s": figure.paper_s.get(scene),
+                       "renders": [render_way(bench, arguments, figure, scene, way) for way in figure.ways]})
+    return {"number": figure.number, "title": figure.title, "paper": figure.paper, "machine": figure.machine, "size_stated": figure.size_stated,
+            "shown_px": max(bench.scaled(figure.size_px)[0], 300), "scenes": scenes}
+
+
+def render_way(bench, arguments, figure, scene, way):
+    """On all cores, the picture; on one, the time alone: of the path tracer an eighth of the samples, times eight."""
+    size = bench.scaled(figure.size_px)
+    spp = max(round(way.spp * arguments.spp_scale), 1)
+    bench.say(f"figure {figure.number}: {scene}, {way.name}, {size[0]} x {size[1]}, {spp} samples")
+    result = bench.render(scene, size, spp, way.flags)
+    part = ONE_CORE_PART if "path" in way.flags and spp >= 4 * ONE_CORE_PART else 1
+    one = bench.render(scene, size, spp // part, way.flags, threads=1)
+    encoded = tracers.encode(fidelity_pictures.read(result.picture).rgb, 92)
+    if arguments.pictures:
+        arguments.pictures.mkdir(parents=True, exist_ok=True)
+        kind = "path" if "path" in way.flags else "whitted"
+        (arguments.pictures / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
+    return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": result.render_s,
+            "one_core_s": one.render_s * spp / (spp // part), "rays_per_s": result.stats["rays_per_s"], "picture": encoded, "command": result.command,
+            "warnings": result.warnings}
+
+
+def processor():
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

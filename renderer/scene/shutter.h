@@ -1,0 +1,13 @@
+// The shutter: when light is let in.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace kindling {
+
+// Times of the animations; in a file, relative to the time of the picture. close_s == open_s freezes the scene.
+struct Shutter {
+  double open_s = 0.0;
+  double close_s = 0.0; // >= open_s
+};
+
+} // namespace kindling

@@ -1,0 +1,89 @@
+// The lens and the shutter of cameras, from extras that are good, broken or somebody else's.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::test {
+namespace {
+
+Loaded with_extras(json extras) {
+  GltfBuilder builder;
+  builder.push(
+      "cameras",
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.1}}}, {"extras", std::move(extras)}});
+  return load(builder);
+}
+
+TEST(CameraExtras, AreReadInFull) {
+  const Loaded loaded = with_extras(json::parse(R"({"kindling": {
+    "fStop": 2.8, "focalLength": 0.05, "focusDistance": 3.2, "focusPoint": [0.5, 0.6], "apertureBlades": 6,
+    "apertureRotation": 0.2, "anamorphicRatio": 1.33, "catsEye": 0.25, "shutterOpen": -0.01, "shutterClose": 0.02}})"));
+  ASSERT_TRUE(loaded.scene) << loaded.error;
+  EXPECT_TRUE(loaded.warnings.empty());
+  const SceneCamera& camera = loaded.scene->cameras[0];
+  EXPECT_EQ(camera.lens.f_stop, 2.8f);
+  EXPECT_EQ(camera.lens.focal_length_m, 0.05f);
+  EXPECT_EQ(camera.lens.focus_distance_m, 3.2f);
+  EXPECT_EQ(camera.lens.focus_point, V2f(0.5f, 0.6f));
+  EXPECT_EQ(camera.lens.aperture_blades, 6);
+  EXPECT_EQ(camera.lens.aperture_rotation_rad, 0.2f);
+  EXPECT_EQ(camera.lens.anamorphic_ratio, 1.33f);
+  EXPECT_EQ(camera.lens.cats_eye, 0.25f);
+  ASSERT_TRUE(camera.shutter);
+  EXPECT_NEAR(camera.shutter->open_s, -0.01, 1e-9);
+  EXPECT_NEAR(camera.shutter->close_s, 0.02, 1e-9);
+}
+
+TEST(CameraExtras, AreOptionalOneByOne) {
+  for (const char* text : {"{}", R"({"kindling": {}})", R"("a note")", R"([1, 2])", R"({"other": {"fStop": "x"}})"}) {
+    const Loaded loaded = with_extras(json::parse(text));
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_TRUE(loaded.warnings.empty()) << text;
+    EXPECT_TRUE(loaded.scene->cameras[0].lens.is_pinhole());
+    EXPECT_FALSE(loaded.scene->cameras[0].shutter);
+  }
+  const Loaded stop = with_extras({{"kindling", {{"fStop", 4}}}});
+  EXPECT_EQ(stop.scene->cameras[0].lens.f_stop, 4.0f);
+  EXPECT_FALSE(stop.scene->cameras[0].lens.focal_length_m);
+  const Loaded close = with_extras({{"kindling", {{"shutterClose", 0.5}}}});
+  EXPECT_EQ(close.scene->cameras[0].shutter->open_s, 0.0);
+  EXPECT_EQ(close.scene->cameras[0].shutter->close_s, 0.5);
+}
+
+struct Broken {
+  const char* own;     // what stands in extras.kindling
+  const char* warning; // without the file's name
+};
+
+TEST(CameraExtras, WarnOfWhatTheyIgnore) {
+  for (const Broken& broken : {
+           Broken{R"({"fStop": 0})", "fStop: '0' is ignored, accepted is a number from 0.001 to 1e6"},
+           Broken{R"({"fStop": "2.8"})", R"(fStop: '"2.8"' is ignored, accepted is a number from 0.001 to 1e6)"},
+           Broken{R"({"focalLength": -1})", "focalLength: '-1' is ignored, accepted is a length above 0, in metres"},
+           Broken{R"({"focusDistance": null})", "focusDistance: 'null' is ignored, accepted is a length above 0"},
+           Broken{R"({"focusPoint": [0.5]})", "focusPoint: '[0.5]' is ignored, accepted is [x, y]"},
+           Broken{R"({"focusPoint": [0.5, 2]})", "focusPoint: '[0.5,2]' is ignored, accepted is [x, y]"},
+           Broken{R"({"apertureBlades": 2.5})", "apertureBlades: '2.5' is ignored, accepted is a whole number"},
+           Broken{R"({"apertureBlades": 1e300})", "apertureBlades: '1e+300' is ignored"},
+           Broken{R"({"anamorphicRatio": 0})", "anamorphicRatio: '0' is ignored, accepted is a number from 0.1 to 10"},
+           Broken{R"({"catsEye": 1.5})", "catsEye: '1.5' is ignored, accepted is a number from 0 to 1"},
+           Broken{R"({"shutterOpen": 1, "shutterClose": 0.5})",
+                  "shutterClose: '0.5' is ignored, accepted is a time not before"},
+           Broken{R"({"shutterOpen": 1})", "shutterOpen: '1' is ignored, accepted is a time not after shutterClose"},
+           Broken{R"({"fstop": 2})", "'fstop' is ignored, accepted are fStop, focalLength, focusDistance"},
+           Broken{"7", "'7' is ignored, accepted is an object"},
+       }) {
+    const Loaded loaded = with_extras({{"kindling", json::parse(broken.own)}});
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_TRUE(loaded.warned("/cameras/0/extras/kindling"));
+    EXPECT_TRUE(loaded.warned(broken.warning)) << (loaded.warnings.empty() ? "no warning" : loaded.warnings[0]);
+    EXPECT_EQ(loaded.warnings.size(), 1U);
+    const SceneCamera& camera = loaded.scene->cameras[0];
+    EXPECT_TRUE(camera.lens.is_pinhole());
+    EXPECT_FALSE(camera.shutter);
+  }
+}
+
+} // namespace
+} // namespace kindling::test
