@@ -74,7 +74,7 @@ inline constexpr float kLargestCoordinate = 1.844e18f;
 
 // False for rays that miss by definition: not finite (see kLargestCoordinate), no direction, or an empty or NaN interval.
 // t_min below 0 counts as 0.
-[[nodiscard]] inline bool can_hit(const Ray& ray) {
+[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray) {
   const float sum = (std::fabs(ray.origin.x) + std::fabs(ray.origin.y) + std::fabs(ray.origin.z)) +
                     (std::fabs(ray.direction.x) + std::fabs(ray.direction.y) + std::fabs(ray.direction.z));
   const bool points = (ray.direction.x != 0.0f) | (ray.direction.y != 0.0f) | (ray.direction.z != 0.0f);

@@ -179,6 +179,7 @@ class KdTreeAccelerator final : public Accelerator {
         continue;
       const auto add = [&](const Imath::Box3f& bounds) {
         structure_.moving.push_back(placed);
+        for (const Imath::M44f& key : placed.keys) structure_.key_boxes.push_back(transform_bounds({&key, 1}, bounds));
         boxes.push_back(moves             ? transform_bounds(placed.keys, bounds)
                         : placed.in_place ? bounds
                                           : transform_bounds(instance.object_to_world, bounds));
@@ -196,6 +197,11 @@ class KdTreeAccelerator final : public Accelerator {
       placed.deforming = &deforming;
       add(deforming.bounds);
     }
+    size_t box = 0;
+    for (kd::MovingInstance& placed : structure_.moving) {
+      placed.boxes = std::span(structure_.key_boxes).subspan(box, placed.keys.size());
+      box += placed.keys.size();
+    }
     structure_.moving_level = kd::InstanceLevel(boxes);
   }
 
@@ -204,8 +210,9 @@ class KdTreeAccelerator final : public Accelerator {
     s.node_count = structure_.instance_level.node_count();
     s.memory_bytes = structure_.instance_level.memory_bytes() + structure_.moved.capacity() * sizeof(kd::MovedInstance);
     s.node_count += structure_.moving_level.node_count();
-    s.memory_bytes +=
-        structure_.moving_level.memory_bytes() + structure_.moving.capacity() * sizeof(kd::MovingInstance);
+    s.memory_bytes += structure_.moving_level.memory_bytes() +
+                      structure_.moving.capacity() * sizeof(kd::MovingInstance) +
+                      structure_.key_boxes.capacity() * sizeof(Imath::Box3f);
     for (const auto& keys : structure_.motions) s.memory_bytes += sizeof(keys) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();

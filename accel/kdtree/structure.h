@@ -22,7 +22,8 @@ struct MovedInstance {
 
 // What a ray meets at its time: the still meshes of a group, or those that deform.
 struct MovingInstance {
-  std::span<const Imath::M44f> keys; // of its matrix; none: it stands where to_object says
+  std::span<const Imath::M44f> keys;   // of its matrix; none: it stands where to_object says
+  std::span<const Imath::Box3f> boxes; // its bounds in the world at each key, between which they hold it too
   RayToObject to_object;
   bool in_place = false;      // the identity, to_object is not set
   const Tree* tree = nullptr; // or
@@ -39,6 +40,7 @@ struct Structure {
 
   std::vector<DeformingTrees> deforming;         // by group; no slices where nothing deforms
   std::vector<std::vector<Imath::M44f>> motions; // keys, as BuildInput has them
+  std::vector<Imath::Box3f> key_boxes;
   std::vector<MovingInstance> moving;
   InstanceLevel moving_level; // over moving, for the whole shutter
 };

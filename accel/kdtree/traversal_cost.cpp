@@ -237,6 +237,13 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
   walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
     const MovingInstance& moving = structure.moving[i];
     RayToObject to_object = moving.to_object;
+    if (!moving.keys.empty()) {
+      const KeyInterval at = key_interval(clamped_time(ray.time), static_cast<uint32_t>(moving.keys.size() - 1));
+      const Imath::Box3f &first = moving.boxes[at.first], &second = moving.boxes[at.first + 1];
+      Interval inside{t_min, t_far};
+      if (!inside.cut(between(first.min, second.min, at.fraction), between(first.max, second.max, at.fraction), ray))
+        return false;
+    }
     if (!moving.keys.empty() && !to_object.set_inverse_of(matrix_at(moving.keys, ray.time))) return false;
     const Ray in_tree = moving.in_place ? ray : to_object(ray);
     if (moving.deforming == nullptr) return visit(*moving.tree, moving.instance, in_tree, nullptr);

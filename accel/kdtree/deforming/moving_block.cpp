@@ -68,25 +68,29 @@ class BlockBuilder {
   struct Vertex {
     const TriangleMesh* mesh;
     uint32_t number;
+    Imath::V3f at_first; // key
   };
 
   [[nodiscard]] const Imath::V3f& position(uint32_t i, uint32_t key) const {
     return positions_at_key(*vertex_[i].mesh, keys_.first + key)[vertex_[i].number];
   }
+  [[nodiscard]] static bool is_same(const Imath::V3f& a, const Imath::V3f& b) {
+    return std::memcmp(&a, &b, sizeof(Imath::V3f)) == 0;
+  }
   // The place of a vertex, where it is put if it is new; kBlockVertices: there is no room. Two that are in the same place at all keys
   // are one.
   uint32_t number_of(const TriangleMesh& mesh, uint32_t number) {
-    const auto is_same = [&](uint32_t i) {
-      if (vertex_[i].mesh == &mesh && vertex_[i].number == number) return true;
-      for (uint32_t key = 0; key < keys_.count; ++key)
-        if (std::memcmp(&position(i, key), &positions_at_key(mesh, keys_.first + key)[number], sizeof(Imath::V3f)) != 0)
-          return false;
-      return true;
-    };
     for (uint32_t i = 0; i < vertices_; ++i)
-      if (is_same(i)) return i;
+      if (vertex_[i].number == number && vertex_[i].mesh == &mesh) return i;
+    const Imath::V3f at_first = positions_at_key(mesh, keys_.first)[number];
+    for (uint32_t i = 0; i < vertices_; ++i) {
+      bool same = is_same(vertex_[i].at_first, at_first);
+      for (uint32_t key = 1; same && key < keys_.count; ++key)
+        same = is_same(position(i, key), positions_at_key(mesh, keys_.first + key)[number]);
+      if (same) return i;
+    }
     if (vertices_ == kBlockVertices) return kBlockVertices;
-    vertex_[vertices_] = {&mesh, number};
+    vertex_[vertices_] = {&mesh, number, at_first};
     return vertices_++;
   }
 

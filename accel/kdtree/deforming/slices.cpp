@@ -11,7 +11,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kSample = 16384, kRun = 2048; // triangles; those that follow each other in a mesh are neighbours
+constexpr size_t kSample = 4096, kRun = 1024; // triangles; those that follow each other in a mesh are neighbours
 constexpr double kWorthwhile = 0.8;
 constexpr size_t kMostTriangles = size_t{1} << 22; // in all slices together
 

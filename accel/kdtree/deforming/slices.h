@@ -19,10 +19,10 @@ struct DeformingSlice {
 };
 
 struct DeformingTrees {
-  static constexpr uint32_t kMostSlices = 16;
+  static constexpr uint32_t kMostSlices = 8;
 
   std::vector<DeformingSlice> slices;          // in the order of time; none if nothing can be hit
-  std::array<uint8_t, kMostSlices> slice_of{}; // by sixteenths of the shutter
+  std::array<uint8_t, kMostSlices> slice_of{}; // by eighths of the shutter
   Imath::Box3f bounds;                         // over the whole shutter
   size_t triangle_count = 0;
 

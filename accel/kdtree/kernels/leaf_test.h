@@ -145,9 +145,8 @@ struct Deforming {
 
 // Nearest hit: narrows t_far and sets best. Any hit: returns true at the first. Hits outside the cell of the leaf count too.
 template <bool kAny, class Motion>
-[[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, const Motion& motion, const RayShear& ray,
-                                                  float t_min, const CandidateFilter& filter, float& t_far,
-                                                  TreeHit& best) {
+[[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, Motion motion, const RayShear& ray, float t_min,
+                                                  const CandidateFilter& filter, float& t_far, TreeHit& best) {
   // The size of a leaf stands in its first line, and most have several.
   for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
   while (true) {

@@ -1,9 +1,10 @@
 // The queries of a structure in which something moves: those of what stands still, which know nothing of time, and behind them, ray
-// by ray, what moves. Structures without motion never come here.
+// by ray, what moves. Structures without motion never come here. Compiled apart from the former, which stay as they are.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/kernels/structure_queries.h"
+#include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/traversal.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
@@ -13,13 +14,21 @@ inline bool comes_before(const Hit& a, const Hit& b) {
   return a.mesh != b.mesh ? a.mesh < b.mesh : a.triangle < b.triangle;
 }
 
+// Whether the ray enters the box of an instance at its time: far cheaper than to invert a matrix.
+inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ray& ray, float enter, float leave) {
+  return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, origin_quad(ray),
+                     Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray), enter, leave);
+}
+
 template <bool kAny>
-inline bool trace_one_moving(const Structure& s, const MovingInstance& moving, const Ray& world, float time,
-                             float t_min, float& t_far, Hit& hit) {
+[[gnu::flatten]] inline bool trace_one_moving(const Structure& s, const MovingInstance& moving, const Ray& world,
+                                              float time, float t_min, float& t_far, Hit& hit) {
   Ray ray = world;
   if (!moving.keys.empty()) {
+    const KeyInterval at = key_interval(time, static_cast<uint32_t>(moving.keys.size() - 1));
+    if (!enters(moving, at, world, t_min, t_far)) return false;
     RayToObject to_object;
-    if (!to_object.set_inverse_of(matrix_at(moving.keys, time))) return false;
+    if (!to_object.set_inverse_of(between(moving.keys[at.first], moving.keys[at.first + 1], at.fraction))) return false;
     ray = to_object(world);
   } else if (!moving.in_place) {
     ray = moving.to_object(world);
@@ -30,8 +39,8 @@ inline bool trace_one_moving(const Structure& s, const MovingInstance& moving, c
   const CandidateFilter filter{s.filter, world, tree, moving.instance};
   TreeHit in_tree;
   const bool found_any = slice == nullptr ? trace_tree<kAny>(tree, ray, t_min, filter, t_far, in_tree)
-                                          : trace_tree<kAny>(tree, ray, t_min, filter, t_far, in_tree,
-                                                             Deforming{time, slice->slice.fraction_of(time)});
+                                          : trace_tree<kAny>(tree, Deforming{time, slice->slice.fraction_of(time)}, ray,
+                                                             t_min, filter, t_far, in_tree);
   if (!found_any) return false;
   if (kAny) return true;
   const Hit found = filter.resolve(in_tree);
@@ -59,32 +68,34 @@ inline void add_moving(const Structure& s, std::span<const Ray> rays, std::span<
   }
 }
 
-inline Hit intersect_all(const Structure& s, const Ray& ray) {
-  Hit hit;
-  if (!can_hit(ray)) return hit;
-  trace<false>(s, ray, hit);
-  trace_moving<false>(s, ray, hit.is_hit() ? hit.t : ray.t_max, hit);
+template <const Queries& kStill>
+inline Hit intersect(const Structure& s, const Ray& ray) {
+  Hit hit = kStill.intersect(s, ray);
+  if (can_hit(ray)) trace_moving<false>(s, ray, hit.is_hit() ? hit.t : ray.t_max, hit);
   return hit;
 }
-inline bool occluded_by_any(const Structure& s, const Ray& ray) {
+template <const Queries& kStill>
+inline bool occluded(const Structure& s, const Ray& ray) {
   Hit hit;
-  return can_hit(ray) && (trace<true>(s, ray, hit) || trace_moving<true>(s, ray, ray.t_max, hit));
+  return kStill.occluded(s, ray) || (can_hit(ray) && trace_moving<true>(s, ray, ray.t_max, hit));
 }
 
 // A batch query of what stands still, and then what moves.
-template <class Answer, void (*still)(const Structure&, std::span<const Ray>, std::span<Answer>)>
-inline void with_moving(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
-  still(s, rays, answers);
+template <const Queries& kStill, class Answer,
+          void (*Queries::*query)(const Structure&, std::span<const Ray>, std::span<Answer>)>
+inline void batch(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
+  (kStill.*query)(s, rays, answers);
   add_moving(s, rays, answers);
 }
 
+template <const Queries& kStill>
 constexpr Queries make_moving_queries() {
-  return {intersect_all,
-          occluded_by_any,
-          with_moving<Hit, intersect_stream>,
-          with_moving<uint8_t, occluded_stream>,
-          with_moving<Hit, intersect_coherent>,
-          with_moving<uint8_t, occluded_coherent>};
+  return {intersect<kStill>,
+          occluded<kStill>,
+          batch<kStill, Hit, &Queries::intersect_stream>,
+          batch<kStill, uint8_t, &Queries::occluded_stream>,
+          batch<kStill, Hit, &Queries::intersect_coherent>,
+          batch<kStill, uint8_t, &Queries::occluded_coherent>};
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

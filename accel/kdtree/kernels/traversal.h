@@ -41,27 +41,13 @@ inline bool may_lie_in_plane(const Imath::V3f& direction) {
   return (std::fabs(direction.x) < kLeast) | (std::fabs(direction.y) < kLeast) | (std::fabs(direction.z) < kLeast);
 }
 
-// A box in registers: lanes x, y, z.
-struct BoxQuads {
-  Quad low, high;
-
-  explicit BoxQuads(const Imath::Box3f& box) {
-    std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
-    std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
-    high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
-  }
-  // Between two, all of whose faces move along straight lines.
-  BoxQuads(const Imath::Box3f& begin, const Imath::Box3f& end, float fraction) : BoxQuads(begin) {
-    const BoxQuads to(end);
-    low = low + (to.low - low) * fraction;
-    high = high + (to.high - high) * fraction;
-  }
-};
-
 // Cuts [enter, leave] to the box; false if nothing is left. Without branches: the signs of mixed rays cannot be predicted.
-inline bool clip_to_box(const BoxQuads& box, Quad origin, Quad reciprocal, float& enter, float& leave) {
+inline bool clip_to_box(const Imath::Box3f& box, Quad origin, Quad reciprocal, float& enter, float& leave) {
   using Bits = int32_t __attribute__((vector_size(16)));
-  Quad low = box.low, high = box.high;
+  Quad low, high; // lanes x, y, z
+  std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
+  std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
+  high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
   low = (low - origin) * reciprocal;
   high = (high - origin) * reciprocal;
   const Bits down = std::bit_cast<Bits>(reciprocal) < 0;
@@ -75,6 +61,27 @@ inline bool clip_to_box(const BoxQuads& box, Quad origin, Quad reciprocal, float
   return entry <= leave * kWiden;
 }
 
+// The same for a box that moves from one place to another, all of its faces along straight lines.
+inline bool clip_to_box(const Imath::Box3f& from, const Imath::Box3f& to, float fraction, Quad origin, Quad reciprocal,
+                        float& enter, float& leave) {
+  struct Faces {
+    Quad first, last; // min.x to max.x, min.z to max.z
+  };
+  alignas(16) Imath::Box3f box;
+  Faces a, b;
+  const auto load = [](const Imath::Box3f& faces, Faces& out) {
+    std::memcpy(&out.first, reinterpret_cast<const float*>(&faces), sizeof(Quad));
+    std::memcpy(&out.last, reinterpret_cast<const float*>(&faces) + 2, sizeof(Quad));
+  };
+  load(from, a);
+  load(to, b);
+  a.first = a.first + (b.first - a.first) * fraction;
+  a.last = a.last + (b.last - a.last) * fraction;
+  std::memcpy(reinterpret_cast<float*>(&box), &a.first, sizeof(Quad));
+  std::memcpy(reinterpret_cast<float*>(&box) + 2, &a.last, sizeof(Quad));
+  return clip_to_box(box, origin, reciprocal, enter, leave);
+}
+
 // Outcome of a step down: the child to visit next, which may be empty, and where its interval ends (it begins with the node's).
 struct WideStep {
   ChildWord child;
@@ -82,17 +89,11 @@ struct WideStep {
   uint32_t rest; // bit i: child i of the frame is still to be visited
 };
 
-// What rays are cut to.
-inline BoxQuads box_of(const Tree& tree, const Still&) { return BoxQuads(tree.clip_bounds); }
-inline BoxQuads box_of(const Tree& tree, const Deforming& motion) {
-  return {tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction};
-}
-
 // Where the planes of a node stand.
-inline Float8 planes_of(const Tree& tree, ChildWord node, const Still&) {
+inline Float8 planes_of(const Tree& tree, ChildWord node, Still) {
   return Float8::load(tree.nodes[node].planes.data());
 }
-inline Float8 planes_of(const Tree& tree, ChildWord node, const Deforming& motion) {
+inline Float8 planes_of(const Tree& tree, ChildWord node, Deforming motion) {
   return Float8::load(tree.nodes[node].planes.data()) +
          Float8::load(tree.ways[node].ways.data()) * Float8(motion.fraction);
 }
@@ -134,10 +135,10 @@ inline void prefetch_child(const Tree& tree, ChildWord child) {
 
 // A ray through the cell `child` of a tree, [enter, leave] there. Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any
 // hit: true at the first found.
-template <bool kAny, class Motion = Still>
-inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, const RayShear& shear, ChildWord child,
-                       float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
-                       TreeHit& best, const Motion& motion = {}) {
+template <bool kAny, class Motion>
+[[gnu::always_inline]] inline bool walk_cell(const Tree& tree, Motion motion, const Ray& ray, Float8 reciprocal,
+                                             const RayShear& shear, ChildWord child, float enter, float leave,
+                                             float t_min, const CandidateFilter& filter, float& t_far, TreeHit& best) {
   const auto* quads =
       reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
   const Float8 origin = Float8::load_twice(quads);
@@ -182,17 +183,39 @@ inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, cons
   }
 }
 
+// The same in a tree that does not deform.
+template <bool kAny>
+inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, const RayShear& shear, ChildWord child,
+                       float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
+                       TreeHit& best) {
+  return walk_cell<kAny>(tree, Still(), ray, reciprocal, shear, child, enter, leave, t_min, filter, t_far, best);
+}
+
 // `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
 // true at the first found.
-template <bool kAny, class Motion = Still>
+template <bool kAny>
 inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
-                       TreeHit& best, const Motion& motion = {}) {
+                       TreeHit& best) {
   float enter = t_min, leave = t_far;
   alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
-  if (tree.root == kEmptyChild || !clip_to_box(box_of(tree, motion), origin_quad(ray), reciprocal, enter, leave))
+  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), reciprocal, enter, leave))
     return false;
   return trace_cell<kAny>(tree, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
-                          tree.root, enter, leave, t_min, filter, t_far, best, motion) ||
+                          tree.root, enter, leave, t_min, filter, t_far, best) ||
+         (!kAny && best.is_hit());
+}
+
+// The same for a tree that deforms.
+template <bool kAny>
+inline bool trace_tree(const Tree& tree, Deforming motion, const Ray& ray, float t_min, const CandidateFilter& filter,
+                       float& t_far, TreeHit& best) {
+  float enter = t_min, leave = t_far;
+  alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
+  if (!clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, origin_quad(ray), reciprocal, enter,
+                   leave))
+    return false;
+  return walk_cell<kAny>(tree, motion, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)),
+                         shear_of(ray), tree.root, enter, leave, t_min, filter, t_far, best) ||
          (!kAny && best.is_hit());
 }
 
