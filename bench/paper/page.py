@@ -64,7 +64,7 @@ def times_table(figures):
             for number, render in enumerate(scene["renders"]):
                 then = "" if scene["paper_s"] is None or number else f"{scene['paper_s']:g} s"
                 size = "{0[0]} x {0[1]}".format(render["size_px"])
-                rows.append([f'<a href="#figure-{figure["number"]}">{name}</a>', f'<span class="then">{then}</span>', render["name"], size,
+                rows.append([f'<a href="#figure-{figure["number"]}">{name}</a>', f'<span class="then">{then}</span>', html.escape(render["name"]), size,
                              f'{render["spp"]:g}', seconds(render["one_core_s"]), seconds(render["all_cores_s"]), f'{render["rays_per_s"] / 1e6:.2f}'])
     return "<h2>Times</h2>\n" + table(["figure", "the paper", "here", "pixels", "samples", "one core, s", "all cores, s", "million rays/s"], rows)
 
@@ -78,7 +78,7 @@ def figure_section(figure):
             f'<p>The paper: {html.escape(figure["paper"])}{then}{stated}</p>\n<div class="row" style="--w: 320px; --m: {figure["shown_px"]}px">\n']
     for scene in figure["scenes"]:
         for number, render in enumerate(scene["renders"]):
-            words = [f"{render['name']}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core, {seconds(render['all_cores_s'])} s on all"]
+            words = [f"{html.escape(render['name'])}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core, {seconds(render['all_cores_s'])} s on all"]
             if scene["caption"]:
                 words.insert(0, scene["caption"])
             if scene["paper_s"] is not None and number == 0:
