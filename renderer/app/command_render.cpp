@@ -113,6 +113,9 @@ class RenderCommand {
     Result<std::optional<PlacedCamera>> camera = choose_camera(scene_, posed_, options_);
     if (!camera.ok()) return camera.error();
     placed_camera_ = std::move(camera).value();
+    if (placed_camera_)
+      if (Result<void> overridden = override_lens(placed_camera_->camera, options_.lens); !overridden.ok())
+        return overridden.error();
     const Result<V2i> size = choose_size(placed_camera_ ? &placed_camera_->camera : nullptr, options_);
     if (!size.ok()) return size.error();
     size_px_ = size.value();
@@ -137,9 +140,15 @@ class RenderCommand {
       placed_camera_ = fit_camera(world_->bounds(), aspect);
       if (Result<void> overridden = override_fov(placed_camera_->camera, options_); !overridden.ok())
         return overridden.error();
+      if (Result<void> overridden = override_lens(placed_camera_->camera, options_.lens); !overridden.ok())
+        return overridden.error();
       display_.on_warning(report_.scene_file + ": no camera: seen through one fitted to the scene's bounds");
     }
-    camera_.emplace(placed_camera_->camera, placed_camera_->camera_to_world, size_px_);
+    const Result<std::string> focus = focus_lens(*placed_camera_, *world_, size_px_, options_.lens);
+    if (!focus.ok()) return focus.error();
+    if (!focus.value().empty()) console_.detail(focus.value());
+    camera_.emplace(placed_camera_->camera, placed_camera_->camera_to_world, size_px_,
+                    CameraMotion{.later_transforms = placed_camera_->later_transforms});
     report_.times.build_s += seconds_since(start);
     display_.end_phase();
     console_.detail(

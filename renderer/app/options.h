@@ -4,6 +4,7 @@
 
 #include "accel/make_accelerator.h"
 #include "renderer/app/accelerator_variant.h"
+#include "renderer/app/lens_flags.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/shootout_clock.h"
 #include "renderer/base/math.h"
@@ -54,6 +55,7 @@ struct RenderOptions {
   V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
   std::optional<double> yfov_deg; // of a perspective camera
   std::optional<double> time_s;   // of the animations; unset: the rest pose
+  LensOptions lens;
 
   std::filesystem::path env_file;
   double env_rotation_deg = 0.0;

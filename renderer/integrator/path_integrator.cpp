@@ -107,9 +107,12 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
       continue;
     }
     PathState& state = context.states[context.active[first + i]];
-    if (state.cone.spread < 0.0f) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
+    const bool from_camera = state.cone.spread < 0.0f;
+    if (from_camera) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
     state.cone.width_m = state.cone.width_at(hits[i].t);
     footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
+    if (from_camera)
+      footprints[i].width_m = first_footprint(camera_, rays[i], hits[i].t, state.cone.width_m, sample_width_);
   }
   world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
@@ -153,7 +156,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
     continue_through(ray, surface, slot, context);
     return;
   }
-  if (state.bounce == 0 && !context.surfaces.empty()) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
+  if (state.bounce == 0 && !context.surfaces.empty()) record_surface(ray, surface, &vertex.bsdf.bsdf(), slot, context);
   if (reflects && sample_bounce(vertex, context)) context.next_active.push_back(slot);
 }
 
@@ -171,7 +174,7 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, slot, context))
       continue_through(ray, surface, slot, context);
     else if (state.bounce == 0 && !context.surfaces.empty())
-      record_surface(surface, nullptr, slot, context);
+      record_surface(ray, surface, nullptr, slot, context);
     return;
   }
   if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&

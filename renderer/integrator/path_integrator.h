@@ -56,7 +56,8 @@ class PathIntegrator final : public Integrator {
   void light_vertex(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
   // Only where the context keeps surfaces.
-  void record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot, PathContext& context) const;
+  void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot,
+                      PathContext& context) const;
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
 
   // Layers and media, path_media.cpp.
