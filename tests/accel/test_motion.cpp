@@ -201,7 +201,7 @@ TEST_P(DeformingMeshes, RefusedHitsUncoverWhatLiesBehind) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MovingInstances, ::testing::ValuesIn(kAllKinds), kind_label);
-INSTANTIATE_TEST_SUITE_P(All, DeformingMeshes, ::testing::Values(Kind::brute_force, Kind::embree), kind_label);
+INSTANTIATE_TEST_SUITE_P(All, DeformingMeshes, ::testing::ValuesIn(kAllKinds), kind_label);
 
 } // namespace
 } // namespace kindling::accel::testing

@@ -7,6 +7,7 @@
 #include "accel/affine.h"
 #include "accel/kdtree/candidate.h"
 #include "accel/kdtree/config.h"
+#include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/node.h"
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"

@@ -25,10 +25,14 @@ inline bool trace_one_moving(const Structure& s, const MovingInstance& moving, c
     ray = moving.to_object(world);
   }
   if (!can_hit(ray)) return false;
-  const Tree& tree = *moving.tree;
+  const DeformingSlice* slice = moving.deforming == nullptr ? nullptr : &moving.deforming->slice_at(time);
+  const Tree& tree = slice == nullptr ? *moving.tree : slice->tree;
   const CandidateFilter filter{s.filter, world, tree, moving.instance};
   TreeHit in_tree;
-  if (!trace_tree<kAny>(tree, ray, t_min, filter, t_far, in_tree)) return false;
+  const bool found_any = slice == nullptr ? trace_tree<kAny>(tree, ray, t_min, filter, t_far, in_tree)
+                                          : trace_tree<kAny>(tree, ray, t_min, filter, t_far, in_tree,
+                                                             Deforming{time, slice->slice.fraction_of(time)});
+  if (!found_any) return false;
   if (kAny) return true;
   const Hit found = filter.resolve(in_tree);
   if (!hit.is_hit() || found.t != hit.t || comes_before(found, hit)) hit = found;
