@@ -7,6 +7,7 @@
 #include "renderer/app/lens_flags.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/shootout_clock.h"
+#include "renderer/app/shutter_flags.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/film/aov.h"
@@ -56,6 +57,7 @@ struct RenderOptions {
   std::optional<double> yfov_deg; // of a perspective camera
   std::optional<double> time_s;   // of the animations; unset: the rest pose
   LensOptions lens;
+  ShutterOptions shutter;
 
   std::filesystem::path env_file;
   double env_rotation_deg = 0.0;

@@ -135,8 +135,9 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
                               ? &guide_->light_shares.find(member.surface.position, member.surface.geometric_normal)
                               : nullptr;
     member.light = static_cast<uint32_t>(query_count);
-    group.queries[query_count++] = {member.surface.position, normal, member.draws.light, member.draws.spare,
-                                    member.light_shares};
+    group.queries[query_count++] = {member.surface.position, normal,
+                                    member.draws.light,      member.draws.spare,
+                                    member.light_shares,     context.rays[first + i].time};
   }
   world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
 }
@@ -188,13 +189,14 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
     const LayersHere layers = resolve_layers(surface, frame, state, context.media[slot], member.draws.choice.x);
     scatter(ray,
-            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), slot, member,
-                   &layers},
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), slot, ray.time,
+                   member, &layers},
             context);
   } else {
     const Frame frame = Frame::around(surface.shading_normal);
     scatter(ray,
-            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), slot, member, nullptr},
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), slot, ray.time, member,
+                   nullptr},
             context);
   }
 }
@@ -272,7 +274,8 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
   if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, context);
-  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
+  context.shadow_rays.push_back(
+      make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index, vertex.time));
   context.shadow_rays.back().flags = kPassPanes;
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
@@ -316,6 +319,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = ray_key(sample, dimension),
+                               .time = vertex.time,
                                .index = sample.address.index,
                                .flags = kHitPartlyTransparent});
   return true;

@@ -32,6 +32,7 @@ class PathIntegrator final : public Integrator {
     const Frame& frame; // around the shading normal
     GuidedBsdf bsdf;
     uint32_t slot; // of the path
+    float time;    // of its rays
     const ShadeGroup::Member& member;
     const LayersHere* layers; // null: the surface has none
   };
