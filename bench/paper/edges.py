@@ -3,10 +3,11 @@
 import numpy as np
 
 import fidelity_pictures
+import figures
 import tracers
 
 SCENE, SIZE = "figure_06", (301, 246)
-COMMON = ["--integrator", "whitted", "--light-samples", "2x2"]
+COMMON = next(way.flags for figure in figures.find(["6"]) for way in figure.ways if "whitted" in way.flags)
 BOX, OURS = ["--filter", "box"], ["--filter", "blackman-harris"]
 WAYS = {
     "one sample": (1, ["--sampler", "stratified", *BOX]),

@@ -14,7 +14,7 @@ import renderers
 
 SCENES = renderers.ROOT / "scenes" / "paper"
 NEEDED = ["--integrator", "--trace-depth", "--max-reflections", "--whitted-cache", "--whitted-form", "--tracer", "--light-samples",
-          "--glossy-samples", "--schedule", "--sampler"]
+          "--glossy-samples", "--ambient", "--schedule", "--sampler"]
 
 
 @dataclass

@@ -9,7 +9,9 @@
 import argparse
 import datetime
 import json
+import math
 import platform
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -22,11 +24,13 @@ import edges
 import fidelity_pictures
 import figures
 import page
+import pixels
 import renderers
 import tracers
 from measure import Bench
 
 PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
+SHEET_PX, SHEET_COLUMNS = (228, 187), 5
 ONE_CORE_PART = 8  # one core renders this part of the path tracer's samples, and its time is multiplied
 
 
@@ -37,6 +41,8 @@ def main():
         bench = Bench(renderers.find_kindling(arguments.kindling), folder, arguments.scale, arguments.flag)
         bench.check()
         result = measure(bench, arguments, chosen)
+        if arguments.sheet and result.get("figures"):
+            contact_sheet(result["figures"], Path(folder), arguments.sheet)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     arguments.out.write_text(page.page(result), encoding="utf-8")
     data = arguments.out.with_suffix(".json")
@@ -57,6 +63,7 @@ def parse_arguments():
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write the figures' pictures there, as WebP")
+    parser.add_argument("--sheet", type=Path, metavar="FILE.webp", help="also lay the last picture of each scene on one sheet")
     arguments = parser.parse_args()
     arguments.parts = arguments.parts or (["figures"] if arguments.figures else PARTS)
     if unknown := [part for part in arguments.parts if part not in PARTS]:
@@ -126,6 +133,20 @@ def render_way(bench, arguments, figure, scene, way):
     return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": result.render_s,
             "one_core_s": one.render_s * spp / (spp // part), "rays_per_s": result.stats["rays_per_s"], "picture": encoded, "command": result.command,
             "warnings": result.warnings}
+
+
+def contact_sheet(chosen, folder, output):
+    """Five in a row, all of one size."""
+    pictures = []
+    for number, scene in enumerate(scene for figure in chosen for scene in figure["scenes"]):
+        pictures.append(folder / f"sheet{number}.webp")
+        pictures[-1].write_bytes(scene["renders"][-1]["picture"])
+    width, height = SHEET_PX
+    words = [word for path in pictures for word in (path, "--resize", f"{width}x{height}")]
+    rows = math.ceil(len(pictures) / SHEET_COLUMNS)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    subprocess.run([pixels.oiiotool(), "-q", *map(str, words), "--mosaic:pad=4", f"{min(SHEET_COLUMNS, len(pictures))}x{rows}", "-d", "uint8",
+                    "--compression", "webp:88", "-o", str(output)], check=True)
 
 
 def processor():
