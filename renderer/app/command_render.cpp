@@ -106,6 +106,7 @@ class RenderCommand {
     const Result<int> root = choose_scene(scene_, options_.scene_name);
     if (!root.ok()) return root.error();
     if (const Result<int> variant = show_variant(scene_, options_.variant_name); !variant.ok()) return variant.error();
+    apply_light_options(options_.lights, scene_);
     const Result<std::optional<Shutter>> shutter = choose_shutter(scene_, root.value(), options_);
     if (!shutter.ok()) return shutter.error();
     report_.shutter = shutter.value();

@@ -5,6 +5,7 @@
 #include "accel/make_accelerator.h"
 #include "renderer/app/accelerator_variant.h"
 #include "renderer/app/lens_flags.h"
+#include "renderer/app/light_flags.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/shootout_clock.h"
 #include "renderer/app/shutter_flags.h"
@@ -63,6 +64,8 @@ struct RenderOptions {
   double env_rotation_deg = 0.0;
   double env_intensity = 1.0;
   std::optional<Rgb> env_color;
+
+  LightOptions lights; // of the scene
 
   IntegratorSettings integrator; // background included
   Guiding guiding = Guiding::automatic;

@@ -88,6 +88,7 @@ void PathIntegrator::shade(PathContext& context) const {
     sample_lights(first, end - first, context);
     for (size_t i = first; i < end; ++i) {
       ShadeGroup::Member& member = context.group.members[i - first];
+      if (world_.lights().has_shapes()) add_shapes(i, context);
       if (context.hits[i].is_hit())
         shade_hit(i, member, context);
       else

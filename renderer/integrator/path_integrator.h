@@ -54,6 +54,7 @@ class PathIntegrator final : public Integrator {
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   void restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
+  void add_shapes(size_t i, PathContext& context) const; // path_shapes.cpp
   void light_vertex(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
   // Only where the context keeps surfaces.

@@ -72,7 +72,9 @@ std::string_view WholeLights::name(size_t light) const {
   return "environment";
 }
 
-bool WholeLights::is_delta(size_t light) const { return entries_[light].kind == Kind::punctual; }
+bool WholeLights::is_delta(size_t light) const {
+  return entries_[light].kind == Kind::punctual && !(lights_.punctuals_[entries_[light].first].radius > 0.0f);
+}
 
 WholeLights::OnTriangle WholeLights::choose_point(const Entry& entry, const V2f& u) const {
   if (entry.is_parallelogram) {
@@ -135,7 +137,7 @@ std::optional<LightSample> WholeLights::sample(size_t light, const V3f& point, c
   switch (entry.kind) {
   case Kind::mesh: result = sample_mesh(entry, point, u, time); break;
   case Kind::punctual:
-    result = lights_.sample_punctual(lights_.punctuals_[entry.first], point);
+    result = lights_.sample_punctual(entry.first, point, u, time);
     if (result && entry.first >= lights_.first_directional_) result->kind = LightKind::directional;
     break;
   case Kind::environment:
