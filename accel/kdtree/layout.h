@@ -12,7 +12,7 @@
 namespace kindling::accel::kd {
 
 // Throws std::bad_alloc if memory runs out, or if the tree exceeds what a ChildWord can number (32 GiB of leaves).
-// `slice`: for a tree of moving planes, that of the shutter which it is for; else null.
+// `slice`: for a tree of moving planes, that of the shutter which it is for; else null. Its caller sets what rays are cut to.
 [[nodiscard]] Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlice* slice = nullptr);
 
 } // namespace kindling::accel::kd

@@ -47,8 +47,9 @@ struct Tree {
   AlignedArray<PlaneWays> ways;  // by node, of trees that deform; else none
   AlignedArray<LeafUnit> leaves; // blocks, one behind the other: LeafBlock, or MovingBlock in trees that deform
   ChildWord root = kEmptyChild;
-  Imath::Box3f bounds;              // exact
-  Imath::Box3f clip_bounds;         // a little larger: rays are cut to it
+  Imath::Box3f bounds;              // exact; of a tree that deforms, at all times of its slice, and a little larger
+  Imath::Box3f clip_bounds;         // a little larger: rays are cut to it, or, in a tree that deforms,
+  Imath::Box3f clip_bounds_at_end;  // to what lies between the begin of the slice, above, and its end
   std::vector<Geometry> geometries; // by first_primitive
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 

@@ -55,7 +55,12 @@ class TreeWalk {
   // Narrows t_far to the nearest hit; true at the first if any will do.
   bool run(float t_min, float& t_far) {
     Interval whole{t_min, t_far};
-    if (tree_.root == kEmptyChild || !whole.cut(tree_.clip_bounds.min, tree_.clip_bounds.max, ray_)) return false;
+    Imath::Box3f box = tree_.clip_bounds;
+    if (tree_.deforms()) {
+      box.min = between(box.min, tree_.clip_bounds_at_end.min, fraction_);
+      box.max = between(box.max, tree_.clip_bounds_at_end.max, fraction_);
+    }
+    if (tree_.root == kEmptyChild || !whole.cut(box.min, box.max, ray_)) return false;
     Cell cell{tree_.root, std::min(whole.enter, whole.leave), whole.leave};
     while (true) {
       while (cell.child != kEmptyChild && (cell.child & kLeafBit) == 0) cell = descend(cell);

@@ -42,9 +42,22 @@ std::vector<Reference> at_middle(const Imath::Box3f& box, const MovingReferences
   return out;
 }
 
-// How a plane that stands at split.position at the middle of the slice should move: with the triangles near it. One that cuts off
-// empty space goes along their bounds.
-MovingPlane plane_for(const Split& split, const Imath::Box3f& box, const MovingReferences& references) {
+// How many references are on both sides at some time, rounding apart.
+size_t count_crossed(const MovingPlane& plane, const MovingReferences& references) {
+  size_t count = 0;
+  for (const MovingReference& r : references) {
+    const bool above = r.low[0][plane.axis] >= plane.position && r.low[1][plane.axis] >= plane.at_end();
+    const bool below = r.high[0][plane.axis] <= plane.position && r.high[1][plane.axis] <= plane.at_end();
+    count += static_cast<size_t>(!above & !below);
+  }
+  return count;
+}
+
+// How a plane that stands at split.position at the middle of the slice should move: with the bound that it was put at, which does not
+// cross the triangles that share this vertex, or on the average of the triangles near it, whichever crosses fewer. One that cuts off
+// empty space goes along the bounds of all.
+MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath::Box3f& box,
+                      const MovingReferences& references) {
   const int axis = split.axis;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const float extent = box.max[axis] - box.min[axis];
@@ -52,10 +65,13 @@ MovingPlane plane_for(const Split& split, const Imath::Box3f& box, const MovingR
   double weights = 0.0, ways = 0.0;
   float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
   bool any_below = false, any_above = false;
+  const Imath::V3f* bound = nullptr; // two, at both ends
   for (const MovingReference& r : references) {
     const float from = r.low_at_middle(axis), to = r.high_at_middle(axis);
     any_below = any_below || from < split.position;
     any_above = any_above || to > split.position;
+    if (from == split.position) bound = r.low;
+    if (to == split.position) bound = r.high;
     const double distance = std::max({0.0f, from - split.position, split.position - to}) + near;
     const double weight = 1.0 / (distance * distance);
     weights += weight;
@@ -70,18 +86,22 @@ MovingPlane plane_for(const Split& split, const Imath::Box3f& box, const MovingR
   };
   if (!any_below || !any_above) {
     const float* edge = any_above ? low : high;
-    const MovingPlane plane{axis, edge[0], edge[1] - edge[0]};
+    const float aside = 2.0f * meshes.margin[axis] * (any_above ? -1.0f : 1.0f);
+    const MovingPlane plane{axis, edge[0] + aside, edge[1] - edge[0]};
     if (is_inside(plane)) return plane;
   }
   const auto way = static_cast<float>(ways / weights);
-  const MovingPlane plane{axis, split.position - 0.5f * way, way};
-  return is_inside(plane) ? plane : MovingPlane{axis, split.position, 0.0f};
+  MovingPlane average{axis, split.position - 0.5f * way, way};
+  if (!is_inside(average)) average = {axis, split.position, 0.0f};
+  if (bound == nullptr) return average;
+  const MovingPlane at_bound{axis, bound[0][axis], bound[1][axis] - bound[0][axis]};
+  if (!is_inside(at_bound)) return average;
+  return count_crossed(at_bound, references) <= count_crossed(average, references) ? at_bound : average;
 }
 
 class MovingBuilder {
  public:
-  MovingBuilder(const BuildContext& context, const TimeSlice& slice, const SweptMargin& margin)
-      : context_(context), slice_(slice), margin_(margin) {}
+  MovingBuilder(const BuildContext& context, const SweptMeshes& meshes) : context_(context), meshes_(meshes) {}
 
   double build(const Cell& cell, MovingReferences references, BinaryNode& node) {
     if (references.size() <= context_.config.parallel_above)
@@ -154,17 +174,18 @@ class MovingBuilder {
     const std::optional<Split> found =
         find_split(context_.config, model, cell.box, at_middle(cell.box, references), scratch);
     if (!found) return false;
-    const MovingPlane plane = plane_for(*found, cell.box, references);
+    const MovingPlane plane = plane_for(meshes_, *found, cell.box, references);
     const int axis = plane.axis;
     for (const MovingReference& r : references) {
-      if (r.low[0][axis] >= plane.position && r.low[1][axis] >= plane.at_end()) {
-        out.right.push_back(r);
-      } else if (r.high[0][axis] <= plane.position && r.high[1][axis] <= plane.at_end()) {
-        out.left.push_back(r);
-      } else {
-        const SplitMoving parts = split_reference(context_.geometries, slice_, margin_, r, plane);
-        if (parts.in_left) out.left.push_back(parts.left);
-        if (parts.in_right) out.right.push_back(parts.right);
+      switch (side_of(meshes_, r, plane)) {
+      case Side::below: out.left.push_back(r); break;
+      case Side::above: out.right.push_back(r); break;
+      case Side::both: {
+        const SplitMoving parts = split_reference(meshes_, r, plane);
+        if (parts.in_below) out.left.push_back(parts.below);
+        if (parts.in_above) out.right.push_back(parts.above);
+        break;
+      }
       }
     }
     const HalfCounts counts{out.left.size(), out.right.size()};
@@ -207,8 +228,7 @@ class MovingBuilder {
   }
 
   const BuildContext& context_;
-  const TimeSlice& slice_;
-  const SweptMargin& margin_;
+  const SweptMeshes& meshes_;
   tbb::enumerable_thread_specific<Worker> workers_;
 };
 
@@ -219,25 +239,30 @@ MovingTree build_moving_tree(const Config& config, std::span<const Geometry> geo
                              BuildMonitor& monitor) {
   MovingTree tree;
   if (triangles.empty()) return tree;
-  SweptMargin margin;
-  MovingReferences references = swept_references(geometries, triangles, slice, margin);
+  SweptMeshes meshes{geometries, slice, Imath::V3f(0)};
+  MovingReferences references = swept_references(triangles, meshes);
   Cell cell;
   for (const MovingReference& r : references)
     for (int k = 0; k < 3; ++k) {
       cell.box.min[k] = std::min(cell.box.min[k], r.low_at_middle(k));
       cell.box.max[k] = std::max(cell.box.max[k], r.high_at_middle(k));
       for (int end = 0; end < 2; ++end) {
-        tree.binary.bounds.min[k] = std::min(tree.binary.bounds.min[k], r.low[end][k]);
-        tree.binary.bounds.max[k] = std::max(tree.binary.bounds.max[k], r.high[end][k]);
+        tree.bounds[end].min[k] = std::min(tree.bounds[end].min[k], r.low[end][k]);
+        tree.bounds[end].max[k] = std::max(tree.bounds[end].max[k], r.high[end][k]);
       }
     }
+  for (Imath::Box3f& bounds : tree.bounds) {
+    bounds.min -= meshes.margin;
+    bounds.max += meshes.margin;
+    tree.binary.bounds.extendBy(bounds);
+  }
   tree.binary.triangle_count = references.size();
   const double area = half_area(cell.box);
   const BuildContext context{config, geometries, monitor, config.max_depth(references.size()),
                              area > 0.0 ? 1.0 / area : 0.0};
   cell.budget = config.max_references(references.size());
   cell.weight = weight;
-  MovingBuilder builder(context, slice, margin);
+  MovingBuilder builder(context, meshes);
   tree.cost = area * builder.build(cell, std::move(references), tree.binary.root);
   tree.binary.arenas = builder.take_arenas();
   return tree;

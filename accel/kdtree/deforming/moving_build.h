@@ -18,8 +18,9 @@
 namespace kindling::accel::kd {
 
 struct MovingTree {
-  BinaryTree binary; // bounds are those of the whole slice; BinaryNode::way moves its planes
-  double cost = 0.0; // expected of a ray at any time of the slice, times the half area of the bounds at its middle
+  BinaryTree binary;      // bounds are those of the whole slice; BinaryNode::way moves its planes
+  Imath::Box3f bounds[2]; // at begin and end; what lies between at a time holds everything then
+  double cost = 0.0;      // expected of a ray at any time of the slice, times the half area of the bounds at its middle
 };
 
 // Costs are those at the middle of the slice. Progress counts as `weight` triangles. Same tree for any number of threads.

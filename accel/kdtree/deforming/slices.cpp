@@ -78,6 +78,8 @@ DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>
     if (monitor.cancelled()) return;
     out.slices[i].slice = slices[i];
     out.slices[i].tree = lay_out(std::move(tree.binary), geometries, &slices[i]);
+    out.slices[i].tree.clip_bounds = tree.bounds[0];
+    out.slices[i].tree.clip_bounds_at_end = tree.bounds[1];
   });
   if (monitor.cancelled()) return out;
   for (size_t i = 0; i < slices.size(); ++i) {

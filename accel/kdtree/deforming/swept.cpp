@@ -105,10 +105,9 @@ struct HullSide {
 };
 
 // Takes, face by face, the bound that is the tighter one at the middle of the slice: each of both holds at all times.
-void narrow(MovingReference& part, const HullSide& side, const V3f& way, const SweptMargin& margin) {
+void narrow(MovingReference& part, const HullSide& side, const V3f& way, const V3f& margin) {
   for (int k = 0; k < 3; ++k) {
-    const auto low = static_cast<float>(side.low[k]) - margin.by_axis[k],
-               high = static_cast<float>(side.high[k]) + margin.by_axis[k];
+    const auto low = static_cast<float>(side.low[k]) - margin[k], high = static_cast<float>(side.high[k]) + margin[k];
     if (low + 0.5f * way[k] > part.low_at_middle(k)) {
       part.low[0][k] = low;
       part.low[1][k] = low + way[k];
@@ -139,9 +138,7 @@ std::vector<LeafReference> triangles_to_sweep(std::span<const Geometry> geometri
   return out;
 }
 
-std::vector<MovingReference> swept_references(std::span<const Geometry> geometries,
-                                              std::span<const LeafReference> triangles, const TimeSlice& slice,
-                                              SweptMargin& margin) {
+std::vector<MovingReference> swept_references(std::span<const LeafReference> triangles, SweptMeshes& meshes) {
   constexpr size_t kChunk = 4096;
   std::vector<MovingReference> references(triangles.size());
   std::vector<Extremes> extremes((triangles.size() + kChunk - 1) / kChunk);
@@ -149,7 +146,8 @@ std::vector<MovingReference> swept_references(std::span<const Geometry> geometri
     for (size_t i = c * kChunk; i < std::min(triangles.size(), (c + 1) * kChunk); ++i) {
       references[i].geometry = triangles[i].geometry;
       references[i].triangle = triangles[i].triangle;
-      bound(Path(geometries[triangles[i].geometry], triangles[i].triangle, slice), slice, references[i], extremes[c]);
+      const Path path(meshes.geometries[triangles[i].geometry], triangles[i].triangle, meshes.slice);
+      bound(path, meshes.slice, references[i], extremes[c]);
     }
   });
   Extremes all;
@@ -157,34 +155,50 @@ std::vector<MovingReference> swept_references(std::span<const Geometry> geometri
   // A vertex at a time is off by 5 u of the largest coordinate, a plane by twice that, since it may begin outside; the fraction of
   // the way between two keys by u of the time that has passed, in keys, which moves the vertex by u of its speed. Builder: as much.
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
-  margin.by_axis =
+  meshes.margin =
       all.coordinate * (16.0f * kEpsilon) + all.speed * (2.0f * kEpsilon) + V3f(std::numeric_limits<float>::min());
-  tbb::parallel_for(size_t{0}, extremes.size(), [&](size_t c) {
-    for (size_t i = c * kChunk; i < std::min(triangles.size(), (c + 1) * kChunk); ++i)
-      for (int end = 0; end < 2; ++end) {
-        references[i].low[end] -= margin.by_axis;
-        references[i].high[end] += margin.by_axis;
-      }
-  });
   return references;
+}
+
+Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane) {
+  const int axis = plane.axis;
+  const float margin = meshes.margin[axis];
+  if (reference.low[0][axis] - margin >= plane.position && reference.low[1][axis] - margin >= plane.at_end())
+    return Side::above;
+  if (reference.high[0][axis] + margin <= plane.position && reference.high[1][axis] + margin <= plane.at_end())
+    return Side::below;
+  const TriangleMesh& mesh = meshes.geometries[reference.geometry].mesh;
+  const uint32_t segments = key_count(mesh) - 1;
+  if ((meshes.slice.end - meshes.slice.begin) * static_cast<float>(segments) != 1.0f) return Side::both;
+  const uint32_t key = key_interval(meshes.slice.begin, segments).first;
+  const std::span<const V3f> first = positions_at_key(mesh, key), second = positions_at_key(mesh, key + 1);
+  bool above = true, below = true;
+  for (size_t k = 0; k < 3; ++k) {
+    const uint32_t vertex = mesh.indices[3 * static_cast<size_t>(reference.triangle) + k];
+    const float position = first[vertex][axis], end = second[vertex][axis], way = end - position;
+    above = above && ((position >= plane.position && way >= plane.way) ||
+                      (position - margin >= plane.position && end - margin >= plane.at_end()));
+    below = below && ((position <= plane.position && way <= plane.way) ||
+                      (position + margin <= plane.position && end + margin <= plane.at_end()));
+  }
+  return above ? Side::above : below ? Side::below : Side::both;
 }
 
 // At every time the triangle lies in the hull of its corners at all samples, in any frame that moves evenly: in that of the plane
 // along its axis, and in the triangle's own along the others. The part on one side has the corners there and the points where edges of
 // the hull, or diagonals, which do no harm, pass the plane.
-SplitMoving split_reference(std::span<const Geometry> geometries, const TimeSlice& slice, const SweptMargin& margin,
-                            const MovingReference& reference, const MovingPlane& plane) {
+SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane) {
   SplitMoving parts{reference, reference, true, true};
   const int axis = plane.axis;
   if (plane.at_middle() < reference.high_at_middle(axis)) {
-    parts.left.high[0][axis] = plane.position;
-    parts.left.high[1][axis] = plane.at_end();
+    parts.below.high[0][axis] = plane.position;
+    parts.below.high[1][axis] = plane.at_end();
   }
   if (plane.at_middle() > reference.low_at_middle(axis)) {
-    parts.right.low[0][axis] = plane.position;
-    parts.right.low[1][axis] = plane.at_end();
+    parts.above.low[0][axis] = plane.position;
+    parts.above.low[1][axis] = plane.at_end();
   }
-  const Path path(geometries[reference.geometry], reference.triangle, slice);
+  const Path path(meshes.geometries[reference.geometry], reference.triangle, meshes.slice);
   if (path.count > kMostSamplesOfHull) return parts;
 
   V3f way(0);
@@ -197,7 +211,7 @@ SplitMoving split_reference(std::span<const Geometry> geometries, const TimeSlic
   for (size_t i = 0; i < path.count; ++i)
     for (const V3f& p : path.corners[i]) points[count++] = V3d(p) - V3d(way) * static_cast<double>(path.fraction[i]);
   HullSide below, above;
-  const double at = plane.position, slack = margin.by_axis[axis];
+  const double at = plane.position, slack = meshes.margin[axis];
   for (size_t i = 0; i < count; ++i) {
     const double di = points[i][axis] - at;
     if (di <= slack) below.extend(points[i]);
@@ -210,10 +224,10 @@ SplitMoving split_reference(std::span<const Geometry> geometries, const TimeSlic
       above.extend(crossing);
     }
   }
-  parts.in_left = !below.empty();
-  parts.in_right = !above.empty();
-  if (parts.in_left) narrow(parts.left, below, way, margin);
-  if (parts.in_right) narrow(parts.right, above, way, margin);
+  parts.in_below = !below.empty();
+  parts.in_above = !above.empty();
+  if (parts.in_below) narrow(parts.below, below, way, meshes.margin);
+  if (parts.in_above) narrow(parts.above, above, way, meshes.margin);
   return parts;
 }
 

@@ -46,27 +46,35 @@ struct MovingReference {
 };
 static_assert(sizeof(MovingReference) == 56);
 
-// By axis: how far apart the kernels' planes and vertices, the builder's boxes, and exact arithmetic may be.
-struct SweptMargin {
-  Imath::V3f by_axis;
+// What does not change while a tree is built. The margin is, by axis, how far apart the kernels' planes and vertices and the builder's
+// boxes may be for rounding.
+struct SweptMeshes {
+  std::span<const Geometry> geometries;
+  TimeSlice slice;
+  Imath::V3f margin;
 };
 
 // The triangles that can be hit at some time, all vertices of which are finite at all keys, in the order of primitives.
 [[nodiscard]] std::vector<LeafReference> triangles_to_sweep(std::span<const Geometry> geometries);
 
-// Their boxes for a slice, with a margin for rounding, which is returned too.
-[[nodiscard]] std::vector<MovingReference> swept_references(std::span<const Geometry> geometries,
-                                                            std::span<const LeafReference> triangles,
-                                                            const TimeSlice& slice, SweptMargin& margin);
+// Their boxes, without a margin; sets that of `meshes`.
+[[nodiscard]] std::vector<MovingReference> swept_references(std::span<const LeafReference> triangles,
+                                                            SweptMeshes& meshes);
+
+enum class Side { below, above, both };
+
+// On which sides of a plane what is left of a triangle ever is, or may be, as the kernels' arithmetic has it. Where vertices are
+// interpolated just as planes are, between two keys that are the ends of the slice, a triangle that touches the plane all the time
+// with a vertex or an edge is on one side: rounding keeps the order of what begins in order and goes in order.
+[[nodiscard]] Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane);
 
 struct SplitMoving {
-  MovingReference left, right;
-  bool in_left, in_right; // at least one; only then is the part set
+  MovingReference below, above;
+  bool in_below, in_above; // at least one; only then is the part set
 };
 
-// The two parts of a reference, some of which is at some time below the plane, and some above.
-[[nodiscard]] SplitMoving split_reference(std::span<const Geometry> geometries, const TimeSlice& slice,
-                                          const SweptMargin& margin, const MovingReference& reference,
+// The two parts of a reference that is on both sides.
+[[nodiscard]] SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& reference,
                                           const MovingPlane& plane);
 
 } // namespace kindling::accel::kd

@@ -41,13 +41,27 @@ inline bool may_lie_in_plane(const Imath::V3f& direction) {
   return (std::fabs(direction.x) < kLeast) | (std::fabs(direction.y) < kLeast) | (std::fabs(direction.z) < kLeast);
 }
 
+// A box in registers: lanes x, y, z.
+struct BoxQuads {
+  Quad low, high;
+
+  explicit BoxQuads(const Imath::Box3f& box) {
+    std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
+    std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
+    high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
+  }
+  // Between two, all of whose faces move along straight lines.
+  BoxQuads(const Imath::Box3f& begin, const Imath::Box3f& end, float fraction) : BoxQuads(begin) {
+    const BoxQuads to(end);
+    low = low + (to.low - low) * fraction;
+    high = high + (to.high - high) * fraction;
+  }
+};
+
 // Cuts [enter, leave] to the box; false if nothing is left. Without branches: the signs of mixed rays cannot be predicted.
-inline bool clip_to_box(const Imath::Box3f& box, Quad origin, Quad reciprocal, float& enter, float& leave) {
+inline bool clip_to_box(const BoxQuads& box, Quad origin, Quad reciprocal, float& enter, float& leave) {
   using Bits = int32_t __attribute__((vector_size(16)));
-  Quad low, high; // lanes x, y, z
-  std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
-  std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
-  high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
+  Quad low = box.low, high = box.high;
   low = (low - origin) * reciprocal;
   high = (high - origin) * reciprocal;
   const Bits down = std::bit_cast<Bits>(reciprocal) < 0;
@@ -67,6 +81,12 @@ struct WideStep {
   float leave;
   uint32_t rest; // bit i: child i of the frame is still to be visited
 };
+
+// What rays are cut to.
+inline BoxQuads box_of(const Tree& tree, const Still&) { return BoxQuads(tree.clip_bounds); }
+inline BoxQuads box_of(const Tree& tree, const Deforming& motion) {
+  return {tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction};
+}
 
 // Where the planes of a node stand.
 inline Float8 planes_of(const Tree& tree, ChildWord node, const Still&) {
@@ -169,7 +189,7 @@ inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const Cand
                        TreeHit& best, const Motion& motion = {}) {
   float enter = t_min, leave = t_far;
   alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
-  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), reciprocal, enter, leave))
+  if (tree.root == kEmptyChild || !clip_to_box(box_of(tree, motion), origin_quad(ray), reciprocal, enter, leave))
     return false;
   return trace_cell<kAny>(tree, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
                           tree.root, enter, leave, t_min, filter, t_far, best, motion) ||
