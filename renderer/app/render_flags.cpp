@@ -29,7 +29,8 @@ std::vector<std::string> filter_names() {
 
 std::vector<std::string> sampler_names() {
   std::vector<std::string> names;
-  for (const SamplerKind kind : {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent})
+  for (const SamplerKind kind :
+       {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::jittered, SamplerKind::independent})
     names.emplace_back(sampler_name(kind));
   return names;
 }

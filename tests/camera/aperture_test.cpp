@@ -65,7 +65,9 @@ TEST(Aperture, IsSampledUniformly) {
         area += 1.0;
       }
     const double cell_area = 4.0 * extent * extent / square(kGrid * kInside) / square(kRadius);
-    if (all[k].area > 0.0) EXPECT_NEAR(area * cell_area, all[k].area, 2e-3 * all[k].area) << k;
+    if (all[k].area > 0.0) {
+      EXPECT_NEAR(area * cell_area, all[k].area, 2e-3 * all[k].area) << k;
+    }
     for (double& e : expected) e *= kSamples / area;
     Random random(k + 1);
     for (int i = 0; i < kSamples; ++i) {
