@@ -60,7 +60,8 @@ struct RenderOptions {
   double env_intensity = 1.0;
   std::optional<Rgb> env_color;
 
-  IntegratorSettings integrator; // background included
+  IntegratorSettings integrator;       // background included
+  std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
   Guiding guiding = Guiding::automatic;
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;
