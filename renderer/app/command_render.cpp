@@ -270,6 +270,7 @@ class RenderCommand {
         static_cast<double>(outcome.film.total_samples()) / static_cast<double>(report_.crop.pixel_count());
     report_.seed = options_.seed;
     report_.integrator = integrator_name(options_.integrator.kind);
+    if (options_.integrator.kind == IntegratorKind::whitted) report_.whitted = options_.integrator.whitted;
     report_.guiding = options_.guiding;
     report_.accelerator = accel::kind_name(options_.accelerator);
     report_.accelerator_description = accel::kind_description(options_.accelerator);

@@ -67,7 +67,8 @@ struct RenderOptions {
 
   LightOptions lights; // of the scene
 
-  IntegratorSettings integrator; // background included
+  IntegratorSettings integrator;       // background included
+  std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
   Guiding guiding = Guiding::automatic;
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;

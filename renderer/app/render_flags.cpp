@@ -6,6 +6,7 @@
 #include "renderer/app/options.h"
 #include "renderer/app/parse_values.h"
 #include "renderer/app/scene_flags.h"
+#include "renderer/app/whitted_flags.h"
 
 #include <fmt/format.h>
 
@@ -175,9 +176,11 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Machine");
   flags.value("--threads", "N", "For loading, building and rendering; 0: all [0]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
-  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force [kdtree]", [&o](auto text) {
-    return choose(accel::kind_from_name(text), o.accelerator, "accelerator", text, {"kdtree", "embree", "brute-force"});
-  });
+  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force, also called none [kdtree]",
+              [&o](auto text) {
+                return choose(text == "none" ? accel::Kind::brute_force : accel::kind_from_name(text), o.accelerator,
+                              "accelerator", text, {"kdtree", "embree", "brute-force"});
+              });
   flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {
     return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
   });
@@ -228,6 +231,7 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
   add_lens_flags(flags, options.lens);
   add_shutter_flags(flags, options);
   add_integrator_flags(flags, options);
+  add_whitted_flags(flags, options);
   add_machine_flags(flags, options);
   add_report_flags(flags, options);
 }
@@ -247,6 +251,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
 
   IntegratorSettings& s = o.integrator;
+  if (Result<void> applied = apply_whitted_flags(flags, o); !applied.ok()) return applied;
   if (!flags.given("--max-diffuse-bounces")) s.max_diffuse_bounces = s.max_bounces;
   if (!flags.given("--max-glossy-bounces")) s.max_glossy_bounces = s.max_bounces;
   if (!flags.given("--max-transmission-bounces")) s.max_transmission_bounces = s.max_bounces + kMoreTransmissions;

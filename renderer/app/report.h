@@ -38,6 +38,7 @@ struct RenderReport {
   double mean_spp = 0.0; // over the pixels of the crop
   uint32_t seed = 0;
   std::string integrator;
+  std::optional<WhittedSettings> whitted; // of that integrator
   Guiding guiding = Guiding::off;
   std::string accelerator;             // as --accel takes it
   std::string accelerator_description; // "Embree 3.13.5"

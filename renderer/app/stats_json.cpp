@@ -49,6 +49,19 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["idle_s"] = s.idle_s;
   json["rays"] = {
       {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};
+  if (r.whitted) {
+    const WhittedCounters& w = s.rays.whitted;
+    json["whitted"] = {{"form", whitted_form_name(r.whitted->form)},
+                       {"trace_depth", r.whitted->trace_depth},
+                       {"max_reflections", std::min(r.whitted->max_reflections, r.whitted->trace_depth)},
+                       {"reflection_rays", w.reflection},
+                       {"transmission_rays", w.transmission},
+                       {"cache",
+                        {{"enabled", r.whitted->cache},
+                         {"hits", w.cache_hits},
+                         {"misses", w.cache_misses},
+                         {"bypasses", w.cache_bypasses}}}};
+  }
   json["rays_per_s"] = r.rays_per_s();
   json["paths"] = s.rays.paths;
   json["paths_per_s"] = r.paths_per_s();

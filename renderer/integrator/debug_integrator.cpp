@@ -60,6 +60,7 @@ Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const
   case IntegratorKind::instance: return color_of_number(hash_combine(hit.instance, hit.mesh));
   case IntegratorKind::material: return color_of_number(surface.material);
   case IntegratorKind::path:
+  case IntegratorKind::whitted:
   case IntegratorKind::ambient_occlusion: break; // other classes
   }
   return Rgb(0.0f);

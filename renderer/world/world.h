@@ -114,6 +114,13 @@ class World {
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint = {}) const;
 
+  // Whether the parameters of its BSDF and layers are the same all over the mesh that was hit: no textures, no colours at vertices.
+  [[nodiscard]] bool is_uniform(const accel::Hit& hit) const {
+    const Geometry& geometry = geometries_[hit.mesh];
+    return geometry.color_offset == Geometry::kAbsent && !materials_[geometry.material].textured;
+  }
+  [[nodiscard]] size_t material_count() const { return materials_.size(); }
+
   // Texture coordinate set 0, before any transform; (0, 0) where there is none.
   [[nodiscard]] V2f texcoord_at(const accel::Hit& hit) const;
 
