@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -22,7 +23,7 @@ struct BinaryNode {
 
   float position = 0.0f; // of an inner node
   uint32_t axis = kLeaf; // of an inner node: 0 to 2
-  uint32_t count = 0;    // leaf: references
+  uint32_t count = 0;    // leaf: references; inner node: the bits of way()
   // Inner node: sum of the areas of the wide nodes needed if it may be cut up to 0, 1 or 2 levels further down, relative to the
   // area of the whole tree; see wide_cuts.h. Leaf: 0.
   std::array<float, 3> cut_cost{};
@@ -31,6 +32,9 @@ struct BinaryNode {
     const LeafReference* references; // leaf
   };
 
+  // Of an inner node, how far its plane moves in its slice of the shutter; 0 in trees of what stands still.
+  [[nodiscard]] float way() const { return std::bit_cast<float>(count); }
+  void set_way(float way) { count = std::bit_cast<uint32_t>(way); }
   [[nodiscard]] bool is_inner() const { return axis != kLeaf; }
   [[nodiscard]] bool is_empty() const { return axis == kLeaf && count == 0; }
 };

@@ -8,6 +8,7 @@
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/traversal_cost.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <tbb/parallel_for.h>
@@ -25,11 +26,12 @@ using kd::Tree;
 class KdTreeAccelerator final : public Accelerator {
  public:
   KdTreeAccelerator(const BuildInput& input, const BuildOptions& options)
-      : config_(kd::config_for(options.quality)), queries_(kd::queries_for(options.simd)) {
+      : config_(kd::config_for(options.quality)), queries_(&kd::queries_for(options.simd, false)) {
     structure_.filter = input.filter;
     const auto start = std::chrono::steady_clock::now();
     cancelled_ = !build(input, options);
     if (cancelled_) return;
+    if (!structure_.moving.empty()) queries_ = &kd::queries_for(options.simd, true);
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -38,19 +40,19 @@ class KdTreeAccelerator final : public Accelerator {
 
   [[nodiscard]] bool cancelled() const { return cancelled_; }
 
-  [[nodiscard]] Hit intersect(const Ray& ray) const override { return queries_.intersect(structure_, ray); }
-  [[nodiscard]] bool occluded(const Ray& ray) const override { return queries_.occluded(structure_, ray); }
+  [[nodiscard]] Hit intersect(const Ray& ray) const override { return queries_->intersect(structure_, ray); }
+  [[nodiscard]] bool occluded(const Ray& ray) const override { return queries_->occluded(structure_, ray); }
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
-    queries_.intersect_stream(structure_, rays, hits);
+    queries_->intersect_stream(structure_, rays, hits);
   }
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
-    queries_.occluded_stream(structure_, rays, blocked);
+    queries_->occluded_stream(structure_, rays, blocked);
   }
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
-    queries_.intersect_coherent(structure_, rays, hits);
+    queries_->intersect_coherent(structure_, rays, hits);
   }
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
-    queries_.occluded_coherent(structure_, rays, blocked);
+    queries_->occluded_coherent(structure_, rays, blocked);
   }
   [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
     return kd::traversal_cost(structure_, ray, any_hit);
@@ -62,53 +64,79 @@ class KdTreeAccelerator final : public Accelerator {
   // False if cancelled.
   bool build(const BuildInput& input, const BuildOptions& options) {
     std::vector<kd::Geometry> still;
-    std::vector<uint8_t> group_moves(input.groups.size(), 0);
-    std::vector<uint32_t> moved;
+    std::vector<uint8_t> group_moves(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
+    std::vector<uint32_t> moved, moving;
     for (size_t i = 0; i < input.instances.size(); ++i) {
       const Instance& instance = input.instances[i];
+      const auto number = static_cast<uint32_t>(i);
+      const bool moves = instance.motion != kNoId;
       RayToObject inverse;
-      if (!inverse.set_inverse_of(instance.object_to_world)) continue;
-      if (is_identity(instance.object_to_world)) {
-        append_geometries(input, input.groups[instance.group], static_cast<uint32_t>(i), still);
+      if (moves ? !is_finite(input.motions[instance.motion]) : !inverse.set_inverse_of(instance.object_to_world))
+        continue;
+      // Of a group some of which deforms the still meshes are traced as if they were alone.
+      const bool deforms = has_deforming(input, input.groups[instance.group]);
+      if (deforms) group_deforms[instance.group] = 1;
+      if (moves || deforms) moving.push_back(number);
+      if (!moves && is_identity(instance.object_to_world)) {
+        append_geometries(input, input.groups[instance.group], number, false, still);
       } else {
         group_moves[instance.group] = 1;
-        moved.push_back(static_cast<uint32_t>(i));
+        if (!moves) moved.push_back(number);
       }
     }
 
     // One list of trees to build: the world's and those of the groups that move.
     struct Job {
       std::vector<kd::Geometry> geometries;
-      Tree* tree;
+      Tree* tree; // or
+      kd::DeformingTrees* deforming = nullptr;
     };
     structure_.group_trees.resize(input.groups.size());
+    structure_.deforming.resize(moving.empty() ? 0 : input.groups.size());
     std::vector<Job> jobs;
     jobs.push_back({std::move(still), &structure_.world_tree});
     for (size_t g = 0; g < group_moves.size(); ++g) {
-      if (group_moves[g] == 0) continue;
-      jobs.push_back({{}, &structure_.group_trees[g]});
-      append_geometries(input, input.groups[g], kNoId, jobs.back().geometries);
+      if (group_moves[g] != 0) {
+        jobs.push_back({{}, &structure_.group_trees[g]});
+        append_geometries(input, input.groups[g], kNoId, false, jobs.back().geometries);
+      }
+      if (group_deforms[g] != 0) {
+        jobs.push_back({{}, nullptr, &structure_.deforming[g]});
+        append_geometries(input, input.groups[g], kNoId, true, jobs.back().geometries);
+      }
     }
     size_t triangles = 0;
     for (const Job& job : jobs)
       for (const kd::Geometry& geometry : job.geometries) triangles += geometry.mesh.triangle_count();
     kd::BuildMonitor monitor(options, triangles);
     tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t j) {
+      if (jobs[j].deforming != nullptr) {
+        *jobs[j].deforming = kd::build_deforming(config_, jobs[j].geometries, monitor);
+        return;
+      }
       kd::BinaryTree binary = kd::build_binary_tree(config_, jobs[j].geometries, monitor);
       if (!monitor.cancelled()) *jobs[j].tree = kd::lay_out(std::move(binary), std::move(jobs[j].geometries));
     });
     if (monitor.cancelled()) return false;
 
     place_moved(input, moved);
+    place_moving(input, moving);
     return true;
   }
 
-  static void append_geometries(const BuildInput& input, const MeshGroup& group, uint32_t instance,
+  static bool has_deforming(const BuildInput& input, const MeshGroup& group) {
+    for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
+      if (deforms(input.meshes[m])) return true;
+    return false;
+  }
+
+  // The meshes of a group that deform, or those that do not.
+  static void append_geometries(const BuildInput& input, const MeshGroup& group, uint32_t instance, bool deforming,
                                 std::vector<kd::Geometry>& out) {
     uint64_t first = out.empty() ? 0 : out.back().first_primitive + out.back().mesh.triangle_count();
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
       const TriangleMesh& mesh = input.meshes[m];
-      if (mesh.triangle_count() == 0) continue;
+      if (mesh.triangle_count() == 0 || deforms(mesh) != deforming) continue;
       if (first + mesh.triangle_count() >= kNoId) throw std::bad_alloc();
       out.push_back({mesh, static_cast<uint32_t>(first), instance, m});
       first += mesh.triangle_count();
@@ -133,10 +161,52 @@ class KdTreeAccelerator final : public Accelerator {
     structure_.instance_level = kd::InstanceLevel(boxes);
   }
 
+  void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving) {
+    std::vector<Imath::Box3f> boxes;
+    if (!moving.empty())
+      for (const std::span<const Imath::M44f> keys : input.motions)
+        structure_.motions.emplace_back(keys.begin(), keys.end());
+    for (const uint32_t i : moving) {
+      const Instance& instance = input.instances[i];
+      kd::MovingInstance placed;
+      placed.instance = i;
+      const bool moves = instance.motion != kNoId;
+      if (moves)
+        placed.keys = structure_.motions[instance.motion];
+      else if (is_identity(instance.object_to_world))
+        placed.in_place = true;
+      else if (!placed.to_object.set_inverse_of(instance.object_to_world))
+        continue;
+      const auto add = [&](const Imath::Box3f& bounds) {
+        structure_.moving.push_back(placed);
+        boxes.push_back(moves             ? transform_bounds(placed.keys, bounds)
+                        : placed.in_place ? bounds
+                                          : transform_bounds(instance.object_to_world, bounds));
+        bounds_.extendBy(boxes.back());
+      };
+      // The still meshes of what does not move are with those of other groups.
+      const Tree& tree = structure_.group_trees[instance.group];
+      if (moves && tree.root != kd::kEmptyChild) {
+        placed.tree = &tree;
+        add(tree.bounds);
+      }
+      const kd::DeformingTrees& deforming = structure_.deforming[instance.group];
+      if (deforming.slices.empty()) continue;
+      placed.tree = nullptr;
+      placed.deforming = &deforming;
+      add(deforming.bounds);
+    }
+    structure_.moving_level = kd::InstanceLevel(boxes);
+  }
+
   void count() {
     Statistics& s = statistics_;
     s.node_count = structure_.instance_level.node_count();
     s.memory_bytes = structure_.instance_level.memory_bytes() + structure_.moved.capacity() * sizeof(kd::MovedInstance);
+    s.node_count += structure_.moving_level.node_count();
+    s.memory_bytes +=
+        structure_.moving_level.memory_bytes() + structure_.moving.capacity() * sizeof(kd::MovingInstance);
+    for (const auto& keys : structure_.motions) s.memory_bytes += sizeof(keys) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();
       s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // number 0 is not used
@@ -146,12 +216,16 @@ class KdTreeAccelerator final : public Accelerator {
     };
     add(structure_.world_tree);
     for (const Tree& tree : structure_.group_trees) add(tree);
+    for (const kd::DeformingTrees& deforming : structure_.deforming)
+      for (const kd::DeformingSlice& slice : deforming.slices) add(slice.tree);
     s.triangle_count = structure_.world_tree.triangle_count;
     for (const kd::MovedInstance& moved : structure_.moved) s.triangle_count += moved.tree->triangle_count;
+    for (const kd::MovingInstance& moving : structure_.moving)
+      s.triangle_count += moving.tree != nullptr ? moving.tree->triangle_count : moving.deforming->triangle_count;
   }
 
   kd::Config config_;
-  const kd::Queries& queries_;
+  const kd::Queries* queries_;
   bool cancelled_ = false;
   kd::Structure structure_;
   Imath::Box3f bounds_;

@@ -4,6 +4,7 @@
 #include "accel/kdtree/layout.h"
 
 #include "accel/kdtree/config.h"
+#include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/wide_cuts.h"
 
 #include <tbb/parallel_for.h>
@@ -34,6 +35,8 @@ static_assert(kMaxDepth <= kWideLevels * kMaxWideDepth);
 // those of the part; nodes count from 1, because 0 means an empty child.
 class Part {
  public:
+  explicit Part(const TimeSlice* slice = nullptr) : slice_(slice) {}
+
   // Lays the subtree out down to wide nodes of depth `last`: for inner nodes below them, `below` is called with the number of the
   // node, the lane of the child, the child, and its depth.
   template <class Below>
@@ -49,7 +52,11 @@ class Part {
       if (i + 2 < leaves_.size()) prefetch_indices(geometries, *leaves_[i + 2]);
       if (i + 1 < leaves_.size()) prefetch_vertices(geometries, *leaves_[i + 1]);
       place[i] = static_cast<uint32_t>(units_.size());
-      append_leaf(geometries, {leaves_[i]->references, leaves_[i]->count}, units_);
+      const std::span<const LeafReference> references(leaves_[i]->references, leaves_[i]->count);
+      if (slice_ == nullptr)
+        append_leaf(geometries, references, units_);
+      else
+        append_moving_leaf(geometries, references, *slice_, units_);
       if (units_.size() >= kLeafBit) throw std::bad_alloc();
     }
     const auto address = [&](ChildWord& child) {
@@ -73,8 +80,10 @@ class Part {
       for (ChildWord& child : node->child) child = in_tree(child);
       ++node;
     }
+    if (slice_ != nullptr) std::copy(ways_.begin(), ways_.end(), tree.ways.data() + first_node_ + 1);
     std::copy(units_.begin(), units_.end(), tree.leaves.data() + first_unit_);
     nodes_ = {};
+    ways_ = {};
     units_ = {};
   }
 
@@ -105,12 +114,14 @@ class Part {
     }
     nodes_.emplace_back();
     const size_t number = nodes_.size();
+    PlaneWays ways;
     WideNode wide;
     wide.planes.fill(std::numeric_limits<float>::infinity());
     wide.child.fill(kEmptyChild);
     Lanes lanes{};
     uint32_t axes = 0;
-    gather(node, depth.is_short_of_levels(), 0, 0, wide, axes, lanes);
+    gather(node, depth.is_short_of_levels(), 0, 0, wide, ways, axes, lanes);
+    if (slice_ != nullptr) ways_.push_back(ways);
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       if (lanes[lane].node == nullptr) continue;
@@ -128,17 +139,18 @@ class Part {
 
   // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen, or
   // all that fit.
-  static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide, uint32_t& axes,
-                     Lanes& lanes) {
+  static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide, PlaneWays& ways,
+                     uint32_t& axes, Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
+    ways.ways[lane] = node.way();
     axes |= node.axis << (2 * lane);
     const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
     for (uint32_t side = 0; side < 2; ++side) {
       const BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
       if (child.is_inner() && more > 0 && (all || joins_parent(child, more))) {
-        gather(child, all, level + 1, child_index, wide, axes, lanes);
+        gather(child, all, level + 1, child_index, wide, ways, axes, lanes);
       } else {
         lanes[child_index << more] = {&child, level + 1};
       }
@@ -155,15 +167,17 @@ class Part {
       for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometries[r.geometry].vertex(r.triangle, corner));
   }
 
+  const TimeSlice* slice_;
   ChildWord root_ = kEmptyChild;
   std::vector<WideNode> nodes_;
+  std::vector<PlaneWays> ways_; // by node, if there is a slice
   std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
-void lay_out_parts(BinaryTree& binary, Tree& tree) {
+void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
   struct Link {
     size_t node;
     uint32_t lane;
@@ -171,12 +185,12 @@ void lay_out_parts(BinaryTree& binary, Tree& tree) {
     Depth depth;
   };
   std::vector<Link> links; // from the top to the other parts
-  std::vector<Part> parts(1);
+  std::vector<Part> parts(1, Part(slice));
   parts[0].place(binary.root, {}, kTopLevels - 1,
                  [&](size_t node, uint32_t lane, const BinaryNode& child, const Depth& depth) {
                    links.push_back({node, lane, &child, depth});
                  });
-  parts.resize(1 + links.size());
+  parts.resize(1 + links.size(), Part(slice));
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
     if (i > 0)
       parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
@@ -196,6 +210,10 @@ void lay_out_parts(BinaryTree& binary, Tree& tree) {
   }
   tree.nodes = AlignedArray<WideNode>(nodes + 1);
   tree.nodes[0] = {};
+  if (slice != nullptr) {
+    tree.ways = AlignedArray<PlaneWays>(nodes + 1);
+    tree.ways[0] = {};
+  }
   tree.leaves = AlignedArray<LeafUnit>(units + kLeafPadding);
   std::fill_n(tree.leaves.data() + units, kLeafPadding, LeafUnit{});
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) { parts[i].move_to(tree); });
@@ -206,7 +224,7 @@ void lay_out_parts(BinaryTree& binary, Tree& tree) {
 
 } // namespace
 
-Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries) {
+Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlice* slice) {
   Tree tree;
   tree.bounds = binary.bounds;
   tree.triangle_count = binary.triangle_count;
@@ -218,7 +236,7 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries) {
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  lay_out_parts(binary, tree);
+  lay_out_parts(binary, slice, tree);
   return tree;
 }
 

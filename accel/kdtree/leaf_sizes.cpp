@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/leaf_sizes.h"
 
-namespace kindling::accel::kd {
+#include "accel/kdtree/deforming/moving_block.h"
 
-void count_leaf_sizes(const Tree& tree, std::vector<size_t>& sizes) {
+namespace kindling::accel::kd {
+namespace {
+
+template <class Block>
+void count_blocks(const Tree& tree, std::vector<size_t>& sizes) {
   const auto visit = [&](ChildWord child) {
     if ((child & kLeafBit) == 0) return; // empty or a node, which is in the array
     size_t size = 0;
     for (const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);;) {
-      const LeafBlock block(unit);
+      const Block block(unit);
       size += block.triangle_count();
       if (block.is_last()) break;
       unit += block.unit_count();
@@ -19,6 +23,12 @@ void count_leaf_sizes(const Tree& tree, std::vector<size_t>& sizes) {
   visit(tree.root);
   for (size_t n = 1; n < tree.nodes.size(); ++n) // number 0 is not used
     for (const ChildWord child : tree.nodes[n].child) visit(child);
+}
+
+} // namespace
+
+void count_leaf_sizes(const Tree& tree, std::vector<size_t>& sizes) {
+  tree.deforms() ? count_blocks<MovingBlock>(tree, sizes) : count_blocks<LeafBlock>(tree, sizes);
 }
 
 } // namespace kindling::accel::kd

@@ -36,10 +36,16 @@ static_assert(sizeof(WideNode) == 64);
 inline constexpr uint32_t kAxesLane = 2, kRootLane = 3, kSecondLane = 0, kThirdLane = 4;
 inline constexpr uint32_t kAxesExponent = 0x3f800000U;
 
+// How far each plane of a wide node moves in the tree's slice of the shutter; lane 2, that of the axes, is 0.
+struct alignas(32) PlaneWays {
+  std::array<float, kWideLanes> ways{};
+};
+
 // A finished tree over some geometries in one space.
 struct Tree {
   AlignedArray<WideNode> nodes;
-  AlignedArray<LeafUnit> leaves; // blocks, one behind the other
+  AlignedArray<PlaneWays> ways;  // by node, of trees that deform; else none
+  AlignedArray<LeafUnit> leaves; // blocks, one behind the other: LeafBlock, or MovingBlock in trees that deform
   ChildWord root = kEmptyChild;
   Imath::Box3f bounds;              // exact
   Imath::Box3f clip_bounds;         // a little larger: rays are cut to it
@@ -47,10 +53,11 @@ struct Tree {
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 
   [[nodiscard]] size_t memory_bytes() const {
-    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(LeafUnit) +
-           geometries.capacity() * sizeof(Geometry);
+    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + ways.size() * sizeof(PlaneWays) +
+           leaves.size() * sizeof(LeafUnit) + geometries.capacity() * sizeof(Geometry);
   }
-  // The first block of a leaf.
+  [[nodiscard]] bool deforms() const { return ways.size() != 0; }
+  // The first block of a leaf, in a tree that does not deform.
   [[nodiscard]] LeafBlock leaf_block(ChildWord leaf) const { return LeafBlock(leaves.data() + (leaf & ~kLeafBit)); }
   [[nodiscard]] const Geometry& geometry_of(uint32_t primitive) const {
     size_t first = 0, last = geometries.size();

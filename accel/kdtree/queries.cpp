@@ -3,17 +3,17 @@
 
 namespace kindling::accel::kd {
 
-const Queries& queries_for(SimdTarget target) {
+const Queries& queries_for(SimdTarget target, bool moving) {
   switch (target) {
   case SimdTarget::portable: break;
 #if defined(__x86_64__)
-  case SimdTarget::avx2: return kAvx2Queries;
-  case SimdTarget::avx512: return kAvx512Queries;
+  case SimdTarget::avx2: return moving ? kAvx2MovingQueries : kAvx2Queries;
+  case SimdTarget::avx512: return moving ? kAvx512MovingQueries : kAvx512Queries;
 #else
   default: break;
 #endif
   }
-  return kPortableQueries;
+  return moving ? kPortableMovingQueries : kPortableQueries;
 }
 
 } // namespace kindling::accel::kd

@@ -21,13 +21,13 @@ struct Queries {
   void (*occluded_coherent)(const Structure&, std::span<const Ray>, std::span<uint8_t>);
 };
 
-// `target` must be one that this processor runs; see simd_target.h.
-[[nodiscard]] const Queries& queries_for(SimdTarget target);
+// `target` must be one that this processor runs; see simd_target.h. `moving`: for structures in which something moves.
+[[nodiscard]] const Queries& queries_for(SimdTarget target, bool moving);
 
 // One definition in each of kernels/portable.cpp, kernels/avx2.cpp and kernels/avx512.cpp.
-extern const Queries kPortableQueries;
+extern const Queries kPortableQueries, kPortableMovingQueries;
 #if defined(__x86_64__)
-extern const Queries kAvx2Queries, kAvx512Queries;
+extern const Queries kAvx2Queries, kAvx2MovingQueries, kAvx512Queries, kAvx512MovingQueries;
 #endif
 
 } // namespace kindling::accel::kd

@@ -4,10 +4,12 @@
 
 #include "accel/accelerator.h"
 #include "accel/affine.h"
+#include "accel/kdtree/deforming/slices.h"
 #include "accel/kdtree/instance_level.h"
 #include "accel/kdtree/node.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
@@ -18,12 +20,27 @@ struct MovedInstance {
   uint32_t instance = 0;
 };
 
+// What a ray meets at its time: the still meshes of a group, or those that deform.
+struct MovingInstance {
+  std::span<const Imath::M44f> keys; // of its matrix; none: it stands where to_object says
+  RayToObject to_object;
+  bool in_place = false;      // the identity, to_object is not set
+  const Tree* tree = nullptr; // or
+  const DeformingTrees* deforming = nullptr;
+  uint32_t instance = 0;
+};
+
 struct Structure {
   HitFilter filter;
-  Tree world_tree;               // instances with identity transform, in world space
-  std::vector<Tree> group_trees; // by group; empty where no moved instance uses it
+  Tree world_tree;               // what stands still under identity transforms, in world space
+  std::vector<Tree> group_trees; // of still meshes by group; empty where no moved or moving instance uses it
   std::vector<MovedInstance> moved;
   InstanceLevel instance_level; // over moved
+
+  std::vector<DeformingTrees> deforming;         // by group; no slices where nothing deforms
+  std::vector<std::vector<Imath::M44f>> motions; // keys, as BuildInput has them
+  std::vector<MovingInstance> moving;
+  InstanceLevel moving_level; // over moving, for the whole shutter
 };
 
 } // namespace kindling::accel::kd

@@ -2,8 +2,10 @@
 #include "accel/kdtree/traversal_cost.h"
 
 #include "accel/kdtree/candidate.h"
+#include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/node.h"
 #include "accel/kdtree/tables.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>
@@ -41,9 +43,11 @@ struct Interval {
 // One ray, in the space of one tree.
 class TreeWalk {
  public:
-  TreeWalk(const Ray& ray, const CandidateFilter& filter, bool any_hit, TraversalCost& cost)
-      : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), shear_(ray.origin, ray.direction),
-        cost_(cost) {
+  // `slice`: that which a tree that deforms is for.
+  TreeWalk(const Ray& ray, const CandidateFilter& filter, bool any_hit, TraversalCost& cost,
+           const TimeSlice* slice = nullptr)
+      : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), time_(clamped_time(ray.time)),
+        fraction_(slice == nullptr ? 0.0f : slice->fraction_of(time_)), shear_(ray.origin, ray.direction), cost_(cost) {
     for (int k = 0; k < 3; ++k) // 1 / direction is infinite: cells beyond the hit are passed over
       may_lie_in_plane_ = may_lie_in_plane_ || std::fabs(ray.direction[k]) < std::numeric_limits<float>::min();
   }
@@ -81,10 +85,12 @@ class TreeWalk {
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
       if (axis > 2 || lane == kAxesLane) continue;
+      const float plane =
+          tree_.deforms() ? node.planes[lane] + tree_.ways[cell.child].ways[lane] * fraction_ : node.planes[lane];
       const float reciprocal = 1.0f / ray_.direction[axis];
       const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
-      t[lane] = (node.planes[lane] - ray_.origin[axis]) * reciprocal;
-      above |= (entry_point >= node.planes[lane] ? 1U : 0U) << lane;
+      t[lane] = (plane - ray_.origin[axis]) * reciprocal;
+      above |= (entry_point >= plane ? 1U : 0U) << lane;
       down |= (std::signbit(reciprocal) ? 1U : 0U) << lane;
     }
     const uint32_t near = tables::kNearLane[above];
@@ -114,18 +120,32 @@ class TreeWalk {
     return {next.child, cell.enter, next.leave};
   }
 
-  // Whether there was a hit; with any_hit_ it ends there.
   bool test_leaf(ChildWord leaf, float t_min, float& t_far) {
     ++cost_.leaves;
+    return tree_.deforms() ? test_blocks<MovingBlock>(leaf, t_min, t_far) : test_blocks<LeafBlock>(leaf, t_min, t_far);
+  }
+
+  [[nodiscard]] static Imath::V3f vertex_of(const LeafBlock& block, uint32_t number, float /*time*/) {
+    return {block.row(0)[number], block.row(1)[number], block.row(2)[number]};
+  }
+  [[nodiscard]] static Imath::V3f vertex_of(const MovingBlock& block, uint32_t number, float time) {
+    const KeyInterval at = block.interval_at(time);
+    const auto row = [&](uint32_t axis) {
+      return between(block.row(at.first, axis)[number], block.row(at.first + 1, axis)[number], at.fraction);
+    };
+    return {row(0), row(1), row(2)};
+  }
+
+  // Whether there was a hit; with any_hit_ it ends there.
+  template <class Block>
+  bool test_blocks(ChildWord leaf, float t_min, float& t_far) {
     bool found = false;
     for (const LeafUnit* unit = tree_.leaves.data() + (leaf & ~kLeafBit);;) {
-      const LeafBlock block(unit);
+      const Block block(unit);
       cost_.triangles += block.triangle_count();
       for (uint32_t i = 0; i < block.triangle_count(); ++i) {
         const uint32_t corners = block.corners()[i];
-        const auto vertex = [&](uint32_t number) {
-          return Imath::V3f(block.row(0)[number], block.row(1)[number], block.row(2)[number]);
-        };
+        const auto vertex = [&](uint32_t number) { return vertex_of(block, number, time_); };
         TreeHit candidate;
         candidate.primitive = block.primitive(i);
         if (!intersect_triangle(shear_, vertex(corners & 15U), vertex((corners >> 4) & 15U),
@@ -148,34 +168,34 @@ class TreeWalk {
   const CandidateFilter& filter_;
   bool any_hit_;
   bool may_lie_in_plane_ = false;
+  float time_, fraction_;
   RayShear shear_;
   TraversalCost& cost_;
   std::vector<Cell> stack_; // nearer cells on top
   TreeHit best_;
 };
 
-// Through the instances whose boxes the ray enters, as kernels/instances.h does.
-void walk_instances(const Structure& s, const Ray& world, bool any_hit, float t_min, float t_far, TraversalCost& cost) {
+// Through the instances whose boxes the ray enters, as kernels/instances.h does: visit(number of the box) may narrow t_far and end
+// the walk by true.
+template <class Visit>
+bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, const float& t_far, TraversalCost& cost,
+                    const Visit& visit) {
   struct Entry {
     float enter;
     uint32_t child;
   };
-  if (s.instance_level.empty()) return;
+  if (level.empty()) return false;
   std::vector<Entry> stack{{t_min, 0}};
   while (!stack.empty()) {
     const Entry entry = stack.back();
     stack.pop_back();
     if (!(entry.enter <= t_far * kWiden)) continue;
     if ((entry.child & InstanceLevel::kBoxBit) != 0) {
-      const MovedInstance& moved = s.moved[entry.child & ~InstanceLevel::kBoxBit];
-      const Ray ray = moved.to_object(world);
-      if (!can_hit(ray)) continue;
-      const CandidateFilter filter{s.filter, world, *moved.tree, moved.instance};
-      if (TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far)) return;
+      if (visit(entry.child & ~InstanceLevel::kBoxBit)) return true;
       continue;
     }
     ++cost.nodes;
-    const InstanceLevel::Node& node = s.instance_level.node(entry.child);
+    const InstanceLevel::Node& node = level.node(entry.child);
     const auto base = static_cast<ptrdiff_t>(stack.size());
     for (size_t lane = 0; lane < node.child.size(); ++lane) {
       Interval interval{t_min, t_far};
@@ -188,6 +208,7 @@ void walk_instances(const Structure& s, const Ray& world, bool any_hit, float t_
       stack.insert(place, {interval.enter, node.child[lane]});
     }
   }
+  return false;
 }
 
 } // namespace
@@ -198,8 +219,25 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
   const float t_min = std::max(ray.t_min, 0.0f);
   float t_far = ray.t_max;
   const CandidateFilter filter{structure.filter, ray, structure.world_tree, kNoId};
-  if (!TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far))
-    walk_instances(structure, ray, any_hit, t_min, t_far, cost);
+  if (TreeWalk(ray, filter, any_hit, cost).run(t_min, t_far)) return cost;
+  const auto visit = [&](const Tree& tree, uint32_t instance, const Ray& in_tree, const TimeSlice* slice) {
+    const CandidateFilter in_instance{structure.filter, ray, tree, instance};
+    return can_hit(in_tree) && TreeWalk(in_tree, in_instance, any_hit, cost, slice).run(t_min, t_far);
+  };
+  if (walk_instances(structure.instance_level, ray, t_min, t_far, cost, [&](uint32_t i) {
+        const MovedInstance& moved = structure.moved[i];
+        return visit(*moved.tree, moved.instance, moved.to_object(ray), nullptr);
+      }))
+    return cost;
+  walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
+    const MovingInstance& moving = structure.moving[i];
+    RayToObject to_object = moving.to_object;
+    if (!moving.keys.empty() && !to_object.set_inverse_of(matrix_at(moving.keys, ray.time))) return false;
+    const Ray in_tree = moving.in_place ? ray : to_object(ray);
+    if (moving.deforming == nullptr) return visit(*moving.tree, moving.instance, in_tree, nullptr);
+    const DeformingSlice& slice = moving.deforming->slice_at(clamped_time(ray.time));
+    return visit(slice.tree, moving.instance, in_tree, &slice.slice);
+  });
   return cost;
 }
 

@@ -4,8 +4,10 @@
 
 #include "accel/make_accelerator.h"
 #include "renderer/app/accelerator_variant.h"
+#include "renderer/app/lens_flags.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/shootout_clock.h"
+#include "renderer/app/shutter_flags.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/film/aov.h"
@@ -54,6 +56,8 @@ struct RenderOptions {
   V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
   std::optional<double> yfov_deg; // of a perspective camera
   std::optional<double> time_s;   // of the animations; unset: the rest pose
+  LensOptions lens;
+  ShutterOptions shutter;
 
   std::filesystem::path env_file;
   double env_rotation_deg = 0.0;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/accelerator_variant.h"
 #include "renderer/app/flag_set.h"
+#include "renderer/app/lens_flags.h"
 #include "renderer/app/options.h"
 #include "renderer/app/parse_values.h"
 #include "renderer/app/scene_flags.h"
@@ -223,6 +224,8 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
   add_scene_flags(flags, options);
   flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
               [&options](auto text) { return set_background(text, options.integrator); });
+  add_lens_flags(flags, options.lens);
+  add_shutter_flags(flags, options);
   add_integrator_flags(flags, options);
   add_machine_flags(flags, options);
   add_report_flags(flags, options);
@@ -232,6 +235,8 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.scene_file.empty())
     return usage("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
   if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
+  if (Result<void> checked = check_lens_flags(flags, o.lens); !checked.ok()) return checked;
+  if (Result<void> checked = check_shutter_flags(flags, o); !checked.ok()) return checked;
   if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
   if (flags.given("--min-spp") && !o.adaptive.enabled())
     return usage("--min-spp: has no meaning without --noise-threshold above 0");

@@ -4,10 +4,12 @@
 
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/scene/shutter.h"
 #include "renderer/session/render_session.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,7 @@ struct RenderReport {
   uint64_t scene_hash = 0;
   V2i size_px{0, 0};
   PixelRect crop;
+  std::optional<Shutter> shutter; // in times of the animations
   uint32_t spp_wanted = 0;
   AdaptiveSettings adaptive;
   double mean_spp = 0.0; // over the pixels of the crop
@@ -59,6 +62,8 @@ struct RenderReport {
   }
 };
 
+// "motion: 3 instances that move, 1 mesh that deforms, 9 keys at most, 1.2 MiB"
+[[nodiscard]] std::string describe_motion(const MotionStatistics& motion);
 // Several lines without a final '\n'.
 [[nodiscard]] std::string format_summary(const RenderReport& report);
 // The keys are described in README.md and stay what they are.

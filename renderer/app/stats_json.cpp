@@ -58,6 +58,16 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                          {"triangles", a.triangle_count},  {"instances", a.instance_count},
                          {"nodes", a.node_count},          {"leaves", a.leaf_count},
                          {"references", a.reference_count}};
+  json["shutter"] = nullptr;
+  if (r.shutter) {
+    const MotionStatistics& m = r.world.motion;
+    json["shutter"] = {{"open_s", r.shutter->open_s},
+                       {"close_s", r.shutter->close_s},
+                       {"moving_instances", m.moving_instance_count},
+                       {"deforming_meshes", m.deforming_mesh_count},
+                       {"most_keys", m.most_keys},
+                       {"key_bytes", m.key_bytes}};
+  }
   json["emissive_triangles"] = r.world.emissive_triangle_count;
   json["memory"] = {{"geometry_bytes", r.world.geometry_bytes},
                     {"accelerator_bytes", a.memory_bytes},

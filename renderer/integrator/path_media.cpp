@@ -149,6 +149,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = key,
+                               .time = ray.time,
                                .index = sample.address.index,
                                .flags = kHitPartlyTransparent});
   return false;

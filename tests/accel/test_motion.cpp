@@ -72,52 +72,55 @@ TEST(Motion, OracleIsThatOfTheStillScene) {
   }
 }
 
-class MovingScenes : public ::testing::TestWithParam<Kind> {};
+class MovingInstances : public ::testing::TestWithParam<Kind> {};
+class DeformingMeshes : public ::testing::TestWithParam<Kind> {};
 
-TEST_P(MovingScenes, AgreeWithTheStillScene) {
-  for (int index = 0; index < 2; ++index) {
-    const TestScene scene = scene_of(index);
-    const auto moving = build(GetParam(), scene);
-    EXPECT_EQ(moving->statistics().instance_count, scene.instances().size());
-    Rng rng(617);
-    int failures = 0;
-    for (const float time : some_times()) {
-      const TestScene posed = scene.posed(time);
-      const auto oracle = build(Kind::brute_force, posed);
-      std::vector<Ray> rays = random_rays(rng, posed.bounds(), 600);
-      for (Ray& ray : rays) ray.time = time;
-      std::vector<Hit> hits(rays.size()), coherent(rays.size());
-      std::vector<uint8_t> blocked(rays.size()), blocked_coherent(rays.size());
-      moving->intersect(rays, hits);
-      moving->intersect_coherent(rays, coherent);
-      moving->occluded(rays, blocked);
-      moving->occluded_coherent(rays, blocked_coherent);
-      for (size_t i = 0; i < rays.size(); ++i) {
-        const Hit expected = oracle->intersect(rays[i]), hit = moving->intersect(rays[i]);
-        ASSERT_EQ(parts_of(hit), parts_of(hits[i]));
-        ASSERT_EQ(moving->occluded(rays[i]), hit.is_hit());
-        ASSERT_EQ(blocked[i], hit.is_hit() ? 1 : 0);
-        for (const std::string& wrong :
-             {disagreement(posed, rays[i], expected, hit), disagreement(posed, rays[i], expected, coherent[i]),
-              disagreement_any(posed, *oracle, rays[i], expected, blocked_coherent[i] != 0)})
-          if (!wrong.empty() && ++failures <= 3) ADD_FAILURE() << "time " << time << ": " << wrong;
-      }
+void expect_agreement(Kind kind, const TestScene& scene) {
+  const auto moving = build(kind, scene);
+  EXPECT_EQ(moving->statistics().instance_count, scene.instances().size());
+  Rng rng(617);
+  int failures = 0;
+  for (const float time : some_times()) {
+    const TestScene posed = scene.posed(time);
+    const auto oracle = build(Kind::brute_force, posed);
+    std::vector<Ray> rays = random_rays(rng, posed.bounds(), 600);
+    for (Ray& ray : rays) ray.time = time;
+    std::vector<Hit> hits(rays.size()), coherent(rays.size());
+    std::vector<uint8_t> blocked(rays.size()), blocked_coherent(rays.size());
+    moving->intersect(rays, hits);
+    moving->intersect_coherent(rays, coherent);
+    moving->occluded(rays, blocked);
+    moving->occluded_coherent(rays, blocked_coherent);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const Hit expected = oracle->intersect(rays[i]), hit = moving->intersect(rays[i]);
+      ASSERT_EQ(parts_of(hit), parts_of(hits[i]));
+      ASSERT_EQ(moving->occluded(rays[i]), hit.is_hit());
+      ASSERT_EQ(blocked[i], hit.is_hit() ? 1 : 0);
+      for (const std::string& wrong :
+           {disagreement(posed, rays[i], expected, hit), disagreement(posed, rays[i], expected, coherent[i]),
+            disagreement_any(posed, *oracle, rays[i], expected, blocked_coherent[i] != 0)})
+        if (!wrong.empty() && ++failures <= 3) ADD_FAILURE() << "time " << time << ": " << wrong;
     }
-    EXPECT_EQ(failures, 0);
+  }
+  EXPECT_EQ(failures, 0);
+}
+
+TEST_P(MovingInstances, AgreeWithTheStillScene) { expect_agreement(GetParam(), moving_instances()); }
+TEST_P(DeformingMeshes, AgreeWithTheStillScene) { expect_agreement(GetParam(), deforming_meshes()); }
+
+// Of everything at all times, and not much more where it moves along straight lines.
+void expect_bounds(Kind kind, const TestScene& scene) {
+  const Box3f bounds = build(kind, scene)->bounds();
+  for (const float time : some_times()) {
+    const Box3f posed = build(Kind::brute_force, scene.posed(time))->bounds();
+    const V3f margin = (posed.max - posed.min) * 1e-5f;
+    EXPECT_TRUE(bounds.intersects(posed.min + margin) && bounds.intersects(posed.max - margin)) << "time " << time;
   }
 }
 
-// Of everything at all times, and not much more where it moves along straight lines.
-TEST_P(MovingScenes, BoundsHoldTheWholeMotion) {
-  for (int index = 0; index < 2; ++index) {
-    const TestScene scene = scene_of(index);
-    const Box3f bounds = build(GetParam(), scene)->bounds();
-    for (const float time : some_times()) {
-      const Box3f posed = build(Kind::brute_force, scene.posed(time))->bounds();
-      const V3f margin = (posed.max - posed.min) * 1e-5f;
-      EXPECT_TRUE(bounds.intersects(posed.min + margin) && bounds.intersects(posed.max - margin)) << "time " << time;
-    }
-  }
+TEST_P(MovingInstances, BoundsHoldTheWholeMotion) { expect_bounds(GetParam(), moving_instances()); }
+TEST_P(DeformingMeshes, BoundsHoldTheWholeMotion) {
+  expect_bounds(GetParam(), deforming_meshes());
   TestScene scene;
   const uint32_t box = scene.add_group({gridded_box(2, V3f(0), V3f(1))});
   scene.add_instance(box, keys_of(2, M44f(), {0, 0, 1}, 0.0f, 1.0f, {10, 0, 0}));
@@ -127,7 +130,7 @@ TEST_P(MovingScenes, BoundsHoldTheWholeMotion) {
   EXPECT_NEAR(bounds.max.x, 11.0f, 1e-3f);
 }
 
-TEST_P(MovingScenes, KnownHits) {
+TEST_P(DeformingMeshes, KnownHits) {
   TestScene scene;
   Mesh wall;
   wall.add_triangle({-1, -1, 0}, {1, -1, 0}, {0, 1, 0});
@@ -166,7 +169,7 @@ TEST_P(MovingScenes, KnownHits) {
 
 bool refuses_even(const void*, const Ray& ray, const Hit& hit) { return ((hit.triangle ^ ray.key) & 1U) != 0; }
 
-TEST_P(MovingScenes, RefusedHitsUncoverWhatLiesBehind) {
+TEST_P(DeformingMeshes, RefusedHitsUncoverWhatLiesBehind) {
   Rng rng(619);
   TestScene scene;
   Mesh leaves = triangle_soup(rng, 200, 1.0f, 0.4f);
@@ -197,7 +200,8 @@ TEST_P(MovingScenes, RefusedHitsUncoverWhatLiesBehind) {
   EXPECT_GT(refused, 400);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, MovingScenes, ::testing::Values(Kind::brute_force, Kind::embree), kind_label);
+INSTANTIATE_TEST_SUITE_P(All, MovingInstances, ::testing::ValuesIn(kAllKinds), kind_label);
+INSTANTIATE_TEST_SUITE_P(All, DeformingMeshes, ::testing::ValuesIn(kAllKinds), kind_label);
 
 } // namespace
 } // namespace kindling::accel::testing

@@ -6,11 +6,11 @@
 #define KINDLING_SIMD_LEVEL 2
 #pragma GCC push_options
 #pragma GCC target("avx2,bmi,bmi2,lzcnt,popcnt")
-#include "accel/kdtree/kernels/structure_queries.h"
+#include "accel/kdtree/kernels/moving_queries.h"
 #pragma GCC pop_options
 
 namespace kindling::accel::kd {
 
-const Queries kAvx2Queries = avx2::make_queries();
+const Queries kAvx2Queries = avx2::make_queries(), kAvx2MovingQueries = avx2::make_moving_queries();
 
 } // namespace kindling::accel::kd

@@ -12,11 +12,11 @@
 #define KINDLING_SIMD_LEVEL 512
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi,bmi2,lzcnt,popcnt")
-#include "accel/kdtree/kernels/structure_queries.h"
+#include "accel/kdtree/kernels/moving_queries.h"
 #pragma GCC pop_options
 
 namespace kindling::accel::kd {
 
-const Queries kAvx512Queries = avx512::make_queries();
+const Queries kAvx512Queries = avx512::make_queries(), kAvx512MovingQueries = avx512::make_moving_queries();
 
 } // namespace kindling::accel::kd

@@ -7,10 +7,12 @@
 #include "accel/affine.h"
 #include "accel/kdtree/candidate.h"
 #include "accel/kdtree/config.h"
+#include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/node.h"
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/tables.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>

@@ -44,6 +44,18 @@ struct ShearedVertices {
     x = x - Float16(ray.sx) * z;
     y = y - Float16(ray.sy) * z;
   }
+  // At a time: between two keys as between() in accel/motion.h has it.
+  ShearedVertices(const MovingBlock& block, const RayShear& ray, float time) {
+    const KeyInterval at = block.interval_at(time);
+    const auto row = [&](int axis, float origin) {
+      const Float16 first = Float16::load(block.row(at.first, static_cast<uint32_t>(axis))),
+                    second = Float16::load(block.row(at.first + 1, static_cast<uint32_t>(axis)));
+      return (first + (second - first) * Float16(at.fraction)) - Float16(origin);
+    };
+    z = row(ray.kz, ray.origin.z);
+    x = row(ray.kx, ray.origin.x) - Float16(ray.sx) * z;
+    y = row(ray.ky, ray.origin.y) - Float16(ray.sy) * z;
+  }
 };
 
 // Up to kLanes triangles: edge functions, and bit i if the line of the ray is inside of triangle i. That includes det = 0, where all
@@ -87,9 +99,9 @@ struct alignas(64) TestedBlock {
 };
 
 // Takes the triangles `hit` of a block. Nearest hit: narrows t_far and sets best. Any hit: returns true at the first.
-template <bool kAny>
-inline bool take_candidates(const LeafBlock& block, uint32_t hit, const TestedBlock& tested,
-                            const CandidateFilter& filter, float& t_far, TreeHit& best) {
+template <bool kAny, class Block>
+inline bool take_candidates(const Block& block, uint32_t hit, const TestedBlock& tested, const CandidateFilter& filter,
+                            float& t_far, TreeHit& best) {
   for (; hit != 0; hit &= hit - 1) {
     const auto i = static_cast<uint32_t>(std::countr_zero(hit));
     const float t = tested.t[i];
@@ -107,8 +119,8 @@ inline bool take_candidates(const LeafBlock& block, uint32_t hit, const TestedBl
 }
 
 // Calls f(first triangle, count) for as many triangles of a block as are tested at once; ends early if it returns true.
-template <class F>
-inline bool for_each_group(const LeafBlock& block, const F& f) {
+template <class Block, class F>
+inline bool for_each_group(const Block& block, const F& f) {
   const uint32_t count = block.triangle_count();
   if constexpr (kLanes >= kBlockTriangles) return f(0U, count);
   for (uint32_t first = 0; first < count; first += kLanes)
@@ -116,15 +128,31 @@ inline bool for_each_group(const LeafBlock& block, const F& f) {
   return false;
 }
 
+// A tree of what stands still, which is none of these functions' arguments then.
+struct Still {
+  using Block = LeafBlock;
+  [[nodiscard]] static ShearedVertices vertices_of(const LeafBlock& block, const RayShear& ray) { return {block, ray}; }
+};
+// A tree that deforms, at a time of its slice of the shutter.
+struct Deforming {
+  using Block = MovingBlock;
+  float time = 0.0f;     // in the shutter
+  float fraction = 0.0f; // in the slice
+  [[nodiscard]] ShearedVertices vertices_of(const MovingBlock& block, const RayShear& ray) const {
+    return {block, ray, time};
+  }
+};
+
 // Nearest hit: narrows t_far and sets best. Any hit: returns true at the first. Hits outside the cell of the leaf count too.
-template <bool kAny>
-[[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, const RayShear& ray, float t_min,
-                                                  const CandidateFilter& filter, float& t_far, TreeHit& best) {
+template <bool kAny, class Motion>
+[[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, const Motion& motion, const RayShear& ray,
+                                                  float t_min, const CandidateFilter& filter, float& t_far,
+                                                  TreeHit& best) {
   // The size of a leaf stands in its first line, and most have several.
   for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
   while (true) {
-    const LeafBlock block(unit);
-    const ShearedVertices vertices(block, ray);
+    const typename Motion::Block block(unit);
+    const ShearedVertices vertices = motion.vertices_of(block, ray);
     const bool ends = for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
       // Not skipped where the line passes by every triangle: half of all blocks, which cannot be predicted.

@@ -168,7 +168,8 @@ class PacketRays {
       const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
       TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
       const uint32_t before = best.primitive;
-      const bool any = intersect_leaf<kAny>(unit, shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
+      const bool any =
+          intersect_leaf<kAny>(unit, Still(), shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
       if (best.primitive != before) put(i, any ? -1.0f : best.t, best);
     }
   }

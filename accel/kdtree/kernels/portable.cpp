@@ -5,10 +5,10 @@
 #define KINDLING_SIMD portable
 #define KINDLING_SIMD_LEVEL 0
 
-#include "accel/kdtree/kernels/structure_queries.h"
+#include "accel/kdtree/kernels/moving_queries.h"
 
 namespace kindling::accel::kd {
 
-const Queries kPortableQueries = portable::make_queries();
+const Queries kPortableQueries = portable::make_queries(), kPortableMovingQueries = portable::make_moving_queries();
 
 } // namespace kindling::accel::kd

@@ -68,11 +68,19 @@ struct WideStep {
   uint32_t rest; // bit i: child i of the frame is still to be visited
 };
 
+// Where the planes of a node stand.
+inline Float8 planes_of(const Tree& tree, ChildWord node, const Still&) {
+  return Float8::load(tree.nodes[node].planes.data());
+}
+inline Float8 planes_of(const Tree& tree, ChildWord node, const Deforming& motion) {
+  return Float8::load(tree.nodes[node].planes.data()) +
+         Float8::load(tree.ways[node].ways.data()) * Float8(motion.fraction);
+}
+
 // From a node, entered at `point` for [enter, leave], to its near child; the frame gets all of them in the order of the ray. Ray
 // quantities are {x, y, z, *, x, y, z, *}.
-inline WideStep step_down(const WideNode& node, Float8 origin, Float8 reciprocal, Float8 point, float enter,
-                          float leave, TraversalStack::Frame& frame) {
-  const Float8 planes = Float8::load(node.planes.data());
+inline WideStep step_down(const WideNode& node, Float8 planes, Float8 origin, Float8 reciprocal, Float8 point,
+                          float enter, float leave, TraversalStack::Frame& frame) {
   const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
   const uint32_t near = tables::kNearLane[at_least(permute(point, axes), planes)];
 
@@ -106,10 +114,10 @@ inline void prefetch_child(const Tree& tree, ChildWord child) {
 
 // A ray through the cell `child` of a tree, [enter, leave] there. Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any
 // hit: true at the first found.
-template <bool kAny>
+template <bool kAny, class Motion = Still>
 inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, const RayShear& shear, ChildWord child,
                        float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
-                       TreeHit& best) {
+                       TreeHit& best, const Motion& motion = {}) {
   const auto* quads =
       reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
   const Float8 origin = Float8::load_twice(quads);
@@ -125,7 +133,8 @@ inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, cons
     while (static_cast<int32_t>(child) > 0) {
       stack.rest[top] = rest;
       top += static_cast<size_t>(rest != 0);
-      const WideStep step = step_down(tree.nodes[child], origin, reciprocal, point, enter, leave, stack.frames[top]);
+      const WideStep step = step_down(tree.nodes[child], planes_of(tree, child, motion), origin, reciprocal, point,
+                                      enter, leave, stack.frames[top]);
       child = step.child;
       leave = step.leave;
       rest = step.rest;
@@ -135,7 +144,7 @@ inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, cons
     }
     if (child != kEmptyChild) {
       const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
-      if (intersect_leaf<kAny>(unit, shear, t_min, filter, t_far, best)) return true;
+      if (intersect_leaf<kAny>(unit, motion, shear, t_min, filter, t_far, best)) return true;
     }
     do {
       // A branch on purpose: where it is predicted, the next cell does not wait for the intervals of the last node.
@@ -155,15 +164,15 @@ inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, cons
 
 // `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
 // true at the first found.
-template <bool kAny>
+template <bool kAny, class Motion = Still>
 inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
-                       TreeHit& best) {
+                       TreeHit& best, const Motion& motion = {}) {
   float enter = t_min, leave = t_far;
   alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
   if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), reciprocal, enter, leave))
     return false;
   return trace_cell<kAny>(tree, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
-                          tree.root, enter, leave, t_min, filter, t_far, best) ||
+                          tree.root, enter, leave, t_min, filter, t_far, best, motion) ||
          (!kAny && best.is_hit());
 }
 

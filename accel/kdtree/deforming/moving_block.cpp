@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/deforming/moving_block.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace kindling::accel::kd {
+namespace {
+
+// The keys of a mesh that times in a slice lie between.
+struct KeyRange {
+  uint32_t segments = 0, first = 0, count = 0;
+
+  KeyRange() = default;
+  KeyRange(const TriangleMesh& mesh, const TimeSlice& slice) : segments(key_count(mesh) - 1) {
+    first = key_interval(slice.begin, segments).first;
+    const float last_time = slice.end < 1.0f ? std::nextafter(slice.end, 0.0f) : 1.0f; // the end is the next slice's
+    count = key_interval(last_time, segments).first + 2 - first;
+  }
+  friend bool operator==(const KeyRange&, const KeyRange&) = default;
+};
+
+// Collects triangles until one of the limits is met, or one comes with other keys.
+class BlockBuilder {
+ public:
+  explicit BlockBuilder(const TimeSlice& slice) : slice_(slice) {}
+
+  bool add(const Geometry& geometry, uint32_t triangle) {
+    if (triangles_ == kBlockTriangles) return false;
+    const KeyRange keys(geometry.mesh, slice_);
+    if (triangles_ != 0 && keys != keys_) return false;
+    keys_ = keys;
+    const uint32_t before = vertices_;
+    uint32_t corners = 0;
+    for (uint32_t corner = 0; corner < 3; ++corner) {
+      const uint32_t vertex =
+          number_of(geometry.mesh, geometry.mesh.indices[3 * static_cast<size_t>(triangle) + corner]);
+      if (vertex == kBlockVertices) {
+        vertices_ = before;
+        return false;
+      }
+      corners |= vertex << (4 * corner);
+    }
+    corners_[triangles_] = static_cast<uint16_t>(corners);
+    primitives_[triangles_] = geometry.first_primitive + triangle;
+    asking_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
+    ++triangles_;
+    return true;
+  }
+
+  // Appends the block and starts the next.
+  void finish(bool more, std::vector<LeafUnit>& out) {
+    const size_t first = out.size();
+    out.resize(first + MovingBlock::units_for(vertices_, triangles_, keys_.count), LeafUnit{});
+    uint32_t* words = out[first].words.data();
+    *words++ = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | asking_ << 16;
+    *words++ = keys_.segments | keys_.first << 8 | keys_.count << 16;
+    for (uint32_t key = 0; key < keys_.count; ++key)
+      for (int axis = 0; axis < 3; ++axis)
+        for (uint32_t i = 0; i < vertices_; ++i) std::memcpy(words++, &position(i, key)[axis], sizeof(float));
+    std::memcpy(words, corners_.data(), triangles_ * sizeof(uint16_t));
+    std::memcpy(words + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
+    vertices_ = triangles_ = asking_ = 0;
+  }
+
+ private:
+  struct Vertex {
+    const TriangleMesh* mesh;
+    uint32_t number;
+  };
+
+  [[nodiscard]] const Imath::V3f& position(uint32_t i, uint32_t key) const {
+    return positions_at_key(*vertex_[i].mesh, keys_.first + key)[vertex_[i].number];
+  }
+  // The place of a vertex, where it is put if it is new; kBlockVertices: there is no room. Two that are in the same place at all keys
+  // are one.
+  uint32_t number_of(const TriangleMesh& mesh, uint32_t number) {
+    const auto is_same = [&](uint32_t i) {
+      if (vertex_[i].mesh == &mesh && vertex_[i].number == number) return true;
+      for (uint32_t key = 0; key < keys_.count; ++key)
+        if (std::memcmp(&position(i, key), &positions_at_key(mesh, keys_.first + key)[number], sizeof(Imath::V3f)) != 0)
+          return false;
+      return true;
+    };
+    for (uint32_t i = 0; i < vertices_; ++i)
+      if (is_same(i)) return i;
+    if (vertices_ == kBlockVertices) return kBlockVertices;
+    vertex_[vertices_] = {&mesh, number};
+    return vertices_++;
+  }
+
+  TimeSlice slice_;
+  KeyRange keys_;
+  std::array<Vertex, kBlockVertices> vertex_;
+  std::array<uint16_t, kBlockTriangles> corners_{};
+  std::array<uint32_t, kBlockTriangles> primitives_{};
+  uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
+};
+
+} // namespace
+
+void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
+                        const TimeSlice& slice, std::vector<LeafUnit>& out) {
+  BlockBuilder block(slice);
+  const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
+  std::vector<LeafReference> waiting; // what does not fit waits for the next block
+  for (const LeafReference& reference : references)
+    if (!add(reference)) waiting.push_back(reference);
+  while (!waiting.empty()) {
+    block.finish(true, out);
+    waiting.erase(std::remove_if(waiting.begin(), waiting.end(), add), waiting.end());
+  }
+  block.finish(false, out);
+}
+
+} // namespace kindling::accel::kd

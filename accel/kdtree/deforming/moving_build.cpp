@@ -1,0 +1,246 @@
+// The search for planes is the static builder's, on the boxes at the middle of the slice; which side a triangle is on, and what
+// of it, is decided for the whole slice.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/deforming/moving_build.h"
+
+#include "accel/kdtree/subtree.h"
+#include "accel/kdtree/wide_cuts.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/task_group.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <utility>
+
+namespace kindling::accel::kd {
+namespace {
+
+using MovingReferences = std::vector<MovingReference>;
+
+// What a thread keeps between nodes.
+struct Worker {
+  TreeArena arena;
+  SplitScratch scratch;
+  std::vector<LeafReference> ids; // of the nodes on the way down that may yet become leaves
+};
+
+// The boxes at the middle of the slice, cut to that of the cell.
+std::vector<Reference> at_middle(const Imath::Box3f& box, const MovingReferences& references) {
+  std::vector<Reference> out(references.size());
+  for (size_t i = 0; i < references.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const float low = std::min(std::max(references[i].low_at_middle(k), box.min[k]), box.max[k]);
+      const float high = std::min(std::max(references[i].high_at_middle(k), box.min[k]), box.max[k]);
+      out[i].min[k] = low;
+      out[i].max[k] = std::max(low, high);
+    }
+    out[i].geometry = references[i].geometry;
+    out[i].triangle = references[i].triangle;
+  }
+  return out;
+}
+
+// How a plane that stands at split.position at the middle of the slice should move: with the triangles near it. One that cuts off
+// empty space goes along their bounds.
+MovingPlane plane_for(const Split& split, const Imath::Box3f& box, const MovingReferences& references) {
+  const int axis = split.axis;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float extent = box.max[axis] - box.min[axis];
+  const double near = 0.02 * extent + std::numeric_limits<float>::min();
+  double weights = 0.0, ways = 0.0;
+  float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
+  bool any_below = false, any_above = false;
+  for (const MovingReference& r : references) {
+    const float from = r.low_at_middle(axis), to = r.high_at_middle(axis);
+    any_below = any_below || from < split.position;
+    any_above = any_above || to > split.position;
+    const double distance = std::max({0.0f, from - split.position, split.position - to}) + near;
+    const double weight = 1.0 / (distance * distance);
+    weights += weight;
+    ways += weight * 0.5 * ((r.low[1][axis] - r.low[0][axis]) + static_cast<double>(r.high[1][axis] - r.high[0][axis]));
+    for (int end = 0; end < 2; ++end) {
+      low[end] = std::min(low[end], r.low[end][axis]);
+      high[end] = std::max(high[end], r.high[end][axis]);
+    }
+  }
+  const auto is_inside = [&](const MovingPlane& plane) {
+    return plane.at_middle() > box.min[axis] && plane.at_middle() < box.max[axis];
+  };
+  if (!any_below || !any_above) {
+    const float* edge = any_above ? low : high;
+    const MovingPlane plane{axis, edge[0], edge[1] - edge[0]};
+    if (is_inside(plane)) return plane;
+  }
+  const auto way = static_cast<float>(ways / weights);
+  const MovingPlane plane{axis, split.position - 0.5f * way, way};
+  return is_inside(plane) ? plane : MovingPlane{axis, split.position, 0.0f};
+}
+
+class MovingBuilder {
+ public:
+  MovingBuilder(const BuildContext& context, const TimeSlice& slice, const SweptMargin& margin)
+      : context_(context), slice_(slice), margin_(margin) {}
+
+  double build(const Cell& cell, MovingReferences references, BinaryNode& node) {
+    if (references.size() <= context_.config.parallel_above)
+      return build(cell, std::move(references), node, workers_.local());
+    SplitScratch scratch; // other tasks may run here while this one waits
+    Children children;
+    if (!split(cell, references, scratch, node, children)) return make_leaf(cell, references, node, workers_.local());
+    references = {};
+    node.children = new_pair(workers_.local());
+    double left_cost = 0.0, right_cost = 0.0;
+    tbb::task_group group;
+    group.run([&] { left_cost = build(children.below, std::move(children.left), node.children[0]); });
+    right_cost = build(children.above, std::move(children.right), node.children[1]);
+    group.wait();
+    return cost_of(cell, node, children, left_cost, right_cost);
+  }
+
+  [[nodiscard]] std::vector<TreeArena> take_arenas() {
+    std::vector<TreeArena> arenas;
+    for (Worker& worker : workers_) arenas.push_back(std::move(worker.arena));
+    return arenas;
+  }
+
+ private:
+  struct Children {
+    Cell below, above;
+    MovingReferences left, right;
+    Split split; // at the middle of the slice
+  };
+
+  static BinaryNode* new_pair(Worker& worker) {
+    BinaryNode* pair = worker.arena.nodes.allocate(2);
+    pair[0] = pair[1] = BinaryNode();
+    return pair;
+  }
+
+  // On one thread.
+  double build(const Cell& cell, MovingReferences references, BinaryNode& node, Worker& worker) {
+    if (references.empty()) return 0.0;
+    const size_t count = references.size(), first_id = worker.ids.size();
+    Children children;
+    if (!split(cell, references, worker.scratch, node, children)) return make_leaf(cell, references, node, worker);
+    const bool may_collapse = count <= context_.config.collapse_below;
+    if (may_collapse)
+      for (const MovingReference& r : references) worker.ids.push_back({r.geometry, r.triangle});
+    references = {};
+    const auto nodes_before = worker.arena.nodes.mark();
+    const auto references_before = worker.arena.references.mark();
+    node.children = new_pair(worker);
+    const double left_cost = build(children.below, std::move(children.left), node.children[0], worker);
+    const double right_cost = build(children.above, std::move(children.right), node.children[1], worker);
+    double cost = cost_of(cell, node, children, left_cost, right_cost);
+    const double leaf_cost = CostModel(context_.config, cell.box).leaf_cost(count);
+    if (may_collapse && leaf_cost <= cost) {
+      worker.arena.nodes.rewind(nodes_before);
+      worker.arena.references.rewind(references_before);
+      make_leaf(std::span(worker.ids).subspan(first_id), node, worker);
+      cost = leaf_cost;
+    }
+    worker.ids.resize(first_id);
+    return cost;
+  }
+
+  // False if a leaf is better. Sets the plane of the node.
+  bool split(const Cell& cell, const MovingReferences& references, SplitScratch& scratch, BinaryNode& node,
+             Children& out) {
+    if (cell.depth >= context_.max_depth || context_.monitor.cancelled()) return false;
+    const CostModel model(context_.config, cell.box);
+    if (!model.splittable()) return false;
+    const std::optional<Split> found =
+        find_split(context_.config, model, cell.box, at_middle(cell.box, references), scratch);
+    if (!found) return false;
+    const MovingPlane plane = plane_for(*found, cell.box, references);
+    const int axis = plane.axis;
+    for (const MovingReference& r : references) {
+      if (r.low[0][axis] >= plane.position && r.low[1][axis] >= plane.at_end()) {
+        out.right.push_back(r);
+      } else if (r.high[0][axis] <= plane.position && r.high[1][axis] <= plane.at_end()) {
+        out.left.push_back(r);
+      } else {
+        const SplitMoving parts = split_reference(context_.geometries, slice_, margin_, r, plane);
+        if (parts.in_left) out.left.push_back(parts.left);
+        if (parts.in_right) out.right.push_back(parts.right);
+      }
+    }
+    const HalfCounts counts{out.left.size(), out.right.size()};
+    const bool reduced = counts.left < references.size() || counts.right < references.size();
+    if (!reduced || counts.left + counts.right > cell.budget) return false;
+    out.split = *found;
+    out.split.position = plane.at_middle();
+    cell.divide(out.split, counts, out.below, out.above);
+    node.position = plane.position;
+    node.axis = static_cast<uint32_t>(axis);
+    node.set_way(plane.way);
+    return true;
+  }
+
+  double cost_of(const Cell& cell, BinaryNode& node, const Children& children, double left, double right) const {
+    const CostModel model(context_.config, cell.box);
+    choose_cuts(node, model.area() * context_.inverse_area);
+    const Split& split = children.split;
+    return context_.config.traversal_cost + model.left_probability(split.axis, split.position) * left +
+           model.right_probability(split.axis, split.position) * right;
+  }
+
+  double make_leaf(const Cell& cell, const MovingReferences& references, BinaryNode& node, Worker& worker) {
+    const size_t first_id = worker.ids.size();
+    for (const MovingReference& r : references) worker.ids.push_back({r.geometry, r.triangle});
+    make_leaf(std::span(worker.ids).subspan(first_id), node, worker);
+    worker.ids.resize(first_id);
+    context_.monitor.add(cell.weight);
+    return CostModel(context_.config, cell.box).leaf_cost(references.size());
+  }
+  static void make_leaf(std::span<const LeafReference> references, BinaryNode& node, Worker& worker) {
+    LeafReference* own = worker.arena.references.allocate(references.size());
+    std::copy(references.begin(), references.end(), own);
+    std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {
+      return a.geometry != b.geometry ? a.geometry < b.geometry : a.triangle < b.triangle;
+    });
+    node = BinaryNode();
+    node.count = static_cast<uint32_t>(references.size());
+    node.references = own;
+  }
+
+  const BuildContext& context_;
+  const TimeSlice& slice_;
+  const SweptMargin& margin_;
+  tbb::enumerable_thread_specific<Worker> workers_;
+};
+
+} // namespace
+
+MovingTree build_moving_tree(const Config& config, std::span<const Geometry> geometries,
+                             std::span<const LeafReference> triangles, const TimeSlice& slice, double weight,
+                             BuildMonitor& monitor) {
+  MovingTree tree;
+  if (triangles.empty()) return tree;
+  SweptMargin margin;
+  MovingReferences references = swept_references(geometries, triangles, slice, margin);
+  Cell cell;
+  for (const MovingReference& r : references)
+    for (int k = 0; k < 3; ++k) {
+      cell.box.min[k] = std::min(cell.box.min[k], r.low_at_middle(k));
+      cell.box.max[k] = std::max(cell.box.max[k], r.high_at_middle(k));
+      for (int end = 0; end < 2; ++end) {
+        tree.binary.bounds.min[k] = std::min(tree.binary.bounds.min[k], r.low[end][k]);
+        tree.binary.bounds.max[k] = std::max(tree.binary.bounds.max[k], r.high[end][k]);
+      }
+    }
+  tree.binary.triangle_count = references.size();
+  const double area = half_area(cell.box);
+  const BuildContext context{config, geometries, monitor, config.max_depth(references.size()),
+                             area > 0.0 ? 1.0 / area : 0.0};
+  cell.budget = config.max_references(references.size());
+  cell.weight = weight;
+  MovingBuilder builder(context, slice, margin);
+  tree.cost = area * builder.build(cell, std::move(references), tree.binary.root);
+  tree.binary.arenas = builder.take_arenas();
+  return tree;
+}
+
+} // namespace kindling::accel::kd

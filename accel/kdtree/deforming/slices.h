@@ -1,0 +1,42 @@
+// What deforms in a group: a tree of moving planes for each slice of the shutter.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/build.h"
+#include "accel/kdtree/deforming/swept.h"
+#include "accel/kdtree/node.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace kindling::accel::kd {
+
+struct DeformingSlice {
+  TimeSlice slice;
+  Tree tree; // bounds are those of the slice
+};
+
+struct DeformingTrees {
+  static constexpr uint32_t kMostSlices = 16;
+
+  std::vector<DeformingSlice> slices;          // in the order of time; none if nothing can be hit
+  std::array<uint8_t, kMostSlices> slice_of{}; // by sixteenths of the shutter
+  Imath::Box3f bounds;                         // over the whole shutter
+  size_t triangle_count = 0;
+
+  // `time` in [0, 1].
+  [[nodiscard]] const DeformingSlice& slice_at(float time) const {
+    const auto part = static_cast<uint32_t>(time * static_cast<float>(kMostSlices));
+    return slices[slice_of[std::min(part, kMostSlices - 1)]];
+  }
+};
+
+// A slice is halved as long as the trees of its halves are expected to be cheaper by a fifth or more, which small trees over a sample
+// of the triangles tell; not where neighbours move alike, however fast. At most kMostSlices slices, fewer for large meshes. After a
+// cancellation it is incomplete: ask the monitor. All geometries deform.
+[[nodiscard]] DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>& geometries,
+                                             BuildMonitor& monitor);
+
+} // namespace kindling::accel::kd

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/deforming/swept.h"
+
+#include "accel/motion.h"
+#include "accel/triangle.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace kindling::accel::kd {
+namespace {
+
+using Imath::V3d;
+using Imath::V3f;
+
+// A triangle at the ends of a slice and at the keys inside of it.
+struct Path {
+  static constexpr size_t kMost = kMostMotionKeys + 2;
+  std::array<float, kMost> fraction;
+  std::array<std::array<V3f, 3>, kMost> corners;
+  size_t count = 0;
+
+  Path(const Geometry& geometry, uint32_t triangle, const TimeSlice& slice) {
+    const uint32_t segments = key_count(geometry.mesh) - 1;
+    add_between(geometry, triangle, key_interval(slice.begin, segments), 0.0f);
+    for (uint32_t key = key_interval(slice.begin, segments).first + 1; key < segments; ++key) {
+      const float time = static_cast<float>(key) / static_cast<float>(segments);
+      if (!(time < slice.end)) break;
+      if (time > slice.begin) add_between(geometry, triangle, {key, 0.0f}, slice.fraction_of(time));
+    }
+    add_between(geometry, triangle, key_interval(slice.end, segments), 1.0f);
+  }
+
+ private:
+  void add_between(const Geometry& geometry, uint32_t triangle, KeyInterval at, float in_slice) {
+    const std::span<const V3f> first = positions_at_key(geometry.mesh, at.first),
+                               second = positions_at_key(geometry.mesh, at.first + 1);
+    const uint32_t* corner = &geometry.mesh.indices[3 * static_cast<size_t>(triangle)];
+    fraction[count] = in_slice;
+    for (size_t k = 0; k < 3; ++k) corners[count][k] = between(first[corner[k]], second[corner[k]], at.fraction);
+    ++count;
+  }
+};
+
+// What the margin is made of: largest coordinates and speeds, the latter per shutter, by axis.
+struct Extremes {
+  V3f coordinate = V3f(0), speed = V3f(0);
+
+  void extend(const Extremes& other) {
+    for (int k = 0; k < 3; ++k) {
+      coordinate[k] = std::max(coordinate[k], other.coordinate[k]);
+      speed[k] = std::max(speed[k], other.speed[k]);
+    }
+  }
+};
+
+// Lines between the bounds at both ends, moved outwards where keys between them ask for it. Between two samples the corners move along
+// straight lines, and the least of them is above the chord.
+void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extremes& extremes) {
+  const size_t last = path.count - 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto low_at = [&](size_t i) {
+      const auto& c = path.corners[i];
+      return std::min(c[0][axis], std::min(c[1][axis], c[2][axis]));
+    };
+    const auto high_at = [&](size_t i) {
+      const auto& c = path.corners[i];
+      return std::max(c[0][axis], std::max(c[1][axis], c[2][axis]));
+    };
+    float low0 = low_at(0), low1 = low_at(last), high0 = high_at(0), high1 = high_at(last);
+    float below = 0.0f, above = 0.0f;
+    for (size_t i = 1; i < last; ++i) {
+      below = std::max(below, between(low0, low1, path.fraction[i]) - low_at(i));
+      above = std::max(above, high_at(i) - between(high0, high1, path.fraction[i]));
+    }
+    out.low[0][axis] = low0 - below;
+    out.low[1][axis] = low1 - below;
+    out.high[0][axis] = high0 + above;
+    out.high[1][axis] = high1 + above;
+    for (const float value : {out.low[0][axis], out.low[1][axis], out.high[0][axis], out.high[1][axis]})
+      extremes.coordinate[axis] = std::max(extremes.coordinate[axis], std::fabs(value));
+    for (size_t i = 0; i < last; ++i)
+      for (size_t k = 0; k < 3; ++k) {
+        const float time = (path.fraction[i + 1] - path.fraction[i]) * (slice.end - slice.begin);
+        const float way = std::fabs(path.corners[i + 1][k][axis] - path.corners[i][k][axis]);
+        if (time > 0.0f) extremes.speed[axis] = std::max(extremes.speed[axis], way / time);
+      }
+  }
+}
+
+// Bounds of the part of a hull on one side of a plane; points are in a frame in which the plane stands still.
+struct HullSide {
+  V3d low = V3d(std::numeric_limits<double>::infinity()), high = -low;
+
+  void extend(const V3d& p) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+  [[nodiscard]] bool empty() const { return !(low.x <= high.x); }
+};
+
+// Takes, face by face, the bound that is the tighter one at the middle of the slice: each of both holds at all times.
+void narrow(MovingReference& part, const HullSide& side, const V3f& way, const SweptMargin& margin) {
+  for (int k = 0; k < 3; ++k) {
+    const auto low = static_cast<float>(side.low[k]) - margin.by_axis[k],
+               high = static_cast<float>(side.high[k]) + margin.by_axis[k];
+    if (low + 0.5f * way[k] > part.low_at_middle(k)) {
+      part.low[0][k] = low;
+      part.low[1][k] = low + way[k];
+    }
+    if (high + 0.5f * way[k] < part.high_at_middle(k)) {
+      part.high[0][k] = high;
+      part.high[1][k] = high + way[k];
+    }
+  }
+}
+
+constexpr size_t kMostSamplesOfHull = 3; // beyond, its edges are too many
+
+} // namespace
+
+std::vector<LeafReference> triangles_to_sweep(std::span<const Geometry> geometries) {
+  std::vector<LeafReference> out;
+  for (size_t g = 0; g < geometries.size(); ++g) {
+    const TriangleMesh& mesh = geometries[g].mesh;
+    for (size_t i = 0; i < mesh.triangle_count(); ++i) {
+      bool finite = true;
+      for (uint32_t key = 0; key < key_count(mesh); ++key)
+        for (size_t k = 0; k < 3; ++k)
+          finite = finite && is_finite(positions_at_key(mesh, key)[mesh.indices[3 * i + k]]);
+      if (finite) out.push_back({static_cast<uint32_t>(g), static_cast<uint32_t>(i)});
+    }
+  }
+  return out;
+}
+
+std::vector<MovingReference> swept_references(std::span<const Geometry> geometries,
+                                              std::span<const LeafReference> triangles, const TimeSlice& slice,
+                                              SweptMargin& margin) {
+  constexpr size_t kChunk = 4096;
+  std::vector<MovingReference> references(triangles.size());
+  std::vector<Extremes> extremes((triangles.size() + kChunk - 1) / kChunk);
+  tbb::parallel_for(size_t{0}, extremes.size(), [&](size_t c) {
+    for (size_t i = c * kChunk; i < std::min(triangles.size(), (c + 1) * kChunk); ++i) {
+      references[i].geometry = triangles[i].geometry;
+      references[i].triangle = triangles[i].triangle;
+      bound(Path(geometries[triangles[i].geometry], triangles[i].triangle, slice), slice, references[i], extremes[c]);
+    }
+  });
+  Extremes all;
+  for (const Extremes& e : extremes) all.extend(e);
+  // A vertex at a time is off by 5 u of the largest coordinate, a plane by twice that, since it may begin outside; the fraction of
+  // the way between two keys by u of the time that has passed, in keys, which moves the vertex by u of its speed. Builder: as much.
+  constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
+  margin.by_axis =
+      all.coordinate * (16.0f * kEpsilon) + all.speed * (2.0f * kEpsilon) + V3f(std::numeric_limits<float>::min());
+  tbb::parallel_for(size_t{0}, extremes.size(), [&](size_t c) {
+    for (size_t i = c * kChunk; i < std::min(triangles.size(), (c + 1) * kChunk); ++i)
+      for (int end = 0; end < 2; ++end) {
+        references[i].low[end] -= margin.by_axis;
+        references[i].high[end] += margin.by_axis;
+      }
+  });
+  return references;
+}
+
+// At every time the triangle lies in the hull of its corners at all samples, in any frame that moves evenly: in that of the plane
+// along its axis, and in the triangle's own along the others. The part on one side has the corners there and the points where edges of
+// the hull, or diagonals, which do no harm, pass the plane.
+SplitMoving split_reference(std::span<const Geometry> geometries, const TimeSlice& slice, const SweptMargin& margin,
+                            const MovingReference& reference, const MovingPlane& plane) {
+  SplitMoving parts{reference, reference, true, true};
+  const int axis = plane.axis;
+  if (plane.at_middle() < reference.high_at_middle(axis)) {
+    parts.left.high[0][axis] = plane.position;
+    parts.left.high[1][axis] = plane.at_end();
+  }
+  if (plane.at_middle() > reference.low_at_middle(axis)) {
+    parts.right.low[0][axis] = plane.position;
+    parts.right.low[1][axis] = plane.at_end();
+  }
+  const Path path(geometries[reference.geometry], reference.triangle, slice);
+  if (path.count > kMostSamplesOfHull) return parts;
+
+  V3f way(0);
+  const auto& first = path.corners[0];
+  const auto& last = path.corners[path.count - 1];
+  for (size_t k = 0; k < 3; ++k) way += (last[k] - first[k]) * (1.0f / 3.0f);
+  way[axis] = plane.way;
+  std::array<V3d, 3 * kMostSamplesOfHull> points;
+  size_t count = 0;
+  for (size_t i = 0; i < path.count; ++i)
+    for (const V3f& p : path.corners[i]) points[count++] = V3d(p) - V3d(way) * static_cast<double>(path.fraction[i]);
+  HullSide below, above;
+  const double at = plane.position, slack = margin.by_axis[axis];
+  for (size_t i = 0; i < count; ++i) {
+    const double di = points[i][axis] - at;
+    if (di <= slack) below.extend(points[i]);
+    if (di >= -slack) above.extend(points[i]);
+    for (size_t j = 0; j < i; ++j) {
+      const double dj = points[j][axis] - at;
+      if ((di < 0.0) == (dj < 0.0)) continue;
+      const V3d crossing = points[i] + (points[j] - points[i]) * (di / (di - dj));
+      below.extend(crossing);
+      above.extend(crossing);
+    }
+  }
+  parts.in_left = !below.empty();
+  parts.in_right = !above.empty();
+  if (parts.in_left) narrow(parts.left, below, way, margin);
+  if (parts.in_right) narrow(parts.right, above, way, margin);
+  return parts;
+}
+
+} // namespace kindling::accel::kd
