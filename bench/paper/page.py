@@ -62,7 +62,7 @@ def times_table(figures):
         for scene in figure["scenes"]:
             name = figure["number"] + (f", {scene['caption']}" if scene["caption"] else "")
             for number, render in enumerate(scene["renders"]):
-                then = "" if scene["paper_s"] is None or number else f"{scene['paper_s']:g} s"
+                then = "" if number else scene["then"]
                 size = "{0[0]} x {0[1]}".format(render["size_px"])
                 rows.append([f'<a href="#figure-{figure["number"]}">{name}</a>', f'<span class="then">{then}</span>', html.escape(render["name"]), size,
                              f'{render["spp"]:g}', seconds(render["one_core_s"]), seconds(render["all_cores_s"]), f'{render["rays_per_s"] / 1e6:.2f}'])
@@ -81,8 +81,8 @@ def figure_section(figure):
             words = [f"{html.escape(render['name'])}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core, {seconds(render['all_cores_s'])} s on all"]
             if scene["caption"]:
                 words.insert(0, scene["caption"])
-            if scene["paper_s"] is not None and number == 0:
-                words.append(f"<span class=\"then\">the paper: {scene['paper_s']:g} s</span>")
+            if scene["then"] and number == 0:
+                words.append(f'<span class="then">the paper: {scene["then"]}</span>')
             text.append(f"<figure>{image(render['picture'], figure['title'])}<figcaption>{'; '.join(words)}</figcaption></figure>\n")
     commands = "\n".join(html.escape(" ".join(render["command"])) for scene in figure["scenes"] for render in scene["renders"])
     warnings = sorted({warning for scene in figure["scenes"] for render in scene["renders"] for warning in render["warnings"]})

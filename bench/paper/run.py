@@ -111,7 +111,7 @@ def measure(bench, arguments, chosen):
 def render_figure(bench, arguments, figure):
     scenes = []
     for scene, caption in figure.scenes:
-        scenes.append({"caption": caption, "paper_s": figure.paper_s.get(scene),
+        scenes.append({"caption": caption, "then": figure.then.get(scene, ""),
                        "renders": [render_way(bench, arguments, figure, scene, way) for way in figure.ways]})
     return {"number": figure.number, "title": figure.title, "paper": figure.paper, "machine": figure.machine, "size_stated": figure.size_stated,
             "shown_px": max(bench.scaled(figure.size_px)[0], 300), "scenes": scenes}

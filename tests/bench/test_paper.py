@@ -77,7 +77,7 @@ class Page(unittest.TestCase):
         render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "picture": b"WEBP",
                   "command": ["kindling", "render"], "warnings": ["warning: a & b"]}
         figure = {"number": "5", "title": "Depth", "paper": "What.", "machine": "A <machine>", "size_stated": False, "shown_px": 300,
-                  "scenes": [{"caption": "", "paper_s": 35.616, "renders": [render]}]}
+                  "scenes": [{"caption": "", "then": "35.616 s", "renders": [render]}]}
         each = [tracers.Contribution("cache", saving, (-0.001, 0.0, 0.001))]
         contribution = {"depth": 12, "repeats": 3, "plain_s": 1.0, "full_s": 0.8, "full": saving, "each": each, "rays": {"plain": 1000, "full": 800}}
         entry = {"seconds": 1.0, "speedup": 1.9, "idle": 0.05}
