@@ -38,7 +38,7 @@ def main():
     arguments = parse_arguments()
     chosen = figures.find(arguments.figures) if arguments.figures else figures.FIGURES
     with tempfile.TemporaryDirectory() as folder:
-        bench = Bench(renderers.find_kindling(arguments.kindling), folder, arguments.scale, arguments.flag)
+        bench = Bench(renderers.find_kindling(arguments.kindling), folder, arguments.scale, arguments.flag, arguments.clock)
         bench.check()
         result = measure(bench, arguments, chosen)
         if arguments.sheet and result.get("figures"):
@@ -59,6 +59,7 @@ def parse_arguments():
     parser.add_argument("--scale", type=positive, default=1.0, help="of all pictures' sizes (1)")
     parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
     parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
+    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="of figures 3 and 4; cpu: on a busy machine, one thread only (wall)")
     parser.add_argument("--quick", action="store_true", help="small pictures, few samples, few depths, one round: does it all work?")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
@@ -87,7 +88,7 @@ def positive(text):
 
 
 def measure(bench, arguments, chosen):
-    result = {"about": {"machine": processor(), "cores": bench.cores, "version": "", "when": datetime.date.today().isoformat(),
+    result = {"about": {"machine": processor(), "cores": bench.cores, "version": "", "when": datetime.date.today().isoformat(), "clock": arguments.clock,
                         "note": "Quick run: small pictures and few samples; the figures mean nothing." if arguments.quick else ""}}
     quick, repeats = arguments.quick, arguments.repeat
     if "tracers" in arguments.parts:

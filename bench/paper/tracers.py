@@ -15,6 +15,7 @@ AMBIENT = ["--ambient", figures.AMBIENT_1]
 TRACERS = {"none": "no accelerator", "kdtree": "kd-tree", "optimized": "kd-tree, optimized"}
 PLAIN = ["--integrator", "whitted", "--accel", "kdtree", "--whitted-form", "recursive", "--whitted-cache", "off", "--max-reflections", "64", *AMBIENT]
 OPTIMIZATIONS = {"bounce limit (3)": ["--max-reflections", "3"], "cache": ["--whitted-cache", "on"], "iteration": ["--whitted-form", "iterative"]}
+CONTRIBUTION_SPP = 4
 NOTHING = 0.01  # an improvement below this part is called none
 
 
@@ -29,7 +30,7 @@ class Contribution:
 def by_depth(bench, depths, repeats, slow_depths):
     """{threads: {tracer: {depth: median seconds}}} of the render phase. Without an accelerator only slow_depths, once."""
     found = {}
-    for threads in sorted({1, bench.cores}):
+    for threads in [1] if bench.clock == "cpu" else sorted({1, bench.cores}):  # CPU time does not tell what threads are worth
         variants = {}
         for depth in depths:
             for tracer in ("kdtree", "optimized"):
@@ -42,8 +43,8 @@ def by_depth(bench, depths, repeats, slow_depths):
     return found
 
 
-def _render(bench, flags, threads=1):
-    return bench.render(SCENE, bench.scaled(SIZE), 1, flags, threads, "exr")
+def _render(bench, flags, threads=1, spp=1):
+    return bench.timed(SCENE, bench.scaled(SIZE), spp, flags, threads)
 
 
 def improvements(times):
@@ -57,15 +58,15 @@ def contributions(bench, depth, repeats):
     for name, more in OPTIMIZATIONS.items():
         flags["+" + name] = PLAIN + more
         flags["-" + name] = PLAIN + [flag for other, extra in OPTIMIZATIONS.items() if other != name for flag in extra]
-    variants = {key: lambda f=f: _render(bench, [*f, "--trace-depth", str(depth)]) for key, f in flags.items()}
+    variants = {key: lambda f=f: _render(bench, [*f, "--trace-depth", str(depth)], spp=CONTRIBUTION_SPP) for key, f in flags.items()}
     results = bench.interleaved(variants, repeats, f"each optimization at depth {depth}")
-    seconds = {key: [result.render_s for result in found] for key, found in results.items()}
+    seconds = {key: [result.cost_s for result in found] for key, found in results.items()}
 
     def saving(before, after):
         return quartiles([1.0 - b / a for a, b in zip(seconds[before], seconds[after])])
 
     found = [Contribution(name, saving("plain", "+" + name), saving("-" + name, "full")) for name in OPTIMIZATIONS]
-    return {"depth": depth, "repeats": repeats, "plain_s": statistics.median(seconds["plain"]), "full_s": statistics.median(seconds["full"]),
+    return {"depth": depth, "repeats": repeats, "spp": CONTRIBUTION_SPP, "plain_s": statistics.median(seconds["plain"]), "full_s": statistics.median(seconds["full"]),
             "full": saving("plain", "full"), "each": found, "rays": {key: runs[0].stats["rays"]["total"] for key, runs in results.items()},
             "cache": results["full"][0].stats.get("whitted", {})}
 

@@ -79,10 +79,11 @@ class Page(unittest.TestCase):
         figure = {"number": "5", "title": "Depth", "paper": "What.", "machine": "A <machine>", "size_stated": False, "shown_px": 300,
                   "scenes": [{"caption": "", "then": "35.616 s", "renders": [render]}]}
         each = [tracers.Contribution("cache", saving, (-0.001, 0.0, 0.001))]
-        contribution = {"depth": 12, "repeats": 3, "plain_s": 1.0, "full_s": 0.8, "full": saving, "each": each, "rays": {"plain": 1000, "full": 800}}
+        contribution = {"depth": 12, "repeats": 3, "spp": 4, "plain_s": 1.0, "full_s": 0.8, "full": saving, "each": each, "rays": {"plain": 1000, "full": 800},
+                        "cache": {"cache": {"hits": 30, "misses": 10, "bypasses": 60}}}
         entry = {"seconds": 1.0, "speedup": 1.9, "idle": 0.05}
         schedules = {name: {1: {**entry, "speedup": 1.0}, 2: entry} for name in ("regions", "tiles")}
-        return {"about": {"machine": "A & B", "cores": 2, "version": "1", "when": "today", "note": "quick"}, "figures": [figure],
+        return {"about": {"machine": "A & B", "cores": 2, "version": "1", "when": "today", "clock": "wall", "note": "quick"}, "figures": [figure],
                 "tracers": {"by_depth": {1: TIMES, 2: TIMES}, "contributions": [contribution]},
                 "quality": {"depth": 12, "spp": 1, "seconds": {"unlimited": 2.0, "3": 1.0}, "flip_mean": 0.01, "flip_max": 0.5, "psnr_db": 40.0,
                             "changed": 0.02, "pictures": {"unlimited": b"A", "3": b"B"}, "difference": b"C"},
@@ -94,7 +95,7 @@ class Page(unittest.TestCase):
         for word in ("http:", "https:", "<script", "<link"):
             self.assertNotIn(word, text)
         for said in ("35.616 s", "path &lt;traced&gt;", "A &lt;machine&gt;", "a &amp; b", "the same to the bit",
-                     "brings nothing on this machine", "saves 20 %", "states no size"):
+                     "brings nothing on this machine", "saves 20 %", "states no size", "The cache answered 30 % of 100 questions; 60 %"):
             self.assertIn(said, text)
         svgs = re.findall(r"<svg.*?</svg>", text, re.S)
         self.assertEqual(len(svgs), 5)  # figure 3 for one thread and for two, figure 4, speed-up, idle time
