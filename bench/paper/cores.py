@@ -1,16 +1,17 @@
 """Distribution: threads with regions or tiles, and processes that each render one region of the picture."""
 # SPDX-License-Identifier: Apache-2.0
 import statistics
+import sys
 import threading
 import time
 
 import numpy as np
 
 import fidelity_pictures
-import sys
+import tracers
 
 SCENE, SIZE = "figure_01", (900, 675)
-JOBS = {"Whitted, depth 12": (["--tracer", "optimized", "--trace-depth", "12"], 4), "path traced": (["--integrator", "path"], 4)}
+JOBS = {"Whitted, depth 12": (["--tracer", "optimized", "--trace-depth", "12", *tracers.AMBIENT], 4), "path traced": (["--integrator", "path"], 4)}
 
 
 def thread_counts(cores):

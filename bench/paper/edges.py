@@ -3,14 +3,15 @@
 import numpy as np
 
 import fidelity_pictures
+import figures
 import tracers
 
 SCENE, SIZE = "figure_06", (301, 246)
-COMMON = ["--integrator", "whitted", "--light-samples", "2x2"]
+COMMON = next(way.flags for figure in figures.find(["6"]) for way in figure.ways if "whitted" in way.flags)
 BOX, OURS = ["--filter", "box"], ["--filter", "blackman-harris"]
 WAYS = {
-    "one sample": (1, ["--sampler", "stratified", *BOX]),
-    "3 x 3, jittered, box filter": (9, ["--sampler", "stratified", *BOX]),
+    "one sample": (1, ["--sampler", "jittered", *BOX]),
+    "3 x 3, jittered, box filter": (9, ["--sampler", "jittered", *BOX]),
     "9 samples, Sobol, box filter": (9, ["--sampler", "sobol", *BOX]),
     "9 samples, Sobol, Blackman-Harris filter": (9, ["--sampler", "sobol", *OURS]),
     "9 samples, blue noise, Blackman-Harris filter": (9, ["--sampler", "blue-noise", *OURS]),

@@ -19,9 +19,10 @@ nav.sheet img { width: 100%; aspect-ratio: 1.22; object-fit: cover; display: blo
 def page(result):
     """result: what run.py has gathered; parts that were not asked for are missing."""
     head = result["about"]
+    clock = ", of figures 3 and 4 CPU time" if head["clock"] == "cpu" else ""
     text = [plots.page_start("Ray tracing: the figures of the paper, and Kindling's", STYLE), "<h1>The paper's figures, by Kindling</h1>\n",
             f"<p>Measured on {html.escape(head['machine'])}, {head['cores']} cores, by Kindling {html.escape(head['version'])}; {html.escape(head['when'])}. "
-            "Times are those of rendering alone, in seconds, unless they say otherwise. The paper's are from its text, on its machines; its scenes are "
+            f"Times are those of rendering alone, in seconds{clock}, unless they say otherwise. The paper's are from its text, on its machines; its scenes are "
             "not published, so these are compositions of what it describes, and the times stand beside each other, not against each other.</p>\n"]
     if head["note"]:
         text.append(f"<p><b>{html.escape(head['note'])}</b></p>\n")
@@ -62,9 +63,9 @@ def times_table(figures):
         for scene in figure["scenes"]:
             name = figure["number"] + (f", {scene['caption']}" if scene["caption"] else "")
             for number, render in enumerate(scene["renders"]):
-                then = "" if scene["paper_s"] is None or number else f"{scene['paper_s']:g} s"
+                then = "" if number else scene["then"]
                 size = "{0[0]} x {0[1]}".format(render["size_px"])
-                rows.append([f'<a href="#figure-{figure["number"]}">{name}</a>', f'<span class="then">{then}</span>', render["name"], size,
+                rows.append([f'<a href="#figure-{figure["number"]}">{name}</a>', f'<span class="then">{then}</span>', html.escape(render["name"]), size,
                              f'{render["spp"]:g}', seconds(render["one_core_s"]), seconds(render["all_cores_s"]), f'{render["rays_per_s"] / 1e6:.2f}'])
     return "<h2>Times</h2>\n" + table(["figure", "the paper", "here", "pixels", "samples", "one core, s", "all cores, s", "million rays/s"], rows)
 
@@ -78,11 +79,11 @@ def figure_section(figure):
             f'<p>The paper: {html.escape(figure["paper"])}{then}{stated}</p>\n<div class="row" style="--w: 320px; --m: {figure["shown_px"]}px">\n']
     for scene in figure["scenes"]:
         for number, render in enumerate(scene["renders"]):
-            words = [f"{render['name']}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core, {seconds(render['all_cores_s'])} s on all"]
+            words = [f"{html.escape(render['name'])}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core, {seconds(render['all_cores_s'])} s on all"]
             if scene["caption"]:
                 words.insert(0, scene["caption"])
-            if scene["paper_s"] is not None and number == 0:
-                words.append(f"<span class=\"then\">the paper: {scene['paper_s']:g} s</span>")
+            if scene["then"] and number == 0:
+                words.append(f'<span class="then">the paper: {scene["then"]}</span>')
             text.append(f"<figure>{image(render['picture'], figure['title'])}<figcaption>{'; '.join(words)}</figcaption></figure>\n")
     commands = "\n".join(html.escape(" ".join(render["command"])) for scene in figure["scenes"] for render in scene["renders"])
     warnings = sorted({warning for scene in figure["scenes"] for render in scene["renders"] for warning in render["warnings"]})
@@ -108,13 +109,22 @@ def tracer_section(data):
         [depth, *(seconds(single[tracer].get(depth)) for tracer in tracers.TRACERS), f"{tracers.improvements(single)[depth]:.1f}"] for depth in sorted(single["kdtree"])]))
     text.append("<p>Seconds on one thread. " + findings(single) + "</p>\n")
     for each in data["contributions"]:
-        text.append(f"<h3>Each optimization, at depth {each['depth']}</h3>\n<p>One thread, {each['repeats']} interleaved rounds; the plain kd-tree tracer takes "
+        text.append(f"<h3>Each optimization, at depth {each['depth']}</h3>\n<p>One thread, {each['spp']} samples a pixel, {each['repeats']} interleaved rounds; the plain kd-tree tracer takes "
                     f"{seconds(each['plain_s'])} s ({each['rays']['plain']:,} rays), all optimizations together {seconds(each['full_s'])} s "
-                    f"({each['rays']['full']:,} rays): that {tracers.verdict(each['full'])}.</p>\n")
+                    f"({each['rays']['full']:,} rays): that {tracers.verdict(each['full'])}.{cache_words(each['cache'])}</p>\n")
         text.append(table(["optimization", "alone", "taken from the full set", "says"], [
             [html.escape(c.name), percent(c.alone), percent(c.left_out), f"{html.escape(c.name)} {tracers.verdict(c.alone)} alone, "
              f"{tracers.verdict(c.left_out)} beside the others"] for c in each["each"]]))
     return "".join(text) + "</section>\n"
+
+
+def cache_words(stats):
+    """Of the full set's last render."""
+    cache = stats.get("cache", {})
+    asked = sum(cache.get(kind, 0) for kind in ("hits", "misses", "bypasses"))
+    if not asked:
+        return ""
+    return f" The cache answered {100 * cache['hits'] / asked:.0f} % of {asked:,} questions; {100 * cache['bypasses'] / asked:.0f} % were of textured materials, which it leaves out."
 
 
 def percent(saving):

@@ -9,7 +9,9 @@
 import argparse
 import datetime
 import json
+import math
 import platform
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -22,11 +24,13 @@ import edges
 import fidelity_pictures
 import figures
 import page
+import pixels
 import renderers
 import tracers
 from measure import Bench
 
 PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
+SHEET_PX, SHEET_COLUMNS = (228, 187), 5
 ONE_CORE_PART = 8  # one core renders this part of the path tracer's samples, and its time is multiplied
 
 
@@ -34,9 +38,11 @@ def main():
     arguments = parse_arguments()
     chosen = figures.find(arguments.figures) if arguments.figures else figures.FIGURES
     with tempfile.TemporaryDirectory() as folder:
-        bench = Bench(renderers.find_kindling(arguments.kindling), folder, arguments.scale, arguments.flag)
+        bench = Bench(renderers.find_kindling(arguments.kindling), folder, arguments.scale, arguments.flag, arguments.clock)
         bench.check()
         result = measure(bench, arguments, chosen)
+        if arguments.sheet and result.get("figures"):
+            contact_sheet(result["figures"], Path(folder), arguments.sheet)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     arguments.out.write_text(page.page(result), encoding="utf-8")
     data = arguments.out.with_suffix(".json")
@@ -53,10 +59,12 @@ def parse_arguments():
     parser.add_argument("--scale", type=positive, default=1.0, help="of all pictures' sizes (1)")
     parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
     parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
+    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="of figures 3 and 4; cpu: on a busy machine, one thread only (wall)")
     parser.add_argument("--quick", action="store_true", help="small pictures, few samples, few depths, one round: does it all work?")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write the figures' pictures there, as WebP")
+    parser.add_argument("--sheet", type=Path, metavar="FILE.webp", help="also lay the last picture of each scene on one sheet")
     arguments = parser.parse_args()
     arguments.parts = arguments.parts or (["figures"] if arguments.figures else PARTS)
     if unknown := [part for part in arguments.parts if part not in PARTS]:
@@ -80,7 +88,7 @@ def positive(text):
 
 
 def measure(bench, arguments, chosen):
-    result = {"about": {"machine": processor(), "cores": bench.cores, "version": "", "when": datetime.date.today().isoformat(),
+    result = {"about": {"machine": processor(), "cores": bench.cores, "version": "", "when": datetime.date.today().isoformat(), "clock": arguments.clock,
                         "note": "Quick run: small pictures and few samples; the figures mean nothing." if arguments.quick else ""}}
     quick, repeats = arguments.quick, arguments.repeat
     if "tracers" in arguments.parts:
@@ -104,7 +112,7 @@ def measure(bench, arguments, chosen):
 def render_figure(bench, arguments, figure):
     scenes = []
     for scene, caption in figure.scenes:
-        scenes.append({"caption": caption, "paper_s": figure.paper_s.get(scene),
+        scenes.append({"caption": caption, "then": figure.then.get(scene, ""),
                        "renders": [render_way(bench, arguments, figure, scene, way) for way in figure.ways]})
     return {"number": figure.number, "title": figure.title, "paper": figure.paper, "machine": figure.machine, "size_stated": figure.size_stated,
             "shown_px": max(bench.scaled(figure.size_px)[0], 300), "scenes": scenes}
@@ -126,6 +134,20 @@ def render_way(bench, arguments, figure, scene, way):
     return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": result.render_s,
             "one_core_s": one.render_s * spp / (spp // part), "rays_per_s": result.stats["rays_per_s"], "picture": encoded, "command": result.command,
             "warnings": result.warnings}
+
+
+def contact_sheet(chosen, folder, output):
+    """Five in a row, all of one size."""
+    pictures = []
+    for number, scene in enumerate(scene for figure in chosen for scene in figure["scenes"]):
+        pictures.append(folder / f"sheet{number}.webp")
+        pictures[-1].write_bytes(scene["renders"][-1]["picture"])
+    width, height = SHEET_PX
+    words = [word for path in pictures for word in (path, "--resize", f"{width}x{height}")]
+    rows = math.ceil(len(pictures) / SHEET_COLUMNS)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    subprocess.run([pixels.oiiotool(), "-q", *map(str, words), "--mosaic:pad=4", f"{min(SHEET_COLUMNS, len(pictures))}x{rows}", "-d", "uint8",
+                    "--compression", "webp:88", "-o", str(output)], check=True)
 
 
 def processor():

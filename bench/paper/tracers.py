@@ -6,13 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 import fidelity_pictures
+import figures
 import flip
 from measure import median_s, quartiles
 
 SCENE, SIZE = "figure_01", (301, 246)
+AMBIENT = ["--ambient", figures.AMBIENT_1]
 TRACERS = {"none": "no accelerator", "kdtree": "kd-tree", "optimized": "kd-tree, optimized"}
-PLAIN = ["--integrator", "whitted", "--accel", "kdtree", "--whitted-form", "recursive", "--whitted-cache", "off", "--max-reflections", "64"]
+PLAIN = ["--integrator", "whitted", "--accel", "kdtree", "--whitted-form", "recursive", "--whitted-cache", "off", "--max-reflections", "64", *AMBIENT]
 OPTIMIZATIONS = {"bounce limit (3)": ["--max-reflections", "3"], "cache": ["--whitted-cache", "on"], "iteration": ["--whitted-form", "iterative"]}
+CONTRIBUTION_SPP = 4
 NOTHING = 0.01  # an improvement below this part is called none
 
 
@@ -27,21 +30,21 @@ class Contribution:
 def by_depth(bench, depths, repeats, slow_depths):
     """{threads: {tracer: {depth: median seconds}}} of the render phase. Without an accelerator only slow_depths, once."""
     found = {}
-    for threads in sorted({1, bench.cores}):
+    for threads in [1] if bench.clock == "cpu" else sorted({1, bench.cores}):  # CPU time does not tell what threads are worth
         variants = {}
         for depth in depths:
             for tracer in ("kdtree", "optimized"):
-                variants[tracer, depth] = lambda t=tracer, d=depth: _render(bench, ["--tracer", t, "--trace-depth", str(d)], threads)
+                variants[tracer, depth] = lambda t=tracer, d=depth: _render(bench, ["--tracer", t, "--trace-depth", str(d), *AMBIENT], threads)
         times = {key: median_s(results) for key, results in bench.interleaved(variants, repeats, f"figure 3, {threads} threads").items()}
-        slow = {("none", depth): lambda d=depth: _render(bench, ["--tracer", "none", "--trace-depth", str(d)], threads)
+        slow = {("none", depth): lambda d=depth: _render(bench, ["--tracer", "none", "--trace-depth", str(d), *AMBIENT], threads)
                 for depth in slow_depths}
         times |= {key: median_s(results) for key, results in bench.interleaved(slow, 1, f"figure 3, no accelerator, {threads} threads").items()}
         found[threads] = {tracer: {depth: seconds for (t, depth), seconds in times.items() if t == tracer} for tracer in TRACERS}
     return found
 
 
-def _render(bench, flags, threads=1):
-    return bench.render(SCENE, bench.scaled(SIZE), 1, flags, threads, "exr")
+def _render(bench, flags, threads=1, spp=1):
+    return bench.timed(SCENE, bench.scaled(SIZE), spp, flags, threads)
 
 
 def improvements(times):
@@ -55,16 +58,16 @@ def contributions(bench, depth, repeats):
     for name, more in OPTIMIZATIONS.items():
         flags["+" + name] = PLAIN + more
         flags["-" + name] = PLAIN + [flag for other, extra in OPTIMIZATIONS.items() if other != name for flag in extra]
-    variants = {key: lambda f=f: _render(bench, [*f, "--trace-depth", str(depth)]) for key, f in flags.items()}
+    variants = {key: lambda f=f: _render(bench, [*f, "--trace-depth", str(depth)], spp=CONTRIBUTION_SPP) for key, f in flags.items()}
     results = bench.interleaved(variants, repeats, f"each optimization at depth {depth}")
-    seconds = {key: [result.render_s for result in found] for key, found in results.items()}
+    seconds = {key: [result.cost_s for result in found] for key, found in results.items()}
 
     def saving(before, after):
         return quartiles([1.0 - b / a for a, b in zip(seconds[before], seconds[after])])
 
     found = [Contribution(name, saving("plain", "+" + name), saving("-" + name, "full")) for name in OPTIMIZATIONS]
-    return {"depth": depth, "repeats": repeats, "plain_s": statistics.median(seconds["plain"]), "full_s": statistics.median(seconds["full"]),
-            "full": saving("plain", "full"), "each": found, "rays": {key: found[0].stats["rays"]["total"] for key, found in results.items()},
+    return {"depth": depth, "repeats": repeats, "spp": CONTRIBUTION_SPP, "plain_s": statistics.median(seconds["plain"]), "full_s": statistics.median(seconds["full"]),
+            "full": saving("plain", "full"), "each": found, "rays": {key: runs[0].stats["rays"]["total"] for key, runs in results.items()},
             "cache": results["full"][0].stats.get("whitted", {})}
 
 
@@ -82,7 +85,7 @@ def quality(bench, depth, spp):
     """Figure 2: unlimited reflections beside three."""
     pictures, times = {}, {}
     for name, limit in (("unlimited", "64"), ("3", "3")):
-        result = bench.render(SCENE, bench.scaled(SIZE), spp, ["--integrator", "whitted", "--trace-depth", str(depth), "--max-reflections", limit])
+        result = bench.render(SCENE, bench.scaled(SIZE), spp, ["--integrator", "whitted", "--trace-depth", str(depth), "--max-reflections", limit, *AMBIENT])
         pictures[name], times[name] = fidelity_pictures.read(result.picture).rgb, result.render_s
     error = flip.flip(pictures["unlimited"].astype(float), pictures["3"].astype(float))
     square = float(np.mean((pictures["unlimited"] - pictures["3"]) ** 2))

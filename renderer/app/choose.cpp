@@ -99,7 +99,8 @@ Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const Pose
   }
   if (posed.cameras.empty()) return std::optional<PlacedCamera>();
   const PosedCamera& chosen = posed.cameras[index];
-  PlacedCamera placed{scene.cameras[static_cast<size_t>(chosen.camera)], chosen.camera_to_world};
+  PlacedCamera placed{scene.cameras[static_cast<size_t>(chosen.camera)], chosen.camera_to_world,
+                      chosen.later_transforms};
   if (Result<void> overridden = override_fov(placed.camera, options); !overridden.ok()) return overridden.error();
   return std::optional(std::move(placed));
 }

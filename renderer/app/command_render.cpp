@@ -106,13 +106,21 @@ class RenderCommand {
     const Result<int> root = choose_scene(scene_, options_.scene_name);
     if (!root.ok()) return root.error();
     if (const Result<int> variant = show_variant(scene_, options_.variant_name); !variant.ok()) return variant.error();
-    if (options_.time_s) animate_members(scene_, *options_.time_s);
-    Result<PosedScene> posed = pose_scene(scene_, {root.value(), options_.time_s});
+    apply_light_options(options_.lights, scene_);
+    const Result<std::optional<Shutter>> shutter = choose_shutter(scene_, root.value(), options_);
+    if (!shutter.ok()) return shutter.error();
+    report_.shutter = shutter.value();
+    const std::optional<double> time_s = time_of_picture(shutter.value(), options_);
+    if (time_s) animate_members(scene_, *time_s);
+    Result<PosedScene> posed = pose_scene(scene_, {root.value(), time_s, shutter.value()});
     if (!posed.ok()) return posed.error();
     posed_ = std::move(posed).value();
     Result<std::optional<PlacedCamera>> camera = choose_camera(scene_, posed_, options_);
     if (!camera.ok()) return camera.error();
     placed_camera_ = std::move(camera).value();
+    if (placed_camera_)
+      if (Result<void> overridden = override_lens(placed_camera_->camera, options_.lens); !overridden.ok())
+        return overridden.error();
     const Result<V2i> size = choose_size(placed_camera_ ? &placed_camera_->camera : nullptr, options_);
     if (!size.ok()) return size.error();
     size_px_ = size.value();
@@ -137,15 +145,23 @@ class RenderCommand {
       placed_camera_ = fit_camera(world_->bounds(), aspect);
       if (Result<void> overridden = override_fov(placed_camera_->camera, options_); !overridden.ok())
         return overridden.error();
+      if (Result<void> overridden = override_lens(placed_camera_->camera, options_.lens); !overridden.ok())
+        return overridden.error();
       display_.on_warning(report_.scene_file + ": no camera: seen through one fitted to the scene's bounds");
     }
-    camera_.emplace(placed_camera_->camera, placed_camera_->camera_to_world, size_px_);
+    const Result<std::string> focus = focus_lens(*placed_camera_, *world_, size_px_, options_.lens);
+    if (!focus.ok()) return focus.error();
+    if (!focus.value().empty()) console_.detail(focus.value());
+    camera_.emplace(
+        placed_camera_->camera, placed_camera_->camera_to_world, size_px_,
+        CameraMotion{.later_transforms = placed_camera_->later_transforms, .shutter_open = world_->has_motion()});
     report_.times.build_s += seconds_since(start);
     display_.end_phase();
     console_.detail(
         fmt::format("{}: {} triangles, {} instances, built in {:.3f} s", accel::kind_description(options_.accelerator),
                     world_->statistics().accelerator.triangle_count, world_->statistics().accelerator.instance_count,
                     world_->statistics().accelerator.build_s));
+    if (report_.shutter) console_.detail(describe_motion(world_->statistics().motion));
     return {};
   }
 
@@ -166,6 +182,7 @@ class RenderCommand {
     if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
     settings.threads = options_.threads;
     settings.tile_size_px = options_.tile_size_px;
+    settings.schedule = options_.schedule;
     return settings;
   }
 
@@ -254,7 +271,9 @@ class RenderCommand {
         static_cast<double>(outcome.film.total_samples()) / static_cast<double>(report_.crop.pixel_count());
     report_.seed = options_.seed;
     report_.integrator = integrator_name(options_.integrator.kind);
+    if (options_.integrator.kind == IntegratorKind::whitted) report_.whitted = options_.integrator.whitted;
     report_.guiding = options_.guiding;
+    report_.schedule = options_.schedule;
     report_.accelerator = accel::kind_name(options_.accelerator);
     report_.accelerator_description = accel::kind_description(options_.accelerator);
     report_.view = view_->view();

@@ -162,6 +162,7 @@ class ShootoutCommand {
     if (!root.ok()) return root.error();
     if (const Result<int> variant = show_variant(scene.value(), options_.view.variant_name); !variant.ok())
       return variant.error();
+    apply_light_options(options_.view.lights, scene.value());
     if (options_.view.time_s) animate_members(scene.value(), *options_.view.time_s);
     Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), options_.view.time_s});
     if (!posed.ok()) return posed.error();

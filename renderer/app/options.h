@@ -4,8 +4,11 @@
 
 #include "accel/make_accelerator.h"
 #include "renderer/app/accelerator_variant.h"
+#include "renderer/app/lens_flags.h"
+#include "renderer/app/light_flags.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/shootout_clock.h"
+#include "renderer/app/shutter_flags.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/film/aov.h"
@@ -54,13 +57,18 @@ struct RenderOptions {
   V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
   std::optional<double> yfov_deg; // of a perspective camera
   std::optional<double> time_s;   // of the animations; unset: the rest pose
+  LensOptions lens;
+  ShutterOptions shutter;
 
   std::filesystem::path env_file;
   double env_rotation_deg = 0.0;
   double env_intensity = 1.0;
   std::optional<Rgb> env_color;
 
-  IntegratorSettings integrator; // background included
+  LightOptions lights; // of the scene
+
+  IntegratorSettings integrator;       // background included
+  std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
   Guiding guiding = Guiding::automatic;
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;
@@ -77,6 +85,7 @@ struct RenderOptions {
 
   int threads = 0; // 0: all
   int tile_size_px = 32;
+  Schedule schedule = Schedule::tiles;
   std::optional<uint64_t> texture_memory_bytes; // unset: no bound
 
   std::filesystem::path stats_file;

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/accelerator_variant.h"
 #include "renderer/app/flag_set.h"
+#include "renderer/app/lens_flags.h"
 #include "renderer/app/options.h"
 #include "renderer/app/parse_values.h"
 #include "renderer/app/scene_flags.h"
+#include "renderer/app/whitted_flags.h"
 
 #include <fmt/format.h>
 
@@ -28,7 +30,8 @@ std::vector<std::string> filter_names() {
 
 std::vector<std::string> sampler_names() {
   std::vector<std::string> names;
-  for (const SamplerKind kind : {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent})
+  for (const SamplerKind kind :
+       {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::jittered, SamplerKind::independent})
     names.emplace_back(sampler_name(kind));
   return names;
 }
@@ -173,9 +176,11 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Machine");
   flags.value("--threads", "N", "For loading, building and rendering; 0: all [0]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
-  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force [kdtree]", [&o](auto text) {
-    return choose(accel::kind_from_name(text), o.accelerator, "accelerator", text, {"kdtree", "embree", "brute-force"});
-  });
+  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force, also called none [kdtree]",
+              [&o](auto text) {
+                return choose(text == "none" ? accel::Kind::brute_force : accel::kind_from_name(text), o.accelerator,
+                              "accelerator", text, {"kdtree", "embree", "brute-force"});
+              });
   flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {
     return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
   });
@@ -186,6 +191,11 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
                   return Error{ErrorKind::usage,
                                fmt::format("'{}' is not a multiple of {}; use 8, 16, 32 or so", text, kBlockSize)};
                 return store(std::move(size), o.tile_size_px);
+              });
+  flags.value("--schedule", "tiles|regions",
+              "Who renders what: tiles for whoever is free, or a rectangle for each thread; same image [tiles]",
+              [&o](auto text) {
+                return choose(schedule_from_name(text), o.schedule, "schedule", text, {"tiles", "regions"});
               });
   flags.value("--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
               [&o](auto text) { return set_batch_size(text, o.integrator.batch_size); });
@@ -223,7 +233,10 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
   add_scene_flags(flags, options);
   flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
               [&options](auto text) { return set_background(text, options.integrator); });
+  add_lens_flags(flags, options.lens);
+  add_shutter_flags(flags, options);
   add_integrator_flags(flags, options);
+  add_whitted_flags(flags, options);
   add_machine_flags(flags, options);
   add_report_flags(flags, options);
 }
@@ -232,6 +245,8 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.scene_file.empty())
     return usage("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
   if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
+  if (Result<void> checked = check_lens_flags(flags, o.lens); !checked.ok()) return checked;
+  if (Result<void> checked = check_shutter_flags(flags, o); !checked.ok()) return checked;
   if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
   if (flags.given("--min-spp") && !o.adaptive.enabled())
     return usage("--min-spp: has no meaning without --noise-threshold above 0");
@@ -241,6 +256,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
 
   IntegratorSettings& s = o.integrator;
+  if (Result<void> applied = apply_whitted_flags(flags, o); !applied.ok()) return applied;
   if (!flags.given("--max-diffuse-bounces")) s.max_diffuse_bounces = s.max_bounces;
   if (!flags.given("--max-glossy-bounces")) s.max_glossy_bounces = s.max_bounces;
   if (!flags.given("--max-transmission-bounces")) s.max_transmission_bounces = s.max_bounces + kMoreTransmissions;

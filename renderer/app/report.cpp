@@ -20,6 +20,17 @@ std::string rate(double per_second, std::string_view unit) {
 
 } // namespace
 
+std::string describe_motion(const MotionStatistics& motion) {
+  if (motion.most_keys == 0) return "motion: nothing moves while the shutter is open";
+  const auto is_one = [](size_t n) { return n == 1; };
+  return fmt::format(
+      "motion: {} that move{}, {} that deform{}, {} keys at most, {}",
+      fmt::format("{} instance{}", motion.moving_instance_count, is_one(motion.moving_instance_count) ? "" : "s"),
+      is_one(motion.moving_instance_count) ? "s" : "",
+      fmt::format("{} mesh{}", motion.deforming_mesh_count, is_one(motion.deforming_mesh_count) ? "" : "es"),
+      is_one(motion.deforming_mesh_count) ? "s" : "", motion.most_keys, format_bytes(motion.key_bytes));
+}
+
 std::string format_summary(const RenderReport& r) {
   const RenderStatistics& s = r.statistics;
   const PhaseTimes& t = r.times;

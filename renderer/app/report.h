@@ -4,10 +4,12 @@
 
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/scene/shutter.h"
 #include "renderer/session/render_session.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,12 +32,15 @@ struct RenderReport {
   uint64_t scene_hash = 0;
   V2i size_px{0, 0};
   PixelRect crop;
+  std::optional<Shutter> shutter; // in times of the animations
   uint32_t spp_wanted = 0;
   AdaptiveSettings adaptive;
   double mean_spp = 0.0; // over the pixels of the crop
   uint32_t seed = 0;
   std::string integrator;
+  std::optional<WhittedSettings> whitted; // of that integrator
   Guiding guiding = Guiding::off;
+  Schedule schedule = Schedule::tiles;
   std::string accelerator;             // as --accel takes it
   std::string accelerator_description; // "Embree 3.13.5"
   std::string view;
@@ -59,6 +64,8 @@ struct RenderReport {
   }
 };
 
+// "motion: 3 instances that move, 1 mesh that deforms, 9 keys at most, 1.2 MiB"
+[[nodiscard]] std::string describe_motion(const MotionStatistics& motion);
 // Several lines without a final '\n'.
 [[nodiscard]] std::string format_summary(const RenderReport& report);
 // The keys are described in README.md and stay what they are.

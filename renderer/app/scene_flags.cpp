@@ -61,6 +61,7 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
   flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of a picture [none]",
               [&o](auto text) { return store(parse_color(text), o.env_color); });
+  add_light_flags(flags, o.lights);
 }
 
 void add_size_flag(FlagSet& flags, RenderOptions& o) {

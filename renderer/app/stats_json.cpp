@@ -46,9 +46,24 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                      {"light_regions", g.light_regions},     {"foreseen", g.foreseen},
                      {"foreseen_lights", g.foreseen_lights}, {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
+  json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
+  json["worker_idle_s"] = s.worker_idle_s;
   json["rays"] = {
       {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};
+  if (r.whitted) {
+    const WhittedCounters& w = s.rays.whitted;
+    json["whitted"] = {{"form", whitted_form_name(r.whitted->form)},
+                       {"trace_depth", r.whitted->trace_depth},
+                       {"max_reflections", std::min(r.whitted->max_reflections, r.whitted->trace_depth)},
+                       {"reflection_rays", w.reflection},
+                       {"transmission_rays", w.transmission},
+                       {"cache",
+                        {{"enabled", r.whitted->cache},
+                         {"hits", w.cache_hits},
+                         {"misses", w.cache_misses},
+                         {"bypasses", w.cache_bypasses}}}};
+  }
   json["rays_per_s"] = r.rays_per_s();
   json["paths"] = s.rays.paths;
   json["paths_per_s"] = r.paths_per_s();
@@ -58,6 +73,16 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                          {"triangles", a.triangle_count},  {"instances", a.instance_count},
                          {"nodes", a.node_count},          {"leaves", a.leaf_count},
                          {"references", a.reference_count}};
+  json["shutter"] = nullptr;
+  if (r.shutter) {
+    const MotionStatistics& m = r.world.motion;
+    json["shutter"] = {{"open_s", r.shutter->open_s},
+                       {"close_s", r.shutter->close_s},
+                       {"moving_instances", m.moving_instance_count},
+                       {"deforming_meshes", m.deforming_mesh_count},
+                       {"most_keys", m.most_keys},
+                       {"key_bytes", m.key_bytes}};
+  }
   json["emissive_triangles"] = r.world.emissive_triangle_count;
   json["memory"] = {{"geometry_bytes", r.world.geometry_bytes},
                     {"accelerator_bytes", a.memory_bytes},

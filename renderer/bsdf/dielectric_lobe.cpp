@@ -200,6 +200,11 @@ std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
   return BsdfSample{wi.normalized(), tint_ * (through / (1.0f - probability)), 0.0f, Lobe::transmission};
 }
 
+float DielectricLobe::reflection_share(const V2f& u) const {
+  const float cos_o = smooth_ ? wo_.z : std::max(wo_.dot(sample_visible_normal(u)), 0.0f);
+  return reflection_probability(fresnel(cos_o, refracted_cosine(cos_o, eta_)));
+}
+
 // Weights and densities are those of the sampled microfacet, not of the half vector of wi, whose rounding narrow lobes would show.
 std::optional<BsdfSample> DielectricLobe::sample(float u_lobe, const V2f& u) const {
   if (smooth_) return sample_smooth(u_lobe);

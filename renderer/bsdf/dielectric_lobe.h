@@ -50,6 +50,9 @@ class DielectricLobe {
   // lost between the microfacets. pdf 0: a delta direction.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
 
+  // How much of [0, 1) of u_lobe sample() takes for reflection at the microfacet that `u` gives; 1: nothing is refracted there.
+  [[nodiscard]] float reflection_share(const V2f& u) const;
+
   // By which single scattering is multiplied, as seen from wo: divided by it, eval() is reciprocal.
   [[nodiscard]] float compensation() const { return scale_; }
   // True: nothing but delta directions.

@@ -108,19 +108,19 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
 
 BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
   const BaseLobes::Eval base = base_.eval(wi);
-  if (wi.z < 0.0f) return {base.value * base_weight_, probability(kBelow) * -wi.z * kInvPi};
+  if (wi.z < 0.0f) return {base.value * base_weight_, choice_probability(kBelow) * -wi.z * kInvPi};
 
   BsdfEval result{base.value * base_weight_,
-                  probability(kGlossy) * base.glossy_pdf + probability(kCosine) * wi.z * kInvPi};
+                  choice_probability(kGlossy) * base.glossy_pdf + choice_probability(kCosine) * wi.z * kInvPi};
   if (sheen_) {
     const SheenLobe::Eval sheen = sheen_->eval(wi);
     result.value += sheen_weight_ * sheen.value;
-    result.pdf += probability(kSheen) * sheen.pdf;
+    result.pdf += choice_probability(kSheen) * sheen.pdf;
   }
   if (coat_) {
     const ClearcoatLobe::Eval coat = coat_->eval(wi);
     result.value += Rgb(coat_weight_ * coat.value);
-    result.pdf += probability(kCoat) * coat.pdf;
+    result.pdf += choice_probability(kCoat) * coat.pdf;
   }
   return result;
 }
@@ -131,14 +131,24 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
   if (glass_) {
     const BsdfEval glass = glass_->eval(wi);
     result.value += glass.value * glass_weight_;
-    result.pdf += probability(kGlass) * glass.pdf;
+    result.pdf += choice_probability(kGlass) * glass.pdf;
   }
   return result;
 }
 
+float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
+  if (!(std::abs(wi.z) > 0.0f)) return 0.0f;
+  switch (c) {
+  case kCoat: return coat_ && wi.z > 0.0f ? choice_probability(c) * coat_->eval(wi).pdf : 0.0f;
+  case kGlass: return glass_ ? choice_probability(c) * glass_->eval(wi).pdf : 0.0f;
+  case kGlossy: return wi.z > 0.0f ? choice_probability(c) * base_.eval(wi).glossy_pdf : 0.0f;
+  default: return 0.0f;
+  }
+}
+
 // Value and density of the glass are those of its sampled microfacet: more exact than eval() for narrow lobes.
 std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) const {
-  const float chance = probability(kGlass);
+  const float chance = choice_probability(kGlass);
   std::optional<BsdfSample> s = glass_->sample(u_lobe, u);
   if (!s) return std::nullopt;
   if (s->pdf == 0.0f) {
@@ -163,7 +173,7 @@ std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const 
   } else if (u_lobe < choice_end_[kSheen]) {
     wi = sheen_->sample(u);
   } else if (u_lobe < choice_end_[kGlass]) {
-    return sample_glass(std::min((u_lobe - choice_end_[kSheen]) / probability(kGlass), kOneMinusEpsilon), u);
+    return sample_glass(std::min((u_lobe - choice_end_[kSheen]) / choice_probability(kGlass), kOneMinusEpsilon), u);
   } else if (u_lobe < choice_end_[kBelow]) {
     wi = sample_cosine_hemisphere(u);
     wi.z = -wi.z;

@@ -41,15 +41,22 @@ class LayeredBsdf {
   // How much gets through the clear coat towards wo, in [0, 1]: what is below is scaled by it.
   [[nodiscard]] float coat_transmittance() const { return coat_transmittance_; }
 
+  // Lobe by lobe, for tracers that follow some of them. In the order of u_lobe: sample() takes a lobe for u_lobe in
+  // [choice_begin(), choice_begin() + choice_probability()). The weight of that sample times the probability is the lobe's own part of f:
+  // the parts, choice_density() / pdf of f, add up to f.
+  enum Choice : uint8_t { kCoat, kSheen, kGlass, kBelow, kGlossy, kCosine, kChoices };
+  [[nodiscard]] float choice_begin(Choice c) const { return c == 0 ? 0.0f : choice_end_[c - 1]; }
+  [[nodiscard]] float choice_probability(Choice c) const { return choice_end_[c] - choice_begin(c); }
+  // Solid angle, choice of the lobe included; for the coat, the glass and the glossy base.
+  [[nodiscard]] float choice_density(Choice c, const V3f& wi) const;
+  // Of the glossy base alone, single scattering, seen from wo.
+  [[nodiscard]] Rgb glossy_albedo() const { return base_.glossy_albedo() * base_weight_; }
+  [[nodiscard]] const std::optional<DielectricLobe>& glass() const { return glass_; }
+  [[nodiscard]] float glass_weight() const { return glass_weight_; } // of glass() in f
+
  private:
   struct Checked {}; // parameters are in their ranges
   LayeredBsdf(Checked, const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
-
-  // In the order of u_lobe.
-  enum Choice : uint8_t { kCoat, kSheen, kGlass, kBelow, kGlossy, kCosine, kChoices };
-  [[nodiscard]] float probability(Choice c) const {
-    return c == 0 ? choice_end_[0] : choice_end_[c] - choice_end_[c - 1];
-  }
 
   // All but the glass.
   [[nodiscard]] BsdfEval eval_opaque(const V3f& wi) const;

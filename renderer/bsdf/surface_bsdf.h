@@ -39,6 +39,7 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->alpha() : 0.0f;
   }
+  [[nodiscard]] const LayeredBsdf* layers() const { return std::get_if<1>(&bsdf_); } // null: the plain model
   [[nodiscard]] Rgb straight_transmittance() const {
     return bsdf_.index() == 0 ? Rgb(0.0f) : layered().straight_transmittance();
   }

@@ -2,38 +2,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 
+#include <ImathMatrixAlgo.h>
+
 #include <cassert>
 
 namespace kindling {
 namespace {
 
 constexpr float kDefaultNearM = 1e-3f; // for world_to_ndc() of cameras without a near plane
+constexpr float kSensorHeightM = 0.024f;
+
+V3f position_of(const M44f& camera_to_world) {
+  return {camera_to_world[3][0], camera_to_world[3][1], camera_to_world[3][2]};
+}
+
+// Files may ask for angles that have no tangent: what is nearest to them is shown.
+float usable_yfov(float yfov_rad) { return std::clamp(yfov_rad, 1e-6f, kPi - 1e-3f); }
 
 } // namespace
 
-Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i& size_px)
-    : position_(camera_to_world[3][0], camera_to_world[3][1], camera_to_world[3][2]),
-      orthographic_(camera.kind == SceneCamera::Kind::orthographic), size_px_(size_px),
+Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i& size_px, const CameraMotion& motion)
+    : orthographic_(camera.kind == SceneCamera::Kind::orthographic),
+      shutter_open_(motion.shutter_open || !motion.later_transforms.empty()), size_px_(size_px),
       near_m_(camera.znear > 0.0f ? camera.znear : kDefaultNearM) {
   assert(size_px.x > 0 && size_px.y > 0);
+  half_film_.y = orthographic_ ? std::abs(camera.ymag) : std::tan(0.5f * usable_yfov(camera.yfov_rad));
+  half_film_.x = half_film_.y * static_cast<float>(size_px.x) / static_cast<float>(size_px.y);
+
   const V3f right = transform_vector(camera_to_world, {1.0f, 0.0f, 0.0f});
   const V3f up = transform_vector(camera_to_world, {0.0f, 1.0f, 0.0f});
   const V3f back = transform_vector(camera_to_world, {0.0f, 0.0f, 1.0f});
-  forward_ = -back;
-
-  const auto width = static_cast<float>(size_px.x);
-  const auto height = static_cast<float>(size_px.y);
-  // Files may ask for angles that have no tangent: what is nearest to them is shown.
-  const float yfov = std::clamp(camera.yfov_rad, 1e-6f, kPi - 1e-3f);
-  half_film_.y = orthographic_ ? std::abs(camera.ymag) : std::tan(0.5f * yfov);
-  half_film_.x = half_film_.y * width / height;
-
-  film_dx_ = right * (2.0f * half_film_.x / width);
-  film_dy_ = up * (-2.0f * half_film_.y / height);
-  pixel_ = film_dy_.length();
-  film_corner_ = up * half_film_.y - right * half_film_.x + (orthographic_ ? position_ : forward_);
+  view_ = make_view(right, up, back, position_of(camera_to_world));
+  pixel_ = view_.film_dy.length();
 
   // Of a rigid transform the inverse rotation is the transpose.
+  const V3f& position = view_.position;
   world_to_camera_ = {right.x,
                       up.x,
                       back.x,
@@ -46,11 +49,69 @@ Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i
                       up.z,
                       back.z,
                       0.0f,
-                      -position_.dot(right),
-                      -position_.dot(up),
-                      -position_.dot(back),
+                      -position.dot(right),
+                      -position.dot(up),
+                      -position.dot(back),
                       1.0f};
+
+  const CameraLens& lens = camera.lens;
+  if (lens.f_stop && lens.focus_distance_m && (lens.focal_length_m || !orthographic_)) {
+    const float focal_length_m = lens.focal_length_m ? *lens.focal_length_m : focal_length_of(camera.yfov_rad);
+    const Aperture aperture(lens, 0.5f * focal_length_m / *lens.f_stop);
+    lens_ = Lens{aperture, *lens.focus_distance_m, 2.0f * aperture.radius() * std::sqrt(aperture.width_over_height())};
+  }
+
+  if (motion.later_transforms.empty()) return;
+  keys_.push_back({position_of(camera_to_world), Imath::extractQuat(camera_to_world).normalized()});
+  for (const M44f& later : motion.later_transforms) {
+    Quatf rotation = Imath::extractQuat(later).normalized();
+    if ((keys_.back().rotation ^ rotation) < 0.0f) rotation = -rotation; // the same rotation, the shorter way
+    keys_.push_back({position_of(later), rotation});
+  }
 }
+
+Camera::View Camera::make_view(const V3f& right, const V3f& up, const V3f& back, const V3f& position) const {
+  const V3f forward = -back;
+  return {.film_corner = up * half_film_.y - right * half_film_.x + (orthographic_ ? position : forward),
+          .film_dx = right * (2.0f * half_film_.x / static_cast<float>(size_px_.x)),
+          .film_dy = up * (-2.0f * half_film_.y / static_cast<float>(size_px_.y)),
+          .position = position,
+          .forward = forward,
+          .right = right,
+          .up = up};
+}
+
+// Quaternions are interpolated linearly and made unit: between keys of 10 degrees that is off the even rotation by less than 0.002 degrees, and needs no
+// functions that differ from machine to machine.
+Camera::View Camera::view_at(float time) const {
+  const float at = time * static_cast<float>(keys_.size() - 1);
+  const size_t first = std::min(static_cast<size_t>(std::max(at, 0.0f)), keys_.size() - 2);
+  const float within = at - static_cast<float>(first);
+  const Key& a = keys_[first];
+  const Key& b = keys_[first + 1];
+  const Imath::M33f axes = (a.rotation * (1.0f - within) + b.rotation * within).normalized().toMatrix33();
+  return make_view({axes[0][0], axes[0][1], axes[0][2]}, {axes[1][0], axes[1][1], axes[1][2]},
+                   {axes[2][0], axes[2][1], axes[2][2]}, lerp(a.position, b.position, within));
+}
+
+// A moving camera, a lens, or both.
+CameraRay Camera::generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const {
+  const View view = keys_.empty() ? view_ : view_at(time);
+  const V3f on_film = view.film_corner + view.film_dx * film_px.x + view.film_dy * film_px.y;
+  V3f origin = orthographic_ ? on_film : view.position;
+  V3f direction = orthographic_ ? view.forward : on_film; // of depth 1
+  if (lens_) {
+    const V2f half(0.5f * static_cast<float>(size_px_.x), 0.5f * static_cast<float>(size_px_.y));
+    const V2f field = V2f(film_px.x - half.x, half.y - film_px.y) / half.length();
+    const V2f on_lens = lens_->aperture.sample(lens_u, field);
+    const V3f offset = view.right * on_lens.x + view.up * on_lens.y;
+    origin += offset;
+    direction -= offset * (1.0f / lens_->focus_distance_m); // towards origin - offset + direction * focus distance
+  }
+  return {origin, direction * (1.0f / std::sqrt(direction.dot(direction)))};
+}
+
+float focal_length_of(float yfov_rad) { return 0.5f * kSensorHeightM / std::tan(0.5f * usable_yfov(yfov_rad)); }
 
 std::optional<V2f> Camera::project(const V3f& p_world) const {
   const V3f p = transform_point(world_to_camera_, p_world);

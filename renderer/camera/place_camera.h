@@ -6,12 +6,14 @@
 #include "renderer/scene/scene.h"
 
 #include <optional>
+#include <vector>
 
 namespace kindling {
 
 struct PlacedCamera {
   SceneCamera camera;
-  M44f camera_to_world; // rigid
+  M44f camera_to_world;               // rigid
+  std::vector<M44f> later_transforms; // of one that moves: CameraMotion
 };
 
 // Camera-to-world matrix of a camera at `eye` that looks at `target`, with `up` (any length) upwards in the picture.

@@ -44,6 +44,8 @@ void read_camera_extras(const nlohmann::json& object, const std::string& pointer
       extras.warn(close ? "shutterClose" : "shutterOpen",
                   close ? "a time not before shutterOpen" : "a time not after shutterClose, which is 0");
   }
+  if (lens.f_stop && camera.kind == SceneCamera::Kind::orthographic && !lens.focal_length_m)
+    extras.warn("fStop", "one with a focalLength, which an orthographic camera has no field of view to find it from");
   extras.finish();
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/camera_extras.h"
 #include "renderer/import/extensions.h"
+#include "renderer/import/light_extras.h"
 #include "renderer/import/nodes.h"
 
 #include <fmt/format.h>
@@ -52,7 +53,7 @@ void import_cameras(const Document& document, Scene& scene, Warnings& warnings) 
   }
 }
 
-void import_lights(const Document& document, Scene& scene) {
+void import_lights(const Document& document, Scene& scene, Warnings& warnings) {
   const json* extension = find_extension(*document.json, "KHR_lights_punctual");
   if (extension == nullptr) return;
   const json& lights = (*extension)["lights"];
@@ -69,8 +70,9 @@ void import_lights(const Document& document, Scene& scene) {
     }
     light.intensity = static_cast<float>(number_or(object, "intensity", 1.0));
     if (object.contains("range")) light.range_m = static_cast<float>(object["range"].get<double>());
+    const std::string pointer = fmt::format("/extensions/KHR_lights_punctual/lights/{}", i);
+    read_light_extras(object, pointer, light, warnings);
     if (light.kind == PunctualLight::Kind::spot) {
-      const std::string pointer = fmt::format("/extensions/KHR_lights_punctual/lights/{}", i);
       const auto spot = object.find("spot");
       if (spot == object.end()) fail(pointer, "a spot light without 'spot'", "UNDEFINED_PROPERTY");
       light.inner_cone_rad = static_cast<float>(number_or(*spot, "innerConeAngle", 0.0));

@@ -48,7 +48,7 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_meshes(document, scene, warnings);
   progress(0.9);
   import_cameras(document, scene, warnings);
-  import_lights(document, scene);
+  import_lights(document, scene, warnings);
   import_skins(document, scene, warnings);
   import_nodes(document, scene, warnings);
   import_image_lights(document, scene);

@@ -9,7 +9,7 @@ namespace kindling::gltf {
 
 // Fill scene.cameras, scene.lights, scene.skins and scene.variants. Throw ImportFailure.
 void import_cameras(const Document& document, Scene& scene, Warnings& warnings);
-void import_lights(const Document& document, Scene& scene);
+void import_lights(const Document& document, Scene& scene, Warnings& warnings);
 void import_skins(Document& document, Scene& scene, Warnings& warnings);
 
 // Fills scene.nodes, scene.scenes and scene.default_scene; a file without scenes gets one of all root nodes. Needs

@@ -42,6 +42,7 @@ void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const Samp
                                         .direction = wi,
                                         .t_max = distance_m_,
                                         .key = hash_combine(camera_sample.address.key, kFirstBounceDimension),
+                                        .time = context.rays[slot].time,
                                         .index = camera_sample.address.index});
     }
     context.occluded.resize(context.occlusion_rays.size());

@@ -51,6 +51,10 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
       const auto width = static_cast<size_t>(block.width());
       for (size_t i = 0; i < width; ++i) addresses[i] = sampler.address_in(points[pixel++], s);
       const std::array<V2f, kBlockSize> draws = draw_eight(addresses, kFilterDimension);
+      std::array<V2f, kBlockSize> lens_draws{};
+      std::array<V2f, kBlockSize> times{}; // in x
+      if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
+      if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
       for (size_t i = 0; i < width; ++i, ++slot) {
         CameraSample& camera_sample = camera_samples[slot];
         camera_sample.pixel = V2i(block.min.x + static_cast<int>(i), y);
@@ -60,12 +64,13 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
         camera_sample.filter_weight = jitter.weight;
         const V2f film_px(static_cast<float>(camera_sample.pixel.x) + 0.5f + jitter.offset.x,
                           static_cast<float>(y) + 0.5f + jitter.offset.y);
-        const CameraRay camera_ray = camera.generate_ray(film_px, V2f(0.5f), 0.0f);
+        const CameraRay camera_ray = camera.generate_ray(film_px, lens_draws[i], times[i].x);
         rays[slot] = {.origin = camera_ray.origin,
                       .t_min = 0.0f,
                       .direction = camera_ray.direction,
                       .t_max = kInfinity,
                       .key = addresses[i].key,
+                      .time = times[i].x,
                       .index = addresses[i].index,
                       .flags = kHitPartlyTransparent};
       }

@@ -39,8 +39,9 @@ void DebugIntegrator::render_block(const PixelRect& block, const SampleRange& sa
 
 Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const {
   SurfacePoint surface;
-  const RayCone cone = sample_cone(camera_, ray.direction, sample_width(sampler_));
-  world_.surface_at(ray, hit, surface, {cone.width_at(hit.t), true});
+  const float width = sample_width(sampler_);
+  const float cone_width = sample_cone(camera_, ray.direction, width).width_at(hit.t);
+  world_.surface_at(ray, hit, surface, {first_footprint(camera_, ray, hit.t, cone_width, width), true});
   const auto wrapped = [](float x) { return x - std::floor(x); };
   switch (kind_) {
   case IntegratorKind::albedo: return surface.bsdf.base_color;
@@ -59,6 +60,7 @@ Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const
   case IntegratorKind::instance: return color_of_number(hash_combine(hit.instance, hit.mesh));
   case IntegratorKind::material: return color_of_number(surface.material);
   case IntegratorKind::path:
+  case IntegratorKind::whitted:
   case IntegratorKind::ambient_occlusion: break; // other classes
   }
   return Rgb(0.0f);

@@ -5,6 +5,7 @@
 #include "renderer/integrator/ambient_occlusion_integrator.h"
 #include "renderer/integrator/debug_integrator.h"
 #include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/whitted_integrator.h"
 
 #include <tuple>
 
@@ -15,8 +16,9 @@ struct NamedKind {
   IntegratorKind kind;
   std::string_view name;
 };
-constexpr std::array<NamedKind, 10> kNames{{
+constexpr std::array<NamedKind, 11> kNames{{
     {IntegratorKind::path, "path"},
+    {IntegratorKind::whitted, "whitted"},
     {IntegratorKind::ambient_occlusion, "ambient-occlusion"},
     {IntegratorKind::albedo, "albedo"},
     {IntegratorKind::normal, "normal"},
@@ -27,8 +29,8 @@ constexpr std::array<NamedKind, 10> kNames{{
     {IntegratorKind::instance, "instance"},
     {IntegratorKind::material, "material"},
 }};
-constexpr std::array<IntegratorKind, 10> kKinds = [] {
-  std::array<IntegratorKind, 10> kinds{};
+constexpr std::array<IntegratorKind, 11> kKinds = [] {
+  std::array<IntegratorKind, 11> kinds{};
   for (size_t i = 0; i < kinds.size(); ++i) kinds[i] = kNames[i].kind;
   return kinds;
 }();
@@ -54,6 +56,11 @@ void RayCounters::add(const RayCounters& other) {
   bounce += other.bounce;
   shadow += other.shadow;
   paths += other.paths;
+  whitted.reflection += other.whitted.reflection;
+  whitted.transmission += other.whitted.transmission;
+  whitted.cache_hits += other.whitted.cache_hits;
+  whitted.cache_misses += other.whitted.cache_misses;
+  whitted.cache_bypasses += other.whitted.cache_bypasses;
   if (other.first_non_finite) add_non_finite(other.first_non_finite->first, other.first_non_finite->second);
   // The call above counted one of them.
   non_finite += other.non_finite - (other.first_non_finite ? 1 : 0);
@@ -72,6 +79,8 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, 
   switch (settings.kind) {
   case IntegratorKind::path:
     return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide);
+  case IntegratorKind::whitted:
+    return std::make_unique<WhittedIntegrator>(settings, world, camera, sampler, filter, aovs);
   case IntegratorKind::ambient_occlusion:
     return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter);
   default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter);

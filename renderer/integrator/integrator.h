@@ -5,6 +5,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/caustics.h"
+#include "renderer/integrator/whitted_settings.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/world.h"
@@ -25,6 +26,7 @@ struct Guide;
 
 enum class IntegratorKind : uint8_t {
   path,
+  whitted,
   ambient_occlusion,
   albedo,
   normal,
@@ -54,6 +56,16 @@ struct IntegratorSettings {
   std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1
   bool transparent_background = false; // camera rays that leave give alpha 0
   uint32_t batch_size = 256;           // path states that a thread advances together, a multiple of 64
+  WhittedSettings whitted; // of IntegratorKind::whitted, which none of the limits, clamps and caustics above concern
+};
+
+// Of the Whitted tracer, one thread's.
+struct WhittedCounters {
+  uint64_t reflection = 0; // rays, all of them among RayCounters::bounce
+  uint64_t transmission = 0;
+  uint64_t cache_hits = 0;
+  uint64_t cache_misses = 0;   // computed, and kept
+  uint64_t cache_bypasses = 0; // of surfaces whose parameters are not the same everywhere
 };
 
 // Counts of one thread, added up at the end.
@@ -62,6 +74,7 @@ struct RayCounters {
   uint64_t bounce = 0;
   uint64_t shadow = 0;
   uint64_t paths = 0;
+  WhittedCounters whitted;
   uint64_t non_finite = 0;                                  // samples dropped because their radiance was not finite
   std::optional<std::pair<V2i, uint32_t>> first_non_finite; // pixel and sample index, the smallest seen
 

@@ -88,6 +88,7 @@ void PathIntegrator::shade(PathContext& context) const {
     sample_lights(first, end - first, context);
     for (size_t i = first; i < end; ++i) {
       ShadeGroup::Member& member = context.group.members[i - first];
+      if (world_.lights().has_shapes()) add_shapes(i, context);
       if (context.hits[i].is_hit())
         shade_hit(i, member, context);
       else
@@ -107,9 +108,12 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
       continue;
     }
     PathState& state = context.states[context.active[first + i]];
-    if (state.cone.spread < 0.0f) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
+    const bool from_camera = state.cone.spread < 0.0f;
+    if (from_camera) state.cone = sample_cone(camera_, rays[i].direction, sample_width_);
     state.cone.width_m = state.cone.width_at(hits[i].t);
     footprints[i] = {state.cone.width_m, state.bsdf_pdf == 0.0f};
+    if (from_camera)
+      footprints[i].width_m = first_footprint(camera_, rays[i], hits[i].t, state.cone.width_m, sample_width_);
   }
   world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
@@ -132,8 +136,9 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
                               ? &guide_->light_shares.find(member.surface.position, member.surface.geometric_normal)
                               : nullptr;
     member.light = static_cast<uint32_t>(query_count);
-    group.queries[query_count++] = {member.surface.position, normal, member.draws.light, member.draws.spare,
-                                    member.light_shares};
+    group.queries[query_count++] = {member.surface.position, normal,
+                                    member.draws.light,      member.draws.spare,
+                                    member.light_shares,     context.rays[first + i].time};
   }
   world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
 }
@@ -153,7 +158,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
     continue_through(ray, surface, slot, context);
     return;
   }
-  if (state.bounce == 0 && !context.surfaces.empty()) record_surface(surface, &vertex.bsdf.bsdf(), slot, context);
+  if (state.bounce == 0 && !context.surfaces.empty()) record_surface(ray, surface, &vertex.bsdf.bsdf(), slot, context);
   if (reflects && sample_bounce(vertex, context)) context.next_active.push_back(slot);
 }
 
@@ -171,7 +176,7 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, slot, context))
       continue_through(ray, surface, slot, context);
     else if (state.bounce == 0 && !context.surfaces.empty())
-      record_surface(surface, nullptr, slot, context);
+      record_surface(ray, surface, nullptr, slot, context);
     return;
   }
   if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&
@@ -185,13 +190,14 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
     const LayersHere layers = resolve_layers(surface, frame, state, context.media[slot], member.draws.choice.x);
     scatter(ray,
-            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), slot, member,
-                   &layers},
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), slot, ray.time,
+                   member, &layers},
             context);
   } else {
     const Frame frame = Frame::around(surface.shading_normal);
     scatter(ray,
-            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), slot, member, nullptr},
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), slot, ray.time, member,
+                   nullptr},
             context);
   }
 }
@@ -242,9 +248,10 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
   float weight = 1.0f;
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();
-    weight = power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(
-                                                 surface.emissive_triangle, state.previous_position,
-                                                 state.previous_normal, ray.direction, distance, state.light_shares));
+    weight =
+        power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
+                                                                     state.previous_normal, ray.direction, distance,
+                                                                     state.light_shares, ray.time));
   }
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
@@ -269,7 +276,8 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
   if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, context);
-  context.shadow_rays.push_back(make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index));
+  context.shadow_rays.push_back(
+      make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index, vertex.time));
   context.shadow_rays.back().flags = kPassPanes;
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
@@ -313,6 +321,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = ray_key(sample, dimension),
+                               .time = vertex.time,
                                .index = sample.address.index,
                                .flags = kHitPartlyTransparent});
   return true;

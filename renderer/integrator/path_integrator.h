@@ -32,6 +32,7 @@ class PathIntegrator final : public Integrator {
     const Frame& frame; // around the shading normal
     GuidedBsdf bsdf;
     uint32_t slot; // of the path
+    float time;    // of its rays
     const ShadeGroup::Member& member;
     const LayersHere* layers; // null: the surface has none
   };
@@ -53,10 +54,12 @@ class PathIntegrator final : public Integrator {
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
   void restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
+  void add_shapes(size_t i, PathContext& context) const; // path_shapes.cpp
   void light_vertex(const Vertex& vertex, PathContext& context) const;
   [[nodiscard]] bool sample_bounce(const Vertex& vertex, PathContext& context) const;
   // Only where the context keeps surfaces.
-  void record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot, PathContext& context) const;
+  void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot,
+                      PathContext& context) const;
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
 
   // Layers and media, path_media.cpp.

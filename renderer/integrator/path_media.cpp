@@ -132,6 +132,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
   state.bsdf_pdf = 0.0f; // lights are not sampled inside
   state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
   const V3f position = ray.origin + ray.direction * t;
+  state.previous_position = position;
   const V3f wi = Frame::around(ray.direction)
                      .to_world(sample_henyey_greenstein(Sampler::sample_2d(key, sample.address.index, 2),
                                                         medium.scatter_anisotropy));
@@ -149,6 +150,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
                                .direction = wi,
                                .t_max = kInfinity,
                                .key = key,
+                               .time = ray.time,
                                .index = sample.address.index,
                                .flags = kHitPartlyTransparent});
   return false;

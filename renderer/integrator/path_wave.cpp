@@ -64,13 +64,13 @@ void PathIntegrator::finish_wave(size_t path_count, PathContext& context, Film& 
   }
 }
 
-void PathIntegrator::record_surface(const SurfacePoint& surface, const SurfaceBsdf* bsdf, uint32_t slot,
-                                    PathContext& context) const {
+void PathIntegrator::record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
+                                    uint32_t slot, PathContext& context) const {
   FilmSurface& record = context.surfaces[slot];
   record.hit = true;
   record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
   record.normal = surface.shading_normal;
-  record.depth = (surface.position - camera_.position()).dot(camera_.forward());
+  record.depth = camera_.depth(surface.position, ray.time);
   record.position = surface.position;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/accelerator.h"
 #include "renderer/base/ray_cone.h"
 #include "renderer/camera/camera.h"
 #include "renderer/sampling/sampler.h"
@@ -20,6 +21,16 @@ namespace kindling {
 [[nodiscard]] inline RayCone sample_cone(const Camera& camera, const V3f& direction, float sample_width) {
   const RayCone pixel = camera.pixel_cone(direction);
   return {pixel.width_m * sample_width, pixel.spread * sample_width};
+}
+
+// How wide a sample is where its camera ray, with a cone `cone_width_m` wide there, meets its first surface. Out of focus the samples of a pixel spread
+// over the circle of confusion as they do over the pixel in focus: each stands for the same share of it. Later vertices keep to the pixel's
+// cone: what a mirror shows may be in focus where the mirror is not.
+[[nodiscard]] inline float first_footprint(const Camera& camera, const accel::Ray& ray, float distance_m,
+                                           float cone_width_m, float sample_width) {
+  if (!camera.has_lens()) return cone_width_m;
+  const float depth = camera.depth(ray.origin + ray.direction * distance_m, ray.time);
+  return std::max(cone_width_m, camera.confusion(depth) * sample_width);
 }
 
 // A direction that was sampled with density `pdf` (0: a delta direction) stands for a solid angle of about 1 / pdf (Belcour et al. 2017,

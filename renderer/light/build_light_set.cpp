@@ -22,6 +22,25 @@ float accepted(double intensity) {
   return intensity > 0.0 && std::isfinite(intensity) ? static_cast<float>(std::clamp(intensity, 1e-30, 1e30)) : 0.0f;
 }
 
+// In metres or radians.
+float accepted_size(float size) { return size > 1e-6f && size < 1e15f ? size : 0.0f; }
+
+// Holds the z axes of all frames, and what is between two in sequence.
+struct Cone {
+  V3f axis; // unit
+  float angle = 0.0f;
+};
+Cone cone_of_axes(const V3f& still, std::span<const LightFrame> frames) {
+  if (frames.empty()) return {still, 0.0f};
+  V3f sum(0.0f);
+  for (const LightFrame& frame : frames) sum += frame.z;
+  Cone result{sum.length() > 1e-3f ? sum.normalized() : still, 0.0f};
+  for (const LightFrame& frame : frames)
+    result.angle = std::max(result.angle, std::acos(std::clamp(frame.z.dot(result.axis), -1.0f, 1.0f)) + 1e-3f);
+  if (!(result.angle < 0.5f * kPi)) result.angle = kPi; // caps are convex up to half of the sphere
+  return result;
+}
+
 // A sphere around the centroid, wide enough for the rounding of differences of positions.
 EmitterBounds triangle_bounds(const V3f& p0, const V3f& p1, const V3f& p2, const V3f& normal) {
   EmitterBounds result;
@@ -54,6 +73,9 @@ LightSet::LightSet(LightSetInput input)
     textured = textured || emissions_[t.emission].texture != nullptr;
   }
   if (textured) uvs_ = std::move(input.triangle_uvs);
+  moving_ = std::move(input.moving);
+  later_corners_ = std::move(input.later_corners);
+  first_moving_ = static_cast<uint32_t>(triangles_.size() - moving_.size());
   add_punctuals(input);
 
   std::vector<EmitterBounds> emitters(triangles_.size());
@@ -61,6 +83,12 @@ LightSet::LightSet(LightSetInput input)
   tbb::parallel_for(
       tbb::blocked_range<size_t>(0, triangles_.size(), 256), [&](const tbb::blocked_range<size_t>& range) {
         for (size_t i = range.begin(); i < range.end(); ++i) {
+          if (moves(static_cast<uint32_t>(i))) {
+            emitters[i] = moving_bounds(static_cast<uint32_t>(i));
+            emitters[i].intensity = accepted(static_cast<double>(emitters[i].intensity));
+            emitters[i].back = two_sided[i] ? 1.0f : 0.0f;
+            continue;
+          }
           const Triangle& t = triangles_[i];
           const V3f normal = (t.p1 - t.p0).cross(t.p2 - t.p0);
           const double double_area = static_cast<double>(normal.length());
@@ -93,49 +121,118 @@ LightSet::LightSet(LightSetInput input)
   single_kind_ = kinds <= 1;
 }
 
+// `light` has all that its kind needs but for the frame.
+void LightSet::add_punctual(Punctual light, const std::string& name, const LightFrame& first,
+                            const std::vector<LightFrame>& later) {
+  if (!later.empty()) {
+    light.key_count = static_cast<uint32_t>(1 + later.size());
+    light.first_key = static_cast<uint32_t>(frames_.size());
+    frames_.push_back(first);
+    frames_.insert(frames_.end(), later.begin(), later.end());
+  }
+  punctuals_.push_back(light);
+  punctual_names_.push_back(name);
+}
+
 void LightSet::add_punctuals(const LightSetInput& input) {
+  const auto inverse = [](const std::optional<float>& range_m) {
+    return range_m && *range_m > 0.0f ? 1.0f / *range_m : 0.0f;
+  };
   for (const PointLight& light : input.points) {
     Punctual p{Punctual::Kind::point, light.position, V3f(0.0f), light.intensity};
-    p.inverse_range = light.range_m && *light.range_m > 0.0f ? 1.0f / *light.range_m : 0.0f;
-    punctuals_.push_back(p);
-    punctual_names_.push_back(light.name);
+    p.inverse_range = inverse(light.range_m);
+    p.radius = accepted_size(light.radius_m);
+    add_punctual(p, light.name, {light.position}, light.later);
   }
   for (const SpotLight& light : input.spots) {
     Punctual p{Punctual::Kind::spot, light.position, light.axis, light.intensity};
-    p.inverse_range = light.range_m && *light.range_m > 0.0f ? 1.0f / *light.range_m : 0.0f;
+    p.inverse_range = inverse(light.range_m);
     p.angle_scale = 1.0f / std::max(0.001f, light.cos_inner - light.cos_outer);
     p.angle_offset = -light.cos_outer * p.angle_scale;
-    punctuals_.push_back(p);
-    punctual_names_.push_back(light.name);
+    p.radius = accepted_size(light.radius_m);
+    LightFrame frame{light.position};
+    frame.z = -light.axis;
+    add_punctual(p, light.name, frame, light.later);
   }
   for (const ProfiledLight& light : profiled_) {
-    punctuals_.push_back({Punctual::Kind::profiled, light.position, V3f(0.0f), light.intensity});
-    punctuals_.back().profiled = static_cast<uint32_t>(&light - profiled_.data());
-    punctual_names_.push_back(light.name);
+    Punctual p{Punctual::Kind::profiled, light.position, -light.axes[2], light.intensity};
+    p.profiled = static_cast<uint32_t>(&light - profiled_.data());
+    p.radius = accepted_size(light.radius_m);
+    p.x = light.axes[0];
+    p.y = light.axes[1];
+    add_punctual(p, light.name, {light.position, light.axes[0], light.axes[1], light.axes[2]}, light.later);
   }
   first_directional_ = punctuals_.size();
   for (const DirectionalLight& light : input.directionals) {
-    punctuals_.push_back({Punctual::Kind::directional, V3f(0.0f), light.direction, light.irradiance});
-    punctual_names_.push_back(light.name);
+    Punctual p{Punctual::Kind::directional, V3f(0.0f), light.direction, light.irradiance};
+    const float half = 0.5f * accepted_size(std::min(light.angular_diameter_rad, kPi));
+    p.radius = half > 0.0f ? std::sin(half) : 0.0f;
+    p.one_minus_cos = 2.0f * square(std::sin(0.5f * half));
+    LightFrame frame;
+    frame.z = -light.direction;
+    add_punctual(p, light.name, frame, light.later);
   }
   for (Punctual& p : punctuals_) {
     const float factor = p.kind == Punctual::Kind::profiled ? profiled_[p.profiled].profile->typical_intensity() : 1.0f;
     p.luminance = accepted(static_cast<double>(luminance(p.intensity)) * static_cast<double>(factor));
   }
+  prepare_shapes();
 }
 
-EmitterBounds LightSet::punctual_bounds(const Punctual& light) {
+// What rays may meet, and the reach of directional lights.
+void LightSet::prepare_shapes() {
+  std::vector<SphereTree::Ball> balls;
+  for (uint32_t i = 0; i < punctuals_.size(); ++i) {
+    Punctual& p = punctuals_[i];
+    const bool in_sky = i >= first_directional_;
+    const auto frames = std::span(frames_).subspan(p.first_key, p.key_count);
+    if (in_sky && (p.radius > 0.0f || !frames.empty())) {
+      const Cone swept = cone_of_axes(-p.axis, frames);
+      p.sin_reach = std::sin(std::min(swept.angle + std::asin(std::min(p.radius, 1.0f)), 0.5f * kPi));
+      p.axis = -swept.axis;
+    }
+    if (!(p.radius > 0.0f && p.luminance > 0.0f)) continue;
+    if (in_sky) {
+      discs_.push_back(i);
+      continue;
+    }
+    const EmitterBounds bounds = punctual_bounds(p);
+    if (bounds.intensity > 0.0f) balls.push_back({bounds.center, bounds.radius, i});
+  }
+  balls_ = SphereTree(std::move(balls));
+  has_shapes_ = !balls_.empty() || !discs_.empty();
+}
+
+EmitterBounds LightSet::punctual_bounds(const Punctual& light) const {
+  const auto frames = std::span(frames_).subspan(light.first_key, light.key_count);
   EmitterBounds result;
   result.center = light.position;
-  result.radius =
+  bool finite = is_finite(light.position);
+  if (!frames.empty()) {
+    Box3f path;
+    for (const LightFrame& frame : frames) {
+      path.extendBy(frame.position);
+      finite = finite && is_finite(frame.position) && is_finite(frame.z);
+    }
+    result.center = (path.min + path.max) * 0.5f;
+    result.radius = 0.5f * (path.max - path.min).length() * (1.0f + 1e-6f);
+  }
+  result.radius += light.radius * (1.0f + 1e-6f);
+  result.radius +=
       4e-7f * max_component({std::fabs(light.position.x), std::fabs(light.position.y), std::fabs(light.position.z)});
-  result.intensity = is_finite(light.position) ? light.luminance : 0.0f;
+  result.intensity = finite ? light.luminance : 0.0f;
   result.cos_normals = -1.0f;
   if (light.kind == Punctual::Kind::spot) {
     // Full inside of the cone and nothing beyond: the normals fill the cone and shine straight on.
     result.axis = light.axis;
     result.cos_normals = std::clamp(-light.angle_offset / light.angle_scale - 1e-5f, -1.0f, 1.0f);
     result.cos_emission = 1.0f - 1e-4f;
+    if (!frames.empty()) {
+      const Cone swept = cone_of_axes(-light.axis, frames);
+      result.axis = -swept.axis;
+      const float angle = std::acos(result.cos_normals) + swept.angle;
+      result.cos_normals = angle < kPi ? std::cos(angle) : -1.0f;
+    }
   }
   return result;
 }
@@ -169,9 +266,10 @@ Rgb LightSet::mean_emission(uint32_t index) const {
 
 size_t LightSet::memory_bytes() const {
   return sizeof(*this) + emissions_.size() * sizeof(Emission) + triangles_.size() * sizeof(Triangle) +
-         uvs_.size() * sizeof(V2f) + meshes_.size() * sizeof(EmissiveMesh) +
-         punctuals_.size() * (sizeof(Punctual) + sizeof(std::string)) + tree_.memory_bytes() +
-         (environment_ ? environment_->memory_bytes() : 0);
+         uvs_.size() * sizeof(V2f) + meshes_.size() * sizeof(EmissiveMesh) + moving_.size() * sizeof(CornerKeys) +
+         later_corners_.size() * sizeof(later_corners_[0]) +
+         punctuals_.size() * (sizeof(Punctual) + sizeof(std::string)) + frames_.size() * sizeof(LightFrame) +
+         balls_.memory_bytes() + tree_.memory_bytes() + (environment_ ? environment_->memory_bytes() : 0);
 }
 
 } // namespace kindling

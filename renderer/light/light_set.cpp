@@ -44,7 +44,10 @@ float first_coordinate(double rest) { return std::min(static_cast<float>(rest), 
 
 float LightSet::directional_irradiance(const Punctual& light, const V3f& normal) {
   const bool any_side = normal == V3f(0.0f);
-  return light.luminance * (any_side ? 1.0f : std::max(-normal.dot(light.axis) + kHorizon, 0.0f));
+  float cosine = -normal.dot(light.axis);
+  // A disc that the horizon cuts, or a light that moves.
+  if (light.sin_reach > 0.0f) cosine = std::max(cosine, 0.5f * (cosine + light.sin_reach));
+  return light.luminance * (any_side ? 1.0f : std::max(cosine + kHorizon, 0.0f));
 }
 
 // What has no directional light above the horizon, or no environment, leaves that share to the others. Among directional lights
@@ -145,12 +148,15 @@ std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, cons
   case LightKind::tree:
     if (!emitter) return std::nullopt;
     result = emitter->emitter < triangles_.size()
-                 ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y})
-                 : sample_punctual(punctuals_[emitter->emitter - triangles_.size()], query.point);
+                 ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y}, query.time)
+                 : sample_punctual(emitter->emitter - static_cast<uint32_t>(triangles_.size()), query.point,
+                                   {first_coordinate(emitter->u), query.u.y}, query.time);
     if (!result) return std::nullopt;
     result->pdf *= emitter->probability;
     break;
-  case LightKind::directional: result = sample_punctual(punctuals_[choice.directional], query.point); break;
+  case LightKind::directional:
+    result = sample_punctual(choice.directional, query.point, {first_coordinate(choice.rest), query.u.y}, query.time);
+    break;
   case LightKind::environment: result = environment_->sample({first_coordinate(choice.rest), query.u.y}); break;
   }
   result->kind = choice.kind;
@@ -201,8 +207,11 @@ void LightSet::sample(std::span<const LightQuery> queries, std::span<std::option
   }
 }
 
-std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u) const {
-  const Triangle& t = triangles_[index];
+std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u, float time) const {
+  Triangle posed;
+  if (moves(index)) [[unlikely]]
+    posed = posed_triangle(index, time);
+  const Triangle& t = moves(index) ? posed : triangles_[index];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(point - t.p0) > 0.0f;
   if (!front && !emissions_[t.emission].two_sided) return std::nullopt;
@@ -236,48 +245,17 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
 }
 
 float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
-                             const LightShares* learned) const {
-  const Triangle& t = triangles_[triangle];
+                             const LightShares* learned, float time) const {
+  Triangle posed;
+  if (moves(triangle)) [[unlikely]]
+    posed = posed_triangle(triangle, time);
+  const Triangle& t = moves(triangle) ? posed : triangles_[triangle];
   float probability = tree_.probability(triangle, point, normal);
   if (!(probability > 0.0f)) return 0.0f;
   probability *= tree_probability(point, normal, learned);
   const float density = sampled_by_solid_angle(t, point) ? SphericalTriangle(t.p0, t.p1, t.p2, point).pdf()
                                                          : area_density(double_area_normal(t), wi, distance);
   return density * probability < kInfinity ? density * probability : 0.0f;
-}
-
-std::optional<LightSample> LightSet::sample_punctual(const Punctual& light, const V3f& point) const {
-  LightSample result;
-  result.delta = true;
-  result.pdf = 1.0f;
-  if (light.kind == Punctual::Kind::directional) {
-    result.wi = -light.axis;
-    result.distance = kInfinity;
-    result.radiance = light.intensity;
-    return result;
-  }
-  const V3f to_light = light.position - point;
-  const float distance2 = to_light.length2();
-  if (!(distance2 > 0.0f)) return std::nullopt;
-  result.distance = std::sqrt(distance2);
-  result.wi = to_light * (1.0f / result.distance);
-  float attenuation = 1.0f / distance2;
-  if (light.inverse_range > 0.0f) {
-    // KHR_lights_punctual, "Range Property": max(min(1 - (distance / range)^4, 1), 0) / distance^2.
-    attenuation *= std::clamp(1.0f - square(square(result.distance * light.inverse_range)), 0.0f, 1.0f);
-  }
-  if (light.kind == Punctual::Kind::spot) {
-    // KHR_lights_punctual, "Inner and Outer Cone Angles".
-    attenuation *= square(std::clamp(-light.axis.dot(result.wi) * light.angle_scale + light.angle_offset, 0.0f, 1.0f));
-  }
-  if (light.kind == Punctual::Kind::profiled) {
-    const ProfiledLight& profiled = profiled_[light.profiled];
-    attenuation *= profiled.profile->intensity(
-        -V3f(result.wi.dot(profiled.axes[0]), result.wi.dot(profiled.axes[1]), result.wi.dot(profiled.axes[2])));
-  }
-  if (!(attenuation > 0.0f)) return std::nullopt;
-  result.radiance = light.intensity * attenuation;
-  return result;
 }
 
 Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
@@ -287,8 +265,8 @@ Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
   return emission.factor * emission.texture->sample_rgb(uv[0] * (1.0f - u - v) + uv[1] * u + uv[2] * v);
 }
 
-Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi) const {
-  const Triangle& t = triangles_[triangle];
+Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi, float time) const {
+  const Triangle t = moves(triangle) ? posed_triangle(triangle, time) : triangles_[triangle];
   const Emission& emission = emissions_[t.emission];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(wi) < 0.0f;

@@ -6,11 +6,14 @@
 #include "renderer/base/math.h"
 #include "renderer/light/coated_emission.h"
 #include "renderer/light/environment.h"
+#include "renderer/light/light_frame.h"
 #include "renderer/light/light_profile.h"
 #include "renderer/light/light_sample.h"
 #include "renderer/light/light_tree.h"
+#include "renderer/light/sphere_tree.h"
 #include "renderer/texture/texture.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -35,6 +38,13 @@ struct EmissiveTriangle {
   uint32_t emission = 0; // index into LightSetInput::emissions
 };
 
+// Where a triangle that moves is at the keys after the first: `count` entries of LightSetInput::later_corners. Keys are equally far apart over
+// the shutter, and corners go straight from one to the next.
+struct CornerKeys {
+  uint32_t first = 0;
+  uint32_t count = 0; // 0: it stands still
+};
+
 // The triangles of one mesh of the scene, which lie together: one light to those who count them (WholeLights).
 struct EmissiveMesh {
   uint32_t first = 0; // index into LightSetInput::triangles
@@ -42,19 +52,28 @@ struct EmissiveMesh {
   std::string name;
 };
 
+// Point, spot and profiled lights with a radius are balls that shine evenly: from every point of the surface in each direction with the
+// light's intensity there over pi radius^2, so that a plane that sees all of a ball has the irradiance that the point would bring. They
+// block nothing, and shine inwards as well. Rays that leave a surface meet them (shape_radiance()). Without a radius they are points.
+//
+// `later`: frames at the keys after the first, for lights that move over the shutter.
 struct PointLight {
   V3f position;
   Rgb intensity; // candela per channel
   std::optional<float> range_m;
   std::string name;
+  float radius_m = 0.0f; // below a micrometre: a point
+  std::vector<LightFrame> later;
 };
-// A luminaire as small as a point: light.intensity is multiplied by what the profile says of the direction.
+// light.intensity is multiplied by what the profile says of the direction.
 struct ProfiledLight {
   V3f position;
   V3f axes[3];   // unit, of the profile's frame; it is aimed along -axes[2]
   Rgb intensity; // factor per channel
   std::shared_ptr<const LightProfile> profile;
   std::string name;
+  float radius_m = 0.0f;
+  std::vector<LightFrame> later;
 };
 struct SpotLight {
   V3f position;
@@ -64,11 +83,15 @@ struct SpotLight {
   float cos_outer = 0.0f; // < cos_inner
   std::optional<float> range_m;
   std::string name;
+  float radius_m = 0.0f;
+  std::vector<LightFrame> later;
 };
 struct DirectionalLight {
   V3f direction;  // unit, where it shines
   Rgb irradiance; // lux per channel, on a surface facing it
   std::string name;
+  float angular_diameter_rad = 0.0f; // of an even disc in the sky, up to pi; below a microradian: a point
+  std::vector<LightFrame> later;
 };
 
 struct LightSetInput {
@@ -76,6 +99,9 @@ struct LightSetInput {
   std::vector<EmissiveTriangle> triangles;
   std::vector<V2f> triangle_uvs; // empty, or three per triangle
   std::vector<EmissiveMesh> meshes;
+  std::vector<CornerKeys>
+      moving; // of the last triangles, which stand at the opening of the shutter; empty: all are still
+  std::vector<std::array<V3f, 3>> later_corners;
   std::vector<PointLight> points;
   std::vector<SpotLight> spots;
   std::vector<ProfiledLight> profiled;
@@ -94,6 +120,18 @@ struct LightQuery {
   // How the kinds of light share the samples here, in place of the estimate. All densities take it, too.
   const LightShares* learned = nullptr;
   float time = 0.0f; // in [0, 1] over the shutter: where moving lights are
+};
+
+// A stretch of a ray along which lights with a size are looked for.
+struct ShapeRay {
+  V3f origin; // where light sampling asked from
+  V3f normal; // likewise
+  V3f direction;
+  float begin_m = 0.0f, end_m = kInfinity; // in distances from the origin; kInfinity: the ray escapes
+  float bsdf_pdf = 0.0f;                   // of the direction, by solid angle; 0: no light sampling competes
+  const LightShares* learned = nullptr;
+  float time = 0.0f;
+  Rgb extinction{0.0f}; // 1 / m, from begin_m on, of what is before lights at a finite distance
 };
 
 // Immutable, thread-safe, without allocation after construction. Triangles, point and spot lights are chosen by a
@@ -121,17 +159,23 @@ class LightSet {
 
   // The density with which sample() from `point` and `normal` would have produced this hit of emissive triangle number
   // `triangle` (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit
-  // at `distance`. Says nothing about the side: where the triangle is dark, emitted() is black.
+  // at `distance`, `time` of the query. Says nothing about the side: where the triangle is dark, emitted() is black.
   [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
-                                   float distance, const LightShares* learned = nullptr) const;
+                                   float distance, const LightShares* learned = nullptr, float time = 0.0f) const;
   // The same for leaving the scene along wi.
   [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi,
                                       const LightShares* learned = nullptr) const {
     return environment_ ? environment_->pdf(wi) * environment_probability(point, normal, learned) : 0.0f;
   }
 
+  // Whether a ray may meet a point, spot or directional light that has a size.
+  [[nodiscard]] bool has_shapes() const { return has_shapes_; }
+  // What such lights send along the ray to its origin, each weighted by the power heuristic of the direction's density against that of
+  // sampling the light. None of them hides another. Directional lights count where the ray escapes.
+  [[nodiscard]] Rgb shape_radiance(const ShapeRay& ray) const;
+
   // Radiance that triangle number `triangle` sends back along -wi from barycentrics (u, v). Black on a dark side.
-  [[nodiscard]] Rgb emitted(uint32_t triangle, float u, float v, const V3f& wi) const;
+  [[nodiscard]] Rgb emitted(uint32_t triangle, float u, float v, const V3f& wi, float time = 0.0f) const;
   [[nodiscard]] Rgb environment_radiance(const V3f& wi) const { // black without an environment
     return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
   }
@@ -182,8 +226,14 @@ class LightSet {
     float inverse_range = 0.0f; // 0: unlimited
     float angle_scale = 0.0f;   // spot: falloff = clamp(cos * angle_scale + angle_offset, 0, 1)^2
     float angle_offset = 1.0f;
-    float luminance = 0.0f; // of intensity; 0: never chosen
-    uint32_t profiled = 0;  // index into profiled_
+    float luminance = 0.0f;     // of intensity; 0: never chosen
+    uint32_t profiled = 0;      // index into profiled_
+    float radius = 0.0f;        // of a ball, or sine of half the angle of a disc in the sky; 0: none
+    float one_minus_cos = 0.0f; // of half that angle
+    float sin_reach = 0.0f;     // directional: no direction to it is farther than this from the one against the axis
+    uint32_t key_count = 0;     // of a light that moves; 0: it does not
+    uint32_t first_key = 0;     // index into frames_
+    V3f x, y;                   // of the frame, whose z is -axis
   };
   // What the lights outside of the tree weigh at a point, by light_share_weight(), and the tree.
   struct Shares {
@@ -203,7 +253,10 @@ class LightSet {
   };
 
   void add_punctuals(const LightSetInput& input);
-  [[nodiscard]] static EmitterBounds punctual_bounds(const Punctual& light);
+  void add_punctual(Punctual light, const std::string& name, const LightFrame& first,
+                    const std::vector<LightFrame>& later);
+  void prepare_shapes();
+  [[nodiscard]] EmitterBounds punctual_bounds(const Punctual& light) const;
   [[nodiscard]] Shares shares(const V3f& point, const V3f& normal, const LightShares* learned) const;
   void share_as_learned(const V3f& normal, const LightShares& learned, Shares& shares) const;
   [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
@@ -213,8 +266,22 @@ class LightSet {
   // `emitter`: where the tree's choice by choice.rest ended, if the kind is tree.
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
                                                          const std::optional<LightTree::Choice>& emitter) const;
-  [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
-  [[nodiscard]] std::optional<LightSample> sample_punctual(const Punctual& light, const V3f& point) const;
+  [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u,
+                                                           float time) const;
+  [[nodiscard]] bool moves(uint32_t triangle) const { return triangle >= first_moving_; }
+  [[nodiscard]] Triangle posed_triangle(uint32_t index, float time) const; // one that moves
+  // Key 0 first.
+  [[nodiscard]] Triangle triangle_at_key(uint32_t index, uint32_t key) const;
+  [[nodiscard]] EmitterBounds moving_bounds(uint32_t index) const;
+  // Punctual lights, punctual_samples.cpp. `number`: index into punctuals_. u: on a light that has a size.
+  [[nodiscard]] std::optional<LightSample> sample_punctual(uint32_t number, const V3f& point, const V2f& u,
+                                                           float time) const;
+  [[nodiscard]] std::optional<LightSample> sample_posed(const Punctual& light, const V3f& point, const V2f& u) const;
+  [[nodiscard]] Punctual posed(const Punctual& light, float time) const;
+  // `share` times what is left of the intensity in the direction -wi and at this distance from the centre.
+  [[nodiscard]] float emitted_share(const Punctual& light, const V3f& wi, float distance, float share) const;
+  void add_ball(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
+  void add_disc(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
   // Averages the emission of a triangle over its area.
   [[nodiscard]] Rgb mean_emission(uint32_t index) const;
   [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
@@ -227,11 +294,18 @@ class LightSet {
 
   std::vector<Emission> emissions_;
   HugePageVector<Triangle> triangles_;
-  std::vector<V2f> uvs_;            // three per triangle, or empty
+  std::vector<V2f> uvs_;           // three per triangle, or empty
+  uint32_t first_moving_ = 0;      // triangles from here on move
+  std::vector<CornerKeys> moving_; // theirs
+  std::vector<std::array<V3f, 3>> later_corners_;
   std::vector<Punctual> punctuals_; // points, spots and profiled ones, which are in the tree, then directional lights
   std::vector<ProfiledLight> profiled_;
   std::vector<EmissiveMesh> meshes_;
   std::vector<std::string> punctual_names_;
+  std::vector<LightFrame> frames_; // of punctual lights that move
+  SphereTree balls_;               // of punctual lights that have a radius; ids are indices into punctuals_
+  std::vector<uint32_t> discs_;    // directional lights that have an angle; likewise
+  bool has_shapes_ = false;
   size_t first_directional_ = 0;
   LightTree tree_;                                 // of triangles, then points and spots
   std::shared_ptr<const Environment> environment_; // null if absent

@@ -23,6 +23,8 @@ struct BounceDraws {
 
 // Of the sets `dimension` and `dimension` + 1. choice and light are what Sampler::sample_2d() gives for these.
 [[nodiscard]] inline BounceDraws draw_bounce(const SampleAddress& address, uint32_t dimension) {
+  if (address.strata != 0) [[unlikely]]
+    return jittered::draw_bounce(address, dimension);
   using namespace owen_sobol;
   // Lanes of both sets, twice: hash_combine() of the key and the dimension, then the shuffled index.
   const uint32_t mixed_key = 0x9e3779b9U + (address.key << 6) + (address.key >> 2);

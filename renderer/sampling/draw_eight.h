@@ -11,6 +11,11 @@ namespace kindling {
 
 // What Sampler::sample_2d() gives for each of the addresses, to the bit.
 [[nodiscard]] inline std::array<V2f, 8> draw_eight(const std::array<SampleAddress, 8>& addresses, uint32_t dimension) {
+  std::array<V2f, 8> result;
+  if (addresses[0].strata != 0) [[unlikely]] { // as all of them, or of those that are used
+    for (size_t i = 0; i < 8; ++i) result[i] = Sampler::sample_2d(addresses[i], dimension);
+    return result;
+  }
   using namespace owen_sobol;
   Words8 key, address_index;
   for (int lane = 0; lane < 8; ++lane) {
@@ -22,7 +27,6 @@ namespace kindling {
   const Words8 x = reverse_bits(scramble_reversed(index, hash_words(seed ^ Sampler::kCoordinateSeeds[0])));
   const Words8 y =
       reverse_bits(scramble_reversed(second_reversed(index), hash_words(seed ^ Sampler::kCoordinateSeeds[1])));
-  std::array<V2f, 8> result;
   for (int lane = 0; lane < 8; ++lane)
     result[static_cast<size_t>(lane)] = {to_unit_float(x[lane]), to_unit_float(y[lane])};
   return result;

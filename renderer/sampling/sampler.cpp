@@ -9,10 +9,11 @@ struct NamedKind {
   SamplerKind kind;
   std::string_view name;
 };
-constexpr std::array<NamedKind, 3> kNames{{
+constexpr std::array<NamedKind, 4> kNames{{
     {SamplerKind::blue_noise, "blue-noise"},
     {SamplerKind::sobol, "sobol"},
     {SamplerKind::independent, "independent"},
+    {SamplerKind::jittered, "jittered"},
 }};
 
 } // namespace

@@ -4,7 +4,9 @@
 
 #include "renderer/base/hash.h"
 #include "renderer/base/math.h"
+#include "renderer/sampling/jittered.h"
 #include "renderer/sampling/owen_sobol.h"
+#include "renderer/sampling/sample_address.h"
 
 #include <algorithm>
 #include <array>
@@ -19,31 +21,28 @@ enum class SamplerKind : uint8_t {
   blue_noise,  // Owen-scrambled Sobol points that pixels take in Z-order: the error has little of low frequencies
   sobol,       // Owen-scrambled Sobol points, each pixel its own
   independent, // a hash: nothing is stratified; to compare with
+  jittered,    // one sample in each cell of an n x n grid (jittered.h); to compare with
 };
 
-// "blue-noise", "sobol", "independent".
+// "blue-noise", "sobol", "independent", "jittered".
 [[nodiscard]] std::string_view sampler_name(SamplerKind kind);
 // Empty for any other name.
 [[nodiscard]] std::optional<SamplerKind> sampler_from_name(std::string_view name);
 
-// Where the points of one sample of one pixel are found: `index` counts in the sequence that `key` scrambles.
-struct SampleAddress {
-  uint32_t key = 0;
-  uint32_t index = 0;
-};
-
 // A dimension names a draw, or a set of draws, of a sample. Dimensions are decorrelated by scrambling (padding; Burley 2020,
-// "Practical Hash-based Owen Scrambling"); any number is valid. The kinds differ in addresses alone; draws have no branch.
+// "Practical Hash-based Owen Scrambling"); any number is valid. The kinds differ in addresses alone; a draw has no branch but for those of
+// `jittered`, whose addresses say so.
 //
-// Unless the kind is `independent`, the first 2^k samples of a pixel are, in a 2-D draw, a (0, k, 2)-net in base 2
+// With `sobol` and `blue_noise` the first 2^k samples of a pixel are, in a 2-D draw, a (0, k, 2)-net in base 2
 // (k <= 24: a float keeps 24 bits), and in a 1-D draw fall one into each of 2^k equal intervals; so do all later blocks of 2^k.
 class Sampler {
  public:
-  // `samples_per_pixel`: the most that will be asked for; `blue_noise` alone uses it.
+  // `samples_per_pixel`: the most that will be asked for; `blue_noise` and `jittered` depend on it.
   explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1)
       : seed_(seed), kind_(kind),
         log2_samples_(static_cast<uint32_t>(std::bit_width(std::max(samples_per_pixel, 1U) - 1))),
-        log2_tile_(std::min(kMostLog2Tile, (32U - log2_samples_) / 2)) {}
+        log2_tile_(std::min(kMostLog2Tile, (32U - log2_samples_) / 2)),
+        strata_(kind == SamplerKind::jittered ? jittered::strata_for(samples_per_pixel) : jittered::Strata{}) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
   // The most that will be asked for, rounded up to a power of two.
@@ -85,6 +84,7 @@ class Sampler {
   SamplerKind kind_;
   uint32_t log2_samples_; // of a pixel in its tile's sequence, 0 to 32
   uint32_t log2_tile_;    // pixels on a side
+  jittered::Strata strata_;
 };
 
 // Each coordinate is hashed before they meet: chained hashes would let whole rows share their keys.
@@ -125,12 +125,18 @@ inline SampleAddress Sampler::address_in(const PixelPoints& points, uint32_t sam
     return {hash_combine(points.key, scrambling), static_cast<uint32_t>(points.first | (sample_index & mask))};
   }
   case SamplerKind::sobol: return {points.key, sample_index};
+  case SamplerKind::jittered: { // beyond the samples that were announced: other permutations
+    const uint32_t grid = sample_index / strata_.count();
+    return {grid == 0 ? points.key : hash_combine(points.key, grid), sample_index % strata_.count(), strata_.packed()};
+  }
   case SamplerKind::independent: break;
   }
   return {hash_combine(points.key, sample_index), 0}; // the first point of a scrambling of its own
 }
 
 inline float Sampler::sample_1d(const SampleAddress& address, uint32_t dimension) {
+  if (address.strata != 0) [[unlikely]]
+    return jittered::sample_1d(address, dimension);
   using namespace owen_sobol;
   const uint32_t seed = hash_combine(address.key, dimension);
   const uint32_t index = reverse_bits(scramble_reversed(reverse_bits(address.index), seed));
@@ -139,6 +145,8 @@ inline float Sampler::sample_1d(const SampleAddress& address, uint32_t dimension
 }
 
 inline V2f Sampler::sample_2d(const SampleAddress& address, uint32_t dimension) {
+  if (address.strata != 0) [[unlikely]]
+    return jittered::sample_2d(address, dimension);
   using namespace owen_sobol;
   const uint32_t seed = hash_combine(address.key, dimension);
   const uint32_t index = reverse_bits(scramble_reversed(reverse_bits(address.index), seed));

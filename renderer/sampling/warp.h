@@ -82,6 +82,14 @@ struct SinCos {
   return one_minus_cos <= one_minus_cos_max ? 0.5f * kInvPi / one_minus_cos_max : 0.0f;
 }
 
+// The same cone with less distortion, by way of the disk: strata stay compact. 1 - cos goes with the square of the disk's radius.
+[[nodiscard]] inline V3f sample_even_cone(const V2f& u, float one_minus_cos_max) {
+  const V2f p = sample_uniform_disk(u);
+  const float one_minus_cos = p.length2() * one_minus_cos_max;
+  const float scale = safe_sqrt(one_minus_cos_max * (2.0f - one_minus_cos));
+  return {p.x * scale, p.y * scale, 1.0f - one_minus_cos};
+}
+
 // --- Phase function of Henyey and Greenstein 1941 around +z, the direction of travel, with mean cosine g in (-1, 1).
 [[nodiscard]] inline V3f sample_henyey_greenstein(const V2f& u, float g) {
   float cos_theta = 1.0f - 2.0f * u.x;

@@ -263,7 +263,10 @@ struct PunctualLight {
   Rgb color{1.0f, 1.0f, 1.0f};
   float intensity = 1.0f;       // directional: lux; point and spot: candela
   std::optional<float> range_m; // cut-off hint of the file
-  float inner_cone_rad = 0.0f;  // spot, half angles
+  // Extras of ours; unset: the file does not say.
+  std::optional<float> radius_m;             // point and spot: of a ball that shines evenly
+  std::optional<float> angular_diameter_rad; // directional: of a disc in the sky
+  float inner_cone_rad = 0.0f;               // spot, half angles
   float outer_cone_rad = kPi / 4.0f;
   int photometry =
       kNone; // EXT_lights_ies, with kind point: index into Scene::photometries, which `intensity` multiplies

@@ -4,6 +4,7 @@
 
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/image_light_environment.h"
+#include "renderer/world/prepare_geometry.h"
 #include "renderer/world/prepare_material.h"
 #include "renderer/world/punctual_lights.h"
 #include "renderer/world/texture_table.h"
@@ -15,18 +16,6 @@
 #include <vector>
 
 namespace kindling {
-namespace {
-
-// Front faces of a mesh with negative determinant are clockwise.
-bool is_mirrored(const M44f& m) { return m.determinant() < 0.0f; }
-
-bool is_invertible(const M44f& m) {
-  const float determinant = m.determinant();
-  return std::isfinite(determinant) && determinant != 0.0f;
-}
-
-} // namespace
-
 class WorldBuilder {
  public:
   WorldBuilder(Scene scene, PosedScene posed, const WorldOptions& options, const CancelToken* cancel,
@@ -37,7 +26,7 @@ class WorldBuilder {
   Result<std::unique_ptr<const World>> build() {
     const auto start = std::chrono::steady_clock::now();
     if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
-    prepare_geometry();
+    take_geometry();
     collect_lights();
     if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
     finish_statistics();
@@ -68,11 +57,6 @@ class WorldBuilder {
     return {};
   }
 
-  [[nodiscard]] uint32_t material_index(const Primitive& primitive) const {
-    return primitive.material == kNone ? static_cast<uint32_t>(scene_.materials.size() - 1)
-                                       : static_cast<uint32_t>(primitive.material);
-  }
-
   // --- geometry -------------------------------------------------------------------------------------------------------
 
   // Whether rays need not ask the filter at this geometry.
@@ -91,120 +75,26 @@ class WorldBuilder {
                                                   : material.base_color_factor.w >= 1.0f;
   }
 
-  void append(Geometry&& geometry) { world_->geometries_.push_back(std::move(geometry)); }
+  void take_geometry() {
+    PreparedGeometry prepared = prepare_geometry(scene_, posed_);
+    world_->geometries_ = std::move(prepared.geometries);
+    world_->instances_ = std::move(prepared.instances);
+    world_->motions_ = std::move(prepared.motions);
+    groups_ = std::move(prepared.groups);
+    accel_instances_ = std::move(prepared.accel_instances);
+    world_->bounds_ = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
 
-  // The primitives of one posed mesh, moved out of the scene when nobody else will read them.
-  void append_mesh(PosedMesh& posed, const M44f& bake, bool last_use) {
-    Mesh& mesh = scene_.meshes[static_cast<size_t>(posed.mesh)];
-    for (size_t p = 0; p < mesh.primitives.size(); ++p) {
-      if (mesh.primitives[p].indices.empty()) continue;
-      Primitive primitive = last_use ? std::move(mesh.primitives[p]) : mesh.primitives[p];
-      if (!posed.deformed.empty()) {
-        PosedMesh::Deformed& deformed = posed.deformed[p];
-        primitive.positions = std::move(deformed.positions);
-        primitive.normals = std::move(deformed.normals);
-        primitive.tangents = std::move(deformed.tangents);
-      }
-      const uint32_t material = material_index(primitive);
-      append(make_geometry(std::move(primitive), bake, material, scene_.materials[material]));
+    world_->accel_motions_.assign(world_->motions_.begin(), world_->motions_.end());
+    for (const Geometry& geometry : world_->geometries_) {
+      accel_meshes_.push_back({geometry.position_span(), geometry.indices, is_opaque(geometry), {}});
+      if (geometry.later_positions.empty()) continue;
+      std::vector<std::span<const V3f>>& keys = world_->accel_keys_.emplace_back();
+      for (size_t key = 0; key < geometry.later_positions.size(); ++key)
+        keys.push_back(geometry.later_position_span(key));
+      accel_meshes_.back().later_positions = keys; // of a vector that may move, but not what is in it
     }
-  }
-
-  void add_instance(uint32_t group, const M44f& object_to_world) {
-    WorldInstance instance;
-    instance.object_to_world = object_to_world;
-    instance.first_mesh = groups_[group].first_mesh;
-    instance.identity = object_to_world == M44f();
-    instance.mirrored = is_mirrored(object_to_world);
-    world_->instances_.push_back(instance);
-    accel_instances_.push_back({group, object_to_world});
-  }
-
-  // By mesh: whether those that are not deformed are baked. Meshes that stand once are; of the others, those of which copies cost
-  // least, as long as all copies together stay within kMostCopiedTriangles: a second level costs every ray that comes near.
-  [[nodiscard]] std::vector<uint8_t> choose_baked(const std::vector<uint32_t>& undeformed_uses) const {
-    constexpr uint64_t kMostCopiedTriangles = 1U << 18;
-    std::vector<uint8_t> baked(scene_.meshes.size(), 0);
-    std::vector<std::pair<uint64_t, size_t>> copies; // triangles, mesh
-    for (size_t mesh = 0; mesh < scene_.meshes.size(); ++mesh) {
-      uint64_t triangles = 0;
-      for (const Primitive& primitive : scene_.meshes[mesh].primitives) triangles += primitive.indices.size() / 3;
-      if (undeformed_uses[mesh] != 0) copies.emplace_back(triangles * (undeformed_uses[mesh] - 1), mesh);
-    }
-    std::sort(copies.begin(), copies.end());
-    uint64_t total = 0;
-    for (const auto& [triangles, mesh] : copies) {
-      total += triangles;
-      if (total > kMostCopiedTriangles) break;
-      baked[mesh] = 1;
-    }
-    return baked;
-  }
-  // A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
-  static bool is_baked(const PosedMesh& posed, const std::vector<uint8_t>& baked) {
-    return !posed.deformed.empty() || baked[static_cast<size_t>(posed.mesh)] != 0 ||
-           !is_invertible(posed.mesh_to_world);
-  }
-
-  // Meshes that stand once or have few triangles, and deformed ones, are baked into one group in world space: their boxes may
-  // overlap as they like without a second level. Other meshes become one group each, and one instance for each node.
-  void prepare_geometry() {
-    std::vector<uint32_t> uses(scene_.meshes.size(), 0);
-    std::vector<uint32_t> undeformed_uses(scene_.meshes.size(), 0);
-    for (const PosedMesh& posed : posed_.meshes) {
-      ++uses[static_cast<size_t>(posed.mesh)];
-      if (posed.deformed.empty()) ++undeformed_uses[static_cast<size_t>(posed.mesh)];
-    }
-    const std::vector<uint8_t> baked = choose_baked(undeformed_uses);
-    for (PosedMesh& posed : posed_.meshes) {
-      const auto mesh = static_cast<size_t>(posed.mesh);
-      if (!is_baked(posed, baked)) continue;
-      append_mesh(posed, posed.mesh_to_world, --uses[mesh] == 0);
-    }
-    const auto baked_count = static_cast<uint32_t>(world_->geometries_.size());
-    if (baked_count > 0) {
-      groups_.push_back({0, baked_count});
-      add_instance(0, M44f());
-    }
-    std::vector<uint32_t> group_of_mesh(scene_.meshes.size(), accel::kNoId);
-    for (PosedMesh& posed : posed_.meshes) {
-      const auto mesh = static_cast<size_t>(posed.mesh);
-      if (is_baked(posed, baked)) continue;
-      if (group_of_mesh[mesh] == accel::kNoId) {
-        const auto first = static_cast<uint32_t>(world_->geometries_.size());
-        append_mesh(posed, M44f(), true);
-        group_of_mesh[mesh] = static_cast<uint32_t>(groups_.size());
-        groups_.push_back({first, static_cast<uint32_t>(world_->geometries_.size()) - first});
-      }
-      add_instance(group_of_mesh[mesh], posed.mesh_to_world);
-    }
-    posed_.meshes = {};
-    scene_.meshes = {};
-
-    for (const Geometry& geometry : world_->geometries_)
-      accel_meshes_.push_back({geometry.position_span(), geometry.indices, is_opaque(geometry)});
-    world_->bounds_ = world_bounds();
-  }
-
-  [[nodiscard]] Box3f world_bounds() const {
-    std::vector<Box3f> group_bounds;
-    for (const accel::MeshGroup& group : groups_) {
-      Box3f box;
-      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
-        for (const V3f& p : world_->geometries_[m].position_span())
-          if (is_finite(p)) box.extendBy(p);
-      group_bounds.push_back(box);
-    }
-    Box3f bounds;
-    for (const accel::Instance& instance : accel_instances_) {
-      const Box3f& box = group_bounds[instance.group];
-      if (box.isEmpty()) continue;
-      for (int corner = 0; corner < 8; ++corner)
-        bounds.extendBy(transform_point(instance.object_to_world,
-                                        V3f((corner & 1) ? box.max.x : box.min.x, (corner & 2) ? box.max.y : box.min.y,
-                                            (corner & 4) ? box.max.z : box.min.z)));
-    }
-    return bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : bounds;
+    for (const WorldInstance& instance : world_->instances_) world_->has_motion_ |= instance.moving;
+    for (const PosedLight& light : posed_.lights) world_->has_motion_ |= !light.later_transforms.empty();
   }
 
   // --- lights ---------------------------------------------------------------------------------------------------------
@@ -212,9 +102,14 @@ class WorldBuilder {
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
     bool any_textured = false;
-    for (WorldInstance& instance : world_->instances_) {
+    std::vector<WorldInstance*> order; // those that move stand last in a LightSet
+    for (const bool moving : {false, true})
+      for (WorldInstance& instance : world_->instances_)
+        if (instance.moving == moving) order.push_back(&instance);
+    for (WorldInstance* pointer : order) {
+      WorldInstance& instance = *pointer;
       const accel::MeshGroup& group =
-          groups_[accel_instances_[static_cast<size_t>(&instance - world_->instances_.data())].group];
+          groups_[accel_instances_[static_cast<size_t>(pointer - world_->instances_.data())].group];
       bool emissive = false;
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
         emissive |= is_sampled_emitter(m);
@@ -244,8 +139,10 @@ class WorldBuilder {
         }
         any_textured |= material.emission.present();
         has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
-        for (size_t i = 0; i < geometry.indices.size(); i += 3)
+        for (size_t i = 0; i < geometry.indices.size(); i += 3) {
           append_emissive(input, geometry, material, instance, i, entry->second);
+          if (instance.moving) append_keys(input, geometry, instance, i);
+        }
         const uint32_t first = world_->first_emissive_.back();
         input.meshes.push_back(
             {first, static_cast<uint32_t>(input.triangles.size()) - first, world_->material_names_[geometry.material]});
@@ -295,6 +192,25 @@ class WorldBuilder {
     input.triangles.push_back(triangle);
   }
 
+  // Where the triangle is after the opening of the shutter.
+  void append_keys(LightSetInput& input, const Geometry& geometry, const WorldInstance& instance,
+                   size_t first_index) const {
+    const auto first = static_cast<uint32_t>(input.later_corners.size());
+    const auto add = [&](const M44f& object_to_world, const std::vector<V3f>& positions) {
+      std::array<V3f, 3>& corners = input.later_corners.emplace_back();
+      for (size_t c = 0; c < 3; ++c)
+        corners[c] = transform_point(object_to_world, positions[geometry.indices[first_index + c]]);
+      if (instance.mirrored) std::swap(corners[1], corners[2]);
+    };
+    if (instance.motion != accel::kNoId) {
+      const std::vector<M44f>& keys = world_->motions_[instance.motion];
+      for (size_t key = 1; key < keys.size(); ++key) add(keys[key], geometry.positions);
+    } else {
+      for (const std::vector<V3f>& key : geometry.later_positions) add(instance.object_to_world, key);
+    }
+    input.moving.push_back({first, static_cast<uint32_t>(input.later_corners.size()) - first});
+  }
+
   void collect_lights() {
     LightSetInput input;
     collect_emissive_triangles(input);
@@ -337,7 +253,19 @@ class WorldBuilder {
 
   void finish_statistics() {
     WorldStatistics& statistics = world_->statistics_;
-    for (const Geometry& geometry : world_->geometries_) statistics.geometry_bytes += geometry.memory_bytes();
+    MotionStatistics& motion = statistics.motion;
+    for (const Geometry& geometry : world_->geometries_) {
+      statistics.geometry_bytes += geometry.memory_bytes();
+      if (geometry.later_positions.empty()) continue;
+      ++motion.deforming_mesh_count;
+      motion.most_keys = std::max(motion.most_keys, geometry.later_positions.size() + 1);
+      motion.key_bytes += geometry.key_bytes();
+    }
+    for (const std::vector<M44f>& keys : world_->motions_) {
+      ++motion.moving_instance_count;
+      motion.most_keys = std::max(motion.most_keys, keys.size());
+      motion.key_bytes += keys.capacity() * sizeof(M44f);
+    }
     statistics.light_bytes = world_->lights_->memory_bytes();
     statistics.accelerator = world_->accelerator_->statistics();
   }

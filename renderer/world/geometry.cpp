@@ -10,6 +10,8 @@
 namespace kindling {
 namespace {
 
+constexpr size_t kPadding = 2; // positions that the accelerator's quadword loads may read
+
 // Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
 uint32_t used_texcoord_sets(const Material& material) {
   uint32_t used = 1;
@@ -85,12 +87,32 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   });
 
   // A mirroring transform turns front faces into clockwise ones (glTF 2.0, section 3.7.4): wind them back.
-  if (mirrored)
-    for (size_t i = 0; i + 2 < geometry.indices.size(); i += 3)
-      std::swap(geometry.indices[i + 1], geometry.indices[i + 2]);
+  if (mirrored) reverse_winding(geometry);
 
-  geometry.positions.resize(count + 2, V3f(0.0f)); // readable padding for the accelerator's quadword loads
+  geometry.positions.resize(count + kPadding, V3f(0.0f));
   return geometry;
+}
+
+void add_key(Geometry& geometry, PosedMesh::Deformed&& key) {
+  const size_t floats = geometry.frame_floats();
+  std::vector<float>& frames = geometry.later_frames.emplace_back(geometry.position_count * floats);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.position_count, 16384),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t v = range.begin(); v != range.end(); ++v) {
+                        float* frame = frames.data() + v * floats;
+                        if (geometry.normal_offset != Geometry::kAbsent)
+                          for (int c = 0; c < 3; ++c) *frame++ = key.normals[v][c];
+                        if (geometry.tangent_offset != Geometry::kAbsent)
+                          for (int c = 0; c < 3; ++c) *frame++ = key.tangents[v][c];
+                      }
+                    });
+  key.positions.resize(geometry.position_count + kPadding, V3f(0.0f));
+  geometry.later_positions.push_back(std::move(key.positions));
+}
+
+void reverse_winding(Geometry& geometry) {
+  for (size_t i = 0; i + 2 < geometry.indices.size(); i += 3)
+    std::swap(geometry.indices[i + 1], geometry.indices[i + 2]);
 }
 
 } // namespace kindling

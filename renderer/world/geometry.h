@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/scene/pose.h"
 #include "renderer/scene/scene.h"
 
 #include <array>
@@ -28,13 +29,30 @@ struct Geometry {
   uint8_t color_offset = kAbsent;                        // 4 floats
   std::array<uint8_t, kMaxTexcoordSets> texcoord_offset; // 2 floats each
   uint32_t material = 0;
+  // Of a mesh that deforms over the shutter, by key after the first (accel/accelerator.h); empty: it does not. Positions are padded
+  // likewise. Frames are normals and tangents, as far as records have them: 3 floats each for every vertex.
+  std::vector<std::vector<V3f>> later_positions;
+  std::vector<std::vector<float>> later_frames;
 
   Geometry() { texcoord_offset.fill(kAbsent); }
 
   [[nodiscard]] std::span<const V3f> position_span() const { return {positions.data(), position_count}; }
+  [[nodiscard]] std::span<const V3f> later_position_span(size_t key) const {
+    return {later_positions[key].data(), position_count};
+  }
+  [[nodiscard]] size_t frame_floats() const {
+    return (normal_offset == kAbsent ? 0U : 3U) + (tangent_offset == kAbsent ? 0U : 3U);
+  }
+  // Of the keys alone.
+  [[nodiscard]] size_t key_bytes() const {
+    size_t bytes = 0;
+    for (const std::vector<V3f>& key : later_positions) bytes += key.capacity() * sizeof(V3f);
+    for (const std::vector<float>& key : later_frames) bytes += key.capacity() * sizeof(float);
+    return bytes;
+  }
   [[nodiscard]] size_t memory_bytes() const {
     return positions.capacity() * sizeof(V3f) + indices.capacity() * sizeof(uint32_t) +
-           attributes.capacity() * sizeof(float);
+           attributes.capacity() * sizeof(float) + key_bytes();
   }
   [[nodiscard]] const float* record(uint32_t vertex) const { return attributes.data() + size_t{vertex} * stride; }
 
@@ -63,10 +81,13 @@ struct Geometry {
 
 // Where an accelerator instance is. The instance of all baked geometry is an identity.
 struct WorldInstance {
-  M44f object_to_world;
+  M44f object_to_world;        // of a moving one: at the opening of the shutter
   uint32_t first_mesh = 0;     // accelerator meshes of its group start here
   uint32_t emissive_begin = 0; // into World's table of first emissive triangles, one entry per mesh of the group
-  bool identity = true;
+  uint32_t motion =
+      0xffffffffU;       // index into World's motions; accel::kNoId: the instance does not move, though its meshes may
+  bool identity = true;  // never of what moves
+  bool moving = false;   // it moves, or its meshes deform: move_hit() knows where it is
   bool mirrored = false; // negative determinant: front faces are clockwise in world space
   bool emissive = false; // false: no entries in the table
 };
@@ -76,5 +97,11 @@ struct WorldInstance {
 // Consumes the primitive's arrays.
 [[nodiscard]] Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index,
                                      const Material& material);
+
+// The vertices of one more key: positions, normals and tangents in the space of those that are there, as many of them.
+void add_key(Geometry& geometry, PosedMesh::Deformed&& key);
+
+// Turns the triangles over.
+void reverse_winding(Geometry& geometry);
 
 } // namespace kindling

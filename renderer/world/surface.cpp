@@ -4,10 +4,13 @@
 #include "renderer/light/coated_emission.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/hit_records.h"
+#include "renderer/world/moving_hit.h"
 #include "renderer/world/normal_map.h"
 #include "renderer/world/shading_normal.h"
 #include "renderer/world/texture_lookup.h"
 #include "renderer/world/world.h"
+
+#include <optional>
 
 namespace kindling {
 namespace {
@@ -52,14 +55,21 @@ float coverage(const ShadingMaterial& material, const HitRecords& records, const
 void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                        const RayFootprint& footprint) const {
   const Geometry& geometry = geometries_[hit.mesh];
-  const WorldInstance& instance = instances_[hit.instance];
+  const WorldInstance* placed = &instances_[hit.instance];
   const ShadingMaterial& material = materials_[geometry.material];
-  const HitRecords lookup(geometry, hit);
+  HitRecords lookup(geometry, hit);
   const V3f wo = -ray.direction;
 
   // Position by barycentrics (more accurate than along the ray) with a bound of its rounding error.
   const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
   V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
+  std::optional<MovingHit> moving;
+  if (placed->moving) [[unlikely]] {
+    placed = &move_hit(geometry, *placed, motions_, hit.triangle, ray.time, moving).instance;
+    p0 = moving->positions[0], p1 = moving->positions[1], p2 = moving->positions[2];
+    lookup.records = moving->records;
+  }
+  const WorldInstance& instance = *placed;
   float magnitude = std::max(max_abs(p0), std::max(max_abs(p1), max_abs(p2)));
   float error = position_bound(magnitude);
   if (!instance.identity) {
@@ -74,6 +84,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
                  max_abs(V3f(m[2][0], m[2][1], m[2][2])));
     const float translation = max_abs(V3f(m[3][0], m[3][1], m[3][2]));
     error = 3.0f * gamma(10) * (world_magnitude + scale * magnitude * 3.0f + translation);
+    if (moving) error += moving->error;
   }
   surface.position = p0 * lookup.barycentric.x + p1 * lookup.barycentric.y + p2 * lookup.barycentric.z;
   surface.position_error = error;
@@ -242,12 +253,14 @@ V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
   return surface.position + n * (direction.dot(n) < 0.0f ? -distance : distance);
 }
 
-accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key, uint32_t index) {
+accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key, uint32_t index,
+                           float time) {
   accel::Ray ray{.origin = offset_ray_origin(surface, light.wi),
                  .t_min = 0.0f,
                  .direction = light.wi,
                  .t_max = light.distance,
                  .key = key,
+                 .time = time,
                  .index = index};
   if (light.distance == kInfinity) return ray;
   // At grazing angles an offset of either end moves the crossing of the light's plane by many times its own size.

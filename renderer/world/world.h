@@ -71,12 +71,21 @@ struct RayFootprint {
   float choice = 0.0f; // likewise, where the share is known
 };
 
+// What moves while the shutter is open.
+struct MotionStatistics {
+  size_t moving_instance_count = 0;
+  size_t deforming_mesh_count = 0;
+  size_t most_keys = 0; // of any of them
+  size_t key_bytes = 0; // of matrices, and of vertices after the opening
+};
+
 struct WorldStatistics {
   double build_s = 0.0;
   size_t geometry_bytes = 0;
   size_t texture_bytes = 0;
   size_t light_bytes = 0;
   size_t emissive_triangle_count = 0;
+  MotionStatistics motion;
   accel::Statistics accelerator;
 };
 
@@ -89,19 +98,28 @@ class World {
   [[nodiscard]] const accel::Accelerator& accelerator() const { return *accelerator_; }
   // What it was built from: others can be built over the same geometry, as long as the World lives.
   [[nodiscard]] accel::BuildInput accelerator_input() const {
-    return {accel_meshes_, accel_groups_, accel_instances_, {}, {&World::accept_hit, this}};
+    return {accel_meshes_, accel_groups_, accel_instances_, accel_motions_, {&World::accept_hit, this}};
   }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
-  // Bounds of all geometry; a unit box around the origin if there is none.
+  // Bounds of all geometry, over the shutter; a unit box around the origin if there is none.
   [[nodiscard]] const Box3f& bounds() const { return bounds_; }
+  // Whether anything, or a light, moves while the shutter is open: only then does the time of a ray mean something.
+  [[nodiscard]] bool has_motion() const { return has_motion_; }
 
   // Asks for the memory that surface_at() will read for these hits, a few dozen of them: a request for one hides behind
   // those for others. One ray and one footprint for each hit, the ones surface_at() will be given: what it finds out of footprints is noted in them.
   void prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
                 std::span<RayFootprint> footprints) const;
-  // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction. `ray.direction` must be unit.
+  // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction, as it is at ray.time. `ray.direction` must be unit.
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint = {}) const;
+
+  // Whether the parameters of its BSDF and layers are the same all over the mesh that was hit: no textures, no colours at vertices.
+  [[nodiscard]] bool is_uniform(const accel::Hit& hit) const {
+    const Geometry& geometry = geometries_[hit.mesh];
+    return geometry.color_offset == Geometry::kAbsent && !materials_[geometry.material].textured;
+  }
+  [[nodiscard]] size_t material_count() const { return materials_.size(); }
 
   // Texture coordinate set 0, before any transform; (0, 0) where there is none.
   [[nodiscard]] V2f texcoord_at(const accel::Hit& hit) const;
@@ -135,13 +153,18 @@ class World {
   std::vector<LayerMaterial> layer_materials_; // by ShadingMaterial::layers
   std::vector<Medium> media_;                  // likewise
   bool has_panes_ = false;
+  bool has_motion_ = false;
   std::vector<Texture> textures_;
   std::vector<std::string> material_names_;
-  std::vector<WorldInstance> instances_; // one per accelerator instance
+  std::vector<WorldInstance> instances_;   // one per accelerator instance
+  std::vector<std::vector<M44f>> motions_; // by WorldInstance::motion: the matrices of all keys
   std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: number of its first triangle in the LightSet
   std::vector<accel::TriangleMesh> accel_meshes_; // borrow from geometries_
   std::vector<accel::MeshGroup> accel_groups_;
   std::vector<accel::Instance> accel_instances_;
+  std::vector<std::span<const M44f>> accel_motions_; // likewise from motions_
+  std::vector<std::vector<std::span<const V3f>>>
+      accel_keys_; // likewise from geometries_: one entry for each mesh that deforms
   std::unique_ptr<accel::Accelerator> accelerator_;
   std::unique_ptr<LightSet> lights_;
   Box3f bounds_;
@@ -153,8 +176,8 @@ class World {
 [[nodiscard]] V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction);
 
 // The shadow ray from a surface to a light sample: starts off the surface, aims at the sampled point from there, and ends just
-// before the light's own surface, by the error bounds of both. t counts in metres.
+// before the light's own surface, by the error bounds of both. t counts in metres. `time`: of the ray that met the surface.
 [[nodiscard]] accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key,
-                                         uint32_t index);
+                                         uint32_t index, float time);
 
 } // namespace kindling

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of "Research on ray tracing" as scenes of today, one file each."""
-from . import paper_cpu, paper_gpu
+from . import paper_cpu, paper_gpu, paper_motion
 
 
 def build():
-    return {"paper/%s.glb" % name: make() for name, make in {**paper_cpu.FIGURES, **paper_gpu.FIGURES}.items()}
+    return {"paper/%s.glb" % name: make() for name, make in {**paper_cpu.FIGURES, **paper_gpu.FIGURES, **paper_motion.FIGURES}.items()}

@@ -82,7 +82,7 @@ def figure_07():
     s.sweep(s.matte("sweep", (0.62, 0.58, 0.53)), back=-1.2, bend=0.4)
     s.ball("ball", (-0.27, 0.14, 0.14), 0.14, s.lacquer("coral", CORAL, 0.3))
     s.add("pillar", beveled_box((-0.055, 0, -0.055), (0.055, 0.52, 0.055), 0.004).without_uvs().rotated("y", 28), s.matte("ivory", IVORY), translation=[0.10, 0, -0.30])
-    s.add("ring", torus(0.13, 0.036, 96, 32).without_uvs().rotated("x", 66).rotated("y", -24), s.lacquer("teal", TEAL, 0.3), translation=[0.34, 0.152, 0.22])
+    s.add("ring", torus(0.13, 0.036, 80, 28).without_uvs().rotated("x", 66).rotated("y", -24), s.lacquer("teal", TEAL, 0.3), translation=[0.34, 0.152, 0.22])
     s.ball("floating ball", (0.115, 0.62, -0.29), 0.082, s.lacquer("amber", AMBER, 0.3))
     s.soft_box("rectangular light", (-0.75, 1.55, 0.55), (0.0, 0.1, 0.0), 0.75, 0.42, (36.0, 32.0, 26.0))
     return s.finish("figure 7", (0.15, 0.62, 2.05), (0.02, 0.275, -0.05), 27, PAPER_ASPECT)

@@ -56,21 +56,21 @@ def _cube(name, roughness):
 
 def figure_14():
     """A lens focused on the sphere behind; the one in front is blurred."""
-    s = Studio(((0.01, 0.02, 0.05), (0.12, 0.16, 0.26), (0.03, 0.03, 0.05)))
+    s = Studio(((0.008, 0.014, 0.04), (0.055, 0.075, 0.15), (0.02, 0.02, 0.035)))
     s.floor(s.lacquer("table", (0.022, 0.022, 0.03), 0.16), 8.0)
     s.ball("near", (-0.215, 0.11, 0.50), 0.11, s.lacquer("coral", CORAL, 0.04))
     s.ball("far", (0.20, 0.20, -0.55), 0.20, s.metal("gold", GOLD, 0.22))
     _lights_behind(s)
     s.soft_box("key", (-1.3, 1.3, 0.9), (0, 0.1, -0.2), 1.1, 1.1, (15.0, 13.4, 11.2))
     s.soft_box("rim", (1.3, 0.6, -0.9), (0, 0.15, -0.3), 0.35, 1.1, (4.0, 6.4, 9.6))
-    s.soft_box("front", (0.9, 0.9, 2.2), (0, 0.15, -0.3), 1.6, 0.8, (2.0, 2.1, 2.4))
-    return s.finish("figure 14", (0.0, 0.30, 1.62), (0.02, 0.165, -0.2), 25, GPU_ASPECT, fStop=1.2, focalLength=0.085,
+    s.soft_box("front", (0.9, 0.9, 2.2), (0, 0.15, -0.3), 2.2, 1.2, (2.6, 2.6, 2.8))
+    return s.finish("figure 14", (0.0, 0.30, 1.62), (0.02, 0.165, -0.2), 25, GPU_ASPECT, fStop=1.0, focalLength=0.085,
                     focusPoint=[0.62, 0.48], apertureBlades=7, apertureRotation=0.2)
 
 
 def _lights_behind(s):
     """A street at night: bulbs that the lens turns into discs."""
-    hues = [(5.0, 2.5, 0.8), (4.5, 3.8, 2.7), (4.5, 1.1, 0.6), (1.1, 3.2, 4.3)]
+    hues = [(16.0, 8.0, 2.6), (14.0, 12.0, 8.6), (14.0, 3.2, 1.8), (3.4, 10.0, 14.0)]
     bulbs = [s.g.add_material("bulb %d" % i, (0, 0, 0), emission=hue, diffuse_only=True) for i, hue in enumerate(hues)]
     for i in range(40):
         u, v, w = (pictures.hash_unit(i, k, 14) for k in range(3))

@@ -6,7 +6,7 @@ The measures are those of a table: spheres of 5 to 15 cm, a camera a metre or tw
 import math
 
 from . import pictures
-from .gltf import SHORT, Gltf, cross, normalize, subtract
+from .gltf import SHORT, USHORT, Gltf, cross, normalize, subtract
 from .shapes import Mesh, quad, sheet, sphere
 
 PAPER_ASPECT, GPU_ASPECT = 301 / 246, 901 / 738
@@ -30,7 +30,7 @@ class Studio:
         self.roots.append(node)
         return node
 
-    def ball(self, name, at, radius, material, textured=False, level=5):
+    def ball(self, name, at, radius, material, textured=False, level=4):
         """A sphere by its centre. All of one level share their vertices; `textured`: with texture coordinates around y."""
         key = "uv" if textured else level
         if key not in self.balls:
@@ -123,16 +123,23 @@ class Studio:
         self.add("sky", mesh, material)
 
     def _plain_ball(self, level):
+        points, indices = icosphere(level)
+        return self._quantized_ball(points, indices)
+
+    def _textured_ball(self):
+        mesh = sphere(1.0, 112, 56)
+        part = self._quantized_ball(mesh.positions, mesh.indices)
+        part["attributes"]["TEXCOORD_0"] = self.g.add_accessor([tuple(round(65535 * c) for c in uv) for uv in mesh.uvs], "VEC2", USHORT,
+                                                               normalized=True, target=34962)
+        return part
+
+    def _quantized_ball(self, points, indices):
         """Positions of a unit sphere are its normals: one accessor of shorts is both."""
         self.g.use("KHR_mesh_quantization", required=True)
-        points, indices = icosphere(level)
         shorts = [tuple(round(32767 * c) for c in p) for p in points]
         accessor = self.g.add_accessor(shorts, "VEC3", SHORT, normalized=True, bounds=True, target=34962)
         return {"attributes": {"POSITION": accessor, "NORMAL": accessor},
-                "indices": self.g.add_accessor(indices, "SCALAR", 5123, target=34963)}
-
-    def _textured_ball(self):
-        return self.g.add_primitive(sphere(1.0, 128, 64))
+                "indices": self.g.add_accessor(indices, "SCALAR", USHORT, target=34963)}
 
 
 def panel(centre, target, width, height):

@@ -160,7 +160,24 @@ TEST(Report, RatesAndFirstPixel) {
   const nlohmann::json json = nlohmann::json::parse(format_stats_json(report, false));
   EXPECT_EQ(json["rays"]["total"], 40);
   EXPECT_FALSE(json.contains("event"));
+  EXPECT_TRUE(json["shutter"].is_null());
   EXPECT_EQ(format_stats_json(report, true).find('\n'), std::string::npos);
+}
+
+TEST(Report, SaysWhatMoves) {
+  RenderReport report;
+  report.shutter = Shutter{1.5, 2.0};
+  EXPECT_EQ(describe_motion(report.world.motion), "motion: nothing moves while the shutter is open");
+  report.world.motion = {3, 1, 9, 2 << 20};
+  EXPECT_EQ(describe_motion(report.world.motion),
+            "motion: 3 instances that move, 1 mesh that deforms, 9 keys at most, 2.00 MiB");
+  const nlohmann::json shutter = nlohmann::json::parse(format_stats_json(report, false))["shutter"];
+  EXPECT_EQ(shutter["open_s"], 1.5);
+  EXPECT_EQ(shutter["close_s"], 2.0);
+  EXPECT_EQ(shutter["moving_instances"], 3);
+  EXPECT_EQ(shutter["deforming_meshes"], 1);
+  EXPECT_EQ(shutter["most_keys"], 9);
+  EXPECT_EQ(shutter["key_bytes"], 2 << 20);
 }
 
 TEST(Choose, NamesBeforeNumbers) {

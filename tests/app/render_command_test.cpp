@@ -200,6 +200,7 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
                           "paths_per_s",
                           "non_finite_samples",
                           "accelerator",
+                          "shutter",
                           "emissive_triangles",
                           "memory",
                           "peak_rss_bytes",

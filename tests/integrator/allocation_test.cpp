@@ -39,14 +39,16 @@ TEST(Allocation, NonePerSample) {
   veil.base_color_factor.w = 0.5f;
   for (const accel::Kind kind : kAllKinds)
     for (const IntegratorKind integrator_kind : all_integrators()) {
-      const auto world =
-          make_world(make_scene({glossy, emissive_material(Rgb(3.0f)), veil},
-                                {sphere(V3f(0.0f), 1.0f, 16, 0), quad(V3f(-1, 2, -1), V3f(2, 0, 0), V3f(0, 0, 2), 1),
-                                 quad(V3f(-3, -1, 3), V3f(6, 0, 0), V3f(0, 0, -6), 2)}),
-                     kind, std::make_shared<Environment>(Rgb(0.3f)));
+      Scene scene = make_scene({glossy, emissive_material(Rgb(3.0f)), veil},
+                               {sphere(V3f(0.0f), 1.0f, 16, 0), quad(V3f(-1, 2, -1), V3f(2, 0, 0), V3f(0, 0, 2), 1),
+                                quad(V3f(-3, -1, 3), V3f(6, 0, 0), V3f(0, 0, -6), 2)});
+      scene.lights.emplace_back().radius_m = 0.3f;
+      scene.nodes[0].light = 0;
+      const auto world = make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(0.3f)));
       const Camera camera(SceneCamera{}, look_at(V3f(1, 1, 4), V3f(0.0f)), V2i(8, 8));
       IntegratorSettings settings;
       settings.kind = integrator_kind;
+      settings.whitted.light_strata = settings.whitted.glossy_strata = 2;
       AovSet aovs;
       for (const AovInfo& info : kAovs) aovs.insert(info.aov);
       const Sampler sampler(1);

@@ -43,7 +43,8 @@ std::vector<Point> bounce_points(const Sampler& sampler, const V2i& pixel, uint3
 }
 
 TEST(SamplerKinds, NamesAreFoundAgain) {
-  for (const SamplerKind kind : {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent})
+  for (const SamplerKind kind :
+       {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent, SamplerKind::jittered})
     EXPECT_EQ(sampler_from_name(sampler_name(kind)), kind);
   EXPECT_FALSE(sampler_from_name("Sobol"));
   EXPECT_FALSE(sampler_from_name(""));
@@ -110,7 +111,8 @@ TEST(SamplerKinds, SquaresOfPixelsAreNets) {
 
 // No two samples of a tile, and none of one pixel, share an address, also beyond the samples that were announced.
 TEST(SamplerKinds, AddressesDiffer) {
-  for (const SamplerKind kind : {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent})
+  for (const SamplerKind kind :
+       {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent, SamplerKind::jittered})
     for (const uint32_t announced : {1U, 3U, 64U, 1U << 20, 0xffffffffU}) {
       const Sampler sampler(1, kind, announced);
       std::vector<uint64_t> seen;

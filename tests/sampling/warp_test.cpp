@@ -72,6 +72,16 @@ TEST(WarpStatistical, UniformCone) {
       1e-3);
 }
 
+TEST(WarpStatistical, EvenCone) {
+  uint64_t seed = 65;
+  for (const float aperture : {1.0f - std::cos(0.00465f), 1e-3f, 0.3f, 1.0f}) {
+    expect_pass(test::chi_square_hemisphere(
+                    [&](Random& r) -> std::optional<V3f> { return sample_even_cone(r.next_2d(), aperture); },
+                    [&](const V3f& w) { return uniform_cone_pdf(w, aperture); }, {.seed = seed++}),
+                1e-3);
+  }
+}
+
 TEST(WarpStatistical, HenyeyGreenstein) {
   uint64_t seed = 40;
   for (const float g : {-0.7f, 0.0f, 5e-4f, 0.3f, 0.95f}) {

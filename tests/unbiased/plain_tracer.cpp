@@ -15,6 +15,18 @@ V3f sample_aim(const AimCone& aim, const V3f& /*point*/, const V2f& u) {
   return Frame::around(aim.axis).to_world(sample_uniform_cone(u, aim.one_minus_cos)).normalized();
 }
 
+// Empty where the point is inside.
+std::optional<AimCone> cone_of(const AimBall& aim, const V3f& point) {
+  const V3f to_center = aim.center - point;
+  const float sin2 = square(aim.radius) / to_center.length2();
+  if (!(sin2 < 1.0f)) return std::nullopt;
+  return AimCone{to_center.normalized(), sin2 / (1.0f + std::sqrt(1.0f - sin2))};
+}
+V3f sample_aim(const AimBall& aim, const V3f& point, const V2f& u) {
+  const std::optional<AimCone> cone = cone_of(aim, point);
+  return cone ? sample_aim(*cone, point, u) : sample_uniform_sphere(u);
+}
+
 float density_of(const AimRectangle& aim, const V3f& point, const V3f& wi) {
   const V3f area_normal = aim.edge_u.cross(aim.edge_v); // its length is the area
   const float projected = area_normal.dot(wi);
@@ -29,6 +41,10 @@ float density_of(const AimRectangle& aim, const V3f& point, const V3f& wi) {
 }
 float density_of(const AimCone& aim, const V3f& /*point*/, const V3f& wi) {
   return 1.0f - wi.dot(aim.axis) <= aim.one_minus_cos ? 1.0f / (2.0f * kPi * aim.one_minus_cos) : 0.0f;
+}
+float density_of(const AimBall& aim, const V3f& point, const V3f& wi) {
+  const std::optional<AimCone> cone = cone_of(aim, point);
+  return cone ? density_of(*cone, point, wi) : uniform_sphere_pdf(wi);
 }
 
 } // namespace
@@ -74,8 +90,17 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
   SurfacePoint surface;
   const Medium* medium = nullptr; // that the ray is in
   int reflections = 0, transmissions = 0;
+  V3f scattered_at(0.0f);
+  float passed = 0.0f; // from there, by straight passages
   while (!is_black(throughput)) {
     const accel::Hit hit = world_.accelerator().intersect(ray);
+    if (reflections + transmissions > 0)
+      sum += throughput * world_.lights().shape_radiance({.origin = scattered_at,
+                                                          .direction = ray.direction,
+                                                          .begin_m = passed,
+                                                          .end_m = hit.is_hit() ? passed + hit.t : kInfinity,
+                                                          .extinction = medium ? medium->extinction : Rgb(0.0f)});
+    passed += hit.t;
     if (!hit.is_hit()) return sum + throughput * world_.lights().environment_radiance(ray.direction);
     world_.surface_at(ray, hit, surface);
     if (medium)
@@ -108,6 +133,8 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
     ++(next.crosses ? transmissions : reflections);
     if (next.crosses && layers.boundary) medium = layers.entering ? &world_.medium(surface.material) : nullptr;
     ray.origin = offset_ray_origin(surface, next.wi);
+    scattered_at = ray.origin;
+    passed = 0.0f;
     ray.direction = next.wi;
   }
   return sum;

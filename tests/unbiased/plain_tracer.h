@@ -22,12 +22,16 @@ struct AimCone {
   V3f axis; // unit
   float one_minus_cos = 0.0f;
 };
-using Aim = std::variant<AimRectangle, AimCone>;
+struct AimBall {
+  V3f center;
+  float radius = 0.0f;
+};
+using Aim = std::variant<AimRectangle, AimCone, AimBall>;
 
 // Shares with the renderer what turns a ray into a surface, the BSDF and the radiance of lights; has its own random numbers
 // (none stratified), chooses directions by itself, and knows nothing of the choice of lights, multiple importance sampling, roulette or
 // batches. Half of the directions follow the BSDF, the others aim, uniformly; with one density for both, that of the mixture.
-// Point, spot and directional lights are not found; media do not stand in one another, scatter or disperse.
+// Point, spot and directional lights are found if they have a size; media do not stand in one another, scatter or disperse.
 class PlainTracer {
  public:
   PlainTracer(const World& world, std::vector<Aim> aims, int max_bounces)

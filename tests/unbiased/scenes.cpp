@@ -385,6 +385,7 @@ std::span<const NamedScene> all_scenes() {
                                            {"textured_emitters", textured_emitters},
                                            {"veils", veils},
                                            {"kinds_of_lights", kinds_of_lights},
+                                           {"sized_lights", sized_lights},
                                            {"layered_materials", layered_materials},
                                            {"cornell_box", cornell_box},
                                            {"material_grid", material_grid},

@@ -54,6 +54,7 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 [[nodiscard]] TestScene textured_emitters(); // instances of textured lamps, seen from both sides
 [[nodiscard]] TestScene veils();             // layers of BLEND surfaces, some of which shine
 [[nodiscard]] TestScene kinds_of_lights();   // rectangles, point, spot and directional lights
+[[nodiscard]] TestScene sized_lights();      // a ball, a spot and a disc in the sky
 [[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and panes before a sky and a lamp
 [[nodiscard]] TestScene cornell_box();
 [[nodiscard]] TestScene material_grid();

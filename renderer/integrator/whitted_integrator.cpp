@@ -1,0 +1,223 @@
+// How the trees of a wave are walked: by recursion, or by a list of nodes that wait.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/whitted_integrator.h"
+
+#include "renderer/integrator/path_trace.h"
+
+namespace kindling {
+
+// What both forms do with what shading finds.
+struct WhittedIntegrator::Sink {
+  const WhittedIntegrator& integrator;
+  WhittedContext& context;
+
+  void add(const WhittedNode& node, WhittedPart part, const Rgb& radiance) {
+    add(node.slot, node.seen, part, radiance);
+  }
+  void add(uint32_t slot, bool seen, WhittedPart part, const Rgb& radiance) {
+    context.samples[slot].radiance.add(radiance);
+    if (context.components.empty() || !seen) return;
+    if (part == WhittedPart::emission) context.components[slot].emission.add(radiance);
+    if (part == WhittedPart::direct) context.components[slot].direct.add(radiance);
+  }
+  void surface(const WhittedNode& node, const WhittedVertex& vertex) {
+    if (context.surfaces.empty()) return;
+    const SurfacePoint& point = vertex.surface;
+    FilmSurface& record = context.surfaces[node.slot];
+    if (record.hit) return;
+    record.hit = true;
+    record.albedo = point.unlit ? point.emitted : vertex.bsdf().albedo();
+    record.normal = point.shading_normal;
+    record.depth = (point.position - integrator.camera_.position()).dot(integrator.camera_.forward());
+    record.position = point.position;
+  }
+};
+
+struct WhittedIntegrator::RecursiveSink : Sink {
+  void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
+    ++context.counters.shadow;
+    if (integrator.world_.accelerator().occluded(feeler)) return;
+    const Rgb through =
+        integrator.world_.has_panes() ? integrator.shader_.through_panes(feeler, context.counters) : Rgb(1.0f);
+    add(node, WhittedPart::direct, contribution * through);
+  }
+  void follow(WhittedNode&& node) { integrator.trace_recursively(node, context); }
+};
+
+struct WhittedIntegrator::IterativeSink : Sink {
+  void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
+    context.feelers.push_back({contribution, node.slot, node.seen});
+    context.feeler_rays.push_back(feeler);
+    if (context.feelers.size() >= WhittedContext::kFeelerBatch) integrator.trace_feelers(context);
+  }
+  void follow(WhittedNode&& node) { context.waiting.push_back(node); }
+};
+
+WhittedIntegrator::WhittedIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
+                                     const Sampler& sampler, const PixelFilter& filter, AovSet aovs)
+    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter),
+      sample_width_(kindling::sample_width(sampler)), aovs_(aovs), shader_(settings, world) {}
+
+std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
+  return std::make_unique<WhittedContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
+}
+
+void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                     Film& film) const {
+  auto& context = static_cast<WhittedContext&>(thread);
+  const uint32_t per_wave = samples_per_wave(block, settings_.batch_size);
+  for (uint32_t done = 0; done < samples.count; done += per_wave) {
+    const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
+    const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
+    start_wave(block, wave, count, context);
+    if (settings_.whitted.form == WhittedForm::recursive) {
+      for (size_t slot = 0; slot < count; ++slot) {
+        WhittedNode node = root(slot, context);
+        trace_recursively(node, context);
+      }
+    } else {
+      context.waiting.clear();
+      for (size_t slot = count; slot-- > 0;) context.waiting.push_back(root(slot, context));
+      trace_iteratively(context);
+    }
+    finish_wave(count, context, film);
+  }
+}
+
+void WhittedIntegrator::start_wave(const PixelRect& block, const SampleRange& samples, size_t count,
+                                   WhittedContext& context) const {
+  generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples,
+                       std::span(context.camera_rays).first(count));
+  std::fill_n(context.samples.begin(), count, WhittedSample{});
+  if (!context.components.empty()) std::fill_n(context.components.begin(), count, WhittedComponents{});
+  if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
+  context.counters.paths += count;
+  context.counters.camera += count;
+}
+
+WhittedNode WhittedIntegrator::root(size_t slot, const WhittedContext& context) const {
+  WhittedNode node;
+  node.ray = context.camera_rays[slot];
+  node.slot = static_cast<uint32_t>(slot);
+  node.cone = sample_cone(camera_, node.ray.direction, sample_width_);
+  return node;
+}
+
+bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const {
+  trace_event(context, [&](PathVertex& vertex) {
+    vertex.event = !hit.is_hit() ? "escaped" : node.seen ? "surface" : "surface below";
+    vertex.bounce = node.depth - 1;
+    vertex.position = node.ray.origin + node.ray.direction * (hit.is_hit() ? hit.t : 0.0f);
+    vertex.direction = node.ray.direction;
+    vertex.distance = hit.t;
+    vertex.instance = hit.instance;
+    vertex.mesh = hit.mesh;
+    vertex.triangle = hit.triangle;
+    vertex.throughput = node.weight;
+    vertex.radiance = context.samples[node.slot].radiance.value();
+  });
+  if (!hit.is_hit()) {
+    if (node.seen && settings_.transparent_background) {
+      const Rgb& w = node.weight;
+      context.samples[node.slot].transparency.add((w.x + w.y + w.z) * (1.0f / 3.0f));
+    } else {
+      const Rgb radiance = shader_.escaped(node);
+      if (!is_black(radiance)) Sink{*this, context}.add(node, WhittedPart::emission, node.weight * radiance);
+    }
+    return false;
+  }
+  if (node.in_medium) node.weight *= medium_transmittance(world_, node.media, hit.t);
+  return !is_black(node.weight);
+}
+
+RayFootprint WhittedIntegrator::footprint_of(const WhittedNode& node, const accel::Hit& hit) const {
+  return {.width_m = node.cone.width_at(hit.t), .filters_emission = true};
+}
+
+void WhittedIntegrator::trace_recursively(WhittedNode& node, WhittedContext& context) const {
+  if (!node.seen || node.transparent_surfaces > 0) ++context.counters.bounce;
+  const accel::Hit hit = world_.accelerator().intersect(node.ray);
+  if (!arrive(node, hit, context)) return;
+  SurfacePoint surface;
+  world_.surface_at(node.ray, hit, surface, footprint_of(node, hit));
+  RecursiveSink sink{{*this, context}};
+  shader_.shade(node, hit, surface, context.counters, sink);
+}
+
+// The nodes that were found last are traced first, as many as a batch holds: so no more wait than the tree's depth times what one
+// batch can make.
+void WhittedIntegrator::trace_iteratively(WhittedContext& context) const {
+  while (!context.waiting.empty()) {
+    const size_t count = std::min(context.waiting.size(), static_cast<size_t>(settings_.batch_size));
+    const size_t first = context.waiting.size() - count;
+    for (size_t i = 0; i < count; ++i) {
+      context.nodes[i] = context.waiting[first + i];
+      context.rays[i] = context.nodes[i].ray;
+    }
+    context.waiting.resize(first);
+    trace_batch(count, context);
+    trace_feelers(context);
+  }
+}
+
+void WhittedIntegrator::trace_batch(size_t count, WhittedContext& context) const {
+  const std::span<accel::Ray> rays = std::span(context.rays).first(count);
+  const std::span<accel::Hit> hits = std::span(context.hits).first(count);
+  world_.accelerator().intersect(rays, hits);
+  IterativeSink sink{{*this, context}};
+  // Memory of a group is asked for ahead, so that the latency of one hit hides behind those of others.
+  std::array<RayFootprint, ShadeGroup::kSize> footprints;
+  for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
+    const size_t size = std::min(ShadeGroup::kSize, count - first);
+    for (size_t i = 0; i < size; ++i) footprints[i] = footprint_of(context.nodes[first + i], hits[first + i]);
+    world_.prefetch(rays.subspan(first, size), hits.subspan(first, size), std::span(footprints).first(size));
+    for (size_t i = first; i < first + size; ++i) {
+      WhittedNode& node = context.nodes[i];
+      if (!node.seen || node.transparent_surfaces > 0) ++context.counters.bounce;
+      if (!arrive(node, hits[i], context)) continue;
+      SurfacePoint surface;
+      world_.surface_at(rays[i], hits[i], surface, footprints[i - first]);
+      shader_.shade(node, hits[i], surface, context.counters, sink);
+    }
+  }
+}
+
+void WhittedIntegrator::trace_feelers(WhittedContext& context) const {
+  const size_t count = context.feelers.size();
+  if (count == 0) return;
+  context.occluded.resize(count);
+  world_.accelerator().occluded(context.feeler_rays, context.occluded);
+  context.counters.shadow += count;
+  Sink sink{*this, context};
+  for (size_t i = 0; i < count; ++i) {
+    if (context.occluded[i]) continue;
+    const WhittedFeeler& feeler = context.feelers[i];
+    const Rgb through =
+        world_.has_panes() ? shader_.through_panes(context.feeler_rays[i], context.counters) : Rgb(1.0f);
+    sink.add(feeler.slot, feeler.seen, WhittedPart::direct, feeler.contribution * through);
+  }
+  context.feelers.clear();
+  context.feeler_rays.clear();
+}
+
+// Slots run sample by sample, so each pixel receives its samples in order.
+void WhittedIntegrator::finish_wave(size_t count, WhittedContext& context, Film& film) const {
+  for (size_t slot = 0; slot < count; ++slot) {
+    const WhittedSample& sample = context.samples[slot];
+    const CameraSample& camera_sample = context.camera_samples[slot];
+    const Rgb radiance = sample.radiance.value();
+    if (!is_finite(radiance)) {
+      context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
+      continue;
+    }
+    film.add(camera_sample.pixel,
+             {radiance, 1.0f - sample.transparency.value(), camera_sample.filter_weight, camera_sample.sample_index});
+    if (context.surfaces.empty()) continue;
+    FilmSurface& surface = context.surfaces[slot];
+    surface.emission = context.components[slot].emission.value();
+    surface.direct = context.components[slot].direct.value();
+    film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
+  }
+}
+
+} // namespace kindling

@@ -1,0 +1,299 @@
+// What a node of a Whitted tree adds to its sample, and which nodes are below it: the same for every way to walk the tree.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/path_state.h"
+#include "renderer/integrator/sample_cone.h"
+#include "renderer/integrator/whitted_settings.h"
+#include "renderer/integrator/whitted_vertex.h"
+#include "renderer/light/whole_lights.h"
+
+namespace kindling {
+
+// Of light, for AOVs: emitted by what the camera sees, reflected by it, or anything else.
+enum class WhittedPart : uint8_t { emission, direct, indirect };
+
+// A Sink takes what shading finds, in any way it likes:
+//   void add(const WhittedNode&, WhittedPart, const Rgb&)                      radiance of the node's sample
+//   void feel(const WhittedNode&, const accel::Ray&, const Rgb&)               the same, if nothing is in the way of the ray
+//   void follow(WhittedNode&&)                                                 a node below
+//   void surface(const WhittedNode&, const WhittedVertex&)                     what the camera sees first
+class WhittedShader {
+ public:
+  WhittedShader(const IntegratorSettings& settings, const World& world);
+
+  template <typename Sink>
+  void shade(const WhittedNode& node, const accel::Hit& hit, SurfacePoint& surface, RayCounters& counters,
+             Sink& sink) const;
+  // Of a node that has met nothing.
+  [[nodiscard]] Rgb escaped(const WhittedNode& node) const;
+  // How much of the light of a feeler that nothing opaque is in the way of gets through panes. Traces rays.
+  [[nodiscard]] Rgb through_panes(accel::Ray feeler, RayCounters& counters) const;
+
+  [[nodiscard]] const Rgb& ambient() const { return ambient_; }
+
+ private:
+  // Places below a node, each with its own draws.
+  enum Place : uint32_t { kMirror = 1, kCoat, kGlassMirror, kRefraction, kStraight, kLight = 64 };
+
+  [[nodiscard]] WhittedTerms terms_of(const accel::Hit& hit, const SurfacePoint& surface, RayCounters& counters) const;
+  template <typename Sink>
+  void light(const WhittedVertex& vertex, Sink& sink) const;
+  template <typename Sink>
+  void pass_straight(const WhittedVertex& vertex, float distance, const Rgb& pane, RayCounters& counters,
+                     Sink& sink) const;
+  template <typename Sink>
+  void follow_mirrors(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const;
+  template <typename Sink>
+  void follow_glass(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const;
+  // One ray, or one for each stratum, whose directions `sample(u, place)` gives: std::optional<BsdfSample>, weight as it counts.
+  template <typename Sink, typename Sample>
+  void follow_lobe(const WhittedVertex& vertex, float distance, Place place, Sink& sink, RayCounters& counters,
+                   const Sample& sample) const;
+  // `wi` local. `weight`: of the light from there towards wo.
+  template <typename Sink>
+  void follow_ray(const WhittedVertex& vertex, float distance, uint32_t key, const V3f& wi, float pdf,
+                  const Rgb& weight, bool reflection, bool split, RayCounters& counters, Sink& sink) const;
+
+  [[nodiscard]] bool may_follow(const WhittedNode& node) const { return node.depth < settings_.trace_depth; }
+  [[nodiscard]] bool may_reflect(const WhittedNode& node) const { return node.reflections < settings_.max_reflections; }
+
+  const World& world_;
+  WhittedSettings settings_;
+  bool environment_visible_;
+  std::optional<Rgb> background_;
+  WholeLights lights_;
+  size_t light_count_; // of lights_, those that get feelers
+  Rgb ambient_{0.0f};
+  mutable WhittedCache cache_;
+};
+
+// The cell of n x n that `u` jitters in.
+[[nodiscard]] inline V2f in_stratum(const V2f& u, int cell, int n) {
+  const float side = 1.0f / static_cast<float>(n);
+  return {std::min((static_cast<float>(cell % n) + u.x) * side, kOneMinusEpsilon),
+          std::min((static_cast<float>(cell / n) + u.y) * side, kOneMinusEpsilon)};
+}
+
+template <typename Sink>
+void WhittedShader::shade(const WhittedNode& node, const accel::Hit& hit, SurfacePoint& surface, RayCounters& counters,
+                          Sink& sink) const {
+  if (surface.layered && surface.layers.boundary && !surface.layers.entering && node.in_medium &&
+      node.media.covered(surface.material)) { // no surface, with another medium on both sides
+    if (node.transparent_surfaces >= kMaxTransparentSurfaces) return;
+    WhittedNode beyond = node;
+    ++beyond.transparent_surfaces;
+    beyond.ray.key = hash_combine(node.ray.key, kStraight);
+    beyond.ray.origin = offset_ray_origin(surface, node.ray.direction);
+    beyond.media.leave(surface.material);
+    beyond.in_medium = !beyond.media.empty();
+    sink.follow(std::move(beyond));
+    return;
+  }
+  const WhittedTerms terms = surface.unlit ? WhittedTerms{} : terms_of(hit, surface, counters);
+  if (!is_black(surface.emitted)) sink.add(node, WhittedPart::emission, node.weight * surface.emitted * surface.alpha);
+  const WhittedVertex vertex(world_, node, surface, terms, settings_.highlight_roughness);
+  if (node.seen && node.depth == 1) sink.surface(node, vertex);
+  if (surface.unlit) {
+    if (surface.alpha < 1.0f) pass_straight(vertex, hit.t, Rgb(0.0f), counters, sink);
+    return;
+  }
+  if (!is_black(terms.ambient)) sink.add(node, WhittedPart::direct, node.weight * terms.ambient * surface.alpha);
+  light(vertex, sink);
+  const Rgb pane = surface.has_pane() ? vertex.bsdf().straight_transmittance() : Rgb(0.0f);
+  if (surface.alpha < 1.0f || !is_black(pane)) pass_straight(vertex, hit.t, pane, counters, sink);
+  if (!terms.traced || !may_follow(node)) return;
+  follow_mirrors(vertex, hit.t, counters, sink);
+  if (terms.glass_share > 0.0f) follow_glass(vertex, hit.t, counters, sink);
+}
+
+// A shadow feeler to every light, or n x n to those with an extent.
+template <typename Sink>
+void WhittedShader::light(const WhittedVertex& vertex, Sink& sink) const {
+  const SurfacePoint& surface = vertex.surface;
+  const WhittedNode& node = vertex.node;
+  const V3f normal = surface.light_normal();
+  for (size_t l = 0; l < light_count_; ++l) {
+    const bool delta = lights_.is_delta(l);
+    const int n = delta ? 1 : settings_.light_strata;
+    const uint32_t key = hash_combine(node.ray.key, kLight + static_cast<uint32_t>(l));
+    const float share = surface.alpha / static_cast<float>(n * n);
+    for (int cell = 0; cell < n * n; ++cell) {
+      const V2f u =
+          delta ? V2f(0.5f) : in_stratum(Sampler::sample_2d(key, node.ray.index, static_cast<uint32_t>(cell)), cell, n);
+      const std::optional<LightSample> sample = lights_.sample(l, surface.position, normal, u, node.ray.time);
+      if (!sample) continue;
+      const float side = sample->wi.dot(surface.geometric_normal);
+      const V3f wi = vertex.frame.to_local(sample->wi);
+      if (surface.layered ? (side > 0.0f) != (wi.z > 0.0f) : side <= 0.0f) continue;
+      if (side < 0.0f && delta && vertex.highlight_is_blurred() && surface.layers.bsdf.diffuse_transmission == 0.0f)
+        continue;
+      const BsdfEval eval = (delta ? vertex.highlight_bsdf() : vertex.bsdf()).eval(wi);
+      Rgb value = eval.value;
+      if (!delta) value *= vertex.share_of_lights(wi, eval.pdf);
+      if (is_black(value)) continue;
+      Rgb contribution = node.weight * value * sample->radiance * (share / sample->pdf);
+      if (surface.layered) contribution *= vertex.transmittance_to_light(side, sample->distance);
+      accel::Ray feeler = make_shadow_ray(surface, *sample, hash_combine(key, static_cast<uint32_t>(cell)),
+                                          node.ray.index, node.ray.time);
+      feeler.flags = kPassPanes;
+      sink.feel(node, feeler, contribution);
+    }
+  }
+}
+
+// Partial coverage lets 1 - alpha of the light pass and is no ray of the tree; a pane is.
+template <typename Sink>
+void WhittedShader::pass_straight(const WhittedVertex& vertex, float distance, const Rgb& pane, RayCounters& counters,
+                                  Sink& sink) const {
+  const WhittedNode& node = vertex.node;
+  const bool through_pane = !is_black(pane) && may_follow(node);
+  Rgb passed(1.0f - vertex.surface.alpha);
+  if (through_pane) passed += pane * vertex.surface.alpha;
+  if (is_black(passed) || node.transparent_surfaces >= kMaxTransparentSurfaces) return;
+  WhittedNode beyond = node;
+  ++beyond.transparent_surfaces;
+  if (through_pane) {
+    ++beyond.depth;
+    ++counters.whitted.transmission;
+  }
+  beyond.weight *= passed;
+  beyond.cone.width_m = node.cone.width_at(distance);
+  beyond.ray.key = hash_combine(node.ray.key, kStraight);
+  beyond.ray.origin = offset_ray_origin(vertex.surface, node.ray.direction);
+  sink.follow(std::move(beyond));
+}
+
+template <typename Sink>
+void WhittedShader::follow_ray(const WhittedVertex& vertex, float distance, uint32_t key, const V3f& wi, float pdf,
+                               const Rgb& weight, bool reflection, bool split, RayCounters& counters,
+                               Sink& sink) const {
+  const WhittedNode& node = vertex.node;
+  const SurfacePoint& surface = vertex.surface;
+  const V3f direction = vertex.frame.to_world(wi);
+  // A bent normal may send a reflection below the surface, or leave a refraction above it.
+  if ((direction.dot(surface.geometric_normal) < 0.0f) != (wi.z < 0.0f)) return;
+  WhittedNode below = node;
+  below.weight = node.weight * weight * surface.alpha;
+  below.cone = scattered_cone({node.cone.width_at(distance), node.cone.spread}, pdf);
+  below.ray.key = key;
+  below.ray.origin = offset_ray_origin(surface, direction);
+  below.ray.direction = direction;
+  ++below.depth;
+  below.reflections = static_cast<uint8_t>(node.reflections + (reflection ? 1 : 0));
+  below.transparent_surfaces = 0;
+  below.seen = false;
+  below.split |= split;
+  if (wi.z < 0.0f) vertex.cross(below);
+  if (is_black(below.weight)) return;
+  ++(wi.z < 0.0f ? counters.whitted.transmission : counters.whitted.reflection);
+  sink.follow(std::move(below));
+}
+
+template <typename Sink, typename Sample>
+void WhittedShader::follow_lobe(const WhittedVertex& vertex, float distance, Place place, Sink& sink,
+                                RayCounters& counters, const Sample& sample) const {
+  const WhittedNode& node = vertex.node;
+  const uint32_t key = hash_combine(node.ray.key, place);
+  const int n = node.split ? 1 : settings_.glossy_strata;
+  for (int cell = 0; cell < n * n; ++cell) {
+    const auto dimension = static_cast<uint32_t>(cell);
+    const V2f u = in_stratum(Sampler::sample_2d(key, node.ray.index, dimension), cell, n);
+    std::optional<BsdfSample> s = sample(u);
+    if (!s) continue;
+    const bool reflection = s->lobe != Lobe::transmission;
+    follow_ray(vertex, distance, n == 1 ? key : hash_combine(key, dimension), s->wi, s->pdf,
+               s->weight * (1.0f / static_cast<float>(n * n)), reflection, n > 1, counters, sink);
+  }
+}
+
+// The glossy base and a coat over it.
+template <typename Sink>
+void WhittedShader::follow_mirrors(const WhittedVertex& vertex, float distance, RayCounters& counters,
+                                   Sink& sink) const {
+  if (!may_reflect(vertex.node)) return;
+  const WhittedTerms& terms = vertex.terms;
+  const V3f& wo = vertex.wo;
+  const LayeredBsdf* const layered = vertex.surface.layered ? vertex.bsdf().layers() : nullptr;
+  const V3f mirrored(-wo.x, -wo.y, wo.z);
+  Rgb mirror(0.0f); // of what is reflected in just this direction: one ray for all
+  if (terms.mirror_share > 0.0f) {
+    if (terms.smooth && layered) {
+      mirror = layered->glossy_albedo() * terms.mirror_share;
+    } else if (terms.smooth) {
+      mirror = terms.mirror_f0 + terms.mirror_slope * pow5(std::max(1.0f - wo.z, 0.0f));
+    } else {
+      follow_lobe(vertex, distance, kMirror, sink, counters, [&](const V2f& u) {
+        const float begin = layered ? layered->choice_begin(LayeredBsdf::kGlossy) : 0.0f;
+        const float probability =
+            layered ? layered->choice_probability(LayeredBsdf::kGlossy) : vertex.bsdf().cosine_begin();
+        if (!(probability > 0.0f)) return std::optional<BsdfSample>();
+        std::optional<BsdfSample> s = vertex.bsdf().sample(begin + 0.5f * probability, u);
+        if (s) s->weight *= probability * terms.mirror_share;
+        return s;
+      });
+    }
+  }
+  if (terms.coat_mirror_share > 0.0f && layered) {
+    const V3f& n = vertex.surface.layers.bsdf.clearcoat_normal;
+    const Rgb weight(1.0f - layered->coat_transmittance());
+    if (terms.coat_smooth && n.z > 0.99999f) {
+      mirror += weight;
+    } else if (terms.coat_smooth) {
+      const V3f wi = n * (2.0f * wo.dot(n)) - wo;
+      if (wi.z > 0.0f)
+        follow_ray(vertex, distance, hash_combine(vertex.node.ray.key, kCoat), wi, 0.0f, weight, true, false, counters,
+                   sink);
+    } else {
+      follow_lobe(vertex, distance, kCoat, sink, counters, [&](const V2f& u) {
+        const float probability = layered->choice_probability(LayeredBsdf::kCoat);
+        std::optional<BsdfSample> s = vertex.bsdf().sample(0.5f * probability, u);
+        if (s) s->weight *= probability * terms.coat_mirror_share;
+        return s;
+      });
+    }
+  }
+  if (!is_black(mirror))
+    follow_ray(vertex, distance, hash_combine(vertex.node.ray.key, kMirror), mirrored, 0.0f, mirror, true, false,
+               counters, sink);
+}
+
+// What glass reflects, and what it refracts (a smooth pane: pass_straight()). At total reflection there is one way on alone, which no
+// limit but the tree's depth ends.
+template <typename Sink>
+void WhittedShader::follow_glass(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const {
+  const LayeredBsdf& layered = *vertex.bsdf().layers();
+  if (!layered.glass() || !(layered.glass_weight() > 0.0f)) return;
+  const DielectricLobe& glass = *layered.glass();
+  const V3f& wo = vertex.wo;
+  const uint32_t key = vertex.node.ray.key;
+  if (glass.is_delta() || vertex.surface.has_pane()) {
+    const float eta = vertex.surface.layers.bsdf.eta;
+    const float cos_t = refracted_cosine(wo.z, eta);
+    const bool total = glass.is_delta() && cos_t < 0.0f;
+    if (total || may_reflect(vertex.node))
+      follow_ray(vertex, distance, hash_combine(key, kGlassMirror), V3f(-wo.x, -wo.y, wo.z), 0.0f,
+                 glass.reflected_albedo() * layered.glass_weight(), !total, false, counters, sink);
+    if (glass.is_delta() && !total)
+      follow_ray(vertex, distance, hash_combine(key, kRefraction), V3f(-wo.x / eta, -wo.y / eta, -cos_t).normalized(),
+                 0.0f, glass.transmitted_albedo() * layered.glass_weight(), false, false, counters, sink);
+    return;
+  }
+  const float begin = layered.choice_begin(LayeredBsdf::kGlass);
+  const float probability = layered.choice_probability(LayeredBsdf::kGlass);
+  if (!(probability > 0.0f)) return;
+  const auto sample_side = [&](const V2f& u, bool reflect) {
+    const float reflected = glass.reflection_share(u);
+    const float share = reflect ? reflected : 1.0f - reflected;
+    if (!(share > 0.0f)) return std::optional<BsdfSample>();
+    if (reflect && share < 1.0f && !may_reflect(vertex.node)) return std::optional<BsdfSample>();
+    const float at = reflect ? 0.5f * reflected : 0.5f * (1.0f + reflected);
+    std::optional<BsdfSample> s = layered.sample(begin + probability * at, u);
+    if (s) s->weight *= probability * share;
+    return s;
+  };
+  follow_lobe(vertex, distance, kGlassMirror, sink, counters, [&](const V2f& u) { return sample_side(u, true); });
+  follow_lobe(vertex, distance, kRefraction, sink, counters, [&](const V2f& u) { return sample_side(u, false); });
+}
+
+} // namespace kindling

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/light/sphere_tree.h"
+
+#include <algorithm>
+
+namespace kindling {
+
+SphereTree::SphereTree(std::vector<Ball> balls) : balls_(std::move(balls)) {
+  if (balls_.empty()) return;
+  nodes_.reserve(balls_.size());
+  build(0, static_cast<uint32_t>(balls_.size()));
+  nodes_.shrink_to_fit();
+}
+
+void SphereTree::build(uint32_t begin, uint32_t end) {
+  Box3f box, centers;
+  for (uint32_t i = begin; i < end; ++i) {
+    const V3f& c = balls_[i].center;
+    // Room for the rounding of this and of the slabs.
+    const V3f reach =
+        V3f(balls_[i].radius * (1.0f + 1e-6f)) + V3f(std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)) * 1e-6f;
+    box.extendBy(c - reach);
+    box.extendBy(c + reach);
+    centers.extendBy(c);
+  }
+  const size_t number = nodes_.size();
+  nodes_.push_back({box.min, box.max, begin, end - begin});
+  if (end - begin <= kLeaf) return;
+  const V3f extent = centers.max - centers.min;
+  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const uint32_t middle = begin + (end - begin) / 2;
+  std::nth_element(balls_.begin() + begin, balls_.begin() + middle, balls_.begin() + end,
+                   [axis](const Ball& a, const Ball& b) {
+                     return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis] : a.id < b.id;
+                   });
+  build(begin, middle);
+  nodes_[number].first = static_cast<uint32_t>(nodes_.size());
+  nodes_[number].count = 0;
+  build(middle, end);
+}
+
+} // namespace kindling

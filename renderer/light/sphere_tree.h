@@ -1,0 +1,81 @@
+// Balls in space, by a ray: which of them it may meet.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// A binary tree of boxes, split at the median: lights with a size are few, or a few thousand. Immutable, thread-safe, the same for any
+// order of threads; visits in a fixed order.
+class SphereTree {
+ public:
+  struct Ball {
+    V3f center{0.0f};
+    float radius = 0.0f; // bounds what is to be found
+    uint32_t id = 0;     // of the caller
+  };
+
+  SphereTree() = default;
+  explicit SphereTree(std::vector<Ball> balls);
+
+  [[nodiscard]] bool empty() const { return balls_.empty(); }
+  [[nodiscard]] size_t memory_bytes() const { return balls_.size() * sizeof(Ball) + nodes_.size() * sizeof(Node); }
+
+  // Calls visit(id) for every ball that the ray may meet at a distance up to `end`, and for some others. `direction` unit.
+  template <typename Visit>
+  void visit(const V3f& origin, const V3f& direction, float end, const Visit& visit) const {
+    if (nodes_.empty()) return;
+    const V3f inverse(1.0f / direction.x, 1.0f / direction.y, 1.0f / direction.z);
+    std::array<uint32_t, kMostLevels> stack;
+    size_t depth = 0;
+    uint32_t number = 0;
+    for (;;) {
+      const Node& node = nodes_[number];
+      if (meets(node, origin, inverse, end)) {
+        if (node.count == 0) {
+          stack[depth++] = node.first; // the second child
+          ++number;                    // the first stands next to it
+          continue;
+        }
+        for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(balls_[i].id);
+      }
+      if (depth == 0) return;
+      number = stack[--depth];
+    }
+  }
+
+ private:
+  static constexpr uint32_t kLeaf = 4;
+  static constexpr size_t kMostLevels = 40; // medians halve 2^32 balls 30 times
+
+  struct Node {
+    V3f low, high;
+    uint32_t first = 0; // ball of a leaf, else the second child
+    uint32_t count = 0; // balls; 0: the node has children
+  };
+
+  // Comparisons with NaN, of a direction along the box's side, are false and leave the interval as it is.
+  static bool meets(const Node& node, const V3f& origin, const V3f& inverse, float end) {
+    float near = 0.0f, far = end;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float a = (node.low[axis] - origin[axis]) * inverse[axis];
+      const float b = (node.high[axis] - origin[axis]) * inverse[axis];
+      const float first = a < b ? a : b, last = a < b ? b : a;
+      if (first > near) near = first;
+      if (last < far) far = last;
+    }
+    return near <= far * (1.0f + 1e-6f);
+  }
+  void build(uint32_t begin, uint32_t end);
+
+  std::vector<Ball> balls_;
+  std::vector<Node> nodes_; // in depth-first order
+};
+
+} // namespace kindling

@@ -1,0 +1,185 @@
+// Decides what is baked and what is instanced.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/prepare_geometry.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+// Front faces of a mesh with negative determinant are clockwise.
+bool is_mirrored(const M44f& m) { return m.determinant() < 0.0f; }
+
+bool is_invertible(const M44f& m) {
+  const float determinant = m.determinant();
+  return std::isfinite(determinant) && determinant != 0.0f;
+}
+
+bool moves(const PosedMesh& posed) { return !posed.later_transforms.empty() || !posed.later_deformed.empty(); }
+
+Box3f transformed(const Box3f& box, const M44f& matrix) {
+  Box3f result;
+  if (box.isEmpty()) return result;
+  for (int corner = 0; corner < 8; ++corner)
+    result.extendBy(
+        transform_point(matrix, V3f((corner & 1) ? box.max.x : box.min.x, (corner & 2) ? box.max.y : box.min.y,
+                                    (corner & 4) ? box.max.z : box.min.z)));
+  return result;
+}
+
+// Over all keys.
+Box3f box_of(const Geometry& geometry) {
+  Box3f box;
+  const auto extend = [&](std::span<const V3f> positions) {
+    for (const V3f& p : positions)
+      if (is_finite(p)) box.extendBy(p);
+  };
+  extend(geometry.position_span());
+  for (size_t key = 0; key < geometry.later_positions.size(); ++key) extend(geometry.later_position_span(key));
+  return box;
+}
+
+class GeometryPreparation {
+ public:
+  GeometryPreparation(Scene& scene, PosedScene& posed) : scene_(scene), posed_(posed) {}
+
+  PreparedGeometry run() {
+    std::vector<uint32_t> uses(scene_.meshes.size(), 0);
+    std::vector<uint32_t> bakeable_uses(scene_.meshes.size(), 0);
+    for (const PosedMesh& posed : posed_.meshes) {
+      ++uses[static_cast<size_t>(posed.mesh)];
+      if (posed.deformed.empty() && !moves(posed)) ++bakeable_uses[static_cast<size_t>(posed.mesh)];
+    }
+    const std::vector<uint8_t> baked = choose_baked(bakeable_uses);
+    for (PosedMesh& posed : posed_.meshes) {
+      const auto mesh = static_cast<size_t>(posed.mesh);
+      if (!is_baked(posed, baked)) continue;
+      append_mesh(posed, posed.mesh_to_world, --uses[mesh] == 0);
+    }
+    const auto baked_count = static_cast<uint32_t>(out_.geometries.size());
+    if (baked_count > 0) {
+      out_.groups.push_back({0, baked_count});
+      add_instance(0, PosedMesh{});
+    }
+    for (PosedMesh& posed : posed_.meshes) {
+      if (posed.deformed.empty() || !moves(posed)) continue;
+      add_instance(append_group(posed, --uses[static_cast<size_t>(posed.mesh)] == 0), posed);
+    }
+    std::vector<uint32_t> group_of_mesh(scene_.meshes.size(), accel::kNoId);
+    for (PosedMesh& posed : posed_.meshes) {
+      const auto mesh = static_cast<size_t>(posed.mesh);
+      if (is_baked(posed, baked) || !posed.deformed.empty()) continue;
+      if (group_of_mesh[mesh] == accel::kNoId) group_of_mesh[mesh] = append_group(posed, true);
+      add_instance(group_of_mesh[mesh], posed);
+    }
+    posed_.meshes = {};
+    scene_.meshes = {};
+    find_bounds();
+    return std::move(out_);
+  }
+
+ private:
+  [[nodiscard]] uint32_t material_index(const Primitive& primitive) const {
+    return primitive.material == kNone ? static_cast<uint32_t>(scene_.materials.size() - 1)
+                                       : static_cast<uint32_t>(primitive.material);
+  }
+
+  // The primitives of one posed mesh, moved out of the scene when nobody else will read them.
+  void append_mesh(PosedMesh& posed, const M44f& bake, bool last_use) {
+    Mesh& mesh = scene_.meshes[static_cast<size_t>(posed.mesh)];
+    for (size_t p = 0; p < mesh.primitives.size(); ++p) {
+      if (mesh.primitives[p].indices.empty()) continue;
+      Primitive primitive = last_use ? std::move(mesh.primitives[p]) : mesh.primitives[p];
+      if (!posed.deformed.empty()) {
+        PosedMesh::Deformed& deformed = posed.deformed[p];
+        primitive.positions = std::move(deformed.positions);
+        primitive.normals = std::move(deformed.normals);
+        primitive.tangents = std::move(deformed.tangents);
+      }
+      const uint32_t material = material_index(primitive);
+      Geometry geometry = make_geometry(std::move(primitive), bake, material, scene_.materials[material]);
+      for (std::vector<PosedMesh::Deformed>& key : posed.later_deformed) add_key(geometry, std::move(key[p]));
+      if (posed.clockwise) reverse_winding(geometry);
+      out_.geometries.push_back(std::move(geometry));
+    }
+  }
+
+  // Its number.
+  uint32_t append_group(PosedMesh& posed, bool last_use) {
+    const auto first = static_cast<uint32_t>(out_.geometries.size());
+    append_mesh(posed, M44f(), last_use);
+    out_.groups.push_back({first, static_cast<uint32_t>(out_.geometries.size()) - first});
+    return static_cast<uint32_t>(out_.groups.size() - 1);
+  }
+
+  void add_instance(uint32_t group, const PosedMesh& posed) {
+    WorldInstance instance;
+    instance.object_to_world = posed.mesh_to_world;
+    instance.first_mesh = out_.groups[group].first_mesh;
+    instance.moving = moves(posed);
+    instance.identity = posed.mesh_to_world == M44f() && !instance.moving;
+    instance.mirrored = is_mirrored(posed.mesh_to_world);
+    if (!posed.later_transforms.empty()) {
+      instance.motion = static_cast<uint32_t>(out_.motions.size());
+      out_.motions.push_back({posed.mesh_to_world});
+      out_.motions.back().insert(out_.motions.back().end(), posed.later_transforms.begin(),
+                                 posed.later_transforms.end());
+    }
+    out_.instances.push_back(instance);
+    out_.accel_instances.push_back({group, posed.mesh_to_world, instance.motion});
+  }
+
+  // By mesh: whether those that are neither deformed nor moving are baked. Meshes that stand once are; of the others, those of which
+  // copies cost least, as long as all copies together stay within kMostCopiedTriangles: a second level costs every ray that comes near.
+  [[nodiscard]] std::vector<uint8_t> choose_baked(const std::vector<uint32_t>& bakeable_uses) const {
+    constexpr uint64_t kMostCopiedTriangles = 1U << 18;
+    std::vector<uint8_t> baked(scene_.meshes.size(), 0);
+    std::vector<std::pair<uint64_t, size_t>> copies; // triangles, mesh
+    for (size_t mesh = 0; mesh < scene_.meshes.size(); ++mesh) {
+      uint64_t triangles = 0;
+      for (const Primitive& primitive : scene_.meshes[mesh].primitives) triangles += primitive.indices.size() / 3;
+      if (bakeable_uses[mesh] != 0) copies.emplace_back(triangles * (bakeable_uses[mesh] - 1), mesh);
+    }
+    std::sort(copies.begin(), copies.end());
+    uint64_t total = 0;
+    for (const auto& [triangles, mesh] : copies) {
+      total += triangles;
+      if (total > kMostCopiedTriangles) break;
+      baked[mesh] = 1;
+    }
+    return baked;
+  }
+  // A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
+  static bool is_baked(const PosedMesh& posed, const std::vector<uint8_t>& baked) {
+    return !moves(posed) && (!posed.deformed.empty() || baked[static_cast<size_t>(posed.mesh)] != 0 ||
+                             !is_invertible(posed.mesh_to_world));
+  }
+
+  // What is interpolated between two keys stays within both boxes and what is between them.
+  void find_bounds() {
+    std::vector<Box3f> group_boxes;
+    for (const accel::MeshGroup& group : out_.groups) {
+      Box3f box;
+      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
+        box.extendBy(box_of(out_.geometries[m]));
+      group_boxes.push_back(box);
+    }
+    for (const accel::Instance& instance : out_.accel_instances) {
+      out_.bounds.extendBy(transformed(group_boxes[instance.group], instance.object_to_world));
+      if (instance.motion == accel::kNoId) continue;
+      for (const M44f& key : out_.motions[instance.motion])
+        out_.bounds.extendBy(transformed(group_boxes[instance.group], key));
+    }
+  }
+
+  Scene& scene_;
+  PosedScene& posed_;
+  PreparedGeometry out_;
+};
+
+} // namespace
+
+PreparedGeometry prepare_geometry(Scene& scene, PosedScene& posed) { return GeometryPreparation(scene, posed).run(); }
+
+} // namespace kindling

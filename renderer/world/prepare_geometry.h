@@ -1,0 +1,30 @@
+// From posed meshes to what is traced and shaded: vertices, instances, and the keys of what moves.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/scene.h"
+#include "renderer/world/geometry.h"
+
+#include <vector>
+
+namespace kindling {
+
+// Entry i of `instances` and `accel_instances` is one thing.
+struct PreparedGeometry {
+  std::vector<Geometry> geometries; // one per accelerator mesh
+  std::vector<WorldInstance> instances;
+  std::vector<accel::MeshGroup> groups;
+  std::vector<accel::Instance> accel_instances;
+  std::vector<std::vector<M44f>> motions; // by accel::Instance::motion: the matrices of all keys
+  Box3f bounds;                           // of the world, over the shutter; empty if there is nothing
+};
+
+// Meshes that stand once or have few triangles, and deformed ones, are baked into one group in world space: their boxes may overlap as
+// they like without a second level. Other meshes become one group each, and one instance for each node; what moves is never baked, and
+// what deforms over the shutter has a group of its own.
+// Consumes the meshes of both; primitives without a material have the last one of the scene.
+[[nodiscard]] PreparedGeometry prepare_geometry(Scene& scene, PosedScene& posed);
+
+} // namespace kindling

@@ -1,0 +1,49 @@
+// Sizes of lights by flags, and which lights take them.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/light_flags.h"
+
+#include "renderer/app/options.h"
+#include "renderer/scene/scene.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::app {
+namespace {
+
+Result<CommandLine> parsed(std::vector<const char*> flags) {
+  flags.insert(flags.begin(), {"render", "scene.gltf"});
+  return parse_command_line(flags);
+}
+
+TEST(LightFlags, AreForLightsWithoutASizeOfTheirOwn) {
+  const Result<CommandLine> line = parsed({"--light-radius", "0.5", "--sun-angle", "90"});
+  ASSERT_TRUE(line.ok());
+  Scene scene;
+  scene.lights.resize(5);
+  scene.lights[1].kind = PunctualLight::Kind::spot;
+  scene.lights[2].radius_m = 0.0f;
+  scene.lights[3].kind = scene.lights[4].kind = PunctualLight::Kind::directional;
+  scene.lights[4].angular_diameter_rad = 0.01f;
+  apply_light_options(std::get<RenderOptions>(line.value().command).lights, scene);
+  EXPECT_EQ(scene.lights[0].radius_m, 0.5f);
+  EXPECT_EQ(scene.lights[1].radius_m, 0.5f);
+  EXPECT_EQ(scene.lights[2].radius_m, 0.0f);
+  EXPECT_FALSE(scene.lights[3].radius_m);
+  EXPECT_FLOAT_EQ(scene.lights[3].angular_diameter_rad.value(), kPi / 2.0f);
+  EXPECT_EQ(scene.lights[4].angular_diameter_rad, 0.01f);
+  EXPECT_FALSE(scene.lights[0].angular_diameter_rad);
+
+  Scene untouched;
+  untouched.lights.resize(1);
+  apply_light_options({}, untouched);
+  EXPECT_FALSE(untouched.lights[0].radius_m);
+}
+
+TEST(LightFlags, RefuseWhatHasNoMeaning) {
+  EXPECT_FALSE(parsed({"--light-radius", "-1"}).ok());
+  EXPECT_FALSE(parsed({"--light-radius", "inf"}).ok());
+  EXPECT_FALSE(parsed({"--sun-angle", "181"}).ok());
+}
+
+} // namespace
+} // namespace kindling::app

@@ -1,0 +1,58 @@
+// The size of lights, from extras that are good, broken or of another kind of light.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::test {
+namespace {
+
+Loaded with_light(std::string_view light) {
+  GltfBuilder builder;
+  builder.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  builder.root["extensions"]["KHR_lights_punctual"]["lights"] = json::array({json::parse(light)});
+  builder.root_node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  return load(builder);
+}
+
+TEST(LightExtras, AreReadInFull) {
+  const Loaded point = with_light(R"({"type": "point", "extras": {"kindling": {"radius": 0.25}}})");
+  ASSERT_TRUE(point.scene) << point.error;
+  EXPECT_TRUE(point.warnings.empty());
+  EXPECT_EQ(point.scene->lights[0].radius_m, 0.25f);
+  const Loaded spot = with_light(R"({"type": "spot", "spot": {}, "extras": {"kindling": {"radius": 0}}})");
+  EXPECT_EQ(spot.scene->lights[0].radius_m, 0.0f); // said, and so no flag's business
+  const Loaded sun = with_light(R"({"type": "directional", "extras": {"kindling": {"angularDiameter": 0.0093}}})");
+  EXPECT_EQ(sun.scene->lights[0].angular_diameter_rad, 0.0093f);
+  EXPECT_TRUE(sun.warnings.empty());
+  const Loaded plain = with_light(R"({"type": "point"})");
+  EXPECT_FALSE(plain.scene->lights[0].radius_m);
+  EXPECT_FALSE(plain.scene->lights[0].angular_diameter_rad);
+}
+
+TEST(LightExtras, WarnOfWhatTheyIgnore) {
+  struct Broken {
+    const char* type;
+    const char* own;
+    const char* warning;
+  };
+  for (const Broken& broken : {
+           Broken{"point", R"({"radius": -1})", "radius: '-1' is ignored, accepted is a length from 0, in metres"},
+           Broken{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
+           Broken{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, accepted are radius"},
+           Broken{"directional", R"({"angularDiameter": 4})", "angularDiameter: '4' is ignored, accepted is an angle"},
+           Broken{"directional", R"({"radius": 1})", "'radius' is ignored, accepted are angularDiameter"},
+       }) {
+    const Loaded loaded =
+        with_light(std::string(R"({"type": ")") + broken.type + R"(", "extras": {"kindling": )" + broken.own + "}}");
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_TRUE(loaded.warned("/extensions/KHR_lights_punctual/lights/0/extras/kindling"));
+    EXPECT_TRUE(loaded.warned(broken.warning)) << (loaded.warnings.empty() ? "no warning" : loaded.warnings[0]);
+    EXPECT_EQ(loaded.warnings.size(), 1U);
+    EXPECT_FALSE(loaded.scene->lights[0].radius_m);
+    EXPECT_FALSE(loaded.scene->lights[0].angular_diameter_rad);
+  }
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,224 @@
+// Motion blur: against coverage that is known on paper, the mean of still pictures, and a furnace.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/motion_scenes.h"
+
+#include <algorithm>
+
+namespace kindling::test {
+namespace {
+
+const PoseOptions kShutter{.shutter = Shutter{0.0, 1.0}};
+
+Camera open_beam(const V3f& eye, const V3f& target, float side_m, const V2i& size_px) {
+  SceneCamera camera;
+  camera.kind = SceneCamera::Kind::orthographic;
+  camera.xmag = camera.ymag = side_m * 0.5f;
+  return {camera, look_at(eye, target), size_px, CameraMotion{.shutter_open = true}};
+}
+
+// --- on paper -----------------------------------------------------------------------------------------------------------
+
+class MotionBlur : public testing::TestWithParam<accel::Kind> {};
+
+// Part of the pixels from x0 to x0 + 1, and of the time from 0 to 1, that [left(t), right(t)] covers; ends move linearly.
+double coverage(double x0, double left0, double left1, double right0, double right1) {
+  double sum = 0.0;
+  constexpr int kSteps = 20000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double t = (i + 0.5) / kSteps;
+    const double left = left0 + (left1 - left0) * t, right = right0 + (right1 - right0) * t;
+    sum += std::max(0.0, std::min(x0 + 1.0, right) - std::max(x0, left));
+  }
+  return sum / kSteps;
+}
+
+// Columns of a picture of a glowing plate before black, seen by 8 x 8 pixels of 1 m; the box filter sees a pixel alone.
+void expect_coverage(Scene scene, accel::Kind kind, double left0, double left1, double right0, double right1) {
+  const auto world = make_posed_world(std::move(scene), kShutter, kind);
+  const Camera camera = open_beam(V3f(0, 0, 10), V3f(0.0f), 8.0f, V2i(8, 8));
+  RenderSettings settings = small_render(V2i(8, 8), 512);
+  settings.filter = PixelFilter({.kind = FilterKind::box, .width = 1.0f});
+  const Result<RenderOutcome> outcome = render(*world, camera, settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  const std::vector<float> beauty = outcome.value().film.resolve(Aov::beauty);
+  for (size_t x = 0; x < 8; ++x) {
+    double mean = 0.0;
+    for (size_t y = 0; y < 8; ++y) mean += beauty[(y * 8 + x) * 3] / 8.0;
+    const double expected = coverage(static_cast<double>(x) - 4.0, left0, left1, right0, right1);
+    // Of independent samples; the sampler's are stratified.
+    const double error = std::sqrt(expected * (1.0 - expected) / (512 * 8));
+    EXPECT_NEAR(mean, expected, 4.0 * error + 1e-6) << "column " << x;
+  }
+}
+
+TEST_P(MotionBlur, AMovingEdgeCoversPixelsForItsTime) {
+  Scene scene = make_scene({emissive_material(Rgb(1.0f))}, {quad(V3f(-1, -9, 0), V3f(2, 0, 0), V3f(0, 18, 0), 0)});
+  animate(scene, 0, AnimatedProperty::translation, {0, 1}, {-2.3f, 0, 0, 2.1f, 0, 0});
+  expect_coverage(std::move(scene), GetParam(), -3.3, 1.1, -1.3, 3.1);
+}
+
+TEST_P(MotionBlur, AnEdgeThatDeformsCoversPixelsForItsTime) {
+  Scene scene = make_scene({emissive_material(Rgb(1.0f))}, {quad(V3f(-3.4f, -9, 0), V3f(1, 0, 0), V3f(0, 18, 0), 0)});
+  add_morph(scene, 0, [](const V3f& p) { return V3f(p.x < -3.0f ? 1.0f : 5.7f, 0, 0); });
+  expect_coverage(std::move(scene), GetParam(), -3.4, -2.4, -2.4, 3.3);
+}
+
+// Direct light alone: whoever shadows himself by rounding of his own motion is darker. White, before white: invisible.
+TEST_P(MotionBlur, AMovingWhiteBallVanishesInAFurnace) {
+  for (const float scale : {1e-3f, 1.0f, 1e4f}) {
+    for (const float offset : {0.0f, 20.0f}) {
+      for (const bool deforms : {false, true}) {
+        Scene scene = make_scene({diffuse_material(Rgb(1.0f))}, {sphere(V3f(0.0f), scale, 16, 0, false)});
+        if (deforms) add_morph(scene, 0, [&](const V3f& p) { return V3f(-0.3f * p.x, 0.2f * p.y, 0.5f * scale); });
+        const V3f at = V3f(offset, -offset, 0.5f * offset) * scale;
+        animate(scene, 0, AnimatedProperty::translation, {0, 1},
+                {at.x - scale, at.y, at.z, at.x + scale, at.y + 0.5f * scale, at.z});
+        animate_turn(scene, 0, V3f(0, 0.6f, 0.8f), 130.0f);
+        animate(scene, 0, AnimatedProperty::scale, {0, 1}, {1, 1, 1, 1.3f, 0.7f, 1});
+        const auto world =
+            make_posed_world(std::move(scene), kShutter, GetParam(), std::make_shared<Environment>(Rgb(1.0f)));
+        const V2i size(16, 16);
+        const Camera camera = open_beam(at + V3f(0, 0, 5) * scale, at, 5.0f * scale, size);
+        RenderSettings settings = small_render(size, 16);
+        settings.integrator.max_bounces = 0;
+        const Mean mean = render_mean(*world, camera, settings);
+        EXPECT_NEAR(mean.luminance, 1.0, 4.5 * mean.standard_error + 1e-4)
+            << "scale " << scale << ", offset " << offset << ", deforms " << deforms;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Accelerators, MotionBlur, testing::ValuesIn(kAllKinds), [](const auto& param) {
+  return std::string(accel::kind_name(param.param) == "brute-force" ? "brute_force" : accel::kind_name(param.param));
+});
+
+// --- against still pictures ---------------------------------------------------------------------------------------------
+
+// Above a floor with a lamp: what moves is added by the tests.
+Scene stage() {
+  return make_scene(
+      {diffuse_material(Rgb(0.7f)), emissive_material(Rgb(9.0f)), diffuse_material(Rgb(0.9f, 0.3f, 0.2f))},
+      {quad(V3f(-4, -1, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0),
+       quad(V3f(-0.7f, 4, -0.7f), V3f(1.4f, 0, 0), V3f(0, 0, 1.4f), 1)});
+}
+int add_thing(Scene& scene, Primitive primitive) {
+  Node node;
+  node.mesh = static_cast<int>(scene.meshes.size());
+  scene.meshes.push_back({.primitives = {std::move(primitive)}});
+  const auto index = static_cast<int>(scene.nodes.size());
+  scene.scenes[0].nodes.push_back(index);
+  scene.nodes.push_back(node);
+  return index;
+}
+
+// A blade that turns and carries a pane; a ball of cloudy glass beside it that moves through the light.
+Scene turning_blade() {
+  Scene scene = stage();
+  const int hub = add_thing(scene, quad(V3f(-0.2f, -0.8f, 0), V3f(0.4f, 0, 0), V3f(0, 2.4f, 0), 2));
+  Material pane;
+  pane.metallic_factor = pane.roughness_factor = 0.0f;
+  pane.transmission_factor = 1.0f;
+  pane.base_color_factor = V4f(0.2f, 0.6f, 0.9f, 1.0f);
+  Material cloudy = pane;
+  cloudy.roughness_factor = 0.4f;
+  cloudy.thickness_factor = 1.0f;
+  cloudy.attenuation_distance_m = 0.5f;
+  cloudy.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
+  cloudy.multiscatter_color = Rgb(0.4f, 0.3f, 0.2f);
+  scene.materials.push_back(pane);
+  scene.materials.push_back(cloudy);
+  const int glass = add_thing(scene, quad(V3f(0.3f, 0.2f, 0.4f), V3f(1.2f, 0, 0), V3f(0, 0.2f, -1.2f), 3));
+  scene.scenes[0].nodes.pop_back();
+  scene.nodes[static_cast<size_t>(hub)].children = {glass};
+  animate_turn(scene, hub, V3f(0, 0, 1), 100.0f);
+  const int ball = add_thing(scene, sphere(V3f(-1.6f, -0.3f, 1), 0.6f, 16, 4));
+  animate(scene, ball, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 0.9f, 0.5f, 0});
+  return scene;
+}
+Scene bending_and_swelling() {
+  Scene scene = stage();
+  scene.materials[2].roughness_factor = 0.4f; // shows normals
+  scene.materials[2].metallic_factor = 1.0f;
+  const int strip = add_thing(scene, jointed_strip(12, 2));
+  add_bending_skin(scene, strip, V3f(0.6f, 0, 0.8f), 120.0f);
+  const int ball = add_thing(scene, sphere(V3f(1.5f, -0.2f, 0.5f), 0.6f, 16, 2));
+  add_morph(scene, ball, [](const V3f& p) { return V3f(0.5f * p.y, 0.4f + 0.5f * p.y, 0); });
+  return scene;
+}
+
+struct Blur {
+  const char* name;
+  Scene (*scene)();
+  IntegratorKind integrator;
+};
+
+class MeanOfStills : public testing::TestWithParam<Blur> {};
+
+// Blocks of 6 x 6 pixels of the blurred picture, against the mean of pictures at jittered times.
+TEST_P(MeanOfStills, IsTheBlurredPicture) {
+  constexpr int kPoses = 96, kSide = 24, kBlock = 6;
+  constexpr size_t kBlocks = (kSide / kBlock) * (kSide / kBlock);
+  const V2i size(kSide, kSide);
+  const auto environment = std::make_shared<Environment>(Rgb(0.15f, 0.2f, 0.25f));
+  SceneCamera pinhole;
+  pinhole.yfov_rad = 0.7f;
+  const M44f placed = look_at(V3f(0.5f, 1.5f, 7), V3f(0, 0.6f, 0));
+  struct Blocks {
+    std::array<double, kBlocks> mean{}, variance{};
+  };
+  const auto render_blocks = [&](const World& world, uint32_t spp, uint32_t seed, bool open) {
+    const Camera camera(pinhole, placed, size, CameraMotion{.shutter_open = open});
+    RenderSettings settings = small_render(size, spp);
+    settings.integrator.kind = GetParam().integrator;
+    settings.integrator.max_bounces = 3;
+    settings.integrator.ao_distance_m = 2.0f;
+    settings.seed = seed;
+    const Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
+    EXPECT_TRUE(outcome.ok());
+    const std::vector<float> beauty = outcome.value().film.resolve(Aov::beauty);
+    const std::vector<float> variance = outcome.value().film.resolve(Aov::variance);
+    Blocks blocks;
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x) {
+        const auto pixel = static_cast<size_t>(y * kSide + x);
+        const auto block = static_cast<size_t>(y / kBlock * (kSide / kBlock) + x / kBlock);
+        blocks.mean[block] += luminance(Rgb(beauty[pixel * 3], beauty[pixel * 3 + 1], beauty[pixel * 3 + 2])) / 36.0;
+        blocks.variance[block] += variance[pixel] / (36.0 * 36.0);
+      }
+    return blocks;
+  };
+  const Blocks blurred =
+      render_blocks(*make_posed_world(GetParam().scene(), kShutter, accel::Kind::embree, environment), 384, 1, true);
+  Blocks stills, open, closed;
+  for (int i = 0; i < kPoses; ++i) {
+    const double time = (i + to_unit_float(hash_u32(static_cast<uint32_t>(i) + 77U))) / kPoses;
+    const auto world = make_posed_world(GetParam().scene(), {.time_s = time}, accel::Kind::embree, environment);
+    const Blocks still = render_blocks(*world, 8, static_cast<uint32_t>(i) + 2U, false);
+    for (size_t b = 0; b < kBlocks; ++b) {
+      stills.mean[b] += still.mean[b] / kPoses;
+      stills.variance[b] += still.variance[b] / (kPoses * kPoses);
+    }
+    if (i == 0) open = still;
+  }
+  double changed = 0.0;
+  for (size_t b = 0; b < kBlocks; ++b) {
+    // Between neighbouring poses a block changes by a 96th of what it does in all: half of that bounds the jitter of each, and they add as
+    // independent errors do.
+    const double jitter = std::abs(open.mean[b] - blurred.mean[b]) / (kPoses * std::sqrt(kPoses));
+    const double error = std::sqrt(blurred.variance[b] + stills.variance[b]) + jitter;
+    EXPECT_NEAR(blurred.mean[b], stills.mean[b], 4.5 * error + 2e-3 * stills.mean[b]) << "block " << b;
+    changed = std::max(changed, std::abs(open.mean[b] - blurred.mean[b]) / (error + 1e-3));
+  }
+  EXPECT_GT(changed, 10.0); // there is something to see
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, MeanOfStills,
+                         testing::Values(Blur{"turning_blade", turning_blade, IntegratorKind::path},
+                                         Blur{"bending_and_swelling", bending_and_swelling, IntegratorKind::path},
+                                         Blur{"occlusion_by_a_blade", turning_blade, IntegratorKind::ambient_occlusion},
+                                         Blur{"normals_of_bending", bending_and_swelling, IntegratorKind::normal}),
+                         [](const auto& param) { return std::string(param.param.name); });
+
+} // namespace
+} // namespace kindling::test

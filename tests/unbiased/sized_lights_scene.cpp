@@ -1,0 +1,75 @@
+// Lights with a size: a ball, a spot and a disc in the sky, over rough and glossy surfaces, through a veil and a pane.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/test_scenes.h"
+#include "tests/unbiased/scenes.h"
+
+namespace kindling::test {
+
+TestScene sized_lights() {
+  const auto surface = [](const Rgb& color, float roughness, float metallic) {
+    Material material = diffuse_material(color);
+    material.specular_factor = 1.0f;
+    material.roughness_factor = roughness;
+    material.metallic_factor = metallic;
+    return material;
+  };
+  Material veil = surface(Rgb(0.4f, 0.6f, 0.8f), 0.5f, 0.0f);
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor.w = 0.5f;
+  Material pane = surface(Rgb(0.9f, 0.7f, 0.5f), 0.0f, 0.0f);
+  pane.transmission_factor = 1.0f;
+  TestScene test;
+  Scene scene = make_scene(
+      {surface(Rgb(0.7f, 0.6f, 0.5f), 0.25f, 0.9f), surface(Rgb(0.5f, 0.6f, 0.7f), 0.6f, 0.0f), veil, pane},
+      {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 1),
+       // The ball shines into the wall behind it, partly from within.
+       quad(V3f(-1.8f, 0.1f, -0.6f), V3f(1.2f, 0, 0.3f), V3f(0, 0.9f, 0), 2),
+       quad(V3f(0.6f, 0.1f, 0.2f), V3f(1.0f, 0, 0.2f), V3f(0, 0.8f, 0), 3),
+       sphere(V3f(0.2f, 0.5f, -0.8f), 0.5f, 24, 1)});
+  const auto add = [&scene](const PunctualLight& light, const V3f& from, const V3f& to) {
+    Node node;
+    node.light = static_cast<int>(scene.lights.size());
+    node.matrix = look_at(from, to);
+    scene.lights.push_back(light);
+    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+    scene.nodes.push_back(node);
+  };
+  PunctualLight ball;
+  ball.intensity = 3.0f;
+  ball.radius_m = 0.4f;
+  const V3f ball_at(-1.2f, 1.2f, -2.8f);
+  add(ball, ball_at, V3f(0.0f));
+  PunctualLight spot;
+  spot.kind = PunctualLight::Kind::spot;
+  spot.intensity = 10.0f;
+  spot.inner_cone_rad = 0.3f;
+  spot.outer_cone_rad = 0.6f;
+  spot.radius_m = 0.3f;
+  spot.range_m = 8.0f;
+  const V3f spot_at(1.5f, 2.6f, 1.0f);
+  add(spot, spot_at, V3f(0.5f, 0, -0.5f));
+  PunctualLight sun;
+  sun.kind = PunctualLight::Kind::directional;
+  sun.intensity = 1.0f;
+  sun.angular_diameter_rad = 0.35f;
+  add(sun, V3f(-2, 3, 4), V3f(0.0f));
+
+  test.camera.yfov_rad = 0.6f;
+  test.camera_to_world = look_at(V3f(0.6f, 1.5f, 4.5f), V3f(-0.2f, 0.5f, -1));
+  test.whole = {std::move(scene), std::make_shared<Environment>(Rgb(0.1f, 0.12f, 0.15f))};
+  for (size_t shines = 0; shines < 4; ++shines) { // each light, and the sky
+    Part part{test.whole.scene, shines == 3 ? test.whole.environment : nullptr};
+    for (size_t i = 0; i < 3; ++i)
+      if (i != shines) part.scene.lights[i].intensity = 0.0f;
+    test.parts.push_back(std::move(part));
+  }
+  test.samples = 6;
+  test.traced_bounces = {0, 1};
+  test.traced_samples = 48;
+  test.aims = {AimBall{ball_at, 0.4f}, AimBall{spot_at, 0.3f},
+               AimCone{V3f(-2, 3, 4).normalized(), 2.0f * square(std::sin(0.0875f))}};
+  test.bias = [](IntegratorSettings& settings) { settings.clamp_direct = 1.5f; };
+  return test;
+}
+
+} // namespace kindling::test
