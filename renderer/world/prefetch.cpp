@@ -21,14 +21,16 @@ void prefetch_textures(const ShadingMaterial& material, const TextureLookup& loo
   }
 }
 
-V3f face_normal(const Geometry& geometry, const WorldInstance& instance, std::span<const std::vector<M44f>> motions,
-                const accel::Hit& hit, float time) {
-  if (instance.moving) [[unlikely]] {
-    std::optional<MovingHit> moving;
-    const auto& [p0, p1, p2] = move_hit(geometry, instance, motions, hit.triangle, time, moving).positions;
-    const M44f& m = moving->instance.object_to_world;
-    return transform_vector(m, p1 - p0).cross(transform_vector(m, p2 - p0));
-  }
+[[gnu::noinline, gnu::cold]] V3f moving_face_normal(const Geometry& geometry, const WorldInstance& instance,
+                                                    std::span<const std::vector<M44f>> motions, const accel::Hit& hit,
+                                                    float time) {
+  std::optional<MovingHit> moving;
+  const auto& [p0, p1, p2] = move_hit(geometry, instance, motions, hit.triangle, time, moving).positions;
+  const M44f& m = moving->instance.object_to_world;
+  return transform_vector(m, p1 - p0).cross(transform_vector(m, p2 - p0));
+}
+
+V3f face_normal(const Geometry& geometry, const WorldInstance& instance, const accel::Hit& hit) {
   const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
   V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
   if (!instance.identity) {
@@ -66,8 +68,10 @@ void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hi
     const Geometry& geometry = geometries_[hit.mesh];
     const ShadingMaterial& material = materials_[geometry.material];
     if (!material.textured) continue;
-    const SurfaceFootprint seen{rays[i], footprints[i],
-                                face_normal(geometry, instances_[hit.instance], motions_, hit, rays[i].time)};
+    const WorldInstance& instance = instances_[hit.instance];
+    const V3f normal = instance.moving ? moving_face_normal(geometry, instance, motions_, hit, rays[i].time)
+                                       : face_normal(geometry, instance, hit);
+    const SurfaceFootprint seen{rays[i], footprints[i], normal};
     footprints[i].choice = seen.choice();
     footprints[i].share = seen.share();
     const HitRecords records(geometry, hit);

@@ -54,6 +54,21 @@ float coverage(const ShadingMaterial& material, const HitRecords& records, const
 
 void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                        const RayFootprint& footprint) const {
+  if (instances_[hit.instance].moving) [[unlikely]]
+    moving_surface_at(ray, hit, surface, footprint);
+  else
+    surface_of<false>(ray, hit, surface, footprint);
+}
+
+void World::moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                              const RayFootprint& footprint) const {
+  surface_of<true>(ray, hit, surface, footprint);
+}
+
+// Two functions, so that what stands still costs what it would if nothing could move.
+template <bool kMoving>
+inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                              const RayFootprint& footprint) const {
   const Geometry& geometry = geometries_[hit.mesh];
   const WorldInstance* placed = &instances_[hit.instance];
   const ShadingMaterial& material = materials_[geometry.material];
@@ -64,7 +79,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
   const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
   V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
   std::optional<MovingHit> moving;
-  if (placed->moving) [[unlikely]] {
+  if constexpr (kMoving) {
     placed = &move_hit(geometry, *placed, motions_, hit.triangle, ray.time, moving).instance;
     p0 = moving->positions[0], p1 = moving->positions[1], p2 = moving->positions[2];
     lookup.records = moving->records;
@@ -84,7 +99,7 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
                  max_abs(V3f(m[2][0], m[2][1], m[2][2])));
     const float translation = max_abs(V3f(m[3][0], m[3][1], m[3][2]));
     error = 3.0f * gamma(10) * (world_magnitude + scale * magnitude * 3.0f + translation);
-    if (moving) error += moving->error;
+    if constexpr (kMoving) error += moving->error;
   }
   surface.position = p0 * lookup.barycentric.x + p1 * lookup.barycentric.y + p2 * lookup.barycentric.z;
   surface.position_error = error;

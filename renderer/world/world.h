@@ -145,6 +145,12 @@ class World {
     bool has_tangent = false;
     bool front = true; // wo is on the front side
   };
+  // surface_at() of what moves, and of either.
+  [[gnu::noinline]] void moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                           const RayFootprint& footprint) const;
+  template <bool kMoving>
+  void surface_of(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                  const RayFootprint& footprint) const;
   void layers_at(const TextureLookup& textures, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const;
   static bool accept_hit(const void* world, const accel::Ray& ray, const accel::Hit& candidate);
 

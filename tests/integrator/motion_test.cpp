@@ -89,6 +89,38 @@ TEST_P(MotionBlur, AMovingWhiteBallVanishesInAFurnace) {
   }
 }
 
+// A camera and a plate on one arm that turns: the plate stands still in the picture, but for what keys leave of arcs.
+TEST_P(MotionBlur, WhatMovesWithTheCameraIsSharp) {
+  Scene scene =
+      make_scene({emissive_material(Rgb(1.0f))}, {quad(V3f(-0.7f, -0.6f, -4), V3f(1, 0, 0), V3f(0, 1.4f, 0), 0)});
+  Node arm, eye;
+  arm.children = {0, 2};
+  arm.local.translation = V3f(2, 1, 0);
+  eye.camera = 0;
+  scene.cameras.emplace_back();
+  scene.nodes.push_back(arm);
+  scene.nodes.push_back(eye);
+  scene.scenes[0].nodes = {1};
+  animate_turn(scene, 1, V3f(0.6f, 0, 0.8f), 50.0f);
+  const V2i size(16, 16);
+  const auto picture = [&](const PoseOptions& options) {
+    const PosedScene posed = pose_scene(scene, options).value();
+    const PosedCamera& placed = posed.cameras.at(0);
+    const auto world = make_posed_world(scene, options, GetParam());
+    const Camera camera(SceneCamera{}, placed.camera_to_world, size,
+                        CameraMotion{placed.later_transforms, world->has_motion()});
+    const Result<RenderOutcome> outcome = render(*world, camera, small_render(size, 64), nullptr, nullptr);
+    return outcome.value().film.resolve(Aov::beauty);
+  };
+  const std::vector<float> moving = picture(kShutter), still = picture({.time_s = 0.0});
+  double covered = 0.0;
+  for (size_t i = 0; i < still.size(); i += 3) {
+    EXPECT_NEAR(moving[i], still[i], 0.05f) << "pixel " << i / 3; // of 64 samples, three
+    covered += still[i];
+  }
+  EXPECT_GT(covered, 20.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Accelerators, MotionBlur, testing::ValuesIn(kAllKinds), [](const auto& param) {
   return std::string(accel::kind_name(param.param) == "brute-force" ? "brute_force" : accel::kind_name(param.param));
 });
@@ -144,6 +176,17 @@ Scene bending_and_swelling() {
   add_bending_skin(scene, strip, V3f(0.6f, 0, 0.8f), 120.0f);
   const int ball = add_thing(scene, sphere(V3f(1.5f, -0.2f, 0.5f), 0.6f, 16, 2));
   add_morph(scene, ball, [](const V3f& p) { return V3f(0.5f * p.y, 0.4f + 0.5f * p.y, 0); });
+  return scene;
+}
+
+// The stage with its lamp under way, and a ball of light that swells: both are sampled as lights.
+Scene moving_lamps() {
+  Scene scene = stage();
+  animate(scene, 1, AnimatedProperty::translation, {0, 1}, {-2, 0, 0, 2, -1, 0.5f});
+  animate_turn(scene, 1, V3f(0, 0, 1), 60.0f);
+  const int ball = add_thing(scene, sphere(V3f(1.5f, -0.5f, 1), 0.2f, 8, 1));
+  add_morph(scene, ball, [](const V3f& p) { return (p - V3f(1.5f, -0.5f, 1)) * 1.5f; });
+  add_thing(scene, sphere(V3f(-0.4f, -0.2f, 0), 0.8f, 16, 2));
   return scene;
 }
 
@@ -216,6 +259,7 @@ TEST_P(MeanOfStills, IsTheBlurredPicture) {
 INSTANTIATE_TEST_SUITE_P(Scenes, MeanOfStills,
                          testing::Values(Blur{"turning_blade", turning_blade, IntegratorKind::path},
                                          Blur{"bending_and_swelling", bending_and_swelling, IntegratorKind::path},
+                                         Blur{"moving_lamps", moving_lamps, IntegratorKind::path},
                                          Blur{"occlusion_by_a_blade", turning_blade, IntegratorKind::ambient_occlusion},
                                          Blur{"normals_of_bending", bending_and_swelling, IntegratorKind::normal}),
                          [](const auto& param) { return std::string(param.param.name); });
