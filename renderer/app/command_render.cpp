@@ -230,7 +230,8 @@ class RenderCommand {
   Result<void> write(const Film& film) {
     const Clock::time_point start = Clock::now();
     display_.start_phase(Phase::write);
-    const ImageMetadata metadata = make_metadata(report_, *camera_);
+    ImageMetadata metadata = make_metadata(report_, *camera_);
+    add_lens_metadata(placed_camera_->camera.lens, metadata);
     Result<void> first_error;
     for (size_t i = 0; i < outputs_.size(); ++i) {
       Result<void> written = write_film(outputs_[i], film, *view_, metadata, {options_.exr_half, options_.png_bits});

@@ -117,4 +117,10 @@ Result<std::string> focus_lens(PlacedCamera& placed, const World& world, const V
                      *lens.focus_distance_m);
 }
 
+void add_lens_metadata(const CameraLens& lens, ImageMetadata& metadata) {
+  if (lens.is_pinhole() || !lens.focus_distance_m) return;
+  metadata.numbers["aperture"] = *lens.f_stop;
+  metadata.numbers["focus"] = *lens.focus_distance_m;
+}
+
 } // namespace kindling::app

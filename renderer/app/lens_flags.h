@@ -5,6 +5,7 @@
 #include "renderer/app/flag_set.h"
 #include "renderer/base/result.h"
 #include "renderer/camera/place_camera.h"
+#include "renderer/film/write_film.h"
 #include "renderer/world/world.h"
 
 #include <optional>
@@ -35,5 +36,8 @@ void add_lens_flags(FlagSet& flags, LensOptions& options);
 // (usage) if a flag asked for the point, else takes that of the middle of the scene. Does nothing for pinholes. What was decided, for people; empty: nothing.
 [[nodiscard]] Result<std::string> focus_lens(PlacedCamera& placed, const World& world, const V2i& size_px,
                                              const LensOptions& options);
+
+// OpenEXR's standard attributes "aperture" (f-stop) and "focus" (metres), of a lens in focus; nothing for pinholes.
+void add_lens_metadata(const CameraLens& lens, ImageMetadata& metadata);
 
 } // namespace kindling::app

@@ -81,13 +81,19 @@ std::string format_name(const Image& image) {
                      kTypes.at(static_cast<size_t>(image.type)));
 }
 
+std::string depth_of_field(const CameraLens& lens) {
+  if (lens.is_pinhole()) return {};
+  return fmt::format(", f/{:g}{}", *lens.f_stop,
+                     lens.focus_distance_m ? fmt::format(" focused at {:g} m", *lens.focus_distance_m) : std::string());
+}
+
 CameraInfo camera_info(const SceneCamera& camera, std::string name) {
   if (camera.kind == SceneCamera::Kind::orthographic)
     return {std::move(name), std::string(name_of(camera.kind)),
-            fmt::format("{:g} x {:g} m", 2.0f * camera.xmag, 2.0f * camera.ymag)};
+            fmt::format("{:g} x {:g} m", 2.0f * camera.xmag, 2.0f * camera.ymag) + depth_of_field(camera.lens)};
   std::string lens = fmt::format("{:.4g} degrees high", camera.yfov_rad * 180.0f / kPi);
   if (camera.aspect_ratio) lens += fmt::format(", aspect {:.4g}", *camera.aspect_ratio);
-  return {std::move(name), std::string(name_of(camera.kind)), std::move(lens)};
+  return {std::move(name), std::string(name_of(camera.kind)), lens + depth_of_field(camera.lens)};
 }
 
 LightInfo light_info(const PunctualLight& light) {

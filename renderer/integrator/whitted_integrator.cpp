@@ -28,7 +28,7 @@ struct WhittedIntegrator::Sink {
     record.hit = true;
     record.albedo = point.unlit ? point.emitted : vertex.bsdf().albedo();
     record.normal = point.shading_normal;
-    record.depth = (point.position - integrator.camera_.position()).dot(integrator.camera_.forward());
+    record.depth = integrator.camera_.depth(point.position, node.ray.time);
     record.position = point.position;
   }
 };
