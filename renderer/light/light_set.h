@@ -233,7 +233,7 @@ class LightSet {
     float sin_reach = 0.0f;     // directional: no direction to it is farther than this from the one against the axis
     uint32_t key_count = 0;     // of a light that moves; 0: it does not
     uint32_t first_key = 0;     // index into frames_
-    V3f x, y;                   // of the frame, whose z is -axis
+    V3f x{0.0f}, y{0.0f};       // of the frame, whose z is -axis
   };
   // What the lights outside of the tree weigh at a point, by light_share_weight(), and the tree.
   struct Shares {

@@ -90,7 +90,12 @@ TEST(MovingSurface, FrontsStayFronts) {
       SurfacePoint surface;
       world->surface_at(ray, hit, surface);
       EXPECT_EQ(surface.emitted, Rgb(1.0f)) << time;
-      EXPECT_EQ(surface.emissive_triangle, hit.triangle); // light sampling knows where it is
+      // Light sampling knows the triangle as well, with the same side in front at that time.
+      EXPECT_EQ(surface.emissive_triangle, hit.triangle);
+      EXPECT_EQ(world->lights().emitted(surface.emissive_triangle, 0.3f, 0.3f, ray.direction, time), Rgb(1.0f)) << time;
+      EXPECT_GT(world->lights().pdf_triangle(surface.emissive_triangle, ray.origin, V3f(0.0f), ray.direction, hit.t,
+                                             nullptr, time),
+                0.0f);
       EXPECT_GT(surface.shading_normal.z, 0.0f);
     }
     EXPECT_FALSE(world->lights().empty());
