@@ -182,6 +182,7 @@ class RenderCommand {
     if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
     settings.threads = options_.threads;
     settings.tile_size_px = options_.tile_size_px;
+    settings.schedule = options_.schedule;
     return settings;
   }
 
@@ -272,6 +273,7 @@ class RenderCommand {
     report_.integrator = integrator_name(options_.integrator.kind);
     if (options_.integrator.kind == IntegratorKind::whitted) report_.whitted = options_.integrator.whitted;
     report_.guiding = options_.guiding;
+    report_.schedule = options_.schedule;
     report_.accelerator = accel::kind_name(options_.accelerator);
     report_.accelerator_description = accel::kind_description(options_.accelerator);
     report_.view = view_->view();

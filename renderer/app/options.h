@@ -85,6 +85,7 @@ struct RenderOptions {
 
   int threads = 0; // 0: all
   int tile_size_px = 32;
+  Schedule schedule = Schedule::tiles;
   std::optional<uint64_t> texture_memory_bytes; // unset: no bound
 
   std::filesystem::path stats_file;

@@ -192,6 +192,11 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
                                fmt::format("'{}' is not a multiple of {}; use 8, 16, 32 or so", text, kBlockSize)};
                 return store(std::move(size), o.tile_size_px);
               });
+  flags.value("--schedule", "tiles|regions",
+              "Who renders what: tiles for whoever is free, or a rectangle for each thread; same image [tiles]",
+              [&o](auto text) {
+                return choose(schedule_from_name(text), o.schedule, "schedule", text, {"tiles", "regions"});
+              });
   flags.value("--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
               [&o](auto text) { return set_batch_size(text, o.integrator.batch_size); });
   flags.value("--texture-memory", "SIZE",

@@ -40,6 +40,7 @@ struct RenderReport {
   std::string integrator;
   std::optional<WhittedSettings> whitted; // of that integrator
   Guiding guiding = Guiding::off;
+  Schedule schedule = Schedule::tiles;
   std::string accelerator;             // as --accel takes it
   std::string accelerator_description; // "Embree 3.13.5"
   std::string view;

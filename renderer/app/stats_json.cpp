@@ -46,7 +46,9 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                      {"light_regions", g.light_regions},     {"foreseen", g.foreseen},
                      {"foreseen_lights", g.foreseen_lights}, {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
+  json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
+  json["worker_idle_s"] = s.worker_idle_s;
   json["rays"] = {
       {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};
   if (r.whitted) {

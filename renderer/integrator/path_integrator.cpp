@@ -248,9 +248,10 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
   float weight = 1.0f;
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();
-    weight = power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(
-                                                 surface.emissive_triangle, state.previous_position,
-                                                 state.previous_normal, ray.direction, distance, state.light_shares));
+    weight =
+        power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
+                                                                     state.previous_normal, ray.direction, distance,
+                                                                     state.light_shares, ray.time));
   }
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }

@@ -73,6 +73,9 @@ LightSet::LightSet(LightSetInput input)
     textured = textured || emissions_[t.emission].texture != nullptr;
   }
   if (textured) uvs_ = std::move(input.triangle_uvs);
+  moving_ = std::move(input.moving);
+  later_corners_ = std::move(input.later_corners);
+  first_moving_ = static_cast<uint32_t>(triangles_.size() - moving_.size());
   add_punctuals(input);
 
   std::vector<EmitterBounds> emitters(triangles_.size());
@@ -80,6 +83,12 @@ LightSet::LightSet(LightSetInput input)
   tbb::parallel_for(
       tbb::blocked_range<size_t>(0, triangles_.size(), 256), [&](const tbb::blocked_range<size_t>& range) {
         for (size_t i = range.begin(); i < range.end(); ++i) {
+          if (moves(static_cast<uint32_t>(i))) {
+            emitters[i] = moving_bounds(static_cast<uint32_t>(i));
+            emitters[i].intensity = accepted(static_cast<double>(emitters[i].intensity));
+            emitters[i].back = two_sided[i] ? 1.0f : 0.0f;
+            continue;
+          }
           const Triangle& t = triangles_[i];
           const V3f normal = (t.p1 - t.p0).cross(t.p2 - t.p0);
           const double double_area = static_cast<double>(normal.length());
@@ -257,7 +266,8 @@ Rgb LightSet::mean_emission(uint32_t index) const {
 
 size_t LightSet::memory_bytes() const {
   return sizeof(*this) + emissions_.size() * sizeof(Emission) + triangles_.size() * sizeof(Triangle) +
-         uvs_.size() * sizeof(V2f) + meshes_.size() * sizeof(EmissiveMesh) +
+         uvs_.size() * sizeof(V2f) + meshes_.size() * sizeof(EmissiveMesh) + moving_.size() * sizeof(CornerKeys) +
+         later_corners_.size() * sizeof(later_corners_[0]) +
          punctuals_.size() * (sizeof(Punctual) + sizeof(std::string)) + frames_.size() * sizeof(LightFrame) +
          balls_.memory_bytes() + tree_.memory_bytes() + (environment_ ? environment_->memory_bytes() : 0);
 }

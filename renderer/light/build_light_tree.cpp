@@ -192,16 +192,18 @@ class LightTreeBuilder {
       const float cosine = e.axis.dot(result.axis);
       const auto intensity = static_cast<double>(e.intensity);
       result.radius = std::max(result.radius, (e.center - result.center).length() + e.radius);
-      if (e.cos_normals >= 1.0f && e.cos_emission == 0.0f) {
+      const auto arc = [](float c) { return std::acos(std::clamp(c, -1.0f, 1.0f)); };
+      if (e.cos_normals > 0.0f && e.cos_emission == 0.0f) {
         const auto back = static_cast<double>(e.back);
         even += 0.5 * (1.0 + back) * intensity;
         odd += 0.5 * (1.0 - back) * intensity * static_cast<double>(cosine);
         squares += 0.5 * (1.0 + back) * intensity * static_cast<double>(cosine * cosine);
-        cos_plain = std::min(cos_plain, cosine);
+        // Normals of what moves are spread.
+        cos_plain = std::min(
+            cos_plain, e.cos_normals >= 1.0f ? cosine : std::cos(std::min(arc(cosine) + arc(e.cos_normals), kPi)));
         unlimited = unlimited || e.back > 0.0f;
       } else {
         anywhere += intensity;
-        const auto arc = [](float c) { return std::acos(std::clamp(c, -1.0f, 1.0f)); };
         angle = std::max(angle, arc(cosine) + arc(e.cos_normals) + arc(e.cos_emission));
         unlimited = unlimited || e.back > 0.0f;
       }

@@ -148,7 +148,7 @@ std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, cons
   case LightKind::tree:
     if (!emitter) return std::nullopt;
     result = emitter->emitter < triangles_.size()
-                 ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y})
+                 ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y}, query.time)
                  : sample_punctual(emitter->emitter - static_cast<uint32_t>(triangles_.size()), query.point,
                                    {first_coordinate(emitter->u), query.u.y}, query.time);
     if (!result) return std::nullopt;
@@ -207,8 +207,11 @@ void LightSet::sample(std::span<const LightQuery> queries, std::span<std::option
   }
 }
 
-std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u) const {
-  const Triangle& t = triangles_[index];
+std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u, float time) const {
+  Triangle posed;
+  if (moves(index)) [[unlikely]]
+    posed = posed_triangle(index, time);
+  const Triangle& t = moves(index) ? posed : triangles_[index];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(point - t.p0) > 0.0f;
   if (!front && !emissions_[t.emission].two_sided) return std::nullopt;
@@ -242,8 +245,11 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
 }
 
 float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
-                             const LightShares* learned) const {
-  const Triangle& t = triangles_[triangle];
+                             const LightShares* learned, float time) const {
+  Triangle posed;
+  if (moves(triangle)) [[unlikely]]
+    posed = posed_triangle(triangle, time);
+  const Triangle& t = moves(triangle) ? posed : triangles_[triangle];
   float probability = tree_.probability(triangle, point, normal);
   if (!(probability > 0.0f)) return 0.0f;
   probability *= tree_probability(point, normal, learned);
@@ -259,8 +265,8 @@ Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
   return emission.factor * emission.texture->sample_rgb(uv[0] * (1.0f - u - v) + uv[1] * u + uv[2] * v);
 }
 
-Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi) const {
-  const Triangle& t = triangles_[triangle];
+Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi, float time) const {
+  const Triangle t = moves(triangle) ? posed_triangle(triangle, time) : triangles_[triangle];
   const Emission& emission = emissions_[t.emission];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(wi) < 0.0f;

@@ -13,6 +13,7 @@
 #include "renderer/light/sphere_tree.h"
 #include "renderer/texture/texture.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -35,6 +36,13 @@ struct Emission {
 struct EmissiveTriangle {
   V3f p0, p1, p2;
   uint32_t emission = 0; // index into LightSetInput::emissions
+};
+
+// Where a triangle that moves is at the keys after the first: `count` entries of LightSetInput::later_corners. Keys are equally far apart over
+// the shutter, and corners go straight from one to the next.
+struct CornerKeys {
+  uint32_t first = 0;
+  uint32_t count = 0; // 0: it stands still
 };
 
 // The triangles of one mesh of the scene, which lie together: one light to those who count them (WholeLights).
@@ -91,6 +99,9 @@ struct LightSetInput {
   std::vector<EmissiveTriangle> triangles;
   std::vector<V2f> triangle_uvs; // empty, or three per triangle
   std::vector<EmissiveMesh> meshes;
+  std::vector<CornerKeys>
+      moving; // of the last triangles, which stand at the opening of the shutter; empty: all are still
+  std::vector<std::array<V3f, 3>> later_corners;
   std::vector<PointLight> points;
   std::vector<SpotLight> spots;
   std::vector<ProfiledLight> profiled;
@@ -148,9 +159,9 @@ class LightSet {
 
   // The density with which sample() from `point` and `normal` would have produced this hit of emissive triangle number
   // `triangle` (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit
-  // at `distance`. Says nothing about the side: where the triangle is dark, emitted() is black.
+  // at `distance`, `time` of the query. Says nothing about the side: where the triangle is dark, emitted() is black.
   [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
-                                   float distance, const LightShares* learned = nullptr) const;
+                                   float distance, const LightShares* learned = nullptr, float time = 0.0f) const;
   // The same for leaving the scene along wi.
   [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi,
                                       const LightShares* learned = nullptr) const {
@@ -164,7 +175,7 @@ class LightSet {
   [[nodiscard]] Rgb shape_radiance(const ShapeRay& ray) const;
 
   // Radiance that triangle number `triangle` sends back along -wi from barycentrics (u, v). Black on a dark side.
-  [[nodiscard]] Rgb emitted(uint32_t triangle, float u, float v, const V3f& wi) const;
+  [[nodiscard]] Rgb emitted(uint32_t triangle, float u, float v, const V3f& wi, float time = 0.0f) const;
   [[nodiscard]] Rgb environment_radiance(const V3f& wi) const { // black without an environment
     return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
   }
@@ -255,7 +266,13 @@ class LightSet {
   // `emitter`: where the tree's choice by choice.rest ended, if the kind is tree.
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
                                                          const std::optional<LightTree::Choice>& emitter) const;
-  [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u) const;
+  [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u,
+                                                           float time) const;
+  [[nodiscard]] bool moves(uint32_t triangle) const { return triangle >= first_moving_; }
+  [[nodiscard]] Triangle posed_triangle(uint32_t index, float time) const; // one that moves
+  // Key 0 first.
+  [[nodiscard]] Triangle triangle_at_key(uint32_t index, uint32_t key) const;
+  [[nodiscard]] EmitterBounds moving_bounds(uint32_t index) const;
   // Punctual lights, punctual_samples.cpp. `number`: index into punctuals_. u: on a light that has a size.
   [[nodiscard]] std::optional<LightSample> sample_punctual(uint32_t number, const V3f& point, const V2f& u,
                                                            float time) const;
@@ -277,7 +294,10 @@ class LightSet {
 
   std::vector<Emission> emissions_;
   HugePageVector<Triangle> triangles_;
-  std::vector<V2f> uvs_;            // three per triangle, or empty
+  std::vector<V2f> uvs_;           // three per triangle, or empty
+  uint32_t first_moving_ = 0;      // triangles from here on move
+  std::vector<CornerKeys> moving_; // theirs
+  std::vector<std::array<V3f, 3>> later_corners_;
   std::vector<Punctual> punctuals_; // points, spots and profiled ones, which are in the tree, then directional lights
   std::vector<ProfiledLight> profiled_;
   std::vector<EmissiveMesh> meshes_;

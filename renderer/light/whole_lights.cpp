@@ -52,7 +52,7 @@ void WholeLights::add_mesh(const EmissiveMesh& mesh, uint32_t number) {
         // Of the same winding: the shared side runs the other way round.
         const int t0 = (other + 2) % 3, t1 = (other + 1) % 3;
         if (corner(a, s0) != corner(b, t0) || corner(a, s1) != corner(b, t1)) continue;
-        if ((corner(b, other) - opposite).length() > 1e-5f * size) continue;
+        if ((corner(b, other) - opposite).length() > 1e-5f * size || lights_.moves(mesh.first)) continue;
         entry.is_parallelogram = true;
         entry.parallelogram = {static_cast<uint8_t>(apex), static_cast<uint8_t>(s0), static_cast<uint8_t>(s1),
                                static_cast<uint8_t>(t0),   static_cast<uint8_t>(t1), static_cast<uint8_t>(other)};
@@ -109,10 +109,15 @@ WholeLights::OnTriangle WholeLights::choose_point(const Entry& entry, const V2f&
 }
 
 std::optional<LightSample> WholeLights::sample_mesh(const Entry& entry, const V3f& point, const V2f& u,
-                                                    float /*time*/) const {
-  const OnTriangle at = choose_point(entry, u);
+                                                    float time) const {
+  OnTriangle at = choose_point(entry, u);
   if (!(at.pdf > 0.0f)) return std::nullopt;
-  const auto& t = lights_.triangles_[at.triangle];
+  auto t = lights_.triangles_[at.triangle];
+  if (lights_.moves(at.triangle)) {
+    const float first = double_area_normal(t).length();
+    t = lights_.posed_triangle(at.triangle, time);
+    at.pdf *= first / double_area_normal(t).length();
+  }
   const Emission& emission = lights_.emissions_[t.emission];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(point - t.p0) > 0.0f;

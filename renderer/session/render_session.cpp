@@ -3,7 +3,6 @@
 #include "renderer/session/render_session.h"
 
 #include "renderer/base/flush_denormals.h"
-#include "renderer/session/tile_scheduler.h"
 #include "renderer/session/train_guide.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -16,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <thread>
 
 namespace kindling {
 namespace {
@@ -138,6 +138,12 @@ struct Worker {
   double busy_s = 0.0;
 };
 
+// One that has a part of the picture of its own.
+struct RegionWorker {
+  std::vector<PixelRect> tiles;
+  Worker worker;
+};
+
 } // namespace
 
 std::string_view guiding_name(Guiding guiding) {
@@ -181,6 +187,16 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
   tbb::enumerable_thread_specific<Worker> workers([&] { return Worker{integrator->make_context(), 0.0}; });
 
+  std::vector<RegionWorker> region_workers;
+  size_t tile_count = tiles.size();
+  if (settings.schedule == Schedule::regions) {
+    tile_count = 0;
+    for (const PixelRect& region : make_regions(area, statistics.threads)) {
+      region_workers.push_back({make_tiles(region, settings.tile_size_px), {integrator->make_context(), 0.0}});
+      tile_count += region_workers.back().tiles.size();
+    }
+  }
+
   std::atomic<uint64_t> rays{0};
   std::atomic<int64_t> converged{0}; // pixels
   const auto converged_share = [&] {
@@ -202,37 +218,59 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     }
   };
 
-  // Tiles are handed out one by one; a tile's pixels are written by the thread that has it, and by no other.
-  const auto render_pass = [&](const SampleRange& samples) {
-    std::atomic<size_t> tiles_done{0};
+  // A tile's pixels are written by the thread that has it, and by no other.
+  std::atomic<size_t> tiles_done{0}; // of a pass
+  const auto render_tile = [&](const PixelRect& tile, const SampleRange& samples, Worker& worker) {
+    const uint64_t rays_before = worker.context->counters.total();
+    for (const PixelRect& block : make_blocks(tile)) {
+      if (adaptive)
+        render_block_adaptively(block, samples, *worker.context);
+      else
+        integrator->render_block(block, samples, *worker.context, outcome.film);
+    }
+    rays += worker.context->counters.total() - rays_before;
+    const double pass_fraction = static_cast<double>(++tiles_done) / static_cast<double>(tile_count);
+    progress.tile_done(samples.first + samples.count * pass_fraction, converged_share(), rays);
+  };
+
+  // Tiles are handed out one by one.
+  const auto render_tiles = [&](const SampleRange& samples) {
     tbb::parallel_for(
         tbb::blocked_range<size_t>(0, tiles.size(), 1),
         [&](const tbb::blocked_range<size_t>& range) {
           const FlushDenormals flush_denormals;
           Worker& worker = workers.local();
           const Clock::time_point tile_start = Clock::now();
-          for (size_t t = range.begin(); t != range.end() && !stop_now(); ++t) {
-            const uint64_t rays_before = worker.context->counters.total();
-            for (const PixelRect& block : make_blocks(tiles[t])) {
-              if (adaptive)
-                render_block_adaptively(block, samples, *worker.context);
-              else
-                integrator->render_block(block, samples, *worker.context, outcome.film);
-            }
-            rays += worker.context->counters.total() - rays_before;
-            const double pass_fraction = static_cast<double>(++tiles_done) / static_cast<double>(tiles.size());
-            progress.tile_done(samples.first + samples.count * pass_fraction, converged_share(), rays);
-          }
+          for (size_t t = range.begin(); t != range.end() && !stop_now(); ++t) render_tile(tiles[t], samples, worker);
           worker.busy_s += seconds_since(tile_start);
         },
         tbb::simple_partitioner());
+  };
+
+  // Each worker has its own thread and renders its own region alone, whatever the others do.
+  const auto render_regions = [&](const SampleRange& samples) {
+    std::vector<std::jthread> threads;
+    for (RegionWorker& own : region_workers)
+      threads.emplace_back([&] {
+        const FlushDenormals flush_denormals;
+        const Clock::time_point region_start = Clock::now();
+        for (const PixelRect& tile : own.tiles) {
+          if (stop_now()) break;
+          render_tile(tile, samples, own.worker);
+        }
+        own.worker.busy_s += seconds_since(region_start);
+      });
   };
 
   for (uint32_t done = 0; done < settings.samples_per_pixel;) {
     const double elapsed_s = seconds_since(start);
     const SampleRange pass =
         next_pass(done, settings.samples_per_pixel, done > 0 ? done / std::max(elapsed_s, 1e-6) : 0.0);
-    arena.execute([&] { render_pass(pass); });
+    tiles_done = 0;
+    if (settings.schedule == Schedule::regions)
+      render_regions(pass);
+    else
+      arena.execute([&] { render_tiles(pass); });
     ++statistics.passes;
     if (done == 0) statistics.first_pass_s = seconds_since(start);
     if (stop_now()) {
@@ -252,11 +290,15 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
 
   statistics.render_s = seconds_since(start);
   statistics.converged_share = converged_share();
-  statistics.idle_s = statistics.render_s * statistics.threads;
-  for (const Worker& worker : workers) {
+  const auto end_work = [&](const Worker& worker) {
     statistics.rays.add(worker.context->counters);
-    statistics.idle_s -= worker.busy_s;
-  }
+    statistics.worker_idle_s.push_back(statistics.render_s - worker.busy_s);
+  };
+  for (const Worker& worker : workers) end_work(worker);
+  for (const RegionWorker& own : region_workers) end_work(own.worker);
+  while (statistics.worker_idle_s.size() < static_cast<size_t>(statistics.threads)) // who never came
+    statistics.worker_idle_s.push_back(statistics.render_s);
+  for (const double idle_s : statistics.worker_idle_s) statistics.idle_s += idle_s;
   if (area.pixel_count() != crop.pixel_count()) outcome.film = outcome.film.cut(crop);
   return outcome;
 }

@@ -9,11 +9,13 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/session/adaptive_sampling.h"
+#include "renderer/session/tile_scheduler.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace kindling {
 
@@ -37,6 +39,7 @@ struct RenderSettings {
   AovSet aovs;
   int threads = 0;       // 0: as many as the machine gives us
   int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
+  Schedule schedule = Schedule::tiles;
 };
 
 // What training took and found; all zero if there was none.
@@ -59,6 +62,8 @@ struct RenderStatistics {
   int threads = 0;
   int passes = 0;
   double idle_s = 0.0; // sum over the threads of the time without a tile
+  // The same of each; with Schedule::regions in the order of make_regions(), else in none.
+  std::vector<double> worker_idle_s;
   RayCounters rays;
   GuidingStatistics guiding;
 };

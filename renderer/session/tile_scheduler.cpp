@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/tile_scheduler.h"
 
+#include <algorithm>
+
 namespace kindling {
 namespace {
 
@@ -22,7 +24,52 @@ std::vector<PixelRect> cut(const PixelRect& area, int side) {
   return cells;
 }
 
+// The multiple of kBlockSize nearest to begin + share (end - begin) that is strictly between the two; `end` if there is none.
+int cut_between(int begin, int end, double share) {
+  const int first = floor_to(begin, kBlockSize) + kBlockSize;
+  const int last = floor_to(end - 1, kBlockSize);
+  if (first > last) return end;
+  const double at = begin + share * (end - begin);
+  return std::clamp(floor_to(static_cast<int>(at) + kBlockSize / 2, kBlockSize), first, last);
+}
+
+void divide(const PixelRect& area, int workers, std::vector<PixelRect>& regions) {
+  if (workers == 1) {
+    regions.push_back(area);
+    return;
+  }
+  const int first_half = workers / 2;
+  const double share = static_cast<double>(first_half) / workers;
+  PixelRect first = area, second = area;
+  const auto cut = [&](int axis) {
+    const int at = cut_between(area.min[axis], area.max[axis], share);
+    if (area.empty() || at == area.max[axis]) return false;
+    first.max[axis] = second.min[axis] = at;
+    return true;
+  };
+  const int longer = area.width() >= area.height() ? 0 : 1;
+  if (!cut(longer) && !cut(1 - longer)) { // a single block
+    second.min = second.max = area.max;
+  }
+  divide(first, first_half, regions);
+  divide(second, workers - first_half, regions);
+}
+
 } // namespace
+
+std::string_view schedule_name(Schedule schedule) { return schedule == Schedule::tiles ? "tiles" : "regions"; }
+
+std::optional<Schedule> schedule_from_name(std::string_view name) {
+  for (const Schedule schedule : {Schedule::tiles, Schedule::regions})
+    if (schedule_name(schedule) == name) return schedule;
+  return std::nullopt;
+}
+
+std::vector<PixelRect> make_regions(const PixelRect& crop, int workers) {
+  std::vector<PixelRect> regions;
+  divide(crop, workers, regions);
+  return regions;
+}
 
 std::vector<PixelRect> make_tiles(const PixelRect& crop, int tile_size_px) { return cut(crop, tile_size_px); }
 

@@ -6,6 +6,8 @@
 #include "renderer/integrator/integrator.h"
 
 #include <cstdint>
+#include <optional>
+#include <string_view>
 #include <vector>
 
 namespace kindling {
@@ -13,6 +15,19 @@ namespace kindling {
 // Tiles of the grid with side `tile_size_px` through the image's origin, cut to the crop, in scan order. None is empty;
 // together they cover each pixel of the crop once. tile_size_px: a positive multiple of kBlockSize.
 [[nodiscard]] std::vector<PixelRect> make_tiles(const PixelRect& crop, int tile_size_px);
+
+// Who renders what; the image does not depend on it.
+enum class Schedule : uint8_t {
+  tiles,   // handed out one by one to whoever is free
+  regions, // each worker has a region of its own and nothing else: what machines without a common memory can do
+};
+[[nodiscard]] std::string_view schedule_name(Schedule schedule); // "tiles", "regions"
+[[nodiscard]] std::optional<Schedule> schedule_from_name(std::string_view name);
+
+// One rectangle for each of `workers` (at least 1): together they cover each pixel of the crop once. The crop is halved again and again
+// across its longer side, in proportion to the workers of either half; cuts are on the grid of blocks, so areas differ by what
+// that rounds. Where there are fewer blocks than workers, some rectangles are empty.
+[[nodiscard]] std::vector<PixelRect> make_regions(const PixelRect& crop, int workers);
 
 // The blocks of a tile, on the grid with side kBlockSize through the image's origin, in scan order.
 [[nodiscard]] std::vector<PixelRect> make_blocks(const PixelRect& tile);

@@ -102,18 +102,18 @@ class WorldBuilder {
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
     bool any_textured = false;
-    for (WorldInstance& instance : world_->instances_) {
+    std::vector<WorldInstance*> order; // those that move stand last in a LightSet
+    for (const bool moving : {false, true})
+      for (WorldInstance& instance : world_->instances_)
+        if (instance.moving == moving) order.push_back(&instance);
+    for (WorldInstance* pointer : order) {
+      WorldInstance& instance = *pointer;
       const accel::MeshGroup& group =
-          groups_[accel_instances_[static_cast<size_t>(&instance - world_->instances_.data())].group];
+          groups_[accel_instances_[static_cast<size_t>(pointer - world_->instances_.data())].group];
       bool emissive = false;
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
         emissive |= is_sampled_emitter(m);
       if (!emissive) continue;
-      if (instance.moving) { // found by BSDF sampling alone: light sampling does not know where it is at a time
-        for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
-          has_lamp_ |= is_sampled_emitter(m) && is_lamp(scene_.materials[world_->geometries_[m].material]);
-        continue;
-      }
       instance.emissive = true;
       instance.emissive_begin = static_cast<uint32_t>(world_->first_emissive_.size());
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
@@ -139,8 +139,10 @@ class WorldBuilder {
         }
         any_textured |= material.emission.present();
         has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
-        for (size_t i = 0; i < geometry.indices.size(); i += 3)
+        for (size_t i = 0; i < geometry.indices.size(); i += 3) {
           append_emissive(input, geometry, material, instance, i, entry->second);
+          if (instance.moving) append_keys(input, geometry, instance, i);
+        }
         const uint32_t first = world_->first_emissive_.back();
         input.meshes.push_back(
             {first, static_cast<uint32_t>(input.triangles.size()) - first, world_->material_names_[geometry.material]});
@@ -188,6 +190,25 @@ class WorldBuilder {
     }
     triangle.emission = emission;
     input.triangles.push_back(triangle);
+  }
+
+  // Where the triangle is after the opening of the shutter.
+  void append_keys(LightSetInput& input, const Geometry& geometry, const WorldInstance& instance,
+                   size_t first_index) const {
+    const auto first = static_cast<uint32_t>(input.later_corners.size());
+    const auto add = [&](const M44f& object_to_world, const std::vector<V3f>& positions) {
+      std::array<V3f, 3>& corners = input.later_corners.emplace_back();
+      for (size_t c = 0; c < 3; ++c)
+        corners[c] = transform_point(object_to_world, positions[geometry.indices[first_index + c]]);
+      if (instance.mirrored) std::swap(corners[1], corners[2]);
+    };
+    if (instance.motion != accel::kNoId) {
+      const std::vector<M44f>& keys = world_->motions_[instance.motion];
+      for (size_t key = 1; key < keys.size(); ++key) add(keys[key], geometry.positions);
+    } else {
+      for (const std::vector<V3f>& key : geometry.later_positions) add(instance.object_to_world, key);
+    }
+    input.moving.push_back({first, static_cast<uint32_t>(input.later_corners.size()) - first});
   }
 
   void collect_lights() {

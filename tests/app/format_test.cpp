@@ -170,7 +170,7 @@ TEST(Report, SaysWhatMoves) {
   EXPECT_EQ(describe_motion(report.world.motion), "motion: nothing moves while the shutter is open");
   report.world.motion = {3, 1, 9, 2 << 20};
   EXPECT_EQ(describe_motion(report.world.motion),
-            "motion: 3 instances that move, 1 mesh that deforms, 9 keys at most, 2.0 MiB");
+            "motion: 3 instances that move, 1 mesh that deforms, 9 keys at most, 2.00 MiB");
   const nlohmann::json shutter = nlohmann::json::parse(format_stats_json(report, false))["shutter"];
   EXPECT_EQ(shutter["open_s"], 1.5);
   EXPECT_EQ(shutter["close_s"], 2.0);

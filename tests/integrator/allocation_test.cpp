@@ -48,6 +48,7 @@ TEST(Allocation, NonePerSample) {
       const Camera camera(SceneCamera{}, look_at(V3f(1, 1, 4), V3f(0.0f)), V2i(8, 8));
       IntegratorSettings settings;
       settings.kind = integrator_kind;
+      settings.whitted.light_strata = settings.whitted.glossy_strata = 2;
       AovSet aovs;
       for (const AovInfo& info : kAovs) aovs.insert(info.aov);
       const Sampler sampler(1);

@@ -217,7 +217,8 @@ TEST(SizedLights, RaysMeetEveryBallAndDisc) {
     for (int i = 0; i < 3000; ++i) {
       const V3f origin = V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 10.0f - V3f(5.0f);
       V3f wi = sample_uniform_sphere(random.next_2d()); // some of them towards a light or along an axis
-      if (i % 2 == 0) wi = (input.points[static_cast<size_t>(i) % count].position + wi * 0.2f - origin).normalized();
+      if (i % 2 == 0)
+        wi = (input.points[static_cast<size_t>(i / 2) % count].position + wi * 0.2f - origin).normalized();
       if (i % 50 == 1) wi = V3f(0.0f, 0.0f, 1.0f);
       const float end = i % 4 < 2 ? kInfinity : 6.0f * random.next_1d();
       double expected = 0.0;
@@ -239,7 +240,7 @@ TEST(SizedLights, RaysMeetEveryBallAndDisc) {
       ASSERT_NEAR(found.x, expected, 1e-4 * expected + 1e-6) << i;
       met += expected > 0.0 ? 1 : 0;
     }
-    EXPECT_GT(met, 300U);
+    EXPECT_GT(met, 200U);
   }
 }
 

@@ -77,9 +77,11 @@ TEST_P(Determinism, ThreadsTilesAndBatches) {
     int threads;
     int tile_size_px;
     uint32_t batch_size;
+    Schedule schedule = Schedule::tiles;
   };
-  for (const Variation& v :
-       {Variation{2, 32, 256}, Variation{7, 32, 256}, Variation{3, 8, 64}, Variation{2, 64, 512}}) {
+  for (const Variation& v : {Variation{2, 32, 256}, Variation{7, 32, 256}, Variation{3, 8, 64}, Variation{2, 64, 512},
+                             Variation{5, 16, 256, Schedule::regions}}) {
+    settings.schedule = v.schedule;
     settings.threads = v.threads;
     settings.tile_size_px = v.tile_size_px;
     settings.integrator.batch_size = v.batch_size;

@@ -33,6 +33,40 @@ TEST(TileScheduler, TilesCoverTheCropOnce) {
     }
 }
 
+TEST(TileScheduler, RegionsCoverTheCropOnceAndAreAlike) {
+  for (const PixelRect& crop : {PixelRect{V2i(0, 0), V2i(640, 480)}, PixelRect{V2i(3, 5), V2i(77, 41)},
+                                PixelRect{V2i(31, 31), V2i(33, 33)}, PixelRect{V2i(0, 0), V2i(301, 246)}})
+    for (const int workers : {1, 2, 3, 4, 7, 16, 64}) {
+      const std::vector<PixelRect> regions = make_regions(crop, workers);
+      ASSERT_EQ(regions.size(), static_cast<size_t>(workers));
+      std::vector<int> seen(640 * 480, 0);
+      for (const PixelRect& region : regions) {
+        if (region.empty()) continue;
+        for (const int axis : {0, 1}) { // cuts are on the grid of blocks
+          EXPECT_TRUE(region.min[axis] == crop.min[axis] || region.min[axis] % kBlockSize == 0);
+          EXPECT_TRUE(region.max[axis] == crop.max[axis] || region.max[axis] % kBlockSize == 0);
+        }
+        for (int y = region.min.y; y < region.max.y; ++y)
+          for (int x = region.min.x; x < region.max.x; ++x) ++seen[static_cast<size_t>(y * 640 + x)];
+      }
+      for (int y = 0; y < 480; ++y)
+        for (int x = 0; x < 640; ++x) {
+          const bool inside = x >= crop.min.x && x < crop.max.x && y >= crop.min.y && y < crop.max.y;
+          ASSERT_EQ(seen[static_cast<size_t>(y * 640 + x)], inside ? 1 : 0) << x << ", " << y << ", " << workers;
+        }
+      if (crop.pixel_count() == 640 * 480) {
+        for (const PixelRect& region : regions) // within a block's rounding at each of log2(workers) cuts
+          EXPECT_NEAR(static_cast<double>(region.pixel_count()) * workers / (640.0 * 480.0), 1.0, 0.25) << workers;
+      }
+    }
+}
+
+TEST(TileScheduler, ASingleBlockHasOneOwner) {
+  int owners = 0;
+  for (const PixelRect& region : make_regions({V2i(8, 8), V2i(16, 16)}, 5)) owners += region.empty() ? 0 : 1;
+  EXPECT_EQ(owners, 1);
+}
+
 TEST(TileScheduler, PassesTakeEverySampleOnce) {
   for (const double speed : {0.0, 0.01, 3.0, 1000.0})
     for (const uint32_t total : {1U, 2U, 7U, 64U, 1000U}) {
