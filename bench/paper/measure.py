@@ -73,9 +73,9 @@ class Bench:
         render_s = data["phases"]["render"]
         return Result(picture, render_s, render_s, wall_s, cpu_s, data, warnings, shown)
 
-    def timed(self, scene, size_px, spp, flags, threads=1):
+    def timed(self, scene, size_px, spp, flags, threads=1, kind="exr"):
         """A render whose cost counts."""
-        result = self.render(scene, size_px, spp, flags, threads, "exr")
+        result = self.render(scene, size_px, spp, flags, threads, kind)
         if self.clock == "cpu":
             if scene not in self.overheads:
                 self.overheads[scene] = statistics.median(self.render(scene, (8, 8), 1, ["--accel", "kdtree"], 1, "exr").cpu_s for _ in range(3))

@@ -19,7 +19,7 @@ nav.sheet img { width: 100%; aspect-ratio: 1.22; object-fit: cover; display: blo
 def page(result):
     """result: what run.py has gathered; parts that were not asked for are missing."""
     head = result["about"]
-    clock = ", of figures 3 and 4 CPU time" if head["clock"] == "cpu" else ""
+    clock = " of the processor (the machine was busy), but for distribution" if head["clock"] == "cpu" else ""
     text = [plots.page_start("Ray tracing: the figures of the paper, and Kindling's", STYLE), "<h1>The paper's figures, by Kindling</h1>\n",
             f"<p>Measured on {html.escape(head['machine'])}, {head['cores']} cores, by Kindling {html.escape(head['version'])}; {html.escape(head['when'])}. "
             f"Times are those of rendering alone, in seconds{clock}, unless they say otherwise. The paper's are from its text, on its machines; its scenes are "
@@ -79,7 +79,8 @@ def figure_section(figure):
             f'<p>The paper: {html.escape(figure["paper"])}{then}{stated}</p>\n<div class="row" style="--w: 320px; --m: {figure["shown_px"]}px">\n']
     for scene in figure["scenes"]:
         for number, render in enumerate(scene["renders"]):
-            words = [f"{html.escape(render['name'])}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core, {seconds(render['all_cores_s'])} s on all"]
+            all_cores = "" if render["all_cores_s"] is None else f", {seconds(render['all_cores_s'])} s on all"
+            words = [f"{html.escape(render['name'])}, {render['spp']:g} samples", f"{seconds(render['one_core_s'])} s on one core{all_cores}"]
             if scene["caption"]:
                 words.insert(0, scene["caption"])
             if scene["then"] and number == 0:

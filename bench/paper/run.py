@@ -59,7 +59,7 @@ def parse_arguments():
     parser.add_argument("--scale", type=positive, default=1.0, help="of all pictures' sizes (1)")
     parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
     parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
-    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="of figures 3 and 4; cpu: on a busy machine, one thread only (wall)")
+    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="what times are; cpu: for busy machines, tells nothing of many cores (wall)")
     parser.add_argument("--quick", action="store_true", help="small pictures, few samples, few depths, one round: does it all work?")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
@@ -93,7 +93,7 @@ def measure(bench, arguments, chosen):
     quick, repeats = arguments.quick, arguments.repeat
     if "tracers" in arguments.parts:
         depths = [1, 2, 4] if quick else list(range(1, 13))
-        by_depth = tracers.by_depth(bench, depths, min(repeats, 3), depths[::2] if quick else [1, 2, 4, 8, 12])
+        by_depth = tracers.by_depth(bench, depths, min(repeats, 3), depths[::2] if quick else [1, 4, 12])
         result["tracers"] = {"by_depth": by_depth, "contributions": [tracers.contributions(bench, depth, repeats) for depth in ([4] if quick else [5, 12])]}
     if "bounces" in arguments.parts:
         bench.say("figure 2")
@@ -123,16 +123,21 @@ def render_way(bench, arguments, figure, scene, way):
     size = bench.scaled(figure.size_px)
     spp = max(round(way.spp * arguments.spp_scale), 1)
     bench.say(f"figure {figure.number}: {scene}, {way.name}, {size[0]} x {size[1]}, {spp} samples")
-    result = bench.render(scene, size, spp, way.flags)
-    part = ONE_CORE_PART if "path" in way.flags and spp >= 4 * ONE_CORE_PART else 1
-    one = bench.render(scene, size, spp // part, way.flags, threads=1)
+    if bench.clock == "cpu":
+        result = bench.timed(scene, size, spp, way.flags, bench.cores, "png")
+        one_core_s, all_cores_s = result.cost_s, None
+    else:
+        result = bench.render(scene, size, spp, way.flags)
+        part = ONE_CORE_PART if "path" in way.flags and spp >= 4 * ONE_CORE_PART else 1
+        one = bench.render(scene, size, spp // part, way.flags, threads=1)
+        one_core_s, all_cores_s = one.render_s * spp / (spp // part), result.render_s
     encoded = tracers.encode(fidelity_pictures.read(result.picture).rgb, 92)
     if arguments.pictures:
         arguments.pictures.mkdir(parents=True, exist_ok=True)
         kind = "path" if "path" in way.flags else "whitted"
         (arguments.pictures / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
-    return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": result.render_s,
-            "one_core_s": one.render_s * spp / (spp // part), "rays_per_s": result.stats["rays_per_s"], "picture": encoded, "command": result.command,
+    return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": all_cores_s, "one_core_s": one_core_s,
+            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "picture": encoded, "command": result.command,
             "warnings": result.warnings}
 
 

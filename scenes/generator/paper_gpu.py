@@ -33,10 +33,10 @@ def _stripes(name, roughness):
     s.sweep(s.matte("sweep", (0.36, 0.38, 0.40)), back=-1.4, bend=0.5)
     colors = [IVORY, (0.028, 0.06, 0.13), IVORY, CORAL]
     stripes = s.picture("stripes", pictures.paint(32, 1, 3, lambda x, _: pictures.srgb(colors[x % 4])))
-    patch = quad((-1.0, 0.0, -0.85), (2.0, 0, 0), (0, 0.86, 0))
+    patch = quad((-1.0, 0.0, -0.85), (2.0, 0, 0), (0, 1.0, 0))
     s.add("striped patch", patch, s.g.add_material("stripes", stripes, 0.0, 0.8))
     s.ball("glass sphere", (0.0, 0.252, 0.0), 0.25, s.glass("glass", (0.80, 0.93, 0.95), 0.6, roughness))
-    s.soft_box("key", (-1.3, 1.5, 1.0), (0, 0.2, -0.1), 1.9, 1.6, (4.4, 4.1, 3.6))
+    s.soft_box("key", (-1.3, 1.5, 1.0), (0, 0.2, -0.1), 1.9, 1.6, (5.6, 5.2, 4.5))
     s.soft_box("rim", (1.4, 0.9, 0.5), (0, 0.2, 0), 0.35, 1.2, (4.0, 4.8, 6.0))
     return s.finish(name, (0.0, 0.42, 1.75), (0.0, 0.30, -0.05), 27.5, GPU_ASPECT)
 
@@ -44,12 +44,12 @@ def _stripes(name, roughness):
 def _cube(name, roughness):
     """A sphere behind a cube of glass."""
     s = Studio(MORNING)
-    s.sweep(s.matte("sweep", (0.50, 0.44, 0.37)), back=-1.7, bend=0.6)
+    s.sweep(s.matte("sweep", (0.56, 0.45, 0.34)), back=-1.7, bend=0.6)
     cube = beveled_box((-0.17, 0.0, -0.17), (0.17, 0.34, 0.17), 0.006).without_uvs().rotated("y", 24)
     s.add("glass cube", cube, s.glass("glass", (0.66, 0.90, 0.86), 0.5, roughness), translation=[-0.09, 0.002, 0.10])
     s.ball("sphere behind", (0.08, 0.21, -0.40), 0.21, s.lacquer("coral", CORAL, 0.1))
     s.ball("small sphere", (0.33, 0.07, 0.10), 0.07, s.metal("gold", GOLD, 0.08))
-    s.soft_box("key", (-1.3, 1.5, 1.0), (0, 0.2, -0.1), 1.9, 1.6, (4.4, 4.1, 3.6))
+    s.soft_box("key", (-1.3, 1.5, 1.0), (0, 0.2, -0.1), 1.9, 1.6, (5.6, 5.2, 4.5))
     s.soft_box("rim", (1.4, 0.9, -0.5), (0, 0.2, 0), 0.35, 1.2, (5.0, 6.0, 7.6))
     return s.finish(name, (0.12, 0.52, 1.72), (0.03, 0.175, -0.05), 25, GPU_ASPECT)
 
