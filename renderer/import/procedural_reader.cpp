@@ -4,6 +4,7 @@
 
 #include "renderer/import/failure.h"
 #include "renderer/import/material_values.h"
+#include "renderer/texture/procedural_texture.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -108,6 +109,7 @@ bool allows(R rule, T type, T output, T first) {
   case R::boolean: return type == T::boolean;
   case R::vector2: return type == T::vector2;
   case R::vector3: return type == T::vector3;
+  case R::color3: return type == T::color3;
   case R::numeric: return color_or_vector;
   case R::like_first: return type == first;
   case R::scalar: return type == T::float_ || type == T::integer;
@@ -126,6 +128,7 @@ T default_type(const ProceduralInputRule& rule, T output, T first) {
   case R::boolean: return T::boolean;
   case R::vector2: return T::vector2;
   case R::vector3: return T::vector3;
+  case R::color3: return T::color3;
   case R::string: return T::string;
   case R::file: return T::file;
   default: return T::float_;
@@ -375,7 +378,15 @@ class GraphReader {
 
 ProceduralGraph read_procedural_graph(const json& graph, const std::string& pointer, size_t texture_count) {
   if (!graph.is_object()) fault(pointer, "accepted is an object");
-  return GraphReader(graph, pointer, texture_count).read();
+  ProceduralGraph result = GraphReader(graph, pointer, texture_count).read();
+  for (size_t i = 0; i < result.outputs.size(); ++i) {
+    const ProceduralTexture compiled(result, i, [](int, bool) { return 0; });
+    if (compiled.instruction_count() > kMaxProceduralInstructions)
+      fault(fmt::format("{}/outputs/{}", pointer, i),
+            fmt::format("{} instructions, at most {} are accepted", compiled.instruction_count(),
+                        kMaxProceduralInstructions));
+  }
+  return result;
 }
 
 } // namespace kindling::gltf

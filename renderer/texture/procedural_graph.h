@@ -153,6 +153,7 @@ enum class ProceduralRule : uint8_t {
   boolean,
   vector2,
   vector3,
+  color3,
   numeric,    // any with channels, but for integers
   like_first, // that of the first input
   scalar,     // float or integer

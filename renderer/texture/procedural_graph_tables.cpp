@@ -111,6 +111,7 @@ constexpr I kInvert[] = {{.name = "in"}, {.name = "amount", .rule = R::same_or_f
 constexpr I kContrast[] = {{.name = "in"},
                            {.name = "amount", .rule = R::same_or_float, .value = 1.0f},
                            {.name = "pivot", .rule = R::same_or_float, .value = 0.5f}};
+constexpr I kLuminance[] = {{.name = "in"}, {.name = "lumacoeffs", .rule = R::color3, .constant = true}};
 constexpr I kNumericUnary[] = {{.name = "in", .rule = R::numeric}};
 constexpr I kNumericPair[] = {{.name = "in1", .rule = R::numeric}, {.name = "in2", .rule = R::like_first}};
 constexpr I kCombine2[] = {{.name = "in1", .rule = R::numeric}, {.name = "in2", .rule = R::numeric}};
@@ -200,7 +201,7 @@ constexpr ProceduralDefinition kTable[] = {
     {K::magnitude, "magnitude", kFloat, kNumericUnary},
     {K::distance, "distance", kFloat, kNumericPair},
     {K::normalize, "normalize", kVectors, kUnary},
-    {K::luminance, "luminance", kColors, kUnary},
+    {K::luminance, "luminance", kColors, kLuminance},
     {K::combine2, "combine2", kColors | kVectors, kCombine2},
     {K::combine3, "combine3", bit(T::color3) | bit(T::vector3), kCombine3},
     {K::combine4, "combine4", bit(T::color4) | bit(T::vector4), kCombine4},

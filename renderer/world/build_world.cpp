@@ -53,6 +53,7 @@ class WorldBuilder {
     auto textures = textures_.build(options_.texture_memory, world_->statistics_.texture_bytes);
     if (!textures) return textures.error();
     world_->textures_ = std::move(textures).value();
+    world_->procedurals_.textures = textures_.take_procedurals();
     for (SceneTexture& texture : scene_.textures) texture.image.reset();
     return {};
   }
@@ -68,8 +69,11 @@ class WorldBuilder {
       for (size_t v = 0; v < geometry.position_count; ++v)
         if (geometry.record(static_cast<uint32_t>(v))[geometry.color_offset + 3] < 1.0f) return false;
     }
-    if (material.base_color.present() &&
-        world_->textures_[static_cast<size_t>(material.base_color.texture)].has_alpha())
+    if (material.base_color.is_procedural()) {
+      if (world_->procedurals_.textures[static_cast<size_t>(material.base_color.procedural())].has_alpha())
+        return false;
+    } else if (material.base_color.present() &&
+               world_->textures_[static_cast<size_t>(material.base_color.texture)].has_alpha())
       return false;
     return material.alpha_mode == AlphaMode::mask ? material.base_color_factor.w >= material.alpha_cutoff
                                                   : material.base_color_factor.w >= 1.0f;
@@ -158,13 +162,13 @@ class WorldBuilder {
   }
 
   // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light. So are those
-  // below a coat with a texture, which a light does not look up.
+  // below a coat with a texture, which a light does not look up, and those of procedural emission, of which no mean is known.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
     const ShadingMaterial& material = world_->materials_[world_->geometries_[mesh].material];
     const LayerMaterial* layers =
         material.layers == kNone ? nullptr : &world_->layer_materials_[static_cast<size_t>(material.layers)];
     const bool patchy_coat = layers != nullptr && layers->clearcoat_factor > 0.0f && layers->clearcoat.present();
-    return material.emissive && accel_meshes_[mesh].opaque && !patchy_coat;
+    return material.emissive && accel_meshes_[mesh].opaque && !patchy_coat && !material.emission.is_procedural();
   }
 
   static void append_emissive(LightSetInput& input, const Geometry& geometry, const ShadingMaterial& material,
@@ -253,6 +257,8 @@ class WorldBuilder {
 
   void finish_statistics() {
     WorldStatistics& statistics = world_->statistics_;
+    world_->procedurals_.pictures = world_->textures_;
+    world_->procedurals_.instances = world_->instances_;
     MotionStatistics& motion = statistics.motion;
     for (const Geometry& geometry : world_->geometries_) {
       statistics.geometry_bytes += geometry.memory_bytes();
@@ -276,7 +282,7 @@ class WorldBuilder {
   const CancelToken* cancel_;
   ProgressListener* listener_;
   std::unique_ptr<World> world_;
-  TextureTable textures_{scene_.textures};
+  TextureTable textures_{scene_.textures, scene_.procedurals};
   bool has_lamp_ = false;
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> groups_;

@@ -38,6 +38,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   // Flattened by its transform: no normal but that of its faces is left.
   if (bake.determinant() == 0.0f) primitive.normals.clear();
   const M44f inverse = identity ? M44f() : bake.inverse();
+  geometry.to_object = inverse;
   const bool mirrored = bake.determinant() < 0.0f;
 
   uint8_t stride = 0;

@@ -33,6 +33,7 @@ struct Geometry {
   // likewise. Frames are normals and tangents, as far as records have them: 3 floats each for every vertex.
   std::vector<std::vector<V3f>> later_positions;
   std::vector<std::vector<float>> later_frames;
+  M44f to_object; // from the space of positions to that of the file's mesh: back from where they were baked
 
   Geometry() { texcoord_offset.fill(kAbsent); }
 

@@ -16,9 +16,10 @@ struct HitRecords {
   const Geometry& geometry;
   std::array<const float*, 3> records;
   V3f barycentric;
+  const accel::Hit* hit;
 
-  HitRecords(const Geometry& g, const accel::Hit& hit) : geometry(g), barycentric(1.0f - hit.u - hit.v, hit.u, hit.v) {
-    const uint32_t* index = g.indices.data() + size_t{hit.triangle} * 3;
+  HitRecords(const Geometry& g, const accel::Hit& h) : geometry(g), barycentric(1.0f - h.u - h.v, h.u, h.v), hit(&h) {
+    const uint32_t* index = g.indices.data() + size_t{h.triangle} * 3;
     records = {g.record(index[0]), g.record(index[1]), g.record(index[2])};
   }
   [[nodiscard]] V2f texcoord(uint8_t set) const {

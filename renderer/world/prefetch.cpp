@@ -15,7 +15,7 @@ void prefetch_textures(const ShadingMaterial& material, const TextureLookup& loo
                        std::span<const Texture> textures) {
   for (const TextureBinding* binding :
        {&material.base_color, &material.metallic_roughness, &material.normal, &material.emission}) {
-    if (!binding->present()) continue;
+    if (!binding->present() || binding->is_procedural()) continue;
     const TextureLookup::Place at = lookup.place(*binding);
     textures[static_cast<size_t>(binding->texture)].prefetch(at.uv, at.level);
   }
@@ -75,7 +75,7 @@ void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hi
     footprints[i].choice = seen.choice();
     footprints[i].share = seen.share();
     const HitRecords records(geometry, hit);
-    prefetch_textures(material, TextureLookup(textures_, records, seen), textures_);
+    prefetch_textures(material, TextureLookup(textures_, procedurals_, records, seen), textures_);
   }
 }
 

@@ -11,6 +11,8 @@ class Binder {
  public:
   explicit Binder(TextureTable& textures) : textures_(textures) {}
   TextureBinding operator()(const TextureSlot& slot, TextureContent content) {
+    if (slot.procedural != kNone)
+      return make_binding(slot, textures_.number_of_procedural(slot.procedural, slot.procedural_output));
     return make_binding(slot, slot.texture != kNone ? textures_.number_of(slot.texture, content) : kNone);
   }
 

@@ -12,13 +12,15 @@ namespace kindling {
 
 // uv' = (m[0] u + m[1] v + m[2], m[3] u + m[4] v + m[5]).
 struct TextureBinding {
-  int32_t texture = kNone; // index into World's textures
+  int32_t texture = kNone; // index into World's textures; below kNone: a procedural one
   uint8_t texcoord = 0;
   bool transformed = false;
   float m[6] = {1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f};
   float area_scale = 1.0f; // by which it scales areas: the absolute determinant
 
   [[nodiscard]] bool present() const { return texture != kNone; }
+  [[nodiscard]] bool is_procedural() const { return texture < kNone; }
+  [[nodiscard]] int procedural() const { return kNone - 1 - texture; } // index into World's procedural textures
   [[nodiscard]] V2f apply(const V2f& uv) const {
     if (!transformed) return uv;
     return {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};

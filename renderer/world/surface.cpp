@@ -139,7 +139,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   }
 
   const SurfaceFootprint seen{ray, footprint, triangle_normal};
-  const TextureLookup textures(textures_, lookup, seen);
+  const TextureLookup textures(textures_, procedurals_, lookup, seen);
   float slope_variance = 0.0f; // of the normals that a coarse level has averaged
   const V3f vertex_normal = normal;
   V3f tangent, bitangent; // only with has_tangent
@@ -176,7 +176,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
 
   // Rays met what is covered at the finest level: so is coverage counted there, once.
   if (material.alpha_mode == AlphaMode::blend && material.base_color.present() &&
-      textures.place(material.base_color).level > 0)
+      textures.is_filtered(material.base_color))
     base.w = coverage(material, lookup, textures);
   surface.alpha = material.alpha_mode == AlphaMode::blend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
   if (material.unlit) {
@@ -208,7 +208,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     surface.layered = true;
     VertexFrame vertex{.normal = vertex_normal, .has_tangent = has_tangent, .front = front};
     if (has_tangent) vertex.tangent = tangent, vertex.bitangent = bitangent;
-    layers_at(TextureLookup(textures_, lookup, seen), vertex, wo,
+    layers_at(TextureLookup(textures_, procedurals_, lookup, seen), vertex, wo,
               surface); // its own, so that ours can stay in registers
   }
 
@@ -239,7 +239,7 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   const HitRecords records(geometry, candidate);
   const RayFootprint none;
   const SurfaceFootprint point{ray, none};
-  const TextureLookup textures(world.textures_, records, point);
+  const TextureLookup textures(world.textures_, world.procedurals_, records, point);
   const float alpha = coverage(material, records, textures);
 
   if (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) return false;

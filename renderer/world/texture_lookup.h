@@ -5,6 +5,7 @@
 #include "renderer/base/hash.h"
 #include "renderer/texture/texture.h"
 #include "renderer/world/hit_records.h"
+#include "renderer/world/procedural_lookup.h"
 #include "renderer/world/world.h"
 
 #include <cmath>
@@ -38,25 +39,34 @@ struct SurfaceFootprint {
 // read. Borrows all that it is made of.
 class TextureLookup {
  public:
-  TextureLookup(std::span<const Texture> textures, const HitRecords& records, const SurfaceFootprint& footprint)
-      : textures_(textures.data()), records_(records), footprint_(footprint) {}
+  TextureLookup(std::span<const Texture> textures, const ProceduralScene& procedurals, const HitRecords& records,
+                const SurfaceFootprint& footprint)
+      : textures_(textures.data()), procedurals_(procedurals), records_(records), footprint_(footprint) {}
 
   [[nodiscard]] V4f sample(const TextureBinding& binding) const {
+    if (binding.is_procedural()) [[unlikely]]
+      return procedural(binding, true);
     const Place at = place(binding);
     return texture(binding).sample(at.uv, at.level);
   }
   [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding) const { return sample_rgb(binding, place(binding)); }
   // One channel of 0..3.
   [[nodiscard]] float sample_channel(const TextureBinding& binding, int channel) const {
+    if (binding.is_procedural()) [[unlikely]]
+      return procedural(binding, true)[channel];
     const Place at = place(binding);
     return texture(binding).sample_channel(at.uv, channel, at.level);
   }
 
   // At level 0, whatever the footprint: for what has to agree with those who know nothing of it.
   [[nodiscard]] Rgb sample_rgb_finest(const TextureBinding& binding) const {
+    if (binding.is_procedural()) [[unlikely]]
+      return rgb_of(procedural(binding, false));
     return texture(binding).sample_rgb(records_.texcoord(binding));
   }
   [[nodiscard]] float sample_channel_finest(const TextureBinding& binding, int channel) const {
+    if (binding.is_procedural()) [[unlikely]]
+      return procedural(binding, false)[channel];
     return texture(binding).sample_channel(records_.texcoord(binding), channel);
   }
 
@@ -65,15 +75,27 @@ class TextureLookup {
     int level = 0;
   };
   [[nodiscard]] Rgb sample_rgb(const TextureBinding& binding, const Place& at) const {
+    if (binding.is_procedural()) [[unlikely]]
+      return rgb_of(procedural(binding, true));
     return texture(binding).sample_rgb(at.uv, at.level);
   }
-  // Where the binding is read.
+  // Where the binding is read; of a procedural one nobody asks.
   [[nodiscard]] Place place(const TextureBinding& binding) const {
+    if (binding.is_procedural()) [[unlikely]]
+      return {};
     if (binding.texcoord != set_) find_set(binding.texcoord);
     return {binding.apply(uv_), texture(binding).choose_level(uv_area_ * binding.area_scale, choice_)};
   }
+  // Whether sample() may differ from what the finest level has.
+  [[nodiscard]] bool is_filtered(const TextureBinding& binding) const {
+    return binding.is_procedural() || place(binding).level > 0;
+  }
 
  private:
+  [[nodiscard]] static Rgb rgb_of(const V4f& value) { return {value.x, value.y, value.z}; }
+  [[gnu::noinline]] V4f procedural(const TextureBinding& binding, bool filtered) const {
+    return procedurals_.sample(binding.procedural(), records_, footprint_, filtered);
+  }
   [[nodiscard]] const Texture& texture(const TextureBinding& binding) const {
     return textures_[static_cast<size_t>(binding.texture)];
   }
@@ -88,6 +110,7 @@ class TextureLookup {
   }
 
   const Texture* textures_;
+  const ProceduralScene& procedurals_;
   const HitRecords& records_;
   const SurfaceFootprint& footprint_;
   mutable uint8_t set_ = 0xff; // that the next three belong to

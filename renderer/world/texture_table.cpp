@@ -27,6 +27,18 @@ int32_t TextureTable::number_of(int source, TextureContent content) {
   return numbers_.try_emplace({source, content}, static_cast<int32_t>(numbers_.size())).first->second;
 }
 
+int32_t TextureTable::number_of_procedural(int graph, int output) {
+  const auto [entry, inserted] =
+      procedural_numbers_.try_emplace({graph, output}, kNone - 1 - static_cast<int32_t>(procedurals_.size()));
+  if (inserted) {
+    procedurals_.emplace_back(graphs_[static_cast<size_t>(graph)], static_cast<size_t>(output),
+                              [&](int texture, bool color) {
+                                return number_of(texture, color ? TextureContent::color : TextureContent::data);
+                              });
+  }
+  return entry->second;
+}
+
 Result<std::vector<Texture>> TextureTable::build(TextureMemory* memory, size_t& bytes) const {
   struct Job {
     const Image* image;

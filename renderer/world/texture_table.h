@@ -4,6 +4,7 @@
 
 #include "renderer/base/result.h"
 #include "renderer/scene/scene.h"
+#include "renderer/texture/procedural_texture.h"
 #include "renderer/texture/texture.h"
 #include "renderer/texture/texture_memory.h"
 
@@ -20,18 +21,26 @@ namespace kindling {
 class TextureTable {
  public:
   // Borrows them until build() returns.
-  explicit TextureTable(std::span<const SceneTexture> sources) : sources_(sources) {}
+  explicit TextureTable(std::span<const SceneTexture> sources, std::span<const ProceduralGraph> graphs = {})
+      : sources_(sources), graphs_(graphs) {}
 
   // Where texture `source` of the scene, read as `content`, will stand in what build() gives; kNone if it has no picture.
   [[nodiscard]] int32_t number_of(int source, TextureContent content);
+  // The same for an output of a graph: below kNone (TextureBinding::procedural()).
+  [[nodiscard]] int32_t number_of_procedural(int graph, int output);
 
   // `bytes`: of all pictures and their levels in memory, shared ones once. The result does not depend on the number of threads.
   // Where `memory` (may be null) is exceeded, all are paged: it must outlive the textures, and may fail.
   [[nodiscard]] Result<std::vector<Texture>> build(TextureMemory* memory, size_t& bytes) const;
+  // Those that have been numbered; once.
+  [[nodiscard]] std::vector<ProceduralTexture> take_procedurals() { return std::move(procedurals_); }
 
  private:
   std::span<const SceneTexture> sources_;
+  std::span<const ProceduralGraph> graphs_;
   std::map<std::pair<int, TextureContent>, int32_t> numbers_;
+  std::map<std::pair<int, int>, int32_t> procedural_numbers_; // of graph and output
+  std::vector<ProceduralTexture> procedurals_;
 };
 
 } // namespace kindling

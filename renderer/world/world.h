@@ -10,6 +10,7 @@
 #include "renderer/light/light_set.h"
 #include "renderer/world/geometry.h"
 #include "renderer/world/layer_material.h"
+#include "renderer/world/procedural_lookup.h"
 #include "renderer/world/shading_material.h"
 
 #include <cstdint>
@@ -161,6 +162,7 @@ class World {
   bool has_panes_ = false;
   bool has_motion_ = false;
   std::vector<Texture> textures_;
+  ProceduralScene procedurals_;
   std::vector<std::string> material_names_;
   std::vector<WorldInstance> instances_;   // one per accelerator instance
   std::vector<std::vector<M44f>> motions_; // by WorldInstance::motion: the matrices of all keys

@@ -268,6 +268,63 @@ def json_nested_too_deep():
     return b'{"asset":{"version":"2.0"},"extras":' + b"[" * 20000 + b"]" * 20000 + b"}"
 
 
+def _with_graph(required, nodes, **graph):
+    """The triangle with a procedural texture of these nodes; its output reads the last one."""
+    g = _triangle()
+    g.use("KHR_texture_procedurals", required)
+    out = {"name": "out", "nodetype": "output", "type": "color3", "node": len(nodes) - 1}
+    g.json["extensions"] = {"KHR_texture_procedurals": {"procedurals": [
+        {"nodetype": "nodegraph", "type": "color3", "nodes": nodes, "outputs": [out], **graph}]}}
+    slot = {"index": g.add("textures", {}), "extensions": {"KHR_texture_procedurals": {"index": 0}}}
+    g.add("materials", {"pbrMetallicRoughness": {"baseColorTexture": slot}})
+    g.json["meshes"][0]["primitives"][0]["material"] = 0
+    return _document(g)
+
+
+def _add_node(first, second):
+    return {"nodetype": "add", "type": "color3", "inputs": [
+        {"name": "in1", "nodetype": "input", "type": "color3", **first},
+        {"name": "in2", "nodetype": "input", "type": "color3", **second}]}
+
+
+_GRAPH = "/extensions/KHR_texture_procedurals/procedurals/0"
+
+
+@case(_GRAPH + "/nodes/0: its inputs depend on its own output", "two nodes of a required procedural texture read each other")
+def procedural_cycle():
+    black = {"value": [0, 0, 0]}
+    return _with_graph(True, [_add_node({"node": 1}, black), _add_node({"node": 0}, black)])
+
+
+@case(_GRAPH + "/nodes/0/nodetype: 'perlin_wood'", "a procedural texture with a node that MaterialX has not", "warning")
+def procedural_of_unknown_node():
+    return _with_graph(False, [{"nodetype": "perlin_wood", "type": "color3"}])
+
+
+@case(_GRAPH + "/nodes/1/inputs/0/type", "a procedural texture in which a colour is read as a vector")
+def procedural_of_wrong_type():
+    return _with_graph(True, [{"nodetype": "constant", "type": "color3"},
+                              {"nodetype": "add", "type": "color3",
+                               "inputs": [{"name": "in1", "nodetype": "input", "type": "vector3", "node": 0}]}])
+
+
+@case(_GRAPH + "/nodes", "a procedural texture of 257 nodes")
+def procedural_too_large():
+    return _with_graph(True, [{"nodetype": "constant", "type": "color3"}] * 257)
+
+
+@case(_GRAPH + "/nodes/0/inputs/0/node", "a procedural texture that reads a node that is none")
+def procedural_names_missing_node():
+    return _with_graph(True, [_add_node({"node": 7}, {"value": [0, 0, 0]})])
+
+
+@case("/materials/0: KHR_texture_procedurals index 3", "a procedural texture that is none", "warning")
+def procedural_missing():
+    d = _with_graph(False, [{"nodetype": "constant", "type": "color3"}])
+    d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_procedurals"]["index"] = 3
+    return d
+
+
 def _glb_parts():
     g = _triangle()
     g.bin.extend(b"\0" * (-len(g.bin) % 4))

@@ -3,7 +3,7 @@
 import math
 import struct
 
-from . import pictures
+from . import pictures, procedurals
 from .gltf import BYTE, FLOAT, SHORT, UBYTE, USHORT, Gltf, dump
 from .shapes import Mesh, box, quad, sphere
 
@@ -305,6 +305,33 @@ def emissive_strength():
     return g.finish(roots, "emission").to_gltf()
 
 
+def procedural_textures():
+    """Spheres of stripes, turbulence, marble, Worley cells and a noise sum on a checkerboard: KHR_texture_procedurals (draft)."""
+    g = Gltf()
+    bark = procedurals.Graph("noise sum")
+    p = bark.node("multiply", "vector3", in1=bark.node("position", "vector3"), in2=(3.0, 1.0, 3.0))
+    bark.output(bark.node("remap", "float", in_=bark.node("fractal3d", "float", octaves=6, position=p), inlow=-1.0, inhigh=1.0,
+                          outlow=0.1, outhigh=0.8))
+    procedurals.add(g, [
+        procedurals.checkerboard((0.8, 0.8, 0.75), (0.08, 0.1, 0.12), (40.0, 40.0)),
+        procedurals.stripes((0.8, 0.1, 0.05), (0.85, 0.85, 0.8), 12.0, 0.4),
+        procedurals.turbulence((0.02, 0.05, 0.2), (0.9, 0.9, 0.95)),
+        procedurals.marble((0.03, 0.03, 0.05), (0.85, 0.83, 0.78)),
+        procedurals.worley((0.9, 0.5, 0.1), (0.1, 0.02, 0.02)), bark])
+    fallback = g.add("textures", {})
+
+    def material(name, graph):
+        return g.add_material(name, roughness=0.6, pbr={"baseColorTexture": procedurals.slot(graph, fallback)})
+
+    floor = g.add_mesh("floor", [(quad((-10, 0, 10), (20, 0, 0), (0, 0, -20)), material("checkerboard", 0))])
+    ball = g.add_primitive(sphere(0.5, 24, 12))
+    roots = [g.add_node("floor", mesh=floor), g.add_camera_node("camera", (0.0, 1.6, 5.0), (0.0, 0.4, 0.0), 0.6)]
+    for i, name in enumerate(["stripes", "turbulence", "marble", "worley", "noise sum"]):
+        mesh = g.add("meshes", {"name": name, "primitives": [{**ball, "material": material(name, i + 1)}]})
+        roots.append(g.add_node(name, mesh=mesh, translation=[1.1 * (i - 2), 0.5, 0.0]))
+    return g.finish(roots, "procedural textures").to_gltf()
+
+
 def external_files():
     """Buffer and picture beside the file, with a space and a letter outside of ASCII in their names, percent-encoded."""
     g = Gltf()
@@ -320,7 +347,8 @@ def external_files():
 def build():
     files = [triangle_strip, triangle_fan, non_indexed, sparse, interleaved, vertex_colors, morph_targets, skin, animation,
              texture_transform, light_point, light_spot, light_directional, unlit, alpha_modes, orthographic_camera,
-             negative_scale, several_scenes, node_visibility, quantized, points_and_lines, emissive_strength]
+             negative_scale, several_scenes, node_visibility, quantized, points_and_lines, emissive_strength,
+             procedural_textures]
     result = {"tiny/%s.gltf" % make.__name__: make() for make in files}
     result.update({"tiny/" + name: data for name, data in external_files().items()})
     return result

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/guide.h"
 #include "tests/integrator/test_scenes.h"
+#include "tests/texture/graph_builder.h"
 
 #include <atomic>
 #include <cstdlib>
@@ -11,21 +12,21 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-void* operator new(std::size_t size) {
+[[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, std::align_val_t alignment) {
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
   ++allocations;
   const auto a = static_cast<std::size_t>(alignment);
   if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
   throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 
 namespace kindling::test {
 namespace {
@@ -37,6 +38,10 @@ TEST(Allocation, NonePerSample) {
   Material veil = diffuse_material(Rgb(0.5f));
   veil.alpha_mode = AlphaMode::blend;
   veil.base_color_factor.w = 0.5f;
+  // Cells of squared noise: sampled at many points of a footprint.
+  GraphBuilder graph;
+  const GraphBuilder::Node cells = graph.add(ProceduralKind::worleynoise3d, ProceduralType::float_);
+  glossy.base_color_texture.procedural = 0;
   for (const accel::Kind kind : kAllKinds)
     for (const IntegratorKind integrator_kind : all_integrators()) {
       Scene scene = make_scene({glossy, emissive_material(Rgb(3.0f)), veil},
@@ -44,6 +49,8 @@ TEST(Allocation, NonePerSample) {
                                 quad(V3f(-3, -1, 3), V3f(6, 0, 0), V3f(0, 0, -6), 2)});
       scene.lights.emplace_back().radius_m = 0.3f;
       scene.nodes[0].light = 0;
+      scene.procedurals = {
+          graph.graph(graph.add(ProceduralKind::power, ProceduralType::float_, {{"in1", cells}, {"in2", 2.0f}}))};
       const auto world = make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(0.3f)));
       const Camera camera(SceneCamera{}, look_at(V3f(1, 1, 4), V3f(0.0f)), V2i(8, 8));
       IntegratorSettings settings;

@@ -1,0 +1,227 @@
+// KHR_texture_procedurals: the draft's own example, what a graph may not be, and where its texture stands in.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kindling::test {
+namespace {
+
+constexpr const char* kName = "KHR_texture_procedurals";
+
+json input(const char* name, const char* type, json rest) {
+  json port = {{"name", name}, {"nodetype", "input"}, {"type", type}};
+  port.update(rest);
+  return port;
+}
+
+// Lists are vectors: a json list of one object in braces would be that object.
+using List = std::vector<json>;
+
+json node(const char* kind, const char* type, const List& inputs = {}) {
+  return {{"nodetype", kind},
+          {"type", type},
+          {"inputs", inputs},
+          {"outputs", json::array({json{{"nodetype", "output"}, {"type", type}}})}};
+}
+
+json graph(const List& nodes, const char* type = "color3") {
+  json output = {{"nodetype", "output"}, {"type", type}, {"node", nodes.size() - 1}};
+  return {{"nodetype", "nodegraph"}, {"type", type}, {"nodes", nodes}, {"outputs", json::array({output})}};
+}
+
+// A triangle of which the base colour is output `slot` of these graphs.
+Loaded with_graphs(json graphs, json slot = {{"index", 0}}, bool required = false) {
+  GltfBuilder builder;
+  const json attributes = {{"POSITION", builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, kFloat, "VEC3")},
+                           {"TEXCOORD_0", builder.accessor<float>({0, 0, 1, 0, 0, 1}, kFloat, "VEC2")}};
+  builder.root["extensionsUsed"] = {kName};
+  if (required) builder.root["extensionsRequired"] = {kName};
+  builder.root["extensions"][kName]["procedurals"] = std::move(graphs);
+  builder.push("textures", {{"source", 0}});
+  builder.push("images", {{"uri", "data:image/png;base64," + std::string(kPngBase64)}});
+  builder.push("materials", {{"pbrMetallicRoughness",
+                              {{"baseColorTexture", {{"index", 0}, {"extensions", {{kName, std::move(slot)}}}}}}}});
+  builder.root_node({{"mesh", builder.mesh({{"attributes", attributes}, {"material", 0}})}});
+  return load(builder);
+}
+
+// The checkerboard of the draft's README.
+constexpr const char* kDraftExample = R"({"name": "My_Checker", "nodetype": "nodegraph", "type": "color3",
+  "inputs": [{"name": "color1", "nodetype": "input", "type": "color3", "value": [1.0, 0.0, 0.0]},
+             {"name": "color2", "nodetype": "input", "type": "color3", "value": [0.0, 1.0, 0.0]},
+             {"name": "uvtiling", "nodetype": "input", "type": "vector2", "value": [8.0, 8.0]},
+             {"name": "uvoffset", "nodetype": "input", "type": "vector2", "value": [0.0, 0.0]}],
+  "outputs": [{"name": "out", "nodetype": "output", "type": "color3", "node": 5}],
+  "nodes": [
+    {"name": "N_mtlxmult", "nodetype": "multiply", "type": "vector2",
+     "inputs": [{"name": "in1", "nodetype": "input", "type": "vector2", "node": 6}, {"name": "in2", "nodetype": "input", "type": "vector2", "input": 2}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "vector2"}]},
+    {"name": "N_mtlxsubtract", "nodetype": "subtract", "type": "vector2",
+     "inputs": [{"name": "in1", "nodetype": "input", "type": "vector2", "node": 0}, {"name": "in2", "nodetype": "input", "type": "vector2", "input": 3}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "vector2"}]},
+    {"name": "N_mtlxfloor", "nodetype": "floor", "type": "vector2",
+     "inputs": [{"name": "in", "nodetype": "input", "type": "vector2", "node": 1}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "vector2"}]},
+    {"name": "N_mtlxdotproduct", "nodetype": "dotproduct", "type": "float",
+     "inputs": [{"name": "in1", "nodetype": "input", "type": "vector2", "node": 2}, {"name": "in2", "nodetype": "input", "type": "vector2", "value": [1.0, 1.0]}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "float"}]},
+    {"name": "N_modulo", "nodetype": "modulo", "type": "float",
+     "inputs": [{"name": "in1", "nodetype": "input", "type": "float", "node": 3}, {"name": "in2", "nodetype": "input", "type": "float", "value": 2.0}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "float"}]},
+    {"name": "N_mtlxmix", "nodetype": "mix", "type": "color3",
+     "inputs": [{"name": "bg", "nodetype": "input", "type": "color3", "input": 1}, {"name": "fg", "nodetype": "input", "type": "color3", "input": 0},
+                {"name": "mix", "nodetype": "input", "type": "float", "node": 4}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "color3"}]},
+    {"name": "texcoord", "nodetype": "texcoord", "type": "vector2",
+     "inputs": [{"name": "index", "nodetype": "input", "type": "integer", "value": 0}],
+     "outputs": [{"nodetype": "output", "name": "out", "type": "vector2"}]}]})";
+
+TEST(Procedurals, TheDraftsExampleIsRead) {
+  for (const bool required : {false, true}) {
+    const Loaded loaded = with_graphs(json::array({json::parse(kDraftExample)}), {{"index", 0}}, required);
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
+    ASSERT_EQ(loaded.scene->procedurals.size(), 1U);
+    const ProceduralGraph& read = loaded.scene->procedurals[0];
+    EXPECT_EQ(read.name, "My_Checker");
+    EXPECT_EQ(read.nodes.size(), 7U);
+    EXPECT_EQ(read.texcoord_sets, 1U);
+    // Each reads earlier ones.
+    for (size_t i = 0; i < read.nodes.size(); ++i)
+      for (const ProceduralInput& from : read.nodes[i].inputs) EXPECT_LT(from.node, static_cast<int>(i));
+    const TextureSlot& slot = loaded.scene->materials[0].base_color_texture;
+    EXPECT_EQ(slot.procedural, 0);
+    EXPECT_EQ(slot.texture, kNone);
+    EXPECT_TRUE(slot.present());
+    EXPECT_EQ(loaded.scene->textures[0].image, nullptr); // the fallback is not loaded
+  }
+}
+
+// A fault: a warning that says where and what, and the texture; an error where the extension is required.
+void expect_fault(const List& list, const json& slot, std::string_view start) {
+  const json graphs = list;
+  const Loaded tolerant = with_graphs(graphs, slot, false);
+  ASSERT_TRUE(tolerant.scene) << tolerant.error;
+  ASSERT_EQ(tolerant.warnings.size(), 1U) << start;
+  EXPECT_TRUE(tolerant.warnings[0].starts_with(start)) << tolerant.warnings[0];
+  EXPECT_TRUE(tolerant.warnings[0].ends_with("; the texture is used in its place")) << tolerant.warnings[0];
+  EXPECT_EQ(tolerant.scene->materials[0].base_color_texture.texture, 0);
+  EXPECT_EQ(tolerant.scene->materials[0].base_color_texture.procedural, kNone);
+  EXPECT_NE(tolerant.scene->textures[0].image, nullptr);
+  const Loaded strict = with_graphs(graphs, slot, true);
+  ASSERT_FALSE(strict.scene) << start;
+  EXPECT_TRUE(strict.error.starts_with(start)) << strict.error;
+}
+
+TEST(Procedurals, FaultsOfNodes) {
+  const std::string at = std::string("/extensions/") + kName + "/procedurals/0";
+  const json color = node("constant", "color3", {input("value", "color3", {{"value", {1, 2, 3}}})});
+  const auto fault = [&](const List& nodes, std::string_view place) {
+    expect_fault({graph(nodes)}, {{"index", 0}}, at + std::string(place));
+  };
+  fault({node("wood", "color3", {})}, "/nodes/0/nodetype: 'wood' is not a node that is known");
+  fault({node("constant", "plaid", {})}, "/nodes/0/type: 'plaid', accepted are float, color3,");
+  fault({node("position", "color3", {})}, "/nodes/0/type: 'color3' is no output of position");
+  fault({node("constant", "color3", {input("value", "color3", {{"value", {1, 2}}})})},
+        "/nodes/0/inputs/0/value: accepted is an array of 3 numbers");
+  fault({node("constant", "color3", {input("value", "color3", {{"value", {1, 2, "x"}}})})},
+        "/nodes/0/inputs/0/value: accepted are numbers");
+  fault({node("constant", "color3", {input("value", "color3", json::object())})}, "/nodes/0/inputs/0: without a value");
+  fault({node("constant", "color3", {input("colour", "color3", {{"value", {1, 2, 3}}})})},
+        "/nodes/0/inputs/0/name: not an input of constant, accepted are value");
+  fault({color, node("add", "color3", {input("in1", "color3", {{"node", 0}}), input("in1", "color3", {{"node", 0}})})},
+        "/nodes/1/inputs/1: input 'in1' a second time");
+  fault({color, node("add", "color3", {input("in1", "vector3", {{"node", 0}})})},
+        "/nodes/1/inputs/0/type: 'vector3' for input 'in1', accepted is color3");
+  fault({node("position", "vector3", {}), node("add", "color3", {input("in1", "color3", {{"node", 0}})})},
+        "/nodes/1/inputs/0/type: 'color3' from node 0 of type 'vector3'");
+  fault({color, node("add", "color3", {input("in1", "color3", {{"node", -1}})})},
+        "/nodes/1/inputs/0/node: accepted is an index below 2");
+  fault({color, node("add", "color3", {input("in1", "color3", {{"node", 0.5}})})},
+        "/nodes/1/inputs/0/node: accepted is an index");
+  fault({color, node("add", "color3", {input("in1", "color3", {{"node", 1}})})},
+        "/nodes/1: its inputs depend on its own output");
+  fault({node("constant", "integer", {}), node("fractal3d", "color3", {input("octaves", "integer", {{"value", 17}})})},
+        "/nodes/0/type: 'integer' is no output");
+  fault({node("fractal3d", "color3", {input("octaves", "integer", {{"value", 17}})})},
+        "/nodes/0: octaves of 17, accepted is 0 to 16");
+  fault({node("texcoord", "vector2", {input("index", "integer", {{"value", 8}})}), color}, "/nodes/0: index of 8");
+  fault({node("separate2", "multioutput", {input("in", "color3", {{"value", {1, 2, 3}}})}), color},
+        "/nodes/0: an input of 3 channels");
+  fault({node("separate3", "multioutput", {input("in", "color3", {{"value", {1, 2, 3}}})}),
+         node("convert", "color3", {input("in", "float", {{"node", 0}})})},
+        "/nodes/1/inputs/0: without output, accepted is one below 3");
+  fault({node("image", "color3", {input("file", "filename", {{"texture", 1}})})},
+        "/nodes/0/inputs/0/texture: accepted is an index below 1");
+  fault({node("image", "color3")}, "/nodes/0: without a file");
+  fault({node("position", "vector3", {input("space", "string", {{"value", "tangent"}})}), color},
+        "/nodes/0/inputs/0/value: 'tangent', accepted are object, model, world");
+}
+
+TEST(Procedurals, FaultsOfGraphs) {
+  const std::string at = std::string("/extensions/") + kName + "/procedurals/0";
+  const json color = node("constant", "color3");
+  json two = graph(List{color});
+  two["outputs"].push_back(two["outputs"][0]);
+  expect_fault({two}, {{"index", 0}},
+               "/materials/0: KHR_texture_procedurals index 0 without output, of which the graph has 2");
+  expect_fault({two}, {{"index", 0}, {"output", 2}}, "/materials/0: KHR_texture_procedurals output 2");
+  expect_fault({two}, {{"index", 1}}, "/materials/0: KHR_texture_procedurals index 1, of which there are 1");
+  expect_fault({two}, {{"index", "one"}}, "/materials/0: KHR_texture_procedurals index -2");
+  expect_fault({two}, json::array(), "/materials/0: KHR_texture_procedurals index -2");
+  expect_fault({json::array()}, {{"index", 0}}, at + ": accepted is an object");
+  expect_fault({json{{"nodetype", "material"}}}, {{"index", 0}}, at + "/nodetype: 'material', accepted is 'nodegraph'");
+  expect_fault({graph(List(257, color))}, {{"index", 0}}, at + "/nodes: 257 entries, at most 256 are accepted");
+  json without = graph(List{color});
+  without["outputs"] = json::array();
+  expect_fault({without}, {{"index", 0}}, at + "/outputs: none");
+  EXPECT_TRUE(with_graphs(json::array({two}), {{"index", 0}, {"output", 1}}).warnings.empty());
+  // Nodes that each cost many instructions.
+  List many{node("texcoord", "vector2")};
+  for (int i = 0; i < 255; ++i)
+    many.push_back(
+        node("place2d", "vector2",
+             {input("texcoord", "vector2", {{"node", i}}), input("rotate", "float", {{"value", 1.0 + i}}),
+              input("scale", "vector2", {{"value", {2 + i, 3}}}), input("pivot", "vector2", {{"value", {i, 3}}})}));
+  expect_fault({graph(many, "vector2")}, {{"index", 0}}, at + "/outputs/0: ");
+}
+
+TEST(Procedurals, WhatTheSlotSaysBesidesHasNoEffect) {
+  GltfBuilder builder;
+  builder.root["extensionsUsed"] = {kName, "KHR_texture_transform"};
+  builder.root["extensions"][kName]["procedurals"] =
+      List{graph(List{node("texcoord", "vector2", {input("index", "integer", {{"value", 1}})}),
+                      node("convert", "color3", {input("in", "vector2", {{"node", 0}})})})};
+  builder.push("textures", json::object());
+  builder.push("materials",
+               {{"emissiveTexture",
+                 {{"index", 0},
+                  {"texCoord", 3},
+                  {"extensions", {{kName, {{"index", 0}}}, {"KHR_texture_transform", {{"scale", {2, 2}}}}}}}}});
+  const Loaded loaded = load(builder);
+  ASSERT_TRUE(loaded.scene) << loaded.error;
+  EXPECT_TRUE(loaded.warnings.empty());
+  const TextureSlot& slot = loaded.scene->materials[0].emissive_texture;
+  EXPECT_EQ(slot.scale, V2f(1.0f));
+  EXPECT_EQ(slot.texcoord_sets(), 2U);
+}
+
+TEST(Procedurals, PicturesOfGraphsAreLoaded) {
+  json with_input = graph(List{node("image", "color3", {input("file", "filename", {{"input", 0}})})});
+  with_input["inputs"] = List{{{"nodetype", "input"}, {"type", "filename"}, {"texture", 0}}};
+  for (const json& each :
+       {with_input, graph(List{node("image", "color3", {input("file", "filename", {{"texture", 0}})})})}) {
+    const Loaded loaded = with_graphs(json::array({each}));
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
+    EXPECT_NE(loaded.scene->textures[0].image, nullptr);
+  }
+}
+
+} // namespace
+} // namespace kindling::test
