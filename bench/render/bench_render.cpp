@@ -57,7 +57,48 @@ void render_scene(benchmark::State& state, const std::string& name, accel::Kind 
   state.counters["rays/s"] = benchmark::Counter(static_cast<double>(rays.total()), benchmark::Counter::kIsRate);
 }
 
+// The optimizations of the Whitted tracer, one by one and together, on a scene of mirrors and glass.
+void render_whitted(benchmark::State& state, const WhittedSettings& whitted) {
+  RenderSettings settings;
+  settings.size_px = {301, 246};
+  settings.samples_per_pixel = 1;
+  settings.threads = 1;
+  settings.integrator.kind = IntegratorKind::whitted;
+  settings.integrator.whitted = whitted;
+  settings.integrator.whitted.trace_depth = static_cast<int>(state.range(0));
+  std::string error;
+  const Prepared prepared = prepare("paper/figure_01.glb", accel::Kind::kdtree, settings.size_px, error);
+  if (!prepared.world) return state.SkipWithError(error.c_str());
+  RayCounters rays;
+  for (auto _ : state) {
+    Result<RenderOutcome> outcome = render(*prepared.world, *prepared.camera, settings, nullptr, nullptr);
+    if (!outcome.ok()) return state.SkipWithError(outcome.error().message.c_str());
+    rays.add(outcome.value().statistics.rays);
+  }
+  state.counters["rays/s"] = benchmark::Counter(static_cast<double>(rays.total()), benchmark::Counter::kIsRate);
+}
+
+void register_whitted() {
+  constexpr WhittedForm kRecursive = WhittedForm::recursive;
+  const std::pair<const char*, WhittedSettings> tracers[] = {
+      {"whitted/kdtree", {.cache = false, .form = kRecursive}},
+      {"whitted/bounces", {.max_reflections = 3, .cache = false, .form = kRecursive}},
+      {"whitted/cache", {.form = kRecursive}},
+      {"whitted/iteration", {.cache = false}},
+      {"whitted/optimized", {.max_reflections = 3}},
+  };
+  for (const auto& [name, settings] : tracers)
+    benchmark::RegisterBenchmark(name,
+                                 [whitted = settings](benchmark::State& state) { render_whitted(state, whitted); })
+        ->ArgName("depth")
+        ->Arg(1)
+        ->Arg(5)
+        ->Arg(12)
+        ->Unit(benchmark::kMillisecond);
+}
+
 void register_benchmarks() {
+  register_whitted();
   for (const char* name : {"cornell_box.glb", "interior.glb", "material_grid.glb", "instancing.glb"}) {
     for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
       const std::string title = std::string(name) + "/" + std::string(accel::kind_name(kind));

@@ -116,6 +116,7 @@ bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, Whitted
     vertex.throughput = node.weight;
     vertex.radiance = context.samples[node.slot].radiance.value();
   });
+  if (world_.lights().has_shapes() && !node.seen) add_shapes(node, hit, context);
   if (!hit.is_hit()) {
     if (node.seen && settings_.transparent_background) {
       const Rgb& w = node.weight;
@@ -128,6 +129,18 @@ bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, Whitted
   }
   if (node.in_medium) node.weight *= medium_transmittance(world_, node.media, hit.t);
   return !is_black(node.weight);
+}
+
+// The camera itself sees none of them.
+void WhittedIntegrator::add_shapes(const WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const {
+  ShapeRay stretch{.origin = node.ray.origin,
+                   .normal = V3f(0.0f),
+                   .direction = node.ray.direction,
+                   .end_m = hit.is_hit() ? hit.t : kInfinity,
+                   .time = node.ray.time};
+  if (node.in_medium) stretch.extinction = world_.medium(*node.media.innermost()).extinction;
+  const Rgb radiance = world_.lights().shape_radiance(stretch);
+  if (!is_black(radiance)) Sink{*this, context}.add(node, WhittedPart::indirect, node.weight * radiance);
 }
 
 RayFootprint WhittedIntegrator::footprint_of(const WhittedNode& node, const accel::Hit& hit) const {

@@ -30,6 +30,8 @@ class WhittedIntegrator final : public Integrator {
   [[nodiscard]] WhittedNode root(size_t slot, const WhittedContext& context) const;
   // The node's light is dimmed by the medium that its ray went through; true: it has met something to shade.
   bool arrive(WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
+  // Point, spot and directional lights with a size that the node's ray has met.
+  void add_shapes(const WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
   [[nodiscard]] RayFootprint footprint_of(const WhittedNode& node, const accel::Hit& hit) const;
 
   // One node after the other: the program's stack remembers what is left to do.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
 
-#include "accel/motion.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -28,10 +26,8 @@ Box3f Mesh::bounds() const {
 uint32_t TestScene::add_group(std::vector<Mesh> meshes) {
   groups_.push_back({static_cast<uint32_t>(meshes_.size()), static_cast<uint32_t>(meshes.size())});
   for (Mesh& mesh : meshes) {
-    const auto pad = [](std::vector<V3f>& positions) { // 16 readable bytes after the last position
-      positions.resize(positions.size() + 2);
-      positions.resize(positions.size() - 2);
-    };
+    // 16 readable bytes after the last position.
+    const auto pad = [](std::vector<V3f>& p) { p.resize(p.size() + 2), p.resize(p.size() - 2); };
     pad(mesh.positions);
     for (std::vector<V3f>& positions : mesh.later) pad(positions);
     meshes_.push_back(std::move(mesh));
@@ -40,40 +36,6 @@ uint32_t TestScene::add_group(std::vector<Mesh> meshes) {
     views_.push_back({stored.positions, stored.indices, stored.opaque, later_views_.back()});
   }
   return static_cast<uint32_t>(groups_.size() - 1);
-}
-
-void TestScene::add_instance(uint32_t group, std::vector<M44f> keys) {
-  instances_.push_back({group, keys.front(), static_cast<uint32_t>(motions_.size())});
-  motions_.push_back(std::move(keys));
-  motion_views_.emplace_back(motions_.back());
-}
-
-TestScene TestScene::posed(float time) const {
-  TestScene still;
-  for (const MeshGroup& group : groups_) {
-    std::vector<Mesh> meshes;
-    for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
-      Mesh mesh = meshes_[m];
-      const PositionsAt positions(views_[m], time);
-      for (uint32_t i = 0; i < mesh.positions.size(); ++i) mesh.positions[i] = positions[i];
-      for (size_t i = 0; i < mesh.indices.size() && !mesh.later.empty(); i += 3) {
-        const auto is_finite_at = [&](const std::vector<V3f>& key) {
-          return std::all_of(&mesh.indices[i], &mesh.indices[i] + 3, [&](uint32_t k) { return is_finite(key[k]); });
-        };
-        if (!is_finite_at(meshes_[m].positions) || !std::all_of(mesh.later.begin(), mesh.later.end(), is_finite_at))
-          mesh.indices[i] = mesh.indices[i + 1];
-      }
-      mesh.later.clear();
-      meshes.push_back(std::move(mesh));
-    }
-    still.add_group(std::move(meshes));
-  }
-  for (const Instance& instance : instances_) {
-    const bool broken = instance.motion != kNoId && !accel::is_finite(motion_views_[instance.motion]);
-    still.add_instance(instance.group, broken ? M44f(0.0f) : matrix_at(input(), instance, time));
-  }
-  still.set_filter(filter_);
-  return still;
 }
 
 Box3f TestScene::bounds() const {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/motion_scenes.h"
 
+#include "accel/motion.h"
+#include "accel/triangle.h"
 #include "tests/accel/fuzz_scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -26,6 +29,41 @@ bool refuses_some(const void*, const Ray& ray, const Hit& hit) {
 }
 
 } // namespace
+
+void TestScene::add_instance(uint32_t group, std::vector<M44f> keys) {
+  instances_.push_back({group, keys.front(), static_cast<uint32_t>(motions_.size())});
+  motions_.push_back(std::move(keys));
+  motion_views_.emplace_back(motions_.back());
+}
+
+TestScene TestScene::posed(float time) const {
+  TestScene still;
+  for (const MeshGroup& group : groups_) {
+    std::vector<Mesh> meshes;
+    for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
+      Mesh mesh = meshes_[m];
+      const PositionsAt positions(views_[m], time);
+      for (uint32_t i = 0; i < mesh.positions.size(); ++i) mesh.positions[i] = positions[i];
+      for (size_t i = 0; i < mesh.indices.size() && !mesh.later.empty(); i += 3) {
+        const auto is_finite_at = [&](const std::vector<V3f>& key) {
+          return std::all_of(&mesh.indices[i], &mesh.indices[i] + 3,
+                             [&](uint32_t k) { return accel::is_finite(key[k]); });
+        };
+        if (!is_finite_at(meshes_[m].positions) || !std::all_of(mesh.later.begin(), mesh.later.end(), is_finite_at))
+          mesh.indices[i] = mesh.indices[i + 1];
+      }
+      mesh.later.clear();
+      meshes.push_back(std::move(mesh));
+    }
+    still.add_group(std::move(meshes));
+  }
+  for (const Instance& instance : instances_) {
+    const bool broken = instance.motion != kNoId && !accel::is_finite(motion_views_[instance.motion]);
+    still.add_instance(instance.group, broken ? M44f(0.0f) : matrix_at(input(), instance, time));
+  }
+  still.set_filter(filter_);
+  return still;
+}
 
 Mesh deformed(Mesh mesh, uint32_t keys, const std::function<V3f(const V3f&, float)>& position) {
   for (uint32_t key = 1; key < keys; ++key) {
@@ -109,7 +147,6 @@ TestScene deforming_meshes() {
     const uint32_t keys = kKeyCounts[i % 4];
     std::vector<Mesh> meshes = {deformed(ball({x, 0, 0}), keys, how, 0.8f), sphere(6, 12, 0.3f, {x, 1.5f, 0}),
                                 deformed(triangle_soup(rng, 50, 0.6f, 0.3f), 2 + static_cast<uint32_t>(i), how, 1.0f)};
-    meshes[1].opaque = true;
     const uint32_t group = scene.add_group(std::move(meshes));
     scene.add_instance(group, M44f());
     scene.add_instance(group, placed({0.8f, -1, 1}, {1, 1, 0}, 0.4f, {0, 0, 3}));

@@ -1,6 +1,6 @@
 // The plain walk of the kd-tree is the query's: the hit filter hears the same candidates in the same order from both.
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/accel/accel_scenes.h"
+#include "tests/accel/motion_scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ bool record(const void* context, const Ray&, const Hit& candidate) {
   return candidate.triangle % 3 != 0;
 }
 
-// Meshes that all ask, still and moved.
+// Meshes that all ask: still, moved, moving and deforming.
 TestScene asking_scene() {
   Rng rng(307);
   TestScene scene;
@@ -34,6 +34,10 @@ TestScene asking_scene() {
     moved.setTranslation(V3f(1.5f * static_cast<float>(i % 4), 0.4f, static_cast<float>(i / 4)));
     scene.add_instance(moving, moved);
   }
+  scene.add_instance(moving, keys_of(3, M44f(), {0, 1, 0}, 1.0f, 0.5f, {4, 1, 2}));
+  const uint32_t deforming = scene.add_group({deformed(soup, 3, Deformation::twist, 1.0f), ball});
+  scene.add_instance(deforming, M44f());
+  scene.add_instance(deforming, keys_of(2, M44f(), {1, 1, 0}, 0.5f, 1.0f, {2, 0, 1}));
   return scene;
 }
 
@@ -46,6 +50,7 @@ TEST(TraversalCost, WalksAsTheQueryDoes) {
   Rng rng(311);
   std::vector<Ray> rays = random_rays(rng, scene.bounds(), 1500);
   for (const Ray& ray : axis_parallel_rays(rng, scene, 500)) rays.push_back(ray);
+  for (Ray& ray : rays) ray.time = uniform(rng);
   size_t candidates = 0;
   for (const Ray& ray : rays)
     for (const bool any_hit : {false, true}) {

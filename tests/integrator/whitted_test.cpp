@@ -1,7 +1,7 @@
 // The Whitted tracer where the answer is known on paper.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/fresnel.h"
-#include "tests/integrator/test_scenes.h"
+#include "tests/integrator/motion_scenes.h"
 
 #include <cmath>
 #include <cstring>
@@ -290,6 +290,47 @@ TEST(Whitted, AgreesWithThePathTracerOnDiffuseSurfaces) {
       EXPECT_GT(n.luminance, 0.02);
     }
   }
+}
+
+// A point light with a radius is a ball to mirrors; to the camera it is not there.
+TEST(Whitted, MirrorShowsALampWithASize) {
+  Scene scene = make_scene({mirror_material(Rgb(1.0f))}, {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
+  PunctualLight lamp = point_light(Rgb(3.0f, 2.0f, 1.0f));
+  lamp.radius_m = 0.5f;
+  add_light(scene, lamp, V3f(3, 3, 0));
+  const auto world = make_world(std::move(scene), accel::Kind::kdtree);
+  expect_near(beam(*world, V3f(-1, 1, 0), V3f(0.0f), {}), Rgb(3.0f, 2.0f, 1.0f) * (kInvPi / 0.25f), 1e-4f);
+  expect_near(beam(*world, V3f(-1, 1, 2), V3f(0, 0, 2), {}), Rgb(0.0f), 0.0f); // beside the mirror
+  expect_near(beam(*world, V3f(1, 1, 0), V3f(2, 2, 0), {}), Rgb(0.0f), 0.0f);  // at the lamp
+  expect_near(beam(*world, V3f(-1, 0.5f, 0), V3f(0.0f), {}), Rgb(0.0f), 0.0f); // past it
+}
+
+// A plate that glows passes by what a mirror shows, and one that does not before a light: each for half of the time.
+TEST(Whitted, AllRaysHaveTheTimeOfTheirSample) {
+  Scene scene = make_scene(
+      {mirror_material(Rgb(1.0f)), emissive_material(Rgb(1.0f)), diffuse_material(Rgb(1.0f)),
+       diffuse_material(Rgb(0.0f))},
+      {quad(V3f(3, 1, -1), V3f(0, 0, 2), V3f(0, 4, 0), 1), quad(V3f(-1, 1.5f, 1.5f), V3f(2, 0, 0), V3f(0, 0, 1), 3),
+       quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0), quad(V3f(19, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 2)});
+  animate(scene, 0, AnimatedProperty::translation, {0, 1}, {0, 0, -3, 0, 0, 1});
+  animate(scene, 1, AnimatedProperty::translation, {0, 1}, {17, 0, 0, 21, 0, 0});
+  add_light(scene, point_light(Rgb(30.0f)), V3f(20, 3, 4));
+  const auto world = make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, accel::Kind::kdtree);
+  for (const WhittedForm form : {WhittedForm::iterative, WhittedForm::recursive})
+    for (const bool mirror : {true, false}) {
+      SceneCamera camera;
+      camera.kind = SceneCamera::Kind::orthographic;
+      camera.xmag = camera.ymag = 0.5e-3f;
+      const V3f target(mirror ? 0.0f : 20.0f, 0, 0);
+      const Camera open(camera, look_at(target + V3f(-1, mirror ? 1.0f : 3.0f, 0), target), {8, 8},
+                        CameraMotion{.shutter_open = true});
+      RenderSettings settings = whitted_render({8, 8}, 64);
+      settings.integrator.whitted.form = form;
+      settings.integrator.whitted.trace_depth = 2;
+      const double full = mirror ? 1.0 : 30.0 * 0.6 / 25.0 * static_cast<double>(kInvPi);
+      const double mean = mean_of(outcome_of(*world, open, settings).film).luminance;
+      EXPECT_NEAR(mean / full, 0.5, 4.0 * std::sqrt(0.25 / (64 * 64))) << mirror; // of independent samples
+    }
 }
 
 // A veil of half coverage before a bright wall, in place of a background that is not there.

@@ -13,6 +13,7 @@ namespace {
 
 constexpr size_t kSample = 4096, kRun = 1024; // triangles; those that follow each other in a mesh are neighbours
 constexpr double kWorthwhile = 0.8;
+constexpr double kMostReferences = 32.0;           // per triangle, in all slices together
 constexpr size_t kMostTriangles = size_t{1} << 22; // in all slices together
 
 std::vector<LeafReference> sample_of(const std::vector<LeafReference>& triangles) {
@@ -71,10 +72,13 @@ DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>
   uint32_t most = DeformingTrees::kMostSlices;
   while (most > 1 && most * triangles.size() > kMostTriangles) most /= 2;
   const std::vector<TimeSlice> slices = SliceChooser(config, geometries, sample_of(triangles), most, monitor).run();
+  Config of_slice = config;
+  of_slice.references_per_triangle =
+      std::min(config.references_per_triangle, kMostReferences / static_cast<double>(slices.size()));
   out.slices.resize(slices.size());
   const double weight = static_cast<double>(triangles.size()) / static_cast<double>(slices.size());
   tbb::parallel_for(size_t{0}, slices.size(), [&](size_t i) {
-    MovingTree tree = build_moving_tree(config, geometries, triangles, slices[i], weight, monitor);
+    MovingTree tree = build_moving_tree(of_slice, geometries, triangles, slices[i], weight, monitor);
     if (monitor.cancelled()) return;
     out.slices[i].slice = slices[i];
     out.slices[i].tree = lay_out(std::move(tree.binary), geometries, &slices[i]);
