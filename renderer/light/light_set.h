@@ -99,8 +99,8 @@ struct LightSetInput {
   std::vector<EmissiveTriangle> triangles;
   std::vector<V2f> triangle_uvs; // empty, or three per triangle
   std::vector<EmissiveMesh> meshes;
-  std::vector<CornerKeys>
-      moving; // of the last triangles, which stand at the opening of the shutter; empty: all are still
+  // Of the last triangles, which stand at the opening of the shutter; empty: all are still.
+  std::vector<CornerKeys> moving;
   std::vector<std::array<V3f, 3>> later_corners;
   std::vector<PointLight> points;
   std::vector<SpotLight> spots;

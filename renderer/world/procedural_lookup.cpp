@@ -13,6 +13,7 @@ namespace {
 
 using Stream = ProceduralStream;
 
+constexpr int kMostPoints = 4; // of a footprint: with 16 noise is the same for more time (renderer/texture/README.md)
 constexpr float kMostStretch = 16.0f; // a footprint's longer axis against its shorter one
 
 V4f extended(const V3f& v, float w = 1.0f) { return {v.x, v.y, v.z, w}; }
@@ -126,9 +127,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
   const uint32_t key = footprint.ray.key, number_of_sample = footprint.ray.index;
   const V2f shift(to_unit_float(hash_u32(key) + number_of_sample * 0xc13fa9a9U),
                   to_unit_float(hash_u32(key ^ 0x68bc21ebU) + number_of_sample * 0x91e10da5U));
-  // The noise of what is seen directly shows; that of light from elsewhere is one of many.
-  const int most_points = footprint.footprint.filters_emission ? 16 : 4;
-  return texture.evaluate({samples.data(), count}, pictures, shift, most_points);
+  return texture.evaluate({samples.data(), count}, pictures, shift, kMostPoints);
 }
 
 } // namespace kindling

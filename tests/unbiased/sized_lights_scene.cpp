@@ -18,11 +18,11 @@ TestScene sized_lights() {
   veil.base_color_factor.w = 0.5f;
   Material pane = surface(Rgb(0.9f, 0.7f, 0.5f), 0.0f, 0.0f);
   pane.transmission_factor = 1.0f;
+  veil.specular_factor = pane.specular_factor = 0.0f; // lamps in mirrors that are seldom followed are noise
   TestScene test;
   Scene scene = make_scene(
-      {surface(Rgb(0.7f, 0.6f, 0.5f), 0.25f, 0.9f), surface(Rgb(0.5f, 0.6f, 0.7f), 0.6f, 0.0f), veil, pane},
+      {surface(Rgb(0.7f, 0.6f, 0.5f), 0.4f, 0.5f), surface(Rgb(0.5f, 0.6f, 0.7f), 0.6f, 0.0f), veil, pane},
       {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 1),
-       // The ball shines into the wall behind it, partly from within.
        quad(V3f(-1.8f, 0.1f, -0.6f), V3f(1.2f, 0, 0.3f), V3f(0, 0.9f, 0), 2),
        quad(V3f(0.6f, 0.1f, 0.2f), V3f(1.0f, 0, 0.2f), V3f(0, 0.8f, 0), 3),
        sphere(V3f(0.2f, 0.5f, -0.8f), 0.5f, 24, 1)});
@@ -35,23 +35,23 @@ TestScene sized_lights() {
     scene.nodes.push_back(node);
   };
   PunctualLight ball;
-  ball.intensity = 3.0f;
+  ball.intensity = 5.0f; // two emitters are chosen by intensity alone
   ball.radius_m = 0.4f;
-  const V3f ball_at(-1.2f, 1.2f, -2.8f);
+  const V3f ball_at(-1.2f, 1.3f, -2.0f);
   add(ball, ball_at, V3f(0.0f));
   PunctualLight spot;
   spot.kind = PunctualLight::Kind::spot;
-  spot.intensity = 10.0f;
+  spot.intensity = 8.0f;
   spot.inner_cone_rad = 0.3f;
   spot.outer_cone_rad = 0.6f;
-  spot.radius_m = 0.3f;
+  spot.radius_m = 0.45f;
   spot.range_m = 8.0f;
   const V3f spot_at(1.5f, 2.6f, 1.0f);
   add(spot, spot_at, V3f(0.5f, 0, -0.5f));
   PunctualLight sun;
   sun.kind = PunctualLight::Kind::directional;
   sun.intensity = 1.0f;
-  sun.angular_diameter_rad = 0.35f;
+  sun.angular_diameter_rad = 0.5f;
   add(sun, V3f(-2, 3, 4), V3f(0.0f));
 
   test.camera.yfov_rad = 0.6f;
@@ -63,11 +63,12 @@ TestScene sized_lights() {
       if (i != shines) part.scene.lights[i].intensity = 0.0f;
     test.parts.push_back(std::move(part));
   }
-  test.samples = 6;
-  test.traced_bounces = {0, 1};
-  test.traced_samples = 48;
-  test.aims = {AimBall{ball_at, 0.4f}, AimBall{spot_at, 0.3f},
-               AimCone{V3f(-2, 3, 4).normalized(), 2.0f * square(std::sin(0.0875f))}};
+  test.max_bounces = 0; // what is reflected twice has noise of other kinds
+  test.samples = 28;
+  test.traced_bounces = {0};
+  test.traced_samples = 80;
+  test.aims = {AimBall{ball_at, 0.4f}, AimBall{spot_at, 0.45f},
+               AimCone{V3f(-2, 3, 4).normalized(), 2.0f * square(std::sin(0.125f))}};
   test.bias = [](IntegratorSettings& settings) { settings.clamp_direct = 1.5f; };
   return test;
 }
