@@ -19,8 +19,8 @@ struct CameraRay {
 
 // What a camera does while its shutter is open.
 struct CameraMotion {
-  std::span<const M44f>
-      later_transforms;      // keys after the first, equally far apart in time (PosedCamera); empty: it stands still
+  // Keys after the first, equally far apart in time (PosedCamera); empty: it stands still.
+  std::span<const M44f> later_transforms;
   bool shutter_open = false; // rays have times although the camera stands still: something else moves
 };
 

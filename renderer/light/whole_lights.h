@@ -57,8 +57,8 @@ class WholeLights {
 
   const LightSet& lights_;
   std::vector<Entry> entries_;
-  std::vector<double>
-      sums_; // of the weights of the triangles of each mesh, up to and with this one; by number of the triangle
+  // Of the weights of the triangles of each mesh, up to and with this one; by number of the triangle.
+  std::vector<double> sums_;
 };
 
 } // namespace kindling

@@ -11,10 +11,10 @@ namespace kindling {
 // As photographers name it. The defaults are a pinhole, which everything is in focus for.
 struct CameraLens {
   std::optional<float> f_stop; // N of f/N, above 0: the aperture is focal length / N wide; unset: a pinhole
-  std::optional<float>
-      focal_length_m; // above 0; unset: that of a 24 mm high sensor (36 mm x 24 mm) with the field of view
-  std::optional<float>
-      focus_distance_m;           // above 0, along the axis: what is this far away is sharp; unset: by the focus point
+  // Above 0; unset: that of a 24 mm high sensor (36 mm x 24 mm) with the field of view.
+  std::optional<float> focal_length_m;
+  // Above 0, along the axis: what is this far away is sharp; unset: by the focus point.
+  std::optional<float> focus_distance_m;
   std::optional<V2f> focus_point; // what is seen there is sharp; fractions of the picture from its upper left corner
 
   int aperture_blades = 0;            // 3 or more: a regular polygon; fewer: a disk

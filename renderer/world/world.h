@@ -171,8 +171,8 @@ class World {
   std::vector<accel::MeshGroup> accel_groups_;
   std::vector<accel::Instance> accel_instances_;
   std::vector<std::span<const M44f>> accel_motions_; // likewise from motions_
-  std::vector<std::vector<std::span<const V3f>>>
-      accel_keys_; // likewise from geometries_: one entry for each mesh that deforms
+  // Likewise from geometries_: one entry for each mesh that deforms.
+  std::vector<std::vector<std::span<const V3f>>> accel_keys_;
   std::unique_ptr<accel::Accelerator> accelerator_;
   std::unique_ptr<LightSet> lights_;
   Box3f bounds_;
