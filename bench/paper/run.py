@@ -31,7 +31,7 @@ from measure import Bench
 
 PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
 SHEET_PX, SHEET_COLUMNS = (228, 187), 5
-ONE_CORE_PART = 8  # one core renders this part of the path tracer's samples, and its time is multiplied
+ONE_CORE_PART = 8  # one core renders this part of the samples, at least one, and its time is multiplied
 
 
 def main():
@@ -119,7 +119,7 @@ def render_figure(bench, arguments, figure):
 
 
 def render_way(bench, arguments, figure, scene, way):
-    """On all cores, the picture; on one, the time alone: of the path tracer an eighth of the samples, times eight."""
+    """On all cores, the picture; on one, the time alone: of an eighth of the samples, times eight."""
     size = bench.scaled(figure.size_px)
     spp = max(round(way.spp * arguments.spp_scale), 1)
     bench.say(f"figure {figure.number}: {scene}, {way.name}, {size[0]} x {size[1]}, {spp} samples")
@@ -128,9 +128,9 @@ def render_way(bench, arguments, figure, scene, way):
         one_core_s, all_cores_s = result.cost_s, None
     else:
         result = bench.render(scene, size, spp, way.flags)
-        part = ONE_CORE_PART if "path" in way.flags and spp >= 4 * ONE_CORE_PART else 1
-        one = bench.render(scene, size, spp // part, way.flags, threads=1)
-        one_core_s, all_cores_s = one.render_s * spp / (spp // part), result.render_s
+        part = max(spp // ONE_CORE_PART, 1)
+        one = bench.render(scene, size, part, way.flags, threads=1)
+        one_core_s, all_cores_s = one.render_s * spp / part, result.render_s
     encoded = tracers.encode(fidelity_pictures.read(result.picture).rgb, 92)
     if arguments.pictures:
         arguments.pictures.mkdir(parents=True, exist_ok=True)
