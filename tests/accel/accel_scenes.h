@@ -19,6 +19,17 @@ using Imath::Box3f;
 using Imath::M44f;
 using Imath::V3f;
 
+// Scaled, then turned about the axis by radians, then moved.
+inline M44f placed(const V3f& scale, const V3f& axis, float angle, const V3f& translation) {
+  M44f m, r;
+  m.setScale(scale);
+  r.setAxisAngle(axis.normalized(), angle);
+  m *= r;
+  r.makeIdentity();
+  r.setTranslation(translation);
+  return m * r;
+}
+
 struct Mesh {
   std::vector<V3f> positions;
   std::vector<uint32_t> indices;

@@ -14,16 +14,6 @@ namespace {
 
 constexpr uint32_t kKeyCounts[] = {2, 3, 17, 129};
 
-M44f placed(const V3f& scale, const V3f& axis, float angle, const V3f& translation) {
-  M44f m, r;
-  m.setScale(scale);
-  r.setAxisAngle(axis.normalized(), angle);
-  m *= r;
-  r.makeIdentity();
-  r.setTranslation(translation);
-  return m * r;
-}
-
 bool refuses_some(const void*, const Ray& ray, const Hit& hit) {
   return (hit.triangle * 0x9e3779b1U ^ hit.mesh * 0x85ebca6bU ^ ray.key) >> 16 & 1U;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/record_rays.h"
 #include "tests/integrator/test_scenes.h"
+#include "tests/session/different_pixels.h"
 
 #include <algorithm>
 #include <chrono>
@@ -258,11 +259,8 @@ TEST(Accelerators, AgreeOnThePicture) {
   const std::vector<float> oracle = render_film(*mixed_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
     const std::vector<float> picture = render_film(*mixed_world(kind), settings).resolve_rgba();
-    size_t different = 0;
-    for (size_t i = 0; i < oracle.size(); i += 4)
-      different += std::abs(picture[i] - oracle[i]) > 1e-3f * (1.0f + oracle[i]) ? 1 : 0;
     // A path whose hit moves by rounding may take another branch at an edge: rare.
-    EXPECT_LE(different, oracle.size() / 4 / 100) << accel::kind_name(kind);
+    EXPECT_LE(different_pixels(picture, oracle), oracle.size() / 4 / 100) << accel::kind_name(kind);
   }
 }
 

@@ -1,6 +1,7 @@
 // The same image of a moving scene, bit for bit, however it is cut into work.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/motion_scenes.h"
+#include "tests/session/different_pixels.h"
 
 #include <cstring>
 
@@ -96,11 +97,8 @@ TEST(MovingAccelerators, AgreeOnThePicture) {
   const std::vector<float> oracle = render_film(*moving_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
     const std::vector<float> picture = render_film(*moving_world(kind), settings).resolve_rgba();
-    size_t different = 0;
-    for (size_t i = 0; i < oracle.size(); i += 4)
-      different += std::abs(picture[i] - oracle[i]) > 1e-3f * (1.0f + oracle[i]) ? 1 : 0;
     // A path whose hit moves by rounding may take another branch at an edge: rare.
-    EXPECT_LE(different, oracle.size() / 4 / 50) << accel::kind_name(kind);
+    EXPECT_LE(different_pixels(picture, oracle), oracle.size() / 4 / 50) << accel::kind_name(kind);
   }
 }
 
