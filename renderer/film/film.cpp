@@ -6,8 +6,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <cstring>
+#include <type_traits>
 
 namespace kindling {
 
@@ -16,120 +18,184 @@ namespace {
 // What a sum of weighted values is divided by: never zero or negative.
 double divisor(double weight, uint64_t count) { return weight > 0.0 ? weight : static_cast<double>(count); }
 
-double mean_luminance(const double (&rgb)[3], double by) {
-  return (0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]) / by;
+double mean_luminance(const PixelSum& sum, double by) {
+  return (0.2126 * sum.rgb[0].value() + 0.7152 * sum.rgb[1].value() + 0.0722 * sum.rgb[2].value()) / by;
 }
 
-void store_mean(const double (&sum)[3], double by, float* out) {
-  for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c] / by);
-}
-
-} // namespace
-
-Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
-  const size_t count = crop.empty() ? 0 : static_cast<size_t>(crop.pixel_count());
-  sums_.assign(count, PixelSum{});
-  if (aovs.contains(Aov::variance)) luminance_.assign(count, Moments{});
-  if (aovs.needs_surface() || aovs.needs_components()) surfaces_.assign(count, SurfaceSum{});
-}
-
-void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
-  if (surfaces_.empty()) return;
-  SurfaceSum& sum = surfaces_[index_of(pixel)];
-  const double w = weight;
-  for (int c = 0; c < 3; ++c) {
-    sum.emission[c] += w * static_cast<double>(surface.emission[c]);
-    sum.direct[c] += w * static_cast<double>(surface.direct[c]);
-  }
-  if (!surface.hit) return;
-  for (int c = 0; c < 3; ++c) {
-    sum.albedo[c] += w * static_cast<double>(surface.albedo[c]);
-    sum.normal[c] += w * static_cast<double>(surface.normal[c]);
-    sum.position[c] += w * static_cast<double>(surface.position[c]);
-  }
-  sum.depth += w * static_cast<double>(surface.depth);
-  sum.hit_weight += w;
-  sum.hits += 1;
+template <typename Sum>
+void store_mean(const Sum (&sum)[3], double by, float* out) {
+  for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c].value() / by);
 }
 
 // The mean is the ratio r = sum(w y) / sum(w); to first order its variance is sum(w^2 (y - r)^2) / sum(w)^2 (Cochran,
 // "Sampling Techniques", 3rd ed., section 6.4), times n / (n - 1). With equal weights that is exactly the unbiased s^2
 // / n.
-double Film::variance_of_mean(const PixelSum& sum, const Moments& y, double mean) {
+double variance_of_mean(const PixelSum& sum, const MomentSum& y, double mean) {
   if (sum.samples < 2) return 0.0;
-  const double n = static_cast<double>(sum.samples);
-  const double by = divisor(sum.weight, sum.samples);
-  const double squares = y.w2_y2 - 2.0 * mean * y.w2_y + mean * mean * y.w2;
+  const auto n = static_cast<double>(sum.samples);
+  const double by = divisor(sum.weight.value(), sum.samples);
+  const double squares = y.w2_y2.value() - 2.0 * mean * y.w2_y.value() + mean * mean * y.w2.value();
   return std::max(squares, 0.0) / (by * by) * n / (n - 1.0);
 }
 
-void Film::trim_outliers() { blocks_.assign(sums_.size() * kOutlierBlocks, {}); }
+[[maybe_unused]] bool contains(const PixelRect& whole, const PixelRect& part) {
+  return part.min.x >= whole.min.x && part.min.y >= whole.min.y && part.max.x <= whole.max.x &&
+         part.max.y <= whole.max.y;
+}
+
+// Records are written to files as they are.
+static_assert(std::endian::native == std::endian::little);
+
+} // namespace
+
+template <typename ThisFilm, typename Visit>
+void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
+  const auto visit_if_there = [&](std::string_view name, auto& records, size_t per_pixel) {
+    static_assert(std::is_trivially_copyable_v<typename std::remove_reference_t<decltype(records)>::value_type>);
+    if (!records.empty()) visit(name, records, per_pixel);
+  };
+  visit_if_there("beauty", film.sums_, 1);
+  visit_if_there("variance", film.moments_, 1);
+  visit_if_there("surface", film.surfaces_, 1);
+  visit_if_there("components", film.components_, 1);
+  visit_if_there("blocks", film.blocks_, kOutlierBlocks - 1);
+}
+
+Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
+  const size_t count = crop.empty() ? 0 : static_cast<size_t>(crop.pixel_count());
+  sums_.resize(count);
+  if (aovs.contains(Aov::variance)) moments_.resize(count);
+  if (aovs.needs_surface()) surfaces_.resize(count);
+  if (aovs.needs_components()) components_.resize(count);
+}
+
+void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
+  const size_t index = index_of(pixel);
+  if (!components_.empty()) components_[index].add(surface.emission, surface.direct, weight);
+  if (!surfaces_.empty() && surface.hit)
+    surfaces_[index].add(surface.albedo, surface.normal, surface.position, surface.depth, weight);
+}
+
+void Film::trim_outliers() { blocks_.assign(sums_.size() * (kOutlierBlocks - 1), {}); }
 
 Film Film::cut(const PixelRect& crop) const {
   Film part(size_px_, crop, aovs_);
-  if (!blocks_.empty()) part.trim_outliers();
-  const auto width = static_cast<std::ptrdiff_t>(crop.width());
-  for (int y = crop.min.y; y < crop.max.y; ++y) {
-    const auto from = static_cast<std::ptrdiff_t>(index_of(V2i(crop.min.x, y)));
-    const auto to = static_cast<std::ptrdiff_t>(part.index_of(V2i(crop.min.x, y)));
-    const auto copy_row = [&](const auto& whole, auto& cut, std::ptrdiff_t per_pixel = 1) {
-      if (!whole.empty())
-        std::copy_n(whole.begin() + from * per_pixel, width * per_pixel, cut.begin() + to * per_pixel);
-    };
-    copy_row(sums_, part.sums_);
-    copy_row(luminance_, part.luminance_);
-    copy_row(surfaces_, part.surfaces_);
-    copy_row(blocks_, part.blocks_, kOutlierBlocks);
-  }
+  if (trims_outliers()) part.trim_outliers();
+  const std::vector<ConstPlane> from = planes();
+  const std::vector<Plane> to = part.planes();
+  for (size_t p = 0; p < to.size(); ++p)
+    for (int y = crop.min.y; y < crop.max.y; ++y) {
+      const size_t size = to[p].bytes_per_pixel;
+      std::memcpy(to[p].bytes.data() + part.index_of({crop.min.x, y}) * size,
+                  from[p].bytes.data() + index_of({crop.min.x, y}) * size, static_cast<size_t>(crop.width()) * size);
+    }
   return part;
+}
+
+void Film::add(const Film& part) {
+  assert(part.size_px_ == size_px_ && part.aovs_.bits() == aovs_.bits());
+  if (part.crop_.empty()) return;
+  assert(part.trims_outliers() == trims_outliers() && contains(crop_, part.crop_));
+  const auto width = static_cast<size_t>(part.crop_.width());
+  const auto add_rows = [&](auto& sums, const auto& of_part, size_t per_pixel = 1) {
+    if (sums.empty()) return;
+    for (int y = part.crop_.min.y; y < part.crop_.max.y; ++y) {
+      const V2i first(part.crop_.min.x, y);
+      for (size_t i = 0; i < width * per_pixel; ++i)
+        sums[index_of(first) * per_pixel + i].add(of_part[part.index_of(first) * per_pixel + i]);
+    }
+  };
+  add_rows(sums_, part.sums_);
+  add_rows(moments_, part.moments_);
+  add_rows(surfaces_, part.surfaces_);
+  add_rows(components_, part.components_);
+  add_rows(blocks_, part.blocks_, kOutlierBlocks - 1);
+}
+
+std::vector<Film::ConstPlane> Film::planes() const {
+  std::vector<ConstPlane> planes;
+  for_each_plane(*this, [&](std::string_view name, const auto& records, size_t per_pixel) {
+    planes.push_back({name, sizeof records[0] * per_pixel, std::as_bytes(std::span(records))});
+  });
+  return planes;
+}
+
+std::vector<Film::Plane> Film::planes() {
+  std::vector<Plane> planes;
+  for_each_plane(*this, [&](std::string_view name, auto& records, size_t per_pixel) {
+    planes.push_back({name, sizeof records[0] * per_pixel, std::as_writable_bytes(std::span(records))});
+  });
+  return planes;
+}
+
+std::optional<Rgb> Film::trimmed(size_t index) const {
+  std::array<BlockSum, kOutlierBlocks> blocks;
+  const PixelSum& sum = sums_[index];
+  ColourSum last{{sum.rgb[0], sum.rgb[1], sum.rgb[2]}, sum.weight};
+  const auto values = [](const ColourSum& block) {
+    return BlockSum{{block.rgb[0].value(), block.rgb[1].value(), block.rgb[2].value()}, block.weight.value()};
+  };
+  for (size_t i = 0; i + 1 < kOutlierBlocks; ++i) {
+    const ColourSum& block = blocks_[index * (kOutlierBlocks - 1) + i];
+    last.subtract(block);
+    blocks[i] = values(block);
+  }
+  blocks[kOutlierBlocks - 1] = values(last);
+  return outliers_trimmed(blocks);
 }
 
 void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
   const PixelSum& sum = sums_[index];
   if (sum.samples == 0) return;
-  const double by = divisor(sum.weight, sum.samples);
+  const double by = divisor(sum.weight.value(), sum.samples);
+  const auto hits = [](const SurfaceSum& surface) { return divisor(surface.hit_weight.value(), surface.hits); };
   switch (aov) {
   case Aov::beauty:
-    if (!blocks_.empty()) {
-      const std::span<const BlockSum, kOutlierBlocks> blocks(blocks_.data() + index * kOutlierBlocks, kOutlierBlocks);
-      if (const std::optional<Rgb> trimmed = outliers_trimmed(blocks)) {
-        for (int c = 0; c < 3; ++c) out[c] = (*trimmed)[c];
+    if (trims_outliers())
+      if (const std::optional<Rgb> mean = trimmed(index)) {
+        for (int c = 0; c < 3; ++c) out[c] = (*mean)[c];
         return;
       }
-    }
     store_mean(sum.rgb, by, out);
     return;
   // Negative lobes may push the mean past the ends at edges; coverage has none outside [0, 1].
-  case Aov::alpha: out[0] = static_cast<float>(std::clamp(sum.alpha / by, 0.0, 1.0)); return;
+  case Aov::alpha: out[0] = static_cast<float>(std::clamp(sum.alpha.value() / by, 0.0, 1.0)); return;
   case Aov::samples: out[0] = static_cast<float>(sum.samples); return;
   case Aov::variance:
-    if (!luminance_.empty())
-      out[0] = static_cast<float>(variance_of_mean(sum, luminance_[index], mean_luminance(sum.rgb, by)));
+    if (!moments_.empty()) out[0] = static_cast<float>(variance_of_mean(sum, moments_[index], mean_luminance(sum, by)));
     return;
   default: break;
   }
-  if (surfaces_.empty()) return;
-  const SurfaceSum& surface = surfaces_[index];
-  const double hits = divisor(surface.hit_weight, surface.hits);
   switch (aov) {
-  case Aov::albedo: store_mean(surface.albedo, by, out); return;
-  case Aov::normal: store_mean(surface.normal, by, out); return;
-  case Aov::emission: store_mean(surface.emission, by, out); return;
-  case Aov::direct: store_mean(surface.direct, by, out); return;
-  case Aov::indirect:
-    for (int c = 0; c < 3; ++c) {
-      const double difference = sum.rgb[c] - surface.emission[c] - surface.direct[c];
-      // Radiance was added up in single precision: a difference within its rounding is none.
-      const double rounding =
-          1e-6 * (std::abs(sum.rgb[c]) + std::abs(surface.emission[c]) + std::abs(surface.direct[c]));
-      out[c] = std::abs(difference) <= rounding ? 0.0f : static_cast<float>(difference / by);
-    }
+  case Aov::albedo:
+    if (!surfaces_.empty()) store_mean(surfaces_[index].albedo, by, out);
+    return;
+  case Aov::normal:
+    if (!surfaces_.empty()) store_mean(surfaces_[index].normal, by, out);
     return;
   case Aov::depth:
-    if (surface.hits > 0) out[0] = static_cast<float>(surface.depth / hits);
+    if (!surfaces_.empty() && surfaces_[index].hits > 0)
+      out[0] = static_cast<float>(surfaces_[index].depth.value() / hits(surfaces_[index]));
     return;
   case Aov::position:
-    if (surface.hits > 0) store_mean(surface.position, hits, out);
+    if (!surfaces_.empty() && surfaces_[index].hits > 0)
+      store_mean(surfaces_[index].position, hits(surfaces_[index]), out);
+    return;
+  case Aov::emission:
+    if (!components_.empty()) store_mean(components_[index].emission, by, out);
+    return;
+  case Aov::direct:
+    if (!components_.empty()) store_mean(components_[index].direct, by, out);
+    return;
+  case Aov::indirect:
+    for (int c = 0; c < 3 && !components_.empty(); ++c) {
+      const double beauty = sum.rgb[c].value();
+      const double emission = components_[index].emission[c].value(), direct = components_[index].direct[c].value();
+      const double difference = beauty - emission - direct;
+      // Radiance was added up in single precision: a difference within its rounding is none.
+      const double rounding = 1e-6 * (std::abs(beauty) + std::abs(emission) + std::abs(direct));
+      out[c] = std::abs(difference) <= rounding ? 0.0f : static_cast<float>(difference / by);
+    }
     return;
   default: return;
   }
@@ -162,8 +228,9 @@ uint64_t Film::total_samples() const {
 }
 
 size_t Film::memory_bytes() const {
-  return sums_.size() * sizeof(PixelSum) + luminance_.size() * sizeof(Moments) + surfaces_.size() * sizeof(SurfaceSum) +
-         blocks_.size() * sizeof(BlockSum);
+  size_t bytes = 0;
+  for (const ConstPlane& plane : planes()) bytes += plane.bytes.size();
+  return bytes;
 }
 
 } // namespace kindling

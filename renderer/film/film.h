@@ -4,12 +4,16 @@
 
 #include "renderer/base/math.h"
 #include "renderer/film/aov.h"
+#include "renderer/film/film_sums.h"
 #include "renderer/film/outliers.h"
 
 #include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 namespace kindling {
@@ -41,13 +45,14 @@ struct PixelRect {
   [[nodiscard]] int height() const { return max.y - min.y; }
   [[nodiscard]] int64_t pixel_count() const { return static_cast<int64_t>(width()) * height(); }
   [[nodiscard]] bool empty() const { return width() <= 0 || height() <= 0; }
+  bool operator==(const PixelRect&) const = default;
 };
 
 // Every mean is sum(weight * value) / sum(weight); where the weights do not sum to more than 0 (few samples under
 // negative lobes), the count of samples takes their place.
 //
-// A pixel is written only by the thread that owns its tile, in the order of its samples; so sums, which are in double
-// precision, are the same to the bit for any number of threads.
+// All sums are exact (film_sums.h): what a pixel has is a function of the set of its samples. Their order, the threads that add them and
+// the films that they were added to first, merged by add(part), do not change a bit. A pixel is written by one thread at a time.
 class Film {
  public:
   Film(const V2i& size_px, const PixelRect& crop, AovSet aovs);
@@ -55,15 +60,9 @@ class Film {
   // `pixel` must be inside crop().
   void add(const V2i& pixel, const FilmSample& sample) {
     const size_t index = index_of(pixel);
-    const double weight = sample.weight;
-    PixelSum& sum = sums_[index];
-    for (int c = 0; c < 3; ++c) sum.rgb[c] += weight * static_cast<double>(sample.radiance[c]);
-    sum.alpha += weight * static_cast<double>(sample.alpha);
-    sum.weight += weight;
-    sum.samples += 1;
-    if (!luminance_.empty()) luminance_[index].add(luminance(sample.radiance), weight);
-    if (!blocks_.empty())
-      blocks_[index * kOutlierBlocks + sample.index % kOutlierBlocks].add(sample.radiance, sample.weight);
+    sums_[index].add(sample.radiance, sample.alpha, sample.weight);
+    if (!moments_.empty()) moments_[index].add(luminance(sample.radiance), sample.weight);
+    if (!blocks_.empty()) add_to_block(index, sample);
   }
   // In addition to add(), when the set needs it; does nothing otherwise.
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight);
@@ -78,10 +77,29 @@ class Film {
   };
   [[nodiscard]] Totals totals(const V2i& pixel) const {
     const PixelSum& sum = sums_[index_of(pixel)];
-    return {{sum.rgb[0], sum.rgb[1], sum.rgb[2]}, sum.weight};
+    return {{sum.rgb[0].value(), sum.rgb[1].value(), sum.rgb[2].value()}, sum.weight.value()};
   }
   // The part of this film that lies in `crop`, a rectangle inside of crop().
   [[nodiscard]] Film cut(const PixelRect& crop) const;
+
+  // Adds what another film of the same image, AOVs and treatment of outliers has; its crop must lie inside of crop().
+  void add(const Film& part);
+
+  // The sums as they are stored, for files: arrays of fixed-size records by pixel of the crop window, rows from the top, of
+  // little-endian words. Which planes there are depends on the AOVs and on trim_outliers() alone; README.md has their layout.
+  struct ConstPlane {
+    std::string_view name; // unique, at most 31 letters
+    size_t bytes_per_pixel = 0;
+    std::span<const std::byte> bytes;
+  };
+  struct Plane {
+    std::string_view name;
+    size_t bytes_per_pixel = 0;
+    std::span<std::byte> bytes;
+  };
+  [[nodiscard]] std::vector<ConstPlane> planes() const;
+  [[nodiscard]] std::vector<Plane> planes();
+  [[nodiscard]] bool trims_outliers() const { return !blocks_.empty(); }
 
   // width * height * channels of the crop window, rows from the top. 0 everywhere for an AOV that neither the set
   // contains nor every film has (beauty, alpha, samples).
@@ -96,51 +114,31 @@ class Film {
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
-  struct PixelSum {
-    double rgb[3];
-    double alpha;
-    double weight;
-    uint64_t samples;
-  };
-  struct SurfaceSum {
-    double albedo[3];
-    double normal[3];
-    double position[3];
-    double emission[3];
-    double direct[3];
-    double depth;
-    double hit_weight;
-    uint64_t hits;
-  };
-  // Moments of a weighted value y: what the variance of the ratio sum(w y) / sum(w) needs.
-  struct Moments {
-    double w2;
-    double w2_y;
-    double w2_y2;
-    void add(double y, double weight) {
-      const double square_weight = weight * weight;
-      w2 += square_weight;
-      w2_y += square_weight * y;
-      w2_y2 += square_weight * y * y;
-    }
-  };
-
   [[nodiscard]] size_t index_of(const V2i& pixel) const {
     assert(pixel.x >= crop_.min.x && pixel.x < crop_.max.x && pixel.y >= crop_.min.y && pixel.y < crop_.max.y);
     return static_cast<size_t>(pixel.y - crop_.min.y) * static_cast<size_t>(crop_.width()) +
            static_cast<size_t>(pixel.x - crop_.min.x);
   }
 
+  void add_to_block(size_t index, const FilmSample& sample) {
+    const uint32_t block = sample.index % kOutlierBlocks;
+    if (block != kOutlierBlocks - 1) // the last one is what the others leave of the pixel
+      blocks_[index * (kOutlierBlocks - 1) + block].add(sample.radiance, sample.weight);
+  }
   void resolve_pixel(Aov aov, size_t index, float* out) const;
-  [[nodiscard]] static double variance_of_mean(const PixelSum& sum, const Moments& y, double mean);
+  [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
+  // Calls visit(name, array, records of it by pixel) for each array of sums that this film has.
+  template <typename ThisFilm, typename Visit>
+  static void for_each_plane(ThisFilm& film, const Visit& visit);
 
   V2i size_px_;
   PixelRect crop_;
   AovSet aovs_;
   std::vector<PixelSum> sums_;
-  std::vector<Moments> luminance_;   // only with Aov::variance
-  std::vector<SurfaceSum> surfaces_; // only where the set needs it
-  std::vector<BlockSum> blocks_;     // kOutlierBlocks for each pixel; only with trim_outliers()
+  std::vector<MomentSum> moments_;       // only with Aov::variance
+  std::vector<SurfaceSum> surfaces_;     // only where the set needs it
+  std::vector<ComponentSum> components_; // likewise
+  std::vector<ColourSum> blocks_;        // all but the last of kOutlierBlocks for each pixel; only with trim_outliers()
 };
 
 } // namespace kindling

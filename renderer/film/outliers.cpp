@@ -22,10 +22,9 @@ std::optional<Rgb> outliers_trimmed(std::span<const BlockSum, kOutlierBlocks> bl
   std::array<Block, kOutlierBlocks> sorted;
   size_t count = 0;
   for (const BlockSum& block : blocks) {
-    if (block.weight == 0.0f) continue; // no sample
-    if (!(block.weight > 0.0f)) return std::nullopt;
-    const double mean = static_cast<double>(luminance(Rgb(block.rgb[0], block.rgb[1], block.rgb[2]))) /
-                        static_cast<double>(block.weight);
+    if (block.weight == 0.0) continue; // no sample
+    if (!(block.weight > 0.0)) return std::nullopt;
+    const double mean = (0.2126 * block.rgb[0] + 0.7152 * block.rgb[1] + 0.0722 * block.rgb[2]) / block.weight;
     if (!(mean >= 0.0)) return std::nullopt;
     sorted[count++] = {mean, &block};
   }
@@ -48,8 +47,8 @@ std::optional<Rgb> outliers_trimmed(std::span<const BlockSum, kOutlierBlocks> bl
 
   double rgb[3] = {0.0, 0.0, 0.0}, weight = 0.0;
   for (const Block& block : used.subspan(dropped, count - 2 * dropped)) {
-    for (int c = 0; c < 3; ++c) rgb[c] += static_cast<double>(block.sum->rgb[c]);
-    weight += static_cast<double>(block.sum->weight);
+    for (int c = 0; c < 3; ++c) rgb[c] += block.sum->rgb[c];
+    weight += block.sum->weight;
   }
   return Rgb(static_cast<float>(rgb[0] / weight), static_cast<float>(rgb[1] / weight),
              static_cast<float>(rgb[2] / weight));

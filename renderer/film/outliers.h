@@ -23,15 +23,10 @@ enum class Outliers : uint8_t {
 // find more outliers and lose more light: README.md.
 inline constexpr uint32_t kOutlierBlocks = 5;
 
-// Sums over the samples of a block; 16 bytes.
+// Sums over the samples of a block: of weight times radiance, and of weights.
 struct BlockSum {
-  float rgb[3] = {0.0f, 0.0f, 0.0f};
-  float weight = 0.0f;
-
-  void add(const Rgb& radiance, float sample_weight) {
-    for (int c = 0; c < 3; ++c) rgb[c] += sample_weight * radiance[c];
-    weight += sample_weight;
-  }
+  double rgb[3] = {0.0, 0.0, 0.0};
+  double weight = 0.0;
 };
 
 // The mean of a pixel without its outlying blocks, after Buisine, Delepoulle and Renaud 2021, "Firefly removal in Monte Carlo

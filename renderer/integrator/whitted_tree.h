@@ -4,8 +4,8 @@
 
 #include "renderer/base/ray_cone.h"
 #include "renderer/integrator/camera_stage.h"
-#include "renderer/integrator/exact_sum.h"
 #include "renderer/integrator/medium_stack.h"
+#include "renderer/integrator/whitted_sum.h"
 
 #include <cstdint>
 #include <vector>
@@ -31,12 +31,12 @@ static_assert(sizeof(WhittedNode) == 128);
 
 // What a sample has gathered. Sums that do not depend on the order of their terms: trees may be walked in any.
 struct WhittedSample {
-  ExactRgbSum radiance;
-  ExactSum transparency; // 1 - alpha
+  WhittedRgbSum radiance;
+  WhittedSum transparency; // 1 - alpha
 };
 // For AOVs.
 struct WhittedComponents {
-  ExactRgbSum emission, direct;
+  WhittedRgbSum emission, direct;
 };
 
 // A light sample that waits for its shadow feeler.

@@ -81,6 +81,17 @@ inline Scene make_scene(std::vector<Material> materials, std::vector<Primitive> 
   return scene;
 }
 
+// One more material, primitive, mesh and node.
+inline void add_object(Scene& scene, const Material& material, Primitive primitive) {
+  primitive.material = static_cast<int>(scene.materials.size());
+  scene.materials.push_back(material);
+  Node node;
+  node.mesh = static_cast<int>(scene.meshes.size());
+  scene.meshes.push_back({.primitives = {std::move(primitive)}});
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(node);
+}
+
 // A glossy ball on a floor, below a lamp, a half transparent veil beside it.
 inline Scene ball_lamp_and_veil(float ball_roughness) {
   Material glossy;

@@ -1,7 +1,8 @@
 // The Whitted tracer's optimizations change no bit: recursion or a list, with or without a cache, however many at once.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/exact_sum.h"
+#include "renderer/integrator/whitted_sum.h"
 #include "tests/integrator/test_scenes.h"
+#include "tests/session/same_bits.h"
 
 #include <algorithm>
 #include <cstring>
@@ -15,34 +16,25 @@ const V2i kSize(45, 37); // not a multiple of anything
 // Smooth and rough mirrors and glass, a coat, a pane, a veil, points and a lamp.
 std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   Scene scene = ball_lamp_and_veil(0.2f);
-  const auto add = [&](const Material& material, Primitive primitive) {
-    primitive.material = static_cast<int>(scene.materials.size());
-    scene.materials.push_back(material);
-    Node node;
-    node.mesh = static_cast<int>(scene.meshes.size());
-    scene.meshes.push_back({.primitives = {std::move(primitive)}});
-    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-    scene.nodes.push_back(node);
-  };
   Material glass;
   glass.metallic_factor = glass.roughness_factor = 0.0f;
   glass.transmission_factor = glass.thickness_factor = 1.0f;
   glass.attenuation_distance_m = 0.5f;
   glass.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
-  add(glass, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
+  add_object(scene, glass, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
   glass.roughness_factor = 0.2f;
   glass.dispersion = 1.0f;
   glass.clearcoat_factor = 1.0f;
-  add(glass, sphere(V3f(-1.2f, -0.4f, 1.4f), 0.6f, 16, 0));
+  add_object(scene, glass, sphere(V3f(-1.2f, -0.4f, 1.4f), 0.6f, 16, 0));
   Material pane;
   pane.metallic_factor = pane.roughness_factor = 0.0f;
   pane.transmission_factor = 1.0f;
   pane.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
-  add(pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
+  add_object(scene, pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
   Material mirror;
   mirror.roughness_factor = 0.0f;
   mirror.double_sided = true;
-  add(mirror, quad(V3f(-4, -1, -2), V3f(8, 0, 0), V3f(0, 4, 0), 0));
+  add_object(scene, mirror, quad(V3f(-4, -1, -2), V3f(8, 0, 0), V3f(0, 4, 0), 0));
   PunctualLight light;
   light.intensity = 20.0f;
   Node node;
@@ -72,14 +64,7 @@ RenderOutcome outcome_of(const World& world, const RenderSettings& settings) {
   return std::move(outcome).value();
 }
 
-void expect_same_bits(const Film& a, const Film& b, const char* what) {
-  for (const AovInfo& info : kAovs) {
-    const std::vector<float> x = a.resolve(info.aov), y = b.resolve(info.aov);
-    EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof(float)), 0) << info.name << " with " << what;
-  }
-}
-
-TEST(ExactSum, DoesNotDependOnTheOrder) {
+TEST(WhittedSum, DoesNotDependOnTheOrder) {
   std::mt19937 random(7);
   std::vector<float> terms;
   for (int i = 0; i < 500; ++i) {
@@ -89,7 +74,7 @@ TEST(ExactSum, DoesNotDependOnTheOrder) {
   long double exact = 0.0L;
   for (const float x : terms) exact += static_cast<long double>(x);
   const auto sum = [&] {
-    ExactSum s;
+    WhittedSum s;
     for (const float x : terms) s.add(x);
     return s.value();
   };
@@ -101,8 +86,8 @@ TEST(ExactSum, DoesNotDependOnTheOrder) {
   }
 }
 
-TEST(ExactSum, SmallAndLarge) {
-  ExactSum s;
+TEST(WhittedSum, SmallAndLarge) {
+  WhittedSum s;
   s.add(0x1p-60f);
   s.add(0x1p50f);
   s.add(-0x1p50f);
@@ -111,7 +96,7 @@ TEST(ExactSum, SmallAndLarge) {
   s.add(1e-30f); // below the last bit
   EXPECT_EQ(s.value(), 0x1p-60f);
   for (const float unsound : {0x1p53f, kInfinity, std::numeric_limits<float>::quiet_NaN()}) {
-    ExactSum other = s;
+    WhittedSum other = s;
     other.add(unsound);
     EXPECT_TRUE(std::isnan(other.value()));
   }

@@ -1,0 +1,150 @@
+// Sums that depend neither on the order of their terms nor on how these were split among sums: fixed point.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace kindling {
+
+// A term is rounded by itself to the nearest multiple of a unit (ties to even), and clamped to a largest size; what is not a number
+// counts as 0. From there on everything is integer arithmetic, and has no order. Each class leaves room for 2^32 - 1 terms of the largest
+// size; beyond, or with contents that no terms could have left, a sum wraps and is a wrong number but never undefined.
+//
+// All are plain records of 64-bit words, the lowest first, in two's complement.
+
+// Multiples of 2^-kFractionBits, terms within +-2^kRangeBits, in 128 bits.
+template <int kFractionBits, int kRangeBits, int kCountBits = 32>
+class ExactSum {
+ public:
+  static constexpr double kLargestTerm = std::bit_cast<double>(static_cast<uint64_t>(1023 + kRangeBits) << 52);
+
+  [[nodiscard]] static bool holds(double x) { return std::abs(x) <= kLargestTerm; }
+
+  void add(double x) {
+    if (std::abs(x) < kOneStep) [[likely]]
+      add_bits(static_cast<UInt128>(static_cast<Int128>(std::llrint(x * kFractionScale))));
+    else
+      add_large(x);
+  }
+  void add(const ExactSum& other) { add_bits(other.bits()); }
+  void subtract(const ExactSum& other) { add_bits(-other.bits()); }
+
+  // The nearest double.
+  [[nodiscard]] double value() const {
+    return static_cast<double>(static_cast<Int128>(bits())) * (1.0 / kFractionScale);
+  }
+  bool operator==(const ExactSum&) const = default;
+
+ private:
+  __extension__ using Int128 = __int128;
+  __extension__ using UInt128 = unsigned __int128;
+
+  static constexpr double power_of_2(int exponent) {
+    return std::bit_cast<double>(static_cast<uint64_t>(1023 + exponent) << 52);
+  }
+  static constexpr double kFractionScale = power_of_2(kFractionBits);
+  // Below it a term in units fits the processor's conversion to 64 bits. Beyond, it goes in two steps: multiples of 2^-kCoarseBits, and
+  // the exact rest, which is no more than half of one; ties still go to even.
+  static constexpr double kOneStep = power_of_2(63 - kFractionBits);
+  static constexpr int kCoarseBits = 61 - kRangeBits < 8 ? 61 - kRangeBits : 8;
+  static constexpr int kRestBits = kFractionBits - kCoarseBits;
+  static constexpr double kCoarseScale = power_of_2(kCoarseBits);
+  // (2^n - 1) 2^r 2^f < 2^127
+  static_assert(kFractionBits + kRangeBits + kCountBits <= 127);
+  static_assert(kRangeBits + kCoarseBits <= 62 && kRestBits > 0 && kRestBits <= 62);
+
+  [[nodiscard]] UInt128 bits() const { return static_cast<UInt128>(high_) << 64 | low_; }
+  void add_bits(UInt128 term) {
+    const UInt128 sum = bits() + term;
+    low_ = static_cast<uint64_t>(sum);
+    high_ = static_cast<uint64_t>(sum >> 64);
+  }
+
+  [[gnu::noinline]] void add_large(double x) {
+    if (!holds(x)) x = x > 0.0 ? kLargestTerm : x < 0.0 ? -kLargestTerm : 0.0;
+    const double coarse = std::nearbyint(x * kCoarseScale);
+    const double rest = x - coarse * (1.0 / kCoarseScale);
+    const auto term = static_cast<UInt128>(static_cast<Int128>(static_cast<int64_t>(coarse))) << kRestBits;
+    add_bits(term + static_cast<UInt128>(static_cast<Int128>(std::llrint(rest * kFractionScale))));
+  }
+
+  uint64_t low_ = 0;
+  uint64_t high_ = 0;
+};
+
+// Likewise in 64 bits, for terms whose size is known.
+template <int kFractionBits, int kRangeBits>
+class ExactSmallSum {
+ public:
+  static constexpr double kLargestTerm = static_cast<double>(int64_t{1} << kRangeBits);
+
+  void add(double x) {
+    if (!(std::abs(x) <= kLargestTerm)) [[unlikely]]
+      x = x > 0.0 ? kLargestTerm : x < 0.0 ? -kLargestTerm : 0.0;
+    bits_ += static_cast<uint64_t>(std::llrint(x * kFractionScale));
+  }
+  void add(const ExactSmallSum& other) { bits_ += other.bits_; }
+  void subtract(const ExactSmallSum& other) { bits_ -= other.bits_; }
+
+  [[nodiscard]] double value() const {
+    return static_cast<double>(static_cast<int64_t>(bits_)) * (1.0 / kFractionScale);
+  }
+  bool operator==(const ExactSmallSum&) const = default;
+
+ private:
+  static constexpr double kFractionScale = static_cast<double>(int64_t{1} << kFractionBits);
+  static_assert(kFractionBits + kRangeBits + 32 <= 63);
+
+  uint64_t bits_ = 0;
+};
+
+// Terms in [0, 2^80], such as squares of what an ExactSum<55, 40> takes, in multiples of 2^-80: 192 bits. What is below a multiple is cut
+// off; negative terms count as 0.
+class ExactSquareSum {
+ public:
+  static constexpr double kLargestTerm = 0x1p80;
+
+  void add(double x) {
+    if (!(x >= 0x1p-80)) return;
+    const auto bits = std::bit_cast<uint64_t>(std::min(x, kLargestTerm));
+    const uint64_t mantissa = (bits & 0xfffffffffffffU) | uint64_t{1} << 52;
+    const int shift =
+        static_cast<int>(bits >> 52) - 1023 - 52 + kFractionBits; // of the mantissa to its place: -52 to 108
+    const UInt128 term = shift >= 0 ? static_cast<UInt128>(mantissa) << (shift % 64) : mantissa >> -shift;
+    add_at(shift >= 64 ? 1 : 0, term);
+  }
+  void add(const ExactSquareSum& other) {
+    add_at(0, static_cast<UInt128>(other.words_[1]) << 64 | other.words_[0]);
+    words_[2] += other.words_[2];
+  }
+
+  [[nodiscard]] double value() const {
+    return static_cast<double>(words_[2]) * 0x1p48 +
+           static_cast<double>(static_cast<UInt128>(words_[1]) << 64 | words_[0]) * 0x1p-80;
+  }
+  bool operator==(const ExactSquareSum&) const = default;
+
+ private:
+  __extension__ using UInt128 = unsigned __int128;
+  static constexpr int kFractionBits = 80;
+
+  // `term` begins in word `first`, 0 or 1.
+  void add_at(int first, UInt128 term) {
+    const auto add_word = [](uint64_t& word, uint64_t value) -> uint64_t {
+      word += value;
+      return word < value ? 1 : 0;
+    };
+    const auto low = static_cast<uint64_t>(term), high = static_cast<uint64_t>(term >> 64);
+    const uint64_t carry = add_word(words_[first], low);
+    uint64_t carry_high = add_word(words_[first + 1], high);
+    carry_high += add_word(words_[first + 1], carry);
+    if (first == 0) words_[2] += carry_high;
+  }
+
+  uint64_t words_[3] = {0, 0, 0};
+};
+
+} // namespace kindling

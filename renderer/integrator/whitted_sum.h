@@ -1,0 +1,42 @@
+// The sum of the terms of a tree of rays, which may be walked in any order.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/exact_sum.h"
+#include "renderer/base/math.h"
+
+#include <limits>
+
+namespace kindling {
+
+// To 2^-64. A term beyond 2^52 in size makes the sum not a number, so that the sample is counted and dropped as any that is not finite; 2^11
+// terms may come close to it.
+class WhittedSum {
+ public:
+  void add(float x) {
+    if (Sum::holds(static_cast<double>(x)))
+      sum_.add(static_cast<double>(x));
+    else
+      sound_ = false;
+  }
+  [[nodiscard]] float value() const {
+    return sound_ ? static_cast<float>(sum_.value()) : std::numeric_limits<float>::quiet_NaN();
+  }
+
+ private:
+  using Sum = ExactSum<64, 52, 11>;
+  Sum sum_;
+  bool sound_ = true;
+};
+
+struct WhittedRgbSum {
+  WhittedSum r, g, b;
+  void add(const Rgb& c) {
+    r.add(c.x);
+    g.add(c.y);
+    b.add(c.z);
+  }
+  [[nodiscard]] Rgb value() const { return {r.value(), g.value(), b.value()}; }
+};
+
+} // namespace kindling
