@@ -12,6 +12,7 @@
 #include <ImathVec.h>
 
 #include <atomic>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -92,10 +93,34 @@ struct Instance {
   uint32_t motion = kNoId;     // index into BuildInput::motions; kNoId: still
 };
 
+// Borrowed instances, one after the other or as parts of larger records, so that a caller needs no second array of them.
+class InstanceList {
+ public:
+  InstanceList() = default;
+  InstanceList(std::span<const Instance> instances) : InstanceList(instances.data(), instances.size()) {}
+  // T: Instance, or a record that begins with it.
+  template <std::derived_from<Instance> T>
+  InstanceList(const std::vector<T>& records) : InstanceList(records.data(), records.size()) {}
+  template <std::derived_from<Instance> T>
+  InstanceList(const T* first, size_t size)
+      : first_(reinterpret_cast<const std::byte*>(static_cast<const Instance*>(first))), size_(size),
+        stride_(sizeof(T)) {}
+
+  [[nodiscard]] size_t size() const { return size_; }
+  [[nodiscard]] const Instance& operator[](size_t i) const {
+    return *reinterpret_cast<const Instance*>(first_ + i * stride_);
+  }
+
+ private:
+  const std::byte* first_ = nullptr;
+  size_t size_ = 0;
+  size_t stride_ = sizeof(Instance);
+};
+
 struct BuildInput {
   std::span<const TriangleMesh> meshes;
   std::span<const MeshGroup> groups;
-  std::span<const Instance> instances;
+  InstanceList instances;
   // Matrices of moving instances by key, 2 to kMostMotionKeys. Where the interpolated one is not invertible nothing is hit; if a key
   // is not finite, nothing of the instance is ever hit.
   std::span<const std::span<const Imath::M44f>> motions;

@@ -56,20 +56,21 @@ class RayToObject {
       double origin = 0.0;
       for (int row = 0; row < 3; ++row) {
         const double value = inverse[row][column] / determinant;
-        rows_[row][column] = static_cast<float>(value);
+        rows_[static_cast<size_t>(3 * row + column)] = static_cast<float>(value);
         origin -= m[3][row] * value;
         finite = finite && std::fabs(value) <= 1e12;
       }
-      rows_[3][column] = static_cast<float>(origin);
-      finite = finite && std::isfinite(rows_[3][column]);
+      float& moved = rows_[static_cast<size_t>(9 + column)];
+      moved = static_cast<float>(origin);
+      finite = finite && std::isfinite(moved);
     }
     return finite;
   }
 
   [[nodiscard]] Ray operator()(const Ray& ray) const {
     Ray out = ray;
-    Quad origin = ray.origin.x * rows_[0] + ray.origin.y * rows_[1] + ray.origin.z * rows_[2] + rows_[3];
-    Quad direction = ray.direction.x * rows_[0] + ray.direction.y * rows_[1] + ray.direction.z * rows_[2];
+    Quad origin = ray.origin.x * row(0) + ray.origin.y * row(1) + ray.origin.z * row(2) + row(3);
+    Quad direction = ray.direction.x * row(0) + ray.direction.y * row(1) + ray.direction.z * row(2);
     origin[3] = ray.t_min;
     direction[3] = ray.t_max;
     std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
@@ -78,8 +79,16 @@ class RayToObject {
   }
 
  private:
-  std::array<Quad, 4> rows_{}; // of the inverse, for row vectors
+  // Its fourth lane has what stands behind: a finite number that is not used.
+  [[nodiscard]] Quad row(size_t number) const {
+    Quad quad;
+    std::memcpy(&quad, rows_.data() + 3 * number, sizeof(Quad));
+    return quad;
+  }
+
+  std::array<float, 13> rows_{}; // of the inverse, for row vectors: three floats each, and a zero behind the last
 };
+static_assert(sizeof(RayToObject) == 52);
 
 // Bounds of a transformed box, a few rounding errors larger than exact. Empty stays empty.
 [[nodiscard]] inline Imath::Box3f transform_bounds(const Imath::M44f& m, const Imath::Box3f& box) {

@@ -229,6 +229,9 @@ class Builder {
 
   bool build_top(Monitor& monitor) {
     Scene scene = new_scene();
+    size_t count = moved_.size();
+    for (const uint32_t i : still_) count += input_.groups[input_.instances[i].group].mesh_count;
+    out_.top_geometries.reserve(count);
     for (const uint32_t i : still_) {
       const MeshGroup& group = input_.groups[input_.instances[i].group];
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {

@@ -12,15 +12,15 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <vector>
 
 namespace kindling::accel::kd {
 
 class InstanceLevel {
  public:
   InstanceLevel() = default;
-  // Boxes in world space, none empty; conservative. Deterministic.
-  explicit InstanceLevel(std::span<const Imath::Box3f> boxes);
+  // Boxes in world space, none empty; conservative. Parallel; the same for any number of threads.
+  explicit InstanceLevel(std::vector<Imath::Box3f> boxes);
 
   [[nodiscard]] bool empty() const { return nodes_.size() == 0; }
   [[nodiscard]] size_t node_count() const { return nodes_.size(); }
@@ -40,7 +40,6 @@ class InstanceLevel {
   [[nodiscard]] const Node& node(uint32_t number) const { return nodes_[number]; }
 
  private:
-  struct Builder;
   AlignedArray<Node> nodes_;
 };
 

@@ -23,6 +23,8 @@ namespace {
 
 using kd::Tree;
 
+constexpr size_t kGrain = 4096; // instances of a task
+
 class KdTreeAccelerator final : public Accelerator {
  public:
   KdTreeAccelerator(const BuildInput& input, const BuildOptions& options)
@@ -66,13 +68,12 @@ class KdTreeAccelerator final : public Accelerator {
     std::vector<kd::Geometry> still;
     std::vector<uint8_t> group_moves(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
     std::vector<uint32_t> moved, moving;
+    const std::vector<uint8_t> seen = find_seen(input);
     for (size_t i = 0; i < input.instances.size(); ++i) {
       const Instance& instance = input.instances[i];
       const auto number = static_cast<uint32_t>(i);
       const bool moves = instance.motion != kNoId;
-      RayToObject inverse;
-      if (moves ? !is_finite(input.motions[instance.motion]) : !inverse.set_inverse_of(instance.object_to_world))
-        continue;
+      if (seen[i] == 0) continue;
       // Of a group some of which deforms the still meshes are traced as if they were alone.
       const bool deforms = has_deforming(input, input.groups[instance.group]);
       if (deforms) group_deforms[instance.group] = 1;
@@ -119,9 +120,23 @@ class KdTreeAccelerator final : public Accelerator {
     });
     if (monitor.cancelled()) return false;
 
-    place_moved(input, moved);
+    place_moved(input, std::move(moved));
     place_moving(input, moving);
     return true;
+  }
+
+  // By instance: whether rays have a way into its space.
+  static std::vector<uint8_t> find_seen(const BuildInput& input) {
+    std::vector<uint8_t> seen(input.instances.size());
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, seen.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
+      for (size_t i = range.begin(); i < range.end(); ++i) {
+        const Instance& instance = input.instances[i];
+        RayToObject inverse;
+        seen[i] = instance.motion != kNoId ? is_finite(input.motions[instance.motion])
+                                           : inverse.set_inverse_of(instance.object_to_world);
+      }
+    });
+    return seen;
   }
 
   static bool has_deforming(const BuildInput& input, const MeshGroup& group) {
@@ -143,22 +158,26 @@ class KdTreeAccelerator final : public Accelerator {
     }
   }
 
-  void place_moved(const BuildInput& input, const std::vector<uint32_t>& moved) {
-    std::vector<Imath::Box3f> boxes;
+  void place_moved(const BuildInput& input, std::vector<uint32_t> moved) {
     bounds_ = structure_.world_tree.bounds;
-    for (const uint32_t i : moved) {
-      const Instance& instance = input.instances[i];
-      const Tree& tree = structure_.group_trees[instance.group];
-      if (tree.root == kd::kEmptyChild) continue;
-      kd::MovedInstance placed;
-      if (!placed.to_object.set_inverse_of(instance.object_to_world)) continue;
-      placed.tree = &tree;
-      placed.instance = i;
-      structure_.moved.push_back(placed);
-      boxes.push_back(transform_bounds(instance.object_to_world, tree.bounds));
-      bounds_.extendBy(boxes.back());
-    }
-    structure_.instance_level = kd::InstanceLevel(boxes);
+    std::erase_if(moved,
+                  [&](uint32_t i) { return structure_.group_trees[input.instances[i].group].root == kd::kEmptyChild; });
+    structure_.moved.resize(moved.size());
+    std::vector<Imath::Box3f> boxes(moved.size());
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, moved.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
+          for (size_t i = range.begin(); i < range.end(); ++i) {
+            const Instance& instance = input.instances[moved[i]];
+            kd::MovedInstance& placed = structure_.moved[i];
+            placed.tree = &structure_.group_trees[instance.group];
+            placed.instance = moved[i];
+            (void)placed.to_object.set_inverse_of(instance.object_to_world); // find_seen() says that it has one
+            boxes[i] = transform_bounds(instance.object_to_world, placed.tree->bounds);
+          }
+        });
+    moved = decltype(moved)();
+    for (const Imath::Box3f& box : boxes) bounds_.extendBy(box);
+    structure_.instance_level = kd::InstanceLevel(std::move(boxes));
   }
 
   void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving) {
@@ -202,7 +221,7 @@ class KdTreeAccelerator final : public Accelerator {
       placed.boxes = std::span(structure_.key_boxes).subspan(box, placed.keys.size());
       box += placed.keys.size();
     }
-    structure_.moving_level = kd::InstanceLevel(boxes);
+    structure_.moving_level = kd::InstanceLevel(std::move(boxes));
   }
 
   void count() {

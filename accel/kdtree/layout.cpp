@@ -82,9 +82,10 @@ class Part {
     }
     if (slice_ != nullptr) std::copy(ways_.begin(), ways_.end(), tree.ways.data() + first_node_ + 1);
     std::copy(units_.begin(), units_.end(), tree.leaves.data() + first_unit_);
-    nodes_ = {};
-    ways_ = {};
-    units_ = {};
+    // "= {}" would keep the memory of a vector.
+    nodes_ = decltype(nodes_)();
+    ways_ = decltype(ways_)();
+    units_ = decltype(units_)();
   }
 
   [[nodiscard]] ChildWord root_in_tree() const { return in_tree(root_); }

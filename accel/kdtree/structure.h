@@ -14,11 +14,13 @@
 
 namespace kindling::accel::kd {
 
-struct MovedInstance {
+// All that a ray needs of it, in one cache line.
+struct alignas(64) MovedInstance {
   RayToObject to_object;
-  const Tree* tree = nullptr;
   uint32_t instance = 0;
+  const Tree* tree = nullptr;
 };
+static_assert(sizeof(MovedInstance) == 64);
 
 // What a ray meets at its time: the still meshes of a group, or those that deform.
 struct MovingInstance {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
+#include <tbb/parallel_for.h>
+
 namespace kindling {
 namespace {
 
@@ -27,18 +29,21 @@ struct Row {
 } // namespace
 
 double second_moment(std::span<const GuideRecord> records, const BrightPatches& patches) {
-  double without = 0.0, with = 0.0;
-  for (const GuideRecord& r : records) {
-    without += static_cast<double>(r.contribution2 / r.base);
-    with += static_cast<double>(r.contribution2) / density_ratio(r, patches);
+  std::vector<double> ratios(records.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 512), [&](const auto& range) {
+    for (size_t i = range.begin(); i != range.end(); ++i) ratios[i] = density_ratio(records[i], patches);
+  });
+  double without = 0.0, with = 0.0; // in order
+  for (size_t i = 0; i < records.size(); ++i) {
+    without += static_cast<double>(records[i].contribution2 / records[i].base);
+    with += static_cast<double>(records[i].contribution2) / ratios[i];
   }
   return without > 0.0 ? with / without : 1.0;
 }
 
 BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<BrightPatch> patches) {
   const size_t count = patches.size();
-  std::vector<Row> rows;
-  rows.reserve(records.size());
+  std::vector<Row> rows(records.size());
   // One patch alone, so that its chance is a function of its form factor F: F / (1 + F), bounded.
   std::vector<BrightPatches> alone;
   for (const BrightPatch& patch : patches) {
@@ -46,9 +51,8 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
     unit.strength = 1e-3f; // small enough for chance = factor
     alone.emplace_back(std::span(&unit, 1));
   }
-  BrightPatches::Chances chances;
-  for (const GuideRecord& r : records) {
-    Row& row = rows.emplace_back();
+  const auto fill = [&](const GuideRecord& r, Row& row) {
+    BrightPatches::Chances chances;
     row.moment = r.contribution2;
     row.base = r.base;
     row.replaced = r.replaced;
@@ -65,7 +69,10 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
       row.crossed[row.crossed_count] = static_cast<uint8_t>(j);
       row.crossed_densities[row.crossed_count++] = density * r.allowed;
     }
-  }
+  };
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 256), [&](const auto& range) {
+    for (size_t i = range.begin(); i != range.end(); ++i) fill(records[i], rows[i]);
+  });
   // d p / d s_j = F_j / D (density_j - replaced - (p - base)): more of it where the gain outweighs the loss.
   constexpr int kSteps = 40;
   std::array<double, BrightPatches::kMost> use{}; // what each does, with its strength

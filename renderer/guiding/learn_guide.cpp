@@ -3,6 +3,8 @@
 
 #include "renderer/base/hash.h"
 
+#include <tbb/parallel_invoke.h>
+
 namespace kindling {
 namespace {
 
@@ -52,16 +54,15 @@ void learn_light_shares(std::span<const LightRecord> records, LearnedGuide& lear
     all[i].moment = std::min(all[i].moment, largest);
     halves[i % 2].push_back(all[i]);
   }
-  learned.light_second_moment = second_moment(halves[1], ShareTree(halves[0]));
-  learned.guide.light_shares = ShareTree(all);
+  tbb::parallel_invoke([&] { learned.light_second_moment = second_moment(halves[1], ShareTree(halves[0])); },
+                       [&] { learned.guide.light_shares = ShareTree(all); });
 }
 
 } // namespace
 
 LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records) {
   LearnedGuide learned;
-  learn_patches(records, learned);
-  learn_light_shares(light_records, learned);
+  tbb::parallel_invoke([&] { learn_patches(records, learned); }, [&] { learn_light_shares(light_records, learned); });
   return learned;
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/share_tree.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +12,7 @@ namespace {
 
 constexpr size_t kMostRecords = 256; // of a region
 constexpr uint32_t kDeepest = 24;
+constexpr size_t kApart = 8192;      // records: the halves of a region of so many are built at the same time
 constexpr double kAround = 32.0;     // records that the surroundings count for
 constexpr float kLeastShare = 0.05f; // nothing starves: what has not been seen may still be there
 
@@ -24,25 +28,57 @@ LightShares shares_for(const std::array<double, kLightKinds>& moments) {
   return shares;
 }
 
+// Puts a tree that was built apart, its root first, into another: its root at `at`.
+template <typename Node>
+void append(const std::vector<Node>& part_nodes, const std::vector<LightShares>& part_shares, uint32_t leaf, size_t at,
+            std::vector<Node>& nodes, std::vector<LightShares>& shares) {
+  const auto node_offset = static_cast<uint32_t>(nodes.size()) - 1;
+  const auto share_offset = static_cast<uint32_t>(shares.size());
+  for (size_t i = 0; i < part_nodes.size(); ++i) {
+    Node node = part_nodes[i];
+    node.next = node.next + (node.axis == leaf ? share_offset : node_offset);
+    if (i == 0)
+      nodes[at] = node;
+    else
+      nodes.push_back(node);
+  }
+  shares.insert(shares.end(), part_shares.begin(), part_shares.end());
+}
+
+// By facing, and by their order within.
+std::array<std::span<LightRecord>, kFacings> sort_by_facing(std::span<LightRecord> records) {
+  std::array<size_t, kFacings> counts{}, next{};
+  for (const LightRecord& r : records) ++counts[r.facing];
+  std::array<std::span<LightRecord>, kFacings> sorted;
+  size_t begin = 0;
+  for (uint32_t facing = 0; facing < kFacings; ++facing) {
+    sorted[facing] = records.subspan(begin, counts[facing]);
+    next[facing] = begin;
+    begin += counts[facing];
+  }
+  const std::vector<LightRecord> all(records.begin(), records.end());
+  for (const LightRecord& r : all) records[next[r.facing]++] = r;
+  return sorted;
+}
+
 } // namespace
 
 ShareTree::ShareTree(std::span<LightRecord> records) {
   if (records.empty()) return;
-  std::stable_sort(records.begin(), records.end(),
-                   [](const LightRecord& a, const LightRecord& b) { return a.facing < b.facing; });
+  const std::array<std::span<LightRecord>, kFacings> sorted = sort_by_facing(records);
   std::array<double, kLightKinds> moments{};
   for (const LightRecord& r : records)
     moments[static_cast<size_t>(r.kind)] += static_cast<double>(r.moment) / static_cast<double>(records.size());
   LightShares around;
   for (size_t f = 0; f < kLightKinds; ++f) around[f] = static_cast<float>(moments[f]);
   nodes_.resize(kFacings);
-  size_t begin = 0;
-  for (uint32_t facing = 0; facing < kFacings; ++facing) {
-    size_t end = begin;
-    while (end < records.size() && records[end].facing == facing) ++end;
-    build(facing, records.subspan(begin, end - begin), around, 0);
-    begin = end;
-  }
+  std::array<ShareTree, kFacings> parts;
+  tbb::parallel_for(uint32_t{0}, kFacings, [&](uint32_t facing) {
+    parts[facing].nodes_.resize(1);
+    parts[facing].build(0, sorted[facing], around, 0);
+  });
+  for (uint32_t facing = 0; facing < kFacings; ++facing)
+    append(parts[facing].nodes_, parts[facing].shares_, kLeaf, facing, nodes_, shares_);
 }
 
 // `around`: mean moments by kind of the surrounding region.
@@ -77,8 +113,17 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
       nodes_[node].split = split;
       nodes_[node].axis = axis;
       nodes_[node].next = children;
-      build(children, records.first(left), means, depth + 1);
-      build(children + 1, records.subspan(left), means, depth + 1);
+      if (records.size() < kApart) {
+        build(children, records.first(left), means, depth + 1);
+        build(children + 1, records.subspan(left), means, depth + 1);
+        return;
+      }
+      std::array<ShareTree, 2> halves;
+      for (ShareTree& half : halves) half.nodes_.resize(1);
+      tbb::parallel_invoke([&] { halves[0].build(0, records.first(left), means, depth + 1); },
+                           [&] { halves[1].build(0, records.subspan(left), means, depth + 1); });
+      for (uint32_t i = 0; i < 2; ++i)
+        append(halves[i].nodes_, halves[i].shares_, kLeaf, children + i, nodes_, shares_);
       return;
     }
   }
@@ -89,13 +134,20 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
 double second_moment(std::span<const LightRecord> records, const ShareTree& shares) {
   std::array<bool, kLightKinds> seen{};
   for (const LightRecord& r : records) seen[static_cast<size_t>(r.kind)] = true;
-  double with = 0.0, without = 0.0;
-  for (const LightRecord& r : records) {
-    without += static_cast<double>(r.moment / r.probability);
-    const LightShares& here = shares.find(r.position, r.facing);
-    float sum = 0.0f;
-    for (size_t f = 0; f < kLightKinds; ++f) sum += seen[f] ? here[f] : 0.0f;
-    with += static_cast<double>(r.moment * sum / here[static_cast<size_t>(r.kind)]);
+  std::vector<float> terms(records.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 4096), [&](const auto& range) {
+    for (size_t i = range.begin(); i != range.end(); ++i) {
+      const LightRecord& r = records[i];
+      const LightShares& here = shares.find(r.position, r.facing);
+      float sum = 0.0f;
+      for (size_t f = 0; f < kLightKinds; ++f) sum += seen[f] ? here[f] : 0.0f;
+      terms[i] = r.moment * sum / here[static_cast<size_t>(r.kind)];
+    }
+  });
+  double with = 0.0, without = 0.0; // in order
+  for (size_t i = 0; i < records.size(); ++i) {
+    without += static_cast<double>(records[i].moment / records[i].probability);
+    with += static_cast<double>(terms[i]);
   }
   return without > 0.0 ? with / without : 1.0;
 }

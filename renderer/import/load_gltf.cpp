@@ -37,7 +37,10 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
     if (listener != nullptr) listener->on_progress({.phase = Phase::load, .done = done, .total = 1.0});
   };
   progress(0.0);
+  ImportTimes times;
+  Stopwatch clock;
   Document document = open_document(path, options.limits, warnings);
+  times.files = clock.lap();
   progress(0.3);
   Scene scene;
   scene.source = path.string();
@@ -45,7 +48,9 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_samplers(document, scene);
   import_materials(document, scene, warnings);
   import_procedurals(document, scene, warnings);
-  import_meshes(document, scene, warnings);
+  times.meshes = clock.lap();
+  import_meshes(document, scene, warnings, times.tangents);
+  times.meshes += clock.lap() - times.tangents;
   progress(0.9);
   import_cameras(document, scene, warnings);
   import_lights(document, scene, warnings);
@@ -54,11 +59,14 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_image_lights(document, scene);
   import_photometric_lights(document, scene, warnings);
   import_animations(document, scene, warnings);
+  times.meshes += clock.lap();
   progress(1.0);
   if (options.decode_textures) {
     import_images(document, scene, options.texture_memory, listener, warnings);
     import_image_light_faces(document, scene, warnings);
   }
+  times.textures = clock.lap();
+  if (options.times != nullptr) *options.times = times;
   scene.content_hash = document.content_hash;
   return scene;
 }

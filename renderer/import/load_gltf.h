@@ -4,6 +4,7 @@
 
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
+#include "renderer/base/stopwatch.h"
 #include "renderer/scene/scene.h"
 
 #include <cstdint>
@@ -30,10 +31,19 @@ struct ImportLimits {
 
 class TextureMemory;
 
+// What the steps of an import took.
+struct ImportTimes {
+  WorkTime files;    // read, hashed and parsed
+  WorkTime meshes;   // vertices decoded and checked; nodes, animations and all else that is no picture
+  WorkTime tangents; // made where a material needs them and the file has none
+  WorkTime textures; // pictures read and decoded
+};
+
 struct ImportOptions {
   ImportLimits limits;
   TextureMemory* texture_memory = nullptr; // null: all decoded pictures stay in memory
   bool decode_textures = true;             // false: textures keep a null image (for `info`)
+  ImportTimes* times = nullptr;            // set at the end, if not null
 };
 
 // Errors are of kind input_output (cannot be read) or scene_invalid, one line: file, JSON pointer, what was found, what

@@ -58,7 +58,7 @@ size_t morph_target_count(const Document& document, size_t mesh) {
   return core.primitives.empty() ? 0 : core.primitives[0].targets.size();
 }
 
-void import_meshes(Document& document, Scene& scene, Warnings& warnings) {
+void import_meshes(Document& document, Scene& scene, Warnings& warnings, WorkTime& tangents) {
   ElementBudget budget(document);
   std::vector<Job> jobs;
   const std::vector<tinygltf::Mesh>& meshes = document.core.meshes;
@@ -79,14 +79,24 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings) {
     }
   }
 
-  tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) {
-    Job& job = jobs[i];
-    try {
-      job.result = read_primitive(document, job.mesh, job.primitive, materials_of(document, scene, job), job.warnings);
-    } catch (...) {
-      job.failure = std::current_exception();
-    }
+  const auto for_each_job = [&](const auto& work) {
+    tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) {
+      try {
+        work(jobs[i]);
+      } catch (...) {
+        jobs[i].failure = std::current_exception();
+      }
+    });
+  };
+  for_each_job([&](Job& job) {
+    job.result = read_primitive(document, job.mesh, job.primitive, materials_of(document, scene, job), job.warnings);
   });
+  const Stopwatch tangents_clock;
+  for_each_job([&](Job& job) {
+    if (job.result)
+      make_missing_tangents(job.mesh, job.primitive, materials_of(document, scene, job), *job.result, job.warnings);
+  });
+  tangents = tangents_clock.elapsed();
   for (Job& job : jobs) {
     if (job.failure) std::rethrow_exception(job.failure); // the first in the file's order, whichever was first in time
     warnings.append(job.warnings);

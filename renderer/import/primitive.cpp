@@ -346,8 +346,7 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
     primitive.normals = read_vectors<V3f>(source.attribute("NORMAL"), gather);
     repair_normals(primitive, pointer + "/attributes/NORMAL", warnings);
   }
-  const bool needs_tangents = need_tangents(materials);
-  if (needs_tangents && !primitive.normals.empty() && source.has("TANGENT")) {
+  if (need_tangents(materials) && !primitive.normals.empty() && source.has("TANGENT")) {
     primitive.tangents = read_vectors<V4f>(source.attribute("TANGENT"), gather);
     repair_tangents(primitive, pointer + "/attributes/TANGENT", warnings);
   }
@@ -368,8 +367,13 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
   read_targets(document, core, gather, pointer, primitive);
 
   for (const Material* material : materials) warn_missing_texcoords(primitive, *material, pointer, warnings);
-  if (needs_tangents && primitive.tangents.empty()) make_tangents(materials, pointer, primitive, warnings);
   return primitive;
+}
+
+void make_missing_tangents(size_t mesh, size_t index, std::span<const Material* const> materials, Primitive& primitive,
+                           Warnings& warnings) {
+  if (!primitive.tangents.empty() || !need_tangents(materials)) return;
+  make_tangents(materials, primitive_pointer(mesh, index), primitive, warnings);
 }
 
 } // namespace kindling::gltf

@@ -68,7 +68,7 @@ std::vector<OuterSide> find_outer_sides(std::span<const EmissiveTriangle> triang
     const uint32_t b = find_root(parent, vertices[i - 1].triangle);
     parent[std::max(a, b)] = std::min(a, b);
   }
-  vertices = {};
+  vertices = decltype(vertices)(); // "= {}" would keep its memory
 
   std::vector<uint32_t> body_of(triangles.size());
   std::vector<Body> bodies;

@@ -151,20 +151,29 @@ bool Environment::store_texels(const Image& image, float intensity) {
 void Environment::leave_the_mean_to_bsdfs(float mean_weight) {
   constexpr float kShareOfMean = 0.7f;
   constexpr float kLeast = 0.02f; // of the texel's own weight
+  struct RowSums {
+    double all = 0.0, left = 0.0;
+  };
+  std::vector<RowSums> row_sums(static_cast<size_t>(height_));
+  tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y) {
+      RowSums sums;
+      for (int x = 0; x < width_; ++x) {
+        HalfTexel& t = texels_[texel_index(x, y)];
+        if (t.weight == 0) continue;
+        const float weight = half_to_float(t.weight);
+        const float left = std::max(weight - kShareOfMean * mean_weight, kLeast * weight);
+        t.weight = std::max<uint16_t>(1, float_to_half(left));
+        sums.all += static_cast<double>(weight);
+        sums.left += static_cast<double>(left);
+      }
+      row_sums[static_cast<size_t>(y)] = sums;
+    }
+  });
   double all = 0.0, left_of_all = 0.0;
   for (int y = 0; y < height_; ++y) {
-    double row = 0.0, left_of_row = 0.0;
-    for (int x = 0; x < width_; ++x) {
-      HalfTexel& t = texels_[texel_index(x, y)];
-      if (t.weight == 0) continue;
-      const float weight = half_to_float(t.weight);
-      const float left = std::max(weight - kShareOfMean * mean_weight, kLeast * weight);
-      t.weight = std::max<uint16_t>(1, float_to_half(left));
-      row += static_cast<double>(weight);
-      left_of_row += static_cast<double>(left);
-    }
-    all += row * row_integral(y, height_);
-    left_of_all += left_of_row * row_integral(y, height_);
+    all += row_sums[static_cast<size_t>(y)].all * row_integral(y, height_);
+    left_of_all += row_sums[static_cast<size_t>(y)].left * row_integral(y, height_);
   }
   sampled_share_ = static_cast<float>(std::min(left_of_all / all, 1.0));
 }

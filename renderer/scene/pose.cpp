@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 
 namespace kindling {
@@ -33,10 +34,16 @@ void list_meshes(const Scene& scene, int node, const M44f& to_world, PosedScene&
   } else if (n.gpu_instances.empty()) {
     posed.meshes.push_back({node, n.mesh, to_world, {}});
   } else {
-    for (size_t i = 0; i < n.gpu_instances.size(); ++i) {
-      posed.meshes.push_back({node, n.mesh, to_matrix(n.gpu_instances[i]) * to_world, {}});
-      instance_of.push_back(static_cast<int>(i));
-    }
+    const size_t first = posed.meshes.size();
+    posed.meshes.resize(first + n.gpu_instances.size());
+    tbb::parallel_for(size_t{0}, n.gpu_instances.size(), [&](size_t i) {
+      PosedMesh& mesh = posed.meshes[first + i];
+      mesh.node = node;
+      mesh.mesh = n.mesh;
+      mesh.mesh_to_world = to_matrix(n.gpu_instances[i]) * to_world;
+    });
+    instance_of.resize(posed.meshes.size());
+    std::iota(instance_of.begin() + static_cast<std::ptrdiff_t>(first), instance_of.end(), 0);
   }
   instance_of.resize(posed.meshes.size(), kNone);
 }
@@ -104,6 +111,12 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
   PosedScene posed;
   if (shown != kNone) posed.image_light = scene.scenes[static_cast<size_t>(shown)].image_light;
   std::vector<int> gpu_instances;
+  size_t mesh_count = 0;
+  for (size_t i = 0; i < scene.nodes.size(); ++i)
+    if (visible[i] && scene.nodes[i].mesh != kNone)
+      mesh_count += std::max<size_t>(1, scene.nodes[i].gpu_instances.size());
+  posed.meshes.reserve(mesh_count);
+  gpu_instances.reserve(mesh_count);
   walk_nodes(scene, roots, [&](int node, int /*parent*/) {
     const auto i = static_cast<size_t>(node);
     const Node& n = scene.nodes[i];

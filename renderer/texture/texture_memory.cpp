@@ -78,7 +78,7 @@ Result<std::shared_ptr<const Image>> TextureMemory::keep(Image&& image) {
   const File out(std::fopen(file.value().c_str(), "wb"), &std::fclose);
   if (!out || std::fwrite(kept->pixels.data(), 1, bytes, out.get()) != bytes || std::fflush(out.get()) != 0)
     return failed(file.value(), std::strerror(errno));
-  kept->pixels = {};
+  kept->pixels = std::vector<std::byte>(); // "= {}" would keep their memory
   const std::lock_guard lock(mutex_);
   spilled_.emplace(kept.get(), std::move(file).value());
   return std::shared_ptr<const Image>(kept);
@@ -121,7 +121,7 @@ Result<TextureMemory::Paged> TextureMemory::page(const Image& image, TextureCont
   });
   if (!picture) return picture.error();
   paged.picture = std::move(picture).value();
-  levels.pixels = {};
+  levels.pixels = std::vector<std::byte>();
   return paged;
 }
 

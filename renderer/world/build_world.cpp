@@ -3,11 +3,13 @@
 #include "renderer/world/build_world.h"
 
 #include "renderer/world/builtin_environment.h"
+#include "renderer/world/emitter_limit.h"
 #include "renderer/world/image_light_environment.h"
 #include "renderer/world/prepare_geometry.h"
 #include "renderer/world/prepare_material.h"
 #include "renderer/world/punctual_lights.h"
 #include "renderer/world/texture_table.h"
+#include "renderer/world/world_parts.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,27 +20,40 @@
 namespace kindling {
 class WorldBuilder {
  public:
-  WorldBuilder(Scene scene, PosedScene posed, const WorldOptions& options, const CancelToken* cancel,
-               ProgressListener* listener)
-      : scene_(std::move(scene)), posed_(std::move(posed)), options_(options), cancel_(cancel), listener_(listener),
+  WorldBuilder(Scene& scene, PosedScene posed, const WorldOptions& options, WorldParts& parts,
+               const CancelToken* cancel, ProgressListener* listener)
+      : scene_(scene), posed_(std::move(posed)), options_(options), parts_(parts), cancel_(cancel), listener_(listener),
         world_(new World()) {}
 
-  Result<std::unique_ptr<const World>> build() {
+  Result<std::unique_ptr<World>> build() {
     const auto start = std::chrono::steady_clock::now();
+    BuildTimes& times = world_->statistics_.times;
+    Stopwatch clock;
+    scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
     if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
+    times.textures = clock.lap();
     take_geometry();
+    times.geometry = clock.lap();
     collect_lights();
+    times.lights = clock.lap();
+    scene_.materials.pop_back();
     if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
+    times.accelerator = clock.lap();
     finish_statistics();
     world_->statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return std::unique_ptr<const World>(std::move(world_));
+    return std::move(world_);
+  }
+
+  static void take_parts(World& world, WorldParts& parts) {
+    for (size_t i = 0; i < world.geometries_.size(); ++i)
+      parts.geometries.put(parts.keys[i], std::move(world.geometries_[i]));
+    parts.textures = std::move(world.textures_);
   }
 
  private:
   // --- textures and materials -----------------------------------------------------------------------------------------
 
   Result<void> prepare_materials() {
-    scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
     for (const Material& material : scene_.materials) {
       PreparedMaterial prepared = prepare_material(material, textures_);
       if (prepared.layers) {
@@ -50,11 +65,17 @@ class WorldBuilder {
       world_->materials_.push_back(prepared.shading);
       world_->material_names_.push_back(material.name);
     }
-    auto textures = textures_.build(options_.texture_memory, world_->statistics_.texture_bytes);
-    if (!textures) return textures.error();
-    world_->textures_ = std::move(textures).value();
+    if (!parts_.textures || parts_.texture_numbers != textures_.numbers()) {
+      auto textures = textures_.build(options_.texture_memory, parts_.texture_bytes);
+      if (!textures) return textures.error();
+      parts_.textures = std::move(textures).value();
+      parts_.texture_numbers = textures_.numbers();
+    }
+    world_->textures_ = *std::exchange(parts_.textures, std::nullopt);
+    world_->statistics_.texture_bytes = parts_.texture_bytes;
     world_->procedurals_.textures = textures_.take_procedurals();
-    for (SceneTexture& texture : scene_.textures) texture.image.reset();
+    if (!parts_.keep_scene)
+      for (SceneTexture& texture : scene_.textures) texture.image.reset();
     return {};
   }
 
@@ -80,12 +101,11 @@ class WorldBuilder {
   }
 
   void take_geometry() {
-    PreparedGeometry prepared = prepare_geometry(scene_, posed_);
+    PreparedGeometry prepared = prepare_geometry(scene_, posed_, &parts_);
     world_->geometries_ = std::move(prepared.geometries);
     world_->instances_ = std::move(prepared.instances);
     world_->motions_ = std::move(prepared.motions);
     groups_ = std::move(prepared.groups);
-    accel_instances_ = std::move(prepared.accel_instances);
     world_->bounds_ = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
 
     world_->accel_motions_.assign(world_->motions_.begin(), world_->motions_.end());
@@ -106,18 +126,14 @@ class WorldBuilder {
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
     bool any_textured = false;
+    const std::vector<uint8_t> emissive = find_emissive_groups();
     std::vector<WorldInstance*> order; // those that move stand last in a LightSet
     for (const bool moving : {false, true})
       for (WorldInstance& instance : world_->instances_)
-        if (instance.moving == moving) order.push_back(&instance);
+        if (emissive[instance.group] != 0 && instance.moving == moving) order.push_back(&instance);
     for (WorldInstance* pointer : order) {
       WorldInstance& instance = *pointer;
-      const accel::MeshGroup& group =
-          groups_[accel_instances_[static_cast<size_t>(pointer - world_->instances_.data())].group];
-      bool emissive = false;
-      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
-        emissive |= is_sampled_emitter(m);
-      if (!emissive) continue;
+      const accel::MeshGroup& group = groups_[instance.group];
       instance.emissive = true;
       instance.emissive_begin = static_cast<uint32_t>(world_->first_emissive_.size());
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
@@ -142,7 +158,6 @@ class WorldBuilder {
           input.emissions.back().coated_back = !layers.volume;
         }
         any_textured |= material.emission.present();
-        has_lamp_ |= is_lamp(scene_.materials[geometry.material]);
         for (size_t i = 0; i < geometry.indices.size(); i += 3) {
           append_emissive(input, geometry, material, instance, i, entry->second);
           if (instance.moving) append_keys(input, geometry, instance, i);
@@ -154,6 +169,23 @@ class WorldBuilder {
     }
     if (!any_textured) input.triangle_uvs.clear();
     world_->statistics_.emissive_triangle_count = input.triangles.size();
+  }
+
+  // By group: whether its emitters are sampled.
+  [[nodiscard]] std::vector<uint8_t> find_emissive_groups() {
+    std::vector<Emitters> emitters(groups_.size());
+    for (const WorldInstance& instance : world_->instances_) ++emitters[instance.group].instances;
+    for (size_t g = 0; g < groups_.size(); ++g)
+      for (uint32_t m = groups_[g].first_mesh; m < groups_[g].first_mesh + groups_[g].mesh_count; ++m) {
+        if (!is_sampled_emitter(m)) continue;
+        emitters[g].triangles += world_->geometries_[m].indices.size() / 3;
+        has_lamp_ |= emitters[g].instances > 0 && is_lamp(scene_.materials[world_->geometries_[m].material]);
+      }
+    SampledEmitters sampled = choose_sampled_emitters(emitters);
+    if (sampled.left_out > 0 && listener_)
+      listener_->on_warning(scene_.source + ": " + std::to_string(sampled.left_out) +
+                            " emissive triangles of instances are too many to be sampled: paths find them by chance");
+    return std::move(sampled.groups);
   }
 
   // Textured emission of the plain strength is a display or a glowing mark: it does not light a scene.
@@ -240,6 +272,8 @@ class WorldBuilder {
     std::atomic<bool> cancel_flag{false};
     accel::BuildOptions build_options;
     build_options.quality = options_.quality;
+    build_options.robust = options_.robust;
+    if (options_.simd) build_options.simd = *options_.simd;
     build_options.cancel = &cancel_flag;
     build_options.on_progress = [&](double fraction) {
       if (cancel_ && cancel_->cancelled()) cancel_flag = true;
@@ -248,7 +282,6 @@ class WorldBuilder {
     if (cancel_ && cancel_->cancelled()) return false;
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
-    world_->accel_instances_ = std::move(accel_instances_);
     world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options);
     if (!world_->accelerator_) return false;
     if (options_.wrap_accelerator) world_->accelerator_ = options_.wrap_accelerator(std::move(world_->accelerator_));
@@ -276,9 +309,10 @@ class WorldBuilder {
     statistics.accelerator = world_->accelerator_->statistics();
   }
 
-  Scene scene_;
+  Scene& scene_;
   PosedScene posed_;
   const WorldOptions& options_;
+  WorldParts& parts_;
   const CancelToken* cancel_;
   ProgressListener* listener_;
   std::unique_ptr<World> world_;
@@ -286,12 +320,23 @@ class WorldBuilder {
   bool has_lamp_ = false;
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> groups_;
-  std::vector<accel::Instance> accel_instances_;
 };
 
 Result<std::unique_ptr<const World>> build_world(Scene scene, PosedScene posed, const WorldOptions& options,
                                                  const CancelToken* cancel, ProgressListener* listener) {
-  return WorldBuilder(std::move(scene), std::move(posed), options, cancel, listener).build();
+  WorldParts parts;
+  Result<std::unique_ptr<World>> world =
+      build_world_of_parts(scene, std::move(posed), options, parts, cancel, listener);
+  if (!world.ok()) return world.error();
+  return std::unique_ptr<const World>(std::move(world).value());
 }
+
+Result<std::unique_ptr<World>> build_world_of_parts(Scene& scene, PosedScene posed, const WorldOptions& options,
+                                                    WorldParts& parts, const CancelToken* cancel,
+                                                    ProgressListener* listener) {
+  return WorldBuilder(scene, std::move(posed), options, parts, cancel, listener).build();
+}
+
+void take_parts(std::unique_ptr<World> world, WorldParts& parts) { WorldBuilder::take_parts(*world, parts); }
 
 } // namespace kindling

@@ -11,6 +11,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace kindling {
 
@@ -19,6 +20,8 @@ class TextureMemory;
 struct WorldOptions {
   accel::Kind accelerator = accel::Kind::embree;
   accel::Quality quality = accel::Quality::balanced;
+  bool robust = true;                             // of Embree
+  std::optional<accel::SimdTarget> simd;          // of the kd-tree's kernels; none: the best that the processor runs
   std::shared_ptr<const Environment> environment; // null: none, or the built-in one if the scene has no lights
   TextureMemory* texture_memory = nullptr;        // what the scene was loaded with; must outlive the World; may be null
   bool builtin_environment = true;                // a scene without any light gets a neutral one

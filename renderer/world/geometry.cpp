@@ -90,6 +90,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   // A mirroring transform turns front faces into clockwise ones (glTF 2.0, section 3.7.4): wind them back.
   if (mirrored) reverse_winding(geometry);
 
+  geometry.positions.reserve(count + kPadding); // not twice as many
   geometry.positions.resize(count + kPadding, V3f(0.0f));
   return geometry;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/accelerator.h"
 #include "renderer/base/math.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene.h"
@@ -80,17 +81,15 @@ struct Geometry {
   }
 };
 
-// Where an accelerator instance is. The instance of all baked geometry is an identity.
-struct WorldInstance {
-  M44f object_to_world;        // of a moving one: at the opening of the shutter
+// An accelerator's instance, and what shading wants to know of it. The instance of all baked geometry is an identity. Moving ones are
+// told as they are at the opening of the shutter; `motion` is an index into World's motions, absent too where meshes alone move.
+struct WorldInstance : accel::Instance {
   uint32_t first_mesh = 0;     // accelerator meshes of its group start here
   uint32_t emissive_begin = 0; // into World's table of first emissive triangles, one entry per mesh of the group
-  uint32_t motion =
-      0xffffffffU;       // index into World's motions; accel::kNoId: the instance does not move, though its meshes may
-  bool identity = true;  // never of what moves
-  bool moving = false;   // it moves, or its meshes deform: move_hit() knows where it is
-  bool mirrored = false; // negative determinant: front faces are clockwise in world space
-  bool emissive = false; // false: no entries in the table
+  bool identity = true;        // never of what moves
+  bool moving = false;         // it moves, or its meshes deform: move_hit() knows where it is
+  bool mirrored = false;       // negative determinant: front faces are clockwise in world space
+  bool emissive = false;       // false: no entries in the table
 };
 
 // Makes a Geometry of a primitive and (if it is deformed) its posed vertices, keeping what `material` and the debug views

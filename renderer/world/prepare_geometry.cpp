@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/prepare_geometry.h"
 
+#include "renderer/world/world_parts.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -42,19 +44,19 @@ Box3f box_of(const Geometry& geometry) {
 
 class GeometryPreparation {
  public:
-  GeometryPreparation(Scene& scene, PosedScene& posed) : scene_(scene), posed_(posed) {}
+  GeometryPreparation(Scene& scene, PosedScene& posed, WorldParts& parts)
+      : scene_(scene), posed_(posed), parts_(parts) {}
 
   PreparedGeometry run() {
     std::vector<uint32_t> uses(scene_.meshes.size(), 0);
-    std::vector<uint32_t> bakeable_uses(scene_.meshes.size(), 0);
-    for (const PosedMesh& posed : posed_.meshes) {
-      ++uses[static_cast<size_t>(posed.mesh)];
-      if (posed.deformed.empty() && !moves(posed)) ++bakeable_uses[static_cast<size_t>(posed.mesh)];
-    }
-    const std::vector<uint8_t> baked = choose_baked(bakeable_uses);
+    for (const PosedMesh& posed : posed_.meshes) ++uses[static_cast<size_t>(posed.mesh)];
+    const BakeChoice choice = choose_baked(scene_.meshes, posed_);
+    out_.instances.reserve(
+        1 + static_cast<size_t>(std::count_if(posed_.meshes.begin(), posed_.meshes.end(),
+                                              [&](const PosedMesh& posed) { return !choice.is_baked(posed); })));
     for (PosedMesh& posed : posed_.meshes) {
       const auto mesh = static_cast<size_t>(posed.mesh);
-      if (!is_baked(posed, baked)) continue;
+      if (!choice.is_baked(posed)) continue;
       append_mesh(posed, posed.mesh_to_world, --uses[mesh] == 0);
     }
     const auto baked_count = static_cast<uint32_t>(out_.geometries.size());
@@ -69,12 +71,17 @@ class GeometryPreparation {
     std::vector<uint32_t> group_of_mesh(scene_.meshes.size(), accel::kNoId);
     for (PosedMesh& posed : posed_.meshes) {
       const auto mesh = static_cast<size_t>(posed.mesh);
-      if (is_baked(posed, baked) || !posed.deformed.empty()) continue;
+      if (choice.is_baked(posed) || !posed.deformed.empty()) continue;
       if (group_of_mesh[mesh] == accel::kNoId) group_of_mesh[mesh] = append_group(posed, true);
       add_instance(group_of_mesh[mesh], posed);
     }
-    posed_.meshes = {};
-    scene_.meshes = {};
+    // "= {}" would keep their memory.
+    posed_.meshes = std::vector<PosedMesh>();
+    if (!parts_.keep_scene) {
+      scene_.meshes = std::vector<Mesh>();
+      scene_.nodes = std::vector<Node>();
+    }
+    parts_.geometries.clear(); // what nobody has taken
     find_bounds();
     return std::move(out_);
   }
@@ -88,21 +95,48 @@ class GeometryPreparation {
   // The primitives of one posed mesh, moved out of the scene when nobody else will read them.
   void append_mesh(PosedMesh& posed, const M44f& bake, bool last_use) {
     Mesh& mesh = scene_.meshes[static_cast<size_t>(posed.mesh)];
+    const bool consumed = last_use && (!parts_.keep_scene || parts_.still[static_cast<size_t>(posed.mesh)] != 0);
     for (size_t p = 0; p < mesh.primitives.size(); ++p) {
+      const GeometryKey same_as = key_of(posed, static_cast<uint32_t>(p), bake);
+      if (std::optional<Geometry> same = parts_.geometries.take(same_as)) {
+        parts_.keys.push_back(same_as);
+        out_.geometries.push_back(*std::move(same));
+        continue;
+      }
       if (mesh.primitives[p].indices.empty()) continue;
-      Primitive primitive = last_use ? std::move(mesh.primitives[p]) : mesh.primitives[p];
+      parts_.keys.push_back(same_as);
+      Primitive primitive = consumed ? std::move(mesh.primitives[p]) : copy_for(posed, mesh.primitives[p]);
       if (!posed.deformed.empty()) {
         PosedMesh::Deformed& deformed = posed.deformed[p];
         primitive.positions = std::move(deformed.positions);
         primitive.normals = std::move(deformed.normals);
         primitive.tangents = std::move(deformed.tangents);
       }
-      const uint32_t material = material_index(primitive);
-      Geometry geometry = make_geometry(std::move(primitive), bake, material, scene_.materials[material]);
-      for (std::vector<PosedMesh::Deformed>& key : posed.later_deformed) add_key(geometry, std::move(key[p]));
+      Geometry geometry =
+          make_geometry(std::move(primitive), bake, same_as.material, scene_.materials[same_as.material]);
+      for (std::vector<PosedMesh::Deformed>& moment : posed.later_deformed) add_key(geometry, std::move(moment[p]));
       if (posed.clockwise) reverse_winding(geometry);
       out_.geometries.push_back(std::move(geometry));
     }
+  }
+
+  [[nodiscard]] GeometryKey key_of(const PosedMesh& posed, uint32_t primitive, const M44f& bake) const {
+    const uint32_t material = material_index(scene_.meshes[static_cast<size_t>(posed.mesh)].primitives[primitive]);
+    return {posed.deformed.empty() ? posed.mesh : kNone, primitive, material,
+            geometry_layout(scene_.materials[material]), bake};
+  }
+
+  // What make_geometry() reads.
+  static Primitive copy_for(const PosedMesh& posed, const Primitive& primitive) {
+    Primitive copy;
+    copy.indices = primitive.indices;
+    copy.texcoords = primitive.texcoords;
+    copy.colors = primitive.colors;
+    if (!posed.deformed.empty()) return copy;
+    copy.positions = primitive.positions;
+    copy.normals = primitive.normals;
+    copy.tangents = primitive.tangents;
+    return copy;
   }
 
   // Its number.
@@ -114,7 +148,8 @@ class GeometryPreparation {
   }
 
   void add_instance(uint32_t group, const PosedMesh& posed) {
-    WorldInstance instance;
+    WorldInstance& instance = out_.instances.emplace_back();
+    instance.group = group;
     instance.object_to_world = posed.mesh_to_world;
     instance.first_mesh = out_.groups[group].first_mesh;
     instance.moving = moves(posed);
@@ -126,34 +161,6 @@ class GeometryPreparation {
       out_.motions.back().insert(out_.motions.back().end(), posed.later_transforms.begin(),
                                  posed.later_transforms.end());
     }
-    out_.instances.push_back(instance);
-    out_.accel_instances.push_back({group, posed.mesh_to_world, instance.motion});
-  }
-
-  // By mesh: whether those that are neither deformed nor moving are baked. Meshes that stand once are; of the others, those of which
-  // copies cost least, as long as all copies together stay within kMostCopiedTriangles: a second level costs every ray that comes near.
-  [[nodiscard]] std::vector<uint8_t> choose_baked(const std::vector<uint32_t>& bakeable_uses) const {
-    constexpr uint64_t kMostCopiedTriangles = 1U << 18;
-    std::vector<uint8_t> baked(scene_.meshes.size(), 0);
-    std::vector<std::pair<uint64_t, size_t>> copies; // triangles, mesh
-    for (size_t mesh = 0; mesh < scene_.meshes.size(); ++mesh) {
-      uint64_t triangles = 0;
-      for (const Primitive& primitive : scene_.meshes[mesh].primitives) triangles += primitive.indices.size() / 3;
-      if (bakeable_uses[mesh] != 0) copies.emplace_back(triangles * (bakeable_uses[mesh] - 1), mesh);
-    }
-    std::sort(copies.begin(), copies.end());
-    uint64_t total = 0;
-    for (const auto& [triangles, mesh] : copies) {
-      total += triangles;
-      if (total > kMostCopiedTriangles) break;
-      baked[mesh] = 1;
-    }
-    return baked;
-  }
-  // A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
-  static bool is_baked(const PosedMesh& posed, const std::vector<uint8_t>& baked) {
-    return !moves(posed) && (!posed.deformed.empty() || baked[static_cast<size_t>(posed.mesh)] != 0 ||
-                             !is_invertible(posed.mesh_to_world));
   }
 
   // What is interpolated between two keys stays within both boxes and what is between them.
@@ -165,7 +172,7 @@ class GeometryPreparation {
         box.extendBy(box_of(out_.geometries[m]));
       group_boxes.push_back(box);
     }
-    for (const accel::Instance& instance : out_.accel_instances) {
+    for (const WorldInstance& instance : out_.instances) {
       out_.bounds.extendBy(transformed(group_boxes[instance.group], instance.object_to_world));
       if (instance.motion == accel::kNoId) continue;
       for (const M44f& key : out_.motions[instance.motion])
@@ -175,11 +182,47 @@ class GeometryPreparation {
 
   Scene& scene_;
   PosedScene& posed_;
+  WorldParts& parts_;
   PreparedGeometry out_;
 };
 
 } // namespace
 
-PreparedGeometry prepare_geometry(Scene& scene, PosedScene& posed) { return GeometryPreparation(scene, posed).run(); }
+// A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
+bool BakeChoice::is_baked(const PosedMesh& posed) const {
+  return !moves(posed) && (!posed.deformed.empty() || meshes[static_cast<size_t>(posed.mesh)] != 0 ||
+                           !is_invertible(posed.mesh_to_world));
+}
+
+// Meshes that stand once are; of the others, those of which copies cost least, as long as all copies together stay within
+// kMostCopiedTriangles: a second level costs every ray that comes near.
+BakeChoice choose_baked(const std::vector<Mesh>& meshes, const PosedScene& posed) {
+  constexpr uint64_t kMostCopiedTriangles = 1U << 18;
+  std::vector<uint32_t> uses(meshes.size(), 0); // that can be baked
+  for (const PosedMesh& mesh : posed.meshes)
+    if (mesh.deformed.empty() && !moves(mesh)) ++uses[static_cast<size_t>(mesh.mesh)];
+  BakeChoice choice{std::vector<uint8_t>(meshes.size(), 0)};
+  std::vector<std::pair<uint64_t, size_t>> copies; // triangles, mesh
+  for (size_t mesh = 0; mesh < meshes.size(); ++mesh) {
+    uint64_t triangles = 0;
+    for (const Primitive& primitive : meshes[mesh].primitives) triangles += primitive.indices.size() / 3;
+    if (uses[mesh] != 0) copies.emplace_back(triangles * (uses[mesh] - 1), mesh);
+  }
+  std::sort(copies.begin(), copies.end());
+  uint64_t total = 0;
+  for (const auto& [triangles, mesh] : copies) {
+    total += triangles;
+    if (total > kMostCopiedTriangles) break;
+    choice.meshes[mesh] = 1;
+  }
+  return choice;
+}
+
+PreparedGeometry prepare_geometry(Scene& scene, PosedScene& posed, WorldParts* parts) {
+  WorldParts none;
+  WorldParts& used = parts ? *parts : none;
+  used.keys.clear();
+  return GeometryPreparation(scene, posed, used).run();
+}
 
 } // namespace kindling

@@ -20,6 +20,9 @@ namespace kindling {
 // Numbers first, while materials are bound; then all of them are built at once, in parallel.
 class TextureTable {
  public:
+  // What they are numbered by: texture of the scene, content.
+  using Numbers = std::map<std::pair<int, TextureContent>, int32_t>;
+
   // Borrows them until build() returns.
   explicit TextureTable(std::span<const SceneTexture> sources, std::span<const ProceduralGraph> graphs = {})
       : sources_(sources), graphs_(graphs) {}
@@ -32,13 +35,15 @@ class TextureTable {
   // `bytes`: of all pictures and their levels in memory, shared ones once. The result does not depend on the number of threads.
   // Where `memory` (may be null) is exceeded, all are paged: it must outlive the textures, and may fail.
   [[nodiscard]] Result<std::vector<Texture>> build(TextureMemory* memory, size_t& bytes) const;
+  // The same numbers of the same scene give the same textures.
+  [[nodiscard]] const Numbers& numbers() const { return numbers_; }
   // Those that have been numbered; once.
   [[nodiscard]] std::vector<ProceduralTexture> take_procedurals() { return std::move(procedurals_); }
 
  private:
   std::span<const SceneTexture> sources_;
   std::span<const ProceduralGraph> graphs_;
-  std::map<std::pair<int, TextureContent>, int32_t> numbers_;
+  Numbers numbers_;
   std::map<std::pair<int, int>, int32_t> procedural_numbers_; // of graph and output
   std::vector<ProceduralTexture> procedurals_;
 };

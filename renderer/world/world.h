@@ -5,6 +5,7 @@
 #include "accel/accelerator.h"
 #include "renderer/base/frame.h"
 #include "renderer/base/math.h"
+#include "renderer/base/stopwatch.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/bsdf/layer_parameters.h"
 #include "renderer/light/light_set.h"
@@ -80,8 +81,17 @@ struct MotionStatistics {
   size_t key_bytes = 0; // of matrices, and of vertices after the opening
 };
 
+// What the steps of a build took.
+struct BuildTimes {
+  WorkTime textures; // their levels
+  WorkTime geometry; // vertices packed
+  WorkTime lights;   // collected, and their tree
+  WorkTime accelerator;
+};
+
 struct WorldStatistics {
   double build_s = 0.0;
+  BuildTimes times; // parts of it
   size_t geometry_bytes = 0;
   size_t texture_bytes = 0;
   size_t light_bytes = 0;
@@ -99,7 +109,7 @@ class World {
   [[nodiscard]] const accel::Accelerator& accelerator() const { return *accelerator_; }
   // What it was built from: others can be built over the same geometry, as long as the World lives.
   [[nodiscard]] accel::BuildInput accelerator_input() const {
-    return {accel_meshes_, accel_groups_, accel_instances_, accel_motions_, {&World::accept_hit, this}};
+    return {accel_meshes_, accel_groups_, instances_, accel_motions_, {&World::accept_hit, this}};
   }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
   // Bounds of all geometry, over the shutter; a unit box around the origin if there is none.
@@ -169,7 +179,6 @@ class World {
   std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: number of its first triangle in the LightSet
   std::vector<accel::TriangleMesh> accel_meshes_; // borrow from geometries_
   std::vector<accel::MeshGroup> accel_groups_;
-  std::vector<accel::Instance> accel_instances_;
   std::vector<std::span<const M44f>> accel_motions_; // likewise from motions_
   // Likewise from geometries_: one entry for each mesh that deforms.
   std::vector<std::vector<std::span<const V3f>>> accel_keys_;

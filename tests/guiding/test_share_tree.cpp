@@ -7,6 +7,7 @@
 #include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 
 namespace kindling {
 namespace {
@@ -44,6 +45,29 @@ TEST(ShareTree, LearnsWhatArrives) {
   EXPECT_LT(second_moment(others, shares), 0.7);
   EXPECT_TRUE(ShareTree().empty());
   EXPECT_TRUE(ShareTree(std::span<LightRecord>()).empty());
+}
+
+// Large regions are built by several threads: the tree is that of one, and all leaves are where they belong.
+TEST(ShareTree, ThreadsDoNotMatter) {
+  std::vector<LightRecord> records = floor_records(60000, 3);
+  for (size_t i = 0; i < records.size(); i += 3) records[i].facing = static_cast<uint8_t>(i % kFacings);
+  std::vector<LightRecord> same = records;
+  ShareTree alone, together;
+  tbb::task_arena(1).execute([&] { alone = ShareTree(records); });
+  tbb::task_arena(2).execute([&] { together = ShareTree(same); });
+  EXPECT_EQ(together.region_count(), alone.region_count());
+  Random random(4);
+  for (int i = 0; i < 5000; ++i) {
+    const V3f position(2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d());
+    for (uint32_t facing = 0; facing < kFacings; ++facing)
+      ASSERT_EQ(alone.find(position, facing), together.find(position, facing));
+    // The sun, and only on the left.
+    const LightShares& up = together.find(position, V3f(0, 1, 0));
+    if (std::abs(position.x) > 0.2f) {
+      EXPECT_EQ(up[1] > 0.3f, position.x < 0.0f) << position;
+    }
+  }
+  EXPECT_EQ(second_moment(records, alone), second_moment(same, together));
 }
 
 // Triangle, two suns and environment: all samples come with the density that is said later, and kinds as often as shares ask.

@@ -1,0 +1,111 @@
+// Compares moments, and hands parts on.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/world_sequence.h"
+
+#include "renderer/scene/animated_members.h"
+#include "renderer/world/world_parts.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+bool deforms(const PosedMesh& mesh) { return !mesh.deformed.empty() || !mesh.later_deformed.empty(); }
+
+bool same(const PosedMesh& a, const PosedMesh& b) {
+  return a.node == b.node && a.mesh == b.mesh && a.mesh_to_world == b.mesh_to_world &&
+         a.later_transforms == b.later_transforms;
+}
+bool same(const PosedLight& a, const PosedLight& b) {
+  return a.node == b.node && a.light == b.light && a.light_to_world == b.light_to_world &&
+         a.later_transforms == b.later_transforms;
+}
+
+template <typename T>
+bool all_same(const std::vector<T>& a, const std::vector<T>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const T& x, const T& y) { return same(x, y); });
+}
+
+// The numbers that animations have set of materials, lights and meshes.
+std::vector<float> animated_numbers(Scene& scene) {
+  std::vector<float> numbers;
+  for (const Animation& animation : scene.animations)
+    for (const AnimationChannel& channel : animation.channels) {
+      if (channel.property != AnimatedProperty::member || channel.member.of == AnimatedMember::Of::camera) continue;
+      const std::span<float> values = animated_values(scene, channel.member);
+      numbers.insert(numbers.end(), values.begin(), values.end());
+    }
+  return numbers;
+}
+
+} // namespace
+
+std::vector<uint8_t> find_still_meshes(const Scene& scene) {
+  std::vector<uint8_t> node_changes(scene.nodes.size(), 0), material_changes(scene.materials.size(), 0);
+  std::vector<uint8_t> still(scene.meshes.size(), 1);
+  for (const Animation& animation : scene.animations)
+    for (const AnimationChannel& channel : animation.channels) {
+      if (channel.property != AnimatedProperty::member) {
+        if (channel.node != kNone) node_changes[static_cast<size_t>(channel.node)] = 1;
+      } else if (channel.member.of == AnimatedMember::Of::material) {
+        material_changes[static_cast<size_t>(channel.member.object)] = 1;
+      } else if (channel.member.of == AnimatedMember::Of::mesh) {
+        still[static_cast<size_t>(channel.member.object)] = 0;
+      }
+    }
+  std::vector<int> below; // nodes that change
+  for (size_t node = 0; node < scene.nodes.size(); ++node)
+    if (node_changes[node] != 0) below.push_back(static_cast<int>(node));
+  while (!below.empty()) {
+    const Node& node = scene.nodes[static_cast<size_t>(below.back())];
+    below.pop_back();
+    for (const int child : node.children)
+      if (std::exchange(node_changes[static_cast<size_t>(child)], uint8_t{1}) == 0) below.push_back(child);
+  }
+  std::vector<uint32_t> uses(scene.meshes.size(), 0);
+  for (size_t i = 0; i < scene.nodes.size(); ++i) {
+    const Node& node = scene.nodes[i];
+    if (node.mesh == kNone) continue;
+    const auto mesh = static_cast<size_t>(node.mesh);
+    if (++uses[mesh] > 1 || node_changes[i] != 0 || node.skin != kNone || !node.gpu_instances.empty()) still[mesh] = 0;
+  }
+  for (size_t mesh = 0; mesh < scene.meshes.size(); ++mesh)
+    for (const Primitive& primitive : scene.meshes[mesh].primitives)
+      if (!primitive.targets.empty() ||
+          (primitive.material != kNone && material_changes[static_cast<size_t>(primitive.material)] != 0))
+        still[mesh] = 0;
+  return still;
+}
+
+WorldSequence::WorldSequence() : parts_(std::make_unique<WorldParts>()) {}
+WorldSequence::~WorldSequence() = default;
+
+bool WorldSequence::is_shown(const PosedScene& posed, const std::vector<float>& members) const {
+  return world_ && shown_ && std::none_of(posed.meshes.begin(), posed.meshes.end(), deforms) &&
+         all_same(posed.meshes, shown_->meshes) && all_same(posed.lights, shown_->lights) && members == shown_->members;
+}
+
+Result<const World*> WorldSequence::next(Scene& scene, PosedScene posed, const WorldOptions& options, bool more,
+                                         const CancelToken* cancel, ProgressListener* listener) {
+  const std::vector<float> members = animated_numbers(scene);
+  if (is_shown(posed, members)) {
+    if (listener) listener->on_info("nothing but the camera has changed: the world of the frame before");
+    return world_.get();
+  }
+  shown_.reset();
+  if (world_) take_parts(std::move(world_), *parts_);
+  if (more && std::none_of(posed.meshes.begin(), posed.meshes.end(), deforms))
+    shown_ = {posed.meshes, posed.lights, members};
+  parts_->keep_scene = more;
+  if (more && parts_->still.empty()) parts_->still = find_still_meshes(scene);
+  Scene last; // its nodes and all else go when the World is there
+  if (!more) last = std::move(scene);
+  Result<std::unique_ptr<World>> world =
+      build_world_of_parts(more ? scene : last, std::move(posed), options, *parts_, cancel, listener);
+  if (!world.ok()) return world.error();
+  world_ = std::move(world).value();
+  return world_.get();
+}
+
+} // namespace kindling

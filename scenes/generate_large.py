@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the two large scenes into a folder: heavy.glb (7 million triangles) and swarm.glb (10 million instances). Needs NumPy."""
+import argparse
+import pathlib
+import sys
+
+sys.dont_write_bytecode = True  # a checkout stays as it is
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "bench"))
+
+import with_numpy  # noqa: F401  (first: another Python may have to take over)
+
+from generator import large
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("names", nargs="*", choices=[[], *large.SCENES], default=[], help="only these: " + ", ".join(large.SCENES))
+    parser.add_argument("--count", type=int, help="triangles of heavy, instances of swarm [7000000, 10000000]")
+    options = parser.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
+    for name, (build, _, usual) in large.SCENES.items():
+        if options.names and name not in options.names:
+            continue
+        data = build(options.count or usual)
+        path = options.folder / (name + ".glb")
+        path.write_bytes(data)
+        print("%11d  %s" % (len(data), path))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+// Worlds of one scene one after the other are those of the scene alone, and share what does not change.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/world_sequence.h"
+
+#include "renderer/world/build_world.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace kindling {
+namespace {
+
+Primitive triangle(float size) {
+  Primitive primitive;
+  primitive.positions = {V3f(0.0f), V3f(size, 0.0f, 0.0f), V3f(0.0f, size, 0.0f)};
+  primitive.normals.assign(3, V3f(0.0f, 0.0f, 1.0f));
+  primitive.indices = {0, 1, 2};
+  return primitive;
+}
+
+int add_node(Scene& scene, int mesh, const V3f& at) {
+  Node& node = scene.nodes.emplace_back();
+  node.mesh = mesh;
+  node.local.translation = at;
+  return static_cast<int>(scene.nodes.size() - 1);
+}
+
+void move(Scene& scene, int node) {
+  AnimationChannel channel;
+  channel.node = node;
+  channel.times_s = {0.0f, 1.0f};
+  channel.values = {0.0f, 0.0f, 0.0f, 0.0f, 3.0f, 0.0f};
+  scene.animations.emplace_back().channels.push_back(channel);
+}
+
+// Node 0 stands, 1 moves, 2 and 3 share a mesh, of which 3 moves; 4 is morphed; 5 has a camera that moves.
+Scene make_scene() {
+  Scene scene;
+  for (int mesh = 0; mesh < 4; ++mesh)
+    scene.meshes.emplace_back().primitives.push_back(triangle(1.0f + static_cast<float>(mesh)));
+  scene.materials.resize(2);
+  scene.materials[1].base_color_factor = V4f(0.1f, 0.2f, 0.3f, 1.0f);
+  for (Mesh& mesh : scene.meshes) mesh.primitives[0].material = 1;
+  add_node(scene, 0, V3f(0.0f));
+  move(scene, add_node(scene, 1, V3f(5.0f, 0.0f, 0.0f)));
+  add_node(scene, 2, V3f(0.0f, 0.0f, 1.0f));
+  move(scene, add_node(scene, 2, V3f(0.0f, 0.0f, 2.0f)));
+  add_node(scene, 3, V3f(-5.0f, 0.0f, 0.0f));
+  scene.meshes[3].primitives[0].targets.emplace_back().positions.assign(3, V3f(0.0f, 0.0f, 1.0f));
+  scene.meshes[3].weights = {0.0f};
+  move(scene, add_node(scene, kNone, V3f(0.0f)));
+  scene.nodes.back().camera = 0;
+  scene.cameras.resize(1);
+  return scene;
+}
+
+PosedScene pose(const Scene& scene, double time_s) { return pose_scene(scene, {kNone, time_s, std::nullopt}).value(); }
+
+// Bit for bit: what is traced.
+void expect_same(const World& a, const World& b) {
+  const accel::BuildInput x = a.accelerator_input(), y = b.accelerator_input();
+  ASSERT_EQ(x.meshes.size(), y.meshes.size());
+  for (size_t m = 0; m < x.meshes.size(); ++m) {
+    ASSERT_EQ(x.meshes[m].positions.size(), y.meshes[m].positions.size()) << m;
+    EXPECT_EQ(
+        std::memcmp(x.meshes[m].positions.data(), y.meshes[m].positions.data(), x.meshes[m].positions.size_bytes()), 0)
+        << m;
+    EXPECT_TRUE(std::equal(x.meshes[m].indices.begin(), x.meshes[m].indices.end(), y.meshes[m].indices.begin(),
+                           y.meshes[m].indices.end()));
+  }
+  for (uint32_t i = 0; i < x.instances.size(); ++i)
+    for (uint32_t m = x.groups[x.instances[i].group].first_mesh;
+         m < x.groups[x.instances[i].group].first_mesh + x.groups[x.instances[i].group].mesh_count; ++m) {
+      accel::Ray ray;
+      ray.direction = V3f(0.0f, 0.0f, -1.0f);
+      accel::Hit hit;
+      hit.instance = i;
+      hit.mesh = m;
+      hit.triangle = 0;
+      hit.t = 1.0f;
+      SurfacePoint of_a, of_b;
+      a.surface_at(ray, hit, of_a);
+      b.surface_at(ray, hit, of_b);
+      EXPECT_EQ(of_a.material, of_b.material) << m;
+      EXPECT_EQ(of_a.bsdf.base_color, of_b.bsdf.base_color) << m;
+    }
+  EXPECT_EQ(a.bounds(), b.bounds());
+  EXPECT_EQ(a.statistics().geometry_bytes, b.statistics().geometry_bytes);
+}
+
+TEST(WorldSequence, EachIsTheWorldOfTheSceneAlone) {
+  Scene scene = make_scene();
+  WorldSequence worlds;
+  const WorldOptions options;
+  for (const double time_s : {0.25, 1.0, 0.5, 0.5, 0.0}) {
+    SCOPED_TRACE(time_s);
+    const Result<const World*> world = worlds.next(scene, pose(scene, time_s), options, time_s > 0.0, nullptr, nullptr);
+    ASSERT_TRUE(world.ok());
+    Scene alone = make_scene();
+    PosedScene posed = pose(alone, time_s);
+    const auto single = build_world(std::move(alone), std::move(posed), options, nullptr, nullptr);
+    ASSERT_TRUE(single.ok());
+    expect_same(*world.value(), *single.value());
+  }
+}
+
+// Every copy of a mesh that stands in several places has the mesh's material.
+TEST(WorldSequence, CopiesKeepTheirMaterial) {
+  for (const bool more : {true, false}) {
+    Scene scene = make_scene();
+    WorldSequence worlds;
+    const World* world = worlds.next(scene, pose(scene, 0.0), {}, more, nullptr, nullptr).value();
+    const size_t meshes = world->accelerator_input().meshes.size();
+    ASSERT_EQ(meshes, 5U);
+    for (uint32_t mesh = 0; mesh < meshes; ++mesh) {
+      accel::Ray ray;
+      ray.direction = V3f(0.0f, 0.0f, -1.0f);
+      accel::Hit hit;
+      hit.instance = 0;
+      hit.mesh = mesh;
+      hit.triangle = 0;
+      SurfacePoint surface;
+      world->surface_at(ray, hit, surface);
+      EXPECT_EQ(surface.material, 1U) << mesh;
+    }
+  }
+}
+
+TEST(WorldSequence, CamerasAloneLeaveTheWorldAlone) {
+  Scene scene = make_scene();
+  for (const size_t animation : {0, 1}) scene.animations[animation].channels.clear();
+  WorldSequence worlds;
+  const World* first = worlds.next(scene, pose(scene, 0.0), {}, true, nullptr, nullptr).value();
+  EXPECT_EQ(worlds.next(scene, pose(scene, 0.5), {}, true, nullptr, nullptr).value(), first);
+  scene.meshes[3].weights = {0.5f}; // deforms
+  const World* deformed = worlds.next(scene, pose(scene, 0.5), {}, true, nullptr, nullptr).value();
+  EXPECT_EQ(deformed->bounds().max.z, 2.0f);
+}
+
+TEST(WorldSequence, WhatStandsIsHandedOn) {
+  Scene scene = make_scene();
+  WorldSequence worlds;
+  const auto positions = [](const World& world, size_t mesh) {
+    return world.accelerator_input().meshes[mesh].positions.data();
+  };
+  const World* world = worlds.next(scene, pose(scene, 0.0), {}, true, nullptr, nullptr).value();
+  const V3f* standing = positions(*world, 0);
+  EXPECT_TRUE(scene.meshes[0].primitives[0].positions.empty()) << "it stands in two places";
+  EXPECT_FALSE(scene.meshes[1].primitives[0].positions.empty());
+  world = worlds.next(scene, pose(scene, 1.0), {}, true, nullptr, nullptr).value();
+  EXPECT_EQ(positions(*world, 0), standing);
+  EXPECT_EQ(positions(*world, 1)[0].y, 3.0f);
+}
+
+TEST(WorldSequence, StillMeshes) {
+  Scene scene = make_scene();
+  EXPECT_EQ(find_still_meshes(scene), (std::vector<uint8_t>{1, 0, 0, 0}));
+  scene.nodes[1].children = {0}; // which moves
+  EXPECT_EQ(find_still_meshes(scene)[0], 0);
+  scene.nodes[1].children = {};
+  EXPECT_EQ(find_still_meshes(scene)[0], 1);
+  AnimationChannel channel;
+  channel.property = AnimatedProperty::member;
+  channel.member = {AnimatedMember::Of::material, false, 0, 1};
+  scene.animations[0].channels.push_back(channel);
+  EXPECT_EQ(find_still_meshes(scene)[0], 0);
+}
+
+} // namespace
+} // namespace kindling
