@@ -10,16 +10,24 @@ namespace {
 
 int blocks_across(int pixels) { return (pixels + kBlockSize - 1) / kBlockSize; }
 
+size_t block_count(const PixelRect& area) {
+  return static_cast<size_t>(blocks_across(area.width())) * static_cast<size_t>(blocks_across(area.height()));
+}
+
 } // namespace
 
-AdaptiveSampling::AdaptiveSampling(const PixelRect& area, const AdaptiveSettings& settings)
+bool AdaptiveState::fits(const PixelRect& area) const {
+  return stop_at.size() == block_count(area) && rays.size() == stop_at.size() &&
+         earlier.size() == static_cast<size_t>(area.pixel_count());
+}
+
+AdaptiveSampling::AdaptiveSampling(const PixelRect& area, const AdaptiveSettings& settings, AdaptiveState& state)
     : area_(area), noise_threshold_(settings.noise_threshold),
-      first_decision_(std::bit_ceil((settings.min_samples_per_pixel + 1) / 2)) {
-  if (!settings.enabled()) return;
-  stop_at_.assign(static_cast<size_t>(blocks_across(area.width())) * static_cast<size_t>(blocks_across(area.height())),
-                  kUndecided);
-  rays_.assign(stop_at_.size(), 0);
-  earlier_.assign(static_cast<size_t>(area.pixel_count()), {});
+      first_decision_(std::bit_ceil((settings.min_samples_per_pixel + 1) / 2)), state_(state) {
+  if (!settings.enabled() || !state_.empty()) return;
+  state_.stop_at.assign(block_count(area), kUndecided);
+  state_.rays.assign(state_.stop_at.size(), 0);
+  state_.earlier.assign(static_cast<size_t>(area.pixel_count()), {});
 }
 
 PixelRect AdaptiveSampling::whole_blocks(const PixelRect& crop, const V2i& image_size_px) {
@@ -47,7 +55,7 @@ double AdaptiveSampling::squared_error(const PixelRect& block, const Film& film)
   for (int y = block.min.y; y < block.max.y; ++y)
     for (int x = block.min.x; x < block.max.x; ++x) {
       const Film::Totals all = film.totals(V2i(x, y));
-      const Film::Totals& first = earlier_[pixel_index(x, y)];
+      const Film::Totals& first = state_.earlier[pixel_index(x, y)];
       const double second_weight = all.weight - first.weight;
       // Too few samples under negative lobes, or none that were finite.
       if (!(first.weight > 0.0 && second_weight > 0.0)) return std::numeric_limits<double>::infinity();
@@ -65,20 +73,20 @@ double AdaptiveSampling::squared_error(const PixelRect& block, const Film& film)
 
 uint32_t AdaptiveSampling::decide(const PixelRect& block, uint32_t done, const Film& film) {
   if (done < first_decision_ / 2 || !std::has_single_bit(done) || done > kUndecided / 4) return 0;
-  uint32_t& stop_at = stop_at_[block_index(block)];
+  uint32_t& stop_at = state_.stop_at[block_index(block)];
   if (stop_at == done) return static_cast<uint32_t>(block.pixel_count());
   if (stop_at != kUndecided) return 0;
   const uint32_t end = 2 * done;
   if (done >= first_decision_) {
     const double error_at_end = 0.5 * squared_error(block, film);
     const double samples = static_cast<double>(block.pixel_count()) * done;
-    const double rays_per_sample = static_cast<double>(rays_[block_index(block)]) / samples;
+    const double rays_per_sample = static_cast<double>(state_.rays[block_index(block)]) / samples;
     const double bound = noise_threshold_ * noise_threshold_ * (static_cast<double>(end) / kReferenceSamples) *
                          (rays_per_sample / kReferenceRays);
     if (error_at_end < bound) stop_at = end;
   }
   for (int y = block.min.y; y < block.max.y; ++y)
-    for (int x = block.min.x; x < block.max.x; ++x) earlier_[pixel_index(x, y)] = film.totals(V2i(x, y));
+    for (int x = block.min.x; x < block.max.x; ++x) state_.earlier[pixel_index(x, y)] = film.totals(V2i(x, y));
   return 0;
 }
 

@@ -17,6 +17,17 @@ struct AdaptiveSettings {
   [[nodiscard]] bool enabled() const { return noise_threshold > 0.0; }
 };
 
+// What the decisions of adaptive sampling go on from, by block and pixel of its area in scan order; empty where it is off.
+struct AdaptiveState {
+  [[nodiscard]] bool empty() const { return stop_at.empty(); }
+  // Whether it has an entry for each block and pixel of `area`.
+  [[nodiscard]] bool fits(const PixelRect& area) const;
+
+  std::vector<uint32_t> stop_at;     // samples, by block
+  std::vector<uint64_t> rays;        // by block
+  std::vector<Film::Totals> earlier; // by pixel: at the last power of two
+};
+
 // At n = 2^k samples the two halves of a pixel's samples are compared: (a - b)^2 / 4 estimates the squared error of the mean
 // of n. It sees how evenly the sampler spreads its points, which the variance among samples does not. By itself
 // it says little; so it is averaged over the 8 x 8 pixels of a block, which go on or stop together.
@@ -43,8 +54,9 @@ class AdaptiveSampling {
   static constexpr double kReferenceSamples = 64.0;
   static constexpr double kReferenceRays = 8.0;
 
-  // `area` consists of whole blocks of the image's grid, see whole_blocks().
-  AdaptiveSampling(const PixelRect& area, const AdaptiveSettings& settings);
+  // `area` consists of whole blocks of the image's grid, see whole_blocks(). Goes on from `state`, which must fit or be empty, and keeps
+  // it up to date: it must outlive this. With settings that are off it is left empty.
+  AdaptiveSampling(const PixelRect& area, const AdaptiveSettings& settings, AdaptiveState& state);
 
   // The blocks that `crop` touches, cut to the image alone.
   [[nodiscard]] static PixelRect whole_blocks(const PixelRect& crop, const V2i& image_size_px);
@@ -56,11 +68,11 @@ class AdaptiveSampling {
 
   // Whether `block` still wants samples after `done` of them.
   [[nodiscard]] bool wants_samples(const PixelRect& block, uint32_t done) const {
-    return stop_at_[block_index(block)] > done;
+    return state_.stop_at[block_index(block)] > done;
   }
   // To be called with the number of all rays that were traced for samples of `block` since the last call or the start, before
   // decide().
-  void count_rays(const PixelRect& block, uint64_t rays) { rays_[block_index(block)] += rays; }
+  void count_rays(const PixelRect& block, uint64_t rays) { state_.rays[block_index(block)] += rays; }
   // To be called when the pixels of `block`, which has not stopped before, have `done` samples; does nothing at counts
   // that are not for decisions. Returns how many pixels stop here: all or none.
   uint32_t decide(const PixelRect& block, uint32_t done, const Film& film);
@@ -75,9 +87,7 @@ class AdaptiveSampling {
   PixelRect area_;
   double noise_threshold_;
   uint32_t first_decision_;
-  std::vector<uint32_t> stop_at_;     // samples, by block
-  std::vector<uint64_t> rays_;        // by block
-  std::vector<Film::Totals> earlier_; // by pixel: at the last power of two
+  AdaptiveState& state_;
 };
 
 } // namespace kindling

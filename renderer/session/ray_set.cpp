@@ -39,7 +39,8 @@ uint64_t hash_geometry(const accel::BuildInput& input) {
     hasher.add(group.first_mesh);
     hasher.add(group.mesh_count);
   }
-  for (const accel::Instance& instance : input.instances) {
+  for (size_t number = 0; number < input.instances.size(); ++number) {
+    const accel::Instance& instance = input.instances[number];
     hasher.add(instance.group);
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) hasher.add(instance.object_to_world[i][j]);

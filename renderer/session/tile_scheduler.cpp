@@ -75,14 +75,27 @@ std::vector<PixelRect> make_tiles(const PixelRect& crop, int tile_size_px) { ret
 
 std::vector<PixelRect> make_blocks(const PixelRect& tile) { return cut(tile, kBlockSize); }
 
+size_t count_blocks(const PixelRect& tile) {
+  const auto along = [](int begin, int end) {
+    return static_cast<size_t>((floor_to(end - 1, kBlockSize) - floor_to(begin, kBlockSize)) / kBlockSize + 1);
+  };
+  return along(tile.min.x, tile.max.x) * along(tile.min.y, tile.max.y);
+}
+
+PixelRect block_of(const PixelRect& tile, size_t index) {
+  const V2i first(floor_to(tile.min.x, kBlockSize), floor_to(tile.min.y, kBlockSize));
+  const int columns = (floor_to(tile.max.x - 1, kBlockSize) - first.x) / kBlockSize + 1;
+  const auto at = static_cast<int>(index);
+  const V2i corner = first + V2i(at % columns, at / columns) * kBlockSize;
+  return {V2i(std::max(corner.x, tile.min.x), std::max(corner.y, tile.min.y)),
+          V2i(std::min(corner.x + kBlockSize, tile.max.x), std::min(corner.y + kBlockSize, tile.max.y))};
+}
+
 SampleRange next_pass(uint32_t done, uint32_t total, double passes_per_second) {
-  constexpr double kPassSeconds = 0.5; // long enough to hide the wait at its end
+  constexpr double kPassSeconds = 0.5; // what a render that is told to stop may still take
   constexpr uint32_t kLongestPass = 64;
-  uint32_t count = done == 0 ? 1 : std::min(done, kLongestPass);
-  if (passes_per_second > 0.0) {
-    const double affordable = std::max(1.0, passes_per_second * kPassSeconds);
-    count = static_cast<uint32_t>(std::min<double>(count, affordable));
-  }
+  const double affordable = std::max(1.0, passes_per_second * kPassSeconds);
+  auto count = static_cast<uint32_t>(std::min<double>(std::clamp(done, 1U, kLongestPass), affordable));
   // A wave holds four samples of a whole block: a pass of a multiple of four fills it.
   if (count > 4) count -= count % 4;
   return {done, std::min(count, total - done)};

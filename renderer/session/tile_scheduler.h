@@ -32,9 +32,13 @@ enum class Schedule : uint8_t {
 // The blocks of a tile, on the grid with side kBlockSize through the image's origin, in scan order.
 [[nodiscard]] std::vector<PixelRect> make_blocks(const PixelRect& tile);
 
+// The same one by one: how many, and the one at `index` below that.
+[[nodiscard]] size_t count_blocks(const PixelRect& tile);
+[[nodiscard]] PixelRect block_of(const PixelRect& tile, size_t index);
+
 // The next pass after `done` of `total` samples: short passes first, so that a picture exists early and a render can stop
 // early; then longer ones, so that threads seldom wait for each other. `passes_per_second`: passes of one sample that a second
-// holds, 0 if not known yet. Neither changes the image.
+// holds, 0 if not known yet: then it is one sample. Neither changes the image.
 [[nodiscard]] SampleRange next_pass(uint32_t done, uint32_t total, double passes_per_second);
 
 } // namespace kindling

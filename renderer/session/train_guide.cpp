@@ -35,6 +35,7 @@ constexpr Limits kAnyGain{1.0, 1.0}; // for `on`
 struct Worker {
   std::unique_ptr<ThreadContext> context;
   std::unique_ptr<PathRecorder> recorder;
+  double busy_s = 0.0;
 };
 
 struct BlockRecords {
@@ -46,9 +47,9 @@ struct BlockRecords {
 
 class Training {
  public:
-  Training(const World& world, const Camera& camera, const RenderSettings& settings, const CancelToken* cancel,
-           const std::function<void(uint64_t)>& on_done)
-      : world_(world), camera_(camera), settings_(settings), cancel_(cancel), on_done_(on_done),
+  Training(const World& world, const Camera& camera, const RenderSettings& settings,
+           const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done)
+      : world_(world), camera_(camera), settings_(settings), stopped_(stopped), on_done_(on_done),
         sampler_(hash_u32(settings.seed ^ 0x6a09e667U)), blocks_(make_blocks(PixelRect{V2i(0, 0), settings.size_px})) {}
 
   TrainedGuide run() {
@@ -70,17 +71,17 @@ class Training {
       statistics_.light_regions = static_cast<int>(guide->light_shares.region_count());
     }
     statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
-    return {std::move(guide), statistics_};
+    return {std::move(guide), statistics_, busy_s_};
   }
 
  private:
-  [[nodiscard]] bool stopped() const { return cancel_ && cancel_->cancelled_now(); }
+  [[nodiscard]] bool stopped() const { return stopped_ && stopped_(); }
 
   // About `paths` more paths, as evenly over the picture as whole blocks allow.
   void trace(uint64_t paths, const Guide* guide) {
     const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
     tbb::enumerable_thread_specific<Worker> workers([&] {
-      Worker worker{integrator.make_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size)};
+      Worker worker{integrator.make_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size), 0.0};
       static_cast<PathContext&>(*worker.context).recorder = worker.recorder.get();
       return worker;
     });
@@ -96,6 +97,7 @@ class Training {
       const auto samples = static_cast<uint32_t>((place + 1) * visits / count - place * visits / count);
       if (samples == 0 || stopped()) return;
       const FlushDenormals flush_denormals;
+      const Clock::time_point start = Clock::now();
       Worker& worker = workers.local();
       PathRecorder& recorder = *worker.recorder;
       recorder.records.clear();
@@ -106,16 +108,20 @@ class Training {
       found[i] = {recorder.records, recorder.light_records, recorder.luminance_sum,
                   static_cast<uint64_t>(blocks_[i].pixel_count()) * samples};
       traced += found[i].paths;
+      worker.busy_s += std::chrono::duration<double>(Clock::now() - start).count();
       if (on_done_) on_done_(traced);
     });
     next_sample_ += static_cast<uint32_t>((visits + count - 1) / count);
-    for (Worker& worker : workers) statistics_.rays.add(worker.context->counters);
+    for (Worker& worker : workers) {
+      statistics_.rays.add(worker.context->counters);
+      busy_s_ += worker.busy_s;
+    }
     gather(found);
   }
 
   // Relative to the picture: what counts is the square of the error over that of the radiance. A block's mean stands for
   // its pixels.
-  void gather(std::span<const BlockRecords> found) {
+  void gather(std::span<BlockRecords> found) {
     double sum = 0.0;
     uint64_t paths = 0;
     for (const BlockRecords& block : found) {
@@ -125,20 +131,37 @@ class Training {
     if (paths == 0) return;
     statistics_.paths += paths;
     const double mean = sum / static_cast<double>(paths);
-    for (const BlockRecords& block : found) {
-      if (block.paths == 0) continue;
-      const double block_mean = block.luminance_sum / static_cast<double>(block.paths);
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
+      BlockRecords& block = found[b];
+      const double block_mean = block.paths == 0 ? 0.0 : block.luminance_sum / static_cast<double>(block.paths);
       const double scale = 1.0 / (block_mean * block_mean + 0.01 * mean * mean);
-      if (!std::isfinite(scale)) continue;
-      for (GuideRecord record : block.records) {
-        record.contribution2 *= static_cast<float>(scale);
-        if (std::isfinite(record.contribution2)) records_.push_back(record);
-      }
-      for (LightRecord record : block.light_records) {
-        record.moment *= static_cast<float>(scale);
-        if (std::isfinite(record.moment)) light_records_.push_back(record);
-      }
+      make_relative(block.records, &GuideRecord::contribution2, scale);
+      make_relative(block.light_records, &LightRecord::moment, scale);
+    });
+    append(found, &BlockRecords::records, records_);
+    append(found, &BlockRecords::light_records, light_records_);
+  }
+
+  // Drops what is not finite then.
+  template <typename Record>
+  static void make_relative(std::vector<Record>& records, float Record::*moment, double scale) {
+    for (Record& record : records) record.*moment *= static_cast<float>(scale);
+    std::erase_if(records, [&](const Record& record) { return !std::isfinite(record.*moment); });
+  }
+
+  // In the order of the blocks.
+  template <typename Record>
+  static void append(std::span<BlockRecords> found, std::vector<Record> BlockRecords::*of, std::vector<Record>& all) {
+    std::vector<size_t> begin;
+    size_t count = all.size();
+    for (const BlockRecords& block : found) {
+      begin.push_back(count);
+      count += (block.*of).size();
     }
+    all.resize(count);
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
+      std::copy((found[b].*of).begin(), (found[b].*of).end(), all.begin() + static_cast<std::ptrdiff_t>(begin[b]));
+    });
   }
 
   // Keeps what foresees second moments below these; null if that is nothing.
@@ -155,7 +178,7 @@ class Training {
   const World& world_;
   const Camera& camera_;
   const RenderSettings& settings_;
-  const CancelToken* cancel_;
+  const std::function<bool()>& stopped_;
   const std::function<void(uint64_t)>& on_done_;
   Sampler sampler_;
   std::vector<PixelRect> blocks_; // of the whole picture
@@ -163,6 +186,7 @@ class Training {
   std::vector<GuideRecord> records_;
   std::vector<LightRecord> light_records_;
   GuidingStatistics statistics_;
+  double busy_s_ = 0.0;
 };
 
 } // namespace
@@ -170,12 +194,12 @@ class Training {
 uint64_t training_paths(const RenderSettings& settings) {
   if (settings.guiding == Guiding::off || settings.integrator.kind != IntegratorKind::path) return 0;
   const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
-  return std::min(pixels * settings.samples_per_pixel / kLeastPart, kMostPaths);
+  return std::min(pixels * settings.planned() / kLeastPart, kMostPaths);
 }
 
 TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
-                         const CancelToken* cancel, const std::function<void(uint64_t)>& on_done) {
-  return Training(world, camera, settings, cancel, on_done).run();
+                         const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done) {
+  return Training(world, camera, settings, stopped, on_done).run();
 }
 
 } // namespace kindling

@@ -32,12 +32,14 @@ uint32_t decide(AdaptiveSampling& sampling, const PixelRect& block, uint32_t don
 
 TEST(AdaptiveSampling, DecidesAtPowersOfTwo) {
   for (const auto& [minimum, first] : {std::pair(16U, 8U), {17U, 16U}, {32U, 16U}, {33U, 32U}, {100U, 64U}}) {
-    const AdaptiveSampling sampling(kArea, {0.1, minimum});
+    AdaptiveState state;
+    const AdaptiveSampling sampling(kArea, {0.1, minimum}, state);
     EXPECT_EQ(sampling.first_decision(), first);
     EXPECT_GE(2 * sampling.first_decision(), minimum);
   }
   // At 8 the first half of the first decision's samples is noted.
-  const AdaptiveSampling sampling(kArea, {0.1, 32});
+  AdaptiveState state;
+  const AdaptiveSampling sampling(kArea, {0.1, 32}, state);
   for (const auto& [done, until] :
        {std::pair(0U, 8U), {1U, 7U}, {8U, 8U}, {15U, 1U}, {16U, 16U}, {17U, 15U}, {40U, 24U}})
     EXPECT_EQ(sampling.samples_to_decision(done), until) << done;
@@ -51,7 +53,8 @@ TEST(AdaptiveSampling, WholeBlocksCoverTheCrop) {
 
 TEST(AdaptiveSampling, StopsAtTwiceTheSamplesThatForesawIt) {
   Film film(kImage, kArea, AovSet{});
-  AdaptiveSampling sampling(kArea, {0.1, 32});
+  AdaptiveState state;
+  AdaptiveSampling sampling(kArea, {0.1, 32}, state);
   for (uint32_t n = 1; n <= 64; ++n) {
     if (sampling.wants_samples(kLeft, n - 1)) {
       add_grey(film, kLeft, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // too late to be seen
@@ -73,7 +76,8 @@ TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
     const double threshold = relative / std::sqrt(minimum / AdaptiveSampling::kReferenceSamples);
     for (const double factor : {0.999, 1.001}) {
       Film film(kImage, kArea, AovSet{});
-      AdaptiveSampling sampling(kArea, {threshold * factor, minimum});
+      AdaptiveState state;
+      AdaptiveSampling sampling(kArea, {threshold * factor, minimum}, state);
       const uint32_t decision = minimum / 2;
       for (uint32_t n = 1; n <= decision; ++n) {
         const float d = static_cast<float>(n <= decision / 2 ? kDifference : -kDifference);
@@ -97,7 +101,8 @@ TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
   double ahead_sum = 0.0;
   double at_once_sum = 0.0;
   for (int i = 0; i < kBlocks; ++i) {
-    AdaptiveSampling sampling(block, {0.2, 32});
+    AdaptiveState state;
+    AdaptiveSampling sampling(block, {0.2, 32}, state);
     Film film(block.max, block, AovSet{});
     std::vector<double> sums{0.0}; // of the block after n samples
     bool at_32_black = true;

@@ -1,8 +1,9 @@
 // The same image, bit for bit, for any number of threads, tile size, batch size, crop and split into passes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/record_rays.h"
-#include "tests/integrator/test_scenes.h"
 #include "tests/session/different_pixels.h"
+#include "tests/session/mixed_scene.h"
+#include "tests/session/same_bits.h"
 
 #include <algorithm>
 #include <chrono>
@@ -13,44 +14,6 @@
 namespace kindling::test {
 namespace {
 
-Scene mixed_scene() {
-  Scene scene = ball_lamp_and_veil(0.3f);
-  // A second ball by instancing.
-  Node copy = scene.nodes[0];
-  copy.local.translation = V3f(-2.2f, 0, 0.3f);
-  copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
-  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-  scene.nodes.push_back(copy);
-  // A dispersive, cloudy ball and a pane before everything.
-  Material opal;
-  opal.metallic_factor = 0.0f;
-  opal.roughness_factor = 0.2f;
-  opal.transmission_factor = opal.thickness_factor = opal.clearcoat_factor = opal.dispersion = 1.0f;
-  opal.attenuation_distance_m = 0.5f;
-  opal.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
-  opal.multiscatter_color = Rgb(0.4f, 0.3f, 0.2f);
-  Material pane;
-  pane.metallic_factor = pane.roughness_factor = 0.0f;
-  pane.transmission_factor = 1.0f;
-  pane.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
-  const auto add = [&](const Material& material, Primitive primitive) {
-    primitive.material = static_cast<int>(scene.materials.size());
-    scene.materials.push_back(material);
-    Node node;
-    node.mesh = static_cast<int>(scene.meshes.size());
-    scene.meshes.push_back({.primitives = {std::move(primitive)}});
-    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-    scene.nodes.push_back(node);
-  };
-  add(opal, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
-  add(pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
-  return scene;
-}
-
-std::unique_ptr<const World> mixed_world(accel::Kind kind) {
-  return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
-}
-
 const V2i kSize(75, 53); // not a multiple of anything
 
 Camera test_camera() { return {SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize}; }
@@ -59,10 +22,6 @@ Film render_film(const World& world, const RenderSettings& settings) {
   Result<RenderOutcome> outcome = render(world, test_camera(), settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
   return std::move(outcome).value().film;
-}
-
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
 class Determinism : public testing::TestWithParam<accel::Kind> {};
@@ -87,25 +46,18 @@ TEST_P(Determinism, ThreadsTilesAndBatches) {
     settings.tile_size_px = v.tile_size_px;
     settings.integrator.batch_size = v.batch_size;
     const Film film = render_film(*world, settings);
-    for (const AovInfo& info : kAovs)
-      EXPECT_TRUE(same_bits(film.resolve(info.aov), reference.resolve(info.aov)))
-          << info.name << " differs with " << v.threads << " threads, tiles of " << v.tile_size_px << ", batches of "
-          << v.batch_size;
+    expect_same_bits(film, reference,
+                     std::to_string(v.threads) + " threads, tiles of " + std::to_string(v.tile_size_px) +
+                         ", batches of " + std::to_string(v.batch_size));
   }
 }
 
 TEST_P(Determinism, CropShowsTheSamePixels) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = small_render(kSize, 5);
-  const std::vector<float> whole = render_film(*world, settings).resolve_rgba();
+  const Film whole = render_film(*world, settings);
   settings.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
-  const std::vector<float> crop = render_film(*world, settings).resolve_rgba();
-  for (int y = settings.crop->min.y; y < settings.crop->max.y; ++y) {
-    const size_t width = static_cast<size_t>(settings.crop->width());
-    const float* from_crop = crop.data() + static_cast<size_t>(y - settings.crop->min.y) * width * 4;
-    const float* from_whole = whole.data() + (static_cast<size_t>(y) * static_cast<size_t>(kSize.x) + 13) * 4;
-    ASSERT_EQ(std::memcmp(from_crop, from_whole, width * 4 * sizeof(float)), 0) << "row " << y;
-  }
+  expect_same_bits(render_film(*world, settings), whole, "crop");
 }
 
 // Options that trade bias for less noise, with crops as well.
@@ -118,20 +70,15 @@ TEST_P(Determinism, FirefliesAway) {
   for (const Caustics caustics : {Caustics::regularised, Caustics::off}) {
     settings.integrator.caustics = caustics;
     settings.crop.reset();
-    const std::vector<float> whole = render_film(*world, settings).resolve_rgba();
-    EXPECT_FALSE(same_bits(whole, kept)); // they do something
+    const Film whole = render_film(*world, settings);
+    EXPECT_FALSE(same_bits(whole.resolve_rgba(), kept)); // they do something
     RenderSettings other = settings;
     other.threads = 3;
     other.tile_size_px = 8;
     other.integrator.batch_size = 64;
-    EXPECT_TRUE(same_bits(render_film(*world, other).resolve_rgba(), whole));
+    expect_same_bits(render_film(*world, other), whole, "threads, tiles and batches");
     other.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
-    const std::vector<float> crop = render_film(*world, other).resolve_rgba();
-    for (int y = 9; y < 41; ++y)
-      ASSERT_EQ(std::memcmp(&crop[static_cast<size_t>((y - 9) * 37 * 4)],
-                            &whole[static_cast<size_t>((y * kSize.x + 13) * 4)], 37 * 4 * sizeof(float)),
-                0)
-          << "row " << y;
+    expect_same_bits(render_film(*world, other), whole, "crop");
   }
 }
 
@@ -154,29 +101,14 @@ TEST_P(Determinism, AdaptiveSampling) {
   for (const float expected : {32.0f, 64.0f, 100.0f}) // something to compare
     EXPECT_GT(std::count(counts.begin(), counts.end(), expected), 40) << expected;
 
-  const auto expect_same = [&](const Film& film, const char* what) {
-    const PixelRect& crop = film.crop();
-    for (const Aov aov : {Aov::beauty, Aov::samples, Aov::variance}) {
-      const size_t channels = static_cast<size_t>(aov_info(aov).channels);
-      const size_t row = static_cast<size_t>(crop.width()) * channels;
-      const std::vector<float> part = film.resolve(aov);
-      const std::vector<float> whole = reference.resolve(aov);
-      for (int y = crop.min.y; y < crop.max.y; ++y)
-        ASSERT_EQ(std::memcmp(part.data() + static_cast<size_t>(y - crop.min.y) * row,
-                              whole.data() + static_cast<size_t>(y * kSize.x + crop.min.x) * channels,
-                              row * sizeof(float)),
-                  0)
-            << aov_info(aov).name << " differs with another " << what << " in row " << y;
-    }
-  };
   settings.threads = 3;
-  expect_same(render_film(*world, settings), "number of threads");
+  expect_same_bits(render_film(*world, settings), reference, "number of threads");
   settings.tile_size_px = 8;
-  expect_same(render_film(*world, settings), "tile size");
+  expect_same_bits(render_film(*world, settings), reference, "tile size");
   settings.integrator.batch_size = 64;
-  expect_same(render_film(*world, settings), "batch size");
+  expect_same_bits(render_film(*world, settings), reference, "batch size");
   settings.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
-  expect_same(render_film(*world, settings), "crop");
+  expect_same_bits(render_film(*world, settings), reference, "crop");
 }
 
 // The samples of an adaptive render are the first ones of a fixed one, pixel by pixel.

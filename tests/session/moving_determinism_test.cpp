@@ -1,35 +1,13 @@
 // The same image of a moving scene, bit for bit, however it is cut into work.
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/integrator/motion_scenes.h"
 #include "tests/session/different_pixels.h"
-
-#include <cstring>
+#include "tests/session/mixed_scene.h"
+#include "tests/session/same_bits.h"
 
 namespace kindling::test {
 namespace {
 
 const V2i kSize(43, 29); // not a multiple of anything
-
-// A turning ball, a second one of the same mesh that stands still, a lamp that swings, a bending strip, and a moving veil.
-std::unique_ptr<const World> moving_world(accel::Kind kind) {
-  Scene scene = ball_lamp_and_veil(0.3f);
-  Node copy = scene.nodes[0];
-  copy.local.translation = V3f(-2.2f, 0, 0.3f);
-  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-  scene.nodes.push_back(copy);
-  animate_turn(scene, 0, V3f(0, 0.6f, 0.8f), 90.0f);
-  animate(scene, 2, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 1, 0.3f, 0});
-  animate(scene, 3, AnimatedProperty::translation, {0, 1}, {0, 0, 0, -0.5f, 0, 0});
-  Node bent;
-  bent.mesh = static_cast<int>(scene.meshes.size());
-  scene.meshes.push_back({.primitives = {jointed_strip(8, 1)}});
-  const auto strip = static_cast<int>(scene.nodes.size());
-  scene.scenes[0].nodes.push_back(strip);
-  scene.nodes.push_back(bent);
-  add_bending_skin(scene, strip, V3f(0.6f, 0, 0.8f), 80.0f);
-  return make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, kind,
-                          std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
-}
 
 Film render_film(const World& world, const RenderSettings& settings) {
   const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize,
@@ -60,17 +38,9 @@ TEST_P(MovingDeterminism, ThreadsTilesBatchesAndCrops) {
     settings.tile_size_px = v.tile_size_px;
     settings.integrator.batch_size = v.batch_size;
     settings.crop = v.crop;
-    const Film film = render_film(*world, settings);
-    for (const AovInfo& info : kAovs) {
-      const std::vector<float> found = film.resolve(info.aov), whole = reference.resolve(info.aov);
-      const auto channels = static_cast<size_t>(info.channels), row = static_cast<size_t>(v.crop.width()) * channels;
-      for (int y = v.crop.min.y; y < v.crop.max.y; ++y)
-        ASSERT_EQ(std::memcmp(&found[static_cast<size_t>(y - v.crop.min.y) * row],
-                              &whole[static_cast<size_t>(y * kSize.x + v.crop.min.x) * channels], row * sizeof(float)),
-                  0)
-            << info.name << " differs in row " << y << " with " << v.threads << " threads, tiles of " << v.tile_size_px
-            << ", batches of " << v.batch_size;
-    }
+    expect_same_bits(render_film(*world, settings), reference,
+                     std::to_string(v.threads) + " threads, tiles of " + std::to_string(v.tile_size_px) +
+                         ", batches of " + std::to_string(v.batch_size));
   }
 }
 

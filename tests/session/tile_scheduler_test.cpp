@@ -14,8 +14,12 @@ TEST(TileScheduler, TilesCoverTheCropOnce) {
        {PixelRect{V2i(0, 0), V2i(64, 64)}, PixelRect{V2i(3, 5), V2i(77, 41)}, PixelRect{V2i(31, 31), V2i(33, 33)}})
     for (const int side : {8, 32, 64}) {
       std::vector<int> seen(100 * 100, 0);
-      for (const PixelRect& tile : make_tiles(crop, side))
-        for (const PixelRect& block : make_blocks(tile)) {
+      for (const PixelRect& tile : make_tiles(crop, side)) {
+        const std::vector<PixelRect> blocks = make_blocks(tile);
+        ASSERT_EQ(count_blocks(tile), blocks.size());
+        for (size_t i = 0; i < blocks.size(); ++i) {
+          const PixelRect& block = blocks[i];
+          ASSERT_EQ(block_of(tile, i), block);
           EXPECT_FALSE(block.empty());
           EXPECT_LE(block.width(), kBlockSize);
           EXPECT_LE(block.height(), kBlockSize);
@@ -25,6 +29,7 @@ TEST(TileScheduler, TilesCoverTheCropOnce) {
           for (int y = block.min.y; y < block.max.y; ++y)
             for (int x = block.min.x; x < block.max.x; ++x) ++seen[static_cast<size_t>(y * 100 + x)];
         }
+      }
       for (int y = 0; y < 100; ++y)
         for (int x = 0; x < 100; ++x) {
           const bool inside = x >= crop.min.x && x < crop.max.x && y >= crop.min.y && y < crop.max.y;

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/accumulation_header.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace kindling {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kLargestSide = 1 << 20; // of an image, pixels
+
+// Thrown among the functions of this file alone.
+struct Unsound : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+[[noreturn]] void unsound(std::string_view key, std::string_view wanted) {
+  throw Unsound(fmt::format("'{}' is not {}", key, wanted));
+}
+
+// A text that is not UTF-8 (names of files may be anything) is an array of its bytes.
+Json text_to_json(const std::string& text) {
+  Json json = text;
+  try {
+    static_cast<void>(json.dump());
+  } catch (const Json::type_error&) {
+    json = Json::array();
+    for (const char c : text) json.push_back(static_cast<unsigned char>(c));
+  }
+  return json;
+}
+
+std::string text_from_json(const Json& json, std::string_view key) {
+  if (json.is_string()) return json.get<std::string>();
+  if (!json.is_array()) unsound(key, "a text");
+  std::string text;
+  for (const Json& byte : json) {
+    if (!byte.is_number_unsigned() || byte.get<uint64_t>() > 255) unsound(key, "a text");
+    text += static_cast<char>(byte.get<unsigned>());
+  }
+  return text;
+}
+
+const Json& member(const Json& object, const char* key) {
+  if (!object.is_object()) throw Unsound(fmt::format("what should have '{}' is not an object", key));
+  const auto found = object.find(key);
+  if (found == object.end()) throw Unsound(fmt::format("'{}' is missing", key));
+  return *found;
+}
+
+uint64_t whole(const Json& json, std::string_view key, uint64_t largest) {
+  if (!json.is_number_unsigned() || json.get<uint64_t>() > largest)
+    unsound(key, fmt::format("a whole number up to {}", largest));
+  return json.get<uint64_t>();
+}
+
+template <typename Number>
+void read_whole(const Json& object, const char* key, Number& number) {
+  number = static_cast<Number>(whole(member(object, key), key, std::numeric_limits<Number>::max()));
+}
+
+double seconds(const Json& object, const char* key) {
+  const Json& json = member(object, key);
+  if (!json.is_number() || !(json.get<double>() >= 0.0)) unsound(key, "a time in seconds");
+  return json.get<double>();
+}
+
+std::string text(const Json& object, const char* key) { return text_from_json(member(object, key), key); }
+
+bool flag(const Json& object, const char* key) {
+  const Json& json = member(object, key);
+  if (!json.is_boolean()) unsound(key, "true or false");
+  return json.get<bool>();
+}
+
+const Json& list(const Json& object, const char* key) {
+  const Json& json = member(object, key);
+  if (!json.is_array()) unsound(key, "a list");
+  return json;
+}
+
+// [width, height], or [x, y, x, y].
+template <size_t kCount>
+std::array<int, kCount> coordinates(const Json& object, const char* key) {
+  const Json& json = list(object, key);
+  if (json.size() != kCount) unsound(key, fmt::format("a list of {} numbers", kCount));
+  std::array<int, kCount> values{};
+  for (size_t i = 0; i < kCount; ++i) values[i] = static_cast<int>(whole(json[i], key, kLargestSide));
+  return values;
+}
+
+Json rect_to_json(const PixelRect& rect) { return {rect.min.x, rect.min.y, rect.max.x, rect.max.y}; }
+
+PixelRect rect_from_json(const Json& object, const char* key, const V2i& size_px) {
+  const auto [x0, y0, x1, y1] = coordinates<4>(object, key);
+  if (x1 < x0 || y1 < y0 || x1 > size_px.x || y1 > size_px.y) unsound(key, "a rectangle inside of the image");
+  return {V2i(x0, y0), V2i(x1, y1)};
+}
+
+Json counters_to_json(const RayCounters& rays) {
+  Json json = {{"camera", rays.camera},
+               {"bounce", rays.bounce},
+               {"shadow", rays.shadow},
+               {"paths", rays.paths},
+               {"reflection", rays.whitted.reflection},
+               {"transmission", rays.whitted.transmission},
+               {"cache_hits", rays.whitted.cache_hits},
+               {"cache_misses", rays.whitted.cache_misses},
+               {"cache_bypasses", rays.whitted.cache_bypasses},
+               {"non_finite", rays.non_finite}};
+  if (rays.first_non_finite) {
+    const auto& [pixel, sample] = *rays.first_non_finite;
+    json["first_non_finite"] = {pixel.x, pixel.y, sample};
+  }
+  return json;
+}
+
+RayCounters counters_from_json(const Json& json) {
+  RayCounters rays;
+  read_whole(json, "camera", rays.camera);
+  read_whole(json, "bounce", rays.bounce);
+  read_whole(json, "shadow", rays.shadow);
+  read_whole(json, "paths", rays.paths);
+  read_whole(json, "reflection", rays.whitted.reflection);
+  read_whole(json, "transmission", rays.whitted.transmission);
+  read_whole(json, "cache_hits", rays.whitted.cache_hits);
+  read_whole(json, "cache_misses", rays.whitted.cache_misses);
+  read_whole(json, "cache_bypasses", rays.whitted.cache_bypasses);
+  read_whole(json, "non_finite", rays.non_finite);
+  if (json.contains("first_non_finite")) {
+    const Json& first = list(json, "first_non_finite");
+    if (first.size() != 3) unsound("first_non_finite", "a list of 3 numbers");
+    const auto at = [&](size_t i, uint64_t largest) { return whole(first[i], "first_non_finite", largest); };
+    rays.first_non_finite = {V2i(static_cast<int>(at(0, kLargestSide)), static_cast<int>(at(1, kLargestSide))),
+                             static_cast<uint32_t>(at(2, std::numeric_limits<uint32_t>::max()))};
+  }
+  return rays;
+}
+
+// [blocks, 1 if they have stopped else 0, first, end, first, end, ...] for blocks in a row that are alike.
+Json runs_to_json(const Coverage& coverage) {
+  Json runs = Json::array();
+  for (size_t i = 0; i < coverage.block_count();) {
+    const size_t first = i;
+    while (i < coverage.block_count() && coverage[i] == coverage[first]) ++i;
+    Json run = {i - first, coverage[first].stopped ? 1 : 0};
+    for (const SampleSpan& span : coverage[first].spans) {
+      run.push_back(span.first);
+      run.push_back(span.end);
+    }
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+std::vector<ParsedHeader::CoverageRun> runs_from_json(const Json& json, size_t block_count) {
+  std::vector<ParsedHeader::CoverageRun> runs;
+  size_t left = block_count;
+  for (const Json& values : json) {
+    if (!values.is_array() || values.size() < 2 || values.size() % 2 != 0) unsound("runs", "a list of runs of blocks");
+    ParsedHeader::CoverageRun run;
+    run.blocks = whole(values[0], "runs", left);
+    run.coverage.stopped = whole(values[1], "runs", 1) == 1;
+    left -= run.blocks;
+    for (size_t i = 2; i < values.size(); i += 2) {
+      constexpr uint32_t kLargest = std::numeric_limits<uint32_t>::max();
+      const SampleSpan span{static_cast<uint32_t>(whole(values[i], "runs", kLargest)),
+                            static_cast<uint32_t>(whole(values[i + 1], "runs", kLargest))};
+      if (span.empty() || (i > 2 && span.first <= run.coverage.spans.back().end))
+        unsound("runs", "sorted spans of samples");
+      run.coverage.spans.push_back(span);
+    }
+    runs.push_back(std::move(run));
+  }
+  if (left != 0) throw Unsound(fmt::format("'runs' lack {} of {} blocks", left, block_count));
+  return runs;
+}
+
+size_t block_count(const PixelRect& area) {
+  const auto across = [](int begin, int end) {
+    return static_cast<size_t>((end + kBlockSize - 1) / kBlockSize - begin / kBlockSize);
+  };
+  return area.empty() ? 0 : across(area.min.x, area.max.x) * across(area.min.y, area.max.y);
+}
+
+AccumulationIdentity identity_from_json(const Json& json) {
+  AccumulationIdentity identity;
+  identity.program = text(json, "program");
+  identity.picture = text(json, "picture");
+  const std::string hash = text(json, "scene_hash");
+  const auto [end, error] = std::from_chars(hash.data(), hash.data() + hash.size(), identity.scene_hash, 16);
+  if (error != std::errc{} || end != hash.data() + hash.size() || hash.size() != 16)
+    unsound("scene_hash", "a number of 16 hexadecimal digits");
+  for (const Json& argument : list(json, "arguments"))
+    identity.arguments.push_back(text_from_json(argument, "arguments"));
+  identity.folder = text(json, "folder");
+  const auto [width, height] = coordinates<2>(json, "size");
+  identity.size_px = V2i(width, height);
+  identity.crop = rect_from_json(json, "crop", identity.size_px);
+  read_whole(json, "samples_per_pixel", identity.samples_per_pixel);
+  read_whole(json, "planned_samples", identity.planned_samples);
+  const Json& part = list(json, "part");
+  if (part.size() != 2) unsound("part", "a list of 2 numbers");
+  identity.part.first = static_cast<uint32_t>(whole(part[0], "part", std::numeric_limits<uint32_t>::max()));
+  identity.part.end = static_cast<uint32_t>(whole(part[1], "part", std::numeric_limits<uint32_t>::max()));
+  identity.metadata = text(json, "metadata");
+  return identity;
+}
+
+ParsedHeader parse(std::string_view text_of_json) {
+  const Json json = Json::parse(text_of_json);
+  ParsedHeader parsed;
+  AccumulationHeader& header = parsed.header;
+  header.summary.identity = identity_from_json(json);
+  const Json& work = member(json, "work");
+  header.summary.work.render_s = seconds(work, "render_s");
+  header.summary.work.thread_s = seconds(work, "thread_s");
+  read_whole(work, "runs", header.summary.work.runs);
+  header.summary.work.rays = counters_from_json(member(work, "rays"));
+  for (const Json& name : list(json, "aovs")) {
+    const std::string aov_name = text_from_json(name, "aovs");
+    const std::optional<Aov> aov = aov_from_name(aov_name);
+    if (!aov) throw Unsound(fmt::format("there is no AOV '{}'", aov_name));
+    header.aovs.insert(*aov);
+  }
+  header.trims_outliers = flag(json, "trims_outliers");
+  header.adaptive = flag(json, "adaptive");
+  const Json& coverage = member(json, "coverage");
+  parsed.area = rect_from_json(coverage, "area", header.summary.identity.size_px);
+  parsed.runs = runs_from_json(list(coverage, "runs"), block_count(parsed.area));
+  for (const Json& plane : list(json, "planes")) {
+    StoredPlane& stored = parsed.planes.emplace_back();
+    stored.name = text(plane, "name");
+    read_whole(plane, "record_bytes", stored.record_bytes);
+    read_whole(plane, "records", stored.records);
+  }
+  if (parsed.planes != planes_of(header, parsed.area)) throw Unsound("'planes' are not those of such a film");
+  return parsed;
+}
+
+} // namespace
+
+std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area) {
+  const auto pixels = area.empty() ? 0 : static_cast<size_t>(area.pixel_count());
+  // A film of one pixel has the same planes.
+  Film film({1, 1}, {V2i(0), V2i(1)}, header.aovs);
+  if (header.trims_outliers) film.trim_outliers();
+  std::vector<StoredPlane> planes;
+  for (const Film::Plane& plane : film.planes())
+    planes.push_back({std::string(plane.name), plane.bytes_per_pixel, pixels});
+  if (header.adaptive) {
+    planes.push_back({"stop_at", sizeof(AdaptiveState::stop_at[0]), block_count(area)});
+    planes.push_back({"rays", sizeof(AdaptiveState::rays[0]), block_count(area)});
+    planes.push_back({"earlier", sizeof(AdaptiveState::earlier[0]), pixels});
+  }
+  return planes;
+}
+
+std::string header_to_json(const AccumulationHeader& header) {
+  const AccumulationIdentity& identity = header.summary.identity;
+  const RenderWork& work = header.summary.work;
+  const PixelRect& area = header.summary.coverage.area();
+  Json json;
+  json["program"] = text_to_json(identity.program);
+  json["picture"] = text_to_json(identity.picture);
+  json["scene_hash"] = fmt::format("{:016x}", identity.scene_hash);
+  json["arguments"] = Json::array();
+  for (const std::string& argument : identity.arguments) json["arguments"].push_back(text_to_json(argument));
+  json["folder"] = text_to_json(identity.folder.string());
+  json["size"] = {identity.size_px.x, identity.size_px.y};
+  json["crop"] = rect_to_json(identity.crop);
+  json["samples_per_pixel"] = identity.samples_per_pixel;
+  json["planned_samples"] = identity.planned_samples;
+  json["part"] = {identity.part.first, identity.part.end};
+  json["metadata"] = text_to_json(identity.metadata);
+  json["work"] = {{"render_s", work.render_s},
+                  {"thread_s", work.thread_s},
+                  {"runs", work.runs},
+                  {"rays", counters_to_json(work.rays)}};
+  json["aovs"] = Json::array();
+  for (const AovInfo& info : kAovs)
+    if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);
+  json["trims_outliers"] = header.trims_outliers;
+  json["adaptive"] = header.adaptive;
+  json["coverage"] = {{"area", rect_to_json(area)}, {"runs", runs_to_json(header.summary.coverage)}};
+  json["planes"] = Json::array();
+  for (const StoredPlane& plane : planes_of(header, area))
+    json["planes"].push_back({{"name", plane.name}, {"record_bytes", plane.record_bytes}, {"records", plane.records}});
+  return json.dump();
+}
+
+Result<ParsedHeader> header_from_json(std::string_view json) {
+  try {
+    return parse(json);
+  } catch (const Json::exception& error) {
+    return Error{ErrorKind::input_output, error.what()};
+  } catch (const Unsound& error) {
+    return Error{ErrorKind::input_output, error.what()};
+  }
+}
+
+Coverage coverage_of(const ParsedHeader& parsed) {
+  Coverage coverage(parsed.area);
+  size_t block = 0;
+  for (const ParsedHeader::CoverageRun& run : parsed.runs)
+    for (size_t i = 0; i < run.blocks; ++i, ++block) {
+      for (const SampleSpan& span : run.coverage.spans) coverage.add(block, span);
+      if (run.coverage.stopped) coverage.set_stopped(block);
+    }
+  return coverage;
+}
+
+} // namespace kindling

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/check_settings.h"
+
+#include <cmath>
+#include <string>
+
+namespace kindling {
+namespace {
+
+Error refuse(std::string message) { return {ErrorKind::usage, std::move(message)}; }
+
+std::string text_of(const PixelRect& r) {
+  return std::to_string(r.min.x) + "," + std::to_string(r.min.y) + "," + std::to_string(r.max.x) + "," +
+         std::to_string(r.max.y);
+}
+
+std::string text_of(const SampleSpan& span) {
+  return std::to_string(span.first) + " to " + std::to_string(span.end - 1);
+}
+
+std::string text_of(const V2i& size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
+
+bool contains(const PixelRect& outer, const PixelRect& inner) {
+  return inner.min.x >= outer.min.x && inner.min.y >= outer.min.y && inner.max.x <= outer.max.x &&
+         inner.max.y <= outer.max.y;
+}
+
+Result<void> check_pixels(const RenderSettings& settings) {
+  const PixelRect image{V2i(0, 0), settings.size_px};
+  const PixelRect crop = settings.crop.value_or(image);
+  if (crop.empty() || !contains(image, crop))
+    return refuse("crop " + text_of(crop) + " is not a rectangle within the image of " + text_of(settings.size_px) +
+                  " pixels");
+  if (!settings.region) return {};
+  const PixelRect& region = *settings.region;
+  if (region.empty())
+    return refuse("region " + text_of(region) + ": it is empty; are there more parts than blocks of 8x8 pixels?");
+  if (!contains(crop, region)) return refuse("region " + text_of(region) + " is not within the crop " + text_of(crop));
+  for (int axis = 0; axis < 2; ++axis)
+    if ((region.min[axis] % kBlockSize != 0 && region.min[axis] != crop.min[axis]) ||
+        (region.max[axis] % kBlockSize != 0 && region.max[axis] != crop.max[axis]))
+      return refuse("region " + text_of(region) + ": its borders must be multiples of 8 or those of the crop " +
+                    text_of(crop));
+  return {};
+}
+
+Result<void> check_samples(const RenderSettings& settings) {
+  if (settings.samples_per_pixel < 1) return refuse("samples per pixel: 0 found, at least 1 is needed");
+  if (!settings.samples) return {};
+  if (settings.samples->empty() || settings.samples->end > settings.samples_per_pixel)
+    return refuse("samples " + text_of(*settings.samples) + ": a range within " +
+                  text_of(SampleSpan{0, settings.samples_per_pixel}) + " is needed that is not empty");
+  if (settings.adaptive.enabled())
+    return refuse(
+        "samples " + text_of(*settings.samples) +
+        " with a noise threshold: adaptive sampling decides by all samples before, so it cannot be divided into " +
+        "ranges of them; divide the picture");
+  return {};
+}
+
+Result<void> check_adaptive(const RenderSettings& settings) {
+  // Not a number fails as well.
+  if (!(settings.adaptive.noise_threshold >= 0.0 && std::isfinite(settings.adaptive.noise_threshold)))
+    return refuse("noise threshold " + std::to_string(settings.adaptive.noise_threshold) +
+                  ": a finite number that is not negative is needed");
+  constexpr uint32_t kFewestSamples = 16; // halves of fewer say little
+  constexpr uint32_t kMostSamples = 1U << 30;
+  if (settings.adaptive.enabled() && (settings.adaptive.min_samples_per_pixel < kFewestSamples ||
+                                      settings.adaptive.min_samples_per_pixel > kMostSamples))
+    return refuse("at least " + std::to_string(settings.adaptive.min_samples_per_pixel) +
+                  " samples per pixel: adaptive sampling needs a minimum of 16 to 2^30");
+  return {};
+}
+
+} // namespace
+
+Result<void> check_settings(const RenderSettings& settings, const Camera& camera) {
+  constexpr int kMaxSide = 1 << 20;
+  const V2i size = settings.size_px;
+  if (size.x < 1 || size.y < 1 || size.x > kMaxSide || size.y > kMaxSide)
+    return refuse("image size " + text_of(size) + ": each side must be 1 to 1048576 pixels");
+  if (camera.size_px() != size)
+    return refuse("the camera is made for " + std::to_string(camera.size_px().x) + "x" +
+                  std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
+                  std::to_string(size.y));
+  for (const auto& check : {check_pixels, check_samples, check_adaptive})
+    if (Result<void> checked = check(settings); !checked) return checked;
+  if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
+    return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
+  if (settings.integrator.batch_size < kBlockSize * kBlockSize ||
+      settings.integrator.batch_size % (kBlockSize * kBlockSize) != 0)
+    return refuse("batch size " + std::to_string(settings.integrator.batch_size) +
+                  ": a positive multiple of 64 paths is needed");
+  return {};
+}
+
+PixelRect rendered_pixels(const RenderSettings& settings) {
+  const PixelRect wanted = settings.wanted_pixels();
+  return settings.adaptive.enabled() ? AdaptiveSampling::whole_blocks(wanted, settings.size_px) : wanted;
+}
+
+Result<void> check_state(const RenderSettings& settings, const RenderState& state) {
+  const PixelRect area = rendered_pixels(settings);
+  const Film& film = state.film;
+  if (film.size_px() != settings.size_px)
+    return refuse("to go on from: an image of " + text_of(film.size_px()) + " pixels, not of " +
+                  text_of(settings.size_px));
+  if (film.crop() != area || state.coverage.area() != area)
+    return refuse("to go on from: pixels " + text_of(film.crop()) + ", not " + text_of(area));
+  if (film.aovs().bits() != settings.aovs.bits()) return refuse("to go on from: it has other AOVs");
+  if (film.trims_outliers() != (settings.outliers == Outliers::trim))
+    return refuse("to go on from: its outliers are treated otherwise");
+  if (settings.adaptive.enabled() ? !state.adaptive.fits(area) : !state.adaptive.empty())
+    return refuse(std::string("to go on from: it is ") + (settings.adaptive.enabled() ? "not " : "") +
+                  "of a render with adaptive sampling");
+  const SampleSpan wanted = settings.wanted_samples();
+  for (size_t i = 0; i < state.coverage.block_count(); ++i) {
+    const std::vector<SampleSpan>& spans = state.coverage[i].spans;
+    if (spans.empty() || (spans.front().first >= wanted.first && spans.back().end <= wanted.end)) continue;
+    return refuse("to go on from: it has samples " + text_of(SampleSpan{spans.front().first, spans.back().end}) +
+                  ", more than the " + text_of(wanted) + " that are wanted");
+  }
+  return {};
+}
+
+} // namespace kindling

@@ -1,0 +1,234 @@
+// A render that is interrupted again and again and gone on with is the undisturbed one, bit for bit.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/session/divided_renders.h"
+
+#include <algorithm>
+
+namespace kindling::test {
+namespace {
+
+class Continuity : public testing::TestWithParam<DividedCase> {};
+
+// Each run is cancelled after some blocks and as good as killed: what the next one goes on from was saved some blocks before.
+TEST_P(Continuity, TwentyInterruptions) {
+  const DividedScene scene(GetParam());
+  const RenderOutcome undisturbed = scene.render(scene.settings());
+  const Film& whole = undisturbed.film;
+  if (GetParam().kind == DividedKind::guided) {
+    EXPECT_GT(undisturbed.statistics.guiding.patches + undisturbed.statistics.guiding.light_regions, 0);
+  }
+  const int interruptions = GetParam().kind == DividedKind::guided ? 6 : 20;
+  std::mt19937 random(3);
+  std::optional<RenderState> kept;
+  const auto go_on = [&](int cancel_after) {
+    RenderSettings settings = scene.settings();
+    vary_work(settings, random);
+    CancelToken token;
+    const int keep_until = cancel_after - static_cast<int>(random() % 3); // saves
+    int saves = 0;
+    RenderContinuity continuity{.resume_from = kept, .save_every_s = {}, .save = [&](const RenderState& state) {
+                                  if (++saves <= keep_until) kept = state;
+                                  if (saves == cancel_after) token.cancel();
+                                }};
+    if (cancel_after < 1000) continuity.save_every_s = 0.0; // after every block in hand
+    return scene.render(settings, std::move(continuity), &token);
+  };
+  for (int i = 0; i < interruptions; ++i) {
+    const RenderOutcome outcome = go_on(1 + static_cast<int>(random() % 12));
+    EXPECT_TRUE(outcome.interrupted) << "nothing left to interrupt at " << i;
+  }
+  const RenderOutcome last = go_on(1000000);
+  EXPECT_FALSE(last.interrupted);
+  EXPECT_GE(last.work.runs, 2U);
+  expect_same_bits(last.film, whole, "interruptions");
+  ASSERT_TRUE(kept);
+  const SampleSpan all{0, scene.settings().samples_per_pixel};
+  for (size_t b = 0; b < kept->coverage.block_count(); ++b) EXPECT_TRUE(kept->coverage.complete(b, all)) << b;
+  EXPECT_EQ(kept->adaptive.empty(), !scene.settings().adaptive.enabled());
+}
+
+TEST_P(Continuity, MoreSamplesLater) {
+  const DividedScene scene(GetParam());
+  RenderSettings settings = scene.settings();
+  settings.planned_samples = settings.planned(); // stays
+  const uint32_t fewer = settings.samples_per_pixel, more = fewer * 2 + 3;
+  settings.samples_per_pixel = more;
+  const Film whole = scene.render(settings).film;
+  settings.samples_per_pixel = fewer;
+  std::optional<RenderState> kept;
+  RenderContinuity continuity{.save = [&](const RenderState& state) { kept = state; }};
+  EXPECT_EQ(scene.render(settings, continuity).statistics.saves, 1);
+  settings.samples_per_pixel = more;
+  settings.tile_size_px = 8;
+  const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(kept)});
+  EXPECT_EQ(outcome.statistics.samples_per_pixel, more);
+  expect_same_bits(outcome.film, whole, "more samples later");
+}
+
+TEST_P(Continuity, Regions) {
+  const DividedScene scene(GetParam());
+  RenderSettings settings = scene.settings();
+  settings.crop = PixelRect{V2i(5, 3), V2i(41, 27)};
+  const Film whole = scene.render(settings).film;
+  std::mt19937 random(4);
+  for (const int count : {1, 3, 8})
+    for (const PixelRect& region : make_regions(*settings.crop, count)) {
+      settings.region = region;
+      vary_work(settings, random);
+      const Film part = scene.render(settings).film;
+      EXPECT_EQ(part.crop(), region);
+      expect_same_bits(part, whole, std::to_string(count) + " regions");
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, Continuity, testing::ValuesIn(all_divided_cases()), divided_case_name);
+
+// --- what is counted, and when ---------------------------------------------------------------------------------------------
+
+const DividedCase kPath{DividedKind::path, accel::Kind::kdtree};
+
+TEST(RenderContinuity, WorkAddsUpOverRuns) {
+  const DividedScene scene(kPath);
+  const RenderSettings settings = scene.settings();
+  const RenderOutcome whole = scene.render(settings);
+  EXPECT_EQ(whole.work.runs, 1U);
+  EXPECT_EQ(whole.work.render_s, whole.statistics.render_s);
+  EXPECT_EQ(whole.work.thread_s, 2.0 * whole.statistics.render_s);
+  std::optional<RenderState> kept;
+  CancelToken token;
+  const RenderOutcome first = scene.render(settings,
+                                           {.save_every_s = 0.0,
+                                            .save =
+                                                [&](const RenderState& state) {
+                                                  kept = state;
+                                                  token.cancel();
+                                                }},
+                                           &token);
+  EXPECT_TRUE(first.interrupted);
+  EXPECT_EQ(first.work.runs, 1U);
+  const RenderOutcome second = scene.render(settings, {.resume_from = kept});
+  EXPECT_EQ(second.work.runs, 2U);
+  EXPECT_EQ(first.statistics.rays.total() + second.statistics.rays.total(), whole.statistics.rays.total());
+  EXPECT_EQ(second.work.rays.total(), whole.statistics.rays.total());
+  EXPECT_EQ(second.work.rays.paths, whole.statistics.rays.paths);
+  EXPECT_EQ(second.work.render_s, kept->work.render_s + second.statistics.render_s);
+}
+
+TEST(RenderContinuity, AFinishedRenderIsNotSavedAgain) {
+  const DividedScene scene(kPath);
+  const RenderSettings settings = scene.settings();
+  std::optional<RenderState> kept;
+  int saves = 0;
+  const auto save = [&](const RenderState& state) {
+    kept = state;
+    ++saves;
+  };
+  const Film whole = scene.render(settings, {.save = save}).film;
+  EXPECT_EQ(saves, 1); // at the end
+  const RenderOutcome again = scene.render(settings, {.resume_from = kept, .save_every_s = 0.0, .save = save});
+  EXPECT_EQ(saves, 1);
+  EXPECT_FALSE(again.interrupted);
+  EXPECT_EQ(again.statistics.passes, 0);
+  EXPECT_EQ(again.statistics.samples_per_pixel, settings.samples_per_pixel);
+  EXPECT_EQ(again.statistics.rays.total(), 0U);
+  expect_same_bits(again.film, whole, "no more work");
+}
+
+// The time of all runs counts; blocks that an interruption left behind catch up all the same.
+TEST(RenderContinuity, TheTimeLimitIsOfAllRuns) {
+  const DividedScene scene(kPath);
+  RenderSettings settings = scene.settings();
+  settings.planned_samples = settings.samples_per_pixel;
+  settings.samples_per_pixel = 1U << 20;
+  std::optional<RenderState> kept;
+  CancelToken token;
+  int saves = 0;
+  (void)scene.render(settings,
+                     {.save_every_s = 0.0,
+                      .save =
+                          [&](const RenderState& state) {
+                            kept = state;
+                            if (++saves == 40) token.cancel();
+                          }},
+                     &token);
+  ASSERT_TRUE(kept);
+  uint32_t least = ~0U, most = 0;
+  for (size_t b = 0; b < kept->coverage.block_count(); ++b) {
+    const uint32_t done = kept->coverage.done(b, {0, settings.samples_per_pixel});
+    least = std::min(least, done);
+    most = std::max(most, done);
+  }
+  EXPECT_LT(least, most);
+  kept->work.render_s = 100.0;
+  settings.time_limit_s = 50.0;
+  const RenderOutcome outcome = scene.render(settings, {.resume_from = kept});
+  EXPECT_FALSE(outcome.interrupted);
+  EXPECT_EQ(outcome.statistics.samples_per_pixel, most);
+  settings.samples_per_pixel = most;
+  expect_same_bits(outcome.film, scene.render(settings).film, "all blocks equal");
+}
+
+TEST(RenderContinuity, SavesInIntervals) {
+  const DividedScene scene(kPath);
+  RenderSettings settings = scene.settings();
+  settings.samples_per_pixel = 1U << 20;
+  settings.time_limit_s = 0.25;
+  int saves = 0;
+  const RenderOutcome outcome = scene.render(settings, {.save_every_s = 0.05, .save = [&](const RenderState& state) {
+                                                          ++saves;
+                                                          EXPECT_GT(state.work.render_s, 0.0);
+                                                          EXPECT_EQ(state.work.runs, 1U);
+                                                        }});
+  EXPECT_GE(saves, 2); // the machine may be slow
+  EXPECT_LE(saves, outcome.statistics.render_s / 0.05 + 2);
+  EXPECT_EQ(outcome.statistics.saves, saves);
+  EXPECT_GE(outcome.statistics.save_s, 0.0);
+}
+
+TEST(RenderContinuity, RefusesWhatDoesNotFit) {
+  const DividedScene scene(kPath);
+  const RenderSettings settings = scene.settings();
+  std::optional<RenderState> kept;
+  (void)scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }});
+  ASSERT_TRUE(kept);
+  const auto refused = [&](auto change) {
+    RenderSettings other = settings;
+    change(other);
+    const Result<RenderOutcome> outcome =
+        render(scene.world(), scene.camera(), other, nullptr, nullptr, {.resume_from = kept});
+    return !outcome.ok() && outcome.error().kind == ErrorKind::usage && !outcome.error().message.empty();
+  };
+  EXPECT_FALSE(refused([](RenderSettings&) {}));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.crop = PixelRect{V2i(0, 0), V2i(8, 8)}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.region = PixelRect{V2i(0, 0), V2i(8, 8)}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.aovs = AovSet{}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.outliers = Outliers::keep; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.adaptive.noise_threshold = 0.1; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples_per_pixel -= 1; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleSpan{2, 5}; }));
+}
+
+TEST(RenderContinuity, RefusesImpossibleParts) {
+  const DividedScene scene(kPath);
+  const auto refused = [&](auto change) {
+    RenderSettings settings = scene.settings();
+    settings.crop = PixelRect{V2i(5, 3), V2i(41, 27)};
+    change(settings);
+    const Result<RenderOutcome> outcome = render(scene.world(), scene.camera(), settings, nullptr, nullptr);
+    return !outcome.ok() && outcome.error().kind == ErrorKind::usage && !outcome.error().message.empty();
+  };
+  EXPECT_FALSE(refused([](RenderSettings& s) { s.samples = SampleSpan{2, 5}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleSpan{5, 5}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleSpan{2, s.samples_per_pixel + 1}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) {
+    s.samples = SampleSpan{2, 5};
+    s.adaptive.noise_threshold = 0.1;
+  }));
+  EXPECT_FALSE(refused([](RenderSettings& s) { s.region = PixelRect{V2i(5, 8), V2i(16, 27)}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.region = PixelRect{V2i(5, 8), V2i(17, 27)}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.region = PixelRect{V2i(0, 8), V2i(16, 27)}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.region = PixelRect{V2i(8, 8), V2i(8, 16)}; }));
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,59 @@
+// Small scenes with some of everything, to be rendered in many ways that must agree to the bit.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tests/integrator/motion_scenes.h"
+
+namespace kindling::test {
+
+inline Scene mixed_scene() {
+  Scene scene = ball_lamp_and_veil(0.3f);
+  // A second ball by instancing.
+  Node copy = scene.nodes[0];
+  copy.local.translation = V3f(-2.2f, 0, 0.3f);
+  copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(copy);
+  // A dispersive, cloudy ball and a pane before everything.
+  Material opal;
+  opal.metallic_factor = 0.0f;
+  opal.roughness_factor = 0.2f;
+  opal.transmission_factor = opal.thickness_factor = opal.clearcoat_factor = opal.dispersion = 1.0f;
+  opal.attenuation_distance_m = 0.5f;
+  opal.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
+  opal.multiscatter_color = Rgb(0.4f, 0.3f, 0.2f);
+  Material pane;
+  pane.metallic_factor = pane.roughness_factor = 0.0f;
+  pane.transmission_factor = 1.0f;
+  pane.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
+  add_object(scene, opal, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
+  add_object(scene, pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
+  return scene;
+}
+
+inline std::unique_ptr<const World> mixed_world(accel::Kind kind) {
+  return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+}
+
+// A turning ball, a second one of the same mesh that stands still, a lamp that swings, a bending strip, and a moving veil.
+inline std::unique_ptr<const World> moving_world(accel::Kind kind) {
+  Scene scene = ball_lamp_and_veil(0.3f);
+  Node copy = scene.nodes[0];
+  copy.local.translation = V3f(-2.2f, 0, 0.3f);
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(copy);
+  animate_turn(scene, 0, V3f(0, 0.6f, 0.8f), 90.0f);
+  animate(scene, 2, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 1, 0.3f, 0});
+  animate(scene, 3, AnimatedProperty::translation, {0, 1}, {0, 0, 0, -0.5f, 0, 0});
+  Node bent;
+  bent.mesh = static_cast<int>(scene.meshes.size());
+  scene.meshes.push_back({.primitives = {jointed_strip(8, 1)}});
+  const auto strip = static_cast<int>(scene.nodes.size());
+  scene.scenes[0].nodes.push_back(strip);
+  scene.nodes.push_back(bent);
+  add_bending_skin(scene, strip, V3f(0.6f, 0, 0.8f), 80.0f);
+  return make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, kind,
+                          std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+}
+
+} // namespace kindling::test

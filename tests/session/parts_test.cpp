@@ -1,0 +1,90 @@
+// Ranges of samples and parts of the picture, rendered apart and added up in any order: the undivided render, bit for bit.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/session/divided_renders.h"
+
+#include <algorithm>
+
+namespace kindling::test {
+namespace {
+
+class Parts : public testing::TestWithParam<DividedCase> {};
+
+RenderState empty_state(const Film& whole, bool trim) {
+  RenderState state{Film(whole.size_px(), whole.crop(), whole.aovs()), Coverage(whole.crop()), {}, {}};
+  if (trim) state.film.trim_outliers();
+  return state;
+}
+
+void merge(RenderState& sum, const RenderState& part) {
+  sum.film.add(part.film);
+  for (size_t b = 0; b < part.coverage.block_count(); ++b)
+    for (const SampleSpan& span : part.coverage[b].spans)
+      EXPECT_TRUE(sum.coverage.add(sum.coverage.index_of(part.coverage.block(b).min), span));
+}
+
+TEST_P(Parts, SamplesAndRegionsInAnyOrder) {
+  const DividedScene scene(GetParam());
+  const RenderSettings whole_settings = scene.settings();
+  const bool divides_samples = !whole_settings.adaptive.enabled();
+  const Film whole = scene.render(whole_settings).film;
+  const uint32_t spp = whole_settings.samples_per_pixel;
+  std::mt19937 random(5);
+  for (const uint32_t count : {1U, 3U, 8U}) {
+    std::vector<RenderState> parts;
+    for (uint32_t k = 0; k < count; ++k)
+      for (const PixelRect& region : make_regions(whole.crop(), divides_samples ? 2 : static_cast<int>(count))) {
+        if (!divides_samples && k > 0) continue;
+        RenderSettings settings = whole_settings;
+        if (divides_samples) settings.samples = SampleSpan{spp * k / count, spp * (k + 1) / count};
+        settings.region = region;
+        vary_work(settings, random);
+        (void)scene.render(settings, {.save = [&](const RenderState& state) { parts.push_back(state); }});
+      }
+    std::shuffle(parts.begin(), parts.end(), random);
+    RenderState sum = empty_state(whole, true);
+    for (const RenderState& part : parts) merge(sum, part);
+    expect_same_bits(sum.film, whole, std::to_string(count) + " parts");
+    for (size_t b = 0; b < sum.coverage.block_count() && divides_samples; ++b)
+      EXPECT_TRUE(sum.coverage.complete(b, {0, spp}));
+  }
+}
+
+// Gaps in the middle are found and filled, of samples and of the picture.
+class Gaps : public Parts {};
+
+TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
+  const DividedScene scene(GetParam());
+  const RenderSettings settings = scene.settings();
+  const Film whole = scene.render(settings).film;
+  RenderState sum = empty_state(whole, true);
+  const std::vector<PixelRect> regions = make_regions(whole.crop(), 3);
+  for (const auto& [samples, region] :
+       {std::pair(SampleSpan{6, 8}, regions[0]), {{2, 3}, regions[0]}, {{0, 5}, regions[2]}}) {
+    RenderSettings part = settings;
+    part.samples = samples;
+    part.region = region;
+    (void)scene.render(part, {.save = [&](const RenderState& state) { merge(sum, state); }});
+  }
+  uint64_t missing = 0;
+  for (size_t b = 0; b < sum.coverage.block_count(); ++b) {
+    uint32_t has = 0;
+    for (const SampleSpan& span : sum.coverage[b].spans) has += span.count();
+    missing += (settings.samples_per_pixel - has) * static_cast<uint64_t>(sum.coverage.block(b).pixel_count());
+  }
+  const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(sum)});
+  EXPECT_EQ(outcome.statistics.rays.paths, missing); // and nothing besides
+  expect_same_bits(outcome.film, whole, "gaps filled");
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, Parts, testing::ValuesIn(all_divided_cases()), divided_case_name);
+
+// Those whose samples can be divided.
+std::vector<DividedCase> cases_with_gaps() {
+  std::vector<DividedCase> cases = all_divided_cases();
+  std::erase_if(cases, [](const DividedCase& c) { return c.kind == DividedKind::adaptive; });
+  return cases;
+}
+INSTANTIATE_TEST_SUITE_P(Cases, Gaps, testing::ValuesIn(cases_with_gaps()), divided_case_name);
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,36 @@
+// Whether pictures agree to the bit.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/film/film.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace kindling::test {
+
+inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+// All that the films' AOVs have: `part` shows the pixels of its crop as `whole` does, whose crop is the whole image or contains that.
+inline void expect_same_bits(const Film& part, const Film& whole, const std::string& what) {
+  const PixelRect &crop = part.crop(), &all = whole.crop();
+  for (const AovInfo& info : kAovs) {
+    const auto channels = static_cast<size_t>(info.channels), row = static_cast<size_t>(crop.width()) * channels;
+    const std::vector<float> found = part.resolve(info.aov), expected = whole.resolve(info.aov);
+    for (int y = crop.min.y; y < crop.max.y; ++y) {
+      const size_t from = static_cast<size_t>(y - all.min.y) * static_cast<size_t>(all.width()) +
+                          static_cast<size_t>(crop.min.x - all.min.x);
+      ASSERT_EQ(std::memcmp(&found[static_cast<size_t>(y - crop.min.y) * row], &expected[from * channels],
+                            row * sizeof(float)),
+                0)
+          << info.name << " differs in row " << y << " with " << what;
+    }
+  }
+}
+
+} // namespace kindling::test
