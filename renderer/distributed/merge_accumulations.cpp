@@ -1,0 +1,169 @@
+// Adds up accumulations.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/distributed/merge_accumulations.h"
+
+#include "renderer/distributed/one_picture.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+namespace kindling {
+
+namespace {
+
+Error damaged(const std::filesystem::path& file, const std::string& what) {
+  return {ErrorKind::input_output, file.string() + ": " + what};
+}
+
+// Of all sums of a film; other sums give another number but for one case in 2^64.
+uint64_t fingerprint(const Film& film) {
+  uint64_t hash = 0x9E3779B97F4A7C15ULL;
+  const auto take = [&hash](uint64_t word) {
+    hash = (hash ^ word) * 0xD6E8FEB86659FD93ULL;
+    hash ^= hash >> 32;
+  };
+  for (const Film::ConstPlane& plane : film.planes()) {
+    const std::span<const std::byte> bytes = plane.bytes;
+    size_t at = 0;
+    for (uint64_t word = 0; at + sizeof word <= bytes.size(); at += sizeof word) {
+      std::memcpy(&word, bytes.data() + at, sizeof word);
+      take(word);
+    }
+    for (; at < bytes.size(); ++at) take(static_cast<uint64_t>(bytes[at]));
+    take(bytes.size());
+  }
+  return hash;
+}
+
+bool same_rect(const PixelRect& a, const PixelRect& b) { return a.min == b.min && a.max == b.max; }
+
+// What is rendered of a crop: with adaptive sampling whole blocks.
+PixelRect area_of(const AccumulationIdentity& identity, bool adaptive) {
+  return adaptive ? AdaptiveSampling::whole_blocks(identity.crop, identity.size_px) : identity.crop;
+}
+
+bool is_adaptive(const RenderState& state) { return !state.adaptive.stop_at.empty(); }
+
+// Copies what decisions go on from: the blocks and pixels of `part`, which no other has.
+void add_adaptive(const RenderState& part, RenderState& whole) {
+  for (size_t i = 0; i < part.coverage.block_count(); ++i) {
+    const PixelRect block = part.coverage.block(i);
+    const size_t at = whole.coverage.index_of(block.min);
+    whole.adaptive.stop_at[at] = part.adaptive.stop_at[i];
+    whole.adaptive.rays[at] = part.adaptive.rays[i];
+  }
+  const PixelRect& from = part.coverage.area();
+  const PixelRect& to = whole.coverage.area();
+  for (int y = from.min.y; y < from.max.y; ++y) {
+    const auto row = part.adaptive.earlier.begin() + static_cast<ptrdiff_t>(y - from.min.y) * from.width();
+    std::copy(row, row + from.width(),
+              whole.adaptive.earlier.begin() + static_cast<ptrdiff_t>(y - to.min.y) * to.width() +
+                  (from.min.x - to.min.x));
+  }
+}
+
+// The sum so far.
+class Sum {
+ public:
+  explicit Sum(const AccumulationIdentity& identity) : identity_(identity) {}
+
+  Result<void> add(const std::filesystem::path& file, RenderState part) {
+    if (!whole_) {
+      const PixelRect area = area_of(identity_, is_adaptive(part));
+      if (same_rect(part.film.crop(), area)) { // has all pixels: others are added to it
+        whole_ = std::move(part);
+        return {};
+      }
+      start(area, part);
+    }
+    if (Result<void> checked = check(file, part); !checked.ok()) return checked;
+    for (size_t i = 0; i < part.coverage.block_count(); ++i) {
+      const size_t at = whole_->coverage.index_of(part.coverage.block(i).min);
+      for (const SampleSpan& span : part.coverage[i].spans)
+        if (!whole_->coverage.add(at, span))
+          return damaged(file, "was changed while it was read: it has samples now that another file has too");
+      if (part.coverage[i].stopped) whole_->coverage.set_stopped(at);
+    }
+    if (is_adaptive(part)) add_adaptive(part, *whole_);
+    whole_->film.add(part.film);
+    whole_->work.render_s += part.work.render_s;
+    whole_->work.thread_s += part.work.thread_s;
+    whole_->work.rays.add(part.work.rays);
+    whole_->work.runs += part.work.runs;
+    return {};
+  }
+
+  [[nodiscard]] RenderState take() { return *std::move(whole_); }
+
+ private:
+  void start(const PixelRect& area, const RenderState& part) {
+    whole_.emplace(RenderState{Film(identity_.size_px, area, part.film.aovs()), Coverage(area), {}, {}});
+    if (part.film.trims_outliers()) whole_->film.trim_outliers();
+    if (!is_adaptive(part)) return;
+    whole_->adaptive.stop_at.assign(whole_->coverage.block_count(), std::numeric_limits<uint32_t>::max());
+    whole_->adaptive.rays.assign(whole_->coverage.block_count(), 0);
+    whole_->adaptive.earlier.assign(static_cast<size_t>(area.pixel_count()), Film::Totals{});
+  }
+
+  // What a plan cannot see from summaries.
+  [[nodiscard]] Result<void> check(const std::filesystem::path& file, const RenderState& part) const {
+    if (part.film.aovs().bits() != whole_->film.aovs().bits() ||
+        part.film.trims_outliers() != whole_->film.trims_outliers())
+      return damaged(file, "has other layers than the first part, though its settings are the same");
+    if (is_adaptive(part) != is_adaptive(*whole_))
+      return damaged(file, "differs from the first part in adaptive sampling, though its settings are the same");
+    for (size_t i = 0; i < part.coverage.block_count(); ++i) {
+      const PixelRect block = part.coverage.block(i);
+      if (!same_rect(block, whole_->coverage.block(whole_->coverage.index_of(block.min))))
+        return damaged(file, "does not consist of whole blocks of the picture");
+    }
+    return {};
+  }
+
+  const AccumulationIdentity& identity_;
+  std::optional<RenderState> whole_;
+};
+
+} // namespace
+
+Result<Accumulation> merge_accumulations(const MergePlan& plan, const CancelToken* cancel,
+                                         const std::function<void(size_t)>& files_done) {
+  Sum sum(plan.identity);
+  size_t done = 0;
+  const auto read = [&](const std::filesystem::path& file) -> Result<RenderState> {
+    if (cancel && cancel->cancelled()) return Error{ErrorKind::render_failed, "the merge was interrupted"};
+    Result<Accumulation> part = read_accumulation(file);
+    if (!part.ok()) return part.error();
+    if (!picture_differences(plan.identity, part.value().identity).empty())
+      return damaged(file, "was changed while it was read: it is of another picture now");
+    return std::move(part).value().state;
+  };
+  const auto file_done = [&] {
+    ++done;
+    if (files_done) files_done(done);
+  };
+  for (size_t i = 0; i < plan.parts.size(); ++i) {
+    Result<RenderState> part = read(plan.parts[i]);
+    if (!part.ok()) return part.error();
+    // Its duplicates, before it is gone.
+    std::optional<uint64_t> own;
+    for (const DuplicatePart& duplicate : plan.duplicates) {
+      if (duplicate.same_as != i) continue;
+      if (!own) own = fingerprint(part.value().film);
+      const Result<RenderState> other = read(duplicate.file);
+      if (!other.ok()) return other.error();
+      if (fingerprint(other.value().film) != *own)
+        return damaged(duplicate.file, "has the samples of " + plan.parts[i].string() +
+                                           " but other sums: one of the two is wrong, from a machine that computes "
+                                           "otherwise or a file that was altered; render that part again");
+      file_done();
+    }
+    if (Result<void> added = sum.add(plan.parts[i], std::move(part).value()); !added.ok()) return added.error();
+    file_done();
+  }
+  return Accumulation{plan.identity, sum.take()};
+}
+
+} // namespace kindling

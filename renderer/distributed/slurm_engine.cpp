@@ -1,0 +1,237 @@
+// Job scripts, and talking to Slurm's programs.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/distributed/slurm_engine.h"
+
+#include "renderer/distributed/run_process.h"
+
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <fstream>
+
+namespace kindling {
+
+namespace {
+
+constexpr int kDefaultLargestArray = 1001;
+
+// One word of a POSIX shell.
+std::string quote(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+template <typename Number>
+Number parse_number_or(std::string_view text, Number otherwise) {
+  Number number = otherwise;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? number : otherwise;
+}
+
+std::vector<std::string_view> split(std::string_view text, char separator) {
+  std::vector<std::string_view> pieces;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(separator, begin), text.size());
+    pieces.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return pieces;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+Result<void> write_script(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) return Error{ErrorKind::input_output, fmt::format("{}: cannot be written", path.string())};
+  std::error_code error;
+  std::filesystem::permissions(path, std::filesystem::perms::owner_exec, std::filesystem::perm_options::add, error);
+  return {};
+}
+
+// Standard output of one of Slurm's programs.
+Result<std::string> ask(const std::vector<std::string>& command) {
+  Result<ProcessOutput> output = capture_process(command);
+  if (!output.ok())
+    return Error{ErrorKind::input_output, output.error().message + "; are Slurm's client programs installed here?"};
+  if (output.value().exit_code != 0)
+    return Error{ErrorKind::input_output, fmt::format("{}: exit code {}: {}", command[0], output.value().exit_code,
+                                                      trimmed(output.value().err))};
+  return std::move(output).value().out;
+}
+
+std::string head(const FarmPlan& plan, std::string_view name, std::string_view log) {
+  std::string text = "#!/bin/sh\n";
+  text += fmt::format("#SBATCH --job-name={}\n#SBATCH --output={}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n",
+                      name, log);
+  text += "#SBATCH --nodes=1\n#SBATCH --ntasks=1\n";
+  if (!plan.resources.partition.empty()) text += fmt::format("#SBATCH --partition={}\n", plan.resources.partition);
+  return text;
+}
+
+} // namespace
+
+std::string slurm_array_script(const FarmPlan& plan, std::span<const int> tasks) {
+  const FarmResources& wanted = plan.resources;
+  std::string text = head(plan, "kindling", "logs/%A_%a.log");
+  text += fmt::format("#SBATCH --array=0-{}\n", tasks.size() - 1);
+  if (wanted.threads_per_part > 0)
+    text += fmt::format("#SBATCH --cpus-per-task={}\n", wanted.threads_per_part);
+  else
+    text += "#SBATCH --exclusive\n";
+  if (!wanted.memory.empty()) text += fmt::format("#SBATCH --mem={}\n", wanted.memory);
+  if (!wanted.time.empty()) text += fmt::format("#SBATCH --time={}\n", wanted.time);
+  std::string task = fmt::format("\"$(({} + SLURM_ARRAY_TASK_ID))\"", tasks.front());
+  if (static_cast<size_t>(tasks.back() - tasks.front() + 1) != tasks.size()) { // with gaps: the index-th word
+    std::string words;
+    for (const int number : tasks) words += fmt::format(" {}", number);
+    text += fmt::format("set --{}\nshift \"$SLURM_ARRAY_TASK_ID\"\n", words);
+    task = "\"$1\"";
+  }
+  return text + fmt::format("exec {} farm work {} {}\n", quote(plan.binary), quote(plan.folder), task);
+}
+
+std::string slurm_merge_script(const FarmPlan& plan) {
+  return head(plan, "kindling-merge", "logs/merge_%j.log") +
+         fmt::format("exec {} farm merge {}\n", quote(plan.binary), quote(plan.folder));
+}
+
+Result<std::string> parse_sbatch(std::string_view output) {
+  const std::string_view id = trimmed(output.substr(0, output.find(';')));
+  if (!id.empty() && std::all_of(id.begin(), id.end(), [](char c) { return c >= '0' && c <= '9'; }))
+    return std::string(id);
+  return Error{ErrorKind::input_output, fmt::format("sbatch: '{}' is not the number of a job", trimmed(output))};
+}
+
+FarmQueue parse_squeue(std::string_view output, const FarmJobs& jobs) {
+  FarmQueue queue;
+  for (const std::string_view line : split(output, '\n')) {
+    const std::vector<std::string_view> fields = split(trimmed(line), '|');
+    if (fields.size() < 5) continue;
+    if (fields[0] == jobs.merge_id) queue.merge = true;
+    const auto array = std::find_if(jobs.arrays.begin(), jobs.arrays.end(),
+                                    [&](const FarmArray& candidate) { return fields[0] == candidate.id; });
+    const auto index = parse_number_or<size_t>(fields[1], ~size_t{0});
+    if (array == jobs.arrays.end() || index >= array->tasks.size()) continue;
+    // What is neither: completing, requeued, suspended: it goes on, or again.
+    const bool running = fields[2] == "RUNNING" || fields[2] == "COMPLETING" || fields[2] == "CONFIGURING";
+    queue.tasks[array->tasks[index]] = {running ? QueueState::running : QueueState::waiting,
+                                        running ? std::string(fields[3]) : std::string(), std::string(fields[4])};
+  }
+  return queue;
+}
+
+int parse_largest_array(std::string_view output) {
+  constexpr std::string_view kName = "MaxArraySize";
+  for (const std::string_view line : split(output, '\n'))
+    if (line.starts_with(kName) && line.find('=') != std::string_view::npos)
+      return std::max(1, parse_number_or(trimmed(line.substr(line.find('=') + 1)), kDefaultLargestArray));
+  return kDefaultLargestArray;
+}
+
+Result<void> check_slurm_resources(const FarmResources& resources) {
+  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.:,+-";
+  const auto check = [&](const char* flag, const std::string& word) -> Result<void> {
+    if (word.find_first_not_of(kAllowed) == std::string::npos) return {};
+    return Error{ErrorKind::usage, fmt::format("{}: '{}' has characters that Slurm does not know", flag, word)};
+  };
+  if (Result<void> checked = check("--partition", resources.partition); !checked.ok()) return checked;
+  if (Result<void> checked = check("--memory", resources.memory); !checked.ok()) return checked;
+  return check("--time", resources.time);
+}
+
+Result<FarmJobs> SlurmEngine::submit(const FarmPlan& plan, std::span<const int> tasks) {
+  if (Result<void> checked = check_slurm_resources(plan.resources); !checked.ok()) return checked.error();
+  Result<std::string> configuration = ask({"scontrol", "show", "config"});
+  if (!configuration.ok()) return configuration.error();
+  const auto largest = static_cast<size_t>(parse_largest_array(configuration.value()));
+
+  FarmJobs jobs;
+  std::vector<std::string> submitted;
+  // Half of a farm is of no use: what was handed over is taken back.
+  const auto give_up = [&](const Error& error) {
+    if (!submitted.empty()) {
+      submitted.insert(submitted.begin(), "scancel");
+      (void)capture_process(submitted).ok();
+    }
+    return error;
+  };
+  const auto hand_over = [&](const std::string& name, const std::string& script,
+                             std::vector<std::string> more) -> Result<std::string> {
+    const std::filesystem::path path = plan.folder / name;
+    if (Result<void> written = write_script(path, script); !written.ok()) return written.error();
+    std::vector<std::string> command{"sbatch", "--parsable", "--chdir=" + plan.folder.string()};
+    command.insert(command.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+    command.push_back(path.string());
+    Result<std::string> output = ask(command);
+    return output.ok() ? parse_sbatch(output.value()) : output;
+  };
+
+  std::string dependency = "--dependency=afterany";
+  for (size_t first = 0; first < tasks.size(); first += largest) {
+    const std::span<const int> some = tasks.subspan(first, std::min(largest, tasks.size() - first));
+    Result<std::string> id =
+        hand_over(fmt::format("render-{}.sh", jobs.arrays.size() + 1), slurm_array_script(plan, some), {});
+    if (!id.ok()) return give_up(id.error());
+    submitted.push_back(id.value());
+    dependency += ":" + id.value();
+    jobs.arrays.push_back({std::move(id).value(), {some.begin(), some.end()}});
+  }
+  std::vector<std::string> after;
+  if (!jobs.arrays.empty()) after.push_back(dependency);
+  Result<std::string> merge = hand_over("merge.sh", slurm_merge_script(plan), after);
+  if (!merge.ok()) return give_up(merge.error());
+  jobs.merge_id = std::move(merge).value();
+  return jobs;
+}
+
+Result<FarmQueue> SlurmEngine::queue(const FarmJobs& jobs) {
+  // All of the user's jobs: squeue fails for the number of one that it has forgotten.
+  Result<std::string> output =
+      ask({"squeue", "--noheader", "--array", "--all", "--me", "--format=" + std::string(kSqueueFormat)});
+  if (!output.ok()) return output.error();
+  return parse_squeue(output.value(), jobs);
+}
+
+bool SlurmEngine::inside_task() const { return !environment("SLURM_ARRAY_JOB_ID").empty(); }
+
+Result<void> SlurmEngine::requeue_this_task() {
+  Result<std::string> output =
+      ask({"scontrol", "requeue", environment("SLURM_ARRAY_JOB_ID") + "_" + environment("SLURM_ARRAY_TASK_ID")});
+  if (!output.ok()) return output.error();
+  return {};
+}
+
+int SlurmEngine::threads_of_this_task() const {
+  const int asked = parse_number_or(environment("SLURM_CPUS_PER_TASK"), 0);
+  return asked > 0 ? asked : parse_number_or(environment("SLURM_CPUS_ON_NODE"), 0);
+}
+
+std::string SlurmEngine::log_of_this_task() const {
+  if (!inside_task()) return {};
+  return fmt::format("logs/{}_{}.log", environment("SLURM_ARRAY_JOB_ID"), environment("SLURM_ARRAY_TASK_ID"));
+}
+
+std::string SlurmEngine::host_of_this_task() const {
+  if (std::string node = environment("SLURMD_NODENAME"); !node.empty()) return node;
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+} // namespace kindling
