@@ -7,7 +7,7 @@ kindling_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Everything that a build, its tests and the demo need, as Debian 12 names it. The one list.
 kindling_packages=(
   # tools
-  cmake g++ ninja-build python3 python3-numpy
+  cmake g++ ninja-build python3 python3-numpy python3-yaml
   # ray tracing, threads, vectors
   libembree-dev libtbb-dev libimath-dev
   # pictures and colour (OpenImageIO's package file names the programs of openimageio-tools)
@@ -19,6 +19,9 @@ kindling_packages=(
   # tests and benchmarks
   libgtest-dev libbenchmark-dev
 )
+
+# A Slurm cluster on one machine, for tests/farm and bench/farm_speedup.py.
+kindling_farm_packages=(munge slurmctld slurmd slurm-client)
 
 say() { printf '== %s\n' "$*"; }
 fail() {

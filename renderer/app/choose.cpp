@@ -73,6 +73,25 @@ std::vector<std::string> camera_names(const Scene& scene, const PosedScene& pose
   return names;
 }
 
+Result<std::optional<int>> choose_camera_index(const Scene& scene, const PosedScene& posed,
+                                               const RenderOptions& options) {
+  if (options.orbit) return std::optional<int>();
+  if (options.camera.empty()) return posed.cameras.empty() ? std::optional<int>() : std::optional(0);
+  const std::vector<std::string> names = camera_names(scene, posed);
+  std::optional<int> found = find_by_name_or_index(options.camera, names);
+  if (!found) { // a node's name hides that of its camera, which is as good a name
+    const auto by_camera = std::find_if(posed.cameras.begin(), posed.cameras.end(), [&](const PosedCamera& camera) {
+      return scene.cameras[static_cast<size_t>(camera.camera)].name == options.camera;
+    });
+    if (by_camera != posed.cameras.end()) found = static_cast<int>(by_camera - posed.cameras.begin());
+  }
+  if (found) return found;
+  if (names.empty())
+    return usage(fmt::format("--camera: {} has no cameras; leave the flag away or use --orbit", scene.source));
+  return usage(
+      fmt::format("--camera: {} has no camera '{}'; use {}", scene.source, options.camera, list_choices(names)));
+}
+
 Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const PosedScene& posed,
                                                   const RenderOptions& options) {
   if (options.orbit) {
@@ -80,25 +99,10 @@ Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const Pose
     return std::optional(orbit_camera(
         {orbit.x, orbit.y, orbit.z, options.target, static_cast<float>(options.yfov_deg.value_or(Orbit{}.yfov_deg))}));
   }
-  size_t index = 0;
-  if (!options.camera.empty()) {
-    const std::vector<std::string> names = camera_names(scene, posed);
-    std::optional<int> found = find_by_name_or_index(options.camera, names);
-    if (!found) { // a node's name hides that of its camera, which is as good a name
-      const auto by_camera = std::find_if(posed.cameras.begin(), posed.cameras.end(), [&](const PosedCamera& camera) {
-        return scene.cameras[static_cast<size_t>(camera.camera)].name == options.camera;
-      });
-      if (by_camera != posed.cameras.end()) found = static_cast<int>(by_camera - posed.cameras.begin());
-    }
-    if (!found && names.empty())
-      return usage(fmt::format("--camera: {} has no cameras; leave the flag away or use --orbit", scene.source));
-    if (!found)
-      return usage(
-          fmt::format("--camera: {} has no camera '{}'; use {}", scene.source, options.camera, list_choices(names)));
-    index = static_cast<size_t>(*found);
-  }
-  if (posed.cameras.empty()) return std::optional<PlacedCamera>();
-  const PosedCamera& chosen = posed.cameras[index];
+  const Result<std::optional<int>> index = choose_camera_index(scene, posed, options);
+  if (!index.ok()) return index.error();
+  if (!index.value()) return std::optional<PlacedCamera>();
+  const PosedCamera& chosen = posed.cameras[static_cast<size_t>(*index.value())];
   PlacedCamera placed{scene.cameras[static_cast<size_t>(chosen.camera)], chosen.camera_to_world,
                       chosen.later_transforms};
   if (Result<void> overridden = override_fov(placed.camera, options); !overridden.ok()) return overridden.error();

@@ -29,6 +29,11 @@ namespace kindling::app {
 // Each camera of the posed scene, in the order of the tree: the numbers that --camera takes.
 [[nodiscard]] std::vector<std::string> camera_names(const Scene& scene, const PosedScene& posed);
 
+// Index of the camera that is asked for among those of the posed scene, or of the first one. Nothing with --orbit, and if the scene has none.
+// Fails (usage) if there is no such camera.
+[[nodiscard]] Result<std::optional<int>> choose_camera_index(const Scene& scene, const PosedScene& posed,
+                                                             const RenderOptions& options);
+
 // The camera that is asked for, or the first of the scene. Nothing if the scene has none: one must be fitted to its
 // bounds. Fails (usage) if there is no such camera, or a field of view is asked of an orthographic one.
 [[nodiscard]] Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const PosedScene& posed,

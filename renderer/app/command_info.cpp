@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <unistd.h>
 
@@ -63,6 +64,20 @@ std::string list_cameras(const SceneInfo& info, bool json) {
   return text;
 }
 
+// A picture as `render` would make it.
+Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& scene, const PosedScene& posed) {
+  const Result<std::optional<PlacedCamera>> camera = choose_camera(scene, posed, options.picture);
+  if (!camera.ok()) return camera.error();
+  const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options.picture);
+  if (!size.ok()) return size.error();
+  MemoryRequest request;
+  request.size_px = size.value();
+  request.aovs = options.picture.aovs;
+  request.threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
+  request.texture_memory_bytes = options.picture.texture_memory_bytes;
+  return request;
+}
+
 Result<std::string> describe(const InfoOptions& options, Console& console) {
   if (options.topic == InfoTopic::extensions) return list_extensions(options.json);
   if (options.topic == InfoTopic::extension_table)
@@ -86,7 +101,9 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   if (!posed.ok()) return posed.error();
   int shown = root.value() != kNone ? root.value() : scene.value().default_scene;
   if (shown == kNone && !scene.value().scenes.empty()) shown = 0;
-  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value());
+  const Result<MemoryRequest> request = memory_request(options, scene.value(), posed.value());
+  if (!request.ok()) return request.error();
+  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value(), request.value());
   if (options.topic == InfoTopic::cameras) return list_cameras(info, options.json);
   return options.json ? format_info_json(info) : format_info_tables(info);
 }

@@ -155,7 +155,7 @@ class ShootoutCommand {
     display_.start_phase(Phase::load);
     Result<Scene> scene = load_gltf(file, {}, &display_);
     if (!scene.ok()) return scene.error();
-    Result<EnvironmentPointer> environment = load_environment(options_.view);
+    Result<LoadedEnvironment> environment = load_environment(options_.view);
     display_.end_phase();
     if (!environment.ok()) return environment.error();
     const Result<int> root = choose_scene(scene.value(), options_.view.scene_name);
@@ -174,7 +174,7 @@ class ShootoutCommand {
     Stage stage;
     stage.size_px = size.value();
     WorldOptions world_options;
-    world_options.environment = environment.value();
+    world_options.environment = environment.value().environment;
     world_options.wrap_accelerator = [&stage](std::unique_ptr<accel::Accelerator> inner) {
       auto recorder = std::make_unique<RecordingAccelerator>(std::move(inner));
       stage.recorder = recorder.get();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flag_set.h"
 
+#include <algorithm>
 #include <memory>
 
 namespace kindling::app {
@@ -10,6 +11,7 @@ namespace {
 
 constexpr size_t kNameColumn = 34;
 constexpr size_t kHelpWidth = 110;
+constexpr const char* kUsageLabel = "Usage";
 
 // Breaks the description at spaces; the formatter indents what follows a line break.
 std::string wrap(const std::string& text) {
@@ -35,13 +37,18 @@ std::string wrap(const std::string& text) {
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App*, std::string name) const override {
+    if (const std::string own = get_label(kUsageLabel); own != kUsageLabel)
+      return "\nUsage: " + name + " " + own + "\n\n";
     return "\nUsage: " + name +
            (name.ends_with("render")     ? " SCENE [-o FILE]... [flags]"
+            : name.ends_with("submit")   ? " SCENE --parts N --folder DIR -o FILE [flags] -- [flags of render]"
+            : name.ends_with("resume")   ? " FILE.kacc [flags]"
             : name.ends_with("shootout") ? " SCENE... [flags]"
+            : name.ends_with("scaling")  ? " SCENE... [flags]"
                                          : " SCENE [flags]") +
            "\n\n" +
-           "SCENE is a .gltf or .glb file. [Defaults] stand in brackets; of a flag that is given twice the last "
-           "counts.\n\n";
+           (name.ends_with("resume") ? "FILE.kacc is the checkpoint of a render." : "SCENE is a .gltf or .glb file.") +
+           " [Defaults] stand in brackets; of a flag that is given twice the last counts.\n\n";
   }
   std::string make_positionals(const CLI::App*) const override { return {}; }
   std::string make_group(std::string group, bool positional, std::vector<const CLI::Option*> options) const override {
@@ -70,8 +77,15 @@ FlagSet::FlagSet(CLI::App& app) : app_(app) {
   app_.allow_extras(); // reported by us, with a suggestion
 }
 
+void FlagSet::usage(const std::string& text) { app_.get_formatter()->label(kUsageLabel, text); }
+
+bool FlagSet::wanted(const std::string& names) const {
+  return only_.empty() || std::find(only_.begin(), only_.end(), long_name(names)) != only_.end();
+}
+
 void FlagSet::value(const std::string& name, const std::string& label, const std::string& description,
                     std::function<Result<void>(std::string_view)> parse) {
+  if (!wanted(name)) return;
   app_.add_option_function<std::string>(
           name,
           [parse = std::move(parse), flag = long_name(name)](const std::string& text) { require(parse(text), flag); },
@@ -83,6 +97,7 @@ void FlagSet::value(const std::string& name, const std::string& label, const std
 
 void FlagSet::repeated(const std::string& name, const std::string& label, const std::string& description,
                        std::function<Result<void>(std::string_view)> parse) {
+  if (!wanted(name)) return;
   app_.add_option_function<std::vector<std::string>>(
           name,
           [parse = std::move(parse), flag = long_name(name)](const std::vector<std::string>& texts) {
@@ -96,6 +111,7 @@ void FlagSet::repeated(const std::string& name, const std::string& label, const 
 }
 
 void FlagSet::toggle(const std::string& name, const std::string& description, std::function<void()> when_given) {
+  if (!wanted(name)) return;
   app_.add_flag_callback(name, std::move(when_given), wrap(description))->group(group_);
 }
 

@@ -19,8 +19,14 @@ class FlagSet {
  public:
   explicit FlagSet(CLI::App& app);
 
+  // What stands behind the command's name in the help, for one that is not for scenes.
+  void usage(const std::string& text);
+
   // The heading in the help of the flags that follow.
   void group(std::string name) { group_ = std::move(name); }
+
+  // Of the flags that follow only those of these long names are declared, for a command that takes some of another's; {}: all.
+  void only(std::vector<std::string> long_names) { only_ = std::move(long_names); }
 
   // `parse` gets the value's text; its error becomes "NAME: ERROR". A flag given twice counts as given last.
   // `label` stands for the value in the help; `description` has unit and default.
@@ -32,13 +38,20 @@ class FlagSet {
   void toggle(const std::string& name, const std::string& description, std::function<void()> when_given);
   void toggle(const std::string& name, const std::string& description, bool& target, bool value = true);
 
-  [[nodiscard]] bool given(const std::string& name) const { return app_.get_option(name)->count() > 0; }
+  // False for one that is not declared.
+  [[nodiscard]] bool given(const std::string& name) const {
+    const CLI::Option* option = app_.get_option_no_throw(name);
+    return option != nullptr && option->count() > 0;
+  }
   // Every flag's long name, for suggestions.
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
+  [[nodiscard]] bool wanted(const std::string& names) const;
+
   CLI::App& app_;
   std::string group_;
+  std::vector<std::string> only_; // empty: all
 };
 
 // Store what `parse` made of the text, or hand its error on.

@@ -20,6 +20,31 @@ Json list(const std::vector<T>& values, const ToJson& to_json) {
 
 Json vector(const V3f& v) { return {v.x, v.y, v.z}; }
 
+// The first four are those of a render with the kd-tree.
+Json memory_json(const MemoryBudget& budget) {
+  const MemoryBudget::OfAccelerator& kdtree = budget.of(accel::Kind::kdtree);
+  const auto part = [&](std::string_view name) {
+    for (const MemoryBudget::Part& p : budget.parts)
+      if (p.name == name) return p.bytes;
+    return uint64_t{0};
+  };
+  Json json{
+      {"total_bytes", kdtree.peak},         {"geometry_bytes", part("geometry")}, {"accelerator_bytes", kdtree.held},
+      {"texture_bytes", part("textures")},  {"threads", budget.request.threads},  {"width", budget.request.size_px.x},
+      {"height", budget.request.size_px.y}, {"loading_bytes", budget.loading},    {"parts", Json::array()},
+      {"accelerators", Json::array()}};
+  for (const MemoryBudget::Part& p : budget.parts)
+    json["parts"].push_back({{"name", p.name}, {"bytes", p.bytes}, {"for", p.basis}});
+  for (const MemoryBudget::OfAccelerator& of : budget.accelerators)
+    json["accelerators"].push_back({{"name", accel::kind_name(of.kind)},
+                                    {"held_bytes", of.held},
+                                    {"build_bytes", of.building},
+                                    {"render_bytes", of.rendering},
+                                    {"peak_bytes", of.peak},
+                                    {"peak_phase", of.peak_phase}});
+  return json;
+}
+
 } // namespace
 
 std::string format_info_json(const SceneInfo& info) {
@@ -76,10 +101,7 @@ std::string format_info_json(const SceneInfo& info) {
   json["extensions"] = list(info.extensions, [](const ExtensionInfo& extension) {
     return Json{{"name", extension.name}, {"support", extension.support}};
   });
-  json["memory"] = {{"total_bytes", info.memory.total()},
-                    {"geometry_bytes", info.memory.geometry},
-                    {"accelerator_bytes", info.memory.accelerator},
-                    {"texture_bytes", info.memory.textures}};
+  json["memory"] = memory_json(info.memory);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -50,9 +50,10 @@ std::string overview(const SceneInfo& info) {
                               info.bounds.min.x, info.bounds.min.y, info.bounds.min.z, info.bounds.max.x,
                               info.bounds.max.y, info.bounds.max.z, size.x, size.y, size.z));
   }
-  add("memory", fmt::format("about {}: geometry {}, accelerator {}, textures {}", format_bytes(info.memory.total()),
-                            format_bytes(info.memory.geometry), format_bytes(info.memory.accelerator),
-                            format_bytes(info.memory.textures)));
+  add("memory", fmt::format("at most {} with the kd-tree, {} with Embree, at {}x{}: see below",
+                            format_bytes(info.memory.of(accel::Kind::kdtree).peak),
+                            format_bytes(info.memory.of(accel::Kind::embree).peak), info.memory.request.size_px.x,
+                            info.memory.request.size_px.y));
   return text;
 }
 
@@ -136,6 +137,7 @@ std::string format_info_tables(const SceneInfo& info) {
   TextTable extensions({{"name"}, {"support"}});
   for (const ExtensionInfo& extension : info.extensions) extensions.add({extension.name, extension.support});
   text += section("extensions used", extensions);
+  text += format_memory_budget(info.memory);
   return text;
 }
 

@@ -4,15 +4,28 @@
 
 #include "renderer/app/options.h"
 #include "renderer/base/result.h"
+#include "renderer/base/stopwatch.h"
 #include "renderer/light/environment.h"
 
+#include <cstdint>
 #include <memory>
 
 namespace kindling::app {
 
 using EnvironmentPointer = std::shared_ptr<const Environment>;
 
-// Null if none was asked for.
-[[nodiscard]] Result<EnvironmentPointer> load_environment(const RenderOptions& options);
+struct EnvironmentTimes {
+  WorkTime picture;      // read and decoded
+  WorkTime distribution; // made ready for sampling
+};
+
+struct LoadedEnvironment {
+  EnvironmentPointer environment; // null if none was asked for
+  uint64_t content_hash = 0;      // of the picture's size and pixels; 0 without one
+};
+
+// `times` is set for a picture; may be null.
+[[nodiscard]] Result<LoadedEnvironment> load_environment(const RenderOptions& options,
+                                                         EnvironmentTimes* times = nullptr);
 
 } // namespace kindling::app

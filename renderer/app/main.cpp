@@ -1,11 +1,15 @@
 // The `kindling` program: parses the command line, runs the command, turns errors into one line and an exit code.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/command_farm.h"
 #include "renderer/app/command_info.h"
+#include "renderer/app/command_merge.h"
 #include "renderer/app/command_render.h"
+#include "renderer/app/command_scaling.h"
 #include "renderer/app/command_shootout.h"
 #include "renderer/app/console.h"
 #include "renderer/app/exit_code.h"
 #include "renderer/app/options.h"
+#include "renderer/app/resume.h"
 #include "renderer/app/signals.h"
 
 #include <fmt/format.h>
@@ -30,6 +34,10 @@ ConsoleSettings console_settings(const CommandLine& line) {
     return {render->quiet, render->verbose, render->progress == ProgressMode::json};
   if (const auto* shootout = std::get_if<ShootoutOptions>(&line.command))
     return {shootout->view.quiet, shootout->view.verbose, false};
+  if (const auto* merge = std::get_if<MergeOptions>(&line.command))
+    return {merge->picture.quiet, merge->picture.verbose, false};
+  if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
+    return {scaling->picture.quiet, scaling->picture.verbose, false};
   return {};
 }
 
@@ -38,14 +46,20 @@ Result<int> run_command(const CommandLine& line, Console& console) {
   if (const auto* info = std::get_if<InfoOptions>(&line.command)) return run_info(*info, console);
   if (const auto* shootout = std::get_if<ShootoutOptions>(&line.command))
     return run_shootout(*shootout, line.text, console);
+  if (const auto* farm = std::get_if<FarmOptions>(&line.command)) return run_farm(*farm, console);
+  if (const auto* merge = std::get_if<MergeOptions>(&line.command)) return run_merge(*merge, line.text, console);
+  if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
+    return run_scaling(*scaling, line.text, console);
   return print(std::get<PrintText>(line.command));
 }
 
 int run(std::span<const char* const> arguments) {
   std::optional<Console> console(std::in_place);
   try {
-    ignore_broken_pipes();
-    const Result<CommandLine> line = parse_command_line(arguments);
+    ignore_signals_of_writing();
+    Result<CommandLine> line = parse_command_line(arguments);
+    if (const auto* resume = line.ok() ? std::get_if<ResumeOptions>(&line.value().command) : nullptr)
+      line = resume_command_line(ResumeOptions(*resume)); // a render from here on
     if (line.ok()) console.emplace(console_settings(line.value()));
     const Result<int> code = line.ok() ? run_command(line.value(), *console) : Result<int>(line.error());
     if (code.ok()) return code.value();

@@ -4,13 +4,18 @@
 
 #include "accel/make_accelerator.h"
 #include "renderer/app/accelerator_variant.h"
+#include "renderer/app/checkpoint_flags.h"
+#include "renderer/app/farm_options.h"
+#include "renderer/app/frame_flags.h"
 #include "renderer/app/lens_flags.h"
 #include "renderer/app/light_flags.h"
 #include "renderer/app/progress_display.h"
+#include "renderer/app/resume_flags.h"
 #include "renderer/app/shootout_clock.h"
 #include "renderer/app/shutter_flags.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
+#include "renderer/distributed/work_parts.h"
 #include "renderer/film/aov.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
@@ -37,14 +42,18 @@ inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
 
 struct RenderOptions {
   std::filesystem::path scene_file;
-  std::vector<std::filesystem::path> outputs; // empty: the stem of the scene with .png, in the current folder
+  // Empty: the stem of the scene with .png, in the current folder; of frames with -####.png.
+  std::vector<std::filesystem::path> outputs;
 
   std::optional<V2i> size_px; // unset: default_image_size() of the camera
   double scale = 1.0;         // of the size
   std::optional<PixelRect> crop;
-  std::optional<uint32_t> spp; // with a noise threshold: at most
+  std::optional<uint32_t> spp;         // with a noise threshold: at most
+  std::optional<uint32_t> planned_spp; // that sampling is laid out for; unset: spp
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s;
+  WorkPart part; // of the samples, the pixels, or both
+  CheckpointOptions checkpoint;
   uint32_t seed = 0; // below 2^31, so that image metadata can hold it
   SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilterOptions filter;
@@ -59,6 +68,7 @@ struct RenderOptions {
   std::optional<double> time_s;   // of the animations; unset: the rest pose
   LensOptions lens;
   ShutterOptions shutter;
+  FrameOptions frames;
 
   std::filesystem::path env_file;
   double env_rotation_deg = 0.0;
@@ -72,6 +82,8 @@ struct RenderOptions {
   Guiding guiding = Guiding::automatic;
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;
+  bool robust = true;                    // of Embree; no flag of its own
+  std::optional<accel::SimdTarget> simd; // of the kd-tree, likewise; unset: the best that the processor runs
 
   AovSet aovs;
   bool exr_half = true;
@@ -88,6 +100,8 @@ struct RenderOptions {
   Schedule schedule = Schedule::tiles;
   std::optional<uint64_t> texture_memory_bytes; // unset: no bound
 
+  std::vector<std::string> arguments; // of the command that this is, without the program's name
+
   std::filesystem::path stats_file;
   ProgressMode progress = ProgressMode::automatic;
   bool quiet = false;
@@ -98,6 +112,7 @@ struct RenderOptions {
     if (time_limit_s) return kUnlimitedSamplesPerPixel;
     return adaptive.enabled() ? kDefaultMostSamplesPerPixel : kDefaultSamplesPerPixel;
   }
+  [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };
 
 enum class InfoTopic { everything, cameras, scenes, variants, extensions, extension_table };
@@ -109,6 +124,7 @@ struct InfoOptions {
   std::string variant_name; // whose materials are counted: name or index; empty: the primitives' own
   bool json = false;
   int threads = 0;
+  RenderOptions picture; // whose memory is told: size, AOVs, textures' memory
 };
 
 // `kindling shootout`.
@@ -135,6 +151,31 @@ struct ShootoutOptions {
   std::filesystem::path html_file;
 };
 
+// `kindling merge`.
+struct MergeOptions {
+  std::vector<std::filesystem::path> parts;
+  bool allow_missing = false;
+  RenderOptions picture; // of it: outputs, their formats and view, --stats, --quiet and --verbose
+};
+
+// `kindling scaling`.
+struct ScalingOptions {
+  std::vector<std::filesystem::path> scene_files;
+  RenderOptions picture; // of it: what shapes the picture, --quiet and --verbose
+
+  std::vector<AcceleratorVariant> accelerators{{accel::Kind::kdtree}, {accel::Kind::embree}};
+  std::vector<int> thread_counts; // rising, the first is 1; empty: default_thread_counts() of most_threads
+  int most_threads = 0;           // 0: all cores
+  std::vector<Schedule> schedules{Schedule::tiles, Schedule::regions};
+  uint32_t repeat = 3;
+  std::optional<double> seconds; // of one thread's render, which decides on the samples per pixel; unset: the picture's
+  bool quick = false;
+
+  std::filesystem::path json_file;
+  std::filesystem::path csv_file;
+  std::filesystem::path svg_file;
+};
+
 // --help or --version: text for standard output.
 struct PrintText {
   std::string text;
@@ -145,13 +186,19 @@ class FlagSet;
 void add_render_flags(FlagSet& flags, RenderOptions& options);
 void add_info_flags(FlagSet& flags, InfoOptions& options);
 void add_shootout_flags(FlagSet& flags, ShootoutOptions& options);
+void add_merge_flags(FlagSet& flags, MergeOptions& options);
+void add_scaling_flags(FlagSet& flags, ScalingOptions& options);
 // What no flag can judge alone; fails (usage).
 [[nodiscard]] Result<void> check_render_flags(const FlagSet& flags, RenderOptions& options);
 [[nodiscard]] Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options);
 [[nodiscard]] Result<void> check_shootout_flags(const FlagSet& flags, const ShootoutOptions& options);
+[[nodiscard]] Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& options);
+[[nodiscard]] Result<void> check_merge_flags(const FlagSet& flags, const MergeOptions& options);
 
 struct CommandLine {
-  std::variant<PrintText, RenderOptions, InfoOptions, ShootoutOptions> command;
+  std::variant<PrintText, RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions,
+               FarmOptions>
+      command;
   std::string text; // as typed, quoted for a shell: for metadata and replays
 };
 

@@ -2,26 +2,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/console.h"
 #include "renderer/app/options.h"
+#include "renderer/app/progress_display.h"
 #include "renderer/app/report.h"
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/write_film.h"
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 namespace kindling::app {
 
-// The names to write to, or the scene's stem with .png. Fails before any work: an extension that cannot be written or a
-// name given twice (usage), a folder that is missing or not ours to write (input_output).
+// The names to write to, or the scene's stem with .png, for a part with its number and .kacc. Fails before any work: an extension that cannot be written or a
+// name given twice (usage), a folder that is missing or not ours to write (input_output), that of --stats too.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
+// Whether a name asks for all sums (.kacc), and not for an image.
+[[nodiscard]] bool is_accumulation(const std::filesystem::path& path);
 // That a file can be made at `path` or replaced; fails (input_output).
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& path);
 
+// Whether an image is there, and of a render that was not interrupted: its metadata would say so.
+[[nodiscard]] bool is_finished_image(const std::filesystem::path& path);
+
+// How --view, --exposure and --ocio show linear light in a PNG; fails (usage, input_output).
+[[nodiscard]] Result<DisplayTransform> choose_view(const RenderOptions& options);
+
 // What is stored with the pictures. Keys begin with "kindling:" where OpenEXR knows no name of its own.
 [[nodiscard]] ImageMetadata make_metadata(const RenderReport& report, const Camera& camera);
+
+struct WrittenImages {
+  std::vector<std::string> files;   // that were written
+  std::optional<Error> first_error; // the others have been printed
+  double write_s = 0.0;
+};
+
+// Every file is tried, so that a full disk costs no more than it must. Reports Phase::write.
+[[nodiscard]] WrittenImages write_images(const std::vector<std::filesystem::path>& outputs, const Film& film,
+                                         const DisplayTransform& view, const ImageMetadata& metadata,
+                                         const RenderOptions& options, ProgressDisplay& display, Console& console);
 
 // Complete or not at all.
 [[nodiscard]] Result<void> write_text_file(const std::filesystem::path& path, std::string_view text);

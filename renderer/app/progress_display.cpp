@@ -7,6 +7,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace kindling::app {
@@ -52,9 +53,31 @@ ProgressDisplay::ProgressDisplay(Console& console, ProgressMode mode, const Prog
   }
 }
 
-void ProgressDisplay::start_phase(Phase phase) {
+void ProgressDisplay::start_frame(int number, size_t index, size_t count) {
   const std::lock_guard lock(mutex_);
-  last_ = {.phase = phase, .done = 0.0, .total = 1.0};
+  frame_ = FrameState{number, index, count, std::nullopt};
+  frame_start_ = Clock::now();
+}
+
+void ProgressDisplay::end_frame() {
+  const std::lock_guard lock(mutex_);
+  frame_.reset();
+  ++frames_done_;
+  frames_done_s_ += seconds_between(frame_start_, Clock::now());
+}
+
+void ProgressDisplay::on_warning(std::string_view message) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (frame_ && !warnings_.emplace(message).second) return;
+  }
+  console_.warning(message);
+}
+
+void ProgressDisplay::start_phase(Phase phase, double done_before) {
+  const std::lock_guard lock(mutex_);
+  last_ = {.phase = phase, .done = done_before, .total = 1.0};
+  done_before_ = done_before;
   phase_start_ = Clock::now();
   phase_running_ = true;
   if (style_ == Style::plain)
@@ -77,10 +100,7 @@ void ProgressDisplay::end_phase() {
 void ProgressDisplay::on_progress(const ProgressSnapshot& snapshot) {
   const std::lock_guard lock(mutex_);
   const Clock::time_point now = Clock::now();
-  if (snapshot.phase == Phase::textures) {
-    if (!textures_start_) textures_start_ = now;
-    textures_s_ = seconds_between(*textures_start_, now);
-  }
+  if (snapshot.phase == Phase::textures && !textures_start_) textures_start_ = now;
   last_ = snapshot;
   note_interruption();
   const double interval_s = style_ == Style::terminal ? 0.1 : style_ == Style::json ? 0.2 : 5.0;
@@ -102,7 +122,15 @@ ProgressState ProgressDisplay::state_at(Clock::time_point now) const {
     state.rays = last_.rays;
     state.rays_per_s = phase_elapsed_s > 0.0 ? static_cast<double>(last_.rays) / phase_elapsed_s : 0.0;
   }
-  if (phase_running_) state.remaining_s = remaining_seconds(state.fraction, phase_elapsed_s);
+  if (phase_running_ && done_before_ < 1.0) {
+    const double done_now = std::max(0.0, (state.fraction - done_before_) / (1.0 - done_before_));
+    state.remaining_s = remaining_seconds(done_now, phase_elapsed_s);
+  }
+  state.frame = frame_;
+  if (frame_)
+    state.frame->remaining_s = remaining_seconds_of_frames(
+        frames_done_, frames_done_s_, frame_->count - frame_->index, seconds_between(frame_start_, now),
+        last_.phase == Phase::render ? state.remaining_s : std::nullopt);
   return state;
 }
 
@@ -119,7 +147,9 @@ void ProgressDisplay::show(Clock::time_point now) {
 void ProgressDisplay::note_interruption() {
   if (interruption_noted_ || !context_.signals || context_.signals->received() == 0) return;
   interruption_noted_ = true;
-  console_.note("interrupted: finishing the pass and writing the images; once more quits at once");
+  console_.note(context_.checkpoint
+                    ? "interrupted: saving the checkpoint and writing the images; once more quits at once"
+                    : "interrupted: finishing the pass and writing the images; once more quits at once");
 }
 
 } // namespace kindling::app

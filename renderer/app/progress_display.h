@@ -8,8 +8,12 @@
 #include "renderer/base/progress.h"
 
 #include <chrono>
+#include <cstddef>
+#include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <string>
 #include <string_view>
 
 namespace kindling::app {
@@ -22,6 +26,7 @@ progress_mode_from_name(std::string_view name); // "auto", "plain", "json", "non
 struct ProgressContext {
   std::optional<uint32_t> spp_wanted;   // unset: a time limit ends the render
   const SignalGuard* signals = nullptr; // may be null: asked whether the user wants to end
+  bool checkpoint = false;              // is saved when the user ends it
 };
 
 // automatic: the rewritten line of a terminal, plain lines elsewhere. A line of the terminal is rewritten at most ten
@@ -32,15 +37,18 @@ class ProgressDisplay final : public ProgressListener {
   ProgressDisplay(Console& console, ProgressMode mode, const ProgressContext& context);
 
   void on_progress(const ProgressSnapshot& snapshot) override;
-  void on_warning(std::string_view message) override { console_.warning(message); }
+  // What has been said of an earlier frame is not said again.
+  void on_warning(std::string_view message) override;
   void on_info(std::string_view message) override { console_.detail(message); }
 
-  void start_phase(Phase phase);
+  // `done_before`: the share of its work that earlier runs have done, in [0, 1].
+  void start_phase(Phase phase, double done_before = 0.0);
   // Ends the phase and removes the status line.
   void end_phase();
 
-  // Between the first and the last report of texture decoding, which is a part of loading.
-  [[nodiscard]] double textures_s() const { return textures_s_; }
+  // What follows is of that frame, the index-th of count.
+  void start_frame(int number, size_t index, size_t count);
+  void end_frame();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -56,9 +64,14 @@ class ProgressDisplay final : public ProgressListener {
   std::mutex mutex_; // reports come from worker threads
   ProgressSnapshot last_;
   Clock::time_point phase_start_;
+  double done_before_ = 0.0;
   Clock::time_point shown_;
   std::optional<Clock::time_point> textures_start_;
-  double textures_s_ = 0.0;
+  std::optional<FrameState> frame_;
+  Clock::time_point frame_start_;
+  size_t frames_done_ = 0;
+  double frames_done_s_ = 0.0;
+  std::set<std::string, std::less<>> warnings_; // of frames
   bool interruption_noted_ = false;
   bool phase_running_ = false;
 };

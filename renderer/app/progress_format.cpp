@@ -36,6 +36,7 @@ std::vector<std::string> status_parts(const ProgressState& state) {
   // Rounded down: 100% means all.
   if (state.converged) parts.push_back(fmt::format("{:.0f}% converged", std::floor(100.0 * *state.converged)));
   if (state.remaining_s) parts.push_back(format_seconds(*state.remaining_s) + " left");
+  if (state.frame && state.frame->remaining_s) parts.push_back(format_seconds(*state.frame->remaining_s) + " for all");
   if (state.phase == Phase::render) parts.push_back(format_ray_rate(state.rays_per_s));
   parts.push_back(format_seconds(state.elapsed_s) + " elapsed");
   if (state.resident_bytes > 0) parts.push_back(format_bytes(state.resident_bytes));
@@ -62,12 +63,20 @@ std::optional<double> remaining_seconds(double fraction, double phase_elapsed_s)
   return phase_elapsed_s * (1.0 - std::min(fraction, 1.0)) / fraction;
 }
 
+std::optional<double> remaining_seconds_of_frames(size_t done, double done_s, size_t left, double elapsed_s,
+                                                  std::optional<double> remaining_s) {
+  if (done == 0 && !remaining_s) return std::nullopt;
+  const double frame_s = done > 0 ? done_s / static_cast<double>(done) : elapsed_s + *remaining_s;
+  return remaining_s.value_or(std::max(frame_s - elapsed_s, 0.0)) + frame_s * static_cast<double>(left);
+}
+
 std::string format_status_line(const ProgressState& state, int columns) {
   constexpr int kWidestBar = 30;
   constexpr int kNarrowestBar = 8;
   const double fraction = clamp_fraction(state.fraction);
   const auto width = static_cast<size_t>(std::max(columns - 1, 0)); // the last column would wrap on some terminals
-  std::string line = fmt::format("{:<8} ", phase_name(state.phase));
+  std::string line = state.frame ? fmt::format("{}/{} ", state.frame->index, state.frame->count) : "";
+  line += fmt::format("{:<8} ", phase_name(state.phase));
   const int bar = std::clamp(columns / 5, kNarrowestBar, kWidestBar);
   const std::string percent = fmt::format("{:5.1f}%", 100.0 * fraction);
   if (line.size() + static_cast<size_t>(bar) + 3 + percent.size() <= width) {
@@ -84,7 +93,10 @@ std::string format_status_line(const ProgressState& state, int columns) {
 }
 
 std::string format_plain_line(const ProgressState& state) {
-  std::string line = fmt::format("{} {:.0f}%", phase_name(state.phase), 100.0 * clamp_fraction(state.fraction));
+  std::string line =
+      state.frame ? fmt::format("frame {} ({} of {}): ", state.frame->number, state.frame->index, state.frame->count)
+                  : "";
+  line += fmt::format("{} {:.0f}%", phase_name(state.phase), 100.0 * clamp_fraction(state.fraction));
   const char* separator = " ";
   for (const std::string& part : status_parts(state)) {
     line += separator + part;
@@ -107,6 +119,13 @@ std::string format_json_line(const ProgressState& state) {
   object["elapsed_s"] = state.elapsed_s;
   object["remaining_s"] = state.remaining_s ? nlohmann::ordered_json(*state.remaining_s) : nlohmann::ordered_json();
   object["rss_bytes"] = state.resident_bytes;
+  if (const std::optional<FrameState>& frame = state.frame) {
+    object["frame"] = frame->number;
+    object["frame_index"] = frame->index;
+    object["frame_count"] = frame->count;
+    object["frames_remaining_s"] =
+        frame->remaining_s ? nlohmann::ordered_json(*frame->remaining_s) : nlohmann::ordered_json();
+  }
   return object.dump();
 }
 

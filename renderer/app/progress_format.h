@@ -4,6 +4,7 @@
 
 #include "renderer/base/progress.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,6 +14,14 @@ namespace kindling::app {
 
 // "load", "textures", "build", "render", "write".
 [[nodiscard]] std::string_view phase_name(Phase phase);
+
+// Of --frames.
+struct FrameState {
+  int number = 0;
+  size_t index = 0; // from 1
+  size_t count = 0;
+  std::optional<double> remaining_s; // of all that are to come, this one too; unset while nobody can say
+};
 
 struct ProgressState {
   Phase phase = Phase::load;
@@ -25,19 +34,25 @@ struct ProgressState {
   double elapsed_s = 0.0;            // since the process started
   std::optional<double> remaining_s; // of the phase; unset while nobody can say
   uint64_t resident_bytes = 0;
+  std::optional<FrameState> frame;
 };
 
 // Proportional; unset below 2 % and in the first half second, when it would be a guess.
 [[nodiscard]] std::optional<double> remaining_seconds(double fraction, double phase_elapsed_s);
 
+// Of this frame and `left` more: from the mean of `done` frames that took `done_s`, else from what this one has taken and will take.
+// `remaining_s`: of the render phase of this frame, if that is known.
+[[nodiscard]] std::optional<double> remaining_seconds_of_frames(size_t done, double done_s, size_t left,
+                                                                double elapsed_s, std::optional<double> remaining_s);
+
 // "render   [#####-----]  50.0%  32/64 spp  1:20 left  12.3 Mrays/s  1:23 elapsed  512 MiB", never wider than
 // `columns`: the parts of least interest stand last and go first. With adaptive
-// sampling "41% converged" follows the samples.
+// sampling "41% converged" follows the samples. Of a frame "3/10 render   [", and "12:30 for all" after what is left of the phase.
 [[nodiscard]] std::string format_status_line(const ProgressState& state, int columns);
-// "render 50% 32/64 spp, 12.3 Mrays/s, 1:23 elapsed, 1:20 left, 512 MiB"
+// "render 50% 32/64 spp, 12.3 Mrays/s, 1:23 elapsed, 1:20 left, 512 MiB"; of a frame "frame 12 (3 of 10): render 50% ..."
 [[nodiscard]] std::string format_plain_line(const ProgressState& state);
 // One JSON object with the keys event ("progress"), phase, fraction, spp, spp_wanted, converged, rays, rays_per_s,
-// elapsed_s, remaining_s and rss_bytes; null where nobody knows.
+// elapsed_s, remaining_s and rss_bytes, and of a frame frame, frame_index, frame_count and frames_remaining_s; null where nobody knows.
 [[nodiscard]] std::string format_json_line(const ProgressState& state);
 
 } // namespace kindling::app

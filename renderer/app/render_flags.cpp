@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/accelerator_variant.h"
 #include "renderer/app/flag_set.h"
+#include "renderer/app/image_flags.h"
 #include "renderer/app/lens_flags.h"
 #include "renderer/app/options.h"
 #include "renderer/app/parse_values.h"
+#include "renderer/app/part_flags.h"
 #include "renderer/app/scene_flags.h"
 #include "renderer/app/whitted_flags.h"
 
@@ -67,14 +69,7 @@ Result<void> add_aovs(std::string_view text, AovSet& aovs) {
 
 void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Image");
-  flags.repeated("-o,--output", "FILE",
-                 "Where to write, .png or .exr; several are allowed [SCENE's stem + .png in the current folder]",
-                 [&o](auto text) {
-                   std::filesystem::path path;
-                   Result<void> set = set_path(text, path);
-                   if (set.ok()) o.outputs.push_back(path);
-                   return set;
-                 });
+  add_output_flag(flags, o, "SCENE's stem + .png in the current folder");
   add_size_flag(flags, o);
   flags.value("--scale", "FACTOR", "Multiply the size, as in 0.5 or 50% [1]",
               [&o](auto text) { return store(parse_scale(text), o.scale); });
@@ -84,18 +79,7 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.repeated("--aov", "NAME[,NAME]...",
                  fmt::format("Further layers for EXR: {} [beauty and alpha]", join_choices(aov_names())),
                  [&o](auto text) { return add_aovs(text, o.aovs); });
-  flags.toggle("--exr-float", "EXR colours in 32 bits [16]", o.exr_half, false);
-  flags.value("--png-bits", "8|16", "Bits of a PNG's channels [8]", [&o](auto text) -> Result<void> {
-    if (text != "8" && text != "16") return unknown_name("depth", text, {"8", "16"});
-    o.png_bits = text == "8" ? 8 : 16;
-    return {};
-  });
-  flags.value("--view", "NAME", "OpenColorIO view of PNG images [the configuration's default]",
-              [&o](auto text) { return set_text(text, o.view); });
-  flags.value("--exposure", "STOPS", "Multiply PNG images by 2^STOPS before the view [0]",
-              [&o](auto text) { return store(parse_number(text, -64.0, 64.0), o.exposure_stops); });
-  flags.value("--ocio", "CONFIG", "OpenColorIO configuration [$OCIO, else the built-in one]",
-              [&o](auto text) { return set_text(text, o.ocio_config); });
+  add_image_format_flags(flags, o);
 }
 
 void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
@@ -105,6 +89,10 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
       "Samples per pixel, at most if there is a --noise-threshold [64, or 1024 with it; without end if there is a "
       "--time-limit]",
       [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
+  flags.value(
+      "--planned-spp", "N",
+      "What the sampling is laid out for: who adds samples to a picture keeps it, and parts of it share it [--spp]",
+      [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.planned_spp); });
   flags.value("--noise-threshold", "T",
               "Stop sampling a block of 8 x 8 pixels once its relative error is below T, as in 0.1; 0: never [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.adaptive.noise_threshold); });
@@ -235,9 +223,12 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
               [&options](auto text) { return set_background(text, options.integrator); });
   add_lens_flags(flags, options.lens);
   add_shutter_flags(flags, options);
+  add_frame_flags(flags, options);
   add_integrator_flags(flags, options);
   add_whitted_flags(flags, options);
   add_machine_flags(flags, options);
+  add_part_flags(flags, options.part);
+  add_checkpoint_flags(flags, options.checkpoint);
   add_report_flags(flags, options);
 }
 
@@ -247,12 +238,15 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
   if (Result<void> checked = check_lens_flags(flags, o.lens); !checked.ok()) return checked;
   if (Result<void> checked = check_shutter_flags(flags, o); !checked.ok()) return checked;
+  if (Result<void> checked = check_frame_flags(flags, o); !checked.ok()) return checked;
   if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
   if (flags.given("--min-spp") && !o.adaptive.enabled())
     return usage("--min-spp: has no meaning without --noise-threshold above 0");
   if (o.adaptive.enabled() && o.adaptive.min_samples_per_pixel > o.samples_per_pixel())
     return usage(fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use more --spp or fewer --min-spp",
                              o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
+  if (Result<void> checked = check_part_flags(o); !checked.ok()) return checked;
+  if (Result<void> checked = check_checkpoint_flags(flags, o); !checked.ok()) return checked;
   if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
 
   IntegratorSettings& s = o.integrator;
@@ -279,9 +273,14 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
               [&o](auto text) { return set_text(text, o.scene_name); });
   flags.value("--variant", "NAME|INDEX", "Whose materials [the plain ones]",
               [&o](auto text) { return set_text(text, o.variant_name); });
+  flags.group("The picture whose memory is told");
+  add_size_flag(flags, o.picture);
+  flags.repeated("--aov", "NAME,...", "Its layers [none]", [&o](auto text) { return add_aovs(text, o.picture.aovs); });
+  flags.value("--texture-memory", "SIZE", "What its textures may take [all in memory]",
+              [&o](auto text) { return store(parse_bytes(text), o.picture.texture_memory_bytes); });
   flags.group("How");
   flags.toggle("--json", "JSON in place of tables", o.json);
-  flags.value("--threads", "N", "For loading; 0: all [0]",
+  flags.value("--threads", "N", "For loading, and of the picture; 0: all [0]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
 }
 

@@ -42,7 +42,8 @@ std::string format_summary(const RenderReport& r) {
                                  s.samples_per_pixel, r.interrupted ? fmt::format(" of {}", r.spp_wanted) : "",
                                  r.accelerator_description, s.threads, s.threads == 1 ? "" : "s");
   text += fmt::format("  time    load {}", format_seconds(t.load_s));
-  if (t.textures_s > 0.0) text += fmt::format(" (textures {})", format_seconds(t.textures_s));
+  if (t.import.textures.wall_s >= 0.0005)
+    text += fmt::format(" (textures {})", format_seconds(t.import.textures.wall_s));
   text += fmt::format(", build {}, render {}, write {}; {} in all\n", format_seconds(t.build_s),
                       format_seconds(t.render_s), format_seconds(t.write_s), format_seconds(t.total_s));
   if (r.adaptive.enabled())
@@ -59,6 +60,10 @@ std::string format_summary(const RenderReport& r) {
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),
                       count(s.rays.camera), count(s.rays.bounce), count(s.rays.shadow), rate(r.rays_per_s(), "rays"));
   text += fmt::format("  paths   {}; {}\n", count(s.rays.paths), rate(r.paths_per_s(), "paths"));
+  if (const auto& c = r.checkpoint)
+    text += fmt::format("  saved   {} time{} in {} to {}; {} run{}, {} of rendering in all\n", c->saves,
+                        c->saves == 1 ? "" : "s", format_seconds(c->save_s), c->file, c->work.runs,
+                        c->work.runs == 1 ? "" : "s", format_seconds(c->work.render_s));
   text += fmt::format("  memory  peak {}: geometry {}, accelerator {}, textures {}, lights {}, film {}",
                       format_bytes(r.peak_resident_bytes), format_bytes(r.world.geometry_bytes),
                       format_bytes(r.world.accelerator.memory_bytes), format_bytes(r.world.texture_bytes),

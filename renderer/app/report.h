@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/checkpoint_report.h"
+#include "renderer/app/load_environment.h"
 #include "renderer/film/film.h"
+#include "renderer/import/load_gltf.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/scene/shutter.h"
 #include "renderer/session/render_session.h"
@@ -17,19 +20,22 @@ namespace kindling::app {
 
 // Wall times of the phases, seconds.
 struct PhaseTimes {
-  double load_s = 0.0;     // files read, decoded and validated; the environment too
-  double textures_s = 0.0; // the part of load_s in which textures were decoded
-  double build_s = 0.0;    // posing, lights, materials and the accelerator
+  double load_s = 0.0;          // files read, decoded and validated; the environment too
+  ImportTimes import;           // parts of load_s
+  EnvironmentTimes environment; // beside these
+  double build_s = 0.0;         // posing, lights, materials and the accelerator
   double render_s = 0.0;
   double write_s = 0.0;
-  double total_s = 0.0;         // since the process was started
-  double before_render_s = 0.0; // from the start of the process to the first camera ray
+  double total_s = 0.0;         // since the process was started; of a later frame: since the one before it
+  double before_render_s = 0.0; // from the same moment to the first camera ray
 };
 
 struct RenderReport {
   std::string command_line;
   std::string scene_file;
   uint64_t scene_hash = 0;
+  std::optional<int> frame;     // with --frames: its number
+  std::optional<double> time_s; // of the animations; unset: the rest pose
   V2i size_px{0, 0};
   PixelRect crop;
   std::optional<Shutter> shutter; // in times of the animations
@@ -45,6 +51,7 @@ struct RenderReport {
   std::string accelerator_description; // "Embree 3.13.5"
   std::string view;
   bool interrupted = false;
+  std::optional<CheckpointReport> checkpoint;
   PhaseTimes times;
   RenderStatistics statistics;
   WorldStatistics world;

@@ -118,19 +118,10 @@ AnimationInfo animation_info(const Animation& animation) {
   return info;
 }
 
-// Instances share the triangles of their mesh; each deformed mesh has its own.
-uint64_t accelerator_bytes(const PosedScene& posed, const std::vector<MeshInfo>& meshes) {
-  std::set<int> seen;
-  uint64_t triangles = 0;
-  for (const PosedMesh& mesh : posed.meshes)
-    if (!mesh.deformed.empty() || seen.insert(mesh.mesh).second)
-      triangles += meshes[static_cast<size_t>(mesh.mesh)].triangles;
-  return triangles * kAcceleratorBytesPerTriangle + posed.meshes.size() * kAcceleratorBytesPerInstance;
-}
-
 } // namespace
 
-SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene, int shown_variant) {
+SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene, int shown_variant,
+                             const MemoryRequest& request) {
   SceneInfo info;
   info.file = scene.source;
   info.generator = scene.generator;
@@ -176,8 +167,7 @@ SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int sh
   }
   for (const Animation& animation : scene.animations) info.animations.push_back(animation_info(animation));
 
-  info.memory = {info.in_file.geometry_bytes + info.in_scene.deformed_bytes, info.in_file.texture_bytes,
-                 accelerator_bytes(posed, info.meshes)};
+  info.memory = memory_budget(memory_demand(scene, posed), request);
 
   for (const std::string& name : scene.extensions_used) info.extensions.push_back(extension_info(name, supported));
   return info;

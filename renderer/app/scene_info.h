@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/memory_budget.h"
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/describe.h"
 #include "renderer/scene/pose.h"
@@ -66,17 +67,6 @@ struct AnimationInfo {
   double duration_s = 0.0;
 };
 
-// Bytes that a render of the scene holds, without film and process: vertex and index arrays, texels at their files'
-// depth, and kAcceleratorBytesPerTriangle for the default accelerator.
-struct MemoryEstimate {
-  uint64_t geometry = 0;
-  uint64_t textures = 0;
-  uint64_t accelerator = 0;
-  [[nodiscard]] uint64_t total() const { return geometry + textures + accelerator; }
-};
-inline constexpr uint64_t kAcceleratorBytesPerTriangle = 70;
-inline constexpr uint64_t kAcceleratorBytesPerInstance = 400;
-
 struct SceneInfo {
   std::string file;
   std::string generator;
@@ -96,11 +86,11 @@ struct SceneInfo {
   std::vector<std::string> variants;
   int shown_variant = kNone; // which of them the scene has been given; kNone: the primitives' own materials
   std::vector<ExtensionInfo> extensions;
-  MemoryEstimate memory;
+  MemoryBudget memory;
 };
 
 [[nodiscard]] SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene,
-                                           int shown_variant = kNone);
+                                           int shown_variant = kNone, const MemoryRequest& request = {});
 
 // Headings and tables.
 [[nodiscard]] std::string format_info_tables(const SceneInfo& info);

@@ -1,22 +1,11 @@
 // A shootout as comma-separated values (RFC 4180, lines end with a line feed).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout_report.h"
+#include "renderer/app/text_format.h"
 
 #include <fmt/format.h>
 
 namespace kindling::app {
-
-namespace {
-
-// Quoted if a comma, a quote or a line break is in it.
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
-} // namespace
 
 std::string format_shootout_csv(const ShootoutReport& report) {
   std::string text = "scene,triangles,instances,accelerator,rays,query,call,count,median_s,min_s,max_s,mega_rays_per_s,"
@@ -34,8 +23,8 @@ std::string format_shootout_csv(const ShootoutReport& report) {
         const RaySetInfo& set = scene.sets[result.set];
         const Summary time = summarize(result.times_s);
         text +=
-            fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", field(scene.file), scene.triangle_count,
-                        scene.instance_count, a.variant.name(), set.name,
+            fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_field(scene.file),
+                        scene.triangle_count, scene.instance_count, a.variant.name(), set.name,
                         set.query == RayQuery::nearest ? "nearest" : "any-hit", call_form_name(result.form),
                         set.ray_count, time.median, time.min, time.max, mega_rays_per_s(set, time.median),
                         result.ratio_to_first, result.disagreements.hit_or_miss, result.disagreements.distance, build);

@@ -3,6 +3,7 @@
 #include "renderer/app/shootout_plots.h"
 #include "renderer/app/shootout_report.h"
 #include "renderer/app/shootout_summary.h"
+#include "renderer/app/svg.h"
 #include "renderer/app/text_format.h"
 #include "renderer/app/version.h"
 
@@ -56,8 +57,8 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
           "th");
   for (const AcceleratorResult& a : scene.accelerators) {
     const accel::Statistics& s = a.build.statistics;
-    text += row({a.variant.name(), format_build_time(median(a.build.one_thread_s)),
-                 format_build_time(median(a.build.many_threads_s)), format_bytes(s.memory_bytes),
+    text += row({a.variant.name(), format_short_time(median(a.build.one_thread_s)),
+                 format_short_time(median(a.build.many_threads_s)), format_bytes(s.memory_bytes),
                  a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
                  a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
                  count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count),

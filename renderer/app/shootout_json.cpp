@@ -1,5 +1,6 @@
 // A shootout for programs. README.md describes the keys.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measurement_json.h"
 #include "renderer/app/shootout_report.h"
 #include "renderer/app/shootout_summary.h"
 #include "renderer/app/text_format.h"
@@ -12,15 +13,6 @@ namespace kindling::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json summary_json(const std::vector<double>& times_s) {
-  const Summary summary = summarize(times_s);
-  return {{"median_s", summary.median},
-          {"min_s", summary.min},
-          {"max_s", summary.max},
-          {"spread_percent", summary.spread_percent()},
-          {"times_s", times_s}};
-}
 
 Json disagreements_json(const Disagreements& disagreements) {
   return {{"hit_or_miss", disagreements.hit_or_miss},

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout_plots.h"
 
+#include "renderer/app/svg.h"
 #include "renderer/app/text_format.h"
 
 #include <fmt/format.h>
@@ -15,53 +16,7 @@ namespace {
 
 constexpr double kLeft = 64, kTop = 12, kPlotHeight = 240, kLegendRow = 20;
 
-std::string text_at(double x, double y, std::string_view anchor, std::string_view text) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor, escape_html(text));
-}
-
-std::string line(double x0, double y0, double x1, double y1, std::string_view style) {
-  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"{}\"/>\n", x0, y0, x1, y1,
-                     style);
-}
-
-std::string open_svg(double width, double height, std::string_view what) {
-  return fmt::format("<svg viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" role=\"img\" "
-                     "aria-label=\"{2}\">\n",
-                     width, height, escape_html(what));
-}
-
 } // namespace
-
-std::string escape_html(std::string_view text) {
-  std::string escaped;
-  for (const char c : printable(text)) {
-    switch (c) {
-    case '&': escaped += "&amp;"; break;
-    case '<': escaped += "&lt;"; break;
-    case '>': escaped += "&gt;"; break;
-    case '"': escaped += "&quot;"; break;
-    case '\'': escaped += "&#39;"; break;
-    default: escaped += c;
-    }
-  }
-  return escaped;
-}
-
-std::string_view series_color(size_t n) {
-  // Okabe and Ito's palette for all kinds of colour vision, without its yellow and black.
-  constexpr std::array<std::string_view, 8> kColors{"#0072b2", "#e69f00", "#009e73", "#d55e00",
-                                                    "#cc79a7", "#56b4e9", "#666666", "#8c564b"};
-  return kColors[n % kColors.size()];
-}
-
-double axis_step(double largest) {
-  if (!(largest > 0.0) || !std::isfinite(largest)) return 1.0;
-  const double power = std::pow(10.0, std::floor(std::log10(largest / 4.0)));
-  double step = power;
-  for (const double factor : {2.0, 5.0})
-    if (factor * power * 4.0 <= largest) step = factor * power;
-  return step;
-}
 
 std::string draw_bars(const BarChart& chart) {
   constexpr double kBar = 22, kGap = 28;
@@ -79,11 +34,10 @@ std::string draw_bars(const BarChart& chart) {
 
   std::string svg = open_svg(std::max(width, 360.0), height, chart.unit);
   for (double tick = 0.0; tick <= top_value * 1.0001; tick += step) {
-    svg += line(kLeft, y_of(tick), kLeft + plot_width, y_of(tick), "grid");
-    svg += text_at(kLeft - 6, y_of(tick) + 4, "end", fmt::format("{:g}", tick));
+    svg += svg_line(kLeft, y_of(tick), kLeft + plot_width, y_of(tick), "grid");
+    svg += svg_text(kLeft - 6, y_of(tick) + 4, "end", fmt::format("{:g}", tick));
   }
-  svg += fmt::format("<text transform=\"translate(14 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                     kTop + kPlotHeight / 2, escape_html(chart.unit));
+  svg += svg_upright_text(14, kTop + kPlotHeight / 2, chart.unit);
   for (size_t g = 0; g < chart.groups.size(); ++g) {
     const double middle = kLeft + group_step * (static_cast<double>(g) + 0.5);
     const double begin = middle - (group_width - kGap) / 2;
@@ -95,15 +49,15 @@ std::string draw_bars(const BarChart& chart) {
                       "{:.3f} ({:.3f} to {:.3f})</title></rect>\n",
                       x + 1, y_of(value.median), kBar - 2, kTop + kPlotHeight - y_of(value.median), series_color(s),
                       escape_html(chart.groups[g]), escape_html(chart.series[s]), value.median, value.min, value.max);
-      svg += line(x + kBar / 2, y_of(value.min), x + kBar / 2, y_of(value.max), "whisker");
+      svg += svg_line(x + kBar / 2, y_of(value.min), x + kBar / 2, y_of(value.max), "whisker");
     }
-    svg += text_at(middle, kTop + kPlotHeight + 18, "middle", chart.groups[g]);
+    svg += svg_text(middle, kTop + kPlotHeight + 18, "middle", chart.groups[g]);
   }
   for (size_t s = 0; s < chart.series.size(); ++s) {
     const double y = kTop + kPlotHeight + 34 + kLegendRow * static_cast<double>(s);
     svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"12\" height=\"12\" fill=\"{}\"/>\n", kLeft, y,
                        series_color(s));
-    svg += text_at(kLeft + 18, y + 10, "start", chart.series[s]);
+    svg += svg_text(kLeft + 18, y + 10, "start", chart.series[s]);
   }
   return svg + "</svg>\n";
 }
@@ -114,7 +68,7 @@ std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color,
   for (size_t n = 0; n < leaf_sizes.size(); ++n) counts[std::min(n, last)] += leaf_sizes[n];
   const size_t most = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
   std::string svg = open_svg(kLeft + kBar * static_cast<double>(counts.size()) + 24, kTop + kHeight + 38, "leaf sizes");
-  svg += text_at(kLeft - 6, kTop + 10, "end", format_count(static_cast<double>(most)));
+  svg += svg_text(kLeft - 6, kTop + 10, "end", format_count(static_cast<double>(most)));
   for (size_t n = 0; n < counts.size(); ++n) {
     const double x = kLeft + kBar * static_cast<double>(n);
     const double height = most > 0 ? kHeight * static_cast<double>(counts[n]) / static_cast<double>(most) : 0.0;
@@ -124,9 +78,9 @@ std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color,
         "</title></rect>\n",
         x, kTop + kHeight - height, kBar - 1, height, series_color(color), size, counts[n]);
     if (n % 5 == 0)
-      svg += text_at(x + kBar / 2, kTop + kHeight + 16, "middle", n == last ? fmt::format("{}+", n) : size);
+      svg += svg_text(x + kBar / 2, kTop + kHeight + 16, "middle", n == last ? fmt::format("{}+", n) : size);
   }
-  return svg + text_at(kLeft, kTop + kHeight + 34, "start", "references in a leaf") + "</svg>\n";
+  return svg + svg_text(kLeft, kTop + kHeight + 34, "start", "references in a leaf") + "</svg>\n";
 }
 
 std::string draw_lines(const LineChart& chart) {
@@ -153,17 +107,16 @@ std::string draw_lines(const LineChart& chart) {
   std::string svg = open_svg(kLeft + kPlotWidth + 24, height, chart.y_label);
   for (double e = low_x; e <= high_x; ++e) {
     const double x = x_of(std::pow(10.0, e));
-    svg += line(x, kTop, x, kTop + kPlotHeight, "grid");
-    svg += text_at(x, kTop + kPlotHeight + 16, "middle", fmt::format("{:g}", std::pow(10.0, e)));
+    svg += svg_line(x, kTop, x, kTop + kPlotHeight, "grid");
+    svg += svg_text(x, kTop + kPlotHeight + 16, "middle", fmt::format("{:g}", std::pow(10.0, e)));
   }
   for (double e = low_y; e <= high_y; ++e) {
     const double y = y_of(std::pow(10.0, e));
-    svg += line(kLeft, y, kLeft + kPlotWidth, y, "grid");
-    svg += text_at(kLeft - 6, y + 4, "end", fmt::format("{:g}", std::pow(10.0, e)));
+    svg += svg_line(kLeft, y, kLeft + kPlotWidth, y, "grid");
+    svg += svg_text(kLeft - 6, y + 4, "end", fmt::format("{:g}", std::pow(10.0, e)));
   }
-  svg += text_at(kLeft + kPlotWidth / 2, kTop + kPlotHeight + 34, "middle", chart.x_label);
-  svg += fmt::format("<text transform=\"translate(14 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                     kTop + kPlotHeight / 2, escape_html(chart.y_label));
+  svg += svg_text(kLeft + kPlotWidth / 2, kTop + kPlotHeight + 34, "middle", chart.x_label);
+  svg += svg_upright_text(14, kTop + kPlotHeight / 2, chart.y_label);
   double legend_y = kTop + kPlotHeight + 52;
   for (const LineChart::Line& curve : chart.lines) {
     const std::string_view dash = curve.dashed ? " stroke-dasharray=\"5 4\"" : "";
@@ -182,7 +135,7 @@ std::string draw_lines(const LineChart& chart) {
                          series_color(curve.color), dash);
     svg += fmt::format("<path d=\"M{:.1f} {:.1f} h24\" stroke=\"{}\" stroke-width=\"2\"{}/>\n", kLeft, legend_y,
                        series_color(curve.color), dash);
-    svg += text_at(kLeft + 30, legend_y + 4, "start", curve.name);
+    svg += svg_text(kLeft + 30, legend_y + 4, "start", curve.name);
     legend_y += kLegendRow;
   }
   return svg + "</svg>\n";

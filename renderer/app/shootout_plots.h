@@ -13,15 +13,6 @@
 
 namespace kindling::app {
 
-// &, <, > and quotes as entities, control characters as '?'.
-[[nodiscard]] std::string escape_html(std::string_view text);
-
-// The colour of the n-th accelerator, "#rrggbb"; they repeat after eight.
-[[nodiscard]] std::string_view series_color(size_t n);
-
-// The largest of 1, 2 and 5 times a power of ten that cuts [0, `largest`] into at least four steps; 1 for nothing.
-[[nodiscard]] double axis_step(double largest);
-
 // One group of bars for each kind of rays, one bar in it for each accelerator.
 struct BarChart {
   std::string unit;                         // of the values

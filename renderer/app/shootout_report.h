@@ -139,8 +139,6 @@ struct ShootoutReport {
 [[nodiscard]] double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form);
 [[nodiscard]] Disagreements sum_disagreements(const AcceleratorResult& accelerator);
 [[nodiscard]] LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes);
-// "0.042 ms", "35.1 ms", then as format_seconds() does: small scenes are built in microseconds.
-[[nodiscard]] std::string format_build_time(double seconds);
 // "wall time" or "CPU time of the thread".
 [[nodiscard]] std::string_view clock_description(ShootoutClock clock);
 // "SCENE.glb" of its path.

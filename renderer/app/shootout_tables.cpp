@@ -33,8 +33,8 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
     const auto ratio = [](size_t a, size_t b) {
       return a > 0 && b > 0 ? fmt::format("{:.2f}", static_cast<double>(a) / static_cast<double>(b)) : "-";
     };
-    table.add({accelerator.variant.name(), format_build_time(median(build.one_thread_s)),
-               format_build_time(median(build.many_threads_s)), or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
+    table.add({accelerator.variant.name(), format_short_time(median(build.one_thread_s)),
+               format_short_time(median(build.many_threads_s)), or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
                build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
                or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
                or_dash(s.node_count, format_count(static_cast<double>(s.node_count))),
@@ -193,10 +193,6 @@ LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes) {
   for (; result.median < result.max; ++result.median)
     if (2 * (below += leaf_sizes[result.median]) >= leaves) break;
   return result;
-}
-
-std::string format_build_time(double seconds) {
-  return seconds < 0.1 ? fmt::format("{:#.3g} ms", seconds * 1e3) : format_seconds(seconds);
 }
 
 std::string_view clock_description(ShootoutClock clock) {

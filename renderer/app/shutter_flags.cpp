@@ -40,16 +40,16 @@ void add_shutter_flags(FlagSet& flags, RenderOptions& o) {
       [&o](auto text) { return set_interval(text, o.shutter.interval); });
   flags.value("--shutter-angle", "DEG", "The same from --time on, for this part of 360 degrees of a frame of --fps",
               [&o](auto text) { return store(parse_number(text, 0.0, 360.0), o.shutter.angle_deg); });
-  flags.value("--fps", "N", "Frames per second, for --shutter-angle",
+  flags.value("--fps", "N", "Frames per second, for --shutter-angle and --frames [24, with --frames]",
               [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
 }
 
 Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& /*options*/) {
   if (flags.given("--shutter") && flags.given("--shutter-angle"))
     return usage("--shutter and --shutter-angle: give one of them");
-  if (flags.given("--fps") && !flags.given("--shutter-angle"))
-    return usage("--fps: has no meaning without --shutter-angle");
-  if (flags.given("--shutter-angle") && !flags.given("--fps"))
+  if (flags.given("--fps") && !flags.given("--shutter-angle") && !flags.given("--frames"))
+    return usage("--fps: has no meaning without --shutter-angle or --frames");
+  if (flags.given("--shutter-angle") && !flags.given("--fps") && !flags.given("--frames"))
     return usage("--shutter-angle: needs --fps, the frames per second");
   return {};
 }

@@ -51,6 +51,8 @@ SignalGuard::~SignalGuard() {
 
 int SignalGuard::received() const { return g_received.load(); }
 
-void ignore_broken_pipes() { ::signal(SIGPIPE, SIG_IGN); }
+void ignore_signals_of_writing() {
+  for (const int signal : {SIGPIPE, SIGXFSZ}) ::signal(signal, SIG_IGN);
+}
 
 } // namespace kindling::app

@@ -20,7 +20,8 @@ class SignalGuard {
   [[nodiscard]] int received() const;
 };
 
-// A reader that closes our pipe early (`kindling info scene.glb | head`) makes writing fail instead of killing us.
-void ignore_broken_pipes();
+// A reader that closes our pipe early (`kindling info scene.glb | head`), or a limit on the size of files, makes writing fail instead of
+// killing us.
+void ignore_signals_of_writing();
 
 } // namespace kindling::app

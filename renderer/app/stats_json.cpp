@@ -18,6 +18,8 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["command_line"] = r.command_line;
   json["scene"] = r.scene_file;
   json["scene_hash"] = format_hash(r.scene_hash);
+  json["frame"] = r.frame ? nlohmann::ordered_json(*r.frame) : nlohmann::ordered_json();
+  json["time_s"] = r.time_s ? nlohmann::ordered_json(*r.time_s) : nlohmann::ordered_json();
   json["width"] = r.size_px.x;
   json["height"] = r.size_px.y;
   json["crop"] = {r.crop.min.x, r.crop.min.y, r.crop.max.x, r.crop.max.y};
@@ -35,8 +37,21 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;
   json["warnings"] = r.warnings;
-  json["phases"] = {{"load", r.times.load_s},           {"textures", r.times.textures_s}, {"build", r.times.build_s},
-                    {"training", s.guiding.training_s}, {"render", r.times.render_s},     {"write", r.times.write_s}};
+  json["phases"] = {{"load", r.times.load_s},
+                    {"files", r.times.import.files.wall_s},
+                    {"meshes", r.times.import.meshes.wall_s},
+                    {"tangents", r.times.import.tangents.wall_s},
+                    {"textures", r.times.import.textures.wall_s},
+                    {"environment", r.times.environment.picture.wall_s},
+                    {"distribution", r.times.environment.distribution.wall_s},
+                    {"build", r.times.build_s},
+                    {"levels", r.world.times.textures.wall_s},
+                    {"geometry", r.world.times.geometry.wall_s},
+                    {"lights", r.world.times.lights.wall_s},
+                    {"accelerator", r.world.times.accelerator.wall_s},
+                    {"training", s.guiding.training_s},
+                    {"render", r.times.render_s},
+                    {"write", r.times.write_s}};
   json["total_s"] = r.times.total_s;
   json["time_to_first_ray_s"] = r.times.before_render_s;
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
@@ -73,6 +88,17 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                          {"triangles", a.triangle_count},  {"instances", a.instance_count},
                          {"nodes", a.node_count},          {"leaves", a.leaf_count},
                          {"references", a.reference_count}};
+  json["checkpoint"] = nullptr;
+  if (const auto& c = r.checkpoint)
+    json["checkpoint"] = {{"file", c->file},
+                          {"saves", c->saves},
+                          {"failed_saves", c->failed_saves},
+                          {"save_s", c->save_s},
+                          {"spp_before", c->spp_before},
+                          {"runs", c->work.runs},
+                          {"render_s", c->work.render_s},
+                          {"thread_s", c->work.thread_s},
+                          {"rays", c->work.rays.total()}};
   json["shutter"] = nullptr;
   if (r.shutter) {
     const MotionStatistics& m = r.world.motion;

@@ -45,6 +45,10 @@ std::string format_seconds(double seconds) {
   return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
+std::string format_short_time(double seconds) {
+  return seconds < 0.1 ? fmt::format("{:#.3g} ms", seconds * 1e3) : format_seconds(seconds);
+}
+
 std::string format_bytes(uint64_t bytes) {
   if (bytes < 1024) return fmt::format("{} B", bytes);
   constexpr const char* kUnits[] = {"KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
@@ -107,6 +111,13 @@ std::string shell_quote(std::string_view word) {
       quoted += c;
   }
   return quoted + "'";
+}
+
+std::string csv_field(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
 }
 
 void TextTable::add(std::vector<std::string> cells) {

@@ -11,6 +11,8 @@ namespace kindling::app {
 
 // "0.012 s", "4.56 s", "12.3 s", then "1:23" and "1:02:03".
 [[nodiscard]] std::string format_seconds(double seconds);
+// "0.042 ms", "35.1 ms", then as format_seconds() does: what may take microseconds.
+[[nodiscard]] std::string format_short_time(double seconds);
 // "812 B", "1.5 KiB", "512 MiB", "3.25 GiB".
 [[nodiscard]] std::string format_bytes(uint64_t bytes);
 // "812", "12.3 k", "4.57 M", "1.20 G": three digits, SI prefixes.
@@ -24,6 +26,9 @@ namespace kindling::app {
 
 // One word of a POSIX shell: quoted only where it must be.
 [[nodiscard]] std::string shell_quote(std::string_view word);
+
+// One value of a line of comma-separated ones (RFC 4180): quoted if a comma, a quote or a line break is in it.
+[[nodiscard]] std::string csv_field(std::string_view text);
 
 // A table with a line of headings; columns are as wide as their widest cell, numbers (by `right`) to the right.
 class TextTable {

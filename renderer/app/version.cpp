@@ -1,4 +1,4 @@
-// What this program is and was built with. KINDLING_VERSION and KINDLING_BUILD_TYPE come from CMake.
+// What this program is and was built with. KINDLING_VERSION, KINDLING_TARGET_ARCH and KINDLING_BUILD_TYPE come from CMake.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/version.h"
 
@@ -6,8 +6,11 @@
 
 #include <CLI/Version.hpp>
 #include <fmt/format.h>
+#include <kindling_sources_hash.h> // made by every build
 #include <spdlog/version.h>
 #include <tbb/version.h>
+
+#include <gnu/libc-version.h>
 
 namespace kindling::app {
 
@@ -23,9 +26,14 @@ std::string_view compiler() {
 #endif
 }
 
+std::string program_identity() {
+  return fmt::format("Kindling {} (sources {}, {}, {}, {}, libm {})", version(), KINDLING_SOURCES_HASH, compiler(),
+                     KINDLING_TARGET_ARCH, KINDLING_BUILD_TYPE, gnu_get_libc_version());
+}
+
 std::string version_text() {
   std::string text = fmt::format("kindling {}\n", version());
-  text += fmt::format("compiler  {}, {}\n", compiler(), KINDLING_BUILD_TYPE);
+  text += fmt::format("sources   {}\ncompiler  {}, {}\n", KINDLING_SOURCES_HASH, compiler(), KINDLING_BUILD_TYPE);
   text += "accelerators";
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree, accel::Kind::brute_force})
     text += fmt::format("{} {} ({})", kind == accel::Kind::embree ? "" : ",", accel::kind_name(kind),

@@ -215,7 +215,8 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
   EXPECT_EQ(json["accelerator"]["name"], "kdtree");
   EXPECT_EQ(json["accelerator"]["triangles"], 2);
   EXPECT_GT(json["peak_rss_bytes"], 1 << 20);
-  for (const char* phase : {"load", "textures", "build", "render", "write"})
+  for (const char* phase : {"load", "files", "meshes", "tangents", "textures", "environment", "distribution", "build",
+                            "levels", "geometry", "lights", "accelerator", "training", "render", "write"})
     EXPECT_GE(json["phases"][phase], 0.0) << phase;
   EXPECT_GE(json["time_to_first_pixel_s"], json["time_to_first_ray_s"]);
   EXPECT_GE(json["total_s"], json["time_to_first_pixel_s"]);

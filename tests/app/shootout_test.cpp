@@ -8,6 +8,7 @@
 #include "renderer/app/shootout_plots.h"
 #include "renderer/app/shootout_report.h"
 #include "renderer/app/shootout_summary.h"
+#include "renderer/app/svg.h"
 #include "renderer/image/decode_image.h"
 #include "tests/app/test_scene.h"
 

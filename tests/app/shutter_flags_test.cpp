@@ -3,27 +3,12 @@
 #include "renderer/app/shutter_flags.h"
 
 #include "renderer/app/options.h"
+#include "tests/app/render_line.h"
 
 #include <gtest/gtest.h>
 
 namespace kindling::app {
 namespace {
-
-Result<CommandLine> parse(std::vector<const char*> flags) {
-  std::vector<const char*> arguments{"render", "a.glb"};
-  arguments.insert(arguments.end(), flags.begin(), flags.end());
-  return parse_command_line(arguments);
-}
-RenderOptions options_of(std::vector<const char*> flags) {
-  const Result<CommandLine> line = parse(std::move(flags));
-  EXPECT_TRUE(line.ok()) << line.error().message;
-  return line.ok() ? std::get<RenderOptions>(line.value().command) : RenderOptions();
-}
-std::string refusal(std::vector<const char*> flags) {
-  const Result<CommandLine> line = parse(std::move(flags));
-  EXPECT_FALSE(line.ok());
-  return line.ok() ? "" : line.error().message;
-}
 
 std::optional<Shutter> shutter_of(const Scene& scene, std::vector<const char*> flags) {
   return choose_shutter(scene, kNone, options_of(std::move(flags))).value();
@@ -86,7 +71,7 @@ TEST(ShutterFlags, MistakesAreNamed) {
   EXPECT_NE(refusal({"--shutter-angle", "-10", "--fps", "24"}).find("--shutter-angle: "), std::string::npos);
   EXPECT_NE(refusal({"--shutter-angle", "361", "--fps", "24"}).find("--shutter-angle: "), std::string::npos);
   EXPECT_NE(refusal({"--shutter-angle", "180", "--fps", "0"}).find("--fps: "), std::string::npos);
-  EXPECT_EQ(refusal({"--fps", "24"}), "--fps: has no meaning without --shutter-angle");
+  EXPECT_EQ(refusal({"--fps", "24"}), "--fps: has no meaning without --shutter-angle or --frames");
   EXPECT_EQ(refusal({"--shutter-angle", "180"}), "--shutter-angle: needs --fps, the frames per second");
   EXPECT_EQ(refusal({"--shutter", "0,1", "--shutter-angle", "180", "--fps", "24"}),
             "--shutter and --shutter-angle: give one of them");

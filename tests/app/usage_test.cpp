@@ -27,7 +27,7 @@ class Usage : public SceneFolder {
 
 TEST_F(Usage, WrongFlagsExitWith2) {
   const std::string scene = write_scene();
-  expect_error({}, 2, "no command; use render, info or shootout");
+  expect_error({}, 2, "no command; use render, resume, info, shootout, scaling, merge or farm");
   expect_error({"bake"}, 2, "unknown command 'bake'");
   expect_error({scene}, 2, "did you mean 'kindling render scene.gltf'?");
   expect_error({"render"}, 2, "no scene");

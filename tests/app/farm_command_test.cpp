@@ -1,0 +1,133 @@
+// `kindling farm` by the program, with scripts in place of Slurm's: what is refused, and a farm worked off by hand.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/decode_image.h"
+#include "tests/app/run_program.h"
+#include "tests/app/test_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+
+namespace kindling::test {
+namespace {
+
+class FarmCommand : public SceneFolder {
+ protected:
+  void SetUp() override {
+    SceneFolder::SetUp();
+    write_script("scontrol", "echo 'MaxArraySize = 1001'");
+    write_script("sbatch", "echo x >> jobs; wc -l < jobs");
+    write_script("squeue", "cat queue 2>/dev/null");
+  }
+  void write_script(const std::string& name, const std::string& body) const {
+    const std::filesystem::path path = folder_ / "bin" / name;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << "#!/bin/sh\ncd '" << folder_.string() << "'\n" << body << "\n";
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  }
+  [[nodiscard]] ProgramResult run(const std::vector<std::string>& arguments) const {
+    Program program(arguments, folder_, Output::pipe, "export PATH=" + (folder_ / "bin").string() + ":$PATH");
+    return program.finish();
+  }
+  [[nodiscard]] ProgramResult submit(const std::string& scene, const std::vector<std::string>& farm,
+                                     const std::vector<std::string>& render) const {
+    std::vector<std::string> arguments{"farm", "submit", scene, "--folder", "farm"};
+    arguments.insert(arguments.end(), farm.begin(), farm.end());
+    arguments.emplace_back("--");
+    arguments.insert(arguments.end(), render.begin(), render.end());
+    return run(arguments);
+  }
+  void expect_refused(const ProgramResult& result, const std::string& message, int code = 2) const {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << result.err;
+    EXPECT_FALSE(exists("farm/plan.json"));
+    EXPECT_FALSE(exists("jobs"));
+  }
+  [[nodiscard]] std::string pixels(const std::string& name) const {
+    const Result<Image> image = read_image_file(folder_ / name);
+    EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
+    if (!image.ok()) return {};
+    return {reinterpret_cast<const char*>(image.value().pixels.data()), image.value().byte_count()};
+  }
+};
+
+TEST_F(FarmCommand, WhatCanBeKnownIsSaidBeforeAnyMachineBegins) {
+  const std::string scene = write_scene();
+  expect_refused(submit(scene, {"-o", "a.exr"}, {}), "--parts");
+  expect_refused(submit(scene, {"--parts", "2"}, {}), "-o");
+  expect_refused(run({"farm", "submit", scene, "--parts", "2", "-o", "a.exr"}), "--folder");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--checkpoint", "x.kacc"}), "--checkpoint");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--time-limit", "5"}), "--time-limit");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--sp", "5"}), "did you mean --spp?");
+  expect_refused(submit(scene, {"--parts", "9", "-o", "a.exr"}, {"--spp", "8"}), "--part");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.txt"}, {}), "a.txt");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--frames", "1-2"}, {}), "####");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--memory", "1 G"}, {}), "--memory");
+  expect_refused(submit("nothing.glb", {"--parts", "2", "-o", "a.exr"}, {}), "nothing.glb", 4);
+  TestSceneOptions broken;
+  broken.accessor_count_delta = 3;
+  expect_refused(submit(write_scene("broken", broken), {"--parts", "2", "-o", "a.exr"}, {}), "broken.gltf", 3);
+  EXPECT_EQ(run({"farm"}).exit_code, 2);
+  EXPECT_EQ(run({"farm", "dance"}).exit_code, 2);
+  EXPECT_EQ(run({"farm", "status", "nothing"}).exit_code, 4);
+  EXPECT_EQ(run({"farm", "submit", "--help"}).exit_code, 0);
+}
+
+TEST_F(FarmCommand, WorkedOffByHandGivesThePictureOfOneProcess) {
+  const std::string scene = write_scene();
+  const std::vector<std::string> flags{"--spp", "7", "--size", "24x16", "--exr-float"};
+  const ProgramResult submitted = submit(scene, {"--parts", "2", "-o", "a.exr"}, flags);
+  ASSERT_EQ(submitted.exit_code, 0) << submitted.err;
+  EXPECT_NE(submitted.out.find("tasks\t2\njobs\t1\nmerge\t2\n"), std::string::npos) << submitted.out;
+
+  std::ofstream(folder_ / "queue") << "1|0|RUNNING|node1|None\n1|1|PENDING||Resources\n2|N/A|PENDING||Dependency\n";
+  EXPECT_EQ(run({"farm", "status", "farm"}).exit_code, 6);
+  EXPECT_EQ(run({"farm", "merge", "farm"}).exit_code, 5); // nothing is there yet
+  ASSERT_EQ(run({"farm", "work", "farm", "1"}).exit_code, 0);
+  std::ofstream(folder_ / "queue") << "";
+  const ProgramResult half = run({"farm", "status", "farm", "--json"});
+  EXPECT_EQ(half.exit_code, 5) << half.err; // Slurm has forgotten the other task
+  const nlohmann::json status = nlohmann::json::parse(half.out);
+  EXPECT_EQ(status["done"], 1);
+  EXPECT_EQ(status["missing"], 1);
+  EXPECT_EQ(status["frames"][0]["tasks"][1]["attempts"].size(), 1u);
+
+  ASSERT_EQ(run({"farm", "work", "farm", "0"}).exit_code, 0);
+  const ProgramResult merged = run({"farm", "merge", "farm"});
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_EQ(run({"farm", "status", "farm"}).exit_code, 0);
+  std::vector<std::string> whole{"render", scene, "-o", "whole.exr"};
+  whole.insert(whole.end(), flags.begin(), flags.end());
+  ASSERT_EQ(run(whole).exit_code, 0);
+  EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
+  EXPECT_EQ(run({"farm", "work", "farm", "2"}).exit_code, 2); // there are two
+}
+
+TEST_F(FarmCommand, FramesArePartsOfThemselves) {
+  const std::string scene = write_scene();
+  const std::vector<std::string> flags{"--spp", "4", "--size", "16x16", "--exr-float"};
+  ASSERT_EQ(submit(scene, {"--parts", "2", "--frames", "3-5x2", "-o", "a.###.exr"}, flags).exit_code, 0);
+  for (const char* task : {"3", "0", "2", "1"}) {
+    const ProgramResult worked = run({"farm", "work", "farm", task});
+    ASSERT_EQ(worked.exit_code, 0) << worked.err;
+  }
+  const ProgramResult merged = run({"farm", "merge", "farm"});
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  std::vector<std::string> whole{"render", scene, "-o", "whole.###.exr", "--frames", "3-5x2"};
+  whole.insert(whole.end(), flags.begin(), flags.end());
+  ASSERT_EQ(run(whole).exit_code, 0);
+  for (const char* frame : {"003", "005"})
+    EXPECT_EQ(pixels("a." + std::string(frame) + ".exr"), pixels("whole." + std::string(frame) + ".exr")) << frame;
+}
+
+TEST_F(FarmCommand, AFarmThatCannotBeHandedOverLeavesNoPlan) {
+  write_script("sbatch", "echo 'sbatch: error: no' >&2; exit 1");
+  const ProgramResult result = submit(write_scene(), {"--parts", "2", "-o", "a.exr"}, {});
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_NE(result.err.find("sbatch: exit code 1: sbatch: error: no"), std::string::npos) << result.err;
+  EXPECT_FALSE(exists("farm/plan.json"));
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,108 @@
+// `render --checkpoint` and `resume` by the kindling program, where nothing goes wrong, and what they refuse.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/decode_image.h"
+#include "tests/app/run_program.h"
+#include "tests/app/test_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+
+namespace kindling::test {
+namespace {
+
+class ResumeCommand : public SceneFolder {
+ protected:
+  [[nodiscard]] ProgramResult run(const std::vector<std::string>& arguments, const std::string& folder = ".") const {
+    return run_program(arguments, folder_ / folder);
+  }
+  [[nodiscard]] std::vector<std::byte> pixels(const std::string& name) const {
+    Result<Image> image = read_image_file(folder_ / name);
+    EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
+    return image.ok() ? image.value().pixels : std::vector<std::byte>();
+  }
+  // A render of a 40 x 36 picture with these flags.
+  [[nodiscard]] ProgramResult render(std::vector<std::string> flags) const {
+    flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--exr-float"});
+    return run(flags);
+  }
+  void expect_refusal(const ProgramResult& result, int code, const std::string& words) const {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+  }
+};
+
+TEST_F(ResumeCommand, AddsSamplesAsIfTheyHadBeenAskedForAtOnce) {
+  write_scene();
+  ASSERT_EQ(render({"--spp", "8", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
+  ASSERT_EQ(render({"--spp", "20", "--planned-spp", "8", "-o", "whole.exr"}).exit_code, 0);
+  ASSERT_EQ(render({"--spp", "8", "-o", "plain.exr"}).exit_code, 0);
+  EXPECT_EQ(pixels("a.exr"), pixels("plain.exr"));
+  const ProgramResult more = run({"resume", "a.kacc", "--spp", "20", "--stats", "s.json"});
+  ASSERT_EQ(more.exit_code, 0) << more.err;
+  EXPECT_NE(more.err.find("going on from a.kacc, which has 8.0 of 20 samples per pixel"), std::string::npos)
+      << more.err;
+  EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
+  const nlohmann::json stats = nlohmann::json::parse(read_file("s.json"));
+  EXPECT_EQ(stats["checkpoint"]["runs"], 2);
+  EXPECT_EQ(stats["checkpoint"]["spp_before"], 8.0);
+  EXPECT_EQ(stats["checkpoint"]["saves"], 1);
+  EXPECT_EQ(stats["spp"], 20);
+  // Once more: nothing to add, the pictures again.
+  std::filesystem::remove(folder_ / "a.exr");
+  EXPECT_EQ(run({"resume", "a.kacc"}).exit_code, 0);
+  EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
+  expect_refusal(run({"resume", "a.kacc", "--spp", "19"}), 2, "--spp: 19 is below the 20 samples that a.kacc has");
+}
+
+TEST_F(ResumeCommand, TheSameRenderAgainGoesOnAndAnotherIsRefused) {
+  write_scene();
+  const std::vector<std::string> flags{"--spp", "4", "-o", "a.exr", "--checkpoint", "a.kacc"};
+  ASSERT_EQ(render(flags).exit_code, 0);
+  const ProgramResult again = render(flags);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.err.find("going on from a.kacc"), std::string::npos) << again.err;
+  std::vector<std::string> other = flags;
+  other.insert(other.end(), {"--seed", "5"});
+  expect_refusal(render(other), 2, "a.kacc: is of another picture (--seed: 0 in it, 5 here)");
+}
+
+TEST_F(ResumeCommand, WorksFromAnyFolder) {
+  write_scene();
+  std::filesystem::create_directory(folder_ / "sub");
+  ASSERT_EQ(render({"--spp", "4", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
+  const std::vector<std::byte> whole = pixels("a.exr");
+  std::filesystem::remove(folder_ / "a.exr");
+  const ProgramResult result = run({"resume", "../a.kacc", "-o", "b.exr"}, "sub");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(pixels("sub/b.exr"), whole);
+  EXPECT_EQ(run({"resume", "../a.kacc"}, "sub").exit_code, 0);
+  EXPECT_EQ(pixels("a.exr"), whole);
+}
+
+TEST_F(ResumeCommand, ANewEnvironmentOrSceneIsNoticed) {
+  write_scene();
+  ASSERT_EQ(render({"--spp", "2", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
+  write_file("scene.gltf", read_file("scene.gltf") + "\n");
+  expect_refusal(run({"resume", "a.kacc"}), 2, "the scene has changed since it was begun");
+  write_scene();
+  ASSERT_EQ(render({"--spp", "2", "-o", "sky.exr"}).exit_code, 0);
+  std::filesystem::copy_file(folder_ / "a.exr", folder_ / "env.exr");
+  ASSERT_EQ(render({"--spp", "2", "-o", "b.exr", "--env", "env.exr", "--checkpoint", "b.kacc"}).exit_code, 0);
+  ASSERT_EQ(render({"--spp", "3", "-o", "env.exr"}).exit_code, 0);
+  expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: is of another picture (--env: ");
+}
+
+TEST_F(ResumeCommand, RefusesWhatCannotBe) {
+  write_scene();
+  expect_refusal(run({"resume"}), 2, "no checkpoint; use 'kindling resume FILE.kacc'");
+  expect_refusal(run({"resume", "a.exr"}), 2, "must end in .kacc");
+  expect_refusal(run({"resume", "a.kacc"}), 4, "a.kacc: ");
+  expect_refusal(render({"--checkpoint", "a.exr"}), 2, "--checkpoint: a.exr: the name must end in .kacc");
+  expect_refusal(render({"--checkpoint", "missing/a.kacc"}), 4, "folder 'missing' does not exist");
+  expect_refusal(render({"--checkpoint-every", "5"}), 2, "--checkpoint-every: has no meaning without --checkpoint");
+  expect_refusal(render({"--checkpoint", "a.kacc", "--pixel", "1,1"}), 2, "--checkpoint and --pixel: give one of them");
+}
+
+} // namespace
+} // namespace kindling::test
