@@ -29,7 +29,7 @@ def page(result):
     figures = result.get("figures", [])
     if figures:
         text.append('<nav class="sheet">' + "".join(
-            f'<a href="#figure-{f["number"]}">{image(f["scenes"][-1]["renders"][-1]["picture"], f["title"])}{f["number"]}. {html.escape(f["title"])}</a>'
+            f'<a href="#figure-{f["number"]}">{image(f["scenes"][-1]["renders"][-1]["thumbnail"], f["title"])}{f["number"]}. {html.escape(f["title"])}</a>'
             for f in figures) + "</nav>\n")
         text.append(times_table(figures))
     if "tracers" in result:

@@ -31,6 +31,7 @@ from measure import Bench
 
 PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
 SHEET_PX, SHEET_COLUMNS = (228, 187), 5
+PICTURE_QUALITY, THUMBNAIL_PX = 80, 180  # of WebP; the page holds some thirty pictures
 ONE_CORE_PART = 8  # one core renders this part of the samples, at least one, and its time is multiplied
 
 
@@ -131,14 +132,22 @@ def render_way(bench, arguments, figure, scene, way):
         part = max(spp // ONE_CORE_PART, 1)
         one = bench.render(scene, size, part, way.flags, threads=1)
         one_core_s, all_cores_s = one.render_s * spp / part, result.render_s
-    encoded = tracers.encode(fidelity_pictures.read(result.picture).rgb, 92)
+    rgb = fidelity_pictures.read(result.picture).rgb
+    encoded = tracers.encode(rgb, PICTURE_QUALITY)
     if arguments.pictures:
         arguments.pictures.mkdir(parents=True, exist_ok=True)
         kind = "path" if "path" in way.flags else "whitted"
         (arguments.pictures / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
     return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": all_cores_s, "one_core_s": one_core_s,
-            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "picture": encoded, "command": result.command,
+            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "picture": encoded, "thumbnail": tracers.encode(thumbnail(rgb), PICTURE_QUALITY), "command": result.command,
             "warnings": result.warnings}
+
+
+def thumbnail(rgb):
+    """Every n-th pixel's surroundings averaged: for the page's list of figures."""
+    step = max(rgb.shape[1] // THUMBNAIL_PX, 1)
+    height, width = rgb.shape[0] // step * step, rgb.shape[1] // step * step
+    return rgb[:height, :width].reshape(height // step, step, width // step, step, 3).mean(axis=(1, 3))
 
 
 def contact_sheet(chosen, folder, output):

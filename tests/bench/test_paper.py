@@ -74,7 +74,7 @@ class Regions(unittest.TestCase):
 class Page(unittest.TestCase):
     def result(self):
         saving = (0.1, 0.2, 0.3)
-        render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "picture": b"WEBP",
+        render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "picture": b"WEBP", "thumbnail": b"small",
                   "command": ["kindling", "render"], "warnings": ["warning: a & b"]}
         figure = {"number": "5", "title": "Depth", "paper": "What.", "machine": "A <machine>", "size_stated": False, "shown_px": 300,
                   "scenes": [{"caption": "", "then": "35.616 s", "renders": [render]}]}

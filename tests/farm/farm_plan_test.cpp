@@ -1,0 +1,97 @@
+// Plans: numbers, names, and their file.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/distributed/farm_plan.h"
+
+#include "renderer/distributed/farm_worker.h"
+#include "tests/farm/test_farm.h"
+
+#include <fstream>
+
+namespace kindling::test {
+namespace {
+
+class Plan : public FarmFolder {};
+
+TEST_F(Plan, TasksGoFrameByFrame) {
+  const FarmPlan plan = make_plan("", 3, {10, 12});
+  ASSERT_EQ(plan.task_count(), 6);
+  EXPECT_EQ(plan.task(2).part, 3);
+  EXPECT_EQ(plan.task(2).frame, 10);
+  EXPECT_EQ(plan.task(3).part, 1);
+  EXPECT_EQ(plan.task(3).frame, 12);
+  EXPECT_EQ(plan.part_file(plan.task(5)).filename(), "frame-0012-part-003.kacc");
+  EXPECT_EQ(plan.outputs_of(1)[0].filename(), "picture.0012.exr");
+}
+
+TEST_F(Plan, WithoutFramesThereIsOnePicture) {
+  const FarmPlan plan = make_plan("", 4);
+  EXPECT_EQ(plan.task_count(), 4);
+  EXPECT_FALSE(plan.task(3).frame);
+  EXPECT_EQ(plan.part_file(plan.task(3)).filename(), "part-004.kacc");
+  EXPECT_EQ(plan.outputs_of(0)[0], folder_ / "picture.exr");
+}
+
+TEST_F(Plan, IsReadAsItWasWritten) {
+  FarmPlan plan = make_plan("", 4, {1, 2});
+  std::filesystem::remove(plan.folder / "plan.json");
+  plan.flags = {"--spp", "16", "--view", "Raw \"quoted\""};
+  plan.resources = {"fast", 8, "4G", "1:00"};
+  plan.retries = 7;
+  ASSERT_TRUE(write_new_plan(plan).ok());
+  const Result<FarmPlan> read = read_plan(plan.folder);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read.value().flags, plan.flags);
+  EXPECT_EQ(read.value().frames, plan.frames);
+  EXPECT_EQ(read.value().outputs, plan.outputs);
+  EXPECT_EQ(read.value().folder, plan.folder);
+  EXPECT_EQ(read.value().retries, 7);
+  EXPECT_EQ(read.value().resources.partition, "fast");
+  EXPECT_EQ(read.value().resources.threads_per_part, 8);
+}
+
+TEST_F(Plan, OneFolderIsOneFarm) {
+  const FarmPlan plan = make_plan("");
+  const Result<void> again = write_new_plan(plan);
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().kind, ErrorKind::usage);
+}
+
+TEST_F(Plan, BrokenOnesAreErrors) {
+  EXPECT_FALSE(read_plan(folder_ / "nothing").ok());
+  for (const char* text :
+       {"", "[]", "{}", "{\"version\": 99}", "{\"version\": \"1\"}", "{\"version\": 1, \"parts\": 0}"}) {
+    std::ofstream(folder_ / "plan.json") << text;
+    const Result<FarmPlan> plan = read_plan(folder_);
+    ASSERT_FALSE(plan.ok()) << text;
+    EXPECT_NE(plan.error().message.find("plan.json"), std::string::npos) << plan.error().message;
+  }
+}
+
+TEST(FrameNumber, FillsTheRunOfCrosses) {
+  EXPECT_EQ(with_frame_number("a.####.exr", 7), "a.0007.exr");
+  EXPECT_EQ(with_frame_number("a.##", 123), "a.123");
+  EXPECT_EQ(with_frame_number("a.####.exr", -7), "a.-0007.exr");
+  EXPECT_EQ(with_frame_number("a.exr", 7), "a.exr");
+}
+
+TEST_F(Plan, CommandsHoldWhatTheyNeed) {
+  FarmPlan plan = make_plan("", 2, {5});
+  plan.flags = {"--spp", "8", "--view", "Raw", "--exposure=1", "--exr-float"};
+  const auto joined = [](const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += word + " ";
+    return text;
+  };
+  const std::string render = joined(render_command(plan, plan.task(1), 4));
+  for (const char* wanted :
+       {" render /scene.glb --spp 8 --view Raw ", "--frames 5 ", "/parts/frame-####-part-002.unfinished.kacc ",
+        "/frame-####-part-002.checkpoint.kacc ", "--part 2/2 ", "--threads 4 "})
+    EXPECT_NE(render.find(wanted), std::string::npos) << render;
+  const std::string merge = joined(merge_command(plan, 0));
+  for (const char* wanted : {"part-001.kacc", "part-002.kacc", "picture.0005.exr --view Raw --exposure=1 --exr-float "})
+    EXPECT_NE(merge.find(wanted), std::string::npos) << merge;
+  EXPECT_EQ(merge.find("--spp"), std::string::npos) << merge;
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,46 @@
+// Other programs: arguments, streams, ends.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/distributed/run_process.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::test {
+namespace {
+
+TEST(CaptureProcess, ArgumentsAreNotAShells) {
+  const Result<ProcessOutput> output = capture_process({"printf", "%s|", "a b", "$HOME", "'"});
+  ASSERT_TRUE(output.ok()) << output.error().message;
+  EXPECT_EQ(output.value().out, "a b|$HOME|'|");
+  EXPECT_EQ(output.value().exit_code, 0);
+}
+
+TEST(CaptureProcess, KeepsTheStreamsApartAndTheirEnd) {
+  const Result<ProcessOutput> output =
+      capture_process({"sh", "-c", "echo out; echo err >&2; head -c 300000 /dev/zero; exit 7"});
+  ASSERT_TRUE(output.ok());
+  EXPECT_EQ(output.value().out.size(), 300004u);
+  EXPECT_EQ(output.value().err, "err\n");
+  EXPECT_EQ(output.value().exit_code, 7);
+  EXPECT_EQ(capture_process({"sh", "-c", "kill -9 $$"}).value().exit_code, 137);
+}
+
+TEST(CaptureProcess, AProgramThatIsNotThereIsAnError) {
+  const Result<ProcessOutput> output = capture_process({"kindling-no-such-program"});
+  ASSERT_FALSE(output.ok());
+  EXPECT_NE(output.error().message.find("kindling-no-such-program: cannot be run: No such file"), std::string::npos)
+      << output.error().message;
+}
+
+TEST(RunWatched, GivesLinesAndTheFolder) {
+  SignalInbox signals;
+  std::vector<std::string> lines;
+  const Result<ProcessEnd> end = run_watched({"sh", "-c", "pwd; echo two >&2; printf three; exit 5"}, "/", signals,
+                                             [&](std::string_view line) { lines.emplace_back(line); });
+  ASSERT_TRUE(end.ok()) << end.error().message;
+  EXPECT_EQ(lines, (std::vector<std::string>{"/", "two", "three"}));
+  EXPECT_EQ(end.value().exit_code, 5);
+  EXPECT_EQ(run_watched({"sh", "-c", "kill -SEGV $$"}, "/", signals, [](std::string_view) {}).value().signal, 11);
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,243 @@
+#!/usr/bin/env python3
+"""`kindling farm` on a cluster of three nodes with one processor each, all on this machine: what is lost when things go wrong.
+
+usage: slurm_farm.py KINDLING SCENES [-v] [SlurmFarm.test_...]
+
+KINDLING is the program, SCENES the folder of the scenes. Needs Debian's packages munge, slurmctld, slurmd and slurm-client, and idiff of
+openimageio-tools. Takes about four minutes on two processors.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from slurm_bed import SlurmBed  # pylint: disable=wrong-import-position
+
+PROGRAM = SCENES = None
+GOES_ON, INCOMPLETE, SCENE_INVALID = 6, 5, 3
+# A picture of some 15 processor seconds, learned ahead and all.
+FLAGS = ["--size", "320x180", "--spp", "192", "--seed", "5", "--exr-float", "--checkpoint-every", "1"]
+
+
+class SlurmFarm(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.bed = SlurmBed(nodes=3, cpus=1)
+        cls.bed.__enter__()
+        cls.addClassCleanup(cls.bed.stop)
+        cls.references = Path(tempfile.mkdtemp(prefix="kindling-references-"))
+        cls.addClassCleanup(shutil.rmtree, cls.references, ignore_errors=True)
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="kindling-farm-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.farm = self.folder / "farm"
+        self.start = time.monotonic()
+
+    # Helpers.
+
+    def kindling(self, *arguments, code=0):
+        result = subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, env=self.bed.environment, capture_output=True, text=True,
+                                stdin=subprocess.DEVNULL, timeout=300, check=False)
+        if code is not None:
+            self.assertEqual(result.returncode, code, f"{arguments}: {result.stdout}{result.stderr}")
+        return result
+
+    def submit(self, scene, parts, flags, *more, outputs=("out.exr",)):
+        names = [word for name in outputs for word in ("-o", name)]
+        text = self.kindling("farm", "submit", scene, "--parts", parts, "--folder", self.farm, *names, *more, "--", *flags).stdout
+        return dict(line.split("\t") for line in text.splitlines() if "\t" in line)
+
+    def status(self):
+        result = self.kindling("farm", "status", self.farm, "--json", code=None)
+        self.assertTrue(result.stdout, result.stderr)
+        return json.loads(result.stdout)
+
+    def wait_until(self, what, condition, seconds=120):
+        """Until condition(status); that status. What the farm says is shown if it takes longer."""
+        found = []
+
+        def asked():
+            found[:] = [self.status()]
+            return condition(found[0])
+        try:
+            self.bed.wait_until(what, asked, seconds)
+        except Exception:
+            logs = "".join(f"--- {path.name}\n{path.read_text(errors='replace')[-2000:]}" for path in sorted(self.farm.glob("logs/*")))
+            print(json.dumps(found[-1:], indent=1), logs, file=sys.stderr)
+            raise
+        return found[0]
+
+    def wait_for_end(self, seconds=150):
+        return self.wait_until("the end of the farm", lambda status: not status["goes_on"], seconds)
+
+    @staticmethod
+    def tasks(status):
+        return [task for frame in status["frames"] for task in frame["tasks"]]
+
+    def running(self, status, least=0.2, most=0.8):
+        return [task for task in self.tasks(status) if task["state"] == "running" and least <= task["progress"] <= most]
+
+    def saved(self, status):
+        """Those of them that have a checkpoint."""
+        return [task for task in self.running(status) if (self.farm / f"parts/part-{task['part']:03}.checkpoint.kacc").exists()]
+
+    def reference(self, scene, flags):
+        """The picture of one process, with all its threads; rendered once."""
+        path = self.references / (re.sub(r"\W+", "-", " ".join([Path(scene).stem, *flags])) + ".exr")
+        if not path.exists():
+            words = [flag for flag in flags if flag not in ("--checkpoint-every", "1")]
+            self.kindling("render", scene, *words, "-o", path)
+        return path
+
+    def expect_same_pixels(self, path, reference):
+        result = subprocess.run(["idiff", "-a", "-fail", "0", "-warn", "0", str(reference), str(path)], capture_output=True, text=True,
+                                stdin=subprocess.DEVNULL, check=False)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+    def exit_code_of_job(self, job):
+        found = re.search(r"ExitCode=(\d+):(\d+)", self.bed.run("scontrol", "show", "job", job))
+        return int(found[1])
+
+    def log(self, text):
+        print(f"    {time.monotonic() - self.start:5.1f} s  {text}", file=sys.stderr, flush=True)
+
+    # Tests.
+
+    def lose_a_node(self, accelerator):
+        scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", accelerator]
+        reference = self.reference(scene, flags)
+        self.log("reference rendered")
+        self.submit(scene, 4, flags)
+        # What a part loses is what came after its last save: there must be one.
+        status = self.wait_until("two parts in their middle that have been saved", lambda status: len(self.saved(status)) >= 2)
+        victim = self.saved(status)[0]
+        self.log(f"kill -9 of {victim['host']}, part {victim['part']} at {100 * victim['progress']:.0f} %: "
+                 f"{self.bed.kill_node(victim['host'])} processes")
+        self.addCleanup(self.restart, victim["host"])
+        status = self.wait_for_end()
+        self.log("the farm has ended")
+        self.assertEqual(status["exit_code"], 0, status)
+        attempts = self.tasks(status)[victim["task"]]["attempts"]
+        self.assertEqual([attempt["outcome"] for attempt in attempts], ["lost", "done"])
+        self.assertNotEqual(attempts[0]["host"], attempts[1]["host"])
+        self.assertTrue(attempts[1]["resumed"])  # from the last checkpoint
+        self.expect_same_pixels(self.folder / "out.exr", reference)
+
+    def restart(self, node):
+        if node not in self.bed.daemons:
+            self.bed.start_node(node)
+        self.bed.wait_until(f"{node} idle", lambda: self.bed.node_states().get(node) == "idle", 60)
+
+    def test_a_lost_node_costs_no_pixel_kdtree(self):
+        self.lose_a_node("kdtree")
+
+    def test_a_lost_node_costs_no_pixel_embree(self):
+        self.lose_a_node("embree")
+
+    def test_a_preempted_part_goes_on_from_its_checkpoint(self):
+        scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
+        reference = self.reference(scene, flags)
+        # An hour between checkpoints: what is there is of the signal.
+        rare = [flag if flag != "1" else "1h" for flag in flags]
+        jobs = self.submit(scene, 2, rare)
+        status = self.wait_until("a part in its middle", lambda status: self.running(status, 0.3))
+        task = self.running(status, 0.3)[0]
+        self.bed.run("scontrol", "requeue", f"{jobs['jobs']}_{task['task']}")
+        self.log(f"part {task['part']} requeued at {100 * task['progress']:.0f} %")
+        status = self.wait_for_end()
+        self.assertEqual(status["exit_code"], 0, status)
+        attempts = self.tasks(status)[task["task"]]["attempts"]
+        self.assertEqual([attempt["outcome"] for attempt in attempts], ["interrupted", "done"])
+        self.assertEqual([attempt["resumed"] for attempt in attempts], [False, True])
+        self.expect_same_pixels(self.folder / "out.exr", reference)
+
+    def test_a_bad_scene_is_not_retried(self):
+        scene = self.folder / "bad.gltf"
+        scene.write_text('{"asset": {"version": "2.0"}, "scene": 7, "scenes": []}')
+        self.kindling("farm", "submit", scene, "--parts", 6, "--folder", self.farm, "-o", "out.exr", code=SCENE_INVALID)
+        self.assertFalse(self.farm.exists())  # nothing was begun
+        jobs = self.submit(scene, 6, [], "--no-check")
+        status = self.wait_for_end()
+        self.assertEqual(status["exit_code"], SCENE_INVALID, status)
+        self.assertIn("bad.gltf", status["refusal"]["message"])
+        counts = [len(task["attempts"]) for task in self.tasks(status)]
+        self.assertLessEqual(max(counts), 1)
+        self.assertLessEqual(sum(counts), 3)  # those that began before the first was through
+        self.assertEqual(self.exit_code_of_job(jobs["merge"]), SCENE_INVALID)
+        self.assertFalse((self.folder / "out.exr").exists())
+
+    def crash_always(self, words, stop):
+        """Ends every process with these words in its command line by SIGSEGV, until `stop` is set."""
+        while not stop.wait(0.1):
+            for folder in Path("/proc").iterdir():
+                try:
+                    if folder.name.isdigit() and words <= set((folder / "cmdline").read_bytes().split(b"\0")):
+                        os.kill(int(folder.name), signal.SIGSEGV)
+                except OSError:
+                    continue  # ended meanwhile
+
+    def test_a_poisoned_part_is_reported_in_the_end(self):
+        scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
+        stop = threading.Event()
+        crashes = threading.Thread(target=self.crash_always, args=({b"render", b"2/3", bytes(self.farm / "parts/part-002.unfinished.kacc")}, stop))
+        crashes.start()
+        self.addCleanup(crashes.join)
+        self.addCleanup(stop.set)
+        jobs = self.submit(scene, 3, flags, "--retries", 1)
+        status = self.wait_for_end()
+        stop.set()
+        self.log("the farm has ended")
+        self.assertEqual(status["exit_code"], INCOMPLETE, status)
+        self.assertEqual([task["state"] for task in self.tasks(status)], ["done", "poisoned", "done"])
+        poisoned = self.tasks(status)[1]
+        self.assertEqual([attempt["signal"] for attempt in poisoned["attempts"]], [11, 11])
+        self.assertIn("failed 2 times", poisoned["reason"])
+        self.assertTrue(Path(poisoned["log"]).exists())
+        self.assertEqual(self.exit_code_of_job(jobs["merge"]), INCOMPLETE)
+        self.assertIn("part 2/3 poisoned", (self.farm / f"logs/merge_{jobs['merge']}.log").read_text())
+        self.assertFalse((self.folder / "out.exr").exists())
+        table = self.kindling("farm", "status", self.farm, code=INCOMPLETE).stdout
+        self.assertIn("poisoned", table)
+
+        self.kindling("farm", "retry", self.farm)  # the one part; the others are there
+        status = self.wait_for_end()
+        self.assertEqual(status["exit_code"], 0, status)
+        self.expect_same_pixels(self.folder / "out.exr", self.reference(scene, flags))
+
+    def test_frames_are_merged_each(self):
+        scene, flags = SCENES / "cornell_box.glb", ["--size", "64x48", "--spp", "8", "--exr-float"]
+        self.submit(scene, 2, flags, "--frames", "1-5x4", outputs=("out.####.exr", "out.####.png"))
+        self.kindling("farm", "status", self.farm, code=GOES_ON)
+        self.assertEqual(self.wait_for_end()["exit_code"], 0)
+        self.kindling("render", scene, *flags, "--frames", "1-5x4", "-o", "one.####.exr")
+        for frame in (1, 5):
+            self.expect_same_pixels(self.folder / f"out.{frame:04}.exr", self.folder / f"one.{frame:04}.exr")
+            self.assertTrue((self.folder / f"out.{frame:04}.png").exists())
+
+
+def main():
+    global PROGRAM, SCENES  # pylint: disable=global-statement
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    PROGRAM, SCENES = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
+    for program in ("munged", "slurmctld", "slurmd", "sbatch", "idiff"):
+        if not shutil.which(program, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin"):
+            sys.exit(f"slurm_farm.py: there is no {program} here; see --help")
+    # Terminated as interrupted: the cluster is torn down.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""Runs the kindling program, breaks it, and compares what it left: what the faults in faults.py are made of."""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+
+class FaultError(AssertionError):
+    """Something was lost, or said wrongly."""
+
+
+def require(condition, message):
+    if not condition:
+        raise FaultError(message)
+
+
+def pixels(path):
+    """All of an OpenEXR file that tells its pixels: data window, channels and the chunks, byte by byte."""
+    data = Path(path).read_bytes()
+    require(data[:4] == b"v/1\x01", f"{path}: is no OpenEXR file")
+    at, told = 8, {}
+    while data[at] != 0:
+        name_end = data.index(0, at)
+        type_end = data.index(0, name_end + 1)
+        (size,) = struct.unpack_from("<i", data, type_end + 1)
+        value = type_end + 5
+        told[data[at:name_end]] = data[value:value + size]
+        at = value + size
+    (first_chunk,) = struct.unpack_from("<q", data, at + 1)
+    return told[b"dataWindow"], told[b"channels"], told[b"compression"], data[first_chunk:]
+
+
+class Run:
+    """A process of the program; standard error goes to a file, for a pipe that nobody reads would stop it, on no disk that is filled."""
+
+    started_ones = []
+
+    def __init__(self, program, arguments, folder, prefix=(), **options):
+        self.log = tempfile.TemporaryFile()
+        self.started = time.time()
+        self.process = subprocess.Popen([*prefix, str(program), *map(str, arguments)], cwd=folder, stdin=subprocess.DEVNULL,
+                                        stdout=subprocess.DEVNULL, stderr=self.log, **options)
+        Run.started_ones.append(self)
+
+    @classmethod
+    def kill_all(cls):
+        for run in cls.started_ones:
+            if run.running():
+                run.kill()
+            run.log.close()
+        cls.started_ones.clear()
+
+    def error_text(self):
+        descriptor = self.log.fileno()
+        return os.pread(descriptor, os.fstat(descriptor).st_size, 0).decode("utf-8", errors="replace")
+
+    def signal(self, number):
+        self.process.send_signal(number)
+
+    def running(self):
+        return self.process.poll() is None
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def finish(self, code, timeout=300):
+        try:
+            found = self.process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise FaultError(f"did not end within {timeout} s:\n{self.error_text()}") from None
+        require(found == code, f"exit code {found}, wanted {code}:\n{self.error_text()}")
+        return self.error_text()
+
+    def wait_until(self, condition, what, timeout=120):
+        """Whether the condition came true while it ran."""
+        end = time.time() + timeout
+        while not condition():
+            if not self.running():
+                return False
+            require(time.time() < end, f"{what}: did not come within {timeout} s:\n{self.error_text()}")
+            time.sleep(0.001)
+        return True
+
+
+class Job:
+    """A render with a checkpoint in a folder of its own, and what it must give."""
+
+    def __init__(self, program, folder, scene, flags, every_s):
+        self.program, self.folder, self.every_s = program, Path(folder), every_s
+        self.folder.mkdir(parents=True)
+        self.picture = ["render", str(scene), "--exr-float", "--progress", "none", *flags]
+        self.checkpoint = self.folder / "c.kacc"
+        self.previous = self.folder / "c.kacc.previous"
+
+    def reference(self):
+        """The pixels of the render that nothing disturbs, and the seconds that its samples take."""
+        whole = self.folder / "whole"
+        whole.mkdir()
+        Run(self.program, [*self.picture, "-o", "whole.exr", "--stats", "stats.json"], whole).finish(0)
+        stats = json.loads((whole / "stats.json").read_text())
+        return pixels(whole / "whole.exr"), stats["phases"]["render"]
+
+    def begin(self, *more, **options):
+        return Run(self.program, [*self.picture, "-o", "a.exr", "--checkpoint", self.checkpoint.name, "--checkpoint-every",
+                                  self.every_s, *more], self.folder, **options)
+
+    def resume(self, *more, **options):
+        return Run(self.program, ["resume", self.checkpoint.name, *more], self.folder, **options)
+
+    def begin_or_resume(self, *more, **options):
+        there = self.checkpoint.exists() or self.previous.exists()
+        return self.resume(*more, **options) if there else self.begin(*more, **options)
+
+    def saved_at(self):
+        """When the file was made that a resume begins with; None: there is none."""
+        for path in (self.checkpoint, self.previous):
+            try:
+                return path.stat().st_mtime
+            except FileNotFoundError:
+                pass
+        return None
+
+    def result(self):
+        return pixels(self.folder / "a.exr")
+
+
+def without_core_and_signals():
+    """Before exec: a write beyond a limit fails and does not kill."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+
+def is_root():
+    return os.geteuid() == 0

@@ -1,0 +1,393 @@
+#!/usr/bin/env python3
+"""Kills, fills, corrupts and cuts off renders with checkpoints, and compares the pixels with those of a render that nothing disturbed.
+
+usage: faults.py PROGRAM SCENES [--quick] [--only NAME]... [--seed N] [--folder FOLDER]
+Prints a table as Markdown: what was done, how often, what was lost. Exit code 1 if anything was lost that must not be.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import argparse
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from fault_render import FaultError, Job, Run, is_root, require, without_core_and_signals  # noqa: E402
+
+FAULTS = {}
+
+
+def fault(function):
+    FAULTS[function.__name__.replace("_", "-")] = function
+    return function
+
+
+class Bench:
+    """What the faults share: program, scenes, folders, how often."""
+
+    def __init__(self, program, scenes, folder, quick, seed):
+        self.program, self.scenes, self.folder, self.quick = program, scenes, folder, quick
+        self.random = random.Random(seed)
+        self.references = {}
+        self.jobs = 0
+
+    def job(self, flags=(), scene=None, every_s=0.2, folder=None):
+        """A render of about two seconds, or as the flags say."""
+        self.jobs += 1
+        scene = scene or self.scenes / "cornell_box.glb"
+        size = ["--size", "96x96", "--spp", "128" if self.quick else "256"]
+        return Job(self.program, (folder or self.folder) / f"job{self.jobs}", scene, [*size, *flags], every_s)
+
+    def reference(self, job):
+        key = tuple(job.picture)
+        if key not in self.references:
+            self.references[key] = job.reference()
+        return self.references[key]
+
+    def must_be_whole(self, job):
+        require(job.result() == self.reference(job)[0], f"{job.folder}: the pixels are not those of the undisturbed render")
+
+    def finished(self, **options):
+        """A job with a complete checkpoint and its previous generation."""
+        job = self.job(**options)
+        job.begin().finish(0)
+        self.must_be_whole(job)
+        return job
+
+
+VARIANTS = {
+    "kd-tree": ["--accel", "kdtree"],
+    "Embree": ["--accel", "embree"],
+    "kd-tree, adaptive": ["--accel", "kdtree", "--noise-threshold", "0.05"],
+    "Embree, adaptive": ["--accel", "embree", "--noise-threshold", "0.05"],
+}
+
+
+def kill_and_resume(bench, job, times):
+    """kill -9 at random moments, a resume each time. The most wall seconds that a kill has cost: since the last save, or the start."""
+    _, render_s = bench.reference(job)
+    worst_s, kills = 0.0, 0
+    while kills < times:
+        run = job.begin_or_resume()
+        first = job.saved_at() or run.started
+        alive_until = time.time() + bench.random.uniform(0.05, min(1.5, 0.5 * render_s) + 0.3)
+        if run.wait_until(lambda: time.time() >= alive_until, "the moment of the kill"):
+            now = time.time()
+            run.kill()
+            kills += 1
+            saved = job.saved_at()
+            worst_s = max(worst_s, now - (saved if saved is not None and saved != first else run.started))
+        elif kills < times:  # it has ended: again from the start
+            run.finish(0)
+            bench.must_be_whole(job)
+            for path in (job.checkpoint, job.previous):
+                path.unlink(missing_ok=True)
+    job.begin_or_resume().finish(0)
+    bench.must_be_whole(job)
+    return worst_s
+
+
+@fault
+def kill(bench):
+    """kill -9 at a random moment, then `resume`"""
+    for name, flags in VARIANTS.items():
+        if bench.quick and name not in ("kd-tree", "Embree, adaptive"):
+            continue
+        times = 2 if bench.quick else 20
+        job = bench.job(flags)
+        worst_s = kill_and_resume(bench, job, times)
+        # The interval, and what comes before the first save: start, scene, guide, the tiles in hand, the writing.
+        require(worst_s < job.every_s + 5.0, f"{worst_s:.2f} s of work were lost, the interval is {job.every_s} s")
+        yield f"{name}: {times} times", f"at most {worst_s:.2f} s of work with --checkpoint-every {job.every_s}"
+
+
+# The system calls of a save.
+CALLS = ("write,writev,pwrite64", "fsync,fdatasync", "rename,renameat,renameat2")
+
+
+def can_inject():
+    if shutil.which("strace") is None:
+        return False
+    probe = subprocess.run(["strace", "-f", "-o", "/dev/null", "true"], capture_output=True, check=False)
+    return probe.returncode == 0
+
+
+@fault
+def kill_while_saving(bench):
+    """kill -9 in the middle of a save: in its writes, before and after it is synced, between its renames"""
+    if can_inject():
+        times = 0
+        for call in CALLS:
+            for when in (2, 3) if bench.quick else range(1, 9):
+                job = bench.job(every_s=0.1)
+                run = job.begin(prefix=["strace", "-f", "-o", "/dev/null", "-e", f"trace={call}",
+                                        "-e", f"inject={call}:signal=SIGKILL:when={when}"])
+                run.process.wait(300)
+                if run.process.returncode != 0:
+                    times += 1
+                    job.begin().finish(0)  # 'resume' needs one that is complete
+                bench.must_be_whole(job)
+        yield f"{times} system calls", "nothing that had been saved before"
+        return
+    job, times = bench.job(flags=["--size", "512x512", "--spp", "16"], every_s=0.05), 0
+    for _ in range(3 if bench.quick else 20):
+        run = job.begin_or_resume()
+        before = set(job.folder.iterdir())
+        if run.wait_until(lambda: any(p.suffix == ".tmp" for p in set(job.folder.iterdir()) - before), "a save"):
+            run.kill()
+            times += 1
+    job.begin_or_resume().finish(0)
+    bench.must_be_whole(job)
+    yield f"{times} times", "nothing that had been saved before"
+
+
+class FullDisk:
+    """A small disk: a tmpfs for root, which can be filled and emptied; else None."""
+
+    def __init__(self, folder, size):
+        self.folder = folder
+        folder.mkdir()
+        done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)], capture_output=True, check=False)
+        self.mounted = done.returncode == 0
+
+    def fill(self):
+        with open(self.folder / "filler", "wb", buffering=0) as file:
+            try:
+                while file.write(bytes(1 << 16)) == 1 << 16:
+                    pass
+            except OSError:
+                pass
+
+    def empty(self):
+        (self.folder / "filler").unlink()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.mounted:
+            Run.kill_all()
+            subprocess.run(["umount", str(self.folder)], check=True)
+
+
+@fault
+def full_disk(bench):
+    """the disk is full in the middle of a render, and at its end"""
+    with FullDisk(bench.folder / "disk", "8m") as disk:
+        if not disk.mounted:
+            yield from file_too_large(bench)
+            return
+        job = bench.job(["--spp", "512"], folder=disk.folder)
+        bench.reference(job)
+        run = job.begin()
+        require(run.wait_until(job.checkpoint.exists, "the first save"), "ended before the first save")
+        disk.fill()
+        require(run.wait_until(lambda: "No space left" in run.error_text(), "the warning"), f"no warning:\n{run.error_text()}")
+        disk.empty()
+        run.finish(0)
+        bench.must_be_whole(job)
+        yield "in the middle, free again later: once", "nothing; warnings tell, the render goes on"
+        for path in (job.checkpoint, job.previous, job.folder / "a.exr"):
+            path.unlink(missing_ok=True)
+        run = job.begin()
+        require(run.wait_until(job.previous.exists, "two saves"), "ended before the second save")
+        disk.fill()
+        text = run.finish(4)
+        require("No space left" in text and text.count("error:") >= 1, f"no clear error:\n{text}")
+        disk.empty()
+        saved = job.checkpoint.read_bytes()
+        job.resume().finish(0)
+        bench.must_be_whole(job)
+        yield "to the end: once", f"what came after the last save of {len(saved) >> 10} KiB, which stays: exit code 4, then `resume`"
+
+
+def file_too_large(bench):
+    """No tmpfs: the system refuses files above a limit."""
+    job = bench.job()
+    size = len(bench.finished().checkpoint.read_bytes())
+    run = job.begin(prefix=["prlimit", f"--fsize={size // 2}"], preexec_fn=without_core_and_signals, restore_signals=False)
+    text = run.finish(4)
+    require("File too large" in text, f"no clear error:\n{text}")
+    job.begin().finish(0)
+    bench.must_be_whole(job)
+    yield "a limit on the size of files, from the beginning: once", "the checkpoint; exit code 4"
+
+
+@fault
+def damage(bench):
+    """the checkpoint is cut off, emptied, or has a bit flipped; its previous generation is there, or not"""
+    done = bench.finished()
+    good = done.checkpoint.read_bytes()
+    require(done.previous.exists(), "there is no previous generation")
+    damages = [("emptied", b""), ("no file of ours", b"P6 1 1 255 abc"), ("of version 999", good[:8] + b"\xe7\x03\x00\x00" + good[12:])]
+    for _ in range(4 if bench.quick else 30):
+        damages.append(("cut off", good[:bench.random.randrange(1, len(good))]))
+        at, bit = bench.random.randrange(len(good)), 1 << bench.random.randrange(8)
+        damages.append((f"bit {bit} of byte {at}", good[:at] + bytes([good[at] ^ bit]) + good[at + 1:]))
+    picture = done.folder / "a.exr"
+    for i, (what, bytes_) in enumerate(damages):
+        done.checkpoint.write_bytes(bytes_)
+        picture.unlink(missing_ok=True)
+        if i % 2 == 0:
+            text = done.resume().finish(0)
+            require("warning" in text and "going on from" in text, f"{what}: not told:\n{text}")
+            bench.must_be_whole(done)
+            damaged = done.folder / "c.kacc.damaged"
+            require(damaged.read_bytes() == bytes_, f"{what}: the damaged file was not put aside")
+            done.checkpoint.write_bytes(good)
+            shutil.copy(done.checkpoint, done.previous)
+        else:
+            kept = done.previous.rename(done.folder / "kept")
+            run = done.resume()
+            code = run.process.wait(60)
+            text = run.error_text()
+            require(code in (2, 4) and text.count("\n") == 1, f"{what}: exit code {code}, not one line:\n{text}")
+            require(not picture.exists(), f"{what}: a picture was written")
+            kept.rename(done.previous)
+    yield f"{len(damages)} files", "what came after the previous generation; without one: exit code 4, no picture"
+
+
+@fault
+def changed_scene(bench):
+    """the scene is another one when the render goes on"""
+    folder = bench.folder / "scenes"
+    folder.mkdir()
+    scene = folder / "s.glb"
+    shutil.copy(bench.scenes / "cornell_box.glb", scene)
+    job = bench.finished(scene=scene)
+    good = scene.read_bytes()
+    at = good.rindex(b"\x3f")  # of a number: a valid scene all the same
+    scene.write_bytes(good[:at] + b"\x3e" + good[at + 1:])
+    text = job.resume("--spp", "300").finish(2)
+    require("the scene has changed" in text, text)
+    scene.rename(folder / "moved.glb")
+    text = job.resume().finish(4)
+    require(str(scene) in text, text)
+    (folder / "moved.glb").write_bytes(good)
+    job.resume("--scene-file", folder / "moved.glb").finish(0)
+    bench.must_be_whole(job)
+    yield "changed, moved: once each", "nothing; exit codes 2 and 4, put back or named it goes on"
+
+
+@fault
+def folder_that_cannot_be_written(bench):
+    """the folder of the checkpoint is read-only"""
+    with FullDisk(bench.folder / "read-only", "8m") as disk:
+        if disk.mounted:
+            job = bench.job(folder=disk.folder)
+            subprocess.run(["mount", "-o", "remount,ro", str(disk.folder)], check=True)
+            cwd = bench.folder
+        else:
+            require(not is_root(), "root without a tmpfs: nothing is read-only")
+            job = bench.job()
+            job.folder.chmod(0o555)
+            cwd = bench.folder
+        run = Run(bench.program, [*job.picture, "-o", "a.exr", "--checkpoint", job.checkpoint], cwd)
+        begun = time.time()
+        text = run.finish(4)
+        require("--checkpoint" in text and text.count("\n") == 1, text)
+        require(time.time() - begun < 10, "found out after the work")
+        if not disk.mounted:
+            job.folder.chmod(0o755)
+    yield "once", "no time: exit code 4 before the work"
+
+
+@fault
+def terminated(bench):
+    """SIGTERM and SIGINT, as of a farm and of a person; and both again at once"""
+    times = 0
+    for number, code in ((signal.SIGTERM, 143), (signal.SIGINT, 130)) * (1 if bench.quick else 5):
+        job = bench.job(every_s=1000)  # nothing is saved but by the signal
+        _, render_s = bench.reference(job)
+        run = job.begin()
+        time.sleep(bench.random.uniform(0.3, 0.3 + 0.5 * render_s))
+        if run.running():
+            run.signal(number)
+            run.process.wait(120)
+            text = run.error_text()
+            require(run.process.returncode in (code, -number), f"exit code {run.process.returncode}:\n{text}")
+            times += 1
+            if job.checkpoint.exists():
+                require("interrupted" in text, text)
+                job.resume().finish(0)
+                bench.must_be_whole(job)
+    job = bench.job()
+    for _ in range(2 if bench.quick else 10):
+        run = job.begin_or_resume()
+        if run.wait_until(lambda: job.saved_at() is not None, "a save"):
+            run.signal(signal.SIGTERM)
+            time.sleep(bench.random.uniform(0.0, 0.01))
+            run.signal(signal.SIGTERM)
+            run.process.wait(60)
+            require(run.process.returncode in (143, -signal.SIGTERM, 0), f"exit code {run.process.returncode}:\n{run.error_text()}")
+            times += 1
+    job.begin_or_resume().finish(0)
+    bench.must_be_whole(job)
+    yield f"{times} times", "nothing: saved to the tile; after a second signal what the last save had not"
+
+
+@fault
+def stopped(bench):
+    """SIGSTOP, a while, SIGCONT"""
+    job = bench.job()
+    run = job.begin()
+    times = 0
+    while run.running() and times < (3 if bench.quick else 20):
+        time.sleep(bench.random.uniform(0.02, 0.2))
+        run.signal(signal.SIGSTOP)
+        time.sleep(0.05)
+        run.signal(signal.SIGCONT)
+        times += 1
+    run.finish(0)
+    bench.must_be_whole(job)
+    yield f"{times} times", "nothing"
+
+
+@fault
+def two_at_once(bench):
+    """a second process goes on with the same checkpoint"""
+    job = bench.job()
+    first = job.begin()
+    require(first.wait_until(job.checkpoint.exists, "the first save"), "ended before the first save")
+    log = bench.folder / "second"
+    log.mkdir()
+    text = Run(bench.program, ["resume", job.checkpoint], log).finish(4)
+    require("is rendering to it" in text, text)
+    first.finish(0)
+    bench.must_be_whole(job)
+    yield "once", "nothing: the second one is refused, exit code 4"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", type=Path)
+    parser.add_argument("scenes", type=Path)
+    parser.add_argument("--quick", action="store_true", help="each a few times, for every build")
+    parser.add_argument("--only", action="append", choices=sorted(FAULTS))
+    parser.add_argument("--seed", type=int, help="of the random moments [printed]")
+    parser.add_argument("--folder", type=Path, help="where to work, kept afterwards [a temporary one]")
+    options = parser.parse_args()
+    seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 31)
+    print(f"seed {seed}\n\n| fault | how often | lost |\n|---|---|---|", flush=True)
+    failed = 0
+    with tempfile.TemporaryDirectory(prefix="kindling-faults-") as temporary:
+        folder = options.folder or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        bench = Bench(options.program.resolve(), options.scenes.resolve(), folder.resolve(), options.quick, seed)
+        for name in options.only or FAULTS:
+            try:
+                for often, lost in FAULTS[name](bench):
+                    print(f"| {FAULTS[name].__doc__} | {often} | {lost} |", flush=True)
+            except FaultError as error:
+                failed += 1
+                print(f"\nFAILED {name} (seed {seed}): {error}\n", flush=True)
+            Run.kill_all()
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
