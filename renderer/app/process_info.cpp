@@ -1,9 +1,8 @@
-// What the operating system knows of this process, read from /proc and getrusage().
+// What the operating system knows of this process, read from /proc.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/process_info.h"
 
 #include <malloc.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -67,9 +66,8 @@ uint64_t huge_page_bytes() {
 }
 
 uint64_t peak_resident_bytes() {
-  rusage usage{};
-  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
-  return static_cast<uint64_t>(usage.ru_maxrss) * 1024U; // Linux counts in KiB
+  // Not getrusage(): its maximum includes what the process that started this one held (getrusage(2), ru_maxrss after execve).
+  return std::strtoull(find_field("/proc/self/status", "VmHWM").c_str(), nullptr, 10) * 1024U; // in kB
 }
 
 bool restart_peak_resident() {
@@ -79,10 +77,6 @@ bool restart_peak_resident() {
   if (!file) return false;
   const bool written = std::fwrite("5", 1, 1, file) == 1;
   return std::fclose(file) == 0 && written;
-}
-
-uint64_t restarted_peak_resident_bytes() {
-  return std::strtoull(find_field("/proc/self/status", "VmHWM").c_str(), nullptr, 10) * 1024U; // in kB
 }
 
 std::string processor_name() { return find_field("/proc/cpuinfo", "model name"); }

@@ -13,13 +13,10 @@ namespace kindling::app {
 [[nodiscard]] uint64_t resident_bytes();
 // Anonymous memory of this process in huge pages; 0 where /proc does not tell.
 [[nodiscard]] uint64_t huge_page_bytes();
-// The most that was ever resident.
+// The most that was resident since the start or the last restart_peak_resident(); 0 where /proc does not tell.
 [[nodiscard]] uint64_t peak_resident_bytes();
 // Gives unused memory of the heap back and starts a new peak from what is resident now; false where the system cannot.
-// peak_resident_bytes() starts anew with it.
 [[nodiscard]] bool restart_peak_resident();
-// The most that was resident since then; 0 where /proc does not tell.
-[[nodiscard]] uint64_t restarted_peak_resident_bytes();
 // "AMD EPYC ...", empty where /proc does not tell.
 [[nodiscard]] std::string processor_name();
 

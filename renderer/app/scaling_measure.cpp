@@ -24,7 +24,7 @@ class PeakMemory {
   [[nodiscard]] std::optional<uint64_t> before() const { return known_ ? std::optional(before_) : std::nullopt; }
   [[nodiscard]] std::optional<uint64_t> peak() const {
     if (!known_) return std::nullopt;
-    const uint64_t bytes = restarted_peak_resident_bytes();
+    const uint64_t bytes = peak_resident_bytes();
     return bytes > 0 ? std::optional(bytes) : std::nullopt;
   }
 

@@ -161,7 +161,7 @@ std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildI
       if (const uint64_t huge = huge_page_bytes(); round == 0)
         result.huge_page_bytes = huge - std::min(huge, huge_before);
       if (measures_memory) {
-        const uint64_t peak = restarted_peak_resident_bytes();
+        const uint64_t peak = peak_resident_bytes();
         if (peak > 0) result.peak_growth_bytes = peak - std::min(peak, resident_before);
       }
       if (!progress(fmt::format("build of {} on one thread, {} of {}", name, round + 1, settings.build_repeat)))
