@@ -63,10 +63,10 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
   const size_t count = crop.empty() ? 0 : static_cast<size_t>(crop.pixel_count());
-  sums_.resize(count);
-  if (aovs.contains(Aov::variance)) moments_.resize(count);
-  if (aovs.needs_surface()) surfaces_.resize(count);
-  if (aovs.needs_components()) components_.resize(count);
+  sums_ = ZeroedArray<PixelSum>(count);
+  if (aovs.contains(Aov::variance)) moments_ = ZeroedArray<MomentSum>(count);
+  if (aovs.needs_surface()) surfaces_ = ZeroedArray<SurfaceSum>(count);
+  if (aovs.needs_components()) components_ = ZeroedArray<ComponentSum>(count);
 }
 
 void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
@@ -76,19 +76,20 @@ void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weigh
     surfaces_[index].add(surface.albedo, surface.normal, surface.position, surface.depth, weight);
 }
 
-void Film::trim_outliers() { blocks_.assign(sums_.size() * (kOutlierBlocks - 1), {}); }
+void Film::trim_outliers() { blocks_ = ZeroedArray<ColourSum>(sums_.size() * (kOutlierBlocks - 1)); }
 
 Film Film::cut(const PixelRect& crop) const {
   Film part(size_px_, crop, aovs_);
   if (trims_outliers()) part.trim_outliers();
   const std::vector<ConstPlane> from = planes();
   const std::vector<Plane> to = part.planes();
-  for (size_t p = 0; p < to.size(); ++p)
-    for (int y = crop.min.y; y < crop.max.y; ++y) {
+  tbb::parallel_for(crop.min.y, crop.max.y, [&](int y) {
+    for (size_t p = 0; p < to.size(); ++p) {
       const size_t size = to[p].bytes_per_pixel;
       std::memcpy(to[p].bytes.data() + part.index_of({crop.min.x, y}) * size,
                   from[p].bytes.data() + index_of({crop.min.x, y}) * size, static_cast<size_t>(crop.width()) * size);
     }
+  });
   return part;
 }
 
@@ -99,11 +100,11 @@ void Film::add(const Film& part) {
   const auto width = static_cast<size_t>(part.crop_.width());
   const auto add_rows = [&](auto& sums, const auto& of_part, size_t per_pixel = 1) {
     if (sums.empty()) return;
-    for (int y = part.crop_.min.y; y < part.crop_.max.y; ++y) {
+    tbb::parallel_for(part.crop_.min.y, part.crop_.max.y, [&](int y) {
       const V2i first(part.crop_.min.x, y);
       for (size_t i = 0; i < width * per_pixel; ++i)
         sums[index_of(first) * per_pixel + i].add(of_part[part.index_of(first) * per_pixel + i]);
-    }
+    });
   };
   add_rows(sums_, part.sums_);
   add_rows(moments_, part.moments_);

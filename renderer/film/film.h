@@ -6,6 +6,7 @@
 #include "renderer/film/aov.h"
 #include "renderer/film/film_sums.h"
 #include "renderer/film/outliers.h"
+#include "renderer/film/zeroed_array.h"
 
 #include <array>
 #include <cassert>
@@ -134,11 +135,11 @@ class Film {
   V2i size_px_;
   PixelRect crop_;
   AovSet aovs_;
-  std::vector<PixelSum> sums_;
-  std::vector<MomentSum> moments_;       // only with Aov::variance
-  std::vector<SurfaceSum> surfaces_;     // only where the set needs it
-  std::vector<ComponentSum> components_; // likewise
-  std::vector<ColourSum> blocks_;        // all but the last of kOutlierBlocks for each pixel; only with trim_outliers()
+  ZeroedArray<PixelSum> sums_;
+  ZeroedArray<MomentSum> moments_;       // only with Aov::variance
+  ZeroedArray<SurfaceSum> surfaces_;     // only where the set needs it
+  ZeroedArray<ComponentSum> components_; // likewise
+  ZeroedArray<ColourSum> blocks_;        // all but the last of kOutlierBlocks for each pixel; only with trim_outliers()
 };
 
 } // namespace kindling

@@ -8,7 +8,6 @@
 
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -68,16 +67,12 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     // More threads than cores are allowed where asked for.
     const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism,
                                            static_cast<size_t>(std::max(threads, tbb::info::default_concurrency())));
-    const auto train = [&] {
+    tbb::task_arena(threads).execute([&] {
       trained =
           train_guide(world, camera, settings, stops.at_once, [&](uint64_t paths) { progress.paths_trained(paths); });
-    };
-    // A large film takes its time to be cleared.
-    const auto make_film = [&] {
-      if (!state) state = empty_state(settings);
-    };
-    tbb::task_arena(threads).execute([&] { tbb::parallel_invoke(train, make_film); });
+    });
   }
+  if (!state) state = empty_state(settings);
   const std::unique_ptr<Integrator> integrator = make_integrator(
       settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
   RenderStatistics statistics;

@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <random>
 
@@ -224,6 +228,44 @@ TEST(Film, MemoryGrowsOnlyWithWhatIsAskedFor) {
   const Film full({64, 64}, whole, all_aovs());
   EXPECT_LE(plain.memory_bytes(), 64U * 64U * 72U);
   EXPECT_GT(full.memory_bytes(), plain.memory_bytes());
+}
+
+uint64_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  uint64_t size = 0, resident = 0;
+  file >> size >> resident;
+  return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+// Nobody clears a film before the threads that write to it.
+TEST(Film, IsTouchedOnlyWhereSamplesAre) {
+  const V2i size(2048, 2048);
+  const uint64_t before = resident_bytes();
+  ASSERT_GT(before, 0U);
+  Film film(size, {{0, 0}, size}, {});
+  film.trim_outliers();
+  ASSERT_GT(film.memory_bytes(), 1024U << 20);
+  for (int y = 0; y < 8; ++y) film.add({1000, 1000 + y}, {.radiance = Rgb(1.0f)});
+  EXPECT_LT(resident_bytes() - before, 16U << 20);
+  EXPECT_EQ(film.totals({1000, 1000}).rgb[0], 1.0);
+  EXPECT_EQ(film.totals({1001, 1000}).rgb[0], 0.0);
+  EXPECT_EQ(film.totals({1001, 1000}).weight, 0.0);
+}
+
+TEST(ZeroedArray, BeginsAtZeroAndIsAValue) {
+  ZeroedArray<uint64_t> some(5);
+  EXPECT_TRUE(std::all_of(some.begin(), some.end(), [](uint64_t x) { return x == 0; }));
+  some[4] = 7;
+  ZeroedArray<uint64_t> copy = some;
+  some[4] = 8;
+  EXPECT_EQ(copy[4], 7U);
+  const ZeroedArray<uint64_t> moved = std::move(copy);
+  EXPECT_EQ(moved.size(), 5U);
+  EXPECT_EQ(moved[4], 7U);
+  some = ZeroedArray<uint64_t>();
+  EXPECT_TRUE(some.empty());
+  EXPECT_EQ(some.begin(), some.end());
+  EXPECT_THROW(ZeroedArray<uint64_t>(std::numeric_limits<size_t>::max() / 4), std::bad_alloc);
 }
 
 TEST(Aovs, NamesAreUniqueAndFound) {
