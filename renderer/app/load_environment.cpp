@@ -16,7 +16,7 @@ namespace {
 
 uint64_t hash_image(const Image& image) {
   const std::array<int, 4> shape{image.width, image.height, image.channels, static_cast<int>(image.type)};
-  return gltf::hash_bytes(std::as_bytes(std::span(image.pixels)), gltf::hash_bytes(std::as_bytes(std::span(shape))));
+  return gltf::hash_content(std::as_bytes(std::span(image.pixels)), gltf::hash_bytes(std::as_bytes(std::span(shape))));
 }
 
 } // namespace

@@ -153,7 +153,7 @@ void read_buffers(Document& document, bool container, std::optional<Bytes> bin) 
       }
       if (!owned) fail(pointer + "/uri", owned.error().message);
       if (!data) {
-        document.content_hash = hash_bytes(owned.value().span(), document.content_hash);
+        document.content_hash = hash_content(owned.value().span(), document.content_hash);
         document.bytes_read += owned.value().size();
       }
       document.storage.push_back(std::move(owned).value());
@@ -204,7 +204,7 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   auto file = read_file(path, limits.max_file_bytes);
   if (!file) fail("", file.error().message, "", ErrorKind::input_output);
   document.bytes_read = file.value().size();
-  document.content_hash = hash_bytes(file.value().span());
+  document.content_hash = hash_content(file.value().span());
 
   std::optional<Bytes> bin;
   Bytes text = file.value().span();

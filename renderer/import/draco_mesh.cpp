@@ -3,12 +3,16 @@
 #include "renderer/import/draco_mesh.h"
 
 #include "renderer/import/extensions.h"
+#include "renderer/import/triangles.h"
 
 #include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
+#include <atomic>
 #include <cstring>
 #include <exception>
 
@@ -16,6 +20,8 @@ namespace kindling::gltf {
 namespace {
 
 using nlohmann::json;
+
+constexpr uint32_t kGrain = 1U << 14;
 
 // A little-endian reader of the header; ok() is false once it has run past the end.
 class HeaderReader {
@@ -83,15 +89,21 @@ Bytes compressed_bytes(const Document& document, const json& draco, const std::s
 
 template <typename T>
 bool convert(const draco::PointAttribute& attribute, uint32_t points, int components, std::byte* out) {
-  T values[16] = {};
   const size_t bytes = sizeof(T) * static_cast<size_t>(components);
-  for (uint32_t i = 0; i < points; ++i) {
-    const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(i));
-    if (index.value() >= attribute.size()) return false;
-    if (!attribute.ConvertValue<T>(index, static_cast<int8_t>(components), values)) return false;
-    std::memcpy(out + i * bytes, values, bytes);
-  }
-  return true;
+  std::atomic<bool> fits{true};
+  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, points, kGrain), [&](const tbb::blocked_range<uint32_t>& range) {
+    T values[16] = {};
+    for (uint32_t i = range.begin(); i < range.end(); ++i) {
+      const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(i));
+      if (index.value() >= attribute.size() ||
+          !attribute.ConvertValue<T>(index, static_cast<int8_t>(components), values)) {
+        fits.store(false, std::memory_order_relaxed);
+        return;
+      }
+      std::memcpy(out + i * bytes, values, bytes);
+    }
+  });
+  return fits.load();
 }
 
 bool convert(const draco::PointAttribute& attribute, uint32_t points, const AccessorView& view, std::byte* out) {
@@ -167,17 +179,19 @@ DracoPrimitive decode_draco(const Document& document, const json& draco, const t
   const std::unique_ptr<draco::Mesh> mesh = decode(compressed_bytes(document, draco, pointer), pointer);
   DracoPrimitive result;
   result.vertex_count = mesh->num_points();
-  result.indices.reserve(static_cast<size_t>(mesh->num_faces()) * 3);
-  for (uint32_t i = 0; i < mesh->num_faces(); ++i) {
-    for (const draco::PointIndex& corner : mesh->face(draco::FaceIndex(i))) {
-      if (corner.value() >= result.vertex_count) {
-        fail(pointer,
-             fmt::format("decoded index {} of triangle {}, there are {} vertices", corner.value(), i,
-                         result.vertex_count),
-             "ACCESSOR_INDEX_OOB");
-      }
-      result.indices.push_back(corner.value());
-    }
+  result.indices.resize(size_t{mesh->num_faces()} * 3);
+  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, mesh->num_faces(), kGrain),
+                    [&](const tbb::blocked_range<uint32_t>& range) {
+                      for (uint32_t i = range.begin(); i < range.end(); ++i) {
+                        const draco::Mesh::Face& face = mesh->face(draco::FaceIndex(i));
+                        for (size_t c = 0; c < 3; ++c) result.indices[size_t{i} * 3 + c] = face[c].value();
+                      }
+                    });
+  if (const std::optional<size_t> bad = first_out_of_bounds(result.indices, result.vertex_count)) {
+    fail(pointer,
+         fmt::format("decoded index {} of triangle {}, there are {} vertices", result.indices[*bad], *bad / 3,
+                     result.vertex_count),
+         "ACCESSOR_INDEX_OOB");
   }
   for (const auto& [semantic, id] : draco["attributes"].items()) {
     const std::string place = fmt::format("{}/attributes/{}", pointer, semantic);

@@ -3,12 +3,17 @@
 #include "renderer/import/file_bytes.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <bit>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <system_error>
+#include <vector>
 
 namespace kindling::gltf {
 namespace {
@@ -30,6 +35,39 @@ uint64_t round_lane(uint64_t lane, uint64_t input) { return std::rotl(lane + inp
 
 uint64_t merge_lane(uint64_t hash, uint64_t lane) { return (hash ^ round_lane(0, lane)) * kPrime1 + kPrime4; }
 
+class OpenFile {
+ public:
+  explicit OpenFile(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() {
+    if (is_open()) ::close(descriptor_);
+  }
+  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+
+  struct Got {
+    size_t bytes = 0; // fewer than asked for: the file ends there, or
+    bool failed = false;
+  };
+  [[nodiscard]] Got read(std::span<std::byte> into, size_t offset) const {
+    Got got;
+    while (got.bytes < into.size()) {
+      const ssize_t count = ::pread(descriptor_, into.data() + got.bytes, into.size() - got.bytes,
+                                    static_cast<off_t>(offset + got.bytes));
+      if (count < 0 && errno == EINTR) continue;
+      got.failed = count < 0;
+      if (count <= 0) break;
+      got.bytes += static_cast<size_t>(count);
+    }
+    return got;
+  }
+
+ private:
+  int descriptor_;
+};
+
+constexpr size_t kReadBlock = size_t{1} << 20;
+
 } // namespace
 
 Result<OwnedBytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
@@ -43,11 +81,20 @@ Result<OwnedBytes> read_file(const std::filesystem::path& path, uint64_t max_byt
   if (code) return wrong(fmt::format("cannot be read: {}", code.message()));
   if (size > max_bytes) return wrong(fmt::format("has {} bytes, at most {} are accepted", size, max_bytes));
 
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  if (!file) return wrong(fmt::format("cannot be opened: {}", std::generic_category().message(errno)));
+  const OpenFile file(path);
+  if (!file.is_open()) return wrong(fmt::format("cannot be opened: {}", std::generic_category().message(errno)));
   OwnedBytes bytes(size);
-  const size_t got = size == 0 ? 0 : std::fread(bytes.data(), 1, size, file.get());
-  if (got < size && std::ferror(file.get()) != 0) return wrong("cannot be read to its end");
+  std::vector<OpenFile::Got> blocks((size + kReadBlock - 1) / kReadBlock);
+  tbb::parallel_for(size_t{0}, blocks.size(), [&](size_t i) {
+    const size_t begin = i * kReadBlock;
+    blocks[i] = file.read({bytes.data() + begin, std::min(kReadBlock, size - begin)}, begin);
+  });
+  size_t got = 0;
+  for (const OpenFile::Got& block : blocks) { // up to the first that is not whole
+    if (block.failed) return wrong("cannot be read to its end");
+    got += block.bytes;
+    if (block.bytes < kReadBlock) break;
+  }
   bytes.shrink(got);
   return bytes;
 }
@@ -77,6 +124,18 @@ uint64_t hash_bytes(Bytes bytes, uint64_t seed) {
   hash = (hash ^ (hash >> 33)) * kPrime2;
   hash = (hash ^ (hash >> 29)) * kPrime3;
   return hash ^ (hash >> 32);
+}
+
+uint64_t hash_content(Bytes bytes, uint64_t seed) {
+  if (bytes.size() <= kHashedBlock) return hash_bytes(bytes, seed);
+  static_assert(std::endian::native == std::endian::little);
+  std::vector<uint64_t> words((bytes.size() + kHashedBlock - 1) / kHashedBlock);
+  tbb::parallel_for(size_t{0}, words.size(), [&](size_t i) {
+    const size_t begin = i * kHashedBlock;
+    words[i] = hash_bytes(bytes.subspan(begin, std::min(kHashedBlock, bytes.size() - begin)));
+  });
+  words.push_back(bytes.size());
+  return hash_bytes(std::as_bytes(std::span(words)), seed);
 }
 
 } // namespace kindling::gltf

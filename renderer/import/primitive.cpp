@@ -113,6 +113,7 @@ class Source {
     return view_accessor(document_, core_.attributes.at(semantic), semantic);
   }
   [[nodiscard]] const DracoPrimitive& draco() const { return draco_; }
+  [[nodiscard]] std::vector<uint32_t> take_draco_indices() { return std::move(draco_.indices); }
 
  private:
   const Document& document_;
@@ -130,9 +131,9 @@ std::vector<uint32_t> read_indices(const Document& document, const tinygltf::Pri
     const AccessorView view = view_accessor(document, core.indices, pointer + "/indices");
     indices.resize(view.count);
     read_unsigned(view, {}, indices.data());
-    for (size_t i = 0; i < indices.size(); ++i) {
-      if (indices[i] < vertex_count) continue;
-      fail(pointer + "/indices", fmt::format("index {} at {}, there are {} vertices", indices[i], i, vertex_count),
+    if (const std::optional<size_t> bad = first_out_of_bounds(indices, vertex_count)) {
+      fail(pointer + "/indices",
+           fmt::format("index {} at {}, there are {} vertices", indices[*bad], *bad, vertex_count),
            "ACCESSOR_INDEX_OOB");
     }
   }
@@ -308,7 +309,7 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
   const auto* draco = find_draco(document, mesh, index);
   if (draco != nullptr)
     decoded = decode_draco(document, *draco, core, pointer + "/extensions/KHR_draco_mesh_compression");
-  const Source source(document, core, std::move(decoded));
+  Source source(document, core, std::move(decoded));
   const AccessorView positions = source.attribute("POSITION");
   const auto vertex_count = static_cast<uint32_t>(positions.count);
   if (draco != nullptr) {
@@ -332,7 +333,8 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
 
   Primitive primitive;
   primitive.material = core.material;
-  primitive.indices = draco != nullptr ? source.draco().indices : read_indices(document, core, vertex_count, pointer);
+  primitive.indices =
+      draco != nullptr ? source.take_draco_indices() : read_indices(document, core, vertex_count, pointer);
   if (primitive.indices.empty()) {
     warnings.add("no triangle", pointer, "a primitive with fewer than three vertices is not rendered",
                  "MESH_PRIMITIVE_INCOMPATIBLE_MODE");

@@ -191,7 +191,7 @@ void load_pictures(Document& document, std::vector<Picture>& pictures, size_t fi
                    ProgressListener* listener) {
   tbb::parallel_for(first, pictures.size(), [&](size_t i) {
     fetch(document, pictures[i]);
-    pictures[i].hash = hash_bytes(pictures[i].bytes);
+    pictures[i].hash = hash_content(pictures[i].bytes);
   });
   for (size_t i = first; i < pictures.size(); ++i) {
     const Picture& picture = pictures[i];
@@ -285,7 +285,7 @@ Result<Image> read_image(Document& document, int image) {
   fetch(document, picture);
   if (!picture.error.empty()) return Error{ErrorKind::input_output, picture.error};
   document.bytes_read += picture.owned.size();
-  document.content_hash = hash_bytes(picture.bytes, document.content_hash);
+  document.content_hash = hash_content(picture.bytes, document.content_hash);
   return decode_image(picture.bytes, picture.name);
 }
 
