@@ -4,7 +4,9 @@
 #include "renderer/scene/corner_tangents.h"
 
 #include "renderer/base/frame.h"
+#include "renderer/scene/index_groups.h"
 
+#include <atomic>
 #include <bit>
 #include <cassert>
 
@@ -39,22 +41,39 @@ uint64_t hash_vertex(const TangentInput& input, uint32_t v) {
   return hash;
 }
 
-// For each vertex the first one that equals it.
+// For each vertex the first one that equals it. Equal vertices share a slot of the table, which ends up with the first of them; slots
+// are never left, so that all who look for the same vertex come by the same ones.
 std::vector<uint32_t> weld(const TangentInput& input) {
   const auto count = static_cast<uint32_t>(input.positions.size());
   const size_t table_size = std::bit_ceil(std::max<size_t>(2 * static_cast<size_t>(count), 16));
-  std::vector<uint32_t> table(table_size, kNoEdge);
-  std::vector<uint32_t> first(count);
+  UninitializedVector<uint32_t> table(table_size);
+  for_index_ranges(table_size,
+                   [&](size_t begin, size_t end) { std::fill(&table[begin], table.data() + end, kNoEdge); });
   const auto equal = [&](uint32_t a, uint32_t b) {
     return input.positions[a] == input.positions[b] && input.normals[a] == input.normals[b] &&
            input.texcoords[a] == input.texcoords[b];
   };
-  for (uint32_t v = 0; v < count; ++v) {
-    size_t slot = hash_vertex(input, v) & (table_size - 1);
-    while (table[slot] != kNoEdge && !equal(table[slot], v)) slot = (slot + 1) & (table_size - 1);
-    if (table[slot] == kNoEdge) table[slot] = v;
-    first[v] = table[slot];
-  }
+  // True: v stands there, or an equal one before it.
+  const auto settle = [&](size_t slot, uint32_t v) {
+    const std::atomic_ref<uint32_t> entry(table[slot]);
+    for (uint32_t there = entry.load(std::memory_order_relaxed);;) {
+      if (there != kNoEdge && !equal(there, v)) return false;
+      if (there != kNoEdge && there < v) return true;
+      if (entry.compare_exchange_weak(there, v, std::memory_order_relaxed)) return true;
+    }
+  };
+  std::vector<uint32_t> first(count); // until all are there, the slot
+  for_index_ranges(count, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto v = static_cast<uint32_t>(i);
+      size_t slot = hash_vertex(input, v) & (table_size - 1);
+      while (!settle(slot, v)) slot = (slot + 1) & (table_size - 1);
+      first[v] = static_cast<uint32_t>(slot);
+    }
+  });
+  for_index_ranges(count, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) first[i] = table[first[i]];
+  });
   return first;
 }
 
@@ -110,19 +129,10 @@ std::vector<uint32_t> match_edges(const std::vector<uint32_t>& corner_vertex, co
   const auto high = [&](uint32_t e) { return std::max(corner_vertex[e], corner_vertex[next_corner(e)]); };
   const auto runs_upwards = [&](uint32_t e) { return corner_vertex[e] < corner_vertex[next_corner(e)]; };
 
-  // Buckets by the lower vertex, in each (higher vertex, edge) in order.
-  std::vector<uint32_t> begin(vertex_count + 1, 0);
-  for (uint32_t e = 0; e < edge_count; ++e) {
-    if (!frames[e / 3].degenerate) ++begin[low(e) + 1];
-  }
-  for (size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
-  std::vector<uint64_t> edges(begin[vertex_count]);
-  {
-    std::vector<uint32_t> cursor(begin.begin(), begin.end() - 1);
-    for (uint32_t e = 0; e < edge_count; ++e) {
-      if (!frames[e / 3].degenerate) edges[cursor[low(e)]++] = static_cast<uint64_t>(high(e)) << 32 | e;
-    }
-  }
+  // By the lower vertex, in each group by (higher vertex, edge).
+  const IndexGroups<uint64_t> edges(
+      edge_count, vertex_count, [&](uint32_t e) { return frames[e / 3].degenerate ? kNoEdge : low(e); },
+      [&](uint32_t e) { return static_cast<uint64_t>(high(e)) << 32 | e; });
 
   std::vector<uint32_t> opposite(edge_count, kNoEdge);
   const auto match_run = [&](const uint64_t* first, const uint64_t* last) {
@@ -138,16 +148,17 @@ std::vector<uint32_t> match_edges(const std::vector<uint32_t>& corner_vertex, co
       opposite[b] = a;
     }
   };
-  for (size_t v = 0; v < vertex_count; ++v) {
-    uint64_t* const bucket_end = edges.data() + begin[v + 1];
-    std::sort(edges.data() + begin[v], bucket_end);
-    for (uint64_t* run = edges.data() + begin[v]; run != bucket_end;) {
-      uint64_t* run_end = run + 1;
-      while (run_end != bucket_end && *run_end >> 32 == *run >> 32) ++run_end;
-      match_run(run, run_end);
-      run = run_end;
+  for_index_ranges(vertex_count, [&](size_t begin, size_t end) {
+    for (size_t v = begin; v < end; ++v) {
+      const uint64_t* const group_end = edges[v].data() + edges[v].size();
+      for (const uint64_t* run = edges[v].data(); run != group_end;) {
+        const uint64_t* run_end = run + 1;
+        while (run_end != group_end && *run_end >> 32 == *run >> 32) ++run_end;
+        match_run(run, run_end);
+        run = run_end;
+      }
     }
-  }
+  });
   return opposite;
 }
 
@@ -159,49 +170,99 @@ struct Groups {
   std::vector<uint8_t> positive;   // orientation, by group
 };
 
+using VertexCorners = IndexGroups<uint32_t>; // by welded vertex, ascending
+
 // Floods from each corner that has no group yet over the edges around its vertex. A triangle that can join any group
 // takes the orientation of the first that reaches it, so the order (triangles ascending; across the edge that leaves
-// the corner before the one that enters it) is part of the definition.
-Groups group_corners(const std::vector<uint32_t>& corner_vertex, const std::vector<uint32_t>& opposite,
-                     std::vector<TriangleFrame>& frames) {
-  Groups groups{std::vector<uint32_t>(corner_vertex.size(), kNoGroup), {}};
-  std::vector<uint32_t>& group_of = groups.of_corner;
-  std::vector<uint32_t> stack; // corners at the vertex, reached but not judged
+// the corner before the one that enters it) is part of the definition. Vertices of other triangles alone do not depend on each other.
+class CornerGrouping {
+ public:
+  CornerGrouping(const std::vector<uint32_t>& corner_vertex, const VertexCorners& corners,
+                 std::vector<uint32_t> opposite, std::vector<TriangleFrame>& frames)
+      : corner_vertex_(corner_vertex), corners_(corners), opposite_(std::move(opposite)), frames_(frames),
+        seed_of_(corner_vertex.size(), kNoGroup) {}
 
-  const auto reach = [&](uint32_t across_edge, uint32_t vertex) {
-    const uint32_t edge = opposite[across_edge];
+  Groups run() && {
+    std::vector<uint8_t> in_order(corners_.key_count(), 0);
+    std::atomic<bool> any_in_order{false};
+    for_index_ranges(corners_.key_count(), [&](size_t begin, size_t end) {
+      std::vector<uint32_t> stack;
+      for (size_t v = begin; v < end; ++v) {
+        const auto of_any_group = [&](uint32_t c) { return frames_[c / 3].any_group && !frames_[c / 3].degenerate; };
+        if (std::any_of(corners_[v].begin(), corners_[v].end(), of_any_group)) {
+          in_order[v] = 1;
+          any_in_order.store(true, std::memory_order_relaxed);
+          continue;
+        }
+        for (const uint32_t corner : corners_[v]) flood(corner, stack);
+      }
+    });
+    if (any_in_order) {
+      std::vector<uint32_t> stack;
+      for (uint32_t corner = 0; corner < corner_vertex_.size(); ++corner)
+        if (in_order[corner_vertex_[corner]] != 0) flood(corner, stack);
+    }
+    return number_groups();
+  }
+
+ private:
+  void reach(uint32_t across_edge, uint32_t vertex, std::vector<uint32_t>& stack) const {
+    const uint32_t edge = opposite_[across_edge];
     if (edge == kNoEdge) return;
-    stack.push_back(corner_vertex[edge] == vertex ? edge : next_corner(edge));
-  };
-  const auto reach_neighbours = [&](uint32_t corner) {
-    reach(previous_corner(corner), corner_vertex[corner]);
-    reach(corner, corner_vertex[corner]); // on top of the stack: first
-  };
+    stack.push_back(corner_vertex_[edge] == vertex ? edge : next_corner(edge));
+  }
+  void reach_neighbours(uint32_t corner, std::vector<uint32_t>& stack) const {
+    reach(previous_corner(corner), corner_vertex_[corner], stack);
+    reach(corner, corner_vertex_[corner], stack); // on top of the stack: first
+  }
 
-  for (uint32_t seed = 0; seed < corner_vertex.size(); ++seed) {
-    const TriangleFrame& seed_frame = frames[seed / 3];
-    if (seed_frame.degenerate || seed_frame.any_group || group_of[seed] != kNoGroup) continue;
-    const auto group = static_cast<uint32_t>(groups.positive.size());
+  // `stack`: corners at the vertex, reached but not judged.
+  void flood(uint32_t seed, std::vector<uint32_t>& stack) {
+    const TriangleFrame& seed_frame = frames_[seed / 3];
+    if (seed_frame.degenerate || seed_frame.any_group || seed_of_[seed] != kNoGroup) return;
     const bool positive = seed_frame.positive;
-    groups.positive.push_back(positive ? 1 : 0);
-    group_of[seed] = group;
-    reach_neighbours(seed);
+    seed_of_[seed] = seed;
+    reach_neighbours(seed, stack);
     while (!stack.empty()) {
       const uint32_t corner = stack.back();
       stack.pop_back();
-      if (group_of[corner] != kNoGroup) continue;
-      TriangleFrame& frame = frames[corner / 3];
-      const uint32_t base = corner - corner % 3;
-      const bool untouched =
-          group_of[base] == kNoGroup && group_of[base + 1] == kNoGroup && group_of[base + 2] == kNoGroup;
-      if (frame.any_group && untouched) frame.positive = positive;
+      if (seed_of_[corner] != kNoGroup) continue;
+      TriangleFrame& frame = frames_[corner / 3];
+      if (frame.any_group) {
+        const uint32_t base = corner - corner % 3;
+        const bool untouched =
+            seed_of_[base] == kNoGroup && seed_of_[base + 1] == kNoGroup && seed_of_[base + 2] == kNoGroup;
+        if (untouched) frame.positive = positive;
+      }
       if (frame.positive != positive) continue;
-      group_of[corner] = group;
-      reach_neighbours(corner);
+      seed_of_[corner] = seed;
+      reach_neighbours(corner, stack);
     }
   }
-  return groups;
-}
+
+  // In the order of their first corners.
+  Groups number_groups() {
+    Groups groups;
+    std::vector<uint32_t>& number = opposite_; // of seeds; has had its use
+    for (uint32_t c = 0; c < seed_of_.size(); ++c) {
+      if (seed_of_[c] != c) continue;
+      number[c] = static_cast<uint32_t>(groups.positive.size());
+      groups.positive.push_back(frames_[c / 3].positive ? 1 : 0);
+    }
+    for_index_ranges(seed_of_.size(), [&](size_t begin, size_t end) {
+      for (size_t c = begin; c < end; ++c)
+        if (seed_of_[c] != kNoGroup) seed_of_[c] = number[seed_of_[c]];
+    });
+    groups.of_corner = std::move(seed_of_);
+    return groups;
+  }
+
+  const std::vector<uint32_t>& corner_vertex_;
+  const VertexCorners& corners_;
+  std::vector<uint32_t> opposite_;
+  std::vector<TriangleFrame>& frames_;
+  std::vector<uint32_t> seed_of_; // of each corner: the first corner of its group
+};
 
 // ---- Evaluation
 // ---------------------------------------------------------------------------------------------------------------------
@@ -225,18 +286,25 @@ V3f any_tangent(const V3f& normal) {
   return is_finite(along_z) && along_z.length() > 0.0f ? along_z : V3f(1.0f, 0.0f, 0.0f);
 }
 
+// All corners of a group are at one vertex.
 std::vector<V3f> group_tangents(const TangentInput& input, const std::vector<TriangleFrame>& frames,
-                                const Groups& groups) {
+                                const VertexCorners& corners, const Groups& groups) {
   std::vector<V3f> tangents(groups.positive.size(), V3f(0.0f));
-  for (uint32_t corner = 0; corner < input.indices.size(); ++corner) {
-    const uint32_t group = groups.of_corner[corner];
-    const TriangleFrame& frame = frames[corner / 3];
-    if (group == kNoGroup || frame.any_group) continue;
-    const V3f& normal = input.normals[input.indices[corner]];
-    const V3f tangent = normalized_or_zero(project_to_plane(frame.tangent, normal));
-    tangents[group] += tangent * projected_angle(input, corner, normal);
-  }
-  for (V3f& tangent : tangents) tangent = normalized_or_zero(tangent);
+  for_index_ranges(corners.key_count(), [&](size_t begin, size_t end) {
+    for (size_t v = begin; v < end; ++v) {
+      for (const uint32_t corner : corners[v]) {
+        const uint32_t group = groups.of_corner[corner];
+        const TriangleFrame& frame = frames[corner / 3];
+        if (group == kNoGroup || frame.any_group) continue;
+        const V3f& normal = input.normals[input.indices[corner]];
+        const V3f tangent = normalized_or_zero(project_to_plane(frame.tangent, normal));
+        tangents[group] += tangent * projected_angle(input, corner, normal);
+      }
+    }
+  });
+  for_index_ranges(tangents.size(), [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) tangents[i] = normalized_or_zero(tangents[i]);
+  });
   return tangents;
 }
 
@@ -248,33 +316,40 @@ std::vector<V4f> corner_tangents(const TangentInput& input) {
   const size_t corner_count = 3 * triangle_count;
 
   std::vector<TriangleFrame> frames(triangle_count);
-  for (size_t t = 0; t < triangle_count; ++t) frames[t] = triangle_frame(input, t);
+  for_index_ranges(triangle_count, [&](size_t begin, size_t end) {
+    for (size_t t = begin; t < end; ++t) frames[t] = triangle_frame(input, t);
+  });
   std::vector<uint32_t> corner_vertex(corner_count);
   {
     const std::vector<uint32_t> first = weld(input);
-    for (size_t c = 0; c < corner_count; ++c) corner_vertex[c] = first[input.indices[c]];
+    for_index_ranges(corner_count, [&](size_t begin, size_t end) {
+      for (size_t c = begin; c < end; ++c) corner_vertex[c] = first[input.indices[c]];
+    });
   }
-  const Groups groups =
-      group_corners(corner_vertex, match_edges(corner_vertex, frames, input.positions.size()), frames);
-  const std::vector<V3f> by_group = group_tangents(input, frames, groups);
-
-  // Degenerate triangles look up the first other corner of their vertex.
-  std::vector<uint32_t> first_group(input.positions.size(), kNoGroup);
-  std::vector<uint8_t> met(input.positions.size(), 0);
-  for (size_t c = 0; c < corner_count; ++c) {
-    if (frames[c / 3].degenerate || met[corner_vertex[c]]) continue;
-    met[corner_vertex[c]] = 1;
-    first_group[corner_vertex[c]] = groups.of_corner[c];
-  }
+  const size_t vertex_count = input.positions.size();
+  std::vector<uint32_t> opposite = match_edges(corner_vertex, frames, vertex_count);
+  const VertexCorners corners(
+      static_cast<uint32_t>(corner_count), vertex_count, [&](uint32_t c) { return corner_vertex[c]; },
+      [](uint32_t c) { return c; });
+  const Groups groups = CornerGrouping(corner_vertex, corners, std::move(opposite), frames).run();
+  const std::vector<V3f> by_group = group_tangents(input, frames, corners, groups);
 
   std::vector<V4f> tangents(corner_count);
-  for (size_t c = 0; c < corner_count; ++c) {
-    const uint32_t group = frames[c / 3].degenerate ? first_group[corner_vertex[c]] : groups.of_corner[c];
+  const auto store = [&](uint32_t c, uint32_t group) {
     const bool positive = group != kNoGroup && groups.positive[group] != 0;
     V3f t = group != kNoGroup ? by_group[group] : V3f(0.0f);
     if (!is_finite(t) || t == V3f(0.0f)) t = any_tangent(input.normals[input.indices[c]]);
     tangents[c] = {t.x, t.y, t.z, positive ? -1.0f : 1.0f};
-  }
+  };
+  for_index_ranges(vertex_count, [&](size_t begin, size_t end) {
+    for (size_t v = begin; v < end; ++v) {
+      // Degenerate triangles look up the first other corner of their vertex.
+      const auto other =
+          std::find_if(corners[v].begin(), corners[v].end(), [&](uint32_t c) { return !frames[c / 3].degenerate; });
+      const uint32_t first_group = other == corners[v].end() ? kNoGroup : groups.of_corner[*other];
+      for (const uint32_t c : corners[v]) store(c, frames[c / 3].degenerate ? first_group : groups.of_corner[c]);
+    }
+  });
   return tangents;
 }
 

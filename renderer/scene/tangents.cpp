@@ -4,8 +4,12 @@
 #include "renderer/scene/tangents.h"
 
 #include "renderer/scene/corner_tangents.h"
+#include "renderer/scene/index_groups.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <span>
 #include <unordered_map>
 
 namespace kindling {
@@ -15,7 +19,9 @@ template <typename T>
 void gather(std::vector<T>& values, const std::vector<uint32_t>& source) {
   if (values.empty()) return;
   std::vector<T> gathered(source.size());
-  for (size_t i = 0; i < source.size(); ++i) gathered[i] = values[source[i]];
+  for_index_ranges(source.size(), [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) gathered[i] = values[source[i]];
+  });
   values = std::move(gathered);
 }
 
@@ -26,7 +32,9 @@ void gather_sets(std::vector<T>& values, const std::vector<uint32_t>& source, si
   const size_t sets = values.size() / vertex_count;
   std::vector<T> gathered(sets * source.size());
   for (size_t s = 0; s < sets; ++s) {
-    for (size_t i = 0; i < source.size(); ++i) gathered[s * source.size() + i] = values[s * vertex_count + source[i]];
+    for_index_ranges(source.size(), [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) gathered[s * source.size() + i] = values[s * vertex_count + source[i]];
+    });
   }
   values = std::move(gathered);
 }
@@ -58,31 +66,29 @@ void make_flat(Primitive& primitive) {
   gather_vertices(primitive, std::vector<uint32_t>(primitive.indices));
   const size_t vertex_count = primitive.positions.size();
   primitive.normals.resize(vertex_count);
-  for (size_t v = 0; v < vertex_count; ++v) primitive.indices[v] = static_cast<uint32_t>(v);
   for (MorphTarget& target : primitive.targets) target.normals.assign(target.positions.size(), V3f(0.0f));
-  for (size_t v = 0; v + 2 < vertex_count; v += 3) {
-    const std::vector<V3f>& p = primitive.positions;
-    const V3f normal = flat_normal(p[v], p[v + 1], p[v + 2]);
-    std::fill_n(primitive.normals.begin() + static_cast<std::ptrdiff_t>(v), 3, normal);
-    for (MorphTarget& target : primitive.targets) {
-      if (target.positions.empty()) continue;
-      const std::vector<V3f>& d = target.positions;
-      const V3f moved = flat_normal(p[v] + d[v], p[v + 1] + d[v + 1], p[v + 2] + d[v + 2]);
-      std::fill_n(target.normals.begin() + static_cast<std::ptrdiff_t>(v), 3, moved - normal);
+  const std::vector<V3f>& p = primitive.positions;
+  for_index_ranges(vertex_count / 3, [&](size_t begin, size_t end) {
+    for (size_t v = 3 * begin; v < 3 * end; v += 3) {
+      const V3f normal = flat_normal(p[v], p[v + 1], p[v + 2]);
+      for (size_t c = v; c < v + 3; ++c) {
+        primitive.indices[c] = static_cast<uint32_t>(c);
+        primitive.normals[c] = normal;
+      }
+      for (MorphTarget& target : primitive.targets) {
+        if (target.positions.empty()) continue;
+        const std::vector<V3f>& d = target.positions;
+        const V3f moved = flat_normal(p[v] + d[v], p[v + 1] + d[v + 1], p[v + 2] + d[v + 2]);
+        std::fill_n(target.normals.begin() + static_cast<std::ptrdiff_t>(v), 3, moved - normal);
+      }
     }
-  }
+  });
 }
 
-struct VertexTangent {
-  uint32_t vertex;
-  V4f tangent;
-  bool operator==(const VertexTangent&) const = default;
-};
-
-struct VertexTangentHash {
-  size_t operator()(const VertexTangent& key) const {
-    uint64_t hash = (key.vertex + 1ULL) * 0x9e3779b97f4a7c15ULL;
-    for (const float value : {key.tangent.x, key.tangent.y, key.tangent.z, key.tangent.w}) {
+struct TangentHash {
+  size_t operator()(const V4f& tangent) const {
+    uint64_t hash = 0x9e3779b97f4a7c15ULL;
+    for (const float value : {tangent.x, tangent.y, tangent.z, tangent.w}) {
       hash = (hash ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0xff51afd7ed558ccdULL; // + 0: minus zero equals zero
       hash ^= hash >> 32;
     }
@@ -90,34 +96,60 @@ struct VertexTangentHash {
   }
 };
 
-// Stores one tangent per vertex: a vertex keeps that of its first corner, and each further one gets a copy of the
-// vertex.
-void split_vertices(Primitive& primitive, const std::vector<V4f>& corner_tangent) {
-  const auto vertex_count = static_cast<uint32_t>(primitive.positions.size());
-  std::vector<V4f> tangents(vertex_count);
-  std::vector<uint8_t> has_tangent(vertex_count, 0);
-  std::vector<uint32_t> copied_from; // vertex vertex_count + i is a copy of this
-  std::unordered_map<VertexTangent, uint32_t, VertexTangentHash> copies;
-  for (size_t c = 0; c < primitive.indices.size(); ++c) {
-    const uint32_t vertex = primitive.indices[c];
+// The corners of one vertex, ascending: equal_to[c] becomes the first of them with the same tangent.
+void find_equal_corners(std::span<const uint32_t> corners, const std::vector<V4f>& corner_tangent,
+                        std::vector<uint32_t>& equal_to) {
+  constexpr size_t kFew = 16; // are compared one by one
+  std::array<uint32_t, kFew> few{};
+  size_t count = 0;
+  std::unordered_map<V4f, uint32_t, TangentHash> many;
+  for (const uint32_t c : corners) {
     const V4f& tangent = corner_tangent[c];
-    if (!has_tangent[vertex]) {
-      has_tangent[vertex] = 1;
-      tangents[vertex] = tangent;
-    } else if (tangents[vertex] != tangent) {
-      const auto next = static_cast<uint32_t>(tangents.size());
-      const auto [copy, is_new] = copies.try_emplace({vertex, tangent}, next);
-      if (is_new) {
-        tangents.push_back(tangent);
-        copied_from.push_back(vertex);
-      }
-      primitive.indices[c] = copy->second;
+    const auto end = few.begin() + static_cast<std::ptrdiff_t>(count);
+    const auto found = std::find_if(few.begin(), end, [&](uint32_t other) { return corner_tangent[other] == tangent; });
+    if (found != end) {
+      equal_to[c] = *found;
+    } else if (count < kFew) {
+      equal_to[c] = few[count++] = c;
+    } else {
+      equal_to[c] = many.try_emplace(tangent, c).first->second;
     }
   }
-  for (uint32_t v = 0; v < vertex_count; ++v) {
-    if (!has_tangent[v]) tangents[v] = {1.0f, 0.0f, 0.0f, 1.0f}; // in no triangle
+}
+
+// Stores one tangent per vertex: a vertex keeps that of its first corner, and each further one gets a copy of the
+// vertex, numbered in the order of the corners.
+void split_vertices(Primitive& primitive, const std::vector<V4f>& corner_tangent) {
+  const auto vertex_count = static_cast<uint32_t>(primitive.positions.size());
+  const auto corner_count = static_cast<uint32_t>(primitive.indices.size());
+  std::vector<V4f> tangents(vertex_count);
+  std::vector<uint32_t> equal_to(corner_count);
+  std::vector<uint32_t> copied_from; // vertex vertex_count + i is a copy of this
+  {
+    const IndexGroups<uint32_t> corners(
+        corner_count, vertex_count, [&](uint32_t c) { return primitive.indices[c]; }, [](uint32_t c) { return c; });
+    for_index_ranges(vertex_count, [&](size_t begin, size_t end) {
+      for (size_t v = begin; v < end; ++v) {
+        find_equal_corners(corners[v], corner_tangent, equal_to);
+        tangents[v] = corners[v].empty() ? V4f(1.0f, 0.0f, 0.0f, 1.0f) : corner_tangent[corners[v].front()];
+      }
+    });
+    // What is no copy takes no part from here on; of a copy's corners the first stands before the others.
+    for (uint32_t c = 0; c < corner_count; ++c) {
+      const uint32_t vertex = primitive.indices[c];
+      if (equal_to[c] == corners[vertex].front()) {
+        equal_to[c] = vertex;
+      } else if (equal_to[c] == c) {
+        copied_from.push_back(vertex);
+        tangents.push_back(corner_tangent[c]);
+        equal_to[c] = static_cast<uint32_t>(tangents.size() - 1);
+      } else {
+        equal_to[c] = equal_to[equal_to[c]];
+      }
+    }
   }
   if (!copied_from.empty()) {
+    std::copy(equal_to.begin(), equal_to.end(), primitive.indices.begin());
     std::vector<uint32_t> source(vertex_count);
     for (uint32_t v = 0; v < vertex_count; ++v) source[v] = v;
     source.insert(source.end(), copied_from.begin(), copied_from.end());

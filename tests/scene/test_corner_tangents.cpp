@@ -3,7 +3,9 @@
 #include "renderer/scene/corner_tangents.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
+#include <cstring>
 #include <numeric>
 #include <random>
 
@@ -185,6 +187,63 @@ TEST(CornerTangents, NonManifoldEdgesPairInOrder) {
   EXPECT_EQ(tangents[1], tangents[6]);
   EXPECT_NE(tangents[3], tangents[7]); // the second stands alone
   EXPECT_NE(tangents[4], tangents[6]);
+}
+
+// Many small meshes side by side, some triangles without a uv area (which join any group, in order) and some without an extent.
+RandomMesh large_mesh() {
+  RandomMesh all;
+  for (uint32_t seed = 0; seed < 300; ++seed) {
+    RandomMesh mesh = random_mesh(seed);
+    for (size_t t = seed % 7; t < mesh.indices.size() / 3; t += 11) {
+      const uint32_t* corner = &mesh.indices[3 * t];
+      if (seed % 3 == 0) mesh.texcoords[corner[0]] = mesh.texcoords[corner[1]] = mesh.texcoords[corner[2]];
+      if (seed % 3 == 1) mesh.positions[corner[0]] = mesh.positions[corner[1]];
+    }
+    const auto first = static_cast<uint32_t>(all.positions.size());
+    for (const uint32_t index : mesh.indices) all.indices.push_back(first + index);
+    for (V3f& p : mesh.positions) p.z += 10.0f * static_cast<float>(seed / 2); // pairs meet
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    all.normals.insert(all.normals.end(), mesh.normals.begin(), mesh.normals.end());
+    all.texcoords.insert(all.texcoords.end(), mesh.texcoords.begin(), mesh.texcoords.end());
+  }
+  return all;
+}
+
+TEST(CornerTangents, ThreadsDoNotMatter) {
+  const RandomMesh mesh = large_mesh();
+  const auto run = [&](size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return corner_tangents(mesh.input());
+  };
+  const std::vector<V4f> one = run(1);
+  for (int i = 0; i < 5; ++i) {
+    const std::vector<V4f> four = run(4);
+    ASSERT_EQ(std::memcmp(one.data(), four.data(), one.size() * sizeof(V4f)), 0) << i;
+  }
+}
+
+// What is far from a triangle is nothing to it: a mesh beside others has the tangents that it has alone.
+TEST(CornerTangents, OfAMeshAreThoseItHasAmongOthers) {
+  RandomMesh all;
+  std::vector<V4f> alone;
+  for (uint32_t seed = 0; seed < 200; ++seed) {
+    RandomMesh mesh = random_mesh(seed);
+    for (size_t t = 0; t < mesh.indices.size() / 3; t += 9) { // no uv area
+      const uint32_t* corner = &mesh.indices[3 * t];
+      mesh.texcoords[corner[0]] = mesh.texcoords[corner[1]] = mesh.texcoords[corner[2]];
+    }
+    for (V3f& p : mesh.positions) p.z += 16.0f * static_cast<float>(seed);
+    const std::vector<V4f> tangents = corner_tangents(mesh.input());
+    alone.insert(alone.end(), tangents.begin(), tangents.end());
+    const auto first = static_cast<uint32_t>(all.positions.size());
+    for (const uint32_t index : mesh.indices) all.indices.push_back(first + index);
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    all.normals.insert(all.normals.end(), mesh.normals.begin(), mesh.normals.end());
+    all.texcoords.insert(all.texcoords.end(), mesh.texcoords.begin(), mesh.texcoords.end());
+  }
+  const std::vector<V4f> together = corner_tangents(all.input());
+  ASSERT_EQ(together.size(), alone.size());
+  EXPECT_EQ(std::memcmp(together.data(), alone.data(), alone.size() * sizeof(V4f)), 0);
 }
 
 } // namespace

@@ -1,0 +1,70 @@
+// Numbers grouped by a key: which corners meet at each vertex, and the like.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/uninitialized_vector.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// f(begin, end) for ranges that together are [0, count), in parallel with TBB.
+template <typename F>
+void for_index_ranges(size_t count, const F& f) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, size_t{1} << 12),
+                    [&](const tbb::blocked_range<size_t>& range) { f(range.begin(), range.end()); });
+}
+
+// The items 0 to item_count - 1, fewer than 2^32, by their keys, which are below key_count; Value is what is kept of one, and has an
+// order. Groups are sorted, so that it does not matter which thread came first.
+template <typename Value>
+class IndexGroups {
+ public:
+  static constexpr uint32_t kLeftOut = 0xffffffffU; // as key
+
+  template <typename KeyOf, typename ValueOf>
+  IndexGroups(uint32_t item_count, size_t key_count, const KeyOf& key_of, const ValueOf& value_of)
+      : begin_(key_count + 1, 0) {
+    for_index_ranges(item_count, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i)
+        if (const uint32_t key = key_of(static_cast<uint32_t>(i)); key != kLeftOut) count_up(key);
+    });
+    // A key's entry is where its group ends; filling moves it to where it begins.
+    uint32_t sum = 0;
+    for (size_t key = 0; key < key_count; ++key) begin_[key] = sum += begin_[key];
+    begin_[key_count] = sum;
+    values_.resize(sum);
+    for_index_ranges(item_count, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const auto item = static_cast<uint32_t>(i);
+        if (const uint32_t key = key_of(item); key != kLeftOut)
+          values_[std::atomic_ref<uint32_t>(begin_[key]).fetch_sub(1, std::memory_order_relaxed) - 1] = value_of(item);
+      }
+    });
+    for_index_ranges(key_count, [&](size_t begin, size_t end) {
+      for (size_t key = begin; key < end; ++key)
+        std::sort(values_.data() + begin_[key], values_.data() + begin_[key + 1]);
+    });
+  }
+
+  [[nodiscard]] size_t key_count() const { return begin_.size() - 1; }
+  [[nodiscard]] std::span<const Value> operator[](size_t key) const {
+    return {values_.data() + begin_[key], values_.data() + begin_[key + 1]};
+  }
+
+ private:
+  void count_up(uint32_t key) { std::atomic_ref<uint32_t>(begin_[key]).fetch_add(1, std::memory_order_relaxed); }
+
+  std::vector<uint32_t> begin_;
+  UninitializedVector<Value> values_;
+};
+
+} // namespace kindling
