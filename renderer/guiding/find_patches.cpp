@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 
 namespace kindling {
@@ -10,16 +13,21 @@ namespace {
 constexpr int kBins = 32;
 constexpr size_t kFewestHits = 16; // of a patch
 constexpr size_t kMostClusters = 4 * BrightPatches::kMost;
-constexpr double kLeft = 0.6; // of the second moment, once the guide is in use: a guess
+constexpr double kLeft = 0.6;   // of the second moment, once the guide is in use: a guess
+constexpr size_t kApart = 2048; // hits: so many are worth a task
+
+struct Split {
+  double gain = 0.0;
+  int axis = 0;
+  float position = 0.0f;
+};
+
 struct Cluster {
   std::span<GuideRecord> hits;
   Box3f box;
   double moment = 0.0;
   double cost = 0.0;
-  // The best split.
-  double gain = 0.0;
-  int axis = 0;
-  float position = 0.0f;
+  Split split; // the best one
 };
 
 // Half the surface of a box that is thin along one axis; never without extent.
@@ -64,11 +72,12 @@ class PatchFinder {
       begin = end;
     }
     for (const GuideRecord& r : records_) total_moment_ += static_cast<double>(r.contribution2);
-    for (Cluster& cluster : clusters_) cluster = make_cluster(cluster.hits);
+    tbb::parallel_for(size_t{0}, clusters_.size(), [&](size_t i) { clusters_[i] = make_cluster(clusters_[i].hits); });
     while (clusters_.size() < kMostClusters && count_worthwhile() < BrightPatches::kMost) {
-      const auto best = std::max_element(clusters_.begin(), clusters_.end(),
-                                         [](const Cluster& a, const Cluster& b) { return a.gain < b.gain; });
-      if (best == clusters_.end() || !(best->gain > 0.0)) break;
+      const auto best = std::max_element(clusters_.begin(), clusters_.end(), [](const Cluster& a, const Cluster& b) {
+        return a.split.gain < b.split.gain;
+      });
+      if (best == clusters_.end() || !(best->split.gain > 0.0)) break;
       split(static_cast<size_t>(best - clusters_.begin()));
     }
     std::vector<BrightPatch> patches;
@@ -132,13 +141,22 @@ class PatchFinder {
     }
     const auto normal_axis = static_cast<int>(hits.front().hit_facing / 2);
     cluster.cost = cost(size_of(cluster.box, normal_axis, least_side_), cluster.moment);
-    for (int axis = 0; axis < 3; ++axis) try_splits(cluster, axis, normal_axis);
+    std::array<Split, 3> splits;
+    const auto try_axis = [&](int axis) { splits[static_cast<size_t>(axis)] = best_split(cluster, axis, normal_axis); };
+    if (hits.size() >= kApart) {
+      tbb::parallel_for(0, 3, try_axis);
+    } else {
+      for (int axis = 0; axis < 3; ++axis) try_axis(axis);
+    }
+    for (const Split& split : splits)
+      if (split.gain > cluster.split.gain) cluster.split = split;
     return cluster;
   }
 
-  void try_splits(Cluster& cluster, int axis, int normal_axis) const {
+  [[nodiscard]] Split best_split(const Cluster& cluster, int axis, int normal_axis) const {
+    Split best;
     const float low = cluster.box.min[axis], extent = cluster.box.size()[axis];
-    if (!(extent > 0.0f)) return;
+    if (!(extent > 0.0f)) return best;
     std::array<Bin, kBins> bins;
     const float scale = kBins / extent;
     for (const GuideRecord& r : cluster.hits) {
@@ -159,24 +177,31 @@ class PatchFinder {
       if (below.count < kFewestHits || above[i].count < kFewestHits) continue;
       const double gain = cluster.cost - cost(size_of(below.box, normal_axis, least_side_), below.moment) -
                           cost(size_of(above[i].box, normal_axis, least_side_), above[i].moment);
-      if (gain <= cluster.gain) continue;
-      cluster.gain = gain;
-      cluster.axis = axis;
-      cluster.position = 0.5f * (below.box.max[axis] + above[i].box.min[axis]);
+      if (gain <= best.gain) continue;
+      best = {gain, axis, 0.5f * (below.box.max[axis] + above[i].box.min[axis])};
     }
+    return best;
   }
 
   void split(size_t index) {
     const Cluster cluster = clusters_[index];
-    const auto middle = std::partition(cluster.hits.begin(), cluster.hits.end(),
-                                       [&](const GuideRecord& r) { return r.hit[cluster.axis] < cluster.position; });
+    const auto middle = std::partition(cluster.hits.begin(), cluster.hits.end(), [&](const GuideRecord& r) {
+      return r.hit[cluster.split.axis] < cluster.split.position;
+    });
     const auto count = static_cast<size_t>(middle - cluster.hits.begin());
     if (count == 0 || count == cluster.hits.size()) {
-      clusters_[index].gain = 0.0;
+      clusters_[index].split.gain = 0.0;
       return;
     }
-    clusters_[index] = make_cluster(cluster.hits.first(count));
-    clusters_.push_back(make_cluster(cluster.hits.subspan(count)));
+    Cluster& above = clusters_.emplace_back();
+    const auto make_below = [&] { clusters_[index] = make_cluster(cluster.hits.first(count)); };
+    const auto make_above = [&] { above = make_cluster(cluster.hits.subspan(count)); };
+    if (cluster.hits.size() >= kApart) {
+      tbb::parallel_invoke(make_below, make_above);
+    } else {
+      make_below();
+      make_above();
+    }
   }
 
   std::span<GuideRecord> records_;

@@ -26,6 +26,48 @@ struct Row {
   std::array<float, 4> crossed_densities; // of a direction chosen by that patch, relative
 };
 
+// How much a row's moment changes with the density: what all patches have of it.
+struct Slope {
+  float weight = -1.0f; // negative: the row has no say
+  float lost = 0.0f;    // to what everything else of the density gives way
+};
+
+Slope slope_of(const Row& row, std::span<const BrightPatch> patches) {
+  float sum = 0.0f;
+  for (size_t j = 0; j < patches.size(); ++j) sum += patches[j].strength * row.factors[j];
+  const float inverse = 1.0f / std::max(1.0f + sum, sum / (1.0f - BrightPatches::kLeastRest));
+  float p = row.base - sum * inverse * row.replaced;
+  for (size_t k = 0; k < row.crossed_count; ++k)
+    p += patches[row.crossed[k]].strength * row.factors[row.crossed[k]] * inverse * row.crossed_densities[k];
+  if (!(p > 0.0f)) return {};
+  const float weight = row.moment / (p * p) * inverse;
+  return {weight, weight * std::max(p - row.base + row.replaced, 0.0f)};
+}
+
+constexpr size_t kAtOnce = 4; // patches
+
+// The sums of patches `first` to first + kAtOnce - 1, in the order of the rows.
+void add_up(std::span<const Row> rows, std::span<const Slope> slopes, size_t first,
+            std::array<double, BrightPatches::kMost>& gain, std::array<double, BrightPatches::kMost>& loss) {
+  static_assert(BrightPatches::kMost % kAtOnce == 0);
+  std::array<double, kAtOnce> gains{}, losses{};
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    const Slope& slope = slopes[i];
+    if (slope.weight < 0.0f) continue;
+    for (size_t k = 0; k < row.crossed_count; ++k) {
+      const size_t j = row.crossed[k];
+      if (j - first < kAtOnce) // wraps below
+        gains[j - first] += static_cast<double>(slope.weight * row.factors[j] * row.crossed_densities[k]);
+    }
+    for (size_t j = 0; j < kAtOnce; ++j) losses[j] += static_cast<double>(slope.lost * row.factors[first + j]);
+  }
+  for (size_t j = 0; j < kAtOnce; ++j) {
+    gain[first + j] = gains[j];
+    loss[first + j] = losses[j];
+  }
+}
+
 } // namespace
 
 double second_moment(std::span<const GuideRecord> records, const BrightPatches& patches) {
@@ -76,23 +118,14 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
   // d p / d s_j = F_j / D (density_j - replaced - (p - base)): more of it where the gain outweighs the loss.
   constexpr int kSteps = 40;
   std::array<double, BrightPatches::kMost> use{}; // what each does, with its strength
+  std::vector<Slope> slopes(rows.size());
   for (int step = 0; step < kSteps; ++step) {
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, rows.size(), 1024), [&](const auto& range) {
+      for (size_t i = range.begin(); i != range.end(); ++i) slopes[i] = slope_of(rows[i], patches);
+    });
     std::array<double, BrightPatches::kMost> gain{}, loss{};
-    for (const Row& row : rows) {
-      float sum = 0.0f;
-      for (size_t j = 0; j < count; ++j) sum += patches[j].strength * row.factors[j];
-      const float inverse = 1.0f / std::max(1.0f + sum, sum / (1.0f - BrightPatches::kLeastRest));
-      float p = row.base - sum * inverse * row.replaced;
-      for (size_t k = 0; k < row.crossed_count; ++k)
-        p += patches[row.crossed[k]].strength * row.factors[row.crossed[k]] * inverse * row.crossed_densities[k];
-      if (!(p > 0.0f)) continue;
-      const float weight = row.moment / (p * p) * inverse;
-      for (size_t k = 0; k < row.crossed_count; ++k)
-        gain[row.crossed[k]] += static_cast<double>(weight * row.factors[row.crossed[k]] * row.crossed_densities[k]);
-      // Loss: what everything else of the density gives way to.
-      const float lost = weight * std::max(p - row.base + row.replaced, 0.0f);
-      for (size_t j = 0; j < count; ++j) loss[j] += static_cast<double>(lost * row.factors[j]);
-    }
+    tbb::parallel_for(size_t{0}, (count + kAtOnce - 1) / kAtOnce,
+                      [&](size_t group) { add_up(rows, slopes, group * kAtOnce, gain, loss); });
     for (size_t j = 0; j < count; ++j) {
       use[j] = gain[j] * static_cast<double>(patches[j].strength);
       const double ratio = loss[j] > 0.0 ? gain[j] / loss[j] : 1.0;

@@ -7,6 +7,10 @@
 #include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <cstring>
 
 namespace kindling {
 namespace {
@@ -88,6 +92,23 @@ TEST(LearnGuide, StrengthsAreAMinimum) {
       changed[j].strength *= factor;
       EXPECT_GT(second_moment(records, BrightPatches(changed)), best * 0.998) << j << " times " << factor;
     }
+}
+
+// To the bit: the guide decides which samples a picture has.
+TEST(LearnGuide, ThreadsDoNotMatter) {
+  const std::vector<GuideRecord> records = room_records(100000, 7, 3.0f);
+  LearnedGuide alone;
+  tbb::task_arena(1).execute([&] { alone = learn_guide(records, {}); });
+  ASSERT_FALSE(alone.guide.patches.empty());
+  for (int i = 0; i < 3; ++i) {
+    LearnedGuide together;
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
+    tbb::task_arena(4).execute([&] { together = learn_guide(records, {}); });
+    EXPECT_EQ(together.second_moment, alone.second_moment);
+    const std::span<const BrightPatch> a = alone.guide.patches.patches(), b = together.guide.patches.patches();
+    ASSERT_EQ(a.size(), b.size());
+    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size_bytes()), 0);
+  }
 }
 
 TEST(LearnGuide, FromNothing) {
