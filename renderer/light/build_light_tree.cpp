@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <array>
@@ -102,42 +103,64 @@ class LightTreeBuilder {
     auto range = std::make_unique<Range>();
     range->begin = begin;
     range->end = end;
-    range->family = family(begin, end);
-    if (end - begin <= LightTree::kWidth) return range;
-    const uint32_t middle = partition(begin, end);
+    if (end - begin <= LightTree::kWidth) {
+      range->family = family(begin, end);
+      return range;
+    }
+    Split best;
+    in_parallel_if_large(
+        end - begin, [&] { range->family = family(begin, end); }, [&] { best = find_split(begin, end); });
+    const uint32_t middle = partition(begin, end, best);
     const auto left = [&] { range->left = split(begin, middle); };
     const auto right = [&] { range->right = split(middle, end); };
-    if (end - begin >= kParallelFrom) {
-      tbb::parallel_invoke(left, right);
-    } else {
-      left();
-      right();
-    }
+    in_parallel_if_large(end - begin, left, right);
     return range;
   }
 
-  // Sorts the range into two and returns where the second begins.
-  uint32_t partition(uint32_t begin, uint32_t end) {
+  template <typename A, typename B>
+  static void in_parallel_if_large(uint32_t emitters, const A& a, const B& b) {
+    if (emitters >= kParallelFrom) {
+      tbb::parallel_invoke(a, b);
+    } else {
+      a();
+      b();
+    }
+  }
+
+  // Between two bins of the centres along an axis.
+  struct Split {
+    int axis = -1; // none
+    uint32_t bin = 0;
+    float origin = 0.0f, scale = 0.0f;
+    [[nodiscard]] uint32_t bin_of(const EmitterBounds& e) const {
+      return std::min(static_cast<uint32_t>((e.center[axis] - origin) * scale), kBins - 1);
+    }
+  };
+
+  [[nodiscard]] Split find_split(uint32_t begin, uint32_t end) const {
     Box3f centers;
     for (uint32_t i = begin; i < end; ++i) centers.extendBy(emitters_[order_[i]].center);
     const V3f extent = centers.max - centers.min;
     const float longest = max_component(extent);
-    const uint32_t half = begin + (end - begin) / 2;
-    if (!(longest > 0.0f)) return half;
+    if (!(longest > 0.0f)) return {};
 
-    const V3f scale(kBins / std::max(extent.x, 1e-30f), kBins / std::max(extent.y, 1e-30f),
-                    kBins / std::max(extent.z, 1e-30f));
-    const auto bin_of = [&](const EmitterBounds& e, int axis) {
-      return std::min(static_cast<uint32_t>((e.center[axis] - centers.min[axis]) * scale[axis]), kBins - 1);
-    };
     std::array<std::array<Family, kBins>, 3> bins;
-    for (uint32_t i = begin; i < end; ++i) {
-      const EmitterBounds& e = emitters_[order_[i]];
-      for (int axis = 0; axis < 3; ++axis) bins[static_cast<size_t>(axis)][bin_of(e, axis)].add(e);
+    std::array<Split, 3> along;
+    for (int axis = 0; axis < 3; ++axis)
+      along[static_cast<size_t>(axis)] = {axis, 0, centers.min[axis], kBins / std::max(extent[axis], 1e-30f)};
+    const auto fill = [&](size_t first_axis, size_t end_axis) {
+      for (uint32_t i = begin; i < end; ++i) {
+        const EmitterBounds& e = emitters_[order_[i]];
+        for (size_t axis = first_axis; axis < end_axis; ++axis) bins[axis][along[axis].bin_of(e)].add(e);
+      }
+    };
+    if (end - begin >= kParallelFrom) {
+      tbb::parallel_for(size_t{0}, size_t{3}, [&](size_t axis) { fill(axis, axis + 1); });
+    } else {
+      fill(0, 3);
     }
     double best = std::numeric_limits<double>::infinity();
-    int best_axis = -1;
-    uint32_t best_bin = 0;
+    Split found;
     for (int axis = 0; axis < 3; ++axis) {
       if (!(extent[axis] > 1e-6f * longest)) continue;
       const auto& row = bins[static_cast<size_t>(axis)];
@@ -154,15 +177,21 @@ class LightTreeBuilder {
         const double cost = thin * (below[b - 1] + family.cost());
         if (cost < best) {
           best = cost;
-          best_axis = axis;
-          best_bin = b;
+          found = along[static_cast<size_t>(axis)];
+          found.bin = b;
         }
       }
     }
-    if (best_axis < 0) return half;
+    return found;
+  }
+
+  // Sorts the range into two and returns where the second begins.
+  uint32_t partition(uint32_t begin, uint32_t end, const Split& split) {
+    const uint32_t half = begin + (end - begin) / 2;
+    if (split.axis < 0) return half;
     const auto first = order_.begin();
-    const auto middle = std::partition(first + begin, first + end,
-                                       [&](uint32_t e) { return bin_of(emitters_[e], best_axis) < best_bin; });
+    const auto middle =
+        std::partition(first + begin, first + end, [&](uint32_t e) { return split.bin_of(emitters_[e]) < split.bin; });
     const auto result = static_cast<uint32_t>(middle - first);
     return result > begin && result < end ? result : half;
   }

@@ -6,12 +6,14 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace kindling {
@@ -32,26 +34,25 @@ class IndexGroups {
 
   template <typename KeyOf, typename ValueOf>
   IndexGroups(uint32_t item_count, size_t key_count, const KeyOf& key_of, const ValueOf& value_of)
-      : begin_(key_count + 1, 0) {
-    for_index_ranges(item_count, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i)
-        if (const uint32_t key = key_of(static_cast<uint32_t>(i)); key != kLeftOut) count_up(key);
-    });
-    // A key's entry is where its group ends; filling moves it to where it begins.
+      : begin_(key_count + 1, 0), shared_(tbb::this_task_arena::max_concurrency() > 1) {
+    const auto for_items = [&](const auto& visit) {
+      for_index_ranges(item_count, [&](size_t begin, size_t end) {
+        for (auto item = static_cast<uint32_t>(begin); item < end; ++item)
+          if (const uint32_t key = key_of(item); key != kLeftOut) visit(item, key);
+      });
+    };
+    for_items([&](uint32_t /*item*/, uint32_t key) { next(key); });
+    // The entry behind a key's is where its group begins; filling moves it to where the group ends, and the next one begins.
     uint32_t sum = 0;
-    for (size_t key = 0; key < key_count; ++key) begin_[key] = sum += begin_[key];
-    begin_[key_count] = sum;
+    for (size_t key = 0; key < key_count; ++key) sum += std::exchange(begin_[key + 1], sum);
     values_.resize(sum);
-    for_index_ranges(item_count, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        const auto item = static_cast<uint32_t>(i);
-        if (const uint32_t key = key_of(item); key != kLeftOut)
-          values_[std::atomic_ref<uint32_t>(begin_[key]).fetch_sub(1, std::memory_order_relaxed) - 1] = value_of(item);
-      }
-    });
+    for_items([&](uint32_t item, uint32_t key) { values_[next(key)] = value_of(item); });
     for_index_ranges(key_count, [&](size_t begin, size_t end) {
-      for (size_t key = begin; key < end; ++key)
-        std::sort(values_.data() + begin_[key], values_.data() + begin_[key + 1]);
+      for (size_t key = begin; key < end; ++key) {
+        Value* const first = values_.data() + begin_[key];
+        Value* const last = values_.data() + begin_[key + 1];
+        if (!std::is_sorted(first, last)) std::sort(first, last);
+      }
     });
   }
 
@@ -61,9 +62,13 @@ class IndexGroups {
   }
 
  private:
-  void count_up(uint32_t key) { std::atomic_ref<uint32_t>(begin_[key]).fetch_add(1, std::memory_order_relaxed); }
+  uint32_t next(uint32_t key) {
+    uint32_t& entry = begin_[key + 1];
+    return shared_ ? std::atomic_ref<uint32_t>(entry).fetch_add(1, std::memory_order_relaxed) : entry++;
+  }
 
   std::vector<uint32_t> begin_;
+  bool shared_; // by several threads
   UninitializedVector<Value> values_;
 };
 

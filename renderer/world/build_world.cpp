@@ -11,6 +11,9 @@
 #include "renderer/world/texture_table.h"
 #include "renderer/world/world_parts.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -109,8 +112,10 @@ class WorldBuilder {
     world_->bounds_ = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
 
     world_->accel_motions_.assign(world_->motions_.begin(), world_->motions_.end());
+    std::vector<uint8_t> opaque(world_->geometries_.size());
+    tbb::parallel_for(size_t{0}, opaque.size(), [&](size_t i) { opaque[i] = is_opaque(world_->geometries_[i]); });
     for (const Geometry& geometry : world_->geometries_) {
-      accel_meshes_.push_back({geometry.position_span(), geometry.indices, is_opaque(geometry), {}});
+      accel_meshes_.push_back({geometry.position_span(), geometry.indices, opaque[accel_meshes_.size()] != 0, {}});
       if (geometry.later_positions.empty()) continue;
       std::vector<std::span<const V3f>>& keys = world_->accel_keys_.emplace_back();
       for (size_t key = 0; key < geometry.later_positions.size(); ++key)
@@ -131,6 +136,8 @@ class WorldBuilder {
     for (const bool moving : {false, true})
       for (WorldInstance& instance : world_->instances_)
         if (emissive[instance.group] != 0 && instance.moving == moving) order.push_back(&instance);
+    std::vector<EmissiveMeshJob> jobs;
+    size_t count = 0;
     for (WorldInstance* pointer : order) {
       WorldInstance& instance = *pointer;
       const accel::MeshGroup& group = groups_[instance.group];
@@ -141,7 +148,7 @@ class WorldBuilder {
           world_->first_emissive_.push_back(accel::kNoId);
           continue;
         }
-        world_->first_emissive_.push_back(static_cast<uint32_t>(input.triangles.size()));
+        world_->first_emissive_.push_back(static_cast<uint32_t>(count));
         const Geometry& geometry = world_->geometries_[m];
         const ShadingMaterial& material = world_->materials_[geometry.material];
         const auto [entry, inserted] =
@@ -158,15 +165,18 @@ class WorldBuilder {
           input.emissions.back().coated_back = !layers.volume;
         }
         any_textured |= material.emission.present();
-        for (size_t i = 0; i < geometry.indices.size(); i += 3) {
-          append_emissive(input, geometry, material, instance, i, entry->second);
-          if (instance.moving) append_keys(input, geometry, instance, i);
-        }
-        const uint32_t first = world_->first_emissive_.back();
-        input.meshes.push_back(
-            {first, static_cast<uint32_t>(input.triangles.size()) - first, world_->material_names_[geometry.material]});
+        if (instance.moving)
+          for (size_t i = 0; i < geometry.indices.size(); i += 3) append_keys(input, geometry, instance, i);
+        jobs.push_back({&geometry, &material, &instance, count, entry->second});
+        const size_t triangles = geometry.indices.size() / 3;
+        input.meshes.push_back({static_cast<uint32_t>(count), static_cast<uint32_t>(triangles),
+                                world_->material_names_[geometry.material]});
+        count += triangles;
       }
     }
+    input.triangles.resize(count);
+    input.triangle_uvs.resize(3 * count);
+    tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) { set_emissive(input, jobs[i]); });
     if (!any_textured) input.triangle_uvs.clear();
     world_->statistics_.emissive_triangle_count = input.triangles.size();
   }
@@ -203,29 +213,43 @@ class WorldBuilder {
     return material.emissive && accel_meshes_[mesh].opaque && !patchy_coat && !material.emission.is_procedural();
   }
 
-  static void append_emissive(LightSetInput& input, const Geometry& geometry, const ShadingMaterial& material,
-                              const WorldInstance& instance, size_t first_index, uint32_t emission) {
-    EmissiveTriangle triangle;
+  struct EmissiveMeshJob {
+    const Geometry* geometry;
+    const ShadingMaterial* material;
+    const WorldInstance* instance;
+    size_t first; // of its triangles
+    uint32_t emission;
+  };
+  static void set_emissive(LightSetInput& input, const EmissiveMeshJob& job) {
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, job.geometry->indices.size() / 3, 4096),
+                      [&](const tbb::blocked_range<size_t>& range) {
+                        for (size_t i = range.begin(); i != range.end(); ++i) set_emissive(input, job, i);
+                      });
+  }
+  static void set_emissive(LightSetInput& input, const EmissiveMeshJob& job, size_t index) {
+    const Geometry& geometry = *job.geometry;
+    const TextureBinding& emission = job.material->emission;
+    EmissiveTriangle& triangle = input.triangles[job.first + index];
+    V2f* const uvs = &input.triangle_uvs[3 * (job.first + index)];
     V3f* corners[3] = {&triangle.p0, &triangle.p1, &triangle.p2};
     for (size_t c = 0; c < 3; ++c) {
-      const uint32_t vertex = geometry.indices[first_index + c];
-      *corners[c] = transform_point(instance.object_to_world, geometry.positions[vertex]);
-      const uint8_t offset = geometry.texcoord_offset[material.emission.texcoord];
+      const uint32_t vertex = geometry.indices[3 * index + c];
+      *corners[c] = transform_point(job.instance->object_to_world, geometry.positions[vertex]);
+      const uint8_t offset = geometry.texcoord_offset[emission.texcoord];
       V2f uv(0.0f);
-      if (material.emission.present() && offset != Geometry::kAbsent) {
+      if (emission.present() && offset != Geometry::kAbsent) {
         const float* record = geometry.record(vertex);
         uv = V2f(record[offset], record[offset + 1]);
       }
-      input.triangle_uvs.push_back(material.emission.apply(uv));
+      uvs[c] = emission.apply(uv);
     }
     // Wound so that the front is counter-clockwise in world space; barycentrics would change with the order, but emission
     // at a hit is read through the surface, and the LightSet only ever sees its own.
-    if (instance.mirrored) {
+    if (job.instance->mirrored) {
       std::swap(triangle.p1, triangle.p2);
-      std::swap(input.triangle_uvs[input.triangle_uvs.size() - 1], input.triangle_uvs[input.triangle_uvs.size() - 2]);
+      std::swap(uvs[1], uvs[2]);
     }
-    triangle.emission = emission;
-    input.triangles.push_back(triangle);
+    triangle.emission = job.emission;
   }
 
   // Where the triangle is after the opening of the shutter.

@@ -4,6 +4,8 @@
 
 #include "renderer/base/math.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cstring>
 
 namespace kindling {
@@ -38,8 +40,8 @@ std::shared_ptr<const Environment> builtin_environment() {
   picture->channels = 3;
   picture->type = PixelType::f32;
   picture->pixels.resize(picture->byte_count());
-  std::byte* out = picture->pixels.data();
-  for (int y = 0; y < kHeight; ++y) {
+  tbb::parallel_for(0, kHeight, [&](int y) {
+    std::byte* out = picture->pixels.data() + static_cast<size_t>(y) * kWidth * 3 * sizeof(float);
     const float theta = (static_cast<float>(y) + 0.5f) / kHeight * kPi;
     for (int x = 0; x < kWidth; ++x) {
       const float phi = ((static_cast<float>(x) + 0.5f) / kWidth - 0.5f) * 2.0f * kPi;
@@ -49,7 +51,7 @@ std::shared_ptr<const Environment> builtin_environment() {
       std::memcpy(out, rgb, sizeof rgb);
       out += sizeof rgb;
     }
-  }
+  });
   return std::make_shared<Environment>(std::move(picture), 0.0f, 1.0f);
 }
 

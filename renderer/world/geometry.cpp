@@ -11,6 +11,7 @@ namespace kindling {
 namespace {
 
 constexpr size_t kPadding = 2; // positions that the accelerator's quadword loads may read
+constexpr size_t kGrain = 1U << 14;
 
 // Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
 uint32_t used_texcoord_sets(const Material& material) {
@@ -30,9 +31,11 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   Geometry geometry;
   geometry.material = material_index;
   geometry.indices = std::move(primitive.indices);
-  geometry.position_count = primitive.positions.size();
-  geometry.positions = std::move(primitive.positions);
-  const size_t count = geometry.position_count;
+  const size_t count = primitive.positions.size();
+  geometry.position_count = count;
+  // Imath's constructor leaves them alone: who writes a page is the first to touch it. No more of them than needed.
+  geometry.positions = std::vector<V3f>(count + kPadding);
+  std::fill_n(geometry.positions.begin() + static_cast<std::ptrdiff_t>(count), kPadding, V3f(0.0f));
 
   const bool identity = bake == M44f();
   // Flattened by its transform: no normal but that of its faces is left.
@@ -56,7 +59,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   geometry.stride = stride;
   geometry.attributes.resize(count * stride);
 
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 16384), [&](const tbb::blocked_range<size_t>& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t v = range.begin(); v != range.end(); ++v) {
       float* record = geometry.attributes.data() + v * stride;
       if (geometry.normal_offset != Geometry::kAbsent) {
@@ -83,22 +86,20 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
       }
       if (geometry.color_offset != Geometry::kAbsent)
         for (int c = 0; c < 4; ++c) record[geometry.color_offset + c] = primitive.colors[v][c];
-      if (!identity) geometry.positions[v] = transform_point(bake, geometry.positions[v]);
+      const V3f& p = primitive.positions[v];
+      geometry.positions[v] = identity ? p : transform_point(bake, p);
     }
   });
 
   // A mirroring transform turns front faces into clockwise ones (glTF 2.0, section 3.7.4): wind them back.
   if (mirrored) reverse_winding(geometry);
-
-  geometry.positions.reserve(count + kPadding); // not twice as many
-  geometry.positions.resize(count + kPadding, V3f(0.0f));
   return geometry;
 }
 
 void add_key(Geometry& geometry, PosedMesh::Deformed&& key) {
   const size_t floats = geometry.frame_floats();
-  std::vector<float>& frames = geometry.later_frames.emplace_back(geometry.position_count * floats);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.position_count, 16384),
+  UninitializedVector<float>& frames = geometry.later_frames.emplace_back(geometry.position_count * floats);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.position_count, kGrain),
                     [&](const tbb::blocked_range<size_t>& range) {
                       for (size_t v = range.begin(); v != range.end(); ++v) {
                         float* frame = frames.data() + v * floats;
@@ -113,8 +114,11 @@ void add_key(Geometry& geometry, PosedMesh::Deformed&& key) {
 }
 
 void reverse_winding(Geometry& geometry) {
-  for (size_t i = 0; i + 2 < geometry.indices.size(); i += 3)
-    std::swap(geometry.indices[i + 1], geometry.indices[i + 2]);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.indices.size() / 3, kGrain),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t t = range.begin(); t != range.end(); ++t)
+                        std::swap(geometry.indices[3 * t + 1], geometry.indices[3 * t + 2]);
+                    });
 }
 
 } // namespace kindling

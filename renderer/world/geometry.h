@@ -4,6 +4,7 @@
 
 #include "accel/accelerator.h"
 #include "renderer/base/math.h"
+#include "renderer/base/uninitialized_vector.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene.h"
 
@@ -23,7 +24,7 @@ struct Geometry {
   std::vector<V3f> positions; // position_count of them, and padding that the accelerator may read
   size_t position_count = 0;
   std::vector<uint32_t> indices;
-  std::vector<float> attributes;
+  UninitializedVector<float> attributes;
   uint8_t stride = 0;
   uint8_t normal_offset = kAbsent;                       // 3 floats
   uint8_t tangent_offset = kAbsent;                      // 4 floats
@@ -33,7 +34,7 @@ struct Geometry {
   // Of a mesh that deforms over the shutter, by key after the first (accel/accelerator.h); empty: it does not. Positions are padded
   // likewise. Frames are normals and tangents, as far as records have them: 3 floats each for every vertex.
   std::vector<std::vector<V3f>> later_positions;
-  std::vector<std::vector<float>> later_frames;
+  std::vector<UninitializedVector<float>> later_frames;
   M44f to_object; // from the space of positions to that of the file's mesh: back from where they were baked
 
   Geometry() { texcoord_offset.fill(kAbsent); }
@@ -49,7 +50,7 @@ struct Geometry {
   [[nodiscard]] size_t key_bytes() const {
     size_t bytes = 0;
     for (const std::vector<V3f>& key : later_positions) bytes += key.capacity() * sizeof(V3f);
-    for (const std::vector<float>& key : later_frames) bytes += key.capacity() * sizeof(float);
+    for (const UninitializedVector<float>& key : later_frames) bytes += key.capacity() * sizeof(float);
     return bytes;
   }
   [[nodiscard]] size_t memory_bytes() const {
@@ -94,7 +95,7 @@ struct WorldInstance : accel::Instance {
 
 // Makes a Geometry of a primitive and (if it is deformed) its posed vertices, keeping what `material` and the debug views
 // can ask for. `bake` is applied to positions, normals and tangents: identity for geometry that is instanced.
-// Consumes the primitive's arrays.
+// Consumes the primitive's arrays. Runs in parallel with TBB; any number of threads gives the same.
 [[nodiscard]] Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index,
                                      const Material& material);
 

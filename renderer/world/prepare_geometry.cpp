@@ -4,11 +4,20 @@
 
 #include "renderer/world/world_parts.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace kindling {
 namespace {
+
+constexpr size_t kGrain = 1U << 14;
+// Of vertices for each thread that may be held twice, as they were read and as they are shaded; and always those of one primitive.
+constexpr uint64_t kBytesInHand = 2U << 20;
 
 // Front faces of a mesh with negative determinant are clockwise.
 bool is_mirrored(const M44f& m) { return m.determinant() < 0.0f; }
@@ -30,16 +39,39 @@ Box3f transformed(const Box3f& box, const M44f& matrix) {
   return result;
 }
 
+// The box of what extend(box, i) adds for i from 0 to `count`. Halves are joined in order, so that even the sign of a zero is that of one
+// loop.
+template <typename Extend>
+Box3f box_of_all(size_t count, size_t grain, const Extend& extend) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<size_t>(0, count, grain), Box3f(),
+      [&](const tbb::blocked_range<size_t>& range, Box3f box) {
+        for (size_t i = range.begin(); i != range.end(); ++i) extend(box, i);
+        return box;
+      },
+      [](Box3f a, const Box3f& b) {
+        a.extendBy(b);
+        return a;
+      });
+}
+
 // Over all keys.
 Box3f box_of(const Geometry& geometry) {
-  Box3f box;
-  const auto extend = [&](std::span<const V3f> positions) {
-    for (const V3f& p : positions)
-      if (is_finite(p)) box.extendBy(p);
+  const auto box_of_span = [](std::span<const V3f> positions) {
+    return box_of_all(positions.size(), kGrain, [&](Box3f& box, size_t i) {
+      if (is_finite(positions[i])) box.extendBy(positions[i]);
+    });
   };
-  extend(geometry.position_span());
-  for (size_t key = 0; key < geometry.later_positions.size(); ++key) extend(geometry.later_position_span(key));
+  Box3f box = box_of_span(geometry.position_span());
+  for (size_t key = 0; key < geometry.later_positions.size(); ++key)
+    box.extendBy(box_of_span(geometry.later_position_span(key)));
   return box;
+}
+
+uint64_t vertex_bytes(const Primitive& primitive) {
+  uint64_t vertex = sizeof(V3f) + sizeof(V3f) + sizeof(V4f) + (primitive.colors.empty() ? 0 : sizeof(V4f));
+  for (const std::vector<V2f>& set : primitive.texcoords) vertex += set.empty() ? 0 : sizeof(V2f);
+  return primitive.positions.size() * vertex + primitive.indices.size() * sizeof(uint32_t);
 }
 
 class GeometryPreparation {
@@ -75,6 +107,7 @@ class GeometryPreparation {
       if (group_of_mesh[mesh] == accel::kNoId) group_of_mesh[mesh] = append_group(posed, true);
       add_instance(group_of_mesh[mesh], posed);
     }
+    make_geometries();
     // "= {}" would keep their memory.
     posed_.meshes = std::vector<PosedMesh>();
     if (!parts_.keep_scene) {
@@ -92,10 +125,21 @@ class GeometryPreparation {
                                        : static_cast<uint32_t>(primitive.material);
   }
 
-  // The primitives of one posed mesh, moved out of the scene when nobody else will read them.
+  // One geometry that is to be made.
+  struct Job {
+    size_t mesh = 0, primitive = 0;
+    PosedMesh* posed = nullptr;
+    M44f bake;
+    uint32_t material = 0;
+    size_t geometry = 0;   // its place
+    bool consumes = false; // nobody else will read the primitive: it is moved out of the scene
+  };
+
+  // Notes what is to be made of the primitives of one posed mesh, and where it will stand.
   void append_mesh(PosedMesh& posed, const M44f& bake, bool last_use) {
-    Mesh& mesh = scene_.meshes[static_cast<size_t>(posed.mesh)];
-    const bool consumed = last_use && (!parts_.keep_scene || parts_.still[static_cast<size_t>(posed.mesh)] != 0);
+    const auto number = static_cast<size_t>(posed.mesh);
+    const Mesh& mesh = scene_.meshes[number];
+    const bool consumed = last_use && (!parts_.keep_scene || parts_.still[number] != 0);
     for (size_t p = 0; p < mesh.primitives.size(); ++p) {
       const GeometryKey same_as = key_of(posed, static_cast<uint32_t>(p), bake);
       if (std::optional<Geometry> same = parts_.geometries.take(same_as)) {
@@ -105,19 +149,40 @@ class GeometryPreparation {
       }
       if (mesh.primitives[p].indices.empty()) continue;
       parts_.keys.push_back(same_as);
-      Primitive primitive = consumed ? std::move(mesh.primitives[p]) : copy_for(posed, mesh.primitives[p]);
-      if (!posed.deformed.empty()) {
-        PosedMesh::Deformed& deformed = posed.deformed[p];
-        primitive.positions = std::move(deformed.positions);
-        primitive.normals = std::move(deformed.normals);
-        primitive.tangents = std::move(deformed.tangents);
-      }
-      Geometry geometry =
-          make_geometry(std::move(primitive), bake, same_as.material, scene_.materials[same_as.material]);
-      for (std::vector<PosedMesh::Deformed>& moment : posed.later_deformed) add_key(geometry, std::move(moment[p]));
-      if (posed.clockwise) reverse_winding(geometry);
-      out_.geometries.push_back(std::move(geometry));
+      jobs_.push_back({number, p, &posed, bake, same_as.material, out_.geometries.size(), consumed});
+      out_.geometries.emplace_back();
     }
+  }
+
+  // First what is copied, then what is consumed; in parallel as many as kBytesInHand allows.
+  void make_geometries() {
+    std::stable_partition(jobs_.begin(), jobs_.end(), [](const Job& job) { return !job.consumes; });
+    const uint64_t most = static_cast<uint64_t>(tbb::this_task_arena::max_concurrency()) * kBytesInHand;
+    for (size_t begin = 0, end = 0; begin < jobs_.size(); begin = end) {
+      for (uint64_t in_hand = 0; end < jobs_.size() && jobs_[end].consumes == jobs_[begin].consumes; ++end) {
+        in_hand += vertex_bytes(scene_.meshes[jobs_[end].mesh].primitives[jobs_[end].primitive]);
+        if (end > begin && in_hand > most) break;
+      }
+      tbb::parallel_for(begin, end, [&](size_t i) { make(jobs_[i]); });
+    }
+    jobs_.clear();
+  }
+
+  void make(const Job& job) {
+    PosedMesh& posed = *job.posed;
+    Primitive& source = scene_.meshes[job.mesh].primitives[job.primitive];
+    Primitive primitive = job.consumes ? std::move(source) : copy_for(posed, source);
+    if (!posed.deformed.empty()) {
+      PosedMesh::Deformed& deformed = posed.deformed[job.primitive];
+      primitive.positions = std::move(deformed.positions);
+      primitive.normals = std::move(deformed.normals);
+      primitive.tangents = std::move(deformed.tangents);
+    }
+    Geometry geometry = make_geometry(std::move(primitive), job.bake, job.material, scene_.materials[job.material]);
+    for (std::vector<PosedMesh::Deformed>& moment : posed.later_deformed)
+      add_key(geometry, std::move(moment[job.primitive]));
+    if (posed.clockwise) reverse_winding(geometry);
+    out_.geometries[job.geometry] = std::move(geometry);
   }
 
   [[nodiscard]] GeometryKey key_of(const PosedMesh& posed, uint32_t primitive, const M44f& bake) const {
@@ -165,25 +230,28 @@ class GeometryPreparation {
 
   // What is interpolated between two keys stays within both boxes and what is between them.
   void find_bounds() {
+    std::vector<Box3f> geometry_boxes(out_.geometries.size());
+    tbb::parallel_for(size_t{0}, geometry_boxes.size(),
+                      [&](size_t i) { geometry_boxes[i] = box_of(out_.geometries[i]); });
     std::vector<Box3f> group_boxes;
     for (const accel::MeshGroup& group : out_.groups) {
-      Box3f box;
-      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
-        box.extendBy(box_of(out_.geometries[m]));
-      group_boxes.push_back(box);
+      Box3f& box = group_boxes.emplace_back();
+      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) box.extendBy(geometry_boxes[m]);
     }
-    for (const WorldInstance& instance : out_.instances) {
-      out_.bounds.extendBy(transformed(group_boxes[instance.group], instance.object_to_world));
-      if (instance.motion == accel::kNoId) continue;
+    out_.bounds = box_of_all(out_.instances.size(), 1024, [&](Box3f& bounds, size_t i) {
+      const WorldInstance& instance = out_.instances[i];
+      bounds.extendBy(transformed(group_boxes[instance.group], instance.object_to_world));
+      if (instance.motion == accel::kNoId) return;
       for (const M44f& key : out_.motions[instance.motion])
-        out_.bounds.extendBy(transformed(group_boxes[instance.group], key));
-    }
+        bounds.extendBy(transformed(group_boxes[instance.group], key));
+    });
   }
 
   Scene& scene_;
   PosedScene& posed_;
   WorldParts& parts_;
   PreparedGeometry out_;
+  std::vector<Job> jobs_;
 };
 
 } // namespace
