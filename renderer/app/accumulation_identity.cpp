@@ -6,10 +6,12 @@
 #include "renderer/app/version.h"
 #include "renderer/distributed/work_parts.h"
 #include "renderer/import/file_bytes.h"
+#include "renderer/session/one_picture.h"
 
 #include <fmt/format.h>
 
 #include <array>
+#include <vector>
 
 namespace kindling::app {
 
@@ -19,6 +21,19 @@ namespace {
 
 bool is_whole(const AccumulationIdentity& identity) {
   return identity.part == SampleSpan{0, identity.samples_per_pixel};
+}
+
+// "--seed: 0 in it, 2 here; --fov: ...", at most three of them; not program and scene, of which is more to say.
+std::string describe_settings(const std::vector<PictureDifference>& differences) {
+  constexpr size_t kMost = 3;
+  std::string text;
+  size_t count = 0;
+  for (const auto& [what, there, here] : differences) {
+    if (what == kProgramDiffers || what == kSceneDiffers || ++count > kMost) continue;
+    text += fmt::format("{}{}: {} in it, {} here", count > 1 ? "; " : "", what, there, here);
+  }
+  if (count > kMost) text += fmt::format("; and {} more", count - kMost);
+  return printable(text);
 }
 
 } // namespace
@@ -53,7 +68,7 @@ Result<void> check_same_render(const AccumulationIdentity& file, const fs::path&
     return refuse(
         fmt::format("was made by {}, this is {}; go on with the program that began it, or begin anew with --force",
                     printable(file.program), now.program));
-  if (const std::string what = describe_differences(file.picture, "it", now.picture, "here"); !what.empty())
+  if (const std::string what = describe_settings(picture_differences(file, now)); !what.empty())
     return refuse(fmt::format("is of another picture ({}); make it as it was, or use another name", what));
   if (file.scene_hash != now.scene_hash)
     return refuse(fmt::format("the scene has changed since it was begun (hash {} then, {} now); put its files back as "

@@ -129,13 +129,6 @@ void add_whitted(const IntegratorSettings& s, json& j) {
   j["--glossy-samples"] = used ? json(w.glossy_strata) : json();
 }
 
-std::string value_text(const json& object, const std::string& key) {
-  const auto found = object.find(key);
-  if (found == object.end()) return "nothing";
-  if (found->is_null()) return "none";
-  return printable(found->is_string() ? found->get<std::string>() : found->dump());
-}
-
 } // namespace
 
 std::string picture_settings(const RenderOptions& options, const ResolvedPicture& resolved) {
@@ -148,25 +141,6 @@ std::string picture_settings(const RenderOptions& options, const ResolvedPicture
   add_transport(options, j);
   add_whitted(options.integrator, j);
   return j.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-std::string describe_differences(std::string_view picture, std::string_view place, std::string_view other_picture,
-                                 std::string_view other_place) {
-  if (picture == other_picture) return {};
-  const json a = json::parse(picture, nullptr, false), b = json::parse(other_picture, nullptr, false);
-  if (!a.is_object() || !b.is_object()) return "settings that cannot be compared";
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : a.items())
-    if (!b.contains(key) || b[key] != value) keys.push_back(key);
-  for (const auto& [key, value] : b.items())
-    if (!a.contains(key)) keys.push_back(key);
-  constexpr size_t kMost = 3;
-  std::string text;
-  for (size_t i = 0; i < std::min(keys.size(), kMost); ++i)
-    text += fmt::format("{}{}: {} in {}, {} {}", i == 0 ? "" : "; ", printable(keys[i]), value_text(a, keys[i]), place,
-                        value_text(b, keys[i]), other_place);
-  if (keys.size() > kMost) text += fmt::format("; and {} more", keys.size() - kMost);
-  return keys.empty() ? "settings written differently" : text;
 }
 
 } // namespace kindling::app

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 namespace kindling::app {
 
@@ -28,9 +27,5 @@ struct ResolvedPicture {
 // not belong to it: the number of samples (only what sampling is laid out for), threads, tiles, schedule, batches, memory for textures, the
 // forms of the Whitted tracer, which all make the same pixels; and what is done with finished pixels: files, view, exposure, bits.
 [[nodiscard]] std::string picture_settings(const RenderOptions& options, const ResolvedPicture& resolved);
-
-// "--seed: 1 in a.kacc, 2 here; --fov: ...", at most three of them; empty: none. Texts that are not JSON objects differ as a whole.
-[[nodiscard]] std::string describe_differences(std::string_view picture, std::string_view place,
-                                               std::string_view other_picture, std::string_view other_place);
 
 } // namespace kindling::app

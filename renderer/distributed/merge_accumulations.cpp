@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 
-#include "renderer/distributed/one_picture.h"
+#include "renderer/session/one_picture.h"
 
 #include <algorithm>
 #include <cstring>

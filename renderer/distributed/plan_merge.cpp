@@ -1,9 +1,9 @@
 // Which files are parts of one picture, and what they have together.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
-#include "renderer/distributed/one_picture.h"
 #include "renderer/distributed/work_parts.h"
 #include "renderer/session/adaptive_sampling.h"
+#include "renderer/session/one_picture.h"
 
 #include <algorithm>
 #include <set>
@@ -143,10 +143,13 @@ Result<File> read_file(const fs::path& path) {
   return File{path, std::move(summary.identity), CompactCoverage(summary.coverage)};
 }
 
-Error other_picture(const File& file, const File& first, const std::vector<std::string>& differences) {
+Error other_picture(const File& file, const File& first, const std::vector<PictureDifference>& differences) {
   constexpr size_t kMostNamed = 6;
   std::string text = file.path.string() + " is of another picture than " + first.path.string() + ": ";
-  for (size_t i = 0; i < std::min(differences.size(), kMostNamed); ++i) text += (i > 0 ? "; " : "") + differences[i];
+  for (size_t i = 0; i < std::min(differences.size(), kMostNamed); ++i) {
+    const auto& [what, here, there] = differences[i];
+    text += (i > 0 ? "; " : "") + what + ": " + here + " and " + there;
+  }
   if (differences.size() > kMostNamed) text += "; and " + std::to_string(differences.size() - kMostNamed) + " more";
   return usage(std::move(text));
 }
@@ -216,7 +219,7 @@ Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs
     if (!read.ok()) return read.error();
     File file = std::move(read).value();
     if (!first) first = file;
-    if (const std::vector<std::string> differences = picture_differences(first->identity, file.identity);
+    if (const std::vector<PictureDifference> differences = picture_differences(first->identity, file.identity);
         !differences.empty())
       return other_picture(file, *first, differences);
     if (file.coverage.empty()) {

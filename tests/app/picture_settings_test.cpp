@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/picture_settings.h"
 
+#include "renderer/app/accumulation_identity.h"
 #include "renderer/app/choose.h"
 #include "renderer/app/version.h"
 
@@ -210,16 +211,22 @@ TEST(PictureSettings, TheContentsOfTheEnvironmentCount) {
 }
 
 TEST(PictureSettings, DifferencesAreNamed) {
-  EXPECT_EQ(describe_differences(settings({}), "a.kacc", settings({}), "here"), "");
-  EXPECT_EQ(describe_differences(settings({"--clamp-direct", "0.1"}), "a.kacc", settings({"--seed", "2"}), "here"),
-            "--clamp-direct: 0.1 in a.kacc, none here; --seed: 0 in a.kacc, 2 here");
-  const std::string many = describe_differences(
-      settings({}), "a", settings({"--seed", "2", "--fov", "3", "--light-radius", "1", "--f-stop", "4"}), "b");
-  EXPECT_TRUE(many.ends_with("; and 1 more")) << many;
-  // Of another version, which knows a setting more; and of something that is none of ours.
-  EXPECT_EQ(describe_differences(R"({"--seed":1,"--x":true})", "a", R"({"--seed":1})", "b"),
-            "--x: true in a, nothing b");
-  EXPECT_EQ(describe_differences("junk", "a", "{}", "b"), "settings that cannot be compared");
+  const auto refusal = [](const std::string& before, const std::string& now) {
+    AccumulationIdentity file, here;
+    file.picture = before;
+    here.picture = now;
+    const Result<void> same = check_same_render(file, "a.kacc", here);
+    return same.ok() ? "" : same.error().message;
+  };
+  EXPECT_EQ(refusal(settings({}), settings({})), "");
+  EXPECT_EQ(
+      refusal(settings({"--clamp-direct", "0.1"}), settings({"--seed", "2"})),
+      "a.kacc: is of another picture (--clamp-direct: 0.1 in it, none here; --seed: 0 in it, 2 here); make it as it "
+      "was, or use another name");
+  const std::string many =
+      refusal(settings({}), settings({"--seed", "2", "--fov", "3", "--light-radius", "1", "--f-stop", "4"}));
+  EXPECT_NE(many.find("; and 1 more); "), std::string::npos) << many;
+  EXPECT_NE(refusal("junk", "{}").find("settings: junk in it, {} here"), std::string::npos) << refusal("junk", "{}");
 }
 
 TEST(Version, TheProgramSaysFromWhichSourcesItIs) {
