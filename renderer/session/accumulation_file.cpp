@@ -41,9 +41,15 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
   header.aovs = state.film.aovs();
   header.trims_outliers = state.film.trims_outliers();
   header.adaptive = !state.adaptive.empty();
+  const std::vector<StoredPlane> planes = planes_of(header, state.film.crop());
+  uint64_t span_bytes = 0;
+  for (size_t i = 0; i < state.coverage.block_count(); ++i)
+    span_bytes += state.coverage[i].spans.size() * sizeof(SampleSpan);
+  if (span_bytes > most_coverage_bytes(planes))
+    return cannot_write(path, fmt::format("its samples are in too many pieces: {} bytes of spans, at most {}",
+                                          span_bytes, most_coverage_bytes(planes)));
   const std::string json = header_to_json(header);
   if (json.size() > std::numeric_limits<uint32_t>::max()) return cannot_write(path, "its header is beyond 4 GiB");
-  const std::vector<StoredPlane> planes = planes_of(header, state.film.crop());
   const std::vector<std::span<const std::byte>> planes_bytes = plane_bytes<const std::byte>(state);
   const std::vector<BlockPlace> blocks = blocks_of(planes);
 

@@ -41,7 +41,7 @@ struct Accumulation {
 // Written beside the name, synced, renamed; what stood there before is kept as previous_accumulation(path) if `keep_previous`, and at
 // every moment one of the two names is a complete file. Removes what killed writers of the same name left. Compresses on all threads of
 // the caller's TBB arena. `state.film` must be of identity.size_px and of the area of the coverage. Fails (input_output), and then the
-// file that was there still is.
+// file that was there still is; also for a coverage in so many pieces that reading it would be refused (most_coverage_bytes()).
 [[nodiscard]] Result<void> write_accumulation(const std::filesystem::path& path, const AccumulationIdentity& identity,
                                               const RenderState& state, bool keep_previous);
 // "NAME.previous", beside what a symbolic link leads to.
@@ -50,11 +50,14 @@ struct Accumulation {
 // Every byte of the file is under a checksum; the header has a version. Fails (input_output) where the file cannot be read, is not one of
 // ours, is of another version, is cut off or damaged (with the place). Memory is asked for only for what the file is seen to hold.
 [[nodiscard]] Result<Accumulation> read_accumulation(const std::filesystem::path& path);
+// Whether it could be read: all of it is, some blocks at a time, so that no memory for the sums is needed. Fails as above.
+[[nodiscard]] Result<void> check_accumulation(const std::filesystem::path& path);
 // What it is about and what it has, without the sums: of these only the sizes are checked.
 struct AccumulationSummary {
   AccumulationIdentity identity;
   Coverage coverage;
   RenderWork work;
+  uint64_t sum_bytes = 0; // that the sums, and the state of adaptive sampling, take in memory
 };
 [[nodiscard]] Result<AccumulationSummary> read_accumulation_summary(const std::filesystem::path& path);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -14,7 +15,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kLargestSide = 1 << 20; // of an image, pixels
+constexpr int kLargestSide = 1 << 20;          // of an image, pixels
+constexpr int kDeepestJson = 64;               // of the texts in the header that are JSON; readers of them recurse
+constexpr uint64_t kCoverageBytes = 64U << 20; // that a coverage may take in any case
 
 // Thrown among the functions of this file alone.
 struct Unsound : std::runtime_error {
@@ -72,6 +75,29 @@ double seconds(const Json& object, const char* key) {
 }
 
 std::string text(const Json& object, const char* key) { return text_from_json(member(object, key), key); }
+
+// How many lists and objects of a text that may be JSON are open at once, at most.
+int json_depth(std::string_view text) {
+  int depth = 0, deepest = 0;
+  bool in_string = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') in_string = !in_string;
+    if (in_string) {
+      i += c == '\\' ? 1 : 0;
+      continue;
+    }
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
+}
+
+std::string json_text(const Json& object, const char* key) {
+  std::string json = text(object, key);
+  if (json_depth(json) > kDeepestJson) unsound(key, fmt::format("JSON of at most {} levels", kDeepestJson));
+  return json;
+}
 
 bool flag(const Json& object, const char* key) {
   const Json& json = member(object, key);
@@ -166,6 +192,7 @@ std::vector<ParsedHeader::CoverageRun> runs_from_json(const Json& json, size_t b
     if (!values.is_array() || values.size() < 2 || values.size() % 2 != 0) unsound("runs", "a list of runs of blocks");
     ParsedHeader::CoverageRun run;
     run.blocks = whole(values[0], "runs", left);
+    if (run.blocks == 0) unsound("runs", "a list of runs of blocks");
     run.coverage.stopped = whole(values[1], "runs", 1) == 1;
     left -= run.blocks;
     for (size_t i = 2; i < values.size(); i += 2) {
@@ -192,7 +219,7 @@ size_t block_count(const PixelRect& area) {
 AccumulationIdentity identity_from_json(const Json& json) {
   AccumulationIdentity identity;
   identity.program = text(json, "program");
-  identity.picture = text(json, "picture");
+  identity.picture = json_text(json, "picture");
   const std::string hash = text(json, "scene_hash");
   const auto [end, error] = std::from_chars(hash.data(), hash.data() + hash.size(), identity.scene_hash, 16);
   if (error != std::errc{} || end != hash.data() + hash.size() || hash.size() != 16)
@@ -209,11 +236,12 @@ AccumulationIdentity identity_from_json(const Json& json) {
   if (part.size() != 2) unsound("part", "a list of 2 numbers");
   identity.part.first = static_cast<uint32_t>(whole(part[0], "part", std::numeric_limits<uint32_t>::max()));
   identity.part.end = static_cast<uint32_t>(whole(part[1], "part", std::numeric_limits<uint32_t>::max()));
-  identity.metadata = text(json, "metadata");
+  identity.metadata = json_text(json, "metadata");
   return identity;
 }
 
 ParsedHeader parse(std::string_view text_of_json) {
+  if (json_depth(text_of_json) > kDeepestJson) throw Unsound(fmt::format("it has more than {} levels", kDeepestJson));
   const Json json = Json::parse(text_of_json);
   ParsedHeader parsed;
   AccumulationHeader& header = parsed.header;
@@ -241,10 +269,29 @@ ParsedHeader parse(std::string_view text_of_json) {
     read_whole(plane, "records", stored.records);
   }
   if (parsed.planes != planes_of(header, parsed.area)) throw Unsound("'planes' are not those of such a film");
+  header.summary.sum_bytes = byte_count(parsed.planes);
+  const uint64_t most = most_coverage_bytes(parsed.planes);
+  uint64_t span_bytes = 0;
+  for (const ParsedHeader::CoverageRun& run : parsed.runs) {
+    const uint64_t bytes = run.coverage.spans.size() * sizeof(SampleSpan);
+    if (bytes > 0 && run.blocks > (most - span_bytes) / bytes)
+      throw Unsound(fmt::format("'runs' have more than {} bytes of spans", most));
+    span_bytes += run.blocks * bytes;
+  }
   return parsed;
 }
 
 } // namespace
+
+uint64_t byte_count(std::span<const StoredPlane> planes) {
+  uint64_t bytes = 0;
+  for (const StoredPlane& plane : planes) bytes += uint64_t{plane.record_bytes} * plane.records;
+  return bytes;
+}
+
+uint64_t most_coverage_bytes(std::span<const StoredPlane> planes) {
+  return std::max(byte_count(planes), kCoverageBytes);
+}
 
 std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area) {
   const auto pixels = area.empty() ? 0 : static_cast<size_t>(area.pixel_count());

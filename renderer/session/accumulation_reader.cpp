@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kBlocksAtOnce = 64; // read, then restored together
+constexpr size_t kBlocksAtOnce = 64;              // read, then restored together
+static_assert(sizeof(off_t) == sizeof(uint64_t)); // files beyond 4 GiB are read as others are
 
 class Reader {
  public:
@@ -42,7 +43,7 @@ class Reader {
   // Everything but the blocks' bytes: head, JSON, the places and sizes of the blocks, tail.
   [[nodiscard]] Result<void> open();
   [[nodiscard]] const ParsedHeader& parsed() const { return parsed_; }
-  // Into planes of the sizes of parsed().planes.
+  // Into planes of the sizes of parsed().planes; of no planes at all: only to see that they can be read.
   [[nodiscard]] Result<void> read_blocks(std::span<const std::span<std::byte>> planes) const;
 
  private:
@@ -122,10 +123,9 @@ Result<uint64_t> Reader::read_header() {
 }
 
 Result<void> Reader::find_blocks(uint64_t offset) {
-  // Before the list of blocks is made, the file must have room for their headers.
-  uint64_t bytes = 0;
-  for (const StoredPlane& plane : parsed_.planes) bytes += uint64_t{plane.record_bytes} * plane.records;
-  if (bytes / kBlockBytes > size_ / sizeof(BlockHeader))
+  // Before the list of blocks is made, the file must have room for them.
+  const uint64_t bytes = parsed_.header.summary.sum_bytes;
+  if (bytes / kBlockBytes > size_ / (sizeof(BlockHeader) + smallest_stored_size(kBlockBytes)))
     return error(fmt::format("is cut off: it ends at byte {}, too short for {} bytes of sums", size_, bytes));
   uint32_t all_checksums = 0;
   for (const BlockPlace& place : blocks_of(parsed_.planes)) {
@@ -136,7 +136,8 @@ Result<void> Reader::find_blocks(uint64_t offset) {
     if (block.header.plane != place.plane || block.header.bytes != place.bytes)
       return damaged(block,
                      fmt::format("it says that it has {} bytes of plane {}", block.header.bytes, block.header.plane));
-    if (block.header.stored_bytes > largest_stored_size(place.bytes))
+    if (block.header.stored_bytes > largest_stored_size(place.bytes) ||
+        block.header.stored_bytes < smallest_stored_size(place.bytes))
       return damaged(block, fmt::format("it says that it is stored in {} bytes", block.header.stored_bytes));
     all_checksums = checksum(std::as_bytes(std::span(&block.header.checksum, 1)), all_checksums);
     offset += sizeof block.header + block.header.stored_bytes;
@@ -156,6 +157,7 @@ Result<void> Reader::find_blocks(uint64_t offset) {
 
 Result<void> Reader::read_blocks(std::span<const std::span<std::byte>> planes) const {
   std::vector<std::vector<std::byte>> stored(std::min(blocks_.size(), kBlocksAtOnce));
+  std::vector<std::vector<std::byte>> unwanted(planes.empty() ? stored.size() : 0);
   std::vector<std::string_view> faults(stored.size());
   for (size_t first = 0; first < blocks_.size(); first += kBlocksAtOnce) {
     const size_t count = std::min(blocks_.size() - first, kBlocksAtOnce);
@@ -167,10 +169,12 @@ Result<void> Reader::read_blocks(std::span<const std::span<std::byte>> planes) c
     tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 1), [&](const tbb::blocked_range<size_t>& range) {
       for (size_t i = range.begin(); i != range.end(); ++i) {
         const auto& [place, header, offset] = blocks_[first + i];
+        if (planes.empty()) unwanted[i].resize(place.bytes);
+        const std::span<std::byte> records =
+            planes.empty() ? std::span(unwanted[i]) : planes[place.plane].subspan(place.first_byte, place.bytes);
         faults[i] = block_checksum(header, stored[i]) != header.checksum
                         ? "the checksum is wrong"
-                        : restore_block(stored[i], parsed_.planes[place.plane].record_bytes,
-                                        planes[place.plane].subspan(place.first_byte, place.bytes));
+                        : restore_block(stored[i], parsed_.planes[place.plane].record_bytes, records);
       }
     });
     for (size_t i = 0; i < count; ++i)
@@ -205,6 +209,16 @@ Error no_memory(const fs::path& path) {
 Result<Accumulation> read_accumulation(const fs::path& path) {
   try {
     return read(path);
+  } catch (const std::bad_alloc&) {
+    return no_memory(path);
+  }
+}
+
+Result<void> check_accumulation(const fs::path& path) {
+  try {
+    Reader reader(path);
+    if (Result<void> opened = reader.open(); !opened) return opened;
+    return reader.read_blocks({});
   } catch (const std::bad_alloc&) {
     return no_memory(path);
   }

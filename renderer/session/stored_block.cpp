@@ -41,6 +41,13 @@ uint32_t block_checksum(const BlockHeader& header, std::span<const std::byte> st
 
 size_t largest_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
 
+size_t smallest_stored_size(size_t bytes) {
+  // RFC 8878: a magic number, a header of two bytes at least, and for each 128 KiB a block, whose header is three bytes and whose contents
+  // are one if all of them are alike.
+  constexpr size_t kFrame = 4 + 2, kBlock = 3 + 1;
+  return kFrame + kBlock * ((bytes + ZSTD_BLOCKSIZE_MAX - 1) / ZSTD_BLOCKSIZE_MAX);
+}
+
 std::vector<std::byte> store_block(std::span<const std::byte> records, size_t record_bytes) {
   std::vector<std::byte> transposed(records.size());
   transpose<false>(records.data(), transposed.data(), records.size() / record_bytes, record_bytes);

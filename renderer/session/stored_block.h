@@ -26,6 +26,8 @@ static_assert(sizeof(BlockHeader) == 16);
 
 // The largest size that `bytes` may be stored in.
 [[nodiscard]] size_t largest_stored_size(size_t bytes);
+// No frame of Zstandard that gives `bytes` is smaller.
+[[nodiscard]] size_t smallest_stored_size(size_t bytes);
 
 // Transposes the records, so that bytes of the same meaning are neighbours (the upper bytes of sums are alike), and compresses them as a
 // frame of Zstandard with its checksum. `records.size()` is a multiple of `record_bytes`. Empty: no memory for it.
