@@ -79,6 +79,7 @@ nlohmann::ordered_json task_json(const FarmPlan& plan, const TaskStatus& task) {
                                 {"end_s", attempt.end_s},
                                 {"outcome", outcome_name(attempt.outcome)},
                                 {"resumed", attempt.resumed},
+                                {"saved", attempt.saved},
                                 {"exit_code", attempt.exit_code},
                                 {"signal", attempt.signal},
                                 {"message", attempt.message}});
@@ -88,8 +89,8 @@ nlohmann::ordered_json task_json(const FarmPlan& plan, const TaskStatus& task) {
 } // namespace
 
 std::string format_farm_status(const FarmPlan& plan, const FarmStatus& status) {
-  std::string text = fmt::format("{}: {} in {} part{}\n", plan.folder.string(), plan.scene.filename().string(),
-                                 plan.parts, plan.parts == 1 ? "" : "s");
+  std::string text = fmt::format("{}: {} in {} part{}\n", printable(plan.folder.string()),
+                                 printable(plan.scene.filename().string()), plan.parts, plan.parts == 1 ? "" : "s");
   TextTable table({{"frame", true},
                    {"state"},
                    {"progress", true},
@@ -110,10 +111,10 @@ std::string format_farm_status(const FarmPlan& plan, const FarmStatus& status) {
     text += list_tasks(plan, status, state);
   for (const FrameStatus& frame : status.frames)
     if (frame.merge && !frame.merged())
-      text += fmt::format("\nframe {} could not be merged: {}\n", frame_name(frame), frame.merge->message);
+      text += fmt::format("\nframe {} could not be merged: {}\n", frame_name(frame), printable(frame.merge->message));
   if (status.refusal)
     text += fmt::format("\nrefused by task {}, exit code {}: {}\n", status.refusal->task, status.refusal->exit_code,
-                        status.refusal->message);
+                        printable(status.refusal->message));
   return text;
 }
 

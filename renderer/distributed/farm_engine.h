@@ -5,6 +5,7 @@
 #include "renderer/base/result.h"
 #include "renderer/distributed/farm_plan.h"
 
+#include <csignal>
 #include <map>
 #include <memory>
 #include <span>
@@ -38,6 +39,9 @@ struct FarmQueue {
   std::map<int, QueuedTask> tasks; // by number
   bool merge = false;              // the merge job waits or runs
 };
+
+// What an engine may send to a task, and to nothing that the task has started, a while before its time is over.
+inline constexpr int kOutOfTimeSignal = SIGUSR1;
 
 class FarmEngine {
  public:

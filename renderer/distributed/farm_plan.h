@@ -18,7 +18,7 @@ struct FarmResources {
   std::string partition;
   int threads_per_part = 0; // 0: a part has a machine to itself
   std::string memory;       // as Slurm writes it: "4G"
-  std::string time;         // the longest that a part may take, as Slurm writes it: "2:00:00"
+  std::string time;         // the longest that an attempt may take, as Slurm writes it: "2:00:00"
 };
 
 // Which part of which frame a task renders.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_records.h"
 
+#include "renderer/distributed/farm_engine.h"
 #include "renderer/distributed/json_file.h"
 
 #include <fmt/format.h>
@@ -13,8 +14,8 @@ namespace kindling {
 
 namespace {
 
-constexpr std::array<std::string_view, 7> kOutcomeNames = {"running", "done",    "interrupted", "failed",
-                                                           "crashed", "refused", "lost"};
+constexpr std::array<std::string_view, 8> kOutcomeNames = {"running", "done",    "interrupted", "failed",
+                                                           "crashed", "refused", "lost",        "out of time"};
 
 AttemptOutcome outcome_from_name(std::string_view name) {
   const auto found = std::find(kOutcomeNames.begin(), kOutcomeNames.end(), name);
@@ -29,6 +30,8 @@ nlohmann::ordered_json to_json(const FarmAttempt& attempt) {
           {"seen_s", attempt.seen_s},
           {"progress", attempt.progress},
           {"resumed", attempt.resumed},
+          {"saved_before", attempt.saved_before},
+          {"saved", attempt.saved},
           {"outcome", outcome_name(attempt.outcome)},
           {"exit_code", attempt.exit_code},
           {"signal", attempt.signal},
@@ -44,6 +47,8 @@ FarmAttempt attempt_from_json(const nlohmann::ordered_json& json) {
   attempt.seen_s = json.at("seen_s").get<double>();
   attempt.progress = json.at("progress").get<double>();
   attempt.resumed = json.at("resumed").get<bool>();
+  attempt.saved_before = json.at("saved_before").get<double>();
+  attempt.saved = json.at("saved").get<double>();
   attempt.outcome = outcome_from_name(json.at("outcome").get<std::string>());
   attempt.exit_code = json.at("exit_code").get<int>();
   attempt.signal = json.at("signal").get<int>();
@@ -94,6 +99,18 @@ Verdict judge(const TaskRecord& record, int retries) {
   case AttemptOutcome::done: return {NextStep::finished, {}};
   case AttemptOutcome::interrupted: return {NextStep::give_way, {}};
   case AttemptOutcome::refused: return {NextStep::refuse, {}};
+  case AttemptOutcome::out_of_time: {
+    const auto came_nearer = std::find_if(record.attempts.rbegin(), record.attempts.rend(), [](const auto& attempt) {
+      return attempt.outcome != AttemptOutcome::out_of_time || attempt.saved > attempt.saved_before;
+    });
+    const auto fruitless = came_nearer - record.attempts.rbegin();
+    if (fruitless < kMostFruitlessAttempts) return {NextStep::go_on, {}};
+    return {
+        NextStep::poison,
+        fmt::format("out of time {} times in a row without coming nearer to its end, {:.1f} % of it are saved, last "
+                    "on {}: it needs more --time",
+                    fruitless, 100.0 * last.saved, last.host)};
+  }
   case AttemptOutcome::running:
   case AttemptOutcome::lost: {
     const int lost = record.count(AttemptOutcome::lost);
@@ -109,9 +126,9 @@ Verdict judge(const TaskRecord& record, int retries) {
           fmt::format("failed {} times, last on {}: {}", failures, last.host, describe_failure(last))};
 }
 
-AttemptOutcome outcome_of(int exit_code, int signal, bool interrupted) {
+AttemptOutcome outcome_of(int exit_code, int signal, int asked_by) {
   if (signal == 0 && exit_code == 0) return AttemptOutcome::done;
-  if (interrupted) return AttemptOutcome::interrupted;
+  if (asked_by != 0) return asked_by == kOutOfTimeSignal ? AttemptOutcome::out_of_time : AttemptOutcome::interrupted;
   if (signal != 0) return AttemptOutcome::crashed;
   // 128 and a signal: interrupted in good order, if not by us. A shell between us and the program says it of a crash, too.
   if (exit_code == 130 || exit_code == 143) return AttemptOutcome::interrupted;

@@ -21,6 +21,7 @@ enum class AttemptOutcome {
   crashed,     // ended by a signal that nobody meant: a crash, or out of memory
   refused,     // exit code 2 or 3: no machine can do better
   lost,        // its machine went away
+  out_of_time, // the engine said so ahead; went as far as its checkpoint
 };
 [[nodiscard]] std::string_view outcome_name(AttemptOutcome outcome);
 
@@ -28,10 +29,12 @@ enum class AttemptOutcome {
 struct FarmAttempt {
   std::string host;
   double start_s = 0.0;
-  double end_s = 0.0;    // 0 while running
-  double seen_s = 0.0;   // when `progress` was written
-  double progress = 0.0; // of the render, in [0, 1]
-  bool resumed = false;  // from the checkpoint of an earlier attempt
+  double end_s = 0.0;        // 0 while running
+  double seen_s = 0.0;       // when `progress` was written
+  double progress = 0.0;     // of the render, in [0, 1]
+  bool resumed = false;      // from the checkpoint of an earlier attempt
+  double saved_before = 0.0; // of the part's samples, the share that was in the checkpoint when it began, in [0, 1]
+  double saved = 0.0;        // when it ended
   AttemptOutcome outcome = AttemptOutcome::running;
   int exit_code = 0;
   int signal = 0;
@@ -62,16 +65,25 @@ struct MergeRecord {
 
 // A machine that went away is not the part's fault, but a part that takes its machines along must end some time.
 inline constexpr int kMostLostAttempts = 5;
+// A part that runs out of time goes on as long as it comes nearer to its end; not where so many attempts in a row have saved nothing more.
+inline constexpr int kMostFruitlessAttempts = 2;
 
 // What to do after the last attempt of the record, which has ended.
-enum class NextStep { finished, give_way, retry, poison, refuse };
+enum class NextStep {
+  finished,
+  give_way, // whoever interrupted us says what happens
+  go_on,    // by another process that has its own time
+  retry,
+  poison,
+  refuse
+};
 struct Verdict {
   NextStep step = NextStep::finished;
   std::string reason; // of poison
 };
 [[nodiscard]] Verdict judge(const TaskRecord& record, int retries);
-// How a render ended: exit code, or signal if not 0; `interrupted`: we had asked it to stop.
-[[nodiscard]] AttemptOutcome outcome_of(int exit_code, int signal, bool interrupted);
+// How a render ended: exit code, or signal if not 0; `asked_by`: the signal that had us ask it to stop, or 0.
+[[nodiscard]] AttemptOutcome outcome_of(int exit_code, int signal, int asked_by);
 
 // A record that is not there is an empty one. Fail (input_output).
 [[nodiscard]] Result<TaskRecord> read_task_record(const std::filesystem::path& path);

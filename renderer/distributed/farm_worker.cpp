@@ -4,6 +4,7 @@
 
 #include "renderer/distributed/program_lines.h"
 #include "renderer/distributed/run_process.h"
+#include "renderer/session/accumulation_file.h"
 
 #include <fmt/format.h>
 
@@ -30,6 +31,14 @@ void remove_checkpoint(const FarmPlan& plan, const FarmTask& task) {
     std::filesystem::remove(plan.checkpoint_file(task).string() + ending, error);
 }
 
+// Of the samples that the part is to have, the share that an attempt would go on from.
+double saved_share(const FarmPlan& plan, const FarmTask& task) {
+  const std::filesystem::path checkpoint = plan.checkpoint_file(task);
+  Result<AccumulationSummary> summary = read_accumulation_summary(checkpoint);
+  if (!summary.ok()) summary = read_accumulation_summary(previous_accumulation(checkpoint));
+  return summary.ok() ? summary.value().coverage.done_share(summary.value().identity.part) : 0.0;
+}
+
 class TaskWorker {
  public:
   TaskWorker(const FarmPlan& plan, int number, FarmEngine& engine, const FarmLog& log)
@@ -47,6 +56,8 @@ class TaskWorker {
   Result<int> refuse(int exit_code);
   // Whether the next attempt is another process's.
   bool leave_to_engine();
+  // As a matter of another process alone.
+  void go_on_later();
 
   const FarmPlan& plan_;
   const FarmTask task_;
@@ -86,13 +97,17 @@ Result<int> TaskWorker::run() {
           fmt::format("{} is not tried: task {} found out: {}", name, refusal.value()->task, refusal.value()->message));
       return refusal.value()->exit_code;
     }
-    if (const int signal = signals_.received(); signal != 0) return 128 + signal;
+    if (const int signal = signals_.received(); signal != 0) {
+      if (signal == kOutOfTimeSignal) go_on_later();
+      return 128 + signal;
+    }
     const Result<int> ended = attempt();
     if (!ended.ok()) return ended;
     const Verdict verdict = judge(record_, plan_.retries);
     switch (verdict.step) {
     case NextStep::finished: remove_checkpoint(plan_, task_); return 0;
     case NextStep::give_way: return ended;
+    case NextStep::go_on: go_on_later(); return ended;
     case NextStep::refuse: return refuse(ended.value());
     case NextStep::poison: return poison(verdict.reason, ended.value());
     case NextStep::retry:
@@ -116,6 +131,7 @@ Result<int> TaskWorker::attempt() {
   attempt.host = engine_.host_of_this_task();
   attempt.start_s = now_s();
   attempt.resumed = resumed;
+  attempt.saved_before = saved_share(plan_, task_);
   attempt.log = engine_.log_of_this_task();
   if (Result<void> saved = save(); !saved.ok()) return saved.error();
   log_(fmt::format("{} of {}: attempt {} on {}{}", plan_.task_name(task_), plan_.parts, record_.attempts.size(),
@@ -143,7 +159,7 @@ Result<int> TaskWorker::attempt() {
   attempt.signal = end.value().signal;
   attempt.progress = lines.progress;
   attempt.message = lines.error;
-  attempt.outcome = outcome_of(end.value().exit_code, end.value().signal, signals_.received() != 0);
+  attempt.outcome = outcome_of(end.value().exit_code, end.value().signal, signals_.received());
   if (attempt.outcome == AttemptOutcome::done) {
     std::filesystem::rename(plan_.unfinished_file(task_), plan_.part_file(task_), error);
     if (error) {
@@ -151,6 +167,7 @@ Result<int> TaskWorker::attempt() {
       attempt.message = fmt::format("{}: {}", plan_.unfinished_file(task_).string(), error.message());
     }
   }
+  attempt.saved = attempt.outcome == AttemptOutcome::done ? 1.0 : saved_share(plan_, task_);
   if (attempt.outcome == AttemptOutcome::done) attempt.progress = 1.0;
   // A checkpoint that cannot be gone on from must not be in the way of the next attempt; one that could is worth keeping.
   if (resumed && attempt.exit_code == 4 && !lines.rendering) {
@@ -184,6 +201,16 @@ bool TaskWorker::leave_to_engine() {
   const Result<void> requeued = engine_.requeue_this_task();
   if (!requeued.ok()) log_(fmt::format("{}; trying again here", requeued.error().message));
   return requeued.ok();
+}
+
+void TaskWorker::go_on_later() {
+  if (signals_.came(SIGTERM)) {
+    log_("and terminated: whoever does that says whether it goes on"); // cancelled, or the time is over already
+    return;
+  }
+  if (!engine_.inside_task()) return;
+  log_("goes on in another attempt: its time is nearly over");
+  if (const Result<void> requeued = engine_.requeue_this_task(); !requeued.ok()) log_(requeued.error().message);
 }
 
 } // namespace

@@ -86,6 +86,13 @@ ProcessEnd wait_for(pid_t process) {
   return {WEXITSTATUS(status), 0};
 }
 
+sigset_t inbox_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGUSR1}) sigaddset(&signals, signal);
+  return signals;
+}
+
 // False at the end of the stream.
 bool read_some(int descriptor, std::string& text) {
   std::array<char, 4096> buffer;
@@ -121,10 +128,7 @@ Result<ProcessOutput> capture_process(const std::vector<std::string>& command) {
 }
 
 SignalInbox::SignalInbox() {
-  sigset_t wanted;
-  sigemptyset(&wanted);
-  sigaddset(&wanted, SIGTERM);
-  sigaddset(&wanted, SIGINT);
+  const sigset_t wanted = inbox_signals();
   pthread_sigmask(SIG_BLOCK, &wanted, nullptr);
   descriptor_ = signalfd(-1, &wanted, SFD_CLOEXEC | SFD_NONBLOCK);
 }
@@ -132,18 +136,22 @@ SignalInbox::SignalInbox() {
 SignalInbox::~SignalInbox() {
   received(); // so that they do not end the process now
   close(descriptor_);
-  sigset_t wanted;
-  sigemptyset(&wanted);
-  sigaddset(&wanted, SIGTERM);
-  sigaddset(&wanted, SIGINT);
+  const sigset_t wanted = inbox_signals();
   pthread_sigmask(SIG_UNBLOCK, &wanted, nullptr);
 }
 
 int SignalInbox::received() {
   signalfd_siginfo info;
-  while (read(descriptor_, &info, sizeof info) == static_cast<ssize_t>(sizeof info))
+  while (read(descriptor_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
     if (first_ == 0) first_ = static_cast<int>(info.ssi_signo);
+    came_ |= uint64_t{1} << info.ssi_signo;
+  }
   return first_;
+}
+
+bool SignalInbox::came(int signal) {
+  received();
+  return (came_ >> signal & 1) != 0;
 }
 
 Result<ProcessEnd> run_watched(const std::vector<std::string>& command, const std::filesystem::path& folder,
@@ -151,9 +159,8 @@ Result<ProcessEnd> run_watched(const std::vector<std::string>& command, const st
   Pipe output;
   if (output.write < 0)
     return Error{ErrorKind::input_output, fmt::format("{}: no pipe: {}", command[0], std::strerror(errno))};
-  sigset_t blocked;
-  sigemptyset(&blocked);
-  sigaddset(&blocked, SIGTERM);
+  sigset_t blocked = inbox_signals();
+  sigdelset(&blocked, SIGINT);
   Result<pid_t> process = spawn(command, folder, output.write, output.write, blocked);
   if (!process.ok()) return process.error();
   output.close_write();
@@ -164,7 +171,7 @@ Result<ProcessEnd> run_watched(const std::vector<std::string>& command, const st
     std::array<pollfd, 2> waiting{{{output.read, POLLIN, 0}, {signals.descriptor(), POLLIN, 0}}};
     if (poll(waiting.data(), asked ? 1 : 2, -1) < 0 && errno != EINTR) break;
     if (!asked && signals.received() != 0) {
-      if (signals.received() == SIGTERM) kill(process.value(), SIGINT);
+      if (signals.received() != SIGINT) kill(process.value(), SIGINT);
       asked = true;
     }
     if (waiting[0].revents != 0) open = read_some(output.read, text);

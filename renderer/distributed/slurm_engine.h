@@ -4,6 +4,9 @@
 
 #include "renderer/distributed/farm_engine.h"
 
+#include <cstdint>
+#include <optional>
+
 namespace kindling {
 
 class SlurmEngine final : public FarmEngine {
@@ -29,6 +32,11 @@ inline constexpr std::string_view kSqueueFormat = "%F|%K|%T|%N|%r";
 [[nodiscard]] FarmQueue parse_squeue(std::string_view output, const FarmJobs& jobs);
 // The value of MaxArraySize in the output of `scontrol show config`: indices are below it; Slurm's default 1001 if it is not told.
 [[nodiscard]] int parse_largest_array(std::string_view output);
+// Seconds of a limit as Slurm writes it: "90" (minutes), "1:30" (minutes and seconds), "1:30:00", "2-12", "2-12:30", "2-12:30:00"; Slurm rounds
+// them up to minutes. Nothing for one without an end, or what Slurm would not take.
+[[nodiscard]] std::optional<int64_t> slurm_time_s(std::string_view text);
+// How long before that limit a task is told: as long as a checkpoint may take, but not too much of a short time.
+[[nodiscard]] int64_t time_warning_s(const FarmResources& resources);
 // The words of --partition, --memory and --time go into scripts as they are; fails (usage).
 [[nodiscard]] Result<void> check_slurm_resources(const FarmResources& resources);
 

@@ -78,4 +78,21 @@ bool Coverage::complete(size_t index, const SampleSpan& wanted) const {
   return blocks_[index].stopped || first_missing(index, wanted).empty();
 }
 
+double Coverage::done_share(const SampleSpan& wanted) const {
+  double done = 0.0, all = 0.0;
+  for (size_t i = 0; i < blocks_.size() && !wanted.empty(); ++i) {
+    const auto pixels = static_cast<double>(block(i).pixel_count());
+    all += pixels * wanted.count();
+    if (blocks_[i].stopped) {
+      done += pixels * wanted.count();
+      continue;
+    }
+    for (const SampleSpan& span : blocks_[i].spans) {
+      const SampleSpan common{std::max(span.first, wanted.first), std::min(span.end, wanted.end)};
+      if (!common.empty()) done += pixels * common.count();
+    }
+  }
+  return all > 0.0 ? done / all : 1.0;
+}
+
 } // namespace kindling

@@ -49,6 +49,8 @@ class Coverage {
   [[nodiscard]] SampleSpan first_missing(size_t index, const SampleSpan& wanted) const;
   // How many samples of `wanted` the block has, counted from wanted.first without a gap.
   [[nodiscard]] uint32_t done(size_t index, const SampleSpan& wanted) const;
+  // Of `wanted` of all pixels, the share that is there, in [0, 1]; a block that has stopped lacks none. 1 where nothing is wanted.
+  [[nodiscard]] double done_share(const SampleSpan& wanted) const;
   // Whether the block has all of `wanted`, or has stopped.
   [[nodiscard]] bool complete(size_t index, const SampleSpan& wanted) const;
 

@@ -168,8 +168,8 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogetherIsRefused) {
   const Words out{"-o", "m.png"};
   expect_refusal(merge({"p1.kacc", "seed.kacc"}, out), 2, {"seed.kacc is of another picture than p1.kacc", "seed"});
   expect_refusal(merge({"p1.kacc", "bounces.kacc"}, out), 2, {"bounces.kacc", "bounces"});
-  expect_refusal(merge({"p1.kacc", "size.kacc"}, out), 2, {"size: 40x36 and 48x36"});
-  expect_refusal(merge({"p1.kacc", "spp.kacc"}, out), 2, {"laid out for: 4 and 6"});
+  expect_refusal(merge({"p1.kacc", "size.kacc"}, out), 2, {"--size: [40,36] and [48,36]"});
+  expect_refusal(merge({"p1.kacc", "spp.kacc"}, out), 2, {"--planned-spp: 4 and 6"});
   expect_refusal(merge({"p1.kacc", "whole.kacc"}, out), 2, {"whole.kacc and p1.kacc overlap"});
   std::string scene = read_file("scene.gltf");
   write_file("scene.gltf", scene + "\n");

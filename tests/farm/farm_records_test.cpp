@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_records.h"
 
+#include "renderer/distributed/farm_engine.h"
 #include "tests/farm/test_farm.h"
+
+#include <csignal>
 
 namespace kindling::test {
 namespace {
@@ -21,17 +24,20 @@ TaskRecord record_of(const std::vector<AttemptOutcome>& outcomes) {
 }
 
 TEST(Outcome, FollowsTheExitCode) {
-  EXPECT_EQ(outcome_of(0, 0, false), AttemptOutcome::done);
-  EXPECT_EQ(outcome_of(0, 0, true), AttemptOutcome::done); // the signal came too late
-  EXPECT_EQ(outcome_of(1, 0, false), AttemptOutcome::failed);
-  EXPECT_EQ(outcome_of(4, 0, false), AttemptOutcome::failed);
-  EXPECT_EQ(outcome_of(2, 0, false), AttemptOutcome::refused);
-  EXPECT_EQ(outcome_of(3, 0, false), AttemptOutcome::refused);
-  EXPECT_EQ(outcome_of(130, 0, true), AttemptOutcome::interrupted);
-  EXPECT_EQ(outcome_of(143, 0, false), AttemptOutcome::interrupted);
-  EXPECT_EQ(outcome_of(139, 0, false), AttemptOutcome::crashed); // a shell's word for a signal
-  EXPECT_EQ(outcome_of(0, 11, false), AttemptOutcome::crashed);
-  EXPECT_EQ(outcome_of(0, 9, false), AttemptOutcome::crashed);
+  EXPECT_EQ(outcome_of(0, 0, 0), AttemptOutcome::done);
+  EXPECT_EQ(outcome_of(0, 0, SIGTERM), AttemptOutcome::done); // the signal came too late
+  EXPECT_EQ(outcome_of(1, 0, 0), AttemptOutcome::failed);
+  EXPECT_EQ(outcome_of(4, 0, 0), AttemptOutcome::failed);
+  EXPECT_EQ(outcome_of(2, 0, 0), AttemptOutcome::refused);
+  EXPECT_EQ(outcome_of(3, 0, 0), AttemptOutcome::refused);
+  EXPECT_EQ(outcome_of(130, 0, SIGTERM), AttemptOutcome::interrupted);
+  EXPECT_EQ(outcome_of(143, 0, 0), AttemptOutcome::interrupted);
+  EXPECT_EQ(outcome_of(139, 0, 0), AttemptOutcome::crashed); // a shell's word for a signal
+  EXPECT_EQ(outcome_of(0, 11, 0), AttemptOutcome::crashed);
+  EXPECT_EQ(outcome_of(0, 9, 0), AttemptOutcome::crashed);
+  EXPECT_EQ(outcome_of(130, 0, kOutOfTimeSignal), AttemptOutcome::out_of_time);
+  EXPECT_EQ(outcome_of(4, 0, kOutOfTimeSignal), AttemptOutcome::out_of_time); // no disk for its checkpoint
+  EXPECT_EQ(outcome_of(0, 0, kOutOfTimeSignal), AttemptOutcome::done);
 }
 
 TEST(Verdict, FailuresAndCrashesAreRetriedSoOften) {
@@ -57,6 +63,37 @@ TEST(Verdict, LostMachinesAreNotThePartsFaultUntilTheyAreMany) {
   EXPECT_EQ(judge(record_of({lost, lost, lost, lost, lost}), 0).step, NextStep::poison);
 }
 
+TEST(Verdict, OutOfTimeGoesOnAsLongAsItComesNearer) {
+  // Attempts that ran out of time with so much saved at their ends, each from where the one before it ended.
+  const auto verdict_of = [](const std::vector<double>& saved) {
+    TaskRecord record = record_of(std::vector<AttemptOutcome>(saved.size(), AttemptOutcome::out_of_time));
+    for (size_t i = 0; i < saved.size(); ++i) {
+      record.attempts[i].saved_before = i > 0 ? saved[i - 1] : 0.0;
+      record.attempts[i].saved = saved[i];
+    }
+    return judge(record, 0);
+  };
+  std::vector<double> slow;
+  for (int i = 1; i <= 100; ++i) slow.push_back(0.001 * i);
+  EXPECT_EQ(verdict_of(slow).step, NextStep::go_on);
+  EXPECT_EQ(verdict_of({0.0}).step, NextStep::go_on);
+  EXPECT_EQ(verdict_of({0.5, 0.5}).step, NextStep::go_on); // a slow disk, once
+  EXPECT_EQ(verdict_of({0.0, 0.1, 0.1, 0.2}).step, NextStep::go_on);
+  EXPECT_EQ(verdict_of({0.0, 0.0}).step, NextStep::poison);
+  EXPECT_EQ(verdict_of({0.3, 0.2, 0.2}).step, NextStep::poison); // a checkpoint that was lost, too
+  const Verdict poison = verdict_of({0.1, 0.5, 0.5, 0.5});
+  EXPECT_EQ(poison.step, NextStep::poison);
+  EXPECT_EQ(poison.reason,
+            "out of time 2 times in a row without coming nearer to its end, 50.0 % of it are saved, last "
+            "on node: it needs more --time");
+  // What else happened in between does not count as one, nor against it.
+  TaskRecord record = record_of({AttemptOutcome::out_of_time, AttemptOutcome::lost, AttemptOutcome::out_of_time});
+  EXPECT_EQ(judge(record, 0).step, NextStep::go_on);
+  record.attempts.push_back(record_of({AttemptOutcome::failed}).attempts[0]);
+  EXPECT_EQ(judge(record, 0).step, NextStep::poison); // as a failure
+  EXPECT_EQ(judge(record, 1).step, NextStep::retry);
+}
+
 TEST(Verdict, RefusalsAreFinal) {
   EXPECT_EQ(judge(record_of({AttemptOutcome::refused}), 100).step, NextStep::refuse);
   EXPECT_EQ(judge(record_of({AttemptOutcome::done}), 0).step, NextStep::finished);
@@ -69,6 +106,8 @@ TEST_F(Records, AreReadAsTheyWereWritten) {
   record.attempts[0].message = "\xff broken UTF-8";
   record.attempts[1].start_s = 1700000000.25;
   record.attempts[1].resumed = true;
+  record.attempts[1].saved_before = 1.0 / 3.0;
+  record.attempts[1].saved = 0.7;
   record.poisoned = "why";
   ASSERT_TRUE(write_task_record(folder_ / "a.json", record).ok());
   const Result<TaskRecord> read = read_task_record(folder_ / "a.json");
@@ -78,6 +117,8 @@ TEST_F(Records, AreReadAsTheyWereWritten) {
   EXPECT_EQ(read.value().attempts[0].signal, 11);
   EXPECT_EQ(read.value().attempts[1].start_s, 1700000000.25);
   EXPECT_TRUE(read.value().attempts[1].resumed);
+  EXPECT_EQ(read.value().attempts[1].saved_before, 1.0 / 3.0);
+  EXPECT_EQ(read.value().attempts[1].saved, 0.7);
   EXPECT_EQ(read.value().poisoned, "why");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1); // nothing is left beside it
 }

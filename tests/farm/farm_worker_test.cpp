@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_worker.h"
 
+#include "renderer/session/accumulation_file.h"
 #include "tests/farm/test_farm.h"
 
 #include <signal.h>
@@ -129,6 +130,98 @@ time.sleep(60)
   second.binary = folder_ / "second";
   EXPECT_EQ(work(second), 0);
   EXPECT_TRUE(record(plan).attempts[1].resumed);
+}
+
+// A checkpoint that has so many of four samples.
+void write_checkpoint(const std::filesystem::path& path, uint32_t samples) {
+  const PixelRect area{V2i(0), V2i(8)};
+  AccumulationIdentity identity;
+  identity.size_px = V2i(8);
+  identity.crop = area;
+  identity.samples_per_pixel = 4;
+  identity.part = {0, 4};
+  RenderState state{Film(V2i(8), area, {}), Coverage(area), {}, {}};
+  ASSERT_TRUE(samples == 0 || state.coverage.add(0, {0, samples}));
+  const Result<void> written = write_accumulation(path, identity, state, false);
+  ASSERT_TRUE(written.ok()) << written.error().message;
+}
+
+// A renderer that is told by SIGINT to leave the file "save" as its checkpoint; its time is nearly over at once, which only its parent is
+// told, and should it be told itself, nothing comes of it. Behind it other signals may be sent.
+std::string slow_renderer(const std::string& more = "") {
+  return R"(export checkpoint out; exec python3 -c '
+import os, shutil, signal, sys, time
+def save(*_):
+    if os.path.exists("save"): shutil.copy("save", os.environ["checkpoint"])
+    sys.exit(130)
+signal.signal(signal.SIGINT, save)
+os.kill(os.getpid(), signal.SIGUSR1)
+os.kill(os.getppid(), signal.SIGUSR1)
+)" + more +
+         "time.sleep(60)\n'\n";
+}
+
+TEST_F(Worker, OutOfTimeGoesOnInAnotherAttempt) {
+  engine_.inside = true;
+  const FarmPlan plan = make_plan(slow_renderer());
+  for (const uint32_t samples : {1U, 2U, 3U}) {
+    write_checkpoint(folder_ / "save", samples);
+    EXPECT_EQ(work(plan), 130);
+    EXPECT_EQ(engine_.requeued, static_cast<int>(samples));
+    const FarmAttempt last = record(plan).attempts.back();
+    EXPECT_EQ(last.outcome, AttemptOutcome::out_of_time);
+    EXPECT_EQ(last.resumed, samples > 1);
+    EXPECT_EQ(last.saved_before, 0.25 * (samples - 1));
+    EXPECT_EQ(last.saved, 0.25 * samples);
+  }
+  EXPECT_TRUE(record(plan).poisoned.empty());
+  EXPECT_NE(log_.find("goes on in another attempt"), std::string::npos) << log_;
+  FarmPlan second = plan;
+  write_script("second", "touch " + plan.unfinished_file(plan.task(0)).string() + "\n");
+  second.binary = folder_ / "second";
+  EXPECT_EQ(work(second), 0);
+  EXPECT_EQ(record(plan).attempts.size(), 4u);
+  EXPECT_EQ(record(plan).attempts.back().saved, 1.0);
+}
+
+TEST_F(Worker, OutOfTimeWithoutComingNearerIsPoison) {
+  engine_.inside = true;
+  const FarmPlan plan = make_plan(slow_renderer());
+  EXPECT_EQ(work(plan), 130); // nothing is saved: it has not come to its first sample
+  EXPECT_EQ(engine_.requeued, 1);
+  EXPECT_EQ(work(plan), 130);
+  EXPECT_EQ(engine_.requeued, 1);
+  EXPECT_NE(record(plan).poisoned.find("out of time 2 times in a row"), std::string::npos) << record(plan).poisoned;
+  EXPECT_EQ(work(plan), 1); // it is not tried any more
+  EXPECT_EQ(record(plan).attempts.size(), 2u);
+
+  write_checkpoint(folder_ / "save", 2);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(work(plan, 1), 130);
+  EXPECT_EQ(engine_.requeued, 3); // the first and the second attempt's
+  EXPECT_NE(record(plan, 1).poisoned.find("50.0 % of it are saved"), std::string::npos) << record(plan, 1).poisoned;
+}
+
+TEST_F(Worker, ATerminationAfterTheWarningIsNotUndone) {
+  engine_.inside = true;
+  const FarmPlan plan = make_plan(slow_renderer("os.kill(os.getppid(), signal.SIGTERM)\n"));
+  write_checkpoint(folder_ / "save", 1);
+  // Which of the two comes first is as they are sent: the time's.
+  EXPECT_EQ(work(plan), 130);
+  EXPECT_EQ(engine_.requeued, 0);
+  EXPECT_EQ(record(plan).attempts.size(), 1u);
+  EXPECT_TRUE(std::filesystem::exists(plan.checkpoint_file(plan.task(0))));
+}
+
+TEST_F(Worker, OutOfTimeWithoutAnEngineGivesWay) {
+  const FarmPlan plan = make_plan(slow_renderer());
+  write_checkpoint(folder_ / "save", 1);
+  EXPECT_EQ(work(plan), 130);
+  EXPECT_EQ(record(plan).attempts.size(), 1u);
+  engine_.inside = true;
+  engine_.can_requeue = false;
+  write_checkpoint(folder_ / "save", 2);
+  EXPECT_EQ(work(plan), 130); // and not here: there is no time for it
+  EXPECT_EQ(record(plan).attempts.size(), 2u);
 }
 
 TEST_F(Worker, AnAttemptWithoutAnEndWasLost) {

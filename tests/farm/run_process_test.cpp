@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
+
 namespace kindling::test {
 namespace {
 
@@ -40,6 +42,18 @@ TEST(RunWatched, GivesLinesAndTheFolder) {
   EXPECT_EQ(lines, (std::vector<std::string>{"/", "two", "three"}));
   EXPECT_EQ(end.value().exit_code, 5);
   EXPECT_EQ(run_watched({"sh", "-c", "kill -SEGV $$"}, "/", signals, [](std::string_view) {}).value().signal, 11);
+}
+
+TEST(SignalInbox, KeepsTheFirstAndKnowsTheOthers) {
+  SignalInbox signals;
+  EXPECT_EQ(signals.received(), 0);
+  raise(SIGUSR1);
+  EXPECT_EQ(signals.received(), SIGUSR1);
+  EXPECT_FALSE(signals.came(SIGTERM));
+  raise(SIGTERM);
+  EXPECT_EQ(signals.received(), SIGUSR1);
+  EXPECT_TRUE(signals.came(SIGTERM));
+  EXPECT_FALSE(signals.came(SIGINT));
 }
 
 } // namespace

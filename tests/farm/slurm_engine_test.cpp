@@ -27,12 +27,31 @@ class Slurm : public FarmFolder {
   std::string path_;
 };
 
+TEST(SlurmTime, IsReadAsSlurmReadsIt) {
+  const std::vector<std::pair<const char*, int64_t>> times{
+      {"1", 60},          {"90", 5400},     {"1:30", 120},       {"0:30", 60},          {"1:00:00", 3600},
+      {"2-0", 2 * 86400}, {"2-12", 216000}, {"2-12:30", 217800}, {"2-12:30:01", 217860}};
+  for (const auto& [text, seconds] : times) EXPECT_EQ(slurm_time_s(text), seconds) << text;
+  for (const char* text :
+       {"", "0", "0:00", "infinite", "UNLIMITED", "1:2:3:4", "-5", "1-", "a", "1:", "99999999999", "9999999-0"})
+    EXPECT_EQ(slurm_time_s(text), std::nullopt) << text;
+}
+
+TEST(SlurmTime, IsWarnedOfAheadButNotOfMostOfIt) {
+  const auto warning = [](const char* time) { return time_warning_s({"", 0, "", time}); };
+  EXPECT_EQ(warning(""), 60);
+  EXPECT_EQ(warning("infinite"), 60);
+  EXPECT_EQ(warning("2:00:00"), 60);
+  EXPECT_EQ(warning("2"), 30);
+  EXPECT_EQ(warning("1"), 15);
+}
+
 TEST_F(Slurm, ScriptsSayWhatIsWanted) {
   FarmPlan plan = make_plan("", 3);
   plan.binary = "/opt/it's here/kindling";
   const std::vector<int> tasks{0, 1, 2};
   std::string script = slurm_array_script(plan, tasks);
-  for (const char* wanted : {"#!/bin/sh\n", "--requeue\n", "--array=0-2\n", "--exclusive\n",
+  for (const char* wanted : {"#!/bin/sh\n", "--requeue\n", "--array=0-2\n", "--signal=B:USR1@60\n", "--exclusive\n",
                              "'/opt/it'\\''s here/kindling' farm work '", "\"$((0 + SLURM_ARRAY_TASK_ID))\"\n"})
     EXPECT_NE(script.find(wanted), std::string::npos) << wanted << "\n" << script;
   plan.resources = {"fast", 4, "8G", "1:00:00"};

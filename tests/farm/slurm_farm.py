@@ -4,7 +4,7 @@
 usage: slurm_farm.py KINDLING SCENES [-v] [SlurmFarm.test_...]
 
 KINDLING is the program, SCENES the folder of the scenes. Needs Debian's packages munge, slurmctld, slurmd and slurm-client, and idiff of
-openimageio-tools. Takes about four minutes on two processors.
+openimageio-tools. Takes about six minutes on two processors.
 """
 # SPDX-License-Identifier: Apache-2.0
 import json
@@ -177,20 +177,98 @@ class SlurmFarm(unittest.TestCase):
         self.assertEqual(self.exit_code_of_job(jobs["merge"]), SCENE_INVALID)
         self.assertFalse((self.folder / "out.exr").exists())
 
-    def crash_always(self, words, stop):
-        """Ends every process with these words in its command line by SIGSEGV, until `stop` is set."""
+    @staticmethod
+    def processes_with(words):
+        """Those that have these words in their command lines."""
+        found = []
+        for folder in Path("/proc").iterdir():
+            try:
+                if folder.name.isdigit() and words <= set((folder / "cmdline").read_bytes().split(b"\0")):
+                    found.append(int(folder.name))
+            except OSError:
+                continue  # ended meanwhile
+        return found
+
+    def renders_of(self, part):
+        return self.processes_with({b"render", bytes(self.farm / f"parts/part-{part:03}.unfinished.kacc")})
+
+    def crash_always(self, part, stop):
+        """Ends every render of this part by SIGSEGV, until `stop` is set."""
         while not stop.wait(0.1):
-            for folder in Path("/proc").iterdir():
+            for process in self.renders_of(part):
                 try:
-                    if folder.name.isdigit() and words <= set((folder / "cmdline").read_bytes().split(b"\0")):
-                        os.kill(int(folder.name), signal.SIGSEGV)
-                except OSError:
-                    continue  # ended meanwhile
+                    os.kill(process, signal.SIGSEGV)
+                except ProcessLookupError:
+                    continue
+
+    @staticmethod
+    def waits_for(process, number):
+        """Whether this signal has been sent to the process, which is stopped."""
+        try:
+            lines = Path(f"/proc/{process}/status").read_text().splitlines()
+        except OSError:
+            return False
+        pending = next(int(line.split()[1], 16) for line in lines if line.startswith("ShdPnd:"))
+        return bool(pending >> (number - 1) & 1)
+
+    def test_a_part_out_of_time_goes_on_by_itself(self):
+        scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
+        reference = self.reference(scene, flags)
+        # An hour between checkpoints: what is there is of Slurm's warning. Its shortest time is a minute, of which the render is made to sleep
+        # through what is left.
+        rare = [flag if flag != "1" else "1h" for flag in flags]
+        self.submit(scene, 2, rare, "--time", "1")
+        status = self.wait_until("a part in its middle", lambda status: self.running(status))
+        task = self.running(status)[0]
+        render = self.renders_of(task["part"])[0]
+        os.kill(render, signal.SIGSTOP)
+        self.addCleanup(subprocess.run, ["kill", "-CONT", str(render)], stderr=subprocess.DEVNULL, check=False)
+        self.log(f"part {task['part']} stopped at {100 * task['progress']:.0f} %")
+        self.bed.wait_until("Slurm's warning", lambda: self.waits_for(render, signal.SIGINT), 70)
+        self.log("Slurm has warned it, and it goes on")
+        os.kill(render, signal.SIGCONT)
+        status = self.wait_for_end()
+        self.log("the farm has ended")
+        self.assertEqual(status["exit_code"], 0, status)
+        attempts = self.tasks(status)[task["task"]]["attempts"]
+        # On a busy machine another minute does not suffice either.
+        more = len(attempts) - 1
+        self.assertGreaterEqual(more, 1)
+        self.assertEqual([attempt["outcome"] for attempt in attempts], ["out of time"] * more + ["done"])
+        self.assertEqual([attempt["resumed"] for attempt in attempts], [False] + [True] * more)
+        saved = [attempt["saved"] for attempt in attempts]
+        self.assertEqual(saved, sorted(set(saved)))  # each comes nearer
+        self.assertGreater(saved[0], 0.0)
+        self.expect_same_pixels(self.folder / "out.exr", reference)
+
+    def test_a_part_that_has_never_time_enough_is_poisoned(self):
+        scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
+        jobs = self.submit(scene, 2, flags)
+        # The signal that Slurm sends ahead of --time, each time before the render has come to its first sample.
+        for attempt in (1, 2):
+            render = self.bed.wait_until(f"attempt {attempt}", lambda: self.renders_of(2), 60, every=0.001)[0]
+            os.kill(render, signal.SIGSTOP)
+            self.bed.run("scancel", "--batch", "--signal=USR1", f"{jobs['jobs']}_1")
+            self.bed.wait_until("the warning", lambda process=render: self.waits_for(process, signal.SIGINT), 10)
+            os.kill(render, signal.SIGCONT)
+            self.bed.wait_until("the end of the attempt", lambda process=render: process not in self.renders_of(2), 60)
+            self.log(f"attempt {attempt} of part 2 was out of time")
+        status = self.wait_for_end()
+        self.assertEqual(status["exit_code"], INCOMPLETE, status)
+        self.assertEqual([task["state"] for task in self.tasks(status)], ["done", "poisoned"])
+        poisoned = self.tasks(status)[1]
+        self.assertEqual([attempt["outcome"] for attempt in poisoned["attempts"]], ["out of time"] * 2)
+        self.assertIn("out of time 2 times in a row without coming nearer to its end, 0.0 %", poisoned["reason"])
+        self.assertEqual(self.exit_code_of_job(jobs["merge"]), INCOMPLETE)
+
+        self.kindling("farm", "retry", self.farm)
+        self.assertEqual(self.wait_for_end()["exit_code"], 0)
+        self.expect_same_pixels(self.folder / "out.exr", self.reference(scene, flags))
 
     def test_a_poisoned_part_is_reported_in_the_end(self):
         scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
         stop = threading.Event()
-        crashes = threading.Thread(target=self.crash_always, args=({b"render", b"2/3", bytes(self.farm / "parts/part-002.unfinished.kacc")}, stop))
+        crashes = threading.Thread(target=self.crash_always, args=(2, stop))
         crashes.start()
         self.addCleanup(crashes.join)
         self.addCleanup(stop.set)
