@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/command_info.h"
 
+#include "renderer/app/accumulation_info.h"
 #include "renderer/app/choose.h"
 #include "renderer/app/exit_code.h"
 #include "renderer/app/progress_display.h"
@@ -108,12 +109,25 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   return options.json ? format_info_json(info) : format_info_tables(info);
 }
 
+// What can be said of a damaged file is, before the error.
+Result<int> describe_accumulation(const InfoOptions& options) {
+  const Result<AccumulationInfo> info = collect_accumulation_info(options.scene_file);
+  if (!info.ok()) return info.error();
+  std::string reason;
+  if (!write_standard_output(
+          options.json ? format_accumulation_json(info.value()) : format_accumulation_table(info.value()), reason))
+    return Error{ErrorKind::input_output, "standard output: " + reason};
+  if (info.value().damage) return Error{ErrorKind::input_output, *info.value().damage};
+  return kExitOk;
+}
+
 } // namespace
 
 Result<int> run_info(const InfoOptions& options, Console& console) {
   std::optional<tbb::global_control> limit;
   if (options.threads > 0)
     limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(options.threads));
+  if (names_accumulation(options.scene_file)) return describe_accumulation(options);
   const Result<std::string> text = describe(options, console);
   if (!text.ok()) return text.error();
   std::string reason;

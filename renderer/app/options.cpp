@@ -24,6 +24,7 @@ Usage:
   kindling resume FILE.kacc [flags]            go on with an interrupted render, or add samples to one
   kindling merge PART... -o FILE [flags]       add up parts that were rendered apart
   kindling info SCENE [flags]                  print what is in a file
+  kindling info FILE.kacc [--json]             print what a checkpoint or a part has, and whether it is sound
   kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
   kindling farm ACTION ...                     render in parts on the machines of a Slurm cluster
   kindling scaling SCENE... [flags]            measure what more threads bring, from loading to the picture
@@ -77,7 +78,8 @@ struct Command<ResumeOptions> {
 template <>
 struct Command<InfoOptions> {
   static constexpr std::string_view kName = "info";
-  static constexpr const char* kDescription = "Prints what is in a glTF file.";
+  static constexpr const char* kDescription =
+      "Prints what is in a glTF file, or in a .kacc file: a checkpoint, a part, a merge.";
   static constexpr const char* kOperand = "SCENE";
   static std::filesystem::path& operand(InfoOptions& options) { return options.scene_file; }
   static void add_flags(FlagSet& flags, InfoOptions& options) { add_info_flags(flags, options); }

@@ -118,7 +118,7 @@ struct RenderOptions {
 enum class InfoTopic { everything, cameras, scenes, variants, extensions, extension_table };
 
 struct InfoOptions {
-  std::filesystem::path scene_file; // empty only for InfoTopic::extensions and extension_table
+  std::filesystem::path scene_file; // or a .kacc file; empty only for InfoTopic::extensions and extension_table
   InfoTopic topic = InfoTopic::everything;
   std::string scene_name;   // whose cameras are listed: name or index; empty: the default scene
   std::string variant_name; // whose materials are counted: name or index; empty: the primitives' own

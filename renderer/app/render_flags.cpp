@@ -1,6 +1,7 @@
 // The flags of `kindling render` and `kindling info`: name, unit, default, and where each value goes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/accelerator_variant.h"
+#include "renderer/app/accumulation_info.h"
 #include "renderer/app/flag_set.h"
 #include "renderer/app/image_flags.h"
 #include "renderer/app/lens_flags.h"
@@ -292,7 +293,12 @@ Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) 
   if (topics > 1) return usage("give one --list-... flag or --extension-table at a time");
   if (options.scene_file.empty() && options.topic != InfoTopic::extensions &&
       options.topic != InfoTopic::extension_table)
-    return usage("no scene; use 'kindling info SCENE' with a .gltf or .glb file, or --list-extensions");
+    return usage("no scene and no .kacc file; use 'kindling info FILE' with a .gltf, .glb or .kacc file, or "
+                 "--list-extensions");
+  if (!names_accumulation(options.scene_file)) return {};
+  for (const std::string& name : flags.names())
+    if (name != "--json" && name != "--threads" && flags.given(name))
+      return usage(fmt::format("{}: has no meaning with {}, which is no scene", name, options.scene_file.string()));
   return {};
 }
 
