@@ -5,6 +5,7 @@
 #include "renderer/app/exit_code.h"
 #include "renderer/app/farm_report.h"
 #include "renderer/app/options.h"
+#include "renderer/app/outputs.h"
 #include "renderer/app/version.h"
 #include "renderer/distributed/farm_status.h"
 #include "renderer/distributed/farm_worker.h"
@@ -54,6 +55,29 @@ Result<FarmPlan> make_plan(const FarmSubmitOptions& options) {
   return plan;
 }
 
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const std::filesystem::path relative = path.lexically_normal().lexically_relative(folder);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+// That the pictures can be written where they are to go. What the farm's own folder will have is not there yet.
+Result<void> check_outputs(const FarmPlan& plan) {
+  for (size_t i = 0; i < plan.outputs.size(); ++i) {
+    const std::filesystem::path& output = plan.outputs[i];
+    const auto usage = [&](const char* why) {
+      return Error{ErrorKind::usage, fmt::format("-o: {}: {}", output.string(), why)};
+    };
+    for (size_t j = 0; j < i; ++j)
+      if (plan.outputs[j].lexically_normal() == output.lexically_normal()) return usage("given twice");
+    for (const char* name : {"parts", "state", "logs"})
+      if (is_inside(output, plan.folder / name)) return usage("is where the farm has files of its own");
+    if (output.parent_path().lexically_normal() == plan.folder) continue;
+    if (Result<void> writable = check_writable(output); !writable.ok())
+      return Error{writable.error().kind, "-o: " + writable.error().message};
+  }
+  return {};
+}
+
 // What can be known before any machine has begun.
 Result<void> check_plan(const FarmPlan& plan, bool check_scene) {
   // The last part, of which there may be too many for the samples.
@@ -61,6 +85,7 @@ Result<void> check_plan(const FarmPlan& plan, bool check_scene) {
     return checked;
   if (Result<void> checked = check_command(merge_command(plan, 0)); !checked.ok()) return checked;
   if (!check_scene) return {};
+  if (Result<void> checked = check_outputs(plan); !checked.ok()) return checked;
   ImportOptions import_options;
   import_options.decode_textures = false;
   if (Result<Scene> scene = load_gltf(plan.scene, import_options, nullptr); !scene.ok()) return scene.error();

@@ -54,7 +54,8 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
                  });
   flags.value("--retries", "N", "More attempts at a part whose render fails [2]",
               [&o](auto text) { return store(parse_integer(text, 0, 100), o.retries); });
-  flags.toggle("--no-check", "Do not read the scene here: it is large, or on other machines", o.check_scene, false);
+  flags.toggle("--no-check", "Look neither at the scene nor at where pictures go: they are large, or on other machines",
+               o.check_scene, false);
   flags.group("Engine");
   flags.value("--engine", "NAME", "slurm [slurm]", [&o](auto text) -> Result<void> {
     if (text != "slurm") return unknown_name("engine", text, {"slurm"});
@@ -67,8 +68,11 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
               [&o](auto text) { return store(parse_integer(text, 1, 1024), o.resources.threads_per_part); });
   flags.value("--memory", "SIZE", "Of a task, as in 4G [the engine's default]",
               [&o](auto text) { return set_text(text, o.resources.memory); });
-  flags.value("--time", "TIME", "The longest that a task may take, as in 2:00:00 [the engine's default]",
-              [&o](auto text) { return set_text(text, o.resources.time); });
+  flags.value(
+      "--time", "TIME",
+      "The longest that a task may take at a stretch, as in 2:00:00; a part that takes longer saves and goes on in "
+      "another [the engine's default]",
+      [&o](auto text) { return set_text(text, o.resources.time); });
   flags.group("Reports");
 }
 

@@ -5,6 +5,8 @@
 #include "renderer/app/options.h"
 #include "renderer/app/scene_flags.h"
 
+#include <algorithm>
+
 namespace kindling::app {
 
 void add_merge_flags(FlagSet& flags, MergeOptions& o) {
@@ -25,6 +27,8 @@ void add_merge_flags(FlagSet& flags, MergeOptions& o) {
 Result<void> check_merge_flags(const FlagSet&, const MergeOptions& o) {
   const auto usage = [](const char* message) { return Error{ErrorKind::usage, message}; };
   if (o.parts.empty()) return usage("no parts; use 'kindling merge PART.kacc... -o OUT'");
+  if (std::any_of(o.parts.begin(), o.parts.end(), [](const auto& part) { return part.empty(); }))
+    return usage("a part has an empty name");
   if (o.picture.outputs.empty()) return usage("--output: nothing to write; add -o FILE with .exr, .png or .kacc");
   if (o.picture.quiet && o.picture.verbose) return usage("--quiet and --verbose: give one of them");
   return {};

@@ -27,15 +27,18 @@ ResumeOptions with_absolute_names(ResumeOptions resume) {
   return resume;
 }
 
-Result<void> enter(const fs::path& folder, const fs::path& file) {
+Result<void> enter(const fs::path& folder, const ResumeOptions& typed) {
   std::error_code code;
   fs::current_path(folder, code);
   if (!code) return {};
+  if (!typed.folder.empty())
+    return Error{ErrorKind::input_output,
+                 fmt::format("--folder: '{}' cannot be entered: {}", typed.folder.string(), code.message())};
   return Error{
       ErrorKind::input_output,
       fmt::format("{}: was begun in folder '{}', which cannot be entered: {}; say where its files are now with "
                   "--folder",
-                  file.string(), folder.string(), code.message())};
+                  typed.file.string(), folder.string(), code.message())};
 }
 
 Result<CommandLine> parse(const std::vector<std::string>& arguments) {
@@ -58,7 +61,7 @@ Result<CommandLine> resume_command_line(const ResumeOptions& typed) {
   const fs::path here = fs::current_path(ignored);
   const fs::path folder = resume.folder.empty() ? identity.folder : resume.folder;
   if (folder != here)
-    if (Result<void> entered = enter(folder, typed.file); !entered.ok()) return entered.error();
+    if (Result<void> entered = enter(folder, typed); !entered.ok()) return entered.error();
 
   std::vector<std::string> arguments = resumed_arguments(identity, resume);
   Result<CommandLine> line = parse(arguments);

@@ -15,6 +15,7 @@ namespace kindling {
 namespace {
 
 constexpr int kPlanVersion = 1;
+constexpr int64_t kMostTasks = 1'000'000; // `farm submit` makes no more
 
 std::vector<std::string> strings_of(const std::vector<std::filesystem::path>& paths) {
   return {paths.begin(), paths.end()};
@@ -142,6 +143,9 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     FarmPlan plan = from_json(json.value());
     plan.folder = file.parent_path();
     if (plan.parts < 1) return broken("a plan without parts");
+    const auto frames = static_cast<int64_t>(std::max<size_t>(plan.frames.size(), 1));
+    if (frames * plan.parts > kMostTasks)
+      return broken(fmt::format("a plan of {} frames in {} parts: more than {} tasks", frames, plan.parts, kMostTasks));
     return plan;
   } catch (const nlohmann::json::exception& exception) {
     return broken(fmt::format("not a plan of a farm: {}", exception.what()));

@@ -48,7 +48,8 @@ Result<nlohmann::ordered_json> read_json_file(const std::filesystem::path& path)
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;
-  if (!file || !(text << file.rdbuf())) return failed(path, "cannot be read");
+  if (file) text << file.rdbuf(); // which fails for an empty file, too
+  if (!file || (!text && errno != 0)) return failed(path, "cannot be read");
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(text.str(), nullptr, false);
   if (!json.is_object()) return Error{ErrorKind::input_output, fmt::format("{}: is not a JSON object", path.string())};
   return json;

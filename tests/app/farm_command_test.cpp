@@ -64,6 +64,10 @@ TEST_F(FarmCommand, WhatCanBeKnownIsSaidBeforeAnyMachineBegins) {
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.txt"}, {}), "a.txt");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--frames", "1-2"}, {}), "####");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--memory", "1 G"}, {}), "--memory");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "-o", "./a.exr"}, {}), "-o: ");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "farm/parts/a.kacc"}, {}), "the farm has files of its own");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "none/a.exr"}, {}), "none' does not exist", 4);
+  expect_refused(submit(scene, {"--parts", "2", "-o", "scene.bin/a.exr"}, {}), "is not a folder", 4);
   expect_refused(submit("nothing.glb", {"--parts", "2", "-o", "a.exr"}, {}), "nothing.glb", 4);
   TestSceneOptions broken;
   broken.accessor_count_delta = 3;
@@ -102,6 +106,62 @@ TEST_F(FarmCommand, WorkedOffByHandGivesThePictureOfOneProcess) {
   ASSERT_EQ(run(whole).exit_code, 0);
   EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
   EXPECT_EQ(run({"farm", "work", "farm", "2"}).exit_code, 2); // there are two
+}
+
+// Names of any kind, from any folder, through links; and nothing of them reaches the terminal as it is.
+TEST_F(FarmCommand, NamesAreTakenAsTheyAre) {
+  const std::string scene = write_scene();
+  for (const std::string& name : {"a farm", "it's", "line\nline", "a#b", "a%A", "red\x1b[31m"}) {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(run({"farm", "submit", scene, "--parts", "1", "--folder", name, "-o", name + "/picture.exr", "--",
+                   "--spp", "2", "--size", "8x8"})
+                  .exit_code,
+              0);
+    std::filesystem::remove(folder_ / "link");
+    std::filesystem::create_symlink(name, folder_ / "link");
+    std::filesystem::create_directory(folder_ / name / "below");
+    Program worked({"farm", "work", "../../link", "0"}, folder_ / name / "below", Output::pipe,
+                   "export PATH=" + (folder_ / "bin").string() + ":$PATH");
+    ASSERT_EQ(worked.finish().exit_code, 0);
+    const ProgramResult merged = run({"farm", "merge", name});
+    EXPECT_EQ(merged.exit_code, 0) << merged.err;
+    EXPECT_TRUE(exists(name + "/picture.exr"));
+    const ProgramResult status = run({"farm", "status", name});
+    EXPECT_EQ(status.exit_code, 0);
+    EXPECT_EQ((status.out + status.err + merged.err).find('\x1b'), std::string::npos);
+  }
+}
+
+TEST_F(FarmCommand, PlansOfOthersAreNotBelieved) {
+  ASSERT_EQ(submit(write_scene(), {"--parts", "2", "-o", "a.exr"}, {}).exit_code, 0);
+  const nlohmann::json good = nlohmann::json::parse(read_file("farm/plan.json"));
+  const auto expect_error = [&](const std::string& plan, const std::string& words) {
+    write_file("farm/plan.json", plan);
+    for (const std::vector<std::string>& action :
+         {std::vector<std::string>{"status", "farm"}, {"merge", "farm"}, {"retry", "farm"}, {"work", "farm", "0"}}) {
+      std::vector<std::string> words_of{"farm"};
+      words_of.insert(words_of.end(), action.begin(), action.end());
+      const ProgramResult result = run(words_of);
+      EXPECT_EQ(result.exit_code, 4) << result.err;
+      EXPECT_EQ(result.err_lines().size(), 1u) << result.err;
+      EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+    }
+  };
+  const auto with = [&](const char* key, const nlohmann::json& value) {
+    nlohmann::json plan = good;
+    plan[key] = value;
+    return plan.dump();
+  };
+  expect_error("", "plan.json: is not a JSON object");
+  expect_error("[]", "plan.json: is not a JSON object");
+  expect_error(with("version", 2), "a plan of version 2; this program knows 1");
+  expect_error(with("parts", 0), "a plan without parts");
+  expect_error(with("parts", 2000000000), "a plan of 1 frames in 2000000000 parts: more than 1000000 tasks");
+  expect_error(with("frames", std::vector<int>(600000)), "a plan of 600000 frames in 2 parts");
+  expect_error(with("flags", "--spp"), "not a plan of a farm");
+  std::filesystem::remove(folder_ / "farm/plan.json");
+  std::filesystem::create_directory(folder_ / "farm/plan.json");
+  EXPECT_EQ(run({"farm", "status", "farm"}).exit_code, 4);
 }
 
 TEST_F(FarmCommand, FramesArePartsOfThemselves) {

@@ -67,6 +67,20 @@ TEST_F(ResumeCommand, TheSameRenderAgainGoesOnAndAnotherIsRefused) {
   expect_refusal(render(other), 2, "a.kacc: is of another picture (--seed: 0 in it, 5 here)");
 }
 
+TEST_F(ResumeCommand, AFolderThatIsNotThereIsNamedAsItWasGiven) {
+  write_scene();
+  ASSERT_EQ(render({"--spp", "1", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
+  expect_refusal(run({"resume", "a.kacc", "--folder", "none"}), 4, "--folder: '");
+  std::filesystem::create_directory(folder_ / "moved");
+  std::filesystem::rename(folder_ / "a.kacc", folder_ / "moved" / "a.kacc");
+  const std::filesystem::path before = folder_;
+  std::filesystem::rename(before, before.string() + "_gone");
+  const ProgramResult gone = run_program({"resume", "a.kacc"}, before.string() + "_gone/moved");
+  std::filesystem::rename(before.string() + "_gone", before);
+  expect_refusal(gone, 4, "was begun in folder '");
+  EXPECT_NE(gone.err.find("say where its files are now with --folder"), std::string::npos) << gone.err;
+}
+
 TEST_F(ResumeCommand, WorksFromAnyFolder) {
   write_scene();
   std::filesystem::create_directory(folder_ / "sub");
