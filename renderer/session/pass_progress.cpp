@@ -14,13 +14,14 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 } // namespace
 
-PassProgress::PassProgress(ProgressListener* listener, const RenderSettings& settings, double elapsed_s)
+PassProgress::PassProgress(ProgressListener* listener, const RenderSettings& settings, double elapsed_s,
+                           double samples_before)
     : listener_(listener), settings_(settings), start_(Clock::now()), elapsed_s_(elapsed_s),
-      training_(training_paths(settings)) {}
+      samples_before_(samples_before), training_(training_paths(settings)) {}
 
 void PassProgress::paths_trained(uint64_t paths) {
   trained_ = paths;
-  tile_done(0.0, 0.0, 0);
+  tile_done(samples_before_, 0.0, 0);
 }
 
 void PassProgress::tile_done(double samples_per_pixel, double converged, uint64_t rays) {

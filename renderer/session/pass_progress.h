@@ -15,8 +15,8 @@ namespace kindling {
 // Whichever thread finds the lock free reports.
 class PassProgress {
  public:
-  // `listener` may be null. `elapsed_s`: of earlier runs, that the time limit counts.
-  PassProgress(ProgressListener* listener, const RenderSettings& settings, double elapsed_s);
+  // `listener` may be null. Of earlier runs: `elapsed_s`, that the time limit counts, and the samples that every pixel has.
+  PassProgress(ProgressListener* listener, const RenderSettings& settings, double elapsed_s, double samples_before);
 
   // Of the training of a guide, so far.
   void paths_trained(uint64_t paths);
@@ -35,6 +35,7 @@ class PassProgress {
   const RenderSettings& settings_;
   Clock::time_point start_;
   double elapsed_s_;
+  double samples_before_;
   Clock::time_point last_{};
   uint64_t training_; // paths, at most
   std::atomic<uint64_t> trained_{0};

@@ -35,6 +35,15 @@ bool all_done(const RenderSettings& settings, const Coverage& coverage) {
   return true;
 }
 
+// Of the blocks that want more.
+uint32_t least_samples(const RenderSettings& settings, const Coverage& coverage) {
+  const SampleSpan wanted = settings.wanted_samples();
+  uint32_t least = wanted.count();
+  for (size_t i = 0; i < coverage.block_count(); ++i)
+    if (!coverage.complete(i, wanted)) least = std::min(least, coverage.done(i, wanted));
+  return least;
+}
+
 } // namespace
 
 std::string_view guiding_name(Guiding guiding) {
@@ -61,7 +70,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const RenderStops stops{
       .at_once = [&] { return cancel && (cancel->cancelled_now() || (saves && cancel->cancelled())); },
       .after_open_passes = [&] { return cancel && cancel->cancelled(); }};
-  PassProgress progress(listener, settings, state ? state->work.render_s : 0.0);
+  PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
+                        state ? least_samples(settings, state->coverage) : 0);
   TrainedGuide trained;
   if (!state || !all_done(settings, state->coverage)) {
     // More threads than cores are allowed where asked for.

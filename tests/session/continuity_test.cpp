@@ -168,6 +168,34 @@ TEST(RenderContinuity, TheTimeLimitIsOfAllRuns) {
   expect_same_bits(outcome.film, scene.render(settings).film, "all blocks equal");
 }
 
+// Not even while its guide is trained again.
+TEST(RenderContinuity, ProgressDoesNotFallBehindWhatWasDone) {
+  class Listener final : public ProgressListener {
+   public:
+    void on_progress(const ProgressSnapshot& snapshot) override { snapshots.push_back(snapshot); }
+    void on_warning(std::string_view) override {}
+    void on_info(std::string_view) override {}
+    std::vector<ProgressSnapshot> snapshots;
+  };
+  const DividedScene scene({DividedKind::guided, accel::Kind::kdtree});
+  RenderSettings settings = scene.settings();
+  settings.planned_samples = settings.planned();
+  const uint32_t before = settings.samples_per_pixel;
+  std::optional<RenderState> kept;
+  EXPECT_FALSE(scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }}).interrupted);
+  settings.samples_per_pixel = before + 3;
+  Listener listener;
+  const Result<RenderOutcome> outcome =
+      render(scene.world(), scene.camera(), settings, nullptr, &listener, {.resume_from = std::move(kept)});
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.paths, 0U);
+  ASSERT_GT(listener.snapshots.size(), 1U);
+  for (const ProgressSnapshot& snapshot : listener.snapshots) {
+    EXPECT_GE(snapshot.samples_per_pixel, before);
+    EXPECT_GE(snapshot.done / snapshot.total, static_cast<double>(before) / settings.samples_per_pixel);
+  }
+}
+
 TEST(RenderContinuity, SavesInIntervals) {
   const DividedScene scene(kPath);
   RenderSettings settings = scene.settings();
