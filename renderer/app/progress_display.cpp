@@ -77,6 +77,7 @@ void ProgressDisplay::on_warning(std::string_view message) {
 void ProgressDisplay::start_phase(Phase phase, double done_before) {
   const std::lock_guard lock(mutex_);
   last_ = {.phase = phase, .done = done_before, .total = 1.0};
+  last_.samples_per_pixel = done_before * context_.spp_wanted.value_or(0);
   done_before_ = done_before;
   phase_start_ = Clock::now();
   phase_running_ = true;

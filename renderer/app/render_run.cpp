@@ -11,8 +11,12 @@ namespace kindling::app {
 namespace {
 
 ProgressContext progress_context(const RenderOptions& options, const SignalGuard& signals) {
-  const bool endless = options.time_limit_s && !options.spp;
-  return {endless ? std::nullopt : std::optional(options.samples_per_pixel()), &signals, options.checkpoint.enabled()};
+  std::optional<uint32_t> wanted;
+  if (!options.time_limit_s || options.spp) wanted = options.samples_per_pixel();
+  if (options.part.samples)
+    if (const Result<SampleSpan> part = part_samples(options.samples_per_pixel(), *options.part.samples); part.ok())
+      wanted = part.value().count();
+  return {wanted, &signals, options.checkpoint.enabled()};
 }
 
 } // namespace
