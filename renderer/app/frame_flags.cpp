@@ -4,6 +4,7 @@
 
 #include "renderer/app/flag_set.h"
 #include "renderer/app/options.h"
+#include "renderer/app/outputs.h"
 #include "renderer/app/parse_values.h"
 
 #include <fmt/format.h>
@@ -150,7 +151,7 @@ RenderOptions options_of_frame(const RenderOptions& options, int frame) {
   own.checkpoint.replace = options.frames.force;
   for (const std::string& word : {std::string("--frames"), fmt::format("{}", frame)}) own.arguments.push_back(word);
   own.time_s = options.time_s.value_or(0.0) + frame / options.shutter.frames_per_s.value_or(kDefaultFramesPerSecond);
-  if (own.outputs.empty()) own.outputs = {options.scene_file.stem().string() + "-####.png"};
+  if (own.outputs.empty()) own.outputs = {default_output(options)};
   for (std::filesystem::path& output : own.outputs) output = name_of_frame(output, frame);
   own.stats_file = name_of_frame(options.stats_file, frame);
   return own;

@@ -60,13 +60,15 @@ Result<void> check_writable(const fs::path& path) {
   return {};
 }
 
+fs::path default_output(const RenderOptions& options) {
+  const std::string stem = options.scene_file.stem().string() + (options.frames.numbers.empty() ? "" : "-####");
+  const bool is_part = options.part.samples || options.part.tiles;
+  return is_part ? part_file_name(stem, options.part) : stem + ".png";
+}
+
 Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
   std::vector<fs::path> outputs = options.outputs;
-  if (outputs.empty()) {
-    const std::string stem = options.scene_file.stem().string();
-    const bool is_part = options.part.samples || options.part.tiles;
-    outputs.emplace_back(is_part ? part_file_name(stem, options.part) : stem + ".png");
-  }
+  if (outputs.empty()) outputs.push_back(default_output(options));
   for (size_t i = 0; i < outputs.size(); ++i) {
     if (const std::string sentence = is_accumulation(outputs[i]) ? "" : unsupported_output(outputs[i]);
         !sentence.empty())

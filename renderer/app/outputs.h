@@ -18,8 +18,11 @@
 
 namespace kindling::app {
 
-// The names to write to, or the scene's stem with .png, for a part with its number and .kacc. Fails before any work: an extension that cannot be written or a
-// name given twice (usage), a folder that is missing or not ours to write (input_output), that of --stats too.
+// Where to write where no -o says it: the scene's stem with .png, of frames with -#### before it, of a part with its number and .kacc.
+[[nodiscard]] std::filesystem::path default_output(const RenderOptions& options);
+
+// The names to write to. Fails before any work: an extension that cannot be written or a name given twice (usage), a folder that is
+// missing or not ours to write (input_output), that of --stats too.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
 // Whether a name asks for all sums (.kacc), and not for an image.
 [[nodiscard]] bool is_accumulation(const std::filesystem::path& path);

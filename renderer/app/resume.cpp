@@ -3,6 +3,7 @@
 #include "renderer/app/resume.h"
 
 #include "renderer/app/checkpoint.h"
+#include "renderer/app/outputs.h"
 #include "renderer/app/text_format.h"
 #include "renderer/app/version.h"
 
@@ -73,8 +74,7 @@ Result<CommandLine> resume_command_line(const ResumeOptions& typed) {
     std::replace(options->arguments.begin(), options->arguments.end(), options->scene_file.string(),
                  resume.scene_file.string());
   if (folder != here) { // names that are printed lead there from anywhere
-    if (options->outputs.empty() && options->frames.numbers.empty())
-      options->outputs.emplace_back(options->scene_file.stem().string() + ".png");
+    if (options->outputs.empty()) options->outputs.push_back(default_output(*options));
     for (fs::path& output : options->outputs) make_absolute(output);
   }
   override_render(resume, *options);
