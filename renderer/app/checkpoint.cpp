@@ -80,6 +80,7 @@ Result<void> Checkpoint::read() {
       console_.warning(fmt::format("{}; going on from {}, which is older",
                                    wrong ? wrong->message : file.string() + ": is not there", previous.string()));
       found_ = std::move(older).value();
+      from_previous_ = true;
     } else if (!wrong) {
       wrong = older.error();
     }
@@ -116,9 +117,16 @@ Result<void> Checkpoint::begin(const AccumulationIdentity& identity) {
   report_.spp_before =
       done.samples / static_cast<double>(std::max<int64_t>(1, found_->state.coverage.area().pixel_count()));
   report_.work = found_->state.work;
+  if (from_previous_) put_back();
   console_.note(fmt::format("going on from {}, which has {:.1f} of {} samples per pixel", options_.file.string(),
                             report_.spp_before, identity.part.count()));
   return {};
+}
+
+// The previous generation has the name again: where it is complete already, no save will follow.
+void Checkpoint::put_back() {
+  const Result<void> written = write_accumulation(options_.file, found_->identity, found_->state, false);
+  if (!written.ok()) console_.warning(written.error().message);
 }
 
 double Checkpoint::done_share() const {

@@ -46,12 +46,14 @@ class Checkpoint {
   Checkpoint(const CheckpointOptions& options, bool replace, Console& console, FileLock lock);
   [[nodiscard]] Result<void> read();
   void save(const RenderState& state);
+  void put_back();
 
   CheckpointOptions options_;
   bool replace_;
   Console& console_;
   FileLock lock_;
   std::optional<Accumulation> found_;
+  bool from_previous_ = false;
   AccumulationIdentity identity_;
   Result<void> last_save_;
   CheckpointReport report_;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <sstream>
 
 namespace kindling::test {
 namespace {
@@ -55,6 +56,28 @@ TEST_F(ResumeCommand, AddsSamplesAsIfTheyHadBeenAskedForAtOnce) {
   expect_refusal(run({"resume", "a.kacc", "--spp", "19"}), 2, "--spp: 19 is below the 20 samples that a.kacc has");
 }
 
+TEST_F(ResumeCommand, ProgressBeginsWhereTheRenderWas) {
+  write_scene();
+  const auto events = [](const ProgramResult& result) {
+    std::vector<nlohmann::json> events;
+    std::istringstream lines(result.err);
+    for (std::string line; std::getline(lines, line);) {
+      nlohmann::json event = nlohmann::json::parse(line);
+      if (event["event"] == "progress" && event["phase"] == "render") events.push_back(std::move(event));
+    }
+    EXPECT_FALSE(events.empty()) << result.err;
+    return events;
+  };
+  ASSERT_EQ(render({"--spp", "8", "-o", "a.exr", "--checkpoint", "a.kacc", "--guiding", "on"}).exit_code, 0);
+  for (const nlohmann::json& event : events(run({"resume", "a.kacc", "--spp", "12", "--progress", "json"}))) {
+    EXPECT_GE(event["spp"].get<double>(), 8.0 - 1e-9) << event;
+    EXPECT_GE(event["fraction"].get<double>(), 8.0 / 12.0 - 1e-9) << event;
+    EXPECT_EQ(event["spp_wanted"], 12) << event;
+  }
+  for (const nlohmann::json& event : events(render({"--spp", "8", "--part", "2/4", "--progress", "json"})))
+    EXPECT_EQ(event["spp_wanted"], 2) << event;
+}
+
 TEST_F(ResumeCommand, TheSameRenderAgainGoesOnAndAnotherIsRefused) {
   write_scene();
   const std::vector<std::string> flags{"--spp", "4", "-o", "a.exr", "--checkpoint", "a.kacc"};
@@ -94,6 +117,24 @@ TEST_F(ResumeCommand, WorksFromAnyFolder) {
   EXPECT_EQ(pixels("a.exr"), whole);
 }
 
+TEST_F(ResumeCommand, DefaultNamesAreTheSameFromAnyFolder) {
+  write_scene();
+  std::filesystem::create_directory(folder_ / "sub");
+  const std::vector<std::pair<std::vector<std::string>, std::string>> kinds{
+      {{}, "scene.png"}, {{"--part", "1/2"}, "scene-part-1-of-2.kacc"}, {{"--frames", "7"}, "scene-0007.png"}};
+  for (const auto& [flags, name] : kinds) {
+    std::vector<std::string> all{"--spp", "4", "--checkpoint", "a_#.kacc"};
+    all.insert(all.end(), flags.begin(), flags.end());
+    ASSERT_EQ(render(all).exit_code, 0);
+    ASSERT_TRUE(std::filesystem::remove(folder_ / name)) << name;
+    const std::string checkpoint = flags == std::vector<std::string>{"--frames", "7"} ? "a_7.kacc" : "a_#.kacc";
+    const ProgramResult resumed = run({"resume", "../" + checkpoint}, "sub");
+    EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name << ": " << resumed.out;
+    std::filesystem::remove(folder_ / checkpoint);
+  }
+}
+
 TEST_F(ResumeCommand, ANewEnvironmentOrSceneIsNoticed) {
   write_scene();
   ASSERT_EQ(render({"--spp", "2", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
@@ -105,6 +146,29 @@ TEST_F(ResumeCommand, ANewEnvironmentOrSceneIsNoticed) {
   ASSERT_EQ(render({"--spp", "2", "-o", "b.exr", "--env", "env.exr", "--checkpoint", "b.kacc"}).exit_code, 0);
   ASSERT_EQ(render({"--spp", "3", "-o", "env.exr"}).exit_code, 0);
   expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: is of another picture (--env: ");
+}
+
+// Also where it is complete, so that nothing is rendered and saved.
+TEST_F(ResumeCommand, TheGenerationBeforeADamagedOneHasTheNameAgain) {
+  write_scene();
+  const std::vector<std::string> flags{"--spp", "4", "--checkpoint", "a.kacc"};
+  std::vector<std::string> again = flags;
+  again.insert(again.end(), {"-o", "b.exr", "-o", "b.kacc"});
+  ASSERT_EQ(render({"--spp", "4", "-o", "plain.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
+  ASSERT_EQ(run({"resume", "a.kacc", "--spp", "8", "-o", "more.exr"}).exit_code, 0);
+  for (const bool is_there : {true, false}) {
+    if (is_there)
+      std::filesystem::resize_file(folder_ / "a.kacc", 300);
+    else
+      std::filesystem::remove(folder_ / "a.kacc");
+    const ProgramResult result = render(again);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.err.find("going on from a.kacc.previous, which is older"), std::string::npos) << result.err;
+    EXPECT_EQ(pixels("b.exr"), pixels("plain.exr"));
+    EXPECT_EQ(read_file("b.kacc"), read_file("a.kacc"));
+    EXPECT_EQ(run({"merge", "b.kacc", "-o", "c.exr", "--exr-float"}).exit_code, 0);
+    EXPECT_EQ(pixels("c.exr"), pixels("plain.exr"));
+  }
 }
 
 TEST_F(ResumeCommand, RefusesWhatCannotBe) {
