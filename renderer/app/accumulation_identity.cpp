@@ -69,14 +69,17 @@ Result<void> check_same_render(const AccumulationIdentity& file, const fs::path&
         fmt::format("was made by {}, this is {}; go on with the program that began it, or begin anew with --force",
                     printable(file.program), now.program));
   if (const std::string what = describe_settings(picture_differences(file, now)); !what.empty())
-    return refuse(fmt::format("is of another picture ({}); make it as it was, or use another name", what));
+    return refuse(fmt::format("is of another picture ({}); make it as it was, or use another name{}", what,
+                              file.planned_samples != now.planned_samples
+                                  ? fmt::format(" (to add samples: kindling resume {} --spp N)", path.string())
+                                  : ""));
   if (file.scene_hash != now.scene_hash)
     return refuse(fmt::format("the scene has changed since it was begun (hash {} then, {} now); put its files back as "
                               "they were, or use another name",
                               format_hash(file.scene_hash), format_hash(now.scene_hash)));
   if (!(is_whole(file) && is_whole(now)) && !(file.part == now.part))
-    return refuse(fmt::format("holds samples {} to {} of each pixel, wanted are {} to {}; use another name",
-                              file.part.first, file.part.end, now.part.first, now.part.end));
+    return refuse(fmt::format("is for samples {} to {} of each pixel, wanted are {} to {}; use another name",
+                              file.part.first, file.part.end - 1, now.part.first, now.part.end - 1));
   return {};
 }
 

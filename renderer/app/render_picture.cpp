@@ -97,7 +97,7 @@ class Picture {
     const int code = outcome.value().interrupted ? exit_code_of_signal(run_.signals.received()) : kExitOk;
     if (outcome.value().statistics.samples_per_pixel == 0) {
       run_.console.note("interrupted before every pixel had a sample: no image was written");
-      if (!last_save().ok()) return last_save().error();
+      if (Result<void> sums = checkpoint_ ? last_save() : write_sums(); !sums.ok()) return sums.error();
       return PictureResult{code, std::nullopt};
     }
     const Result<void> written = write(outcome.value().film);
@@ -140,9 +140,16 @@ class Picture {
   Result<void> write(const Film& film) {
     WrittenImages written =
         write_images(accumulations_.images(), film, *request_.view, metadata(), options_, run_.display, run_.console);
+    report_.times.write_s = written.write_s;
+    return finish(std::move(written));
+  }
+
+  // Files of sums hold what there is, where there is not enough for images.
+  Result<void> write_sums() { return finish({}); }
+
+  Result<void> finish(WrittenImages written) {
     accumulations_.finish(written);
     report_.outputs = std::move(written.files);
-    report_.times.write_s = written.write_s;
     std::string names; // after the status line is gone: both streams may be the same terminal
     for (const std::string& output : report_.outputs) names += output + "\n";
     const Result<void> printed = print(names);

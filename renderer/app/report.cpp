@@ -61,9 +61,10 @@ std::string format_summary(const RenderReport& r) {
                       count(s.rays.camera), count(s.rays.bounce), count(s.rays.shadow), rate(r.rays_per_s(), "rays"));
   text += fmt::format("  paths   {}; {}\n", count(s.rays.paths), rate(r.paths_per_s(), "paths"));
   if (const auto& c = r.checkpoint)
-    text += fmt::format("  saved   {} time{} in {} to {}; {} run{}, {} of rendering in all\n", c->saves,
-                        c->saves == 1 ? "" : "s", format_seconds(c->save_s), c->file, c->work.runs,
-                        c->work.runs == 1 ? "" : "s", format_seconds(c->work.render_s));
+    text += fmt::format(
+        "  saved   {} time{}{} in {} to {}; {} run{}, {} of rendering in all\n", c->saves, c->saves == 1 ? "" : "s",
+        c->failed_saves > 0 ? fmt::format(", {} failed", c->failed_saves) : "", format_seconds(c->save_s), c->file,
+        c->work.runs, c->work.runs == 1 ? "" : "s", format_seconds(c->work.render_s));
   text += fmt::format("  memory  peak {}: geometry {}, accelerator {}, textures {}, lights {}, film {}",
                       format_bytes(r.peak_resident_bytes), format_bytes(r.world.geometry_bytes),
                       format_bytes(r.world.accelerator.memory_bytes), format_bytes(r.world.texture_bytes),

@@ -115,6 +115,9 @@ TEST(Resume, RefusesWhatIsNotTheSame) {
   EXPECT_EQ(refusal(now), "accepted");
   EXPECT_EQ(refusal(identity_of({"render", "s.glb", "--seed", "1"})),
             "a.kacc: is of another picture (--seed: 1 in it, 2 here); make it as it was, or use another name");
+  EXPECT_NE(refusal(identity_of({"render", "s.glb", "--seed", "2", "--spp", "8"}))
+                .find("(to add samples: kindling resume a.kacc --spp N)"),
+            std::string::npos);
   AccumulationIdentity other = now;
   other.scene_hash = 6;
   EXPECT_NE(refusal(other).find("the scene has changed since it was begun (hash 0000000000000006 then"),
@@ -125,7 +128,7 @@ TEST(Resume, RefusesWhatIsNotTheSame) {
   EXPECT_NE(refusal(other).find("was made by Kindling 9.9, this is Kindling "), std::string::npos) << refusal(other);
   other = now;
   other.part = {0, 21};
-  EXPECT_EQ(refusal(other), "a.kacc: holds samples 0 to 21 of each pixel, wanted are 0 to 64; use another name");
+  EXPECT_EQ(refusal(other), "a.kacc: is for samples 0 to 20 of each pixel, wanted are 0 to 63; use another name");
 }
 
 class LockedFile : public test::SceneFolder {};

@@ -188,7 +188,8 @@ def full_disk(bench):
         disk.fill()
         require(run.wait_until(lambda: "No space left" in run.error_text(), "the warning"), f"no warning:\n{run.error_text()}")
         disk.empty()
-        run.finish(0)
+        text = run.finish(0)
+        require(" failed in " in text, f"the summary does not count the saves that failed:\n{text}")
         bench.must_be_whole(job)
         yield "in the middle, free again later: once", "nothing; warnings tell, the render goes on"
         for path in (job.checkpoint, job.previous, job.folder / "a.exr"):
