@@ -5,6 +5,7 @@
 #include "renderer/app/accumulation_info.h"
 #include "renderer/app/choose.h"
 #include "renderer/app/exit_code.h"
+#include "renderer/app/load_environment.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/scene_info.h"
 #include "renderer/app/text_format.h"
@@ -71,7 +72,10 @@ Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& sc
   if (!camera.ok()) return camera.error();
   const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options.picture);
   if (!size.ok()) return size.error();
+  const Result<LoadedEnvironment> environment = load_environment(options.picture);
+  if (!environment.ok()) return environment.error();
   MemoryRequest request;
+  add_environment(environment.value().environment.get(), options.picture, request);
   request.size_px = size.value();
   request.aovs = options.picture.aovs;
   request.threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();

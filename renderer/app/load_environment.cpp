@@ -37,4 +37,9 @@ Result<LoadedEnvironment> load_environment(const RenderOptions& options, Environ
   return LoadedEnvironment{std::move(environment), hash};
 }
 
+void add_environment(const Environment* environment, const RenderOptions& options, MemoryRequest& request) {
+  if (environment != nullptr) request.environment_texels = environment->memory_bytes() / MemoryCosts::kEnvironmentTexel;
+  request.decodes_hdr = options.env_file.extension() == ".hdr";
+}
+
 } // namespace kindling::app

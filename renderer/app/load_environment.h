@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/memory_budget.h"
 #include "renderer/app/options.h"
 #include "renderer/base/result.h"
 #include "renderer/base/stopwatch.h"
@@ -27,5 +28,8 @@ struct LoadedEnvironment {
 // `times` is set for a picture; may be null.
 [[nodiscard]] Result<LoadedEnvironment> load_environment(const RenderOptions& options,
                                                          EnvironmentTimes* times = nullptr);
+
+// What the environment that was loaded adds to a budget; null: nothing.
+void add_environment(const Environment* environment, const RenderOptions& options, MemoryRequest& request);
 
 } // namespace kindling::app

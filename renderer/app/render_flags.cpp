@@ -277,6 +277,8 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   flags.group("The picture whose memory is told");
   add_size_flag(flags, o.picture);
   flags.repeated("--aov", "NAME,...", "Its layers [none]", [&o](auto text) { return add_aovs(text, o.picture.aovs); });
+  flags.value("--env", "FILE", "Its environment picture [none]",
+              [&o](auto text) { return set_path(text, o.picture.env_file); });
   flags.value("--texture-memory", "SIZE", "What its textures may take [all in memory]",
               [&o](auto text) { return store(parse_bytes(text), o.picture.texture_memory_bytes); });
   flags.group("How");

@@ -5,6 +5,7 @@
 #include "renderer/app/available_memory.h"
 #include "renderer/app/choose.h"
 #include "renderer/app/lens_flags.h"
+#include "renderer/app/load_environment.h"
 #include "renderer/app/memory_budget.h"
 #include "renderer/app/process_info.h"
 #include "renderer/app/report.h"
@@ -43,9 +44,7 @@ void warn_of_little_memory(const RenderScene& scene, const PosedPicture& picture
   request.aovs = options.aovs;
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
-  if (scene.environment)
-    request.environment_texels = scene.environment->memory_bytes() / MemoryCosts::kEnvironmentTexel;
-  request.decodes_hdr = options.env_file.extension() == ".hdr";
+  add_environment(scene.environment.get(), options, request);
   const MemoryBudget budget = memory_budget(memory_demand(scene.scene, picture.posed), request);
   if (const std::optional<std::string> warning =
           warn_of_memory(budget, options.accelerator, resident_bytes(), available_memory_bytes()))
