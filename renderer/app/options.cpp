@@ -33,8 +33,8 @@ Usage:
   kindling --version                           version, compiler and libraries
 
 Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file cannot be read or written,
-5 parts are missing, 130 and 143 interrupted (the images and the checkpoint are written). Results go to standard output,
-all else to standard error.
+5 parts are missing, 6 a farm goes on, 130 and 143 interrupted (the images and the checkpoint are written).
+Results go to standard output, all else to standard error.
 )";
 
 Error usage_error(std::string message) { return {ErrorKind::usage, std::move(message)}; }

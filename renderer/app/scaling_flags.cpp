@@ -17,11 +17,10 @@ namespace {
 constexpr int kMostThreads = 1024;
 constexpr double kSeconds = 5.0, kQuickSeconds = 2.0;
 
-// Those of `kindling render` that shape the picture or its cost.
+// Those of `kindling render` that shape the picture or its cost, but for --spp, which has another default.
 const std::vector<std::string> kPictureFlags{"--size",
                                              "--scale",
                                              "--crop",
-                                             "--spp",
                                              "--noise-threshold",
                                              "--min-spp",
                                              "--seed",
@@ -138,6 +137,9 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& o) {
   flags.value("--seconds", "S",
               "In place of --spp: as many samples per pixel as take one thread about S seconds [5; 2 with --quick]",
               [&o](auto text) { return store(parse_number(text, 0.01, 1e6), o.seconds); });
+  flags.value("--spp", "N",
+              "Samples per pixel, at most with --noise-threshold [by --seconds; 1024 with --noise-threshold]",
+              [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.picture.spp); });
   flags.toggle("--quick", "A first answer: --repeat 1 --seconds 2", o.quick);
   flags.only(kPictureFlags);
   add_render_flags(flags, o.picture);

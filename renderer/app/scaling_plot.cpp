@@ -98,8 +98,8 @@ std::string amdahl_curve(const Chart& chart, const AmdahlFit& fit, size_t color)
     path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : " L", chart.x_of(threads),
                         chart.y_of(fit.speedup(threads)));
   }
-  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1\" stroke-dasharray=\"1 3\"/>\n", path,
-                     series_color(color));
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"2 3\"/>\n",
+                     path, series_color(color));
 }
 
 bool fits_are_drawn(const ScalingReport& report) {
@@ -203,7 +203,7 @@ std::string legend(const ScalingReport& report, double top) {
             fmt::format("{}, {}", report.scenes.front().accelerators[a].variant.name(), schedule_name(schedule)));
   entry("<path d=\"M0 0 h26\" class=\"ideal\"/>", "ideal");
   if (fits_are_drawn(report))
-    entry("<path d=\"M0 0 h26\" stroke=\"#888888\" stroke-width=\"1\" stroke-dasharray=\"1 3\"/>",
+    entry("<path d=\"M0 0 h26\" stroke=\"#888888\" stroke-width=\"1.5\" stroke-dasharray=\"2 3\"/>",
           "Amdahl's law through the tiles");
   if (report.thread_counts.back() > 1 &&
       std::count(report.schedules.begin(), report.schedules.end(), Schedule::regions))
