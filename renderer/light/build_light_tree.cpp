@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
@@ -86,7 +87,11 @@ class LightTreeBuilder {
     tree_.nodes_.reserve(order_.size() / 4 + 1);
     tree_.emitters_.reserve(order_.size());
     tree_.nodes_.emplace_back();
+    filled_.resize(1);
     fill_node(0, *root, LightTree::kNowhere);
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, filled_.size(), 64), [&](const tbb::blocked_range<size_t>& nodes) {
+      for (size_t i = nodes.begin(); i != nodes.end(); ++i) store_lanes(tree_.nodes_[i], filled_[i].lanes);
+    });
     tree_.nodes_.shrink_to_fit();
   }
 
@@ -104,12 +109,13 @@ class LightTreeBuilder {
     range->begin = begin;
     range->end = end;
     if (end - begin <= LightTree::kWidth) {
-      range->family = family(begin, end);
+      range->family = family(std::span(order_).subspan(begin, end - begin));
       return range;
     }
     Split best;
     in_parallel_if_large(
-        end - begin, [&] { range->family = family(begin, end); }, [&] { best = find_split(begin, end); });
+        end - begin, [&] { range->family = family(std::span(order_).subspan(begin, end - begin)); },
+        [&] { best = find_split(begin, end); });
     const uint32_t middle = partition(begin, end, best);
     const auto left = [&] { range->left = split(begin, middle); };
     const auto right = [&] { range->right = split(middle, end); };
@@ -198,16 +204,16 @@ class LightTreeBuilder {
 
   // The tightest sphere around the middle of the box, the tightest cone around the mean axis, and the profile of what they
   // send together.
-  [[nodiscard]] LightFamily family(uint32_t begin, uint32_t end) const {
+  [[nodiscard]] LightFamily family(std::span<const uint32_t> emitters) const {
     LightFamily result;
     Family all;
-    for (uint32_t i = begin; i < end; ++i) all.add(emitters_[order_[i]]);
+    for (const uint32_t e : emitters) all.add(emitters_[e]);
     const double length = all.axis.length();
     const bool aligned = length > 1e-3 * all.intensity;
     result.center = (all.box.min + all.box.max) * 0.5f;
-    if (end - begin == 1) {
-      result.center = emitters_[order_[begin]].center;
-      result.axis = emitters_[order_[begin]].axis;
+    if (emitters.size() == 1) {
+      result.center = emitters_[emitters.front()].center;
+      result.axis = emitters_[emitters.front()].axis;
     } else if (aligned) {
       result.axis = V3f(all.axis * (1.0 / length));
     }
@@ -216,8 +222,8 @@ class LightTreeBuilder {
     float cos_plain = 1.0f; // of the farthest normal of such emitters, if one-sided
     float angle = 0.0f;     // the farthest that others shine from the axis
     bool unlimited = false;
-    for (uint32_t i = begin; i < end; ++i) {
-      const EmitterBounds& e = emitters_[order_[i]];
+    for (const uint32_t emitter : emitters) {
+      const EmitterBounds& e = emitters_[emitter];
       const float cosine = e.axis.dot(result.axis);
       const auto intensity = static_cast<double>(e.intensity);
       result.radius = std::max(result.radius, (e.center - result.center).length() + e.radius);
@@ -277,7 +283,6 @@ class LightTreeBuilder {
       ++count;
     }
 
-    std::array<LightFamily, LightTree::kWidth> families;
     std::array<const Range*, LightTree::kWidth> inner;
     std::array<uint32_t, LightTree::kWidth> lane_of_inner;
     uint32_t lane = 0;
@@ -292,29 +297,44 @@ class LightTreeBuilder {
       const bool fine = child.size() == 1 || count == 1 || child.family.radius * kFinest > range.family.radius;
       if (fine && child.size() <= LightTree::kWidth && lane + child.size() + still_to_come <= LightTree::kWidth) {
         for (uint32_t e = child.begin; e < child.end; ++e) {
-          families[lane] = family(e, e + 1);
           tree_.emitters_.push_back(order_[e]);
           tree_.places_[order_[e]] = number * LightTree::kWidth + lane++;
         }
         continue;
       }
-      families[lane] = child.family;
       node.inner = static_cast<uint8_t>(node.inner | 1U << lane);
       inner[inner_count] = &child;
       lane_of_inner[inner_count++] = lane++;
     }
-    node.store({families.data(), lane});
+    filled_[number] = {&range, lane};
     node.first_child = static_cast<uint32_t>(tree_.nodes_.size());
     tree_.nodes_[number] = node;
     tree_.nodes_.resize(tree_.nodes_.size() + inner_count);
+    filled_.resize(tree_.nodes_.size());
     for (uint32_t i = 0; i < inner_count; ++i) {
       fill_node(node.first_child + i, *inner[i], number * LightTree::kWidth + lane_of_inner[i]);
     }
   }
 
+  // The lanes of a node that is otherwise complete, as all its children are.
+  void store_lanes(LightNode& node, uint32_t count) const {
+    std::array<LightFamily, LightTree::kWidth> families;
+    for (uint32_t lane = 0; lane < count; ++lane)
+      families[lane] = node.is_inner(lane) ? filled_[node.child(lane)].range->family
+                                           : family({&tree_.emitters_[node.emitter(lane)], 1});
+    node.store({families.data(), count});
+  }
+
+  // What a node was made of.
+  struct Filled {
+    const Range* range = nullptr;
+    uint32_t lanes = 0;
+  };
+
   std::vector<EmitterBounds> emitters_; // intensities relative to their sum
   LightTree& tree_;
   std::vector<uint32_t> order_;
+  std::vector<Filled> filled_; // by node
 };
 
 LightTree::LightTree(std::span<const EmitterBounds> emitters) {
