@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/adaptive_sampling.h"
 
+#include "renderer/session/tile_scheduler.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -10,14 +12,10 @@ namespace {
 
 int blocks_across(int pixels) { return (pixels + kBlockSize - 1) / kBlockSize; }
 
-size_t block_count(const PixelRect& area) {
-  return static_cast<size_t>(blocks_across(area.width())) * static_cast<size_t>(blocks_across(area.height()));
-}
-
 } // namespace
 
 bool AdaptiveState::fits(const PixelRect& area) const {
-  return stop_at.size() == block_count(area) && rays.size() == stop_at.size() &&
+  return stop_at.size() == count_blocks(area) && rays.size() == stop_at.size() &&
          earlier.size() == static_cast<size_t>(area.pixel_count());
 }
 
@@ -25,7 +23,7 @@ AdaptiveSampling::AdaptiveSampling(const PixelRect& area, const AdaptiveSettings
     : area_(area), noise_threshold_(settings.noise_threshold),
       first_decision_(std::bit_ceil((settings.min_samples_per_pixel + 1) / 2)), state_(state) {
   if (!settings.enabled() || !state_.empty()) return;
-  state_.stop_at.assign(block_count(area), kUndecided);
+  state_.stop_at.assign(count_blocks(area), kUndecided);
   state_.rays.assign(state_.stop_at.size(), 0);
   state_.earlier.assign(static_cast<size_t>(area.pixel_count()), {});
 }

@@ -18,6 +18,7 @@ TEST_F(AccumulationFile, ComesBack) {
   const PixelRect area{V2i(3, 5), V2i(197, 130)};
   for (const bool everything : {false, true}) {
     const RenderState state = random_state(size, area, everything, 4);
+    EXPECT_TRUE(state.adaptive.empty() || state.adaptive.fits(area)); // which is what writing asks for
     const AccumulationIdentity identity = identity_of(size, area);
     const Result<void> written = write_accumulation(path_, identity, state, false);
     ASSERT_TRUE(written.ok()) << written.error().message;
