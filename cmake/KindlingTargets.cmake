@@ -21,6 +21,12 @@ if(KINDLING_SANITIZE)
   target_link_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${KINDLING_SANITIZE}>)
 endif()
 
+# Every program links these objects, $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>: see there.
+if(KINDLING_SANITIZE STREQUAL "thread")
+  add_library(kindling_tbb_order OBJECT ${PROJECT_SOURCE_DIR}/tests/sanitizers/tbb_order.cpp)
+  target_link_libraries(kindling_tbb_order PRIVATE kindling_flags TBB::tbb)
+endif()
+
 # kindling_library(NAME SOURCES a.cpp... [PUBLIC libs...] [PRIVATE libs...]): static library kindling_NAME, alias kindling::NAME.
 # Include paths are spelled from the root ("renderer/base/math.h").
 function(kindling_library name)
@@ -52,7 +58,9 @@ function(kindling_test name)
     set(ARG_TIMEOUT 300)
   endif()
   add_executable(test_${name} ${ARG_SOURCES})
-  target_link_libraries(test_${name} PRIVATE kindling_flags ${ARG_LIBS} GTest::gtest GTest::gtest_main)
+  target_link_libraries(test_${name} PRIVATE kindling_flags ${ARG_LIBS} GTest::gtest GTest::gtest_main
+    $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
+  set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF) # their helpers have the same names
   target_compile_definitions(test_${name} PRIVATE
     KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}" KINDLING_BINARY_DIR="${PROJECT_BINARY_DIR}")
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
@@ -63,6 +71,7 @@ endfunction()
 function(kindling_bench name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(bench_${name} ${ARG_SOURCES})
-  target_link_libraries(bench_${name} PRIVATE kindling_flags ${ARG_LIBS} benchmark::benchmark)
+  target_link_libraries(bench_${name} PRIVATE kindling_flags ${ARG_LIBS} benchmark::benchmark
+    $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
   target_compile_definitions(bench_${name} PRIVATE KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()

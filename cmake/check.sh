@@ -18,8 +18,10 @@ for argument in "$@"; do
 done
 
 install_packages
+stage "Building"
 configure release "$@"
 build release
-say "Running all tests"
-(cd "$kindling_root" && ctest --preset release --parallel 2) || fail "tests failed (their output is above)"
+stage "Running all tests"
+(cd "$kindling_root" && ctest --preset release --parallel "$(nproc)") || fail "tests failed (their output is above)"
+report_stages
 say "All tests passed"

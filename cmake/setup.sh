@@ -29,6 +29,21 @@ fail() {
   exit 1
 }
 
+# stage TITLE: what begins now. report_stages: how long each took, once the last one is over.
+stage_titles=() stage_starts=()
+stage() {
+  say "$(date +%T) $1"
+  stage_titles+=("$1")
+  stage_starts+=("$SECONDS")
+}
+report_stages() {
+  local i seconds
+  for i in "${!stage_titles[@]}"; do
+    seconds=$((${stage_starts[i + 1]:-$SECONDS} - stage_starts[i]))
+    printf '== %3d:%02d  %s\n' $((seconds / 60)) $((seconds % 60)) "${stage_titles[i]}"
+  done
+}
+
 # missing_packages PACKAGE...: those that are not installed, one a line.
 missing_packages() {
   local package
