@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -53,7 +54,8 @@ struct Hit {
 static_assert(sizeof(Hit) == 24);
 
 // Decides whether a candidate hit counts (cut-outs). Called only for meshes that are not opaque, during traversal, in any
-// order and possibly more than once for one candidate: the answer must depend on its arguments alone. Thread-safe.
+// order and possibly more than once for one candidate: the answer must depend on its arguments alone, and not on ray.t_max, which may
+// have been narrowed. Thread-safe.
 struct HitFilter {
   bool (*accept)(const void* context, const Ray& ray, const Hit& candidate) = nullptr;
   const void* context = nullptr; // must outlive the accelerator
@@ -74,6 +76,10 @@ struct TriangleMesh {
   // Deformation: `positions` are those of key 0, these are the ones of the later keys, each as many and padded likewise; empty: still.
   // A triangle with a vertex that is not finite (see above) at any key is never hit; where it has no area at a time, it is not hit then.
   std::span<const std::span<const Imath::V3f>> later_positions;
+  // Not 0: a later build will have the mesh again, and this number says that it is the same one: the same arrays, untouched and in the
+  // same place. Structures over such meshes alone are kept for it (KeptStructures); under identity transforms they are traced apart from
+  // other meshes, which costs rays that come near both. Without meaning where the mesh deforms.
+  uint64_t lasting = 0;
 
   [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
 };
@@ -143,6 +149,7 @@ struct Statistics {
   double build_s = 0.0;
   size_t memory_bytes = 0; // held by the accelerator, without the borrowed arrays
   size_t triangle_count = 0;
+  size_t built_triangle_count = 0; // of the structures that were built, each once; those of KeptStructures were not
   size_t instance_count = 0;
   size_t node_count = 0; // 0 where the library does not tell
   size_t leaf_count = 0;
@@ -155,6 +162,13 @@ struct TraversalCost {
   uint32_t nodes = 0;
   uint32_t leaves = 0;
   uint32_t triangles = 0; // tested
+};
+
+// What one accelerator leaves to the next: its structures over meshes that last. They are of use to builds of the same kind, quality and
+// robustness alone. Borrows the arrays of these meshes. Brute force has none.
+class KeptStructures {
+ public:
+  virtual ~KeptStructures() = default;
 };
 
 // Immutable once built; every query is thread-safe. Batch queries answer each ray exactly as the single query does,
@@ -191,6 +205,9 @@ class Accelerator {
   // World bounds of all that can be hit; empty if nothing can.
   [[nodiscard]] virtual Imath::Box3f bounds() const = 0;
   [[nodiscard]] virtual Statistics statistics() const = 0;
+
+  // For a later build; null if there are none. Nothing may be asked of the accelerator any more.
+  [[nodiscard]] virtual std::unique_ptr<KeptStructures> take_structures() { return nullptr; }
 };
 
 } // namespace kindling::accel

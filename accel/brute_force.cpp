@@ -85,7 +85,10 @@ class BruteForce final : public Accelerator {
     statistics_.instance_count = input.instances.size();
     statistics_.memory_bytes = placed_.capacity() * sizeof(PlacedGroup) + checked_.capacity() * sizeof(CheckedMesh);
     for (const PlacedGroup& placed : placed_) statistics_.memory_bytes += placed.keys.capacity() * sizeof(Imath::M44f);
-    for (const CheckedMesh& mesh : checked_) statistics_.memory_bytes += mesh.triangles.capacity() * sizeof(uint32_t);
+    for (const CheckedMesh& mesh : checked_) {
+      statistics_.memory_bytes += mesh.triangles.capacity() * sizeof(uint32_t);
+      statistics_.built_triangle_count += mesh.triangles.size();
+    }
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 

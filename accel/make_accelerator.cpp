@@ -6,6 +6,7 @@
 #include "accel/kdtree/kdtree_accelerator.h"
 
 #include <array>
+#include <utility>
 
 namespace kindling::accel {
 namespace {
@@ -19,11 +20,12 @@ constexpr std::array kKindNames = {KindName{Kind::brute_force, "brute-force"}, K
 
 } // namespace
 
-std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input, const BuildOptions& options) {
+std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input, const BuildOptions& options,
+                                              std::unique_ptr<KeptStructures> kept) {
   switch (kind) {
   case Kind::brute_force: return make_brute_force(input, options);
-  case Kind::embree: return make_embree(input, options);
-  case Kind::kdtree: return make_kdtree(input, options);
+  case Kind::embree: return make_embree(input, options, std::move(kept));
+  case Kind::kdtree: return make_kdtree(input, options, std::move(kept));
   }
   return nullptr;
 }

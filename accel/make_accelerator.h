@@ -11,9 +11,11 @@
 namespace kindling::accel {
 
 // Builds over the borrowed input. Null only if cancelled. Throws std::bad_alloc when memory runs out, nothing else.
-// Parallel with TBB in the caller's arena.
+// Parallel with TBB in the caller's arena. `kept`, if any, are structures of an earlier accelerator, of which those that do not serve
+// are freed before others are built. The answers are the same with them or without.
 [[nodiscard]] std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input,
-                                                            const BuildOptions& options = {});
+                                                            const BuildOptions& options = {},
+                                                            std::unique_ptr<KeptStructures> kept = nullptr);
 
 // "embree", "kdtree", "brute-force".
 [[nodiscard]] std::string_view kind_name(Kind kind);

@@ -12,14 +12,14 @@
 namespace kindling::accel {
 namespace {
 
+using embree::GeometryNames;
 using embree::kPacket;
-using embree::TopGeometry;
 
 // What a filter callback finds behind Embree's context; the context must come first.
 struct Context {
   embree::QueryContext embree;
   const Ray* rays = nullptr; // RTCRay::id counts from here
-  const std::vector<TopGeometry>* top_geometries = nullptr;
+  const GeometryNames* names = nullptr;
   HitFilter filter;
 };
 
@@ -35,10 +35,9 @@ void filter_callback(const RTCFilterFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] != -1) continue;
     const Ray& ray = context->rays[RTCRayN_id(args->ray, args->N, i)];
-    const Hit candidate =
-        to_hit(*context->top_geometries, RTCRayN_tfar(args->ray, args->N, i), RTCHitN_u(args->hit, args->N, i),
-               RTCHitN_v(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i),
-               RTCHitN_geomID(args->hit, args->N, i), RTCHitN_instID(args->hit, args->N, i, 0));
+    const Hit candidate = to_hit(*context->names, RTCRayN_tfar(args->ray, args->N, i), RTCHitN_u(args->hit, args->N, i),
+                                 RTCHitN_v(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i),
+                                 RTCHitN_geomID(args->hit, args->N, i), RTCHitN_instID(args->hit, args->N, i, 0));
     if (!context->filter.accept(context->filter.context, ray, candidate)) args->valid[i] = 0;
   }
 }
@@ -46,13 +45,18 @@ void filter_callback(const RTCFilterFunctionNArguments* args) {
 class EmbreeAccelerator final : public Accelerator {
  public:
   EmbreeAccelerator(embree::BuiltScenes scenes, const BuildInput& input, const BuildOptions& options, double build_s)
-      : scenes_(std::move(scenes)), scene_(scenes_.top.get()), filter_(input.filter), robust_(options.robust) {
+      : scenes_(std::move(scenes)), scene_(scenes_.top()), filter_(input.filter), robust_(options.robust) {
     statistics_.build_s = build_s;
     statistics_.triangle_count = scenes_.triangle_count;
+    statistics_.built_triangle_count = scenes_.built_triangle_count;
+    quality_ = options.quality;
     statistics_.instance_count = input.instances.size();
-    statistics_.memory_bytes = static_cast<size_t>(scenes_.memory_bytes->load()) +
-                               scenes_.top_geometries.capacity() * (sizeof(TopGeometry) + kGeometryObject);
-    has_moved_ = std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
+    statistics_.memory_bytes = static_cast<size_t>(scenes_.on.memory_bytes->load()) +
+                               (scenes_.names.top.capacity() + scenes_.names.lasting.capacity()) *
+                                   (sizeof(embree::NamedGeometry) + kGeometryObject);
+    // Instances, be it one of what lasts.
+    has_moved_ = (scenes_.lasting && scenes_.own_top) ||
+                 std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
     RTCBounds box;
     rtcGetSceneBounds(scene_, &box);
     if (box.lower_x <= box.upper_x)
@@ -106,7 +110,7 @@ class EmbreeAccelerator final : public Accelerator {
       const size_t count = embree::fill_packet(rays, first, robust_, packet.ray, valid);
       embree::clear(packet.hit);
       query.intersect16(valid, scene_, packet);
-      for (size_t i = 0; i < count; ++i) hits[first + i] = embree::hit_of(scenes_.top_geometries, packet, i);
+      for (size_t i = 0; i < count; ++i) hits[first + i] = embree::hit_of(scenes_.names, packet, i);
     }
     intersect_singly(rays, hits, first, query);
   }
@@ -143,7 +147,7 @@ class EmbreeAccelerator final : public Accelerator {
         embree::fill(rays[i], robust_, static_cast<unsigned>(i), stream[valid++].ray);
       }
       query.intersect_stream(scene_, stream.data(), valid);
-      for (unsigned i = 0; i < valid; ++i) hits[stream[i].ray.id] = embree::hit_of(scenes_.top_geometries, stream[i]);
+      for (unsigned i = 0; i < valid; ++i) hits[stream[i].ray.id] = embree::hit_of(scenes_.names, stream[i]);
     }
 #endif
     intersect_singly(rays, hits, first, query);
@@ -171,11 +175,27 @@ class EmbreeAccelerator final : public Accelerator {
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
+  [[nodiscard]] std::unique_ptr<KeptStructures> take_structures() override {
+    auto kept = std::make_unique<embree::KeptScenes>();
+    kept->quality = quality_;
+    kept->robust = robust_;
+    kept->filtered = filter_.accept != nullptr;
+    scenes_.own_top = embree::Scene(); // before what it holds instances of
+    if (scenes_.lasting) kept->scenes.put(std::move(scenes_.lasting_meshes), std::move(scenes_.lasting));
+    for (size_t g = 0; g < scenes_.groups.size(); ++g)
+      if (scenes_.groups[g]) kept->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
+    scenes_.groups.clear(); // before the device goes
+    scenes_.lasting = embree::Scene();
+    if (kept->scenes.empty()) return nullptr;
+    kept->on = std::move(scenes_.on);
+    return kept;
+  }
+
  private:
   [[nodiscard]] Context make_context(const Ray* rays) const {
     Context context;
     context.rays = rays;
-    context.top_geometries = &scenes_.top_geometries;
+    context.names = &scenes_.names;
     context.filter = filter_;
     return context;
   }
@@ -191,7 +211,7 @@ class EmbreeAccelerator final : public Accelerator {
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray_hit.ray);
       embree::clear(ray_hit.hit);
       query.intersect1(scene_, ray_hit);
-      hits[first] = embree::hit_of(scenes_.top_geometries, ray_hit);
+      hits[first] = embree::hit_of(scenes_.names, ray_hit);
     }
   }
   void occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked, size_t first,
@@ -209,8 +229,9 @@ class EmbreeAccelerator final : public Accelerator {
   embree::BuiltScenes scenes_;
   RTCScene scene_;
   HitFilter filter_;
+  Quality quality_ = Quality::balanced;
   bool robust_;
-  bool has_moved_ = false; // instances
+  bool has_moved_ = false;
   Imath::Box3f bounds_;
   Statistics statistics_;
 };
@@ -243,10 +264,19 @@ class OneCall final : public Accelerator {
 
 } // namespace
 
-std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options) {
+std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
+                                         std::unique_ptr<KeptStructures> kept) {
   const auto start = std::chrono::steady_clock::now();
+  std::unique_ptr<embree::KeptScenes> serving;
+  if (auto* scenes = dynamic_cast<embree::KeptScenes*>(kept.get());
+      scenes != nullptr && scenes->quality == options.quality && scenes->robust == options.robust &&
+      scenes->filtered == (input.filter.accept != nullptr)) {
+    (void)kept.release();
+    serving.reset(scenes);
+  }
+  kept.reset();
   embree::BuiltScenes scenes;
-  if (!embree::build_scenes(input, options, filter_callback, scenes)) return nullptr;
+  if (!embree::build_scenes(input, options, filter_callback, std::move(serving), scenes)) return nullptr;
   const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return std::make_unique<EmbreeAccelerator>(std::move(scenes), input, options, build_s);
 }

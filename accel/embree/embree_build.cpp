@@ -10,6 +10,8 @@
 #include <cmath>
 #include <mutex>
 #include <new>
+#include <optional>
+#include <utility>
 
 namespace kindling::accel::embree {
 namespace {
@@ -104,26 +106,34 @@ class Builder {
   Builder(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out)
       : input_(input), options_(options), filter_(filter), out_(out) {}
 
-  bool run() {
-    out_.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
-    // Huge pages are Embree's default on Linux; the kd-tree asks for them too.
-    out_.device = Device(rtcNewDevice("hugepages=1"));
-    if (!out_.device) throw std::bad_alloc();
-    rtcSetDeviceMemoryMonitorFunction(out_.device.get(), count_memory, out_.memory_bytes.get());
+  bool run(std::unique_ptr<KeptScenes> kept) {
+    if (kept) {
+      out_.on = std::move(kept->on);
+    } else {
+      out_.on.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
+      // Huge pages are Embree's default on Linux; the kd-tree asks for them too.
+      out_.on.device = Device(rtcNewDevice("hugepages=1"));
+      if (!out_.on.device) throw std::bad_alloc();
+      rtcSetDeviceMemoryMonitorFunction(out_.on.device.get(), count_memory, out_.on.memory_bytes.get());
+    }
 
-    make_geometries();
-    const std::vector<uint32_t> moved = moved_groups();
-    double total = 1.0 + static_cast<double>(top_triangles_ + input_.instances.size());
-    for (const uint32_t g : moved) total += static_cast<double>(group_triangles(g));
-    Monitor monitor(options_, total);
+    std::vector<uint32_t> moved = moved_groups();
+    if (kept) {
+      take(*kept, moved);
+      kept.reset(); // what makes room
+    }
+    make_geometries(moved);
+    size_t triangles = top_triangles_ + (out_.lasting ? 0 : lasting_triangles_);
+    for (const uint32_t g : moved) triangles += group_triangles(g);
+    out_.built_triangle_count = triangles;
+    Monitor monitor(options_, 1.0 + static_cast<double>(triangles + input_.instances.size()));
 
-    out_.groups.resize(input_.groups.size());
     std::atomic<bool> ok{true};
     tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
       if (!build_group(moved[i], monitor)) ok.store(false, std::memory_order_relaxed);
     });
     if (!ok.load()) return failed(monitor);
-    if (!build_top(monitor)) return failed(monitor);
+    if (!build_lasting(monitor) || !build_top(monitor)) return failed(monitor);
     check_errors();
     if (options_.on_progress) options_.on_progress(1.0);
     return true;
@@ -150,8 +160,7 @@ class Builder {
         continue;
       out_.triangle_count += triangles;
       if (!moves && is_identity(instance.object_to_world)) {
-        top_triangles_ += triangles;
-        still_.push_back(static_cast<uint32_t>(i));
+        add_still(static_cast<uint32_t>(i));
       } else {
         used[instance.group] = 1;
         moved_.push_back(static_cast<uint32_t>(i));
@@ -160,7 +169,40 @@ class Builder {
     std::vector<uint32_t> groups;
     for (size_t g = 0; g < used.size(); ++g)
       if (used[g] != 0) groups.push_back(static_cast<uint32_t>(g));
+    out_.groups.resize(input_.groups.size());
+    out_.group_meshes.resize(input_.groups.size());
+    for (const uint32_t g : groups)
+      for (uint32_t m = 0; m < input_.groups[g].mesh_count; ++m)
+        out_.group_meshes[g].add(input_.meshes[input_.groups[g].first_mesh + m]);
     return groups;
+  }
+
+  // The meshes of an instance with identity transform.
+  void add_still(uint32_t instance) {
+    const MeshGroup& group = input_.groups[input_.instances[instance].group];
+    for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
+      const TriangleMesh& mesh = input_.meshes[m];
+      if (mesh.triangle_count() == 0) continue;
+      if (mesh.lasting != 0 && !deforms(mesh)) {
+        out_.names.lasting.push_back({instance, m});
+        out_.lasting_meshes.add(mesh);
+        lasting_triangles_ += mesh.triangle_count();
+      } else {
+        still_.push_back({instance, m});
+        top_triangles_ += mesh.triangle_count();
+      }
+    }
+  }
+
+  // Scenes that are there; of the moved groups those remain that have to be built.
+  void take(KeptScenes& kept, std::vector<uint32_t>& moved) {
+    const auto take_scene = [&](const KeptMeshes& meshes, Scene& scene) {
+      std::optional<Scene> found = kept.scenes.take(meshes);
+      if (found) scene = *std::move(found);
+      return found.has_value();
+    };
+    if (!out_.lasting_meshes.empty()) (void)take_scene(out_.lasting_meshes, out_.lasting);
+    std::erase_if(moved, [&](uint32_t g) { return take_scene(out_.group_meshes[g], out_.groups[g]); });
   }
 
   [[nodiscard]] RTCBuildQuality build_quality() const {
@@ -172,12 +214,19 @@ class Builder {
     return RTC_BUILD_QUALITY_MEDIUM;
   }
 
-  void make_geometries() {
+  // Of what is not there yet.
+  void make_geometries(const std::vector<uint32_t>& groups) {
     geometries_.resize(input_.meshes.size());
+    std::vector<uint8_t> wanted(input_.meshes.size(), 0);
+    for (const NamedGeometry& still : still_) wanted[still.mesh] = 1;
+    if (!out_.lasting)
+      for (const NamedGeometry& lasting : out_.names.lasting) wanted[lasting.mesh] = 1;
+    for (const uint32_t g : groups)
+      std::fill_n(wanted.begin() + input_.groups[g].first_mesh, input_.groups[g].mesh_count, uint8_t{1});
     for (size_t m = 0; m < input_.meshes.size(); ++m) {
       const TriangleMesh& mesh = input_.meshes[m];
-      if (mesh.triangle_count() == 0) continue;
-      Geometry geometry(rtcNewGeometry(out_.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+      if (mesh.triangle_count() == 0 || wanted[m] == 0) continue;
+      Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
       // Steps at equal times over [0, 1], Embree's default range, between which it interpolates linearly.
       rtcSetGeometryTimeStepCount(geometry.get(), key_count(mesh));
       for (uint32_t key = 0; key < key_count(mesh); ++key)
@@ -198,7 +247,7 @@ class Builder {
   }
 
   Scene new_scene() {
-    Scene scene(rtcNewScene(out_.device.get()));
+    Scene scene(rtcNewScene(out_.on.device.get()));
     if (!scene) throw std::bad_alloc();
     rtcSetSceneFlags(scene.get(), options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
     rtcSetSceneBuildQuality(scene.get(), build_quality());
@@ -227,22 +276,38 @@ class Builder {
     return true;
   }
 
-  bool build_top(Monitor& monitor) {
+  bool build_lasting(Monitor& monitor) {
+    if (out_.lasting || out_.names.lasting.empty()) return true;
     Scene scene = new_scene();
-    size_t count = moved_.size();
-    for (const uint32_t i : still_) count += input_.groups[input_.instances[i].group].mesh_count;
-    out_.top_geometries.reserve(count);
-    for (const uint32_t i : still_) {
-      const MeshGroup& group = input_.groups[input_.instances[i].group];
-      for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
-        if (!geometries_[m]) continue;
-        rtcAttachGeometryByID(scene.get(), geometries_[m].get(), static_cast<unsigned>(out_.top_geometries.size()));
-        out_.top_geometries.push_back({i, m});
-      }
+    for (size_t i = 0; i < out_.names.lasting.size(); ++i)
+      rtcAttachGeometryByID(scene.get(), geometries_[out_.names.lasting[i].mesh].get(), static_cast<unsigned>(i));
+    if (!commit(scene, static_cast<double>(lasting_triangles_), monitor)) return false;
+    out_.lasting = std::move(scene);
+    return true;
+  }
+
+  bool build_top(Monitor& monitor) {
+    std::vector<NamedGeometry>& names = out_.names.top;
+    if (out_.lasting && still_.empty() && moved_.empty()) {
+      names = out_.names.lasting;
+      return true;
+    }
+    Scene scene = new_scene();
+    names.reserve(still_.size() + moved_.size() + 1);
+    for (const NamedGeometry& still : still_) {
+      rtcAttachGeometryByID(scene.get(), geometries_[still.mesh].get(), static_cast<unsigned>(names.size()));
+      names.push_back(still);
+    }
+    if (out_.lasting) {
+      const Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+      rtcSetGeometryInstancedScene(geometry.get(), out_.lasting.get());
+      rtcCommitGeometry(geometry.get());
+      rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
+      names.push_back({});
     }
     for (const uint32_t i : moved_) {
       const Instance& instance = input_.instances[i];
-      const Geometry geometry(rtcNewGeometry(out_.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+      const Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
       rtcSetGeometryInstancedScene(geometry.get(), out_.groups[instance.group].get());
       const std::vector<Imath::M44f> keys = instance.motion == kNoId
                                                 ? std::vector<Imath::M44f>{instance.object_to_world}
@@ -253,11 +318,11 @@ class Builder {
         rtcSetGeometryTransform(geometry.get(), static_cast<unsigned>(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                 &keys[key][0][0]);
       rtcCommitGeometry(geometry.get());
-      rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(out_.top_geometries.size()));
-      out_.top_geometries.push_back({i, input_.groups[instance.group].first_mesh});
+      rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
+      names.push_back({i, input_.groups[instance.group].first_mesh});
     }
     if (!commit(scene, 1.0 + static_cast<double>(top_triangles_ + input_.instances.size()), monitor)) return false;
-    out_.top = std::move(scene);
+    out_.own_top = std::move(scene);
     return true;
   }
 
@@ -268,22 +333,24 @@ class Builder {
 
   // Embree reports what its tasks throw as errors of the device; valid input leaves only lack of memory.
   void check_errors() {
-    if (rtcGetDeviceError(out_.device.get()) != RTC_ERROR_NONE) throw std::bad_alloc();
+    if (rtcGetDeviceError(out_.on.device.get()) != RTC_ERROR_NONE) throw std::bad_alloc();
   }
 
   const BuildInput& input_;
   const BuildOptions& options_;
   RTCFilterFunctionN filter_;
   BuiltScenes& out_;
-  std::vector<Geometry> geometries_;    // by mesh; empty where it has no triangles
-  std::vector<uint32_t> still_, moved_; // instances
-  size_t top_triangles_ = 0;
+  std::vector<Geometry> geometries_; // by mesh; empty where it has no triangles
+  std::vector<NamedGeometry> still_; // under identity transforms, but for those that last
+  std::vector<uint32_t> moved_;      // instances
+  size_t top_triangles_ = 0, lasting_triangles_ = 0;
 };
 
 } // namespace
 
-bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out) {
-  return Builder(input, options, filter, out).run();
+bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
+                  std::unique_ptr<KeptScenes> kept, BuiltScenes& out) {
+  return Builder(input, options, filter, out).run(std::move(kept));
 }
 
 } // namespace kindling::accel::embree

@@ -4,6 +4,7 @@
 
 #include "accel/accelerator.h"
 #include "accel/embree/embree_api.h"
+#include "accel/kept_meshes.h"
 
 #include <atomic>
 #include <memory>
@@ -12,24 +13,48 @@
 namespace kindling::accel::embree {
 
 // What a geometry of the top scene stands for: one mesh of an instance with identity transform, or the whole instance,
-// whose first mesh has geometry 0 of the group's scene.
-struct TopGeometry {
+// whose first mesh has geometry 0 of the group's scene. No instance: the scene of what lasts.
+struct NamedGeometry {
   uint32_t instance = kNoId;
   uint32_t mesh = kNoId;
 };
+struct GeometryNames {
+  std::vector<NamedGeometry> top;     // by geometry id in the top scene
+  std::vector<NamedGeometry> lasting; // by geometry id in the scene of what lasts
+};
 
-struct BuiltScenes {
+// With the device that they live on.
+struct DeviceScenes {
   // Bytes that the device holds; updated by Embree until the device is gone, so it must outlive it.
   std::unique_ptr<std::atomic<int64_t>> memory_bytes;
   Device device;
-  std::vector<Scene> groups; // by group; empty where no moved instance uses it
-  Scene top;
-  std::vector<TopGeometry> top_geometries; // by geometry id in the top scene
-  size_t triangle_count = 0;               // each instance counts
 };
 
-// False if cancelled. `filter` is attached to the meshes that are not opaque. Throws std::bad_alloc.
+// The scenes that one accelerator leaves to the next.
+struct KeptScenes final : KeptStructures {
+  Quality quality = Quality::balanced;
+  bool robust = true, filtered = false; // with a hit filter
+  DeviceScenes on;
+  KeptBy<Scene> scenes;
+};
+
+struct BuiltScenes {
+  DeviceScenes on;
+  std::vector<Scene> groups;            // by group; empty where no moved instance uses it
+  std::vector<KeptMeshes> group_meshes; // likewise
+  // What lasts under identity transforms, an instance in the top scene unless nothing else is there: then it is the top scene.
+  Scene lasting;
+  KeptMeshes lasting_meshes;
+  Scene own_top; // empty where `lasting` serves
+  GeometryNames names;
+  size_t triangle_count = 0;       // each instance counts
+  size_t built_triangle_count = 0; // of scenes that were not kept, each once
+
+  [[nodiscard]] RTCScene top() const { return own_top ? own_top.get() : lasting.get(); }
+};
+
+// False if cancelled. `filter` is attached to the meshes that are not opaque. `kept` may be null. Throws std::bad_alloc.
 [[nodiscard]] bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                                BuiltScenes& out);
+                                std::unique_ptr<KeptScenes> kept, BuiltScenes& out);
 
 } // namespace kindling::accel::embree

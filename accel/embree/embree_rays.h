@@ -102,15 +102,19 @@ inline size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, 
 }
 
 // Embree's robust test lets u and v leave the triangle by rounding errors; a Hit lies inside.
-[[nodiscard]] inline Hit to_hit(const std::vector<TopGeometry>& top, float t, float u, float v, uint32_t triangle,
+[[nodiscard]] inline Hit to_hit(const GeometryNames& names, float t, float u, float v, uint32_t triangle,
                                 uint32_t geometry, uint32_t instance) {
   u = std::min(std::max(u, 0.0f), 1.0f);
   v = std::min(std::max(v, 0.0f), 1.0f - u);
   if (instance == RTC_INVALID_GEOMETRY_ID) {
-    const TopGeometry& still = top[geometry];
+    const NamedGeometry& still = names.top[geometry];
     return {t, u, v, still.instance, still.mesh, triangle};
   }
-  const TopGeometry& moved = top[instance];
+  const NamedGeometry& moved = names.top[instance];
+  if (moved.instance == kNoId) {
+    const NamedGeometry& lasting = names.lasting[geometry];
+    return {t, u, v, lasting.instance, lasting.mesh, triangle};
+  }
   return {t, u, v, moved.instance, moved.mesh + geometry, triangle};
 }
 
@@ -119,17 +123,18 @@ inline void clear(RTCHit& hit) {
   hit.geomID = RTC_INVALID_GEOMETRY_ID;
   hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 }
-[[nodiscard]] inline Hit hit_of(const std::vector<TopGeometry>& top, const RTCRayHit& found) {
+[[nodiscard]] inline Hit hit_of(const GeometryNames& names, const RTCRayHit& found) {
   if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return to_hit(top, found.ray.tfar, found.hit.u, found.hit.v, found.hit.primID, found.hit.geomID, found.hit.instID[0]);
+  return to_hit(names, found.ray.tfar, found.hit.u, found.hit.v, found.hit.primID, found.hit.geomID,
+                found.hit.instID[0]);
 }
 inline void clear(RTCHit16& hit) {
   for (size_t i = 0; i < kPacket; ++i) hit.geomID[i] = hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
 }
-[[nodiscard]] inline Hit hit_of(const std::vector<TopGeometry>& top, const RTCRayHit16& found, size_t i) {
+[[nodiscard]] inline Hit hit_of(const GeometryNames& names, const RTCRayHit16& found, size_t i) {
   const RTCHit16& hit = found.hit;
   if (hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) return {};
-  return to_hit(top, found.ray.tfar[i], hit.u[i], hit.v[i], hit.primID[i], hit.geomID[i], hit.instID[0][i]);
+  return to_hit(names, found.ray.tfar[i], hit.u[i], hit.v[i], hit.primID[i], hit.geomID[i], hit.instID[0][i]);
 }
 
 } // namespace kindling::accel::embree

@@ -9,6 +9,12 @@
 
 namespace kindling::accel::kd {
 
+// Ties go to the smallest ids.
+inline bool comes_before(const Hit& a, const Hit& b) {
+  if (a.instance != b.instance) return a.instance < b.instance;
+  return a.mesh != b.mesh ? a.mesh < b.mesh : a.triangle < b.triangle;
+}
+
 // Best hit so far in one tree.
 struct TreeHit {
   float t = 0.0f, u = 0.0f, v = 0.0f;

@@ -3,6 +3,7 @@
 
 #include "accel/affine.h"
 #include "accel/kdtree/build.h"
+#include "accel/kdtree/kept_trees.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"
 #include "accel/kdtree/queries.h"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <new>
 #include <utility>
 
@@ -27,13 +29,13 @@ constexpr size_t kGrain = 4096; // instances of a task
 
 class KdTreeAccelerator final : public Accelerator {
  public:
-  KdTreeAccelerator(const BuildInput& input, const BuildOptions& options)
-      : config_(kd::config_for(options.quality)), queries_(&kd::queries_for(options.simd, false)) {
+  KdTreeAccelerator(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::KeptTrees> kept)
+      : quality_(options.quality), config_(kd::config_for(options.quality)) {
     structure_.filter = input.filter;
     const auto start = std::chrono::steady_clock::now();
-    cancelled_ = !build(input, options);
+    cancelled_ = !build(input, options, std::move(kept));
     if (cancelled_) return;
-    if (!structure_.moving.empty()) queries_ = &kd::queries_for(options.simd, true);
+    queries_ = &kd::queries_for(options.simd, {!structure_.moving.empty(), structure_.is_divided()});
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -62,9 +64,17 @@ class KdTreeAccelerator final : public Accelerator {
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
+  [[nodiscard]] std::unique_ptr<KeptStructures> take_structures() override {
+    auto kept = std::make_unique<kd::KeptTrees>(quality_);
+    kept->put(std::move(structure_.world_tree));
+    for (Tree& tree : structure_.group_trees) kept->put(std::move(tree));
+    if (kept->empty()) return nullptr;
+    return kept;
+  }
+
  private:
   // False if cancelled.
-  bool build(const BuildInput& input, const BuildOptions& options) {
+  bool build(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::KeptTrees> kept) {
     std::vector<kd::Geometry> still;
     std::vector<uint8_t> group_moves(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
     std::vector<uint32_t> moved, moving;
@@ -95,7 +105,9 @@ class KdTreeAccelerator final : public Accelerator {
     structure_.group_trees.resize(input.groups.size());
     structure_.deforming.resize(moving.empty() ? 0 : input.groups.size());
     std::vector<Job> jobs;
+    std::vector<kd::Geometry> passing = divide(still);
     jobs.push_back({std::move(still), &structure_.world_tree});
+    if (!passing.empty()) jobs.push_back({std::move(passing), &structure_.passing_tree});
     for (size_t g = 0; g < group_moves.size(); ++g) {
       if (group_moves[g] != 0) {
         jobs.push_back({{}, &structure_.group_trees[g]});
@@ -106,10 +118,14 @@ class KdTreeAccelerator final : public Accelerator {
         append_geometries(input, input.groups[g], kNoId, true, jobs.back().geometries);
       }
     }
-    size_t triangles = 0;
+    if (kept) {
+      std::erase_if(jobs, [&](Job& job) { return job.tree != nullptr && kept->take(job.geometries, *job.tree); });
+      kept.reset(); // what makes room
+    }
     for (const Job& job : jobs)
-      for (const kd::Geometry& geometry : job.geometries) triangles += geometry.mesh.triangle_count();
-    kd::BuildMonitor monitor(options, triangles);
+      for (const kd::Geometry& geometry : job.geometries)
+        statistics_.built_triangle_count += geometry.mesh.triangle_count();
+    kd::BuildMonitor monitor(options, statistics_.built_triangle_count);
     tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t j) {
       if (jobs[j].deforming != nullptr) {
         *jobs[j].deforming = kd::build_deforming(config_, jobs[j].geometries, monitor);
@@ -158,8 +174,26 @@ class KdTreeAccelerator final : public Accelerator {
     }
   }
 
+  // Where some of the geometries of the world last and others do not, leaves the former and returns the latter.
+  static std::vector<kd::Geometry> divide(std::vector<kd::Geometry>& still) {
+    const auto lasts = [](const kd::Geometry& geometry) { return geometry.mesh.lasting != 0; };
+    if (std::none_of(still.begin(), still.end(), lasts)) return {};
+    std::vector<kd::Geometry> passing;
+    std::remove_copy_if(still.begin(), still.end(), std::back_inserter(passing), lasts);
+    std::erase_if(still, [&](const kd::Geometry& geometry) { return !lasts(geometry); });
+    for (std::vector<kd::Geometry>* part : {&still, &passing}) {
+      uint32_t first = 0;
+      for (kd::Geometry& geometry : *part) {
+        geometry.first_primitive = first;
+        first += static_cast<uint32_t>(geometry.mesh.triangle_count());
+      }
+    }
+    return passing;
+  }
+
   void place_moved(const BuildInput& input, std::vector<uint32_t> moved) {
     bounds_ = structure_.world_tree.bounds;
+    bounds_.extendBy(structure_.passing_tree.bounds);
     std::erase_if(moved,
                   [&](uint32_t i) { return structure_.group_trees[input.instances[i].group].root == kd::kEmptyChild; });
     structure_.moved.resize(moved.size());
@@ -241,17 +275,19 @@ class KdTreeAccelerator final : public Accelerator {
       kd::count_leaf_sizes(tree, s.leaf_sizes);
     };
     add(structure_.world_tree);
+    if (structure_.is_divided()) add(structure_.passing_tree);
     for (const Tree& tree : structure_.group_trees) add(tree);
     for (const kd::DeformingTrees& deforming : structure_.deforming)
       for (const kd::DeformingSlice& slice : deforming.slices) add(slice.tree);
-    s.triangle_count = structure_.world_tree.triangle_count;
+    s.triangle_count = structure_.world_tree.triangle_count + structure_.passing_tree.triangle_count;
     for (const kd::MovedInstance& moved : structure_.moved) s.triangle_count += moved.tree->triangle_count;
     for (const kd::MovingInstance& moving : structure_.moving)
       s.triangle_count += moving.tree != nullptr ? moving.tree->triangle_count : moving.deforming->triangle_count;
   }
 
+  Quality quality_;
   kd::Config config_;
-  const kd::Queries* queries_;
+  const kd::Queries* queries_ = nullptr;
   bool cancelled_ = false;
   kd::Structure structure_;
   Imath::Box3f bounds_;
@@ -260,8 +296,10 @@ class KdTreeAccelerator final : public Accelerator {
 
 } // namespace
 
-std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options) {
-  auto accelerator = std::make_unique<KdTreeAccelerator>(input, options);
+std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
+                                         std::unique_ptr<KeptStructures> kept) {
+  auto accelerator =
+      std::make_unique<KdTreeAccelerator>(input, options, kd::KeptTrees::from(std::move(kept), options.quality));
   if (accelerator->cancelled()) return nullptr;
   return accelerator;
 }

@@ -21,13 +21,18 @@ struct Queries {
   void (*occluded_coherent)(const Structure&, std::span<const Ray>, std::span<uint8_t>);
 };
 
-// `target` must be one that this processor runs; see simd_target.h. `moving`: for structures in which something moves.
-[[nodiscard]] const Queries& queries_for(SimdTarget target, bool moving);
+// For which structures: those in which something moves, and those whose world is divided.
+struct QueryNeeds {
+  bool moving = false, divided = false;
+};
+// `target` must be one that this processor runs; see simd_target.h.
+[[nodiscard]] const Queries& queries_for(SimdTarget target, QueryNeeds needs);
 
-// One definition in each of kernels/portable.cpp, kernels/avx2.cpp and kernels/avx512.cpp.
-extern const Queries kPortableQueries, kPortableMovingQueries;
+// Definitions in kernels/portable.cpp, kernels/divided_portable.cpp and kernels/moving_portable.cpp, and likewise for the others.
+extern const Queries kPortableQueries, kPortableDividedQueries, kPortableMovingQueries, kPortableDividedMovingQueries;
 #if defined(__x86_64__)
-extern const Queries kAvx2Queries, kAvx2MovingQueries, kAvx512Queries, kAvx512MovingQueries;
+extern const Queries kAvx2Queries, kAvx2DividedQueries, kAvx2MovingQueries, kAvx2DividedMovingQueries;
+extern const Queries kAvx512Queries, kAvx512DividedQueries, kAvx512MovingQueries, kAvx512DividedMovingQueries;
 #endif
 
 } // namespace kindling::accel::kd

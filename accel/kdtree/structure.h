@@ -35,7 +35,8 @@ struct MovingInstance {
 
 struct Structure {
   HitFilter filter;
-  Tree world_tree;               // what stands still under identity transforms, in world space
+  Tree world_tree;   // what stands still under identity transforms, in world space; where that is divided, what lasts
+  Tree passing_tree; // where it is divided, the rest; else empty
   std::vector<Tree> group_trees; // of still meshes by group; empty where no moved or moving instance uses it
   std::vector<MovedInstance> moved;
   InstanceLevel instance_level; // over moved
@@ -45,6 +46,8 @@ struct Structure {
   std::vector<Imath::Box3f> key_boxes;
   std::vector<MovingInstance> moving;
   InstanceLevel moving_level; // over moving, for the whole shutter
+
+  [[nodiscard]] bool is_divided() const { return passing_tree.root != kEmptyChild; }
 };
 
 } // namespace kindling::accel::kd

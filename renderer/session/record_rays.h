@@ -38,6 +38,7 @@ class RecordingAccelerator final : public accel::Accelerator {
   }
   [[nodiscard]] Imath::Box3f bounds() const override { return inner_->bounds(); }
   [[nodiscard]] accel::Statistics statistics() const override { return inner_->statistics(); }
+  [[nodiscard]] std::unique_ptr<accel::KeptStructures> take_structures() override { return inner_->take_structures(); }
 
  private:
   void tell(Call call, std::span<const accel::Ray> rays) const {

@@ -18,5 +18,6 @@
 namespace kindling::accel::kd {
 
 const Queries kAvx512MovingQueries = moving_avx512::make_moving_queries<kAvx512Queries>();
+const Queries kAvx512DividedMovingQueries = moving_avx512::make_moving_queries<kAvx512DividedQueries>();
 
 } // namespace kindling::accel::kd

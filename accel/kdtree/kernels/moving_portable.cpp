@@ -10,5 +10,6 @@
 namespace kindling::accel::kd {
 
 const Queries kPortableMovingQueries = moving_portable::make_moving_queries<kPortableQueries>();
+const Queries kPortableDividedMovingQueries = moving_portable::make_moving_queries<kPortableDividedQueries>();
 
 } // namespace kindling::accel::kd

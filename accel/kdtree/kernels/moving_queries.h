@@ -8,12 +8,6 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Ties go to the smallest ids.
-inline bool comes_before(const Hit& a, const Hit& b) {
-  if (a.instance != b.instance) return a.instance < b.instance;
-  return a.mesh != b.mesh ? a.mesh < b.mesh : a.triangle < b.triangle;
-}
-
 // Whether the ray enters the box of an instance at its time: far cheaper than to invert a matrix.
 inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ray& ray, float enter, float leave) {
   return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, origin_quad(ray),
