@@ -109,6 +109,7 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
   if (options.shutter) nodes.set_time(options.shutter->open_s);
 
   PosedScene posed;
+  posed.animated = time_s.has_value();
   if (shown != kNone) posed.image_light = scene.scenes[static_cast<size_t>(shown)].image_light;
   std::vector<int> gpu_instances;
   size_t mesh_count = 0;

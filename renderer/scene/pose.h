@@ -58,6 +58,7 @@ struct PosedScene {
   std::vector<PosedCamera> cameras;
   std::vector<PosedLight> lights;
   int image_light = kNone; // of the scene shown: index into Scene::image_lights
+  bool animated = false;   // at a time or over a shutter, not at rest
 };
 
 // Of the animations those of nodes are applied; materials, cameras, lights and the weights of meshes are the Scene's own and are

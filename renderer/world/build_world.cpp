@@ -5,9 +5,11 @@
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/emitter_limit.h"
 #include "renderer/world/image_light_environment.h"
+#include "renderer/world/lasting_meshes.h"
 #include "renderer/world/prepare_geometry.h"
 #include "renderer/world/prepare_material.h"
 #include "renderer/world/punctual_lights.h"
+#include "renderer/world/scene_changes.h"
 #include "renderer/world/texture_table.h"
 #include "renderer/world/world_parts.h"
 
@@ -48,6 +50,7 @@ class WorldBuilder {
   }
 
   static void take_parts(World& world, WorldParts& parts) {
+    parts.accelerators = world.accelerator_->take_structures();
     for (size_t i = 0; i < world.geometries_.size(); ++i)
       parts.geometries.put(parts.keys[i], std::move(world.geometries_[i]));
     parts.textures = std::move(world.textures_);
@@ -104,6 +107,7 @@ class WorldBuilder {
   }
 
   void take_geometry() {
+    const SceneChanges changes = posed_.animated ? SceneChanges(scene_) : SceneChanges();
     PreparedGeometry prepared = prepare_geometry(scene_, posed_, &parts_);
     world_->geometries_ = std::move(prepared.geometries);
     world_->instances_ = std::move(prepared.instances);
@@ -122,6 +126,8 @@ class WorldBuilder {
         keys.push_back(geometry.later_position_span(key));
       accel_meshes_.back().later_positions = keys; // of a vector that may move, but not what is in it
     }
+    mark_lasting({world_->geometries_, prepared.nodes, world_->instances_, groups_}, changes,
+                 options_.least_lasting_triangles, accel_meshes_);
     for (const WorldInstance& instance : world_->instances_) world_->has_motion_ |= instance.moving;
     for (const PosedLight& light : posed_.lights) world_->has_motion_ |= !light.later_transforms.empty();
   }
@@ -306,7 +312,8 @@ class WorldBuilder {
     if (cancel_ && cancel_->cancelled()) return false;
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
-    world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options);
+    world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options,
+                                                   std::move(parts_.accelerators));
     if (!world_->accelerator_) return false;
     if (options_.wrap_accelerator) world_->accelerator_ = options_.wrap_accelerator(std::move(world_->accelerator_));
     return true;

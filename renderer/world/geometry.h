@@ -35,6 +35,8 @@ struct Geometry {
   // likewise. Frames are normals and tangents, as far as records have them: 3 floats each for every vertex.
   std::vector<std::vector<V3f>> later_positions;
   std::vector<UninitializedVector<float>> later_frames;
+  uint64_t number =
+      0; // of those that one WorldParts has seen: its own for as long as it is handed on untouched; 0: it deforms
   M44f to_object; // from the space of positions to that of the file's mesh: back from where they were baked
 
   Geometry() { texcoord_offset.fill(kAbsent); }

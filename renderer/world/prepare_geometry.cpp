@@ -90,6 +90,7 @@ class GeometryPreparation {
       const auto mesh = static_cast<size_t>(posed.mesh);
       if (!choice.is_baked(posed)) continue;
       append_mesh(posed, posed.mesh_to_world, --uses[mesh] == 0);
+      out_.nodes.resize(out_.geometries.size(), posed.node);
     }
     const auto baked_count = static_cast<uint32_t>(out_.geometries.size());
     if (baked_count > 0) {
@@ -132,6 +133,7 @@ class GeometryPreparation {
     M44f bake;
     uint32_t material = 0;
     size_t geometry = 0;   // its place
+    uint64_t name = 0;     // Geometry::number
     bool consumes = false; // nobody else will read the primitive: it is moved out of the scene
   };
 
@@ -149,7 +151,8 @@ class GeometryPreparation {
       }
       if (mesh.primitives[p].indices.empty()) continue;
       parts_.keys.push_back(same_as);
-      jobs_.push_back({number, p, &posed, bake, same_as.material, out_.geometries.size(), consumed});
+      jobs_.push_back({number, p, &posed, bake, same_as.material, out_.geometries.size(),
+                       posed.deformed.empty() ? ++parts_.geometry_count : 0, consumed});
       out_.geometries.emplace_back();
     }
   }
@@ -182,6 +185,7 @@ class GeometryPreparation {
     for (std::vector<PosedMesh::Deformed>& moment : posed.later_deformed)
       add_key(geometry, std::move(moment[job.primitive]));
     if (posed.clockwise) reverse_winding(geometry);
+    geometry.number = job.name;
     out_.geometries[job.geometry] = std::move(geometry);
   }
 

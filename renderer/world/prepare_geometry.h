@@ -14,7 +14,8 @@ namespace kindling {
 struct WorldParts;
 
 struct PreparedGeometry {
-  std::vector<Geometry> geometries; // one per accelerator mesh
+  std::vector<Geometry> geometries; // one per accelerator mesh, baked ones first
+  std::vector<int> nodes;           // of the baked ones: where each has its place from
   std::vector<WorldInstance> instances;
   std::vector<accel::MeshGroup> groups;
   std::vector<std::vector<M44f>> motions; // by accel::Instance::motion: the matrices of all keys

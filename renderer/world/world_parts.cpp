@@ -25,8 +25,7 @@ std::optional<Geometry> GeometryStore::take(const GeometryKey& key) {
   const auto found = std::find_if(stored.begin(), stored.end(), [&](const auto& one) { return one.first == key; });
   if (found == stored.end()) return std::nullopt;
   std::optional<Geometry> geometry(std::move(found->second));
-  if (found != stored.end() - 1) *found = std::move(stored.back());
-  stored.pop_back();
+  stored.erase(found);
   return geometry;
 }
 

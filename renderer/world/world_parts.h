@@ -1,4 +1,5 @@
-// What a World hands on to the next one of the same scene: prepared textures, and the vertices of what stands where it stood.
+// What a World hands on to the next one of the same scene: prepared textures, the vertices of what stands where it stood, and what the
+// accelerator has built over them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -40,8 +42,8 @@ class GeometryStore {
   void clear() { geometries_.clear(); }
 
  private:
-  std::map<std::pair<int, uint32_t>, std::vector<std::pair<GeometryKey, Geometry>>>
-      geometries_; // by mesh and primitive
+  // By mesh and primitive; equal ones go in the order in which they came, so that each goes to where it was.
+  std::map<std::pair<int, uint32_t>, std::list<std::pair<GeometryKey, Geometry>>> geometries_;
 };
 
 struct WorldParts {
@@ -51,6 +53,8 @@ struct WorldParts {
 
   std::vector<GeometryKey> keys; // of the World's geometries
   GeometryStore geometries;
+  uint64_t geometry_count = 0;                         // made so far
+  std::unique_ptr<accel::KeptStructures> accelerators; // over them; null: none
   TextureTable::Numbers texture_numbers;
   std::optional<std::vector<Texture>> textures; // with these numbers
   size_t texture_bytes = 0;

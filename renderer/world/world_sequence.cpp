@@ -3,6 +3,7 @@
 #include "renderer/world/world_sequence.h"
 
 #include "renderer/scene/animated_members.h"
+#include "renderer/world/scene_changes.h"
 #include "renderer/world/world_parts.h"
 
 #include <algorithm>
@@ -42,38 +43,20 @@ std::vector<float> animated_numbers(Scene& scene) {
 } // namespace
 
 std::vector<uint8_t> find_still_meshes(const Scene& scene) {
-  std::vector<uint8_t> node_changes(scene.nodes.size(), 0), material_changes(scene.materials.size(), 0);
-  std::vector<uint8_t> still(scene.meshes.size(), 1);
-  for (const Animation& animation : scene.animations)
-    for (const AnimationChannel& channel : animation.channels) {
-      if (channel.property != AnimatedProperty::member) {
-        if (channel.node != kNone) node_changes[static_cast<size_t>(channel.node)] = 1;
-      } else if (channel.member.of == AnimatedMember::Of::material) {
-        material_changes[static_cast<size_t>(channel.member.object)] = 1;
-      } else if (channel.member.of == AnimatedMember::Of::mesh) {
-        still[static_cast<size_t>(channel.member.object)] = 0;
-      }
-    }
-  std::vector<int> below; // nodes that change
-  for (size_t node = 0; node < scene.nodes.size(); ++node)
-    if (node_changes[node] != 0) below.push_back(static_cast<int>(node));
-  while (!below.empty()) {
-    const Node& node = scene.nodes[static_cast<size_t>(below.back())];
-    below.pop_back();
-    for (const int child : node.children)
-      if (std::exchange(node_changes[static_cast<size_t>(child)], uint8_t{1}) == 0) below.push_back(child);
-  }
+  const SceneChanges changes(scene);
+  std::vector<uint8_t> still(scene.meshes.size());
+  for (size_t mesh = 0; mesh < still.size(); ++mesh) still[mesh] = changes.meshes[mesh] == 0 ? 1 : 0;
   std::vector<uint32_t> uses(scene.meshes.size(), 0);
   for (size_t i = 0; i < scene.nodes.size(); ++i) {
     const Node& node = scene.nodes[i];
     if (node.mesh == kNone) continue;
     const auto mesh = static_cast<size_t>(node.mesh);
-    if (++uses[mesh] > 1 || node_changes[i] != 0 || node.skin != kNone || !node.gpu_instances.empty()) still[mesh] = 0;
+    if (++uses[mesh] > 1 || changes.nodes[i] != 0 || node.skin != kNone || !node.gpu_instances.empty()) still[mesh] = 0;
   }
   for (size_t mesh = 0; mesh < scene.meshes.size(); ++mesh)
     for (const Primitive& primitive : scene.meshes[mesh].primitives)
       if (!primitive.targets.empty() ||
-          (primitive.material != kNone && material_changes[static_cast<size_t>(primitive.material)] != 0))
+          (primitive.material != kNone && changes.materials[static_cast<size_t>(primitive.material)] != 0))
         still[mesh] = 0;
   return still;
 }

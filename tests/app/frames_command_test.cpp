@@ -109,6 +109,66 @@ TEST_F(FramesCommand, AnimatedMembersStartFromTheFile) {
   expect_single_renders("members.gltf", {0, 8, 4}, {});
 }
 
+// A grid of 105,800 triangles that stands and 600 of its triangles, a mesh of their own, that slide and turn over it, in its plane at time 0.
+void add_sliding_piece(nlohmann::json& gltf, std::string& bytes) {
+  const auto add = [&](const std::vector<float>& values, const char* type, size_t components) {
+    gltf["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", values.size() * 4}});
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * 4);
+    gltf["accessors"].push_back({{"bufferView", gltf["bufferViews"].size() - 1},
+                                 {"componentType", 5126},
+                                 {"type", type},
+                                 {"count", values.size() / components}});
+    return gltf["accessors"].size() - 1;
+  };
+  const size_t times = add({0.0f, 1.0f}, "SCALAR", 1), places = add({0.0f, 0.3f, 0.0f, 0.0f, 0.5f, 0.2f}, "VEC3", 3);
+  gltf["accessors"][times].update({{"min", {0.0f}}, {"max", {1.0f}}});
+  gltf["buffers"][0]["byteLength"] = bytes.size();
+  nlohmann::json piece = gltf["accessors"][1];
+  piece["count"] = 1800;
+  gltf["accessors"].push_back(piece);
+  nlohmann::json mesh = gltf["meshes"][0];
+  mesh["primitives"][0]["indices"] = gltf["accessors"].size() - 1;
+  mesh["primitives"][0]["material"] = 1;
+  gltf["meshes"].push_back(mesh);
+  gltf["materials"].push_back({{"pbrMetallicRoughness", {{"baseColorFactor", {0.9, 0.2, 0.1, 1.0}}}}});
+  gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size());
+  gltf["animations"] = {
+      {{"samplers", {{{"input", times}, {"output", places}}}},
+       {"channels", {{{"sampler", 0}, {"target", {{"node", gltf["nodes"].size()}, {"path", "translation"}}}}}}}};
+  gltf["nodes"].push_back({{"mesh", 1}});
+}
+
+TEST_F(FramesCommand, TreesOfWhatStandsAreKept) {
+  TestSceneOptions options;
+  options.grid = 230;
+  write_scene("grid", options);
+  nlohmann::json gltf = nlohmann::json::parse(read_file("grid.gltf"));
+  std::string bytes = read_file("grid.bin");
+  add_sliding_piece(gltf, bytes);
+  write_file("grid.bin", bytes);
+  write_file("grid.gltf", gltf.dump());
+  for (const char* accelerator : {"kdtree", "embree"})
+    for (const bool shutter : {false, true}) {
+      SCOPED_TRACE(fmt::format("{}{}", accelerator, shutter ? " with a shutter" : ""));
+      std::vector<std::string> flags = {"--accel", accelerator};
+      if (shutter) flags.insert(flags.end(), {"--shutter", "0,0.05"});
+      expect_single_renders("grid.gltf", {0, 8, 3}, flags);
+      flags.insert(flags.end(),
+                   {"--frames", "0-49", "--fps", "25", "--force", "-o", "m_#.exr", "--stats", "kept.json"});
+      ASSERT_EQ(render("grid.gltf", flags).exit_code, 0);
+      const nlohmann::json frames = nlohmann::json::parse(read_file("kept.json"))["frames"];
+      ASSERT_EQ(frames.size(), 50U);
+      const auto built = [&](size_t i) { return frames[i]["accelerator"]["built_triangles"].get<size_t>(); };
+      EXPECT_EQ(built(0), 106'400U);
+      // With a shutter the piece is an instance, while it moves: its tree is kept too.
+      for (size_t i = 1; i < 25; ++i) EXPECT_EQ(built(i), shutter ? 0U : 600U) << i;
+      EXPECT_EQ(frames[49]["accelerator"]["triangles"], 106'400);
+      // A tree that stayed behind in each frame would be 40 of them.
+      const auto peak = [&](size_t i) { return frames[i]["peak_rss_bytes"].get<size_t>(); };
+      EXPECT_LT(peak(49) - peak(9), 2 * frames[0]["accelerator"]["memory_bytes"].get<size_t>());
+    }
+}
+
 TEST_F(FramesCommand, WhatIsThereIsSkippedUnlessForced) {
   const std::string scene = tiny("animation.gltf");
   ASSERT_EQ(render(scene, {"--frames", "2", "-o", "a_#.exr", "-o", "a_#.png"}).exit_code, 0);

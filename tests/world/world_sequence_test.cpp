@@ -153,6 +153,61 @@ TEST(WorldSequence, WhatStandsIsHandedOn) {
   EXPECT_EQ(positions(*world, 1)[0].y, 3.0f);
 }
 
+// Meshes that an accelerator is told to last, by node.
+std::vector<uint8_t> lasting_nodes(const Scene& scene, double time_s, const WorldOptions& options) {
+  Scene consumed = scene;
+  const PosedScene posed = pose(scene, time_s);
+  const auto world = build_world(std::move(consumed), posed, options, nullptr, nullptr).value();
+  const accel::BuildInput input = world->accelerator_input();
+  std::vector<uint8_t> lasting;
+  for (const accel::TriangleMesh& mesh : input.meshes) lasting.push_back(mesh.lasting != 0 ? 1 : 0);
+  return lasting;
+}
+
+TEST(WorldSequence, WhatLasts) {
+  Scene scene = make_scene();
+  Primitive& large = scene.meshes[0].primitives[0];
+  for (int i = 0; i < 30; ++i)
+    for (const uint32_t corner : {0U, 1U, 2U}) large.indices.push_back(corner);
+  WorldOptions options;
+  options.least_lasting_triangles = 0;
+  using Nodes = std::vector<uint8_t>;
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1})); // the last one could be deformed, but is not
+  options.least_lasting_triangles = 34;
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  options.least_lasting_triangles = 33;
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  // Two triangles do not last: eight must.
+  large.indices.resize(3 * 5);
+  options.least_lasting_triangles = 0;
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  large.indices.resize(3 * 6, 1);
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  // Hidden at some time, even if not at this one.
+  AnimationChannel channel;
+  channel.node = 2;
+  channel.property = AnimatedProperty::visible;
+  channel.components = 1;
+  channel.interpolation = Interpolation::step;
+  channel.times_s = {0.0f, 0.9f};
+  channel.values = {1.0f, 0.0f};
+  scene.animations[0].channels.push_back(channel);
+  large.indices.resize(3 * 31, 1);
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 0, 0, 1}));
+  EXPECT_EQ(lasting_nodes(scene, 1.0, options), (Nodes{1, 0, 0, 1}));
+  // Of a material that changes.
+  channel.property = AnimatedProperty::member;
+  channel.node = kNone;
+  channel.member = {AnimatedMember::Of::material, false, 0, 1};
+  scene.animations[0].channels.push_back(channel);
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  // At rest, and without animations.
+  scene = make_scene();
+  EXPECT_FALSE(pose_scene(scene, {}).value().animated);
+  scene.animations.clear();
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+}
+
 TEST(WorldSequence, StillMeshes) {
   Scene scene = make_scene();
   EXPECT_EQ(find_still_meshes(scene), (std::vector<uint8_t>{1, 0, 0, 0}));

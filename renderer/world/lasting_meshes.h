@@ -1,0 +1,34 @@
+// Which meshes an accelerator is told to last (accel::TriangleMesh::lasting), so that what is built over them serves other frames too.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "renderer/world/geometry.h"
+#include "renderer/world/scene_changes.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// What lasts under identity transforms is traced apart from what does not if it has so many triangles, and so many times those of the
+// rest: then what a frame saves is worth having, and what rays pay is little (README.md).
+inline constexpr size_t kLeastLastingTriangles = 100'000;
+inline constexpr size_t kLeastLastingShare = 4;
+
+// Of a World whose scene was posed at a time.
+struct PlacedMeshes {
+  std::span<const Geometry> geometries; // by mesh
+  std::span<const int> baked_nodes;     // for which the first of them have been baked
+  std::span<const WorldInstance> instances;
+  std::span<const accel::MeshGroup> groups;
+};
+
+// Sets TriangleMesh::lasting of `meshes` by the scene and the moment alone, so that a frame of a sequence is traced as a picture of that
+// moment is. Baked meshes last that no animation moves, hides or deforms and whose material none changes; instanced ones always, as long
+// as they do not deform. Those under identity transforms do not, if they do not pay by the numbers above.
+void mark_lasting(const PlacedMeshes& placed, const SceneChanges& changes, size_t least_triangles,
+                  std::vector<accel::TriangleMesh>& meshes);
+
+} // namespace kindling
