@@ -83,11 +83,11 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["paths"] = s.rays.paths;
   json["paths_per_s"] = r.paths_per_s();
   json["non_finite_samples"] = s.rays.non_finite;
-  json["accelerator"] = {{"name", r.accelerator},          {"description", r.accelerator_description},
-                         {"build_s", a.build_s},           {"memory_bytes", a.memory_bytes},
-                         {"triangles", a.triangle_count},  {"instances", a.instance_count},
-                         {"nodes", a.node_count},          {"leaves", a.leaf_count},
-                         {"references", a.reference_count}};
+  json["accelerator"] = {{"name", r.accelerator},         {"description", r.accelerator_description},
+                         {"build_s", a.build_s},          {"memory_bytes", a.memory_bytes},
+                         {"triangles", a.triangle_count}, {"built_triangles", a.built_triangle_count},
+                         {"instances", a.instance_count}, {"nodes", a.node_count},
+                         {"leaves", a.leaf_count},        {"references", a.reference_count}};
   json["checkpoint"] = nullptr;
   if (const auto& c = r.checkpoint)
     json["checkpoint"] = {{"file", c->file},
