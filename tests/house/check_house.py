@@ -112,10 +112,16 @@ def check_files(root, layers):
 
 
 def check_readmes(root, layers):
-    """Every folder of the table that exists has a README, and what Markdown files link to exists."""
+    """Every folder of the table that exists has a README that names its headers, and what Markdown files link to exists."""
     for folder in list(layers.levels) + ["scenes", "tests", "bench"]:
         if (root / folder).is_dir() and not (root / folder / "README.md").is_file():
             yield f"{folder}: has no README.md"
+    for folder in layers.levels:
+        readme = root / folder / "README.md"
+        text = readme.read_text(encoding="utf-8") if readme.is_file() else None
+        for header in sorted((root / folder).glob("*.h")) if text is not None else []:
+            if not re.search(rf"(?<!\w){re.escape(header.stem)}(?!\w)", text):
+                yield f"{folder}/README.md: does not name {header.name}"
     if not (root / "README.md").is_file():
         yield "README.md: missing"
     ours = [root / "README.md"] + [path for top in ("renderer", "accel", "scenes", "tests", "bench", "cmake")

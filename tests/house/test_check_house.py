@@ -15,7 +15,7 @@ GOOD = {
     "renderer/app/main.cpp": "// The program.\n// SPDX-License-Identifier: Apache-2.0\n#include <CLI/CLI.hpp>\n"
                              "#include \"renderer/film/film.h\"\nint main() { std::cout << 1; }\n",
     "accel/accelerator.h": "// The contract.\n// SPDX-License-Identifier: Apache-2.0\n#pragma once\n",
-    "renderer/base/README.md": "", "renderer/film/README.md": "", "renderer/app/README.md": "", "accel/README.md": "",
+    "renderer/base/README.md": "`math.h`", "renderer/film/README.md": "`film`", "renderer/app/README.md": "", "accel/README.md": "`accelerator.h`",
     "README.md": "[film](renderer/film/README.md)\n",
 }
 HEAD = "// A file.\n// SPDX-License-Identifier: Apache-2.0\n"
@@ -101,6 +101,11 @@ class CheckHouse(unittest.TestCase):
         (self.root / "renderer/film/README.md").unlink()
         found = self.findings("readmes")
         self.assertEqual(len(found), 2, found)
+
+    def test_header_that_no_readme_names(self):
+        self.assertEqual(self.findings("readmes"), [])
+        self.write("renderer/film/film_sum.h", HEAD)  # a part of whose name is there
+        self.assertEqual(self.findings("readmes"), ["renderer/film/README.md: does not name film_sum.h"])
 
     def write_targets(self, text):
         self.write("targets.txt", text)
