@@ -6,6 +6,7 @@
 #include "renderer/app/farm_report.h"
 #include "renderer/app/options.h"
 #include "renderer/app/outputs.h"
+#include "renderer/app/text_format.h"
 #include "renderer/app/version.h"
 #include "renderer/distributed/farm_status.h"
 #include "renderer/distributed/farm_worker.h"
@@ -161,7 +162,7 @@ Result<int> retry(const FarmPlan& plan, FarmEngine& engine) {
 }
 
 Result<int> merge(const FarmPlan& plan, Console& console) {
-  Result<MergeReport> report = merge_frames(plan, [&](std::string_view line) { console.line(line); });
+  Result<MergeReport> report = merge_frames(plan, [&](std::string_view line) { console.line(printable(line)); });
   if (!report.ok()) return report.error();
   for (const std::string& line : report.value().bad) console.warning(line);
   const Result<std::optional<FarmRefusal>> refusal = read_refusal(plan.refusal_file());
@@ -191,7 +192,8 @@ Result<int> run_farm(const FarmOptions& options, Console& console) {
   if (wanted.task >= plan.value().task_count())
     return Error{ErrorKind::usage,
                  fmt::format("task {}: the farm has {}, numbered from 0", wanted.task, plan.value().task_count())};
-  return work_on_task(plan.value(), wanted.task, *engine.value(), [&](std::string_view line) { console.line(line); });
+  return work_on_task(plan.value(), wanted.task, *engine.value(),
+                      [&](std::string_view line) { console.line(printable(line)); });
 }
 
 } // namespace kindling::app

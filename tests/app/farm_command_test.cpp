@@ -111,7 +111,7 @@ TEST_F(FarmCommand, WorkedOffByHandGivesThePictureOfOneProcess) {
 // Names of any kind, from any folder, through links; and nothing of them reaches the terminal as it is.
 TEST_F(FarmCommand, NamesAreTakenAsTheyAre) {
   const std::string scene = write_scene();
-  for (const std::string& name : {"a farm", "it's", "line\nline", "a#b", "a%A", "red\x1b[31m"}) {
+  for (const std::string name : {"a farm", "it's", "line\nline", "a#b", "a%A", "red\x1b[31m"}) {
     SCOPED_TRACE(name);
     ASSERT_EQ(run({"farm", "submit", scene, "--parts", "1", "--folder", name, "-o", name + "/picture.exr", "--",
                    "--spp", "2", "--size", "8x8"})

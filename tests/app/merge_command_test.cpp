@@ -176,6 +176,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogetherIsRefused) {
   render({"--spp", "4", "--part", "2/2", "-o", "scene.kacc"});
   expect_refusal(merge({"p1.kacc", "scene.kacc"}, out), 2, {"scene hash"});
   expect_refusal(merge({}, out), 2, {"no parts"});
+  expect_refusal(merge({"", "p1.kacc"}, out), 2, {"a part has an empty name"});
   expect_refusal(merge({"p1.kacc"}, {}), 2, {"--output: nothing to write"});
   EXPECT_FALSE(exists("m.png"));
 }

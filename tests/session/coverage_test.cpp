@@ -82,5 +82,20 @@ TEST(Coverage, ABlockThatHasStoppedIsComplete) {
   EXPECT_EQ(coverage.done(1, {0, 100}), 4U);
 }
 
+TEST(Coverage, TheShareThatIsDoneCountsPixels) {
+  Coverage coverage({V2i(0), V2i(12, 8)}); // blocks of 64 and of 32 pixels
+  EXPECT_EQ(coverage.done_share({0, 4}), 0.0);
+  EXPECT_EQ(coverage.done_share({4, 4}), 1.0); // nothing is wanted
+  EXPECT_TRUE(coverage.add(0, {2, 6}));
+  EXPECT_EQ(coverage.done_share({0, 4}), 64 * 2 / (96 * 4.0));
+  EXPECT_TRUE(coverage.add(0, {0, 1}));
+  EXPECT_EQ(coverage.done_share({0, 4}), 64 * 3 / (96 * 4.0));
+  coverage.set_stopped(1); // and wants none
+  EXPECT_EQ(coverage.done_share({0, 4}), (64 * 3 + 32 * 4) / (96 * 4.0));
+  EXPECT_TRUE(coverage.add(0, {1, 2}));
+  EXPECT_EQ(coverage.done_share({0, 4}), 1.0);
+  EXPECT_EQ(Coverage({V2i(3), V2i(3)}).done_share({0, 4}), 1.0); // of no pixels
+}
+
 } // namespace
 } // namespace kindling
