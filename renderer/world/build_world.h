@@ -23,7 +23,7 @@ struct WorldOptions {
   bool robust = true;                             // of Embree
   std::optional<accel::SimdTarget> simd;          // of the kd-tree's kernels; none: the best that the processor runs
   std::shared_ptr<const Environment> environment; // null: none, or the built-in one if the scene has no lights
-  // As kLeastLastingTriangles (lasting_meshes.h).
+  // Fewer that stand for good have no tree of their own (lasting_meshes.h).
   size_t least_lasting_triangles = 100'000;
   TextureMemory* texture_memory = nullptr; // what the scene was loaded with; must outlive the World; may be null
   bool builtin_environment = true;         // a scene without any light gets a neutral one

@@ -12,9 +12,8 @@
 
 namespace kindling {
 
-// What lasts under identity transforms is traced apart from what does not if it has so many triangles, and so many times those of the
-// rest: then what a frame saves is worth having, and what rays pay is little (README.md).
-inline constexpr size_t kLeastLastingTriangles = 100'000;
+// What lasts under identity transforms is traced apart from what does not if it has WorldOptions::least_lasting_triangles, and so many
+// times those of the rest: then a frame saves most of its build, and rays pay little (README.md).
 inline constexpr size_t kLeastLastingShare = 4;
 
 // Of a World whose scene was posed at a time.
@@ -27,7 +26,7 @@ struct PlacedMeshes {
 
 // Sets TriangleMesh::lasting of `meshes` by the scene and the moment alone, so that a frame of a sequence is traced as a picture of that
 // moment is. Baked meshes last that no animation moves, hides or deforms and whose material none changes; instanced ones always, as long
-// as they do not deform. Those under identity transforms do not, if they do not pay by the numbers above.
+// as they do not deform. Those under identity transforms do not, if they do not pay by these numbers.
 void mark_lasting(const PlacedMeshes& placed, const SceneChanges& changes, size_t least_triangles,
                   std::vector<accel::TriangleMesh>& meshes);
 
