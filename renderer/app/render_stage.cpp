@@ -94,6 +94,8 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedPicture picture, const 
   world_options.simd = options.simd;
   world_options.environment = scene.environment;
   world_options.texture_memory = scene.textures();
+  world_options.picture_samples =
+      static_cast<uint64_t>(picture.size_px.x) * static_cast<uint64_t>(picture.size_px.y) * options.planned_samples();
   const Result<const World*> world =
       scene.worlds.next(scene.scene, std::move(picture.posed), world_options, more, cancel, &listener);
   if (!world.ok()) return world.error();

@@ -127,7 +127,7 @@ class WorldBuilder {
       accel_meshes_.back().later_positions = keys; // of a vector that may move, but not what is in it
     }
     mark_lasting({world_->geometries_, prepared.nodes, world_->instances_, groups_}, changes,
-                 options_.least_lasting_triangles, accel_meshes_);
+                 least_lasting_triangles(options_.least_lasting_triangles, options_.picture_samples), accel_meshes_);
     for (const WorldInstance& instance : world_->instances_) world_->has_motion_ |= instance.moving;
     for (const PosedLight& light : posed_.lights) world_->has_motion_ |= !light.later_transforms.empty();
   }

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/lasting_meshes.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace kindling {
+
+size_t least_lasting_triangles(size_t fixed, uint64_t picture_samples) {
+  return std::max<size_t>(fixed, picture_samples / kMostSamplesPerLastingTriangle);
+}
 
 void mark_lasting(const PlacedMeshes& placed, const SceneChanges& changes, size_t least_triangles,
                   std::vector<accel::TriangleMesh>& meshes) {

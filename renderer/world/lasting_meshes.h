@@ -12,9 +12,12 @@
 
 namespace kindling {
 
-// What lasts under identity transforms is traced apart from what does not if it has WorldOptions::least_lasting_triangles, and so many
-// times those of the rest: then a frame saves most of its build, and rays pay little (README.md).
+// What lasts under identity transforms is traced apart from what does not if it has enough triangles, and so many times those of the
+// rest: then a frame saves most of its build, and rays pay little (README.md).
 inline constexpr size_t kLeastLastingShare = 4;
+// Enough are a fixed number, and one for so many samples of the picture: a frame of many samples saves less by a build than its rays pay.
+inline constexpr uint64_t kMostSamplesPerLastingTriangle = 16;
+[[nodiscard]] size_t least_lasting_triangles(size_t fixed, uint64_t picture_samples);
 
 // Of a World whose scene was posed at a time.
 struct PlacedMeshes {
@@ -24,7 +27,7 @@ struct PlacedMeshes {
   std::span<const accel::MeshGroup> groups;
 };
 
-// Sets TriangleMesh::lasting of `meshes` by the scene and the moment alone, so that a frame of a sequence is traced as a picture of that
+// Sets TriangleMesh::lasting of `meshes` by the scene, the moment and the picture alone, so that a frame of a sequence is traced as a picture of that
 // moment is. Baked meshes last that no animation moves, hides or deforms and whose material none changes; instanced ones always, as long
 // as they do not deform. Those under identity transforms do not, if they do not pay by these numbers.
 void mark_lasting(const PlacedMeshes& placed, const SceneChanges& changes, size_t least_triangles,

@@ -3,6 +3,7 @@
 #include "renderer/world/world_sequence.h"
 
 #include "renderer/world/build_world.h"
+#include "renderer/world/lasting_meshes.h"
 
 #include <gtest/gtest.h>
 
@@ -177,6 +178,13 @@ TEST(WorldSequence, WhatLasts) {
   EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
   options.least_lasting_triangles = 33;
   EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  // The same 33 for a picture of many samples.
+  options.least_lasting_triangles = 0;
+  options.picture_samples = 34 * kMostSamplesPerLastingTriangle;
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  --options.picture_samples;
+  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  options.picture_samples = 0;
   // Two triangles do not last: eight must.
   large.indices.resize(3 * 5);
   options.least_lasting_triangles = 0;
