@@ -13,6 +13,7 @@ endfunction()
 
 compile_alone(accel kindling_accel
   kdtree/instance_level.cpp kdtree/leaf_block.cpp kdtree/partition.cpp kdtree/split_bins.cpp kdtree/split_counted.cpp kdtree/kernels/avx2.cpp kdtree/kernels/avx512.cpp
+  kdtree/kernels/divided_avx2.cpp kdtree/kernels/divided_avx512.cpp kdtree/kernels/divided_portable.cpp
   kdtree/kernels/moving_avx2.cpp kdtree/kernels/moving_avx512.cpp kdtree/kernels/moving_portable.cpp kdtree/kernels/portable.cpp)
 compile_alone(renderer/image kindling_image
   decode_hdr.cpp decode_jpeg.cpp decode_ktx2.cpp decode_png.cpp decode_webp.cpp etc1s_codebooks.cpp ktx2_container.cpp)
@@ -22,9 +23,9 @@ compile_alone(renderer/import kindling_import
   json_schema_tables.cpp kindling_extras.cpp light_extras.cpp meshopt_attributes.cpp parse_ies.cpp photometric_lights.cpp procedurals.cpp
   vertex_repair.cpp)
 compile_alone(renderer/integrator kindling_integrator integrator.cpp)
-compile_alone(renderer/session kindling_session accumulation_reader.cpp ray_file.cpp)
+compile_alone(renderer/session kindling_session accumulation_reader.cpp one_picture.cpp ray_file.cpp)
 compile_alone(renderer/distributed kindling_distributed merge_frames.cpp work_parts.cpp)
-compile_alone(renderer/world kindling_world surface.cpp)
+compile_alone(renderer/world kindling_world prepare_geometry.cpp surface.cpp)
 compile_alone(renderer/app kindling_app
   choose.cpp console.cpp farm_flags.cpp frame_flags.cpp lens_flags.cpp picture_metadata.cpp picture_settings.cpp progress_display.cpp
   progress_format.cpp render_flags.cpp render_stage.cpp shootout_html.cpp shootout_plots.cpp shootout_tables.cpp shutter_flags.cpp version.cpp)
