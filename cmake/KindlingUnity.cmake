@@ -18,9 +18,10 @@ compile_alone(accel kindling_accel
 compile_alone(renderer/image kindling_image
   decode_hdr.cpp decode_jpeg.cpp decode_ktx2.cpp decode_png.cpp decode_webp.cpp etc1s_codebooks.cpp ktx2_container.cpp)
 compile_alone(renderer/texture kindling_texture procedural_emitter.cpp procedural_program.cpp)
+compile_alone(renderer/guiding kindling_guiding share_tree.cpp)
 compile_alone(renderer/light kindling_light whole_lights.cpp light_tree.cpp)
 compile_alone(renderer/import kindling_import
-  json_schema_tables.cpp kindling_extras.cpp light_extras.cpp meshopt_attributes.cpp parse_ies.cpp photometric_lights.cpp procedurals.cpp
+  draco_mesh.cpp json_schema_tables.cpp kindling_extras.cpp light_extras.cpp meshopt_attributes.cpp parse_ies.cpp photometric_lights.cpp procedurals.cpp triangles.cpp
   vertex_repair.cpp)
 compile_alone(renderer/integrator kindling_integrator integrator.cpp)
 compile_alone(renderer/session kindling_session accumulation_reader.cpp one_picture.cpp ray_file.cpp)
