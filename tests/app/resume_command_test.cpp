@@ -58,7 +58,7 @@ TEST_F(ResumeCommand, AddsSamplesAsIfTheyHadBeenAskedForAtOnce) {
 
 TEST_F(ResumeCommand, ProgressBeginsWhereTheRenderWas) {
   write_scene();
-  const auto events = [](const ProgramResult& result) {
+  const auto render_events = [](const ProgramResult& result) {
     std::vector<nlohmann::json> events;
     std::istringstream lines(result.err);
     for (std::string line; std::getline(lines, line);) {
@@ -69,12 +69,12 @@ TEST_F(ResumeCommand, ProgressBeginsWhereTheRenderWas) {
     return events;
   };
   ASSERT_EQ(render({"--spp", "8", "-o", "a.exr", "--checkpoint", "a.kacc", "--guiding", "on"}).exit_code, 0);
-  for (const nlohmann::json& event : events(run({"resume", "a.kacc", "--spp", "12", "--progress", "json"}))) {
+  for (const nlohmann::json& event : render_events(run({"resume", "a.kacc", "--spp", "12", "--progress", "json"}))) {
     EXPECT_GE(event["spp"].get<double>(), 8.0 - 1e-9) << event;
     EXPECT_GE(event["fraction"].get<double>(), 8.0 / 12.0 - 1e-9) << event;
     EXPECT_EQ(event["spp_wanted"], 12) << event;
   }
-  for (const nlohmann::json& event : events(render({"--spp", "8", "--part", "2/4", "--progress", "json"})))
+  for (const nlohmann::json& event : render_events(render({"--spp", "8", "--part", "2/4", "--progress", "json"})))
     EXPECT_EQ(event["spp_wanted"], 2) << event;
 }
 
