@@ -1,5 +1,6 @@
 # What CMAKE_UNITY_BUILD, which the presets of the sanitizers set, must leave alone: it compiles sources of a folder together, eight at a
-# time, in a third of the time. These have names in their anonymous namespaces, or macros, that another source of the folder has too.
+# time, in a third of the time. These have names in their anonymous namespaces, or macros, that another source of the folder has too, or classes whose
+# members are of these namespaces (GCC takes an included source for a header).
 # The Release build compiles every source alone, so that a missing include is found.
 # SPDX-License-Identifier: Apache-2.0
 
@@ -19,7 +20,7 @@ compile_alone(renderer/image kindling_image
   decode_hdr.cpp decode_jpeg.cpp decode_ktx2.cpp decode_png.cpp decode_webp.cpp etc1s_codebooks.cpp ktx2_container.cpp)
 compile_alone(renderer/texture kindling_texture procedural_emitter.cpp procedural_program.cpp)
 compile_alone(renderer/guiding kindling_guiding share_tree.cpp)
-compile_alone(renderer/light kindling_light whole_lights.cpp light_tree.cpp)
+compile_alone(renderer/light kindling_light build_light_tree.cpp whole_lights.cpp light_tree.cpp)
 compile_alone(renderer/import kindling_import
   draco_mesh.cpp json_schema_tables.cpp kindling_extras.cpp light_extras.cpp meshopt_attributes.cpp parse_ies.cpp photometric_lights.cpp procedurals.cpp triangles.cpp
   vertex_repair.cpp)
