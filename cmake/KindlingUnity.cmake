@@ -23,7 +23,7 @@ compile_alone(renderer/guiding kindling_guiding share_tree.cpp)
 compile_alone(renderer/light kindling_light build_light_tree.cpp whole_lights.cpp light_tree.cpp)
 compile_alone(renderer/import kindling_import
   draco_mesh.cpp json_schema_tables.cpp kindling_extras.cpp light_extras.cpp meshopt_attributes.cpp parse_ies.cpp photometric_lights.cpp procedurals.cpp triangles.cpp
-  vertex_repair.cpp)
+  tinygltf_core.cpp vertex_repair.cpp)
 compile_alone(renderer/integrator kindling_integrator integrator.cpp)
 compile_alone(renderer/session kindling_session accumulation_reader.cpp one_picture.cpp ray_file.cpp)
 compile_alone(renderer/distributed kindling_distributed merge_frames.cpp work_parts.cpp)
