@@ -149,7 +149,8 @@ void AtomicFile::remove_leftovers(const fs::path& path) {
 }
 
 void AtomicFile::write(const void* data, size_t size) {
-  if (error_ == 0 && std::fwrite(data, 1, size, file_) != size) error_ = errno;
+  // fwrite() takes no null pointer, and an empty vector's data() may be one.
+  if (error_ == 0 && size > 0 && std::fwrite(data, 1, size, file_) != size) error_ = errno;
 }
 
 void AtomicFile::seek(int64_t offset) {

@@ -51,8 +51,10 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
       const auto width = static_cast<size_t>(block.width());
       for (size_t i = 0; i < width; ++i) addresses[i] = sampler.address_in(points[pixel++], s);
       const std::array<V2f, kBlockSize> draws = draw_eight(addresses, kFilterDimension);
-      std::array<V2f, kBlockSize> lens_draws{};
-      std::array<V2f, kBlockSize> times{}; // in x
+      std::array<V2f, kBlockSize> lens_draws;
+      std::array<V2f, kBlockSize> times; // in x
+      lens_draws.fill(V2f(0.0f));        // a V2f has no value of its own
+      times.fill(V2f(0.0f));
       if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
       if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
       for (size_t i = 0; i < width; ++i, ++slot) {

@@ -121,8 +121,13 @@ TEST(RecordRays, ShuffledRaysAreTheSameRays) {
 
 TEST(RecordRays, TheSameEveryTime) {
   const std::vector<RaySet> a = record(500), b = record(500);
-  for (size_t s = 0; s < a.size(); ++s)
-    EXPECT_EQ(std::memcmp(a[s].rays.data(), b[s].rays.data(), 500 * sizeof(accel::Ray)), 0) << a[s].name;
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t s = 0; s < a.size(); ++s) {
+    SCOPED_TRACE(a[s].name);
+    EXPECT_GT(a[s].rays.size(), 400U); // of the camera whole groups of 64
+    ASSERT_EQ(a[s].rays.size(), b[s].rays.size());
+    EXPECT_EQ(std::memcmp(a[s].rays.data(), b[s].rays.data(), a[s].rays.size() * sizeof(accel::Ray)), 0);
+  }
 }
 
 TEST(RecordRays, CameraRaysAreWholeBlocks) {
