@@ -146,8 +146,8 @@ void write_checkpoint(const std::filesystem::path& path, uint32_t samples) {
   ASSERT_TRUE(written.ok()) << written.error().message;
 }
 
-// A renderer that is told by SIGINT to leave the file "save" as its checkpoint; its time is nearly over at once, which only its parent is
-// told, and should it be told itself, nothing comes of it. Behind it other signals may be sent.
+// A renderer that SIGINT makes leave the file "save" as its checkpoint. It sends its parent the warning that its time is nearly over; the
+// same signal to itself has no effect. `more` may send other signals: SIGINT, with which the parent answers the warning, waits for them.
 std::string slow_renderer(const std::string& more = "") {
   return R"(export checkpoint out; exec python3 -c '
 import os, shutil, signal, sys, time
@@ -155,10 +155,14 @@ def save(*_):
     if os.path.exists("save"): shutil.copy("save", os.environ["checkpoint"])
     sys.exit(130)
 signal.signal(signal.SIGINT, save)
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
 os.kill(os.getpid(), signal.SIGUSR1)
 os.kill(os.getppid(), signal.SIGUSR1)
 )" + more +
-         "time.sleep(60)\n'\n";
+         R"(signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+time.sleep(60)
+'
+)";
 }
 
 TEST_F(Worker, OutOfTimeGoesOnInAnotherAttempt) {
@@ -205,7 +209,6 @@ TEST_F(Worker, ATerminationAfterTheWarningIsNotUndone) {
   engine_.inside = true;
   const FarmPlan plan = make_plan(slow_renderer("os.kill(os.getppid(), signal.SIGTERM)\n"));
   write_checkpoint(folder_ / "save", 1);
-  // Which of the two comes first is as they are sent: the time's.
   EXPECT_EQ(work(plan), 130);
   EXPECT_EQ(engine_.requeued, 0);
   EXPECT_EQ(record(plan).attempts.size(), 1u);
