@@ -138,7 +138,9 @@ enum class Quality { fast, balanced, best };
 
 struct BuildOptions {
   Quality quality = Quality::balanced;
-  SimdTarget simd = best_simd_target();      // of the kd-tree's kernels; must be one of simd_targets()
+  // Of the kernels; unset: the best that the processor runs. The kd-tree takes one of simd_targets(), Embree one of
+  // embree_simd_targets(); brute force has no such choice.
+  std::optional<SimdTarget> simd;
   bool robust = true;                        // watertight at the price of some speed (Embree: RTC_SCENE_FLAG_ROBUST)
   const std::atomic<bool>* cancel = nullptr; // polled; a cancelled build returns null
   std::function<void(double)> on_progress;   // fraction done in [0, 1]; called from any one thread at a time
@@ -155,6 +157,7 @@ struct Statistics {
   size_t leaf_count = 0;
   size_t reference_count = 0;     // triangle references in leaves
   std::vector<size_t> leaf_sizes; // leaf_sizes[n]: leaves with n references; empty where the library does not tell
+  SimdTarget simd = SimdTarget::portable; // of the kernels that answer
 };
 
 // What a ray visits.

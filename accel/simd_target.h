@@ -1,4 +1,4 @@
-// The instruction sets that kernels are compiled for, chosen at run time.
+// The instruction sets that accelerators' kernels are compiled for, chosen at run time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,13 +8,17 @@
 
 namespace kindling::accel {
 
-enum class SimdTarget { portable, avx2, avx512 };
+// Ascending: a processor that runs one runs all before it.
+enum class SimdTarget { portable, sse2, sse42, avx, avx2, avx512 };
 
-// Those that this program was compiled for and this processor runs, best last; `portable` is always there.
+// The sets of the kd-tree's kernels (portable, avx2, avx512) that this processor runs, best last; `portable` is always there.
 [[nodiscard]] std::vector<SimdTarget> simd_targets();
 [[nodiscard]] SimdTarget best_simd_target();
 
-// "portable", "avx2", "avx512".
+// The sets of Embree's kernels (sse2 to avx512) that this processor runs, best last; none on other processors than x86.
+[[nodiscard]] std::vector<SimdTarget> embree_simd_targets();
+
+// "portable", "sse2", "sse4.2", "avx", "avx2", "avx512".
 [[nodiscard]] std::string_view simd_target_name(SimdTarget target);
 [[nodiscard]] std::optional<SimdTarget> simd_target_from_name(std::string_view name);
 

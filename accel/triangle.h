@@ -73,12 +73,12 @@ inline constexpr float kLargestCoordinate = 1.844e18f;
 }
 
 // False for rays that miss by definition: not finite (see kLargestCoordinate), no direction, or an empty or NaN interval.
-// t_min below 0 counts as 0.
-[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray) {
+// t_min below 0 counts as 0. `extent`: the largest sum of magnitudes that is taken.
+[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray, float extent = kLargestCoordinate) {
   const float sum = (std::fabs(ray.origin.x) + std::fabs(ray.origin.y) + std::fabs(ray.origin.z)) +
                     (std::fabs(ray.direction.x) + std::fabs(ray.direction.y) + std::fabs(ray.direction.z));
   const bool points = (ray.direction.x != 0.0f) | (ray.direction.y != 0.0f) | (ray.direction.z != 0.0f);
-  return (sum <= kLargestCoordinate) & points & (ray.t_min < ray.t_max) & (ray.t_max > 0.0f); // without branches
+  return (sum <= extent) & points & (ray.t_min < ray.t_max) & (ray.t_max > 0.0f); // without branches
 }
 
 } // namespace kindling::accel

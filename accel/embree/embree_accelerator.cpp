@@ -3,17 +3,19 @@
 
 #include "accel/embree/embree_api.h"
 #include "accel/embree/embree_build.h"
+#include "accel/embree/embree_limits.h"
 #include "accel/embree/embree_rays.h"
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <optional>
 
 namespace kindling::accel {
 namespace {
 
 using embree::GeometryNames;
-using embree::kPacket;
+using embree::PacketOf;
 
 // What a filter callback finds behind Embree's context; the context must come first.
 struct Context {
@@ -21,23 +23,28 @@ struct Context {
   const Ray* rays = nullptr; // RTCRay::id counts from here
   const GeometryNames* names = nullptr;
   HitFilter filter;
+  const embree::StartedRay* started = nullptr; // what stands for the only ray
 };
 
 // Of the objects that stand for geometries, which Embree's monitor does not count: what ten million of them took, each.
 constexpr size_t kGeometryObject = 250;
-constexpr size_t kLeastPacket = 5; // fewer rays are faster one by one
+// Fewer rays are faster one by one.
+template <size_t width>
+constexpr size_t kMinPacket = width == 4 ? 3 : 5;
 constexpr bool kHasStreams = KINDLING_EMBREE_MAJOR < 4;
 constexpr size_t kStream = 128;
-constexpr size_t kLeastStream = 4;
+constexpr size_t kMinStream = 4;
 
 void filter_callback(const RTCFilterFunctionNArguments* args) {
   const auto* context = reinterpret_cast<const Context*>(args->context);
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] != -1) continue;
     const Ray& ray = context->rays[RTCRayN_id(args->ray, args->N, i)];
-    const Hit candidate = to_hit(*context->names, RTCRayN_tfar(args->ray, args->N, i), RTCHitN_u(args->hit, args->N, i),
-                                 RTCHitN_v(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i),
-                                 RTCHitN_geomID(args->hit, args->N, i), RTCHitN_instID(args->hit, args->N, i, 0));
+    float t = RTCRayN_tfar(args->ray, args->N, i);
+    if (context->started != nullptr) t = context->started->world_t(ray, t);
+    const Hit candidate = to_hit(*context->names, t, RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i),
+                                 RTCHitN_primID(args->hit, args->N, i), RTCHitN_geomID(args->hit, args->N, i),
+                                 RTCHitN_instID(args->hit, args->N, i, 0));
     if (!context->filter.accept(context->filter.context, ray, candidate)) args->valid[i] = 0;
   }
 }
@@ -49,7 +56,9 @@ class EmbreeAccelerator final : public Accelerator {
     statistics_.build_s = build_s;
     statistics_.triangle_count = scenes_.triangle_count;
     statistics_.built_triangle_count = scenes_.built_triangle_count;
+    statistics_.simd = simd_of_device();
     quality_ = options.quality;
+    packet_ = embree::native_packet(scenes_.on.device.get());
     statistics_.instance_count = input.instances.size();
     statistics_.memory_bytes = static_cast<size_t>(scenes_.on.memory_bytes->load()) +
                                (scenes_.names.top.capacity() + scenes_.names.lasting.capacity()) *
@@ -61,6 +70,9 @@ class EmbreeAccelerator final : public Accelerator {
     rtcGetSceneBounds(scene_, &box);
     if (box.lower_x <= box.upper_x)
       bounds_ = {{box.lower_x, box.lower_y, box.lower_z}, {box.upper_x, box.upper_y, box.upper_z}};
+    else
+      scenes_.ray_extent =
+          -1.0f; // no ray is traced: streams through an empty tree end in an assertion of Embree 3.13.5
   }
 
   [[nodiscard]] Hit intersect(const Ray& ray) const override {
@@ -99,50 +111,39 @@ class EmbreeAccelerator final : public Accelerator {
     occluded_by_packets(rays, blocked, false);
   }
 
-  // A last packet of fewer than kLeastPacket rays is traced one by one, and so are streams of fewer than kLeastStream.
+  // A last packet of fewer than kMinPacket rays is traced one by one, and so are streams of fewer than kMinStream.
   void intersect_by_packets(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
-    Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent);
-    size_t first = 0;
-    for (; rays.size() - first >= kLeastPacket; first += std::min(kPacket, rays.size() - first)) {
-      alignas(64) int valid[kPacket];
-      RTCRayHit16 packet;
-      const size_t count = embree::fill_packet(rays, first, robust_, packet.ray, valid);
-      embree::clear(packet.hit);
-      query.intersect16(valid, scene_, packet);
-      for (size_t i = 0; i < count; ++i) hits[first + i] = embree::hit_of(scenes_.names, packet, i);
+    switch (packet_) {
+    case 16: return intersect_by_packets_of<16>(rays, hits, coherent);
+    case 8: return intersect_by_packets_of<8>(rays, hits, coherent);
+    case 4: return intersect_by_packets_of<4>(rays, hits, coherent);
+    default: intersect(rays, hits);
     }
-    intersect_singly(rays, hits, first, query);
   }
-  // Any-hit queries leave the coherent flag out where instances are moved: there rtcOccluded16 and rtcOccluded1M of Embree 3.13.5 do
-  // not return for some rays (tests/accel/test_embree_calls.cpp has such).
   void occluded_by_packets(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
-    Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent && !has_moved_);
-    size_t first = 0;
-    for (; rays.size() - first >= kLeastPacket; first += std::min(kPacket, rays.size() - first)) {
-      alignas(64) int valid[kPacket];
-      RTCRay16 packet;
-      const size_t count = embree::fill_packet(rays, first, robust_, packet, valid);
-      query.occluded16(valid, scene_, packet);
-      for (size_t i = 0; i < count; ++i)
-        blocked[first + i] = valid[i] != 0 && packet.tfar[i] < 0.0f ? 1 : 0; // Embree sets minus infinity
+    switch (packet_) {
+    case 16: return occluded_by_packets_of<16>(rays, blocked, coherent);
+    case 8: return occluded_by_packets_of<8>(rays, blocked, coherent);
+    case 4: return occluded_by_packets_of<4>(rays, blocked, coherent);
+    default: occluded(rays, blocked);
     }
-    occluded_singly(rays, blocked, first, query);
   }
-
   void intersect_by_streams(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
     Context context = make_context(rays.data());
     embree::Query query(context.embree, coherent);
     size_t first = 0;
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRayHit, kStream> stream;
-    for (; rays.size() - first >= kLeastStream; first += std::min(kStream, rays.size() - first)) {
+    for (; rays.size() - first >= kMinStream; first += std::min(kStream, rays.size() - first)) {
       const size_t count = std::min(kStream, rays.size() - first);
       unsigned valid = 0;
       for (size_t i = first; i < first + count; ++i) {
-        hits[i] = Hit();
-        if (!can_hit(rays[i])) continue;
+        if (!embree::is_streamable(rays[i], scenes_.ray_extent)) {
+          Context single = make_context(rays.data());
+          embree::Query single_query(single.embree);
+          intersect_singly(rays.first(i + 1), hits, i, single_query);
+          continue;
+        }
         embree::clear(stream[valid].hit);
         embree::fill(rays[i], robust_, static_cast<unsigned>(i), stream[valid++].ray);
       }
@@ -158,12 +159,17 @@ class EmbreeAccelerator final : public Accelerator {
     size_t first = 0;
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRay, kStream> stream;
-    for (; rays.size() - first >= kLeastStream; first += std::min(kStream, rays.size() - first)) {
+    for (; rays.size() - first >= kMinStream; first += std::min(kStream, rays.size() - first)) {
       const size_t count = std::min(kStream, rays.size() - first);
       unsigned valid = 0;
       for (size_t i = first; i < first + count; ++i) {
-        blocked[i] = 0;
-        if (can_hit(rays[i])) embree::fill(rays[i], robust_, static_cast<unsigned>(i), stream[valid++]);
+        if (embree::is_streamable(rays[i], scenes_.ray_extent)) {
+          embree::fill(rays[i], robust_, static_cast<unsigned>(i), stream[valid++]);
+        } else {
+          Context single = make_context(rays.data());
+          embree::Query single_query(single.embree);
+          occluded_singly(rays.first(i + 1), blocked, i, single_query);
+        }
       }
       query.occluded_stream(scene_, stream.data(), valid);
       for (unsigned i = 0; i < valid; ++i) blocked[stream[i].id] = stream[i].tfar < 0.0f ? 1 : 0;
@@ -200,12 +206,92 @@ class EmbreeAccelerator final : public Accelerator {
     return context;
   }
 
+  // The kernels that Embree chose by itself are told by their packets.
+  [[nodiscard]] SimdTarget simd_of_device() const {
+    if (scenes_.on.simd) return *scenes_.on.simd;
+    SimdTarget found = SimdTarget::portable;
+    for (const SimdTarget target : embree_simd_targets())
+      if (target <= widest_with(embree::native_packet(scenes_.on.device.get()))) found = target;
+    return found;
+  }
+  [[nodiscard]] static SimdTarget widest_with(size_t packet) {
+    return packet == 16 ? SimdTarget::avx512 : packet == 8 ? SimdTarget::avx2 : SimdTarget::sse42;
+  }
+
+  template <size_t width>
+  void intersect_by_packets_of(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
+    Context context = make_context(rays.data());
+    embree::Query query(context.embree, coherent);
+    size_t first = 0;
+    for (; rays.size() - first >= kMinPacket<width>; first += std::min(width, rays.size() - first)) {
+      alignas(64) int valid[width];
+      typename PacketOf<width>::RayHits packet;
+      const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet.ray, valid);
+      embree::clear_packet(packet.hit);
+      query.intersect_packet(valid, scene_, packet);
+      for (size_t i = 0; i < count; ++i)
+        hits[first + i] =
+            valid[i] != 0 ? embree::hit_of(scenes_.names, packet, i) : intersect_from_afar(rays[first + i]);
+    }
+    intersect_singly(rays, hits, first, query);
+  }
+  // Any-hit queries leave the coherent flag out where instances are moved: there rtcOccluded16 and rtcOccluded1M of Embree 3.13.5 do
+  // not return for some rays (tests/accel/test_embree_calls.cpp has such).
+  template <size_t width>
+  void occluded_by_packets_of(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
+    Context context = make_context(rays.data());
+    embree::Query query(context.embree, coherent && !has_moved_);
+    size_t first = 0;
+    for (; rays.size() - first >= kMinPacket<width>; first += std::min(width, rays.size() - first)) {
+      alignas(64) int valid[width];
+      typename PacketOf<width>::Rays packet;
+      const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet, valid);
+      query.occluded_packet(valid, scene_, packet);
+      for (size_t i = 0; i < count; ++i) // Embree sets minus infinity
+        blocked[first + i] = (valid[i] != 0 ? packet.tfar[i] < 0.0f : occluded_from_afar(rays[first + i])) ? 1 : 0;
+    }
+    occluded_singly(rays, blocked, first, query);
+  }
+
+  // For rays that are not traceable: no hit, unless they begin far away.
+  [[nodiscard, gnu::noinline]] Hit intersect_from_afar(const Ray& ray) const {
+    const std::optional<embree::StartedRay> started = start(ray);
+    if (!started) return {};
+    Context context = make_context(&ray);
+    context.started = &*started;
+    embree::Query query(context.embree);
+    RTCRayHit ray_hit;
+    embree::fill(started->ray, robust_, 0, ray_hit.ray);
+    embree::clear(ray_hit.hit);
+    query.intersect1(scene_, ray_hit);
+    Hit hit = embree::hit_of(scenes_.names, ray_hit);
+    if (hit.is_hit()) hit.t = started->world_t(ray, hit.t);
+    return hit;
+  }
+  [[nodiscard, gnu::noinline]] bool occluded_from_afar(const Ray& ray) const {
+    const std::optional<embree::StartedRay> started = start(ray);
+    if (!started) return false;
+    Context context = make_context(&ray);
+    context.started = &*started;
+    embree::Query query(context.embree);
+    RTCRay out;
+    embree::fill(started->ray, robust_, 0, out);
+    query.occluded1(scene_, out);
+    return out.tfar < 0.0f;
+  }
+  [[nodiscard]] std::optional<embree::StartedRay> start(const Ray& ray) const {
+    if (!can_hit(ray)) return std::nullopt;
+    std::optional<embree::StartedRay> started = embree::start_at_bounds(ray, bounds_);
+    if (started && !embree::is_traceable(started->ray, scenes_.ray_extent)) started.reset(); // an empty interval
+    return started;
+  }
+
   // From rays[first] on.
   void intersect_singly(std::span<const Ray> rays, std::span<Hit> hits, size_t first, embree::Query& query) const {
     RTCRayHit ray_hit;
     for (; first < rays.size(); ++first) {
-      if (!can_hit(rays[first])) {
-        hits[first] = Hit();
+      if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
+        hits[first] = intersect_from_afar(rays[first]);
         continue;
       }
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray_hit.ray);
@@ -218,8 +304,10 @@ class EmbreeAccelerator final : public Accelerator {
                        embree::Query& query) const {
     RTCRay ray;
     for (; first < rays.size(); ++first) {
-      blocked[first] = 0;
-      if (!can_hit(rays[first])) continue;
+      if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
+        blocked[first] = occluded_from_afar(rays[first]) ? 1 : 0;
+        continue;
+      }
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray);
       query.occluded1(scene_, ray);
       blocked[first] = ray.tfar < 0.0f ? 1 : 0;
@@ -232,6 +320,7 @@ class EmbreeAccelerator final : public Accelerator {
   Quality quality_ = Quality::balanced;
   bool robust_;
   bool has_moved_ = false;
+  size_t packet_ = 1; // rays that the device traces together
   Imath::Box3f bounds_;
   Statistics statistics_;
 };
@@ -270,7 +359,7 @@ std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOpt
   std::unique_ptr<embree::KeptScenes> serving;
   if (auto* scenes = dynamic_cast<embree::KeptScenes*>(kept.get());
       scenes != nullptr && scenes->quality == options.quality && scenes->robust == options.robust &&
-      scenes->filtered == (input.filter.accept != nullptr)) {
+      scenes->on.simd == options.simd && scenes->filtered == (input.filter.accept != nullptr)) {
     (void)kept.release();
     serving.reset(scenes);
   }

@@ -36,34 +36,22 @@ class Query {
 #endif
   }
 
-  void intersect1(RTCScene scene, RTCRayHit& ray_hit) {
-#if KINDLING_EMBREE_MAJOR >= 4
-    rtcIntersect1(scene, &ray_hit, &intersect_);
-#else
-    rtcIntersect1(scene, &context_, &ray_hit);
-#endif
+  void intersect1(RTCScene scene, RTCRayHit& ray_hit) { intersect(rtcIntersect1, ray_hit, scene); }
+  void occluded1(RTCScene scene, RTCRay& ray) { occluded(rtcOccluded1, ray, scene); }
+  // Packets of the device's native_packet(). valid[i]: -1 to trace ray i, 0 to leave it alone; aligned to 64 bytes.
+  void intersect_packet(const int* valid, RTCScene scene, RTCRayHit4& ray_hits) {
+    intersect(rtcIntersect4, ray_hits, valid, scene);
   }
-  void occluded1(RTCScene scene, RTCRay& ray) {
-#if KINDLING_EMBREE_MAJOR >= 4
-    rtcOccluded1(scene, &ray, &occluded_);
-#else
-    rtcOccluded1(scene, &context_, &ray);
-#endif
+  void intersect_packet(const int* valid, RTCScene scene, RTCRayHit8& ray_hits) {
+    intersect(rtcIntersect8, ray_hits, valid, scene);
   }
-  // valid[i]: -1 to trace ray i, 0 to leave it alone; aligned to 64 bytes.
-  void intersect16(const int* valid, RTCScene scene, RTCRayHit16& ray_hits) {
-#if KINDLING_EMBREE_MAJOR >= 4
-    rtcIntersect16(valid, scene, &ray_hits, &intersect_);
-#else
-    rtcIntersect16(valid, scene, &context_, &ray_hits);
-#endif
+  void intersect_packet(const int* valid, RTCScene scene, RTCRayHit16& ray_hits) {
+    intersect(rtcIntersect16, ray_hits, valid, scene);
   }
-  void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
-#if KINDLING_EMBREE_MAJOR >= 4
-    rtcOccluded16(valid, scene, &rays, &occluded_);
-#else
-    rtcOccluded16(valid, scene, &context_, &rays);
-#endif
+  void occluded_packet(const int* valid, RTCScene scene, RTCRay4& rays) { occluded(rtcOccluded4, rays, valid, scene); }
+  void occluded_packet(const int* valid, RTCScene scene, RTCRay8& rays) { occluded(rtcOccluded8, rays, valid, scene); }
+  void occluded_packet(const int* valid, RTCScene scene, RTCRay16& rays) {
+    occluded(rtcOccluded16, rays, valid, scene);
   }
 #if KINDLING_EMBREE_MAJOR < 4
   // Streams of any rays; Embree 4 has none.
@@ -76,12 +64,65 @@ class Query {
 #endif
 
  private:
+  // One of Embree's functions, whose last two parameters changed their order and kind between 3 and 4.
+  template <class Rays, class... First>
+  void intersect(auto* function, Rays& rays, First... first) {
+#if KINDLING_EMBREE_MAJOR >= 4
+    function(first..., &rays, &intersect_);
+#else
+    function(first..., &context_, &rays);
+#endif
+  }
+  template <class Rays, class... First>
+  void occluded(auto* function, Rays& rays, First... first) {
+#if KINDLING_EMBREE_MAJOR >= 4
+    function(first..., &rays, &occluded_);
+#else
+    function(first..., &context_, &rays);
+#endif
+  }
+
   QueryContext& context_;
 #if KINDLING_EMBREE_MAJOR >= 4
   RTCIntersectArguments intersect_;
   RTCOccludedArguments occluded_;
 #endif
 };
+
+// One more query from inside of a user geometry's callback, as if that geometry were an instance of `scene`. The context is the callback's.
+inline void intersect_within(QueryContext* context, unsigned instance, RTCScene scene, RTCRayHit& ray_hit) {
+  context->instID[0] = instance;
+#if KINDLING_EMBREE_MAJOR >= 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = context;
+  rtcIntersect1(scene, &ray_hit, &arguments);
+#else
+  rtcIntersect1(scene, context, &ray_hit);
+#endif
+  context->instID[0] = RTC_INVALID_GEOMETRY_ID;
+}
+inline void occluded_within(QueryContext* context, unsigned instance, RTCScene scene, RTCRay& ray) {
+  context->instID[0] = instance;
+#if KINDLING_EMBREE_MAJOR >= 4
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = context;
+  rtcOccluded1(scene, &ray, &arguments);
+#else
+  rtcOccluded1(scene, context, &ray);
+#endif
+  context->instID[0] = RTC_INVALID_GEOMETRY_ID;
+}
+
+// Rays in the widest packets that the device's kernels really trace together: 16, 8, 4, or 1 for none. Wider ones are cut into these by
+// Embree at a cost, and without regard to which rays are valid (3.13).
+inline size_t native_packet(RTCDevice device) {
+  const auto has = [device](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property) != 0; };
+  if (has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return 16;
+  if (has(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)) return 8;
+  return has(RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED) ? 4 : 1;
+}
 
 // Owns one reference of an Embree object.
 template <class T, void (*release)(T)>

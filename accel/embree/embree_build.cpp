@@ -2,15 +2,16 @@
 #include "accel/embree/embree_build.h"
 
 #include "accel/affine.h"
+#include "accel/embree/embree_limits.h"
 #include "accel/motion.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <new>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace kindling::accel::embree {
@@ -61,41 +62,6 @@ struct SceneProgress {
   }
 };
 
-double determinant(const Imath::M44f& matrix) {
-  const Imath::M44d m(matrix);
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
-         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
-
-// Embree takes no ray whose object space is not finite, which is what a matrix makes of it that is singular at the ray's time.
-// So keys that are singular, or between which the determinant comes near zero, are all offset by one small matrix in general
-// position: then none is singular but for a chance of rounding, and what is all but flat at some time is still that.
-std::vector<Imath::M44f> keys_for_embree(std::span<const Imath::M44f> keys) {
-  std::vector<Imath::M44f> out(keys.begin(), keys.end());
-  bool regular = true;
-  double largest = 0.0;
-  const double first = determinant(keys[0]);
-  for (size_t key = 0; key < keys.size(); ++key) {
-    RayToObject inverse;
-    regular = regular && inverse.set_inverse_of(keys[key]);
-    constexpr int kSteps = 16; // the determinant is a cubic polynomial between keys
-    for (int step = 0; step < kSteps && key + 1 < keys.size(); ++step) {
-      const double at = determinant(between(keys[key], keys[key + 1], static_cast<float>(step) / kSteps)) / first;
-      regular = regular && at > 0.01;
-    }
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 3; ++column) largest = std::max<double>(largest, std::fabs(keys[key][row][column]));
-  }
-  if (regular) return out;
-  constexpr double kOffset[3][3] = {{0.36, 0.48, -0.8}, {-0.8, 0.6, 0.05}, {0.48, 0.64, 0.6}};
-  constexpr double kShare = 1e-6; // of the largest entry
-  for (Imath::M44f& m : out)
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 3; ++column)
-        m[row][column] += static_cast<float>(kShare * std::max(largest, 1e-6) * kOffset[row][column]);
-  return out;
-}
-
 bool count_memory(void* user, ssize_t bytes, bool) {
   static_cast<std::atomic<int64_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
   return true;
@@ -111,8 +77,11 @@ class Builder {
       out_.on = std::move(kept->on);
     } else {
       out_.on.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
+      out_.on.simd = options_.simd;
       // Huge pages are Embree's default on Linux; the kd-tree asks for them too.
-      out_.on.device = Device(rtcNewDevice("hugepages=1"));
+      std::string config = "hugepages=1";
+      if (options_.simd) config.append(",isa=").append(simd_target_name(*options_.simd));
+      out_.on.device = Device(rtcNewDevice(config.c_str()));
       if (!out_.on.device) throw std::bad_alloc();
       rtcSetDeviceMemoryMonitorFunction(out_.on.device.get(), count_memory, out_.on.memory_bytes.get());
     }
@@ -305,25 +274,50 @@ class Builder {
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
       names.push_back({});
     }
+    const double required_extent = moved_.empty() ? 0.0 : required_ray_extent(largest_coordinate(input_));
     for (const uint32_t i : moved_) {
-      const Instance& instance = input_.instances[i];
-      const Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
-      rtcSetGeometryInstancedScene(geometry.get(), out_.groups[instance.group].get());
-      const std::vector<Imath::M44f> keys = instance.motion == kNoId
-                                                ? std::vector<Imath::M44f>{instance.object_to_world}
-                                                : keys_for_embree(input_.motions[instance.motion]);
-      rtcSetGeometryTimeStepCount(geometry.get(), static_cast<unsigned>(keys.size()));
-      // Row vectors by rows are column vectors by columns; the fourth row is not read. Interpolated by entries.
-      for (size_t key = 0; key < keys.size(); ++key)
-        rtcSetGeometryTransform(geometry.get(), static_cast<unsigned>(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
-                                &keys[key][0][0]);
-      rtcCommitGeometry(geometry.get());
+      const Geometry geometry = instance_geometry(input_.instances[i], required_extent);
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
-      names.push_back({i, input_.groups[instance.group].first_mesh});
+      names.push_back({i, input_.groups[input_.instances[i].group].first_mesh});
     }
     if (!commit(scene, 1.0 + static_cast<double>(top_triangles_ + input_.instances.size()), monitor)) return false;
     out_.own_top = std::move(scene);
     return true;
+  }
+
+  [[nodiscard]] Geometry instance_geometry(const Instance& instance, double required_extent) {
+    const bool moves = instance.motion != kNoId;
+    const std::span<const Imath::M44f> keys =
+        moves ? input_.motions[instance.motion] : std::span(&instance.object_to_world, 1);
+    const RTCScene group = out_.groups[instance.group].get();
+    const float extent = safe_ray_extent(keys);
+    if (static_cast<double>(extent) < required_extent) {
+      GuardedInstance& guarded = *out_.guarded.emplace_back(std::make_unique<GuardedInstance>());
+      guarded.scene = group;
+      RTCBounds box;
+      rtcGetSceneBounds(group, &box);
+      Imath::Box3f bounds;
+      if (box.lower_x <= box.upper_x)
+        bounds = {{box.lower_x, box.lower_y, box.lower_z}, {box.upper_x, box.upper_y, box.upper_z}};
+      if (moves) {
+        guarded.keys.assign(keys.begin(), keys.end());
+        guarded.bounds = transform_bounds(keys, bounds);
+      } else {
+        (void)guarded.to_object.set_inverse_of(keys[0]); // true: see moved_groups()
+        guarded.bounds = transform_bounds(keys[0], bounds);
+      }
+      return guarded_geometry(out_.on.device.get(), guarded);
+    }
+    out_.ray_extent = std::min(out_.ray_extent, extent);
+    Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(geometry.get(), group);
+    rtcSetGeometryTimeStepCount(geometry.get(), static_cast<unsigned>(keys.size()));
+    // Row vectors by rows are column vectors by columns; the fourth row is not read. Interpolated by entries.
+    for (size_t key = 0; key < keys.size(); ++key)
+      rtcSetGeometryTransform(geometry.get(), static_cast<unsigned>(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                              &keys[key][0][0]);
+    rtcCommitGeometry(geometry.get());
+    return geometry;
   }
 
   bool failed(const Monitor& monitor) {

@@ -4,10 +4,13 @@
 
 #include "accel/accelerator.h"
 #include "accel/embree/embree_api.h"
+#include "accel/embree/embree_guarded.h"
 #include "accel/kept_meshes.h"
+#include "accel/triangle.h"
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace kindling::accel::embree {
@@ -27,6 +30,7 @@ struct GeometryNames {
 struct DeviceScenes {
   // Bytes that the device holds; updated by Embree until the device is gone, so it must outlive it.
   std::unique_ptr<std::atomic<int64_t>> memory_bytes;
+  std::optional<SimdTarget> simd; // that was asked for
   Device device;
 };
 
@@ -45,7 +49,9 @@ struct BuiltScenes {
   // What lasts under identity transforms, an instance in the top scene unless nothing else is there: then it is the top scene.
   Scene lasting;
   KeptMeshes lasting_meshes;
-  Scene own_top; // empty where `lasting` serves
+  std::vector<std::unique_ptr<GuardedInstance>> guarded; // in the top scene, which they must outlive
+  Scene own_top;                                         // empty where `lasting` serves
+  float ray_extent = kLargestCoordinate;                 // see is_traceable()
   GeometryNames names;
   size_t triangle_count = 0;       // each instance counts
   size_t built_triangle_count = 0; // of scenes that were not kept, each once

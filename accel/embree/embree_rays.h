@@ -6,6 +6,7 @@
 #include "accel/affine.h"
 #include "accel/embree/embree_api.h"
 #include "accel/embree/embree_build.h"
+#include "accel/motion.h"
 #include "accel/triangle.h"
 
 #include <algorithm>
@@ -15,8 +16,6 @@
 #include <vector>
 
 namespace kindling::accel::embree {
-
-inline constexpr size_t kPacket = 16;
 
 // Anything that stays a normal number when Embree scales it: denormals cost a quarter of the speed.
 inline constexpr float kSmallestNear = 1e-30f;
@@ -28,12 +27,24 @@ inline constexpr float kSmallestNear = 1e-30f;
   return std::max(std::bit_cast<float>(std::bit_cast<uint32_t>(t_min) + 1), kSmallestNear);
 }
 
+// Whether Embree can trace it as it is: a ray that can_hit(), within safe_ray_extent() of all instances. Others that can_hit() begin far
+// away, see start_at_bounds().
+[[nodiscard]] inline bool is_traceable(const Ray& ray, float ray_extent) { return can_hit(ray, ray_extent); }
+
+// Whether it may join a stream as well. Streams of Embree 3.13 sort rays by the signs of their directions and take the reciprocal of a
+// component between -1e-18 and 0 for a large positive one: such a ray misses boxes that it meets, and may meet a child that is not there.
+[[nodiscard]] inline bool is_streamable(const Ray& ray, float ray_extent) {
+  const Quad direction = direction_quad(ray), zero{}; // and t_max, which is positive for a ray that can be traced
+  const auto tiny = (direction < zero) & (direction > zero - 1.1e-18f);
+  return std::bit_cast<unsigned __int128>(tiny) == 0 && is_traceable(ray, ray_extent);
+}
+
 // Wide loads and stores only: Embree reads origin and direction as quadwords, and narrow stores just before that stall.
 inline void fill(const Ray& in, bool robust, unsigned id, RTCRay& out) {
   Quad origin = origin_quad(in), direction = direction_quad(in);
   out.tfar = direction[3];
   origin[3] = near_distance(in.t_min, robust);
-  direction[3] = in.time;
+  direction[3] = clamped_time(in.time);
   static_assert(offsetof(RTCRay, tnear) == 12 && offsetof(RTCRay, dir_x) == 16 && offsetof(RTCRay, time) == 28);
   std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
   std::memcpy(reinterpret_cast<char*>(&out) + offsetof(RTCRay, dir_x), &direction, sizeof(Quad));
@@ -52,14 +63,35 @@ inline void transpose(Quad (&m)[4]) {
   m[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }
 
-// Rays [first, first + 16) or as many as there are; returns how many. `valid`, aligned to 64 bytes, is -1 for those that
-// can_hit(), else 0; ids count from rays[0]. Four rays at a time by transposition, so that Embree's packets pay for their
-// form as little as they can.
-inline size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, RTCRay16& out, int* valid) {
+// Embree's types for packets of 4, 8 and 16 rays.
+template <size_t width>
+struct PacketOf;
+template <>
+struct PacketOf<4> {
+  using Rays = RTCRay4;
+  using RayHits = RTCRayHit4;
+};
+template <>
+struct PacketOf<8> {
+  using Rays = RTCRay8;
+  using RayHits = RTCRayHit8;
+};
+template <>
+struct PacketOf<16> {
+  using Rays = RTCRay16;
+  using RayHits = RTCRayHit16;
+};
+
+// Rays [first, first + width) or as many as there are; returns how many. `valid`, aligned to 64 bytes, is -1 for those that
+// Embree can trace (is_traceable()), else 0; ids count from rays[0]. Four rays at a time by transposition, so that Embree's packets pay
+// for their form as little as they can.
+template <size_t width>
+size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, float ray_extent,
+                   typename PacketOf<width>::Rays& out, int* valid) {
   using IntQuad = int32_t __attribute__((vector_size(16)));
-  const size_t count = std::min(kPacket, rays.size() - first);
+  const size_t count = std::min(width, rays.size() - first);
   const auto magnitude = [](Quad q) { return std::bit_cast<Quad>(std::bit_cast<IntQuad>(q) & 0x7fffffff); };
-  for (size_t i = 0; i < kPacket; i += 4) {
+  for (size_t i = 0; i < width; i += 4) {
     Quad origin[4], direction[4], time;
     for (size_t k = 0; k < 4; ++k) {
       const Ray& in = rays[first + std::min(i + k, count - 1)];
@@ -69,14 +101,16 @@ inline size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, 
     }
     transpose(origin);
     transpose(direction);
-    const Quad zero{}, t_min = origin[3], t_max = direction[3];
+    const Quad zero{}, one = zero + 1.0f;
+    time = time > zero ? (time < one ? time : one) : zero; // as clamped_time()
+    const Quad t_min = origin[3], t_max = direction[3];
     const Quad sum = (magnitude(origin[0]) + magnitude(origin[1]) + magnitude(origin[2])) +
                      (magnitude(direction[0]) + magnitude(direction[1]) + magnitude(direction[2]));
     const IntQuad points = (direction[0] != zero) | (direction[1] != zero) | (direction[2] != zero);
     const auto index = static_cast<int32_t>(i);
     const IntQuad lane{index, index + 1, index + 2, index + 3};
-    const IntQuad can_hit = (sum <= kLargestCoordinate) & points & (t_min < t_max) & (t_max > zero) & // as can_hit()
-                            (lane < static_cast<int32_t>(count));
+    const IntQuad traceable = (sum <= ray_extent) & points & (t_min < t_max) & (t_max > zero) & // as is_traceable()
+                              (lane < static_cast<int32_t>(count));
     Quad near = t_min > zero ? t_min : zero; // as near_distance()
     if (robust) {
       near = std::bit_cast<Quad>(std::bit_cast<IntQuad>(near) + 1);
@@ -84,7 +118,7 @@ inline size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, 
     }
     const IntQuad id = lane + static_cast<int32_t>(first), all = IntQuad{} - 1, none{};
     const auto store = [i](auto* row, auto quad) { std::memcpy(row + i, &quad, sizeof quad); };
-    store(valid, can_hit);
+    store(valid, traceable);
     store(out.org_x, origin[0]);
     store(out.org_y, origin[1]);
     store(out.org_z, origin[2]);
@@ -128,11 +162,14 @@ inline void clear(RTCHit& hit) {
   return to_hit(names, found.ray.tfar, found.hit.u, found.hit.v, found.hit.primID, found.hit.geomID,
                 found.hit.instID[0]);
 }
-inline void clear(RTCHit16& hit) {
-  for (size_t i = 0; i < kPacket; ++i) hit.geomID[i] = hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+// RTCHit4, 8 or 16, or the RTCRayHit of as many.
+template <class HitPacket>
+void clear_packet(HitPacket& hit) {
+  for (size_t i = 0; i < std::size(hit.geomID); ++i) hit.geomID[i] = hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
 }
-[[nodiscard]] inline Hit hit_of(const GeometryNames& names, const RTCRayHit16& found, size_t i) {
-  const RTCHit16& hit = found.hit;
+template <class RayHitPacket>
+[[nodiscard]] Hit hit_of(const GeometryNames& names, const RayHitPacket& found, size_t i) {
+  const auto& hit = found.hit;
   if (hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) return {};
   return to_hit(names, found.ray.tfar[i], hit.u[i], hit.v[i], hit.primID[i], hit.geomID[i], hit.instID[0][i]);
 }

@@ -35,7 +35,8 @@ class KdTreeAccelerator final : public Accelerator {
     const auto start = std::chrono::steady_clock::now();
     cancelled_ = !build(input, options, std::move(kept));
     if (cancelled_) return;
-    queries_ = &kd::queries_for(options.simd, {!structure_.moving.empty(), structure_.is_divided()});
+    statistics_.simd = options.simd.value_or(best_simd_target());
+    queries_ = &kd::queries_for(statistics_.simd, {!structure_.moving.empty(), structure_.is_divided()});
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -17,16 +17,14 @@ struct QuerySet {
 
 const Queries& queries_for(SimdTarget target, QueryNeeds needs) {
   switch (target) {
-  case SimdTarget::portable: break;
 #if defined(__x86_64__)
   case SimdTarget::avx2:
     return QuerySet{kAvx2Queries, kAvx2DividedQueries, kAvx2MovingQueries, kAvx2DividedMovingQueries}.choose(needs);
   case SimdTarget::avx512:
     return QuerySet{kAvx512Queries, kAvx512DividedQueries, kAvx512MovingQueries, kAvx512DividedMovingQueries}.choose(
         needs);
-#else
-  default: break;
 #endif
+  default: break;
   }
   return QuerySet{kPortableQueries, kPortableDividedQueries, kPortableMovingQueries, kPortableDividedMovingQueries}
       .choose(needs);

@@ -14,6 +14,26 @@ namespace {
 
 Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
 
+// Those that this processor runs.
+std::vector<accel::SimdTarget> targets_of(accel::Kind kind) {
+  switch (kind) {
+  case accel::Kind::kdtree: return accel::simd_targets();
+  case accel::Kind::embree: return accel::embree_simd_targets();
+  case accel::Kind::brute_force: return {};
+  }
+  return {};
+}
+
+// "sse2, avx or avx2"
+std::string names_of(const std::vector<accel::SimdTarget>& targets) {
+  std::string text;
+  for (size_t i = 0; i < targets.size(); ++i) {
+    if (i > 0) text += i + 1 == targets.size() ? " or " : ", ";
+    text += accel::simd_target_name(targets[i]);
+  }
+  return text;
+}
+
 Result<AcceleratorVariant> parse_variant(std::string_view text) {
   AcceleratorVariant variant;
   const std::string_view name = text.substr(0, text.find(':'));
@@ -32,18 +52,17 @@ Result<AcceleratorVariant> parse_variant(std::string_view text) {
       if (!variant.robust && variant.kind != accel::Kind::embree)
         return usage(fmt::format("{} is always robust; only embree can be non-robust", name));
     } else if (const std::optional<accel::SimdTarget> simd = accel::simd_target_from_name(word)) {
-      if (variant.kind != accel::Kind::kdtree)
-        return usage(fmt::format("{} does not let its instruction set be chosen; only kdtree does", name));
-      const std::vector<accel::SimdTarget> targets = accel::simd_targets();
+      const std::vector<accel::SimdTarget> targets = targets_of(variant.kind);
+      if (targets.empty()) return usage("brute-force has no instruction sets to choose from");
       if (std::find(targets.begin(), targets.end(), *simd) == targets.end())
-        return usage(fmt::format("this processor does not run {}; its best is {}", word,
-                                 accel::simd_target_name(accel::best_simd_target())));
+        return usage(
+            fmt::format("{} has no kernels for {} that this processor runs; use {}", name, word, names_of(targets)));
       variant.simd = simd;
     } else {
-      return usage(
-          fmt::format("unknown setting '{}' of {}; use fast, balanced or best, robust or non-robust, and with kdtree "
-                      "portable, avx2 or avx512",
-                      word, name));
+      return usage(fmt::format("unknown setting '{}' of {}; use fast, balanced or best, robust or non-robust, or an "
+                               "instruction set: portable, avx2 or avx512 for kdtree, sse2, sse4.2, avx, avx2 or "
+                               "avx512 for embree",
+                               word, name));
     }
   }
   return variant;
@@ -64,6 +83,23 @@ std::optional<accel::Quality> quality_from_name(std::string_view name) {
   for (const accel::Quality quality : {accel::Quality::fast, accel::Quality::balanced, accel::Quality::best})
     if (name == quality_name(quality)) return quality;
   return std::nullopt;
+}
+
+Result<accel::SimdTarget> parse_instruction_set(std::string_view text) {
+  const std::vector<accel::SimdTarget> targets = accel::embree_simd_targets();
+  const std::optional<accel::SimdTarget> found = accel::simd_target_from_name(text);
+  if (!found || std::find(targets.begin(), targets.end(), *found) == targets.end())
+    return usage(
+        fmt::format("'{}' is not an instruction set that this processor runs; use {}", text, names_of(targets)));
+  return *found;
+}
+
+void limit_instruction_set(std::vector<AcceleratorVariant>& variants, accel::SimdTarget limit) {
+  for (AcceleratorVariant& variant : variants) {
+    if (variant.simd) continue;
+    for (const accel::SimdTarget target : targets_of(variant.kind))
+      if (target <= limit) variant.simd = target;
+  }
 }
 
 std::string AcceleratorVariant::name() const {

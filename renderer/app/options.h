@@ -136,6 +136,7 @@ struct ShootoutOptions {
                                                {accel::Kind::embree, accel::Quality::balanced, false},
                                                {accel::Kind::embree, accel::Quality::best, false},
                                                {accel::Kind::kdtree}};
+  std::optional<accel::SimdTarget> isa; // of those accelerators that name none
   uint32_t rays_per_kind = 1 << 17;
   uint32_t batch_size = 256;
   uint32_t repeat = 5;
@@ -191,7 +192,7 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& options);
 // What no flag can judge alone; fails (usage).
 [[nodiscard]] Result<void> check_render_flags(const FlagSet& flags, RenderOptions& options);
 [[nodiscard]] Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options);
-[[nodiscard]] Result<void> check_shootout_flags(const FlagSet& flags, const ShootoutOptions& options);
+[[nodiscard]] Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& options);
 [[nodiscard]] Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& options);
 [[nodiscard]] Result<void> check_merge_flags(const FlagSet& flags, const MergeOptions& options);
 

@@ -25,10 +25,19 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
   flags.group("Race");
   flags.value("--accel", "SPEC[,SPEC]...",
               "Accelerators, NAME[:QUALITY][:robust|:non-robust][:SIMD]: embree, kdtree or brute-force; fast, balanced "
-              "or best; "
-              "for kdtree portable, avx2 or avx512 [the processor's best]; the first is what others are compared with "
+              "or best; for kdtree portable, avx2 or avx512, for embree sse2, sse4.2, avx, avx2 or avx512 [the "
+              "processor's best]; the first is what others are compared with "
               "[embree,embree:non-robust,embree:best:non-robust,kdtree]",
               [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
+  flags.value("--isa", "SIMD",
+              "Race as on a processor with no more than this instruction set: sse2, sse4.2, avx, avx2 or avx512 [the "
+              "processor's best]",
+              [&o](auto text) -> Result<void> {
+                const Result<accel::SimdTarget> isa = parse_instruction_set(text);
+                if (!isa.ok()) return isa.error();
+                o.isa = isa.value();
+                return {};
+              });
   flags.value("--rays-per-kind", "N", "Rays of each kind [131072]",
               [&o](auto text) { return store(parse_integer(text, 1, 1 << 26), o.rays_per_kind); });
   flags.value("--batch-size", "N", "Rays of a batch call, a multiple of 64 [256, as the path tracer has]",
@@ -64,7 +73,7 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
   flags.toggle("-v,--verbose", "Print details too", o.view.verbose);
 }
 
-Result<void> check_shootout_flags(const FlagSet& flags, const ShootoutOptions& o) {
+Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& o) {
   const auto usage = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
   if (o.scene_files.empty())
     return usage("no scene; use 'kindling shootout SCENE... [flags]' with .gltf or .glb files");
@@ -77,6 +86,7 @@ Result<void> check_shootout_flags(const FlagSet& flags, const ShootoutOptions& o
     for (size_t j = 0; j < i; ++j)
       if (!files[i]->empty() && files[i]->lexically_normal() == files[j]->lexically_normal())
         return usage(fmt::format("{}: two reports cannot have one name", files[i]->string()));
+  if (o.isa) limit_instruction_set(o.accelerators, *o.isa);
   return check_scene_flags(flags, o.view);
 }
 

@@ -52,18 +52,18 @@ std::string per(size_t a, size_t b) {
 std::string build_table(const ShootoutReport& report, const SceneResult& scene) {
   std::string text =
       "<h3>Builds</h3>\n<table>\n" +
-      row({"accelerator", "1 thread", fmt::format("{} threads", report.build_threads), "memory",
+      row({"accelerator", "1 thread", fmt::format("{} threads", report.build_threads), "kernels", "memory",
            "growth of the process at peak", "in huge pages", "nodes", "leaves", "references per leaf", "per triangle"},
           "th");
   for (const AcceleratorResult& a : scene.accelerators) {
     const accel::Statistics& s = a.build.statistics;
-    text += row({a.variant.name(), format_short_time(median(a.build.one_thread_s)),
-                 format_short_time(median(a.build.many_threads_s)), format_bytes(s.memory_bytes),
-                 a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
-                 a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
-                 count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count),
-                 per(s.reference_count, s.triangle_count)},
-                "td");
+    text += row(
+        {a.variant.name(), format_short_time(median(a.build.one_thread_s)),
+         format_short_time(median(a.build.many_threads_s)), std::string(accel::simd_target_name(s.simd)),
+         format_bytes(s.memory_bytes), a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
+         a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
+         count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count), per(s.reference_count, s.triangle_count)},
+        "td");
   }
   return text + "</table>\n";
 }

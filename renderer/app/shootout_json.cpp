@@ -44,8 +44,7 @@ Json accelerator_json(const SceneResult& scene, size_t index) {
   json["description"] = accel::kind_description(a.variant.kind);
   json["quality"] = quality_name(a.variant.quality);
   json["robust"] = a.variant.robust;
-  if (a.variant.kind == accel::Kind::kdtree)
-    json["simd"] = accel::simd_target_name(a.variant.simd.value_or(accel::best_simd_target()));
+  json["simd"] = accel::simd_target_name(s.simd);
   json["build"] = {{"one_thread", summary_json(a.build.one_thread_s)},
                    {"many_threads", summary_json(a.build.many_threads_s)}};
   json["memory_bytes"] = s.memory_bytes;

@@ -24,7 +24,7 @@ std::unique_ptr<accel::Accelerator> build(const accel::BuildInput& input, const 
   accel::BuildOptions options;
   options.quality = variant.quality;
   options.robust = variant.robust;
-  if (variant.simd) options.simd = *variant.simd;
+  options.simd = variant.simd;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
   return arena.execute([&] { return accel::make_accelerator(variant.kind, input, options); });

@@ -19,6 +19,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
   TextTable table({{"accelerator"},
                    {"build, 1 thread", true},
                    {fmt::format("{} thread{}", report.build_threads, report.build_threads == 1 ? "" : "s"), true},
+                   {"kernels"},
                    {"memory", true},
                    {"at peak", true},
                    {"huge pages", true},
@@ -34,7 +35,8 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
       return a > 0 && b > 0 ? fmt::format("{:.2f}", static_cast<double>(a) / static_cast<double>(b)) : "-";
     };
     table.add({accelerator.variant.name(), format_short_time(median(build.one_thread_s)),
-               format_short_time(median(build.many_threads_s)), or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
+               format_short_time(median(build.many_threads_s)), std::string(accel::simd_target_name(s.simd)),
+               or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
                build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
                or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
                or_dash(s.node_count, format_count(static_cast<double>(s.node_count))),

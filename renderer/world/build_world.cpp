@@ -303,7 +303,7 @@ class WorldBuilder {
     accel::BuildOptions build_options;
     build_options.quality = options_.quality;
     build_options.robust = options_.robust;
-    if (options_.simd) build_options.simd = *options_.simd;
+    build_options.simd = options_.simd;
     build_options.cancel = &cancel_flag;
     build_options.on_progress = [&](double fraction) {
       if (cancel_ && cancel_->cancelled()) cancel_flag = true;

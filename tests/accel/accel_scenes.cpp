@@ -302,11 +302,30 @@ std::string kind_label(const ::testing::TestParamInfo<Kind>& info) {
 }
 
 std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info) {
-  return std::string(simd_target_name(info.param));
+  std::string name(simd_target_name(info.param));
+  std::erase(name, '.'); // "sse4.2", which a test's name cannot hold
+  return name;
+}
+
+std::vector<Kernels> all_kernels() {
+  std::vector<Kernels> kernels = {{Kind::brute_force, std::nullopt}};
+  for (const SimdTarget simd : embree_simd_targets()) kernels.push_back({Kind::embree, simd});
+  for (const SimdTarget simd : simd_targets()) kernels.push_back({Kind::kdtree, simd});
+  return kernels;
+}
+
+std::string kernels_label(const ::testing::TestParamInfo<Kernels>& info) {
+  const std::string kind = kind_label({info.param.kind, info.index});
+  return info.param.simd ? kind + "_" + simd_label({*info.param.simd, info.index}) : kind;
 }
 
 std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptions options) {
   return make_accelerator(kind, scene.input(), options);
+}
+
+std::unique_ptr<Accelerator> build(const Kernels& kernels, const TestScene& scene, BuildOptions options) {
+  options.simd = kernels.simd;
+  return make_accelerator(kernels.kind, scene.input(), options);
 }
 
 namespace {

@@ -117,7 +117,18 @@ inline constexpr Kind kAllKinds[] = {Kind::brute_force, Kind::embree, Kind::kdtr
 [[nodiscard]] std::string kind_label(const ::testing::TestParamInfo<Kind>& info);
 [[nodiscard]] std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info);
 
+// An accelerator by one of its sets of kernels.
+struct Kernels {
+  Kind kind = Kind::brute_force;
+  std::optional<SimdTarget> simd; // none for brute force
+};
+// All that this processor runs, best last of each kind.
+[[nodiscard]] std::vector<Kernels> all_kernels();
+[[nodiscard]] std::string kernels_label(const ::testing::TestParamInfo<Kernels>& info);
+
 [[nodiscard]] std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptions options = {});
+[[nodiscard]] std::unique_ptr<Accelerator> build(const Kernels& kernels, const TestScene& scene,
+                                                 BuildOptions options = {});
 
 // Empty if `hit` is as good an answer as `expected`; otherwise says what is wrong. Answers may differ
 //  - in t by the rounding errors of the distance: 64 eps * (size of the coordinates relative to the ray's origin) / cosine;

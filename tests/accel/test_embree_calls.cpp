@@ -1,4 +1,5 @@
-// Each of Embree's calls for many rays answers as its single calls do, up to rounding: the calls that races are run with.
+// Each of Embree's calls for many rays answers as its single calls do, up to rounding, by each of its instruction sets: the calls that
+// races are run with.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_accelerator.h"
 #include "tests/accel/accel_scenes.h"
@@ -51,11 +52,14 @@ std::vector<Ray> rays_through(Rng& rng, const TestScene& scene, int count) {
   return rays;
 }
 
-TEST(EmbreeCalls, AnswerAsSingleCallsDo) {
+class EmbreeCalls : public ::testing::TestWithParam<SimdTarget> {};
+
+TEST_P(EmbreeCalls, AnswerAsSingleCallsDo) {
   const TestScene scene = mixed_scene();
   for (const bool robust : {true, false}) {
     BuildOptions options;
     options.robust = robust;
+    options.simd = GetParam();
     const auto embree = build(Kind::embree, scene, options);
     Rng rng(223);
     const std::vector<Ray> rays = rays_through(rng, scene, 3000);
@@ -90,11 +94,13 @@ TEST(EmbreeCalls, AnswerAsSingleCallsDo) {
   }
 }
 
-TEST(EmbreeCalls, BelongToEmbreeAlone) {
+TEST(EmbreeCallsOfOthers, AreNone) {
   const TestScene scene = mixed_scene();
   for (const Kind kind : {Kind::brute_force, Kind::kdtree})
     for (const EmbreeCall call : kCalls) EXPECT_EQ(with_embree_call(*build(kind, scene), call), nullptr);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, EmbreeCalls, ::testing::ValuesIn(embree_simd_targets()), simd_label);
 
 } // namespace
 } // namespace kindling::accel::testing

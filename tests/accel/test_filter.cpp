@@ -20,7 +20,7 @@ M44f moved_by(const V3f& translation) {
   return m;
 }
 
-class Filters : public ::testing::TestWithParam<Kind> {};
+class Filters : public ::testing::TestWithParam<Kernels> {};
 
 // Accepts by a hash of what it is given, so that any wrong argument changes the answer.
 bool accept_by_hash(const void*, const Ray& ray, const Hit& candidate) {
@@ -154,7 +154,7 @@ TEST_P(Filters, RefusingAWholeCoplanarPileUncoversTheFloor) {
   EXPECT_EQ(record.wrong.load(), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Filters, ::testing::ValuesIn(kAllKinds), kind_label);
+INSTANTIATE_TEST_SUITE_P(All, Filters, ::testing::ValuesIn(all_kernels()), kernels_label);
 
 } // namespace
 } // namespace kindling::accel::testing

@@ -44,7 +44,7 @@ TestScene instanced_scene() {
   return scene;
 }
 
-class Instances : public ::testing::TestWithParam<Kind> {};
+class Instances : public ::testing::TestWithParam<Kernels> {};
 
 TEST_P(Instances, AgreeWithBruteForce) {
   const TestScene scene = instanced_scene();
@@ -180,7 +180,7 @@ TEST(KdTree, InstancesAreBitIdenticalToBruteForce) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Instances, ::testing::ValuesIn(kAllKinds), kind_label);
+INSTANTIATE_TEST_SUITE_P(All, Instances, ::testing::ValuesIn(all_kernels()), kernels_label);
 
 } // namespace
 } // namespace kindling::accel::testing

@@ -72,11 +72,11 @@ TEST(Motion, OracleIsThatOfTheStillScene) {
   }
 }
 
-class MovingInstances : public ::testing::TestWithParam<Kind> {};
-class DeformingMeshes : public ::testing::TestWithParam<Kind> {};
+class MovingInstances : public ::testing::TestWithParam<Kernels> {};
+class DeformingMeshes : public ::testing::TestWithParam<Kernels> {};
 
-void expect_agreement(Kind kind, const TestScene& scene) {
-  const auto moving = build(kind, scene);
+void expect_agreement(const Kernels& kernels, const TestScene& scene) {
+  const auto moving = build(kernels, scene);
   EXPECT_EQ(moving->statistics().instance_count, scene.instances().size());
   Rng rng(617);
   int failures = 0;
@@ -109,8 +109,8 @@ TEST_P(MovingInstances, AgreeWithTheStillScene) { expect_agreement(GetParam(), m
 TEST_P(DeformingMeshes, AgreeWithTheStillScene) { expect_agreement(GetParam(), deforming_meshes()); }
 
 // Of everything at all times, and not much more where it moves along straight lines.
-void expect_bounds(Kind kind, const TestScene& scene) {
-  const Box3f bounds = build(kind, scene)->bounds();
+void expect_bounds(const Kernels& kernels, const TestScene& scene) {
+  const Box3f bounds = build(kernels, scene)->bounds();
   for (const float time : some_times()) {
     const Box3f posed = build(Kind::brute_force, scene.posed(time))->bounds();
     const V3f margin = (posed.max - posed.min) * 1e-5f;
@@ -200,8 +200,8 @@ TEST_P(DeformingMeshes, RefusedHitsUncoverWhatLiesBehind) {
   EXPECT_GT(refused, 400);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, MovingInstances, ::testing::ValuesIn(kAllKinds), kind_label);
-INSTANTIATE_TEST_SUITE_P(All, DeformingMeshes, ::testing::ValuesIn(kAllKinds), kind_label);
+INSTANTIATE_TEST_SUITE_P(All, MovingInstances, ::testing::ValuesIn(all_kernels()), kernels_label);
+INSTANTIATE_TEST_SUITE_P(All, DeformingMeshes, ::testing::ValuesIn(all_kernels()), kernels_label);
 
 } // namespace
 } // namespace kindling::accel::testing

@@ -73,9 +73,27 @@ TEST(AcceleratorVariant, WrongNamesAreRefused) {
   expect_refused("embree:finest", "unknown setting 'finest' of embree; use fast, balanced or best");
   expect_refused("embree:", "unknown setting '' of embree");
   expect_refused("kdtree:non-robust", "kdtree is always robust");
-  expect_refused("embree:avx2", "embree does not let its instruction set be chosen");
+  expect_refused("embree:portable", "embree has no kernels for portable that this processor runs; use sse2");
+  expect_refused("kdtree:sse2", "kdtree has no kernels for sse2 that this processor runs; use portable");
+  expect_refused("brute-force:avx2", "brute-force has no instruction sets to choose from");
   expect_refused("brute-force:best", "brute-force has no qualities");
   expect_refused("embree,kdtree,embree:balanced", "embree is given twice");
+}
+
+TEST(AcceleratorVariant, AreLimitedToAnInstructionSet) {
+  using accel::SimdTarget;
+  std::vector<AcceleratorVariant> variants =
+      parse_accelerator_variants("kdtree,embree,brute-force,kdtree:portable,embree:sse2").value();
+  limit_instruction_set(variants, SimdTarget::sse42);
+  const bool has_sse42 = accel::embree_simd_targets().back() >= SimdTarget::sse42;
+  EXPECT_EQ(variants[0].simd, SimdTarget::portable);
+  EXPECT_EQ(variants[1].simd, has_sse42 ? SimdTarget::sse42 : SimdTarget::sse2);
+  EXPECT_EQ(variants[2].simd, std::nullopt);
+  EXPECT_EQ(variants[3].simd, SimdTarget::portable);
+  EXPECT_EQ(variants[4].simd, SimdTarget::sse2); // its own
+  EXPECT_EQ(parse_instruction_set("sse2").value(), SimdTarget::sse2);
+  EXPECT_EQ(parse_instruction_set("portable").error().kind, ErrorKind::usage);
+  EXPECT_NE(parse_instruction_set("neon").error().message.find("'neon' is not an instruction set"), std::string::npos);
 }
 
 // Rays along -z meet the plane z = 0 where x < 0; `shift` moves what is said of the distance, and every `lie_every`-th answer is wrong.
