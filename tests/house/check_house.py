@@ -201,8 +201,9 @@ def flags_of_commands(program):
 
 
 def check_flags(root, program):
-    """The flags in the README's tables are known to some command, and none of `render` is left out."""
-    readme = (root / "README.md").read_text(encoding="utf-8")
+    """The flags in the tables of app's README are known to some command, and none of `render` is left out."""
+    name = "renderer/app/README.md"
+    readme = (root / name).read_text(encoding="utf-8")
     rows = "\n".join(line for line in readme.splitlines() if line.startswith("|"))
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", rows))
     try:
@@ -211,16 +212,16 @@ def check_flags(root, program):
         yield f"{' '.join(map(str, error.cmd))}: exit code {error.returncode}"
         return
     for flag in sorted(told.difference(*flags.values())):
-        yield f"README.md: {flag} is in no help of the program"
+        yield f"{name}: {flag} is in no help of the program"
     for flag in sorted(flags.get(("render",), set()) - told - {"--help"}):
-        yield f"README.md: {flag} of `kindling render --help` is in none of its tables"
+        yield f"{name}: {flag} of `kindling render --help` is in none of its tables"
 
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--root", type=Path, required=True)
     parser.add_argument("--targets", type=Path, help="checks the links between targets by this list of them")
-    parser.add_argument("--program", help="checks the README's flags by this program's --help")
+    parser.add_argument("--program", help="checks the flags in app's README by this program's --help")
     parser.add_argument("--rule", action="append", choices=RULES, help="only these of the rules that need nothing but the sources")
     options = parser.parse_args(arguments)
     if not (options.root / "renderer").is_dir():

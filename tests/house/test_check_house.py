@@ -122,7 +122,7 @@ class CheckHouse(unittest.TestCase):
         self.assertIn("does not link", unlinked[0])
 
     def flag_findings(self, table, render_help):
-        self.write("README.md", table)
+        self.write("renderer/app/README.md", table)
         help_of = {"--help": "  kindling render SCENE\n  kindling farm ACTION\n", "render": render_help,
                    "farm": "  kindling farm submit SCENE\n", "farm submit": "  --parts N"}
         for command, text in help_of.items():

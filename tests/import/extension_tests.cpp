@@ -32,7 +32,7 @@ TEST(Extensions, HoldWhatTheImporterPromises) {
 }
 
 TEST(Extensions, AreTheTableOfTheReadme) {
-  std::ifstream stream(KINDLING_SOURCE_DIR "/README.md");
+  std::ifstream stream(KINDLING_SOURCE_DIR "/renderer/import/README.md");
   ASSERT_TRUE(stream);
   std::stringstream text;
   text << stream.rdbuf();
