@@ -76,20 +76,11 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("Reports");
 }
 
-// Parses with CLI11; true if help was asked for.
-Result<bool> parse_words(CLI::App& app, const FlagSet& flags, std::span<const char* const> arguments) {
-  try {
-    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // CLI11 wants the last one first
-    app.parse(std::move(reversed));
-  } catch (const CLI::CallForHelp&) {
-    return true;
-  } catch (const CLI::ArgumentMismatch& error) {
-    const std::string_view what = error.what();
-    return usage(fmt::format("{}: needs a value", what.substr(0, what.find(':'))));
-  } catch (const CLI::ParseError& error) {
-    return usage(error.what());
-  }
-  if (const std::vector<std::string> extras = app.remaining(); !extras.empty()) {
+// True if help was asked for.
+Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments) {
+  Result<bool> help = flags.parse(arguments);
+  if (!help.ok() || help.value()) return help;
+  if (const std::vector<std::string> extras = flags.extras(); !extras.empty()) {
     const std::string nearest = nearest_name(extras.front(), flags.names());
     return usage(fmt::format("unexpected '{}'{}", extras.front(),
                              nearest.empty() ? "; flags of render come after --" : "; did you mean " + nearest + "?"));
@@ -127,16 +118,13 @@ Result<FarmCommandLine> parse_submit(std::span<const char* const> arguments) {
       std::find_if(arguments.begin(), arguments.end(), [](const char* word) { return std::string_view(word) == "--"; });
   FarmSubmitOptions options;
   if (end != arguments.end()) options.render_flags.assign(end + 1, arguments.end());
-  CLI::App app("Hands a scene over to the machines of a farm.", "kindling farm submit");
-  app.set_help_flag();
-  FlagSet flags(app);
+  FlagSet flags("Hands a scene over to the machines of a farm.", "kindling farm submit");
   add_submit_flags(flags, options);
   std::string scene;
-  app.add_option("SCENE", scene);
-  app.set_help_flag("-h,--help", "Print this text")->group("Reports");
-  Result<bool> help = parse_words(app, flags, arguments.first(static_cast<size_t>(end - arguments.begin())));
+  flags.operand("SCENE", scene);
+  Result<bool> help = parse_words(flags, arguments.first(static_cast<size_t>(end - arguments.begin())));
   if (!help.ok()) return help.error();
-  if (help.value()) return FarmCommandLine{{}, app.help()};
+  if (help.value()) return FarmCommandLine{{}, flags.help()};
   options.scene_file = scene;
   if (Result<void> checked = check_submit(options); !checked.ok()) return checked.error();
   return FarmCommandLine{std::move(options), {}};
