@@ -135,7 +135,6 @@ void FlagSet::operand(const std::string& name, std::string& word) { app_->add_op
 void FlagSet::operand(const std::string& name, std::vector<std::string>& words) { app_->add_option(name, words); }
 
 Result<bool> FlagSet::parse(std::span<const char* const> arguments) {
-  const auto usage_error = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
   app_->set_help_flag("-h,--help", "Print this text")->group("Reports");
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // CLI11 wants the last one first

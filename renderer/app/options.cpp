@@ -37,8 +37,6 @@ Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file ca
 Results go to standard output, all else to standard error.
 )";
 
-Error usage_error(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 // What was typed and nothing declared.
 std::string describe_extra(const std::string& word, const FlagSet& flags, std::string_view operand_given) {
   if (word.starts_with('-') && word.size() > 1) {
