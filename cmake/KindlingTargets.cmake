@@ -1,5 +1,6 @@
 # How a folder becomes a target: kindling_library(), kindling_test() and kindling_bench(), and the flags they share.
 include(GNUInstallDirs)
+include(KindlingUnity)
 
 add_library(kindling_flags INTERFACE)
 add_library(kindling::flags ALIAS kindling_flags)
@@ -21,6 +22,8 @@ if(KINDLING_SANITIZE)
   target_link_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${KINDLING_SANITIZE}>)
 endif()
 
+include(KindlingPrecompiled)
+
 # Every program links these objects, $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>: see there.
 if(KINDLING_SANITIZE STREQUAL "thread")
   add_library(kindling_tbb_order OBJECT ${PROJECT_SOURCE_DIR}/tests/sanitizers/tbb_order.cpp)
@@ -37,6 +40,11 @@ function(kindling_library name)
     target_include_directories(${target} PUBLIC
       $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kindling>)
     target_link_libraries(${target} PUBLIC kindling_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+    if(fmt::fmt IN_LIST ARG_PRIVATE)
+      kindling_precompiled(${target} formatting)
+    else()
+      kindling_precompiled(${target} vectors)
+    endif()
   else()
     add_library(${target} INTERFACE)
     target_include_directories(${target} INTERFACE
@@ -60,7 +68,7 @@ function(kindling_test name)
   add_executable(test_${name} ${ARG_SOURCES})
   target_link_libraries(test_${name} PRIVATE kindling_flags ${ARG_LIBS} GTest::gtest GTest::gtest_main
     $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
-  set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF) # their helpers have the same names
+  kindling_precompiled(test_${name} tests)
   target_compile_definitions(test_${name} PRIVATE
     KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}" KINDLING_BINARY_DIR="${PROJECT_BINARY_DIR}")
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
@@ -73,5 +81,7 @@ function(kindling_bench name)
   add_executable(bench_${name} ${ARG_SOURCES})
   target_link_libraries(bench_${name} PRIVATE kindling_flags ${ARG_LIBS} benchmark::benchmark
     $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
+  set_target_properties(bench_${name} PROPERTIES UNITY_BUILD OFF) # so few
+  kindling_precompiled(bench_${name} vectors)
   target_compile_definitions(bench_${name} PRIVATE KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()

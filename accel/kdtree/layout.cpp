@@ -33,9 +33,9 @@ static_assert(kMaxDepth <= kWideLevels * kMaxWideDepth);
 
 // A subtree on its own, or the top of the tree without what lies below. Numbers of nodes and places of leaves are relative to
 // those of the part; nodes count from 1, because 0 means an empty child.
-class Part {
+class TreePart {
  public:
-  explicit Part(const TimeSlice* slice = nullptr) : slice_(slice) {}
+  explicit TreePart(const TimeSlice* slice = nullptr) : slice_(slice) {}
 
   // Lays the subtree out down to wide nodes of depth `last`: for inner nodes below them, `below` is called with the number of the
   // node, the lane of the child, the child, and its depth.
@@ -186,12 +186,12 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
     Depth depth;
   };
   std::vector<Link> links; // from the top to the other parts
-  std::vector<Part> parts(1, Part(slice));
+  std::vector<TreePart> parts(1, TreePart(slice));
   parts[0].place(binary.root, {}, kTopLevels - 1,
                  [&](size_t node, uint32_t lane, const BinaryNode& child, const Depth& depth) {
                    links.push_back({node, lane, &child, depth});
                  });
-  parts.resize(1 + links.size(), Part(slice));
+  parts.resize(1 + links.size(), TreePart(slice));
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
     if (i > 0)
       parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
@@ -202,7 +202,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
   binary.arenas.clear(); // what makes room for the tree
 
   size_t nodes = 0, units = 0;
-  for (Part& part : parts) {
+  for (TreePart& part : parts) {
     part.set_first(nodes, units);
     nodes += part.node_count();
     units += part.unit_count();

@@ -12,13 +12,13 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
+constexpr size_t kChunkReferences = 16384; // fixed, so that results do not depend on the number of threads
 
 // Exactly one is true.
-struct Side {
+struct Sides {
   bool left, right, cut;
 };
-Side side_of(const Reference& reference, const Split& split) {
+Sides side_of(const Reference& reference, const Split& split) {
   const float* bounds = &reference.min.x;
   const auto axis = static_cast<size_t>(split.axis);
   const bool ends_below = bounds[axis + 4] <= split.position, starts_above = bounds[axis] >= split.position;
@@ -33,7 +33,7 @@ struct Lists {
 Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
   for (size_t i = 0; i < count; ++i) {
     const auto lanes = load_lanes<Int8Lanes>(references + i);
-    const Side side = side_of(references[i], split);
+    const Sides side = side_of(references[i], split);
     store_lanes(lists.left, lanes);
     store_lanes(lists.right, lanes);
     store_lanes(lists.cut, lanes);
@@ -92,9 +92,10 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
     HalfCounts counts, first;
     std::vector<Reference> left_parts, right_parts; // of references that are cut
   };
-  std::vector<Chunk> chunks((references.size() + kChunk - 1) / kChunk);
+  std::vector<Chunk> chunks((references.size() + kChunkReferences - 1) / kChunkReferences);
   const auto chunk_of = [&](size_t c) {
-    return references.subspan(c * kChunk, std::min(kChunk, references.size() - c * kChunk));
+    return references.subspan(c * kChunkReferences,
+                              std::min(kChunkReferences, references.size() - c * kChunkReferences));
   };
 
   // How much of each child comes from which chunk. Few of the many references here are cut.
@@ -102,7 +103,7 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
     Chunk& chunk = chunks[c];
     std::vector<Reference> cut;
     for (const Reference& reference : chunk_of(c)) {
-      const Side side = side_of(reference, split);
+      const Sides side = side_of(reference, split);
       chunk.counts.left += side.left ? 1 : 0;
       chunk.counts.right += side.right ? 1 : 0;
       if (side.cut) cut.push_back(reference);

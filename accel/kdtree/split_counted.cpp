@@ -14,7 +14,7 @@ namespace kindling::accel::kd {
 namespace {
 
 // Structure of arrays.
-struct Bounds {
+struct LaneBounds {
   alignas(32) float low[3][kMostCounted], high[3][kMostCounted];
   size_t count;
 };
@@ -27,7 +27,7 @@ struct Planes {
 
 // All bounds strictly inside the box, padded to a multiple of 16 by repeating the last. Triangles of a mesh share vertices, and so
 // their bounds coincide: what was lately in the same slot of a hash table is left out.
-void collect_planes(const Bounds& bounds, int axis, float box_low, float box_high, Planes& planes) {
+void collect_planes(const LaneBounds& bounds, int axis, float box_low, float box_high, Planes& planes) {
   constexpr uint32_t kSlotBits = 7;
   std::array<uint32_t, 1U << kSlotBits> seen;
   std::memset(seen.data(), 0xff, sizeof(seen)); // no numbers
@@ -52,7 +52,7 @@ void collect_planes(const Bounds& bounds, int axis, float box_low, float box_hig
 }
 
 template <bool kPlanars>
-void count_sides(const Bounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, LaneBest& best) {
+void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, LaneBest& best) {
   const auto count = static_cast<int32_t>(bounds.count);
   for (size_t first = 0; first < planes.count; first += 16) {
     const auto p0 = load_lanes<Float8Lanes>(planes.position + first);
@@ -91,7 +91,7 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
   assert(references.size() <= kMostCounted);
   const double area = half_area(box);
   if (!(area > 0.0)) return std::nullopt;
-  Bounds bounds;
+  LaneBounds bounds;
   bounds.count = references.size();
   for (size_t i = 0; i < references.size(); ++i)
     for (int axis = 0; axis < 3; ++axis) {

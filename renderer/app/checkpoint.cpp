@@ -4,11 +4,11 @@
 
 #include "renderer/app/accumulation_identity.h"
 #include "renderer/app/outputs.h"
+#include "renderer/app/stopwatch.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 namespace kindling::app {
@@ -16,8 +16,6 @@ namespace kindling::app {
 namespace fs = std::filesystem;
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 fs::path with_suffix(const fs::path& file, const char* suffix) {
   fs::path path = file;
@@ -145,7 +143,7 @@ RenderContinuity Checkpoint::continuity() {
 void Checkpoint::save(const RenderState& state) {
   const Clock::time_point start = Clock::now();
   last_save_ = write_accumulation(options_.file, identity_, state, true);
-  report_.save_s += std::chrono::duration<double>(Clock::now() - start).count();
+  report_.save_s += seconds_since(start);
   report_.work = state.work;
   if (last_save_.ok()) {
     ++report_.saves;

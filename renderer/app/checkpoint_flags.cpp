@@ -27,14 +27,13 @@ void add_checkpoint_every_flag(FlagSet& flags, CheckpointOptions& o) {
 }
 
 Result<void> check_checkpoint_flags(const FlagSet& flags, const RenderOptions& o) {
-  const auto usage = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
   if (flags.given("--checkpoint-every") && !o.checkpoint.enabled())
-    return usage("--checkpoint-every: has no meaning without --checkpoint");
+    return usage_error("--checkpoint-every: has no meaning without --checkpoint");
   if (!o.checkpoint.enabled()) return {};
   if (o.checkpoint.file.extension() != kAccumulationExtension)
-    return usage(
+    return usage_error(
         fmt::format("--checkpoint: {}: the name must end in {}", o.checkpoint.file.string(), kAccumulationExtension));
-  if (o.replay_pixel) return usage("--checkpoint and --pixel: give one of them; a replay keeps nothing");
+  if (o.replay_pixel) return usage_error("--checkpoint and --pixel: give one of them; a replay keeps nothing");
   return {};
 }
 

@@ -14,8 +14,6 @@ namespace kindling::app {
 
 namespace {
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 // "0 (Front), 1 (Side) or 2", at most ten.
 std::string list_choices(const std::vector<std::string>& names) {
   constexpr size_t kMost = 10;
@@ -46,17 +44,17 @@ Result<int> choose_scene(const Scene& scene, const std::string& name) {
   std::vector<std::string> names;
   for (const SceneRoot& root : scene.scenes) names.push_back(root.name);
   if (const std::optional<int> index = find_by_name_or_index(name, names)) return *index;
-  if (names.empty()) return usage(fmt::format("--scene: {} has no scenes; leave the flag away", scene.source));
-  return usage(fmt::format("--scene: {} has no scene '{}'; use {}", scene.source, name, list_choices(names)));
+  if (names.empty()) return usage_error(fmt::format("--scene: {} has no scenes; leave the flag away", scene.source));
+  return usage_error(fmt::format("--scene: {} has no scene '{}'; use {}", scene.source, name, list_choices(names)));
 }
 
 Result<int> show_variant(Scene& scene, const std::string& name) {
   if (name.empty()) return kNone;
   const std::optional<int> variant = find_by_name_or_index(name, scene.variants);
   if (!variant && scene.variants.empty())
-    return usage(fmt::format("--variant: {} has no variants; leave the flag away", scene.source));
+    return usage_error(fmt::format("--variant: {} has no variants; leave the flag away", scene.source));
   if (!variant)
-    return usage(
+    return usage_error(
         fmt::format("--variant: {} has no variant '{}'; use {}", scene.source, name, list_choices(scene.variants)));
   apply_variant(scene, *variant);
   return *variant;
@@ -87,8 +85,8 @@ Result<std::optional<int>> choose_camera_index(const Scene& scene, const PosedSc
   }
   if (found) return found;
   if (names.empty())
-    return usage(fmt::format("--camera: {} has no cameras; leave the flag away or use --orbit", scene.source));
-  return usage(
+    return usage_error(fmt::format("--camera: {} has no cameras; leave the flag away or use --orbit", scene.source));
+  return usage_error(
       fmt::format("--camera: {} has no camera '{}'; use {}", scene.source, options.camera, list_choices(names)));
 }
 
@@ -112,7 +110,7 @@ Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const Pose
 Result<void> override_fov(SceneCamera& camera, const RenderOptions& options) {
   if (!options.yfov_deg) return {};
   if (camera.kind == SceneCamera::Kind::orthographic)
-    return usage("--fov: the camera is orthographic and has none; use a perspective one");
+    return usage_error("--fov: the camera is orthographic and has none; use a perspective one");
   camera.yfov_rad = static_cast<float>(*options.yfov_deg) * kPi / 180.0f;
   return {};
 }
@@ -129,16 +127,16 @@ Result<V2i> choose_size(const SceneCamera* camera, const RenderOptions& options)
   for (int axis = 0; axis < 2; ++axis) {
     const double scaled = std::max(1.0, std::round(size[axis] * options.scale));
     if (scaled > kMaxSide)
-      return usage(
+      return usage_error(
           fmt::format("--scale: a side of {} pixels would be {:.0f}; use at most {}", size[axis], scaled, kMaxSide));
     size[axis] = static_cast<int>(scaled);
   }
   if (options.crop && (options.crop->max.x > size.x || options.crop->max.y > size.y))
-    return usage(fmt::format("--crop: {},{},{},{} is not inside the image; use 0,0 to {},{}", options.crop->min.x,
-                             options.crop->min.y, options.crop->max.x, options.crop->max.y, size.x, size.y));
+    return usage_error(fmt::format("--crop: {},{},{},{} is not inside the image; use 0,0 to {},{}", options.crop->min.x,
+                                   options.crop->min.y, options.crop->max.x, options.crop->max.y, size.x, size.y));
   if (options.replay_pixel && (options.replay_pixel->x >= size.x || options.replay_pixel->y >= size.y))
-    return usage(fmt::format("--pixel: {},{} is not inside the image; use 0,0 to {},{}", options.replay_pixel->x,
-                             options.replay_pixel->y, size.x - 1, size.y - 1));
+    return usage_error(fmt::format("--pixel: {},{} is not inside the image; use 0,0 to {},{}", options.replay_pixel->x,
+                                   options.replay_pixel->y, size.x - 1, size.y - 1));
   return size;
 }
 

@@ -20,7 +20,7 @@ namespace kindling::app {
 
 namespace {
 
-Result<int> print(const std::string& text, int exit_code) {
+Result<int> print_answer(const std::string& text, int exit_code) {
   std::string reason;
   if (write_standard_output(text, reason)) return exit_code;
   return Error{ErrorKind::input_output, "standard output: " + reason};
@@ -99,9 +99,9 @@ Result<int> hand_over(const FarmPlan& plan, const std::vector<int>& tasks, FarmE
   if (Result<void> written = write_jobs(plan.folder, jobs.value()); !written.ok()) return written.error();
   std::string ids;
   for (const FarmArray& array : jobs.value().arrays) ids += (ids.empty() ? "" : ", ") + array.id;
-  return print(fmt::format("{}\ntasks\t{}\njobs\t{}\nmerge\t{}\n", plan.folder.string(), tasks.size(), ids,
-                           jobs.value().merge_id),
-               kExitOk);
+  return print_answer(fmt::format("{}\ntasks\t{}\njobs\t{}\nmerge\t{}\n", plan.folder.string(), tasks.size(), ids,
+                                  jobs.value().merge_id),
+                      kExitOk);
 }
 
 Result<int> submit(const FarmSubmitOptions& options) {
@@ -138,8 +138,8 @@ Result<int> show_status(const FarmPlan& plan, FarmEngine& engine, bool json, Con
   if (!status.ok()) return status.error();
   if (!status.value().queue_error.empty())
     console.warning(status.value().queue_error + "; what runs is told by the records alone");
-  return print(json ? format_farm_json(plan, status.value()) : format_farm_status(plan, status.value()),
-               farm_exit_code(status.value()));
+  return print_answer(json ? format_farm_json(plan, status.value()) : format_farm_status(plan, status.value()),
+                      farm_exit_code(status.value()));
 }
 
 Result<int> retry(const FarmPlan& plan, FarmEngine& engine) {

@@ -9,10 +9,10 @@
 #include "renderer/app/process_info.h"
 #include "renderer/app/progress_display.h"
 #include "renderer/app/signals.h"
+#include "renderer/app/stopwatch.h"
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <utility>
 
 namespace kindling::app {
@@ -20,10 +20,6 @@ namespace kindling::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 class MergeCommand {
  public:
   MergeCommand(const MergeOptions& options, const std::string& command_line, Console& console)

@@ -35,8 +35,6 @@ constexpr std::array<std::string_view, 16> kOwnFlags = {
     "-o",        "--output", "--part",  "--tile-part", "--checkpoint", "--frames", "--force", "--progress",
     "--threads", "--stats",  "--pixel", "--sample",    "--time-limit", "--quiet",  "-q",      "--noise-threshold"};
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("What to render");
   flags.value("--parts", "N", "Parts of each frame, as --part of render: one task each",
@@ -76,49 +74,44 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("Reports");
 }
 
-// Parses with CLI11; true if help was asked for.
-Result<bool> parse_words(CLI::App& app, const FlagSet& flags, std::span<const char* const> arguments) {
-  try {
-    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // CLI11 wants the last one first
-    app.parse(std::move(reversed));
-  } catch (const CLI::CallForHelp&) {
-    return true;
-  } catch (const CLI::ArgumentMismatch& error) {
-    const std::string_view what = error.what();
-    return usage(fmt::format("{}: needs a value", what.substr(0, what.find(':'))));
-  } catch (const CLI::ParseError& error) {
-    return usage(error.what());
-  }
-  if (const std::vector<std::string> extras = app.remaining(); !extras.empty()) {
+// True if help was asked for.
+Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments) {
+  Result<bool> help = flags.parse(arguments);
+  if (!help.ok() || help.value()) return help;
+  if (const std::vector<std::string> extras = flags.extras(); !extras.empty()) {
     const std::string nearest = nearest_name(extras.front(), flags.names());
-    return usage(fmt::format("unexpected '{}'{}", extras.front(),
-                             nearest.empty() ? "; flags of render come after --" : "; did you mean " + nearest + "?"));
+    return usage_error(
+        fmt::format("unexpected '{}'{}", extras.front(),
+                    nearest.empty() ? "; flags of render come after --" : "; did you mean " + nearest + "?"));
   }
   return false;
 }
 
 Result<void> check_submit(const FarmSubmitOptions& o) {
-  if (o.scene_file.empty()) return usage("no scene; use 'kindling farm submit SCENE --parts N --folder DIR -o FILE'");
-  if (o.parts == 0) return usage("--parts: is missing; in how many parts is each frame rendered?");
-  if (o.folder.empty()) return usage("--folder: is missing; a new folder that all machines share");
-  if (o.outputs.empty()) return usage("-o: is missing; where do the pictures go?");
+  if (o.scene_file.empty())
+    return usage_error("no scene; use 'kindling farm submit SCENE --parts N --folder DIR -o FILE'");
+  if (o.parts == 0) return usage_error("--parts: is missing; in how many parts is each frame rendered?");
+  if (o.folder.empty()) return usage_error("--folder: is missing; a new folder that all machines share");
+  if (o.outputs.empty()) return usage_error("-o: is missing; where do the pictures go?");
   constexpr size_t kMostTasks = 1'000'000;
   if (std::max<size_t>(o.frames.size(), 1) * static_cast<size_t>(o.parts) > kMostTasks)
-    return usage(fmt::format("{} frames in {} parts are more than {} tasks", o.frames.size(), o.parts, kMostTasks));
+    return usage_error(
+        fmt::format("{} frames in {} parts are more than {} tasks", o.frames.size(), o.parts, kMostTasks));
   for (const std::filesystem::path& output : o.outputs) {
     if (const std::string sentence = is_accumulation(output) ? "" : unsupported_output(output); !sentence.empty())
-      return usage("-o: " + sentence);
+      return usage_error("-o: " + sentence);
     if (o.frames.empty()) continue; // names are taken literally
     if (count_frame_groups(output) != 1 || count_frame_groups(output.filename()) != 1)
-      return usage(fmt::format("-o {}: needs one #### for the frame's number, in the file's name", output.string()));
+      return usage_error(
+          fmt::format("-o {}: needs one #### for the frame's number, in the file's name", output.string()));
   }
   if (!o.frames.empty() && count_frame_groups(std::filesystem::absolute(o.folder)) > 0)
-    return usage(
+    return usage_error(
         fmt::format("--folder {}: has a # in its name, which would be taken for a frame's number", o.folder.string()));
   for (const std::string& flag : o.render_flags)
     if (const std::string name = flag.substr(0, flag.find('='));
         std::find(kOwnFlags.begin(), kOwnFlags.end(), name) != kOwnFlags.end())
-      return usage(fmt::format("{}: cannot stand behind --; the farm sets it, or parts do not know it", name));
+      return usage_error(fmt::format("{}: cannot stand behind --; the farm sets it, or parts do not know it", name));
   return {};
 }
 
@@ -127,16 +120,13 @@ Result<FarmCommandLine> parse_submit(std::span<const char* const> arguments) {
       std::find_if(arguments.begin(), arguments.end(), [](const char* word) { return std::string_view(word) == "--"; });
   FarmSubmitOptions options;
   if (end != arguments.end()) options.render_flags.assign(end + 1, arguments.end());
-  CLI::App app("Hands a scene over to the machines of a farm.", "kindling farm submit");
-  app.set_help_flag();
-  FlagSet flags(app);
+  FlagSet flags("Hands a scene over to the machines of a farm.", "kindling farm submit");
   add_submit_flags(flags, options);
   std::string scene;
-  app.add_option("SCENE", scene);
-  app.set_help_flag("-h,--help", "Print this text")->group("Reports");
-  Result<bool> help = parse_words(app, flags, arguments.first(static_cast<size_t>(end - arguments.begin())));
+  flags.operand("SCENE", scene);
+  Result<bool> help = parse_words(flags, arguments.first(static_cast<size_t>(end - arguments.begin())));
   if (!help.ok()) return help.error();
-  if (help.value()) return FarmCommandLine{{}, app.help()};
+  if (help.value()) return FarmCommandLine{{}, flags.help()};
   options.scene_file = scene;
   if (Result<void> checked = check_submit(options); !checked.ok()) return checked.error();
   return FarmCommandLine{std::move(options), {}};
@@ -151,17 +141,17 @@ Result<FarmCommandLine> parse_folder_action(FarmAction action, std::span<const c
     if (word == "--json" && action == FarmAction::status)
       options.json = true;
     else if (word.starts_with('-') && word.size() > 1)
-      return usage(fmt::format("unknown flag '{}'", word));
+      return usage_error(fmt::format("unknown flag '{}'", word));
     else
       words.emplace_back(word);
   }
   const size_t wanted = action == FarmAction::work ? 2 : 1;
   if (words.size() != wanted)
-    return usage(wanted == 2 ? "use 'kindling farm work DIR TASK'" : "one folder of a farm is wanted");
+    return usage_error(wanted == 2 ? "use 'kindling farm work DIR TASK'" : "one folder of a farm is wanted");
   options.folder = words[0];
   if (wanted == 2) {
     Result<int64_t> task = parse_integer(words[1], 0, std::numeric_limits<int>::max());
-    if (!task.ok()) return usage("TASK: " + task.error().message);
+    if (!task.ok()) return usage_error("TASK: " + task.error().message);
     options.task = static_cast<int>(task.value());
   }
   return FarmCommandLine{options, {}};
@@ -172,7 +162,7 @@ Result<FarmCommandLine> parse_folder_action(FarmAction action, std::span<const c
 Result<FarmCommandLine> parse_farm_command(std::span<const char* const> arguments) {
   const std::string_view action = arguments.empty() ? "" : arguments.front();
   if (action.empty() || action == "-h" || action == "--help") {
-    if (action.empty()) return usage("farm: no action; use submit, status, retry, work or merge");
+    if (action.empty()) return usage_error("farm: no action; use submit, status, retry, work or merge");
     return FarmCommandLine{{}, std::string(kFarmHelp)};
   }
   const auto rest = arguments.subspan(1);
@@ -181,7 +171,7 @@ Result<FarmCommandLine> parse_farm_command(std::span<const char* const> argument
   if (action == "retry") return parse_folder_action(FarmAction::retry, rest);
   if (action == "work") return parse_folder_action(FarmAction::work, rest);
   if (action == "merge") return parse_folder_action(FarmAction::merge, rest);
-  return usage(fmt::format("farm: unknown action '{}'; use submit, status, retry, work or merge", action));
+  return usage_error(fmt::format("farm: unknown action '{}'; use submit, status, retry, work or merge", action));
 }
 
 } // namespace kindling::app

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flag_set.h"
 
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 
@@ -58,7 +61,7 @@ class HelpFormatter final : public CLI::Formatter {
   }
 };
 
-// CLI11 turns this exception into its own control flow; parse_command_line() turns it into an Error.
+// CLI11 turns this exception into its own control flow; parse() turns it into an Error.
 void require(const Result<void>& parsed, const std::string& flag) {
   if (!parsed.ok()) throw CLI::ValidationError(flag, parsed.error().message);
 }
@@ -71,13 +74,17 @@ std::string long_name(const std::string& names) {
 
 } // namespace
 
-FlagSet::FlagSet(CLI::App& app) : app_(app) {
-  app_.formatter(std::make_shared<HelpFormatter>());
-  app_.get_formatter()->column_width(kNameColumn);
-  app_.allow_extras(); // reported by us, with a suggestion
+FlagSet::FlagSet(const std::string& description, const std::string& program)
+    : app_(std::make_unique<CLI::App>(description, program)) {
+  app_->set_help_flag();
+  app_->formatter(std::make_shared<HelpFormatter>());
+  app_->get_formatter()->column_width(kNameColumn);
+  app_->allow_extras(); // reported by us, with a suggestion
 }
 
-void FlagSet::usage(const std::string& text) { app_.get_formatter()->label(kUsageLabel, text); }
+FlagSet::~FlagSet() = default;
+
+void FlagSet::usage(const std::string& text) { app_->get_formatter()->label(kUsageLabel, text); }
 
 bool FlagSet::wanted(const std::string& names) const {
   return only_.empty() || std::find(only_.begin(), only_.end(), long_name(names)) != only_.end();
@@ -86,7 +93,7 @@ bool FlagSet::wanted(const std::string& names) const {
 void FlagSet::value(const std::string& name, const std::string& label, const std::string& description,
                     std::function<Result<void>(std::string_view)> parse) {
   if (!wanted(name)) return;
-  app_.add_option_function<std::string>(
+  app_->add_option_function<std::string>(
           name,
           [parse = std::move(parse), flag = long_name(name)](const std::string& text) { require(parse(text), flag); },
           wrap(description))
@@ -98,7 +105,7 @@ void FlagSet::value(const std::string& name, const std::string& label, const std
 void FlagSet::repeated(const std::string& name, const std::string& label, const std::string& description,
                        std::function<Result<void>(std::string_view)> parse) {
   if (!wanted(name)) return;
-  app_.add_option_function<std::vector<std::string>>(
+  app_->add_option_function<std::vector<std::string>>(
           name,
           [parse = std::move(parse), flag = long_name(name)](const std::vector<std::string>& texts) {
             for (const std::string& text : texts) require(parse(text), flag);
@@ -112,16 +119,43 @@ void FlagSet::repeated(const std::string& name, const std::string& label, const 
 
 void FlagSet::toggle(const std::string& name, const std::string& description, std::function<void()> when_given) {
   if (!wanted(name)) return;
-  app_.add_flag_callback(name, std::move(when_given), wrap(description))->group(group_);
+  app_->add_flag_callback(name, std::move(when_given), wrap(description))->group(group_);
 }
 
 void FlagSet::toggle(const std::string& name, const std::string& description, bool& target, bool value) {
   toggle(name, description, [&target, value] { target = value; });
 }
 
+bool FlagSet::given(const std::string& name) const {
+  const CLI::Option* option = app_->get_option_no_throw(name);
+  return option != nullptr && option->count() > 0;
+}
+
+void FlagSet::operand(const std::string& name, std::string& word) { app_->add_option(name, word); }
+void FlagSet::operand(const std::string& name, std::vector<std::string>& words) { app_->add_option(name, words); }
+
+Result<bool> FlagSet::parse(std::span<const char* const> arguments) {
+  app_->set_help_flag("-h,--help", "Print this text")->group("Reports");
+  try {
+    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // CLI11 wants the last one first
+    app_->parse(std::move(reversed));
+  } catch (const CLI::CallForHelp&) {
+    return true;
+  } catch (const CLI::ArgumentMismatch& error) {
+    const std::string_view what = error.what();
+    return usage_error(fmt::format("{}: needs a value", what.substr(0, what.find(':'))));
+  } catch (const CLI::ParseError& error) {
+    return usage_error(error.what());
+  }
+  return false;
+}
+
+std::vector<std::string> FlagSet::extras() const { return app_->remaining(); }
+std::string FlagSet::help() const { return app_->help(); }
+
 std::vector<std::string> FlagSet::names() const {
   std::vector<std::string> names;
-  for (const CLI::Option* option : app_.get_options())
+  for (const CLI::Option* option : app_->get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   return names;
 }

@@ -1,23 +1,29 @@
-// A thin layer over CLI11: each flag has one parser that returns a Result, and a wrapped help text.
+// A thin layer over CLI11, whose headers it keeps to itself: each flag has one parser that returns a Result, and a wrapped help text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/result.h"
 
-#include <CLI/CLI.hpp>
-
 #include <functional>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+namespace CLI {
+class App;
+} // namespace CLI
+
 namespace kindling::app {
 
 class FlagSet {
  public:
-  explicit FlagSet(CLI::App& app);
+  // `program` as the help names it: "kindling render".
+  FlagSet(const std::string& description, const std::string& program);
+  ~FlagSet();
 
   // What stands behind the command's name in the help, for one that is not for scenes.
   void usage(const std::string& text);
@@ -39,17 +45,25 @@ class FlagSet {
   void toggle(const std::string& name, const std::string& description, bool& target, bool value = true);
 
   // False for one that is not declared.
-  [[nodiscard]] bool given(const std::string& name) const {
-    const CLI::Option* option = app_.get_option_no_throw(name);
-    return option != nullptr && option->count() > 0;
-  }
+  [[nodiscard]] bool given(const std::string& name) const;
+
+  // What the command works on: one word, or several.
+  void operand(const std::string& name, std::string& word);
+  void operand(const std::string& name, std::vector<std::string>& words);
+
+  // Once all flags are declared: calls their parsers. True if help was asked for; fails (usage).
+  [[nodiscard]] Result<bool> parse(std::span<const char* const> arguments);
+  // After parse(): what was typed and nothing declared.
+  [[nodiscard]] std::vector<std::string> extras() const;
+  [[nodiscard]] std::string help() const;
+
   // Every flag's long name, for suggestions.
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
   [[nodiscard]] bool wanted(const std::string& names) const;
 
-  CLI::App& app_;
+  std::unique_ptr<CLI::App> app_;
   std::string group_;
   std::vector<std::string> only_; // empty: all
 };

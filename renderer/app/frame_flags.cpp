@@ -19,8 +19,6 @@ namespace kindling::app {
 
 namespace {
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 // Takes a number off the front of `text`; nothing (and `text` unchanged) if there is none, or one out of range.
 std::optional<int> take_number(std::string_view& text, int min) {
   int number = 0;
@@ -41,10 +39,10 @@ struct FrameRange {
 };
 
 Result<FrameRange> parse_range(std::string_view text) {
-  const Error wrong =
-      usage(fmt::format("'{}' are no frames; use A-B, A-BxSTEP or one number, each from {} to {}, as in 1-48, 0-100x5, "
-                        "-5--1 or 7, and commas between several",
-                        text, -kLastFrame, kLastFrame));
+  const Error wrong = usage_error(
+      fmt::format("'{}' are no frames; use A-B, A-BxSTEP or one number, each from {} to {}, as in 1-48, 0-100x5, "
+                  "-5--1 or 7, and commas between several",
+                  text, -kLastFrame, kLastFrame));
   std::string_view rest = text;
   const std::optional<int> first = take_number(rest, -kLastFrame);
   if (!first) return wrong;
@@ -56,12 +54,12 @@ Result<FrameRange> parse_range(std::string_view text) {
   range.last = *last;
   if (take(rest, 'x')) {
     const std::optional<int> step = take_number(rest, 1);
-    if (!step) return usage(fmt::format("'{}': the step is not a whole number above 0; use A-BxSTEP", text));
+    if (!step) return usage_error(fmt::format("'{}': the step is not a whole number above 0; use A-BxSTEP", text));
     range.step = *step;
   }
   if (!rest.empty()) return wrong;
   if (range.last < range.first)
-    return usage(fmt::format("'{}' ends before it begins; use {}-{}", text, range.last, range.first));
+    return usage_error(fmt::format("'{}' ends before it begins; use {}-{}", text, range.last, range.first));
   return range;
 }
 
@@ -75,11 +73,12 @@ Result<void> check_pattern(const char* flag, const std::filesystem::path& name) 
   const int groups = count_frame_groups(name);
   if (groups == 1) return {};
   if (groups > 1)
-    return usage(fmt::format("{}: {}: more than one group of #; use one for the frame number, as in frame_####.png",
-                             flag, name.string()));
-  return usage(fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, as in "
-                           "frame_####.png",
-                           flag, name.string()));
+    return usage_error(fmt::format(
+        "{}: {}: more than one group of #; use one for the frame number, as in frame_####.png", flag, name.string()));
+  return usage_error(
+      fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, as in "
+                  "frame_####.png",
+                  flag, name.string()));
 }
 
 } // namespace
@@ -94,7 +93,7 @@ Result<std::vector<int>> parse_frames(std::string_view text) {
     if (!range.ok()) return range.error();
     const FrameRange& r = range.value();
     if (static_cast<size_t>((r.last - r.first) / r.step) + frames.size() >= kMostFrames)
-      return usage(fmt::format("'{}': more than {} frames", text, kMostFrames));
+      return usage_error(fmt::format("'{}': more than {} frames", text, kMostFrames));
     for (int frame = r.first; frame <= r.last; frame += r.step)
       if (named.insert(frame).second) frames.push_back(frame);
   }
@@ -115,12 +114,12 @@ void add_frame_flags(FlagSet& flags, RenderOptions& o) {
 Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
   const bool frames = flags.given("--frames");
   if (!frames && flags.given("--force") && !o.checkpoint.enabled())
-    return usage("--force: has no meaning without --frames or --checkpoint");
+    return usage_error("--force: has no meaning without --frames or --checkpoint");
   if (!frames) return {};
   if (!o.shutter.frames_per_s) o.shutter.frames_per_s = kDefaultFramesPerSecond;
   if (o.replay_pixel && o.frames.numbers.size() > 1)
-    return usage(fmt::format("--pixel: replays a sample of one frame, and --frames has {}; add --frames {} or so",
-                             o.frames.numbers.size(), o.frames.numbers.front()));
+    return usage_error(fmt::format("--pixel: replays a sample of one frame, and --frames has {}; add --frames {} or so",
+                                   o.frames.numbers.size(), o.frames.numbers.front()));
   for (const std::filesystem::path& output : o.outputs)
     if (Result<void> checked = check_pattern("--output", output); !checked.ok()) return checked;
   if (o.checkpoint.enabled())

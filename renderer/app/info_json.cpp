@@ -18,7 +18,7 @@ Json list(const std::vector<T>& values, const ToJson& to_json) {
   return array;
 }
 
-Json vector(const V3f& v) { return {v.x, v.y, v.z}; }
+Json vector_json(const V3f& v) { return {v.x, v.y, v.z}; }
 
 // The first four are those of a render with the kd-tree.
 Json memory_json(const MemoryBudget& budget) {
@@ -60,8 +60,9 @@ std::string format_info_json(const SceneInfo& info) {
   json["triangles"] = info.in_file.triangles;
   json["placed_triangles"] = info.in_scene.triangles;
   json["placed_meshes"] = info.in_scene.mesh_instances;
-  json["bounds"] =
-      info.bounds.isEmpty() ? Json() : Json{{"min", vector(info.bounds.min)}, {"max", vector(info.bounds.max)}};
+  json["bounds"] = info.bounds.isEmpty()
+                       ? Json()
+                       : Json{{"min", vector_json(info.bounds.min)}, {"max", vector_json(info.bounds.max)}};
   json["meshes"] = list(info.meshes, [](const MeshInfo& mesh) {
     return Json{{"name", mesh.name},         {"primitives", mesh.primitives}, {"triangles", mesh.triangles},
                 {"vertices", mesh.vertices}, {"placed", mesh.placed},         {"attributes", mesh.attributes}};

@@ -24,7 +24,7 @@ std::string join(const std::vector<ExtensionInfo>& extensions) {
   return join(words);
 }
 
-std::string number(uint64_t value) { return fmt::format("{}", value); }
+std::string digits(uint64_t value) { return fmt::format("{}", value); }
 
 // An empty table has no heading either.
 std::string section(std::string_view heading, const TextTable& table) {
@@ -39,7 +39,7 @@ std::string overview(const SceneInfo& info) {
   add("generator", info.generator);
   add("copyright", info.copyright);
   add("hash", format_hash(info.content_hash));
-  add("nodes", number(info.in_file.nodes));
+  add("nodes", digits(info.in_file.nodes));
   if (info.in_file.skins > 0) add("skins", fmt::format("{} with {} joints", info.in_file.skins, info.in_file.joints));
   add("triangles", fmt::format("{} in the file, {} in the scene by {} placed mesh{}", info.in_file.triangles,
                                info.in_scene.triangles, info.in_scene.mesh_instances,
@@ -61,7 +61,7 @@ std::string overview(const SceneInfo& info) {
 
 std::string format_info_tables(const SceneInfo& info) {
   std::string text = overview(info);
-  const auto index = [](size_t i) { return number(i); };
+  const auto index = [](size_t i) { return digits(i); };
 
   TextTable scenes({{"#", true}, {"name"}, {""}});
   for (size_t i = 0; i < info.scenes.size(); ++i)
@@ -81,7 +81,7 @@ std::string format_info_tables(const SceneInfo& info) {
   TextTable lights({{"#", true}, {"name"}, {"kind"}, {"intensity"}, {"placed", true}});
   for (size_t i = 0; i < info.lights.size(); ++i)
     lights.add(
-        {index(i), info.lights[i].name, info.lights[i].kind, info.lights[i].intensity, number(info.lights[i].placed)});
+        {index(i), info.lights[i].name, info.lights[i].kind, info.lights[i].intensity, digits(info.lights[i].placed)});
   text += section("lights", lights);
 
   TextTable meshes({{"#", true},
@@ -93,8 +93,8 @@ std::string format_info_tables(const SceneInfo& info) {
                     {"attributes"}});
   for (size_t i = 0; i < info.meshes.size(); ++i) {
     const MeshInfo& mesh = info.meshes[i];
-    meshes.add({index(i), mesh.name, number(mesh.primitives), number(mesh.triangles), number(mesh.vertices),
-                number(mesh.placed), join(mesh.attributes)});
+    meshes.add({index(i), mesh.name, digits(mesh.primitives), digits(mesh.triangles), digits(mesh.vertices),
+                digits(mesh.placed), join(mesh.attributes)});
   }
   text += section("meshes", meshes);
 
@@ -112,7 +112,7 @@ std::string format_info_tables(const SceneInfo& info) {
                    material.unlit      ? "unlit"
                    : material.emissive ? "emits"
                                        : "",
-                   number(material.textures), number(material.primitives), join(material.extensions)});
+                   digits(material.textures), digits(material.primitives), join(material.extensions)});
   }
   text += section("materials", materials);
 
@@ -130,7 +130,7 @@ std::string format_info_tables(const SceneInfo& info) {
 
   TextTable animations({{"#", true}, {"name"}, {"channels", true}, {"duration", true}});
   for (size_t i = 0; i < info.animations.size(); ++i)
-    animations.add({index(i), info.animations[i].name, number(info.animations[i].channels),
+    animations.add({index(i), info.animations[i].name, digits(info.animations[i].channels),
                     fmt::format("{:.3f} s", info.animations[i].duration_s)});
   text += section("animations", animations);
 

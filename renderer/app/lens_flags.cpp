@@ -12,8 +12,6 @@
 namespace kindling::app {
 namespace {
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 // A flag of the lens that says nothing without an f-stop; null: there is none.
 const char* flag_that_needs_f_stop(const LensOptions& o) {
   if (o.focal_length_mm) return "--focal-length";
@@ -42,7 +40,7 @@ void add_lens_flags(FlagSet& flags, LensOptions& o) {
                 o.f_stop.reset();
                 if (o.pinhole) return {};
                 if (Result<void> stored = store(parse_number(text, 1e-3, 1e6), o.f_stop); !stored.ok())
-                  return usage(fmt::format("{}; or none", stored.error().message));
+                  return usage_error(fmt::format("{}; or none", stored.error().message));
                 return {};
               });
   flags.value("--focal-length", "MM",
@@ -66,9 +64,9 @@ void add_lens_flags(FlagSet& flags, LensOptions& o) {
 }
 
 Result<void> check_lens_flags(const FlagSet&, const LensOptions& o) {
-  if (o.focus_distance_m && o.focus_pixel) return usage("--focus-distance and --focus-pixel: give one of them");
+  if (o.focus_distance_m && o.focus_pixel) return usage_error("--focus-distance and --focus-pixel: give one of them");
   if (const char* flag = flag_that_needs_f_stop(o); flag != nullptr && o.pinhole)
-    return usage(fmt::format("{}: has no meaning with --f-stop none", flag));
+    return usage_error(fmt::format("{}: has no meaning with --f-stop none", flag));
   return {};
 }
 
@@ -84,14 +82,14 @@ Result<void> override_lens(SceneCamera& camera, const LensOptions& o) {
   override_with(o.anamorphic_ratio, lens.anamorphic_ratio);
   override_with(o.cats_eye, lens.cats_eye);
   if (o.blades == 1 || o.blades == 2)
-    return usage(fmt::format("--aperture-blades: {} blades leave no opening; use 0 or 3 to 64", *o.blades));
+    return usage_error(fmt::format("--aperture-blades: {} blades leave no opening; use 0 or 3 to 64", *o.blades));
   if (lens.is_pinhole()) {
     if (const char* flag = flag_that_needs_f_stop(o))
-      return usage(fmt::format("{}: the camera is a pinhole; give --f-stop as well", flag));
+      return usage_error(fmt::format("{}: the camera is a pinhole; give --f-stop as well", flag));
     return {};
   }
   if (camera.kind == SceneCamera::Kind::orthographic && !lens.focal_length_m) {
-    if (o.f_stop) return usage("--f-stop: the camera is orthographic; give --focal-length as well");
+    if (o.f_stop) return usage_error("--f-stop: the camera is orthographic; give --focal-length as well");
     lens.f_stop.reset(); // the file's, of which the importer has warned
   }
   return {};
@@ -101,16 +99,16 @@ Result<std::string> focus_lens(PlacedCamera& placed, const World& world, const V
   CameraLens& lens = placed.camera.lens;
   if (lens.is_pinhole() || lens.focus_distance_m) return std::string();
   if (o.focus_pixel && (o.focus_pixel->x >= size_px.x || o.focus_pixel->y >= size_px.y))
-    return usage(fmt::format("--focus-pixel: {},{} is not inside the image; use 0,0 to {},{}", o.focus_pixel->x,
-                             o.focus_pixel->y, size_px.x - 1, size_px.y - 1));
+    return usage_error(fmt::format("--focus-pixel: {},{} is not inside the image; use 0,0 to {},{}", o.focus_pixel->x,
+                                   o.focus_pixel->y, size_px.x - 1, size_px.y - 1));
   const V2f size(static_cast<float>(size_px.x), static_cast<float>(size_px.y));
   const V2f point = o.focus_pixel ? V2f(*o.focus_pixel) + V2f(0.5f) : lens.focus_point.value_or(V2f(0.5f)) * size;
   const Camera pinhole(placed.camera, placed.camera_to_world, size_px, {placed.later_transforms});
   lens.focus_distance_m = find_focus_distance(world, pinhole, point);
   if (lens.focus_distance_m) return fmt::format("in focus: {:g} m along the axis", *lens.focus_distance_m);
   if (o.focus_pixel)
-    return usage(fmt::format("--focus-pixel: nothing is seen at {},{}; use another pixel or --focus-distance",
-                             o.focus_pixel->x, o.focus_pixel->y));
+    return usage_error(fmt::format("--focus-pixel: nothing is seen at {},{}; use another pixel or --focus-distance",
+                                   o.focus_pixel->x, o.focus_pixel->y));
   const float middle = pinhole.depth(world.bounds().center(), 0.0f);
   lens.focus_distance_m = middle > 0.0f ? middle : 1.0f;
   return fmt::format("in focus: {:g} m along the axis, because nothing is seen at the focus point",

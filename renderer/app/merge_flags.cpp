@@ -25,12 +25,11 @@ void add_merge_flags(FlagSet& flags, MergeOptions& o) {
 }
 
 Result<void> check_merge_flags(const FlagSet&, const MergeOptions& o) {
-  const auto usage = [](const char* message) { return Error{ErrorKind::usage, message}; };
-  if (o.parts.empty()) return usage("no parts; use 'kindling merge PART.kacc... -o OUT'");
+  if (o.parts.empty()) return usage_error("no parts; use 'kindling merge PART.kacc... -o OUT'");
   if (std::any_of(o.parts.begin(), o.parts.end(), [](const auto& part) { return part.empty(); }))
-    return usage("a part has an empty name");
-  if (o.picture.outputs.empty()) return usage("--output: nothing to write; add -o FILE with .exr, .png or .kacc");
-  if (o.picture.quiet && o.picture.verbose) return usage("--quiet and --verbose: give one of them");
+    return usage_error("a part has an empty name");
+  if (o.picture.outputs.empty()) return usage_error("--output: nothing to write; add -o FILE with .exr, .png or .kacc");
+  if (o.picture.quiet && o.picture.verbose) return usage_error("--quiet and --verbose: give one of them");
   return {};
 }
 

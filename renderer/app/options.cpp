@@ -37,8 +37,6 @@ Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file ca
 Results go to standard output, all else to standard error.
 )";
 
-Error usage_error(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 // What was typed and nothing declared.
 std::string describe_extra(const std::string& word, const FlagSet& flags, std::string_view operand_given) {
   if (word.starts_with('-') && word.size() > 1) {
@@ -128,28 +126,17 @@ struct Command<ScalingOptions> {
 template <typename Options>
 Result<std::optional<PrintText>> parse_command(std::span<const char* const> arguments, Options& options) {
   using This = Command<Options>;
-  CLI::App app(This::kDescription, "kindling " + std::string(This::kName));
-  app.set_help_flag();
-  FlagSet flags(app);
+  FlagSet flags(This::kDescription, "kindling " + std::string(This::kName));
   if constexpr (requires { This::kUsage; }) flags.usage(This::kUsage);
   auto& operand = This::operand(options);
   constexpr bool kSeveral = std::is_same_v<decltype(operand), std::vector<std::filesystem::path>&>;
   std::conditional_t<kSeveral, std::vector<std::string>, std::string> words;
   This::add_flags(flags, options);
-  app.add_option(This::kOperand, words);
-  app.set_help_flag("-h,--help", "Print this text")->group("Reports");
-  try {
-    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // CLI11 wants the last one first
-    app.parse(std::move(reversed));
-  } catch (const CLI::CallForHelp&) {
-    return std::optional<PrintText>(PrintText{app.help()});
-  } catch (const CLI::ArgumentMismatch& error) {
-    const std::string_view what = error.what();
-    return usage_error(fmt::format("{}: needs a value", what.substr(0, what.find(':'))));
-  } catch (const CLI::ParseError& error) {
-    return usage_error(error.what());
-  }
-  if (const std::vector<std::string> extras = app.remaining(); !extras.empty())
+  flags.operand(This::kOperand, words);
+  const Result<bool> help = flags.parse(arguments);
+  if (!help.ok()) return help.error();
+  if (help.value()) return std::optional<PrintText>(PrintText{flags.help()});
+  if (const std::vector<std::string> extras = flags.extras(); !extras.empty())
     return usage_error(describe_extra(extras.front(), flags, words.empty() ? "" : This::kOperand));
   if constexpr (kSeveral)
     operand.assign(words.begin(), words.end());

@@ -22,14 +22,15 @@ void add_part_flags(FlagSet& flags, WorkPart& part) {
 }
 
 Result<void> check_part_flags(const RenderOptions& o) {
-  const auto usage = [](const char* message) { return Error{ErrorKind::usage, message}; };
   if (!o.part.samples && !o.part.tiles) return {};
-  if (o.replay_pixel) return usage("--part, --tile-part: have no meaning with --pixel, which replays a sample of any");
+  if (o.replay_pixel)
+    return usage_error("--part, --tile-part: have no meaning with --pixel, which replays a sample of any");
   if (o.part.samples && o.adaptive.enabled())
-    return usage("--part: with --noise-threshold it depends on a pixel's first samples whether there are others; use "
-                 "--tile-part");
+    return usage_error(
+        "--part: with --noise-threshold it depends on a pixel's first samples whether there are others; use "
+        "--tile-part");
   if (o.time_limit_s)
-    return usage("--part, --tile-part: parts that end with the --time-limit are no picture together; use --spp");
+    return usage_error("--part, --tile-part: parts that end with the --time-limit are no picture together; use --spp");
   if (o.part.samples)
     if (const Result<SampleSpan> span = part_samples(o.samples_per_pixel(), *o.part.samples); !span.ok())
       return with_flag("--part", span.error());

@@ -20,12 +20,12 @@ using nlohmann::json; // keys in order
 
 // The shortest text that gives this number back; a limit that is not there is none.
 template <typename T>
-json number(T value) {
+json json_number(T value) {
   return std::isfinite(value) ? json::parse(fmt::format("{}", value)) : json();
 }
 template <typename T>
-json number(const std::optional<T>& value) {
-  return value ? number(*value) : json();
+json json_number(const std::optional<T>& value) {
+  return value ? json_number(*value) : json();
 }
 // The kd-tree's kernels agree to the bit on all processors. Embree chooses kernels by the processor, and its reciprocals are the
 // approximations of whoever made that.
@@ -36,9 +36,11 @@ std::string accelerator_identity(accel::Kind kind) {
   return fmt::format("{}, {} of {}", identity, accel::simd_target_name(accel::best_simd_target()), maker);
 }
 
-json vector(const V3f& v) { return {number(v.x), number(v.y), number(v.z)}; }
-json vector(const std::optional<V3f>& v) { return v ? vector(*v) : json(); }
-json color(const std::optional<Rgb>& c) { return c ? json{number(c->x), number(c->y), number(c->z)} : json(); }
+json json_vector(const V3f& v) { return {json_number(v.x), json_number(v.y), json_number(v.z)}; }
+json json_vector(const std::optional<V3f>& v) { return v ? json_vector(*v) : json(); }
+json color(const std::optional<Rgb>& c) {
+  return c ? json{json_number(c->x), json_number(c->y), json_number(c->z)} : json();
+}
 json pixel(const std::optional<V2i>& p) { return p ? json{p->x, p->y} : json(); }
 
 void add_frame(const RenderOptions& o, const ResolvedPicture& resolved, json& j) {
@@ -56,47 +58,48 @@ void add_frame(const RenderOptions& o, const ResolvedPicture& resolved, json& j)
 
 void add_sampling(const RenderOptions& o, json& j) {
   j["--planned-spp"] = o.planned_samples();
-  j["--noise-threshold"] = number(o.adaptive.noise_threshold);
+  j["--noise-threshold"] = json_number(o.adaptive.noise_threshold);
   j["--min-spp"] = o.adaptive.enabled() ? json(o.adaptive.min_samples_per_pixel) : json();
   j["--seed"] = o.seed;
   j["--sampler"] = sampler_name(o.sampler);
   const PixelFilter filter(o.filter);
   j["--filter"] = filter_name(filter.kind());
-  j["--filter-width"] = number(filter.width());
+  j["--filter-width"] = json_number(filter.width());
   j["--outliers"] = outliers_name(o.outliers);
 }
 
 void add_scene(const RenderOptions& o, const ResolvedPicture& resolved, json& j) {
   j["--scene"] = resolved.scene;
   j["--variant"] = resolved.variant;
-  j["--time"] = number(resolved.time_s); // and --frames
-  j["--shutter"] = nullptr;              // and --shutter-angle with --fps, or the camera's
-  if (resolved.shutter) j["--shutter"] = {number(resolved.shutter->open_s), number(resolved.shutter->close_s)};
+  j["--time"] = json_number(resolved.time_s); // and --frames
+  j["--shutter"] = nullptr;                   // and --shutter-angle with --fps, or the camera's
+  if (resolved.shutter)
+    j["--shutter"] = {json_number(resolved.shutter->open_s), json_number(resolved.shutter->close_s)};
   j["--camera"] = resolved.camera ? json(*resolved.camera) : json();
-  j["--orbit"] = vector(o.orbit);
-  j["--target"] = o.orbit ? vector(o.target) : json();
-  j["--fov"] = number(o.yfov_deg);
+  j["--orbit"] = json_vector(o.orbit);
+  j["--target"] = o.orbit ? json_vector(o.target) : json();
+  j["--fov"] = json_number(o.yfov_deg);
 }
 
 void add_lens(const LensOptions& o, json& j) {
-  j["--f-stop"] = o.pinhole ? json("none") : number(o.f_stop);
-  j["--focal-length"] = number(o.focal_length_mm);
-  j["--focus-distance"] = number(o.focus_distance_m);
+  j["--f-stop"] = o.pinhole ? json("none") : json_number(o.f_stop);
+  j["--focal-length"] = json_number(o.focal_length_mm);
+  j["--focus-distance"] = json_number(o.focus_distance_m);
   j["--focus-pixel"] = pixel(o.focus_pixel);
   j["--aperture-blades"] = o.blades ? json(*o.blades) : json();
-  j["--aperture-rotation"] = number(o.rotation_deg);
-  j["--anamorphic"] = number(o.anamorphic_ratio);
-  j["--cats-eye"] = number(o.cats_eye);
+  j["--aperture-rotation"] = json_number(o.rotation_deg);
+  j["--anamorphic"] = json_number(o.anamorphic_ratio);
+  j["--cats-eye"] = json_number(o.cats_eye);
 }
 
 void add_light(const RenderOptions& o, const ResolvedPicture& resolved, json& j) {
   const bool file = !o.env_file.empty();
   j["--env"] = file ? json(format_hash(resolved.environment_hash)) : json();
-  j["--env-rotation"] = file ? number(o.env_rotation_deg) : json();
-  j["--env-intensity"] = file || o.env_color ? number(o.env_intensity) : json();
+  j["--env-rotation"] = file ? json_number(o.env_rotation_deg) : json();
+  j["--env-intensity"] = file || o.env_color ? json_number(o.env_intensity) : json();
   j["--env-color"] = color(o.env_color);
-  j["--light-radius"] = number(o.lights.radius_m);
-  j["--sun-angle"] = number(o.lights.sun_angle_deg);
+  j["--light-radius"] = json_number(o.lights.radius_m);
+  j["--sun-angle"] = json_number(o.lights.sun_angle_deg);
   const IntegratorSettings& s = o.integrator;
   j["--background"] = s.transparent_background ? json("transparent") : s.background ? color(s.background) : json("env");
 }
@@ -109,11 +112,11 @@ void add_transport(const RenderOptions& o, json& j) {
   j["--max-glossy-bounces"] = s.max_glossy_bounces;
   j["--max-transmission-bounces"] = s.max_transmission_bounces;
   j["--roulette-start"] = s.roulette_start_bounce;
-  j["--clamp-direct"] = number(s.clamp_direct);
-  j["--clamp-indirect"] = number(s.clamp_indirect);
+  j["--clamp-direct"] = json_number(s.clamp_direct);
+  j["--clamp-indirect"] = json_number(s.clamp_indirect);
   j["--caustics"] = caustics_name(s.caustics);
   j["--guiding"] = guiding_name(o.guiding);
-  j["--ao-distance"] = number(s.ao_distance_m);
+  j["--ao-distance"] = json_number(s.ao_distance_m);
   j["--accel"] = accelerator_identity(o.accelerator);
   j["--accel-quality"] = quality_name(o.quality);
 }

@@ -212,8 +212,6 @@ void add_report_flags(FlagSet& flags, RenderOptions& o) {
   flags.toggle("-v,--verbose", "Print details too", o.verbose);
 }
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 } // namespace
 
 void add_render_flags(FlagSet& flags, RenderOptions& options) {
@@ -235,20 +233,21 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
 
 Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.scene_file.empty())
-    return usage("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
+    return usage_error("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
   if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
   if (Result<void> checked = check_lens_flags(flags, o.lens); !checked.ok()) return checked;
   if (Result<void> checked = check_shutter_flags(flags, o); !checked.ok()) return checked;
   if (Result<void> checked = check_frame_flags(flags, o); !checked.ok()) return checked;
-  if (flags.given("--sample") && !o.replay_pixel) return usage("--sample: has no meaning without --pixel");
+  if (flags.given("--sample") && !o.replay_pixel) return usage_error("--sample: has no meaning without --pixel");
   if (flags.given("--min-spp") && !o.adaptive.enabled())
-    return usage("--min-spp: has no meaning without --noise-threshold above 0");
+    return usage_error("--min-spp: has no meaning without --noise-threshold above 0");
   if (o.adaptive.enabled() && o.adaptive.min_samples_per_pixel > o.samples_per_pixel())
-    return usage(fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use more --spp or fewer --min-spp",
-                             o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
+    return usage_error(
+        fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use more --spp or fewer --min-spp",
+                    o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
   if (Result<void> checked = check_part_flags(o); !checked.ok()) return checked;
   if (Result<void> checked = check_checkpoint_flags(flags, o); !checked.ok()) return checked;
-  if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
+  if (o.quiet && o.verbose) return usage_error("--quiet and --verbose: give one of them");
 
   IntegratorSettings& s = o.integrator;
   if (Result<void> applied = apply_whitted_flags(flags, o); !applied.ok()) return applied;
@@ -292,15 +291,16 @@ Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) 
   for (const char* name :
        {"--list-cameras", "--list-scenes", "--list-variants", "--list-extensions", "--extension-table"})
     topics += flags.given(name) ? 1 : 0;
-  if (topics > 1) return usage("give one --list-... flag or --extension-table at a time");
+  if (topics > 1) return usage_error("give one --list-... flag or --extension-table at a time");
   if (options.scene_file.empty() && options.topic != InfoTopic::extensions &&
       options.topic != InfoTopic::extension_table)
-    return usage("no scene and no .kacc file; use 'kindling info FILE' with a .gltf, .glb or .kacc file, or "
-                 "--list-extensions");
+    return usage_error("no scene and no .kacc file; use 'kindling info FILE' with a .gltf, .glb or .kacc file, or "
+                       "--list-extensions");
   if (!names_accumulation(options.scene_file)) return {};
   for (const std::string& name : flags.names())
     if (name != "--json" && name != "--threads" && flags.given(name))
-      return usage(fmt::format("{}: has no meaning with {}, which is no scene", name, options.scene_file.string()));
+      return usage_error(
+          fmt::format("{}: has no meaning with {}, which is no scene", name, options.scene_file.string()));
   return {};
 }
 

@@ -24,7 +24,7 @@ namespace kindling::app {
 
 namespace {
 
-Result<void> print(const std::string& text) {
+Result<void> print_result(const std::string& text) {
   std::string reason;
   if (write_standard_output(text, reason)) return {};
   return Error{ErrorKind::input_output, "standard output: " + reason};
@@ -81,7 +81,8 @@ class Picture {
     const Result<ReplayedSample> sample =
         replay_sample(*stage_.world, *stage_.camera, settings_, *options_.replay_pixel, options_.replay_sample);
     if (!sample.ok()) return sample.error();
-    if (Result<void> printed = print(format_replay(sample.value(), *options_.replay_pixel, options_.replay_sample));
+    if (Result<void> printed =
+            print_result(format_replay(sample.value(), *options_.replay_pixel, options_.replay_sample));
         !printed.ok())
       return printed.error();
     return PictureResult{};
@@ -152,7 +153,7 @@ class Picture {
     report_.outputs = std::move(written.files);
     std::string names; // after the status line is gone: both streams may be the same terminal
     for (const std::string& output : report_.outputs) names += output + "\n";
-    const Result<void> printed = print(names);
+    const Result<void> printed = print_result(names);
     return written.first_error ? Result<void>(*written.first_error) : printed;
   }
 

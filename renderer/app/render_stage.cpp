@@ -10,6 +10,7 @@
 #include "renderer/app/process_info.h"
 #include "renderer/app/report.h"
 #include "renderer/app/shutter_flags.h"
+#include "renderer/app/stopwatch.h"
 #include "renderer/scene/animated_members.h"
 #include "renderer/world/world_sequence.h"
 
@@ -17,16 +18,11 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 namespace kindling::app {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 Result<PlacedCamera> fit_own_camera(const World& world, const V2i& size_px, const RenderOptions& options) {
   const float aspect = static_cast<float>(size_px.x) / static_cast<float>(size_px.y);

@@ -49,12 +49,11 @@ void add_resume_flags(FlagSet& flags, ResumeOptions& o) {
 }
 
 Result<void> check_resume_flags(const FlagSet& /*flags*/, const ResumeOptions& o) {
-  const auto usage = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
-  if (o.file.empty()) return usage("no checkpoint; use 'kindling resume FILE.kacc'");
+  if (o.file.empty()) return usage_error("no checkpoint; use 'kindling resume FILE.kacc'");
   if (o.file.extension() != kAccumulationExtension)
-    return usage(
+    return usage_error(
         fmt::format("{}: is not the name of a checkpoint; it must end in {}", o.file.string(), kAccumulationExtension));
-  if (o.quiet && o.verbose) return usage("--quiet and --verbose: give one of them");
+  if (o.quiet && o.verbose) return usage_error("--quiet and --verbose: give one of them");
   return {};
 }
 

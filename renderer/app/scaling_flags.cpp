@@ -154,11 +154,11 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& o) {
 }
 
 Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& o) {
-  const auto usage = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
-  if (o.scene_files.empty()) return usage("no scene; use 'kindling scaling SCENE... [flags]' with .gltf or .glb files");
+  if (o.scene_files.empty())
+    return usage_error("no scene; use 'kindling scaling SCENE... [flags]' with .gltf or .glb files");
   o.picture.scene_file = o.scene_files.front();
   if (Result<void> checked = check_render_flags(flags, o.picture); !checked.ok()) return checked;
-  if (flags.given("--spp") && flags.given("--seconds")) return usage("--spp and --seconds: give one of them");
+  if (flags.given("--spp") && flags.given("--seconds")) return usage_error("--spp and --seconds: give one of them");
   // The preset of a Whitted tracer has an accelerator of its own.
   if (o.picture.tracer && !flags.given("--accel")) {
     o.accelerators.resize(1);
@@ -167,13 +167,13 @@ Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& o) {
   if (o.quick && !flags.given("--repeat")) o.repeat = 1;
   // How many samples adaptive sampling takes is its own affair.
   const bool counted = flags.given("--spp") || o.picture.adaptive.enabled();
-  if (counted && flags.given("--seconds")) return usage("--seconds: has no meaning with --noise-threshold");
+  if (counted && flags.given("--seconds")) return usage_error("--seconds: has no meaning with --noise-threshold");
   if (!counted && !o.seconds) o.seconds = o.quick ? kQuickSeconds : kSeconds;
   const std::array files{&o.json_file, &o.csv_file, &o.svg_file};
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t j = 0; j < i; ++j)
       if (!files[i]->empty() && files[i]->lexically_normal() == files[j]->lexically_normal())
-        return usage(fmt::format("{}: two reports cannot have one name", files[i]->string()));
+        return usage_error(fmt::format("{}: two reports cannot have one name", files[i]->string()));
   return {};
 }
 

@@ -42,7 +42,7 @@ Json render_json(const AcceleratorScaling& accelerator, const RenderRow& row) {
   return json;
 }
 
-Json accelerator_json(const ScalingReport& report, const AcceleratorScaling& accelerator) {
+Json scaling_accelerator_json(const ScalingReport& report, const AcceleratorScaling& accelerator) {
   Json json = {{"name", accelerator.variant.name()},
                {"description", accel::kind_description(accelerator.variant.kind)},
                {"memory_bytes", accelerator.accelerator_bytes}};
@@ -71,7 +71,7 @@ Json phases_json(const SceneScaling& scene) {
   return json;
 }
 
-Json scene_json(const ScalingReport& report, const SceneScaling& scene) {
+Json scaling_scene_json(const ScalingReport& report, const SceneScaling& scene) {
   Json json;
   json["file"] = scene.file;
   json["width"] = scene.size_px.x;
@@ -85,7 +85,7 @@ Json scene_json(const ScalingReport& report, const SceneScaling& scene) {
                     {"film_bytes", scene.film_bytes}};
   json["accelerators"] = Json::array();
   for (const AcceleratorScaling& accelerator : scene.accelerators)
-    json["accelerators"].push_back(accelerator_json(report, accelerator));
+    json["accelerators"].push_back(scaling_accelerator_json(report, accelerator));
   json["preparation"] = phases_json(scene);
   json["mismatches"] = Json::array();
   for (const PictureMismatch& m : find_mismatches(scene))
@@ -110,7 +110,7 @@ std::string format_scaling_json(const ScalingReport& report) {
   json["repeat"] = report.repeat;
   json["interrupted"] = report.interrupted;
   json["scenes"] = Json::array();
-  for (const SceneScaling& scene : report.scenes) json["scenes"].push_back(scene_json(report, scene));
+  for (const SceneScaling& scene : report.scenes) json["scenes"].push_back(scaling_scene_json(report, scene));
   json["summary"] = Json::array();
   for (const EfficiencySummary& s : summarize_scenes(report))
     json["summary"].push_back({{"accelerator", s.accelerator},

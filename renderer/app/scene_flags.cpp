@@ -70,16 +70,16 @@ void add_size_flag(FlagSet& flags, RenderOptions& o) {
 }
 
 Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& o) {
-  const auto usage = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
-  if (flags.given("--env") && flags.given("--env-color")) return usage("--env and --env-color: give one of them");
+  if (flags.given("--env") && flags.given("--env-color")) return usage_error("--env and --env-color: give one of them");
   if (flags.given("--env-rotation") && !flags.given("--env"))
-    return usage("--env-rotation: has no meaning without --env");
+    return usage_error("--env-rotation: has no meaning without --env");
   if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))
-    return usage("--env-intensity: has no meaning without --env or --env-color");
-  if (flags.given("--orbit") && flags.given("--camera")) return usage("--orbit and --camera: give one of them");
-  if (flags.given("--target") && !flags.given("--orbit")) return usage("--target: has no meaning without --orbit");
+    return usage_error("--env-intensity: has no meaning without --env or --env-color");
+  if (flags.given("--orbit") && flags.given("--camera")) return usage_error("--orbit and --camera: give one of them");
+  if (flags.given("--target") && !flags.given("--orbit"))
+    return usage_error("--target: has no meaning without --orbit");
   if (o.orbit && o.orbit->z < 0.0f)
-    return usage(fmt::format("--orbit: the radius {:g} is negative; use 0 or more", o.orbit->z));
+    return usage_error(fmt::format("--orbit: the radius {:g} is negative; use 0 or more", o.orbit->z));
   return {};
 }
 

@@ -74,18 +74,17 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
 }
 
 Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& o) {
-  const auto usage = [](std::string message) { return Error{ErrorKind::usage, std::move(message)}; };
   if (o.scene_files.empty())
-    return usage("no scene; use 'kindling shootout SCENE... [flags]' with .gltf or .glb files");
+    return usage_error("no scene; use 'kindling shootout SCENE... [flags]' with .gltf or .glb files");
   if (!o.rays_file.empty() && o.scene_files.size() > 1)
-    return usage(fmt::format("--rays: a file holds the rays of one scene; {} are given", o.scene_files.size()));
-  if (flags.given("--heat-map") && o.html_file.empty()) return usage("--heat-map: has no meaning without --html");
-  if (o.view.quiet && o.view.verbose) return usage("--quiet and --verbose: give one of them");
+    return usage_error(fmt::format("--rays: a file holds the rays of one scene; {} are given", o.scene_files.size()));
+  if (flags.given("--heat-map") && o.html_file.empty()) return usage_error("--heat-map: has no meaning without --html");
+  if (o.view.quiet && o.view.verbose) return usage_error("--quiet and --verbose: give one of them");
   const std::array files{&o.json_file, &o.csv_file, &o.html_file, &o.rays_file};
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t j = 0; j < i; ++j)
       if (!files[i]->empty() && files[i]->lexically_normal() == files[j]->lexically_normal())
-        return usage(fmt::format("{}: two reports cannot have one name", files[i]->string()));
+        return usage_error(fmt::format("{}: two reports cannot have one name", files[i]->string()));
   if (o.isa) limit_instruction_set(o.accelerators, *o.isa);
   return check_scene_flags(flags, o.view);
 }

@@ -15,7 +15,7 @@ namespace kindling::app {
 
 namespace {
 
-constexpr std::string_view kHead = R"(<!DOCTYPE html>
+constexpr std::string_view kPageHead = R"(<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
@@ -49,7 +49,7 @@ std::string per(size_t a, size_t b) {
   return a > 0 && b > 0 ? fmt::format("{:.2f}", static_cast<double>(a) / static_cast<double>(b)) : "-";
 }
 
-std::string build_table(const ShootoutReport& report, const SceneResult& scene) {
+std::string build_table_html(const ShootoutReport& report, const SceneResult& scene) {
   std::string text =
       "<h3>Builds</h3>\n<table>\n" +
       row({"accelerator", "1 thread", fmt::format("{} threads", report.build_threads), "kernels", "memory",
@@ -89,7 +89,7 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
   return draw_bars(chart);
 }
 
-std::string speed_table(const SceneResult& scene) {
+std::string speed_table_html(const SceneResult& scene) {
   std::vector<std::string> heading{"rays, call", "hits"};
   for (const AcceleratorResult& a : scene.accelerators) heading.push_back(a.variant.name());
   std::string text = "<h3>Million rays per second, and times the first</h3>\n<table>\n" + row(heading, "th");
@@ -202,7 +202,7 @@ std::string leaf_sizes(const SceneResult& scene) {
   return text;
 }
 
-std::string cost_table(const SceneResult& scene) {
+std::string cost_table_html(const SceneResult& scene) {
   std::string rows;
   for (const AcceleratorResult& a : scene.accelerators)
     for (size_t set = 0; set < a.costs.size(); ++set)
@@ -224,7 +224,7 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
   text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
           bars(scene, [](CallForm form) { return form == CallForm::batch; });
   text += "<h3>Coherent calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::coherent; });
-  return text + speed_table(scene) + build_table(report, scene) + leaf_sizes(scene) + cost_table(scene) +
+  return text + speed_table_html(scene) + build_table_html(report, scene) + leaf_sizes(scene) + cost_table_html(scene) +
          disagreement_table(scene) + all_heat_maps(scene);
 }
 
@@ -250,7 +250,7 @@ std::string build_plot(const ShootoutReport& report) {
 } // namespace
 
 std::string format_shootout_html(const ShootoutReport& report) {
-  std::string text(kHead);
+  std::string text(kPageHead);
   text += fmt::format("<h1>Kindling shootout</h1>\n<p>Kindling {}, {}{}{}.<br><code>{}</code></p>\n", version(),
                       escape_html(compiler()), report.processor.empty() ? "" : "; ", escape_html(report.processor),
                       escape_html(report.command_line));

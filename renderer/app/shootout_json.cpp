@@ -36,7 +36,7 @@ Json comparisons_json(const std::vector<EmbreeComparison>& comparisons) {
   return json;
 }
 
-Json accelerator_json(const SceneResult& scene, size_t index) {
+Json race_accelerator_json(const SceneResult& scene, size_t index) {
   const AcceleratorResult& a = scene.accelerators[index];
   const accel::Statistics& s = a.build.statistics;
   Json json;
@@ -84,7 +84,7 @@ Json accelerator_json(const SceneResult& scene, size_t index) {
   return json;
 }
 
-Json scene_json(const SceneResult& scene) {
+Json race_scene_json(const SceneResult& scene) {
   Json json;
   json["file"] = scene.file;
   json["geometry_hash"] = format_hash(scene.geometry_hash);
@@ -100,7 +100,8 @@ Json scene_json(const SceneResult& scene) {
                             {"count", set.ray_count},
                             {"hits", set.hit_count}});
   json["accelerators"] = Json::array();
-  for (size_t a = 0; a < scene.accelerators.size(); ++a) json["accelerators"].push_back(accelerator_json(scene, a));
+  for (size_t a = 0; a < scene.accelerators.size(); ++a)
+    json["accelerators"].push_back(race_accelerator_json(scene, a));
   json["against_embree"] = comparisons_json(compare_with_embree(scene));
   return json;
 }
@@ -120,7 +121,7 @@ std::string format_shootout_json(const ShootoutReport& report) {
   json["build_repeat"] = report.build_repeat;
   json["batch_size"] = report.batch_size;
   json["scenes"] = Json::array();
-  for (const SceneResult& scene : report.scenes) json["scenes"].push_back(scene_json(scene));
+  for (const SceneResult& scene : report.scenes) json["scenes"].push_back(race_scene_json(scene));
   json["against_embree"] = comparisons_json(compare_with_embree(report));
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

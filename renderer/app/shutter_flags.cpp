@@ -16,17 +16,16 @@ namespace kindling::app {
 
 namespace {
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 Result<void> set_interval(std::string_view text, std::optional<Shutter>& target) {
-  const Error wrong = usage(fmt::format("'{}' is not an interval; use OPEN,CLOSE in seconds, such as 0,0.02", text));
+  const Error wrong =
+      usage_error(fmt::format("'{}' is not an interval; use OPEN,CLOSE in seconds, such as 0,0.02", text));
   const Result<std::vector<std::string>> parts = parse_list(text);
   if (!parts.ok() || parts.value().size() != 2) return wrong;
   const Result<double> open = parse_number(parts.value()[0]), close = parse_number(parts.value()[1]);
   if (!open.ok() || !close.ok()) return wrong;
   if (close.value() < open.value())
-    return usage(fmt::format("closes at {:g} s, before it opens at {:g} s; use OPEN,CLOSE in this order", close.value(),
-                             open.value()));
+    return usage_error(fmt::format("closes at {:g} s, before it opens at {:g} s; use OPEN,CLOSE in this order",
+                                   close.value(), open.value()));
   target = Shutter{open.value(), close.value()};
   return {};
 }
@@ -46,11 +45,11 @@ void add_shutter_flags(FlagSet& flags, RenderOptions& o) {
 
 Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& /*options*/) {
   if (flags.given("--shutter") && flags.given("--shutter-angle"))
-    return usage("--shutter and --shutter-angle: give one of them");
+    return usage_error("--shutter and --shutter-angle: give one of them");
   if (flags.given("--fps") && !flags.given("--shutter-angle") && !flags.given("--frames"))
-    return usage("--fps: has no meaning without --shutter-angle or --frames");
+    return usage_error("--fps: has no meaning without --shutter-angle or --frames");
   if (flags.given("--shutter-angle") && !flags.given("--fps") && !flags.given("--frames"))
-    return usage("--shutter-angle: needs --fps, the frames per second");
+    return usage_error("--shutter-angle: needs --fps, the frames per second");
   return {};
 }
 

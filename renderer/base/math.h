@@ -41,6 +41,9 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 [[nodiscard]] inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
 [[nodiscard]] inline float max_component(const V3f& v) { return std::max(v.x, std::max(v.y, v.z)); }
 [[nodiscard]] inline float min_component(const V3f& v) { return std::min(v.x, std::min(v.y, v.z)); }
+[[nodiscard]] inline float max_abs(const V3f& v) {
+  return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+}
 [[nodiscard]] inline bool is_black(const Rgb& c) { return c.x == 0.0f && c.y == 0.0f && c.z == 0.0f; }
 [[nodiscard]] inline bool is_finite(const V3f& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

@@ -23,6 +23,8 @@ struct Error {
   std::string message;
 };
 
+[[nodiscard]] inline Error usage_error(std::string message) { return {ErrorKind::usage, std::move(message)}; }
+
 template <typename T>
 class [[nodiscard]] Result {
  public:

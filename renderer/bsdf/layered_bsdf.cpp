@@ -17,7 +17,9 @@ BsdfParameters in_range(BsdfParameters p) {
 }
 
 // NaN to the default.
-float clamped(float x, float low, float high, float otherwise) { return x == x ? std::clamp(x, low, high) : otherwise; }
+float clamped_number(float x, float low, float high, float otherwise) {
+  return x == x ? std::clamp(x, low, high) : otherwise;
+}
 
 LayerParameters in_range(LayerParameters l) {
   const LayerParameters standard;
@@ -26,11 +28,11 @@ LayerParameters in_range(LayerParameters l) {
   const float length = l.clearcoat_normal.length();
   l.clearcoat_normal = length > 0.0f && length < kInfinity ? l.clearcoat_normal / length : standard.clearcoat_normal;
   l.sheen_color = saturate(l.sheen_color);
-  l.sheen_roughness = clamped(l.sheen_roughness, kMinSheenRoughness, 1.0f, kMinSheenRoughness);
+  l.sheen_roughness = clamped_number(l.sheen_roughness, kMinSheenRoughness, 1.0f, kMinSheenRoughness);
   l.anisotropy = saturate(l.anisotropy);
   l.iridescence = saturate(l.iridescence);
-  l.iridescence_ior = clamped(l.iridescence_ior, 1.0f, 5.0f, standard.iridescence_ior);
-  l.iridescence_thickness_nm = clamped(l.iridescence_thickness_nm, 0.0f, 1e5f, 0.0f);
+  l.iridescence_ior = clamped_number(l.iridescence_ior, 1.0f, 5.0f, standard.iridescence_ior);
+  l.iridescence_thickness_nm = clamped_number(l.iridescence_thickness_nm, 0.0f, 1e5f, 0.0f);
   l.transmission = saturate(l.transmission);
   l.diffuse_transmission = saturate(l.diffuse_transmission);
   l.diffuse_transmission_color = saturate(l.diffuse_transmission_color);

@@ -35,15 +35,15 @@ struct Lobe {
 };
 
 constexpr double kTwoPiPerNm = 2.0 * std::numbers::pi * 1e-9;
-constexpr Lobe lobe(double value_times_root, double position, double variance) {
+constexpr Lobe observer_lobe(double value_times_root, double position, double variance) {
   return {static_cast<float>(value_times_root / 1.0685e-7), static_cast<float>(position * 1e-9),
           static_cast<float>(variance * kTwoPiPerNm * kTwoPiPerNm)};
 }
 // val * sqrt(2 pi var), computed once: the root is not constexpr.
-constexpr Lobe kX = lobe(9.04581417e-08, 1.6810e+06, 4.3278e+09);
-constexpr Lobe kY = lobe(1.06873709e-07, 1.7953e+06, 9.3046e+09);
-constexpr Lobe kZ = lobe(1.06969938e-07, 2.2084e+06, 6.6121e+09);
-constexpr Lobe kX2 = lobe(1.64408286e-08, 2.2399e+06, 4.5282e+09);
+constexpr Lobe kX = observer_lobe(9.04581417e-08, 1.6810e+06, 4.3278e+09);
+constexpr Lobe kY = observer_lobe(1.06873709e-07, 1.7953e+06, 9.3046e+09);
+constexpr Lobe kZ = observer_lobe(1.06969938e-07, 2.2084e+06, 6.6121e+09);
+constexpr Lobe kX2 = observer_lobe(1.64408286e-08, 2.2399e+06, 4.5282e+09);
 
 // For the first two harmonics of the optical path difference: the cosine of the phase and what is left of the amplitude.
 struct Harmonics {

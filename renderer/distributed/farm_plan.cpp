@@ -21,7 +21,7 @@ std::vector<std::string> strings_of(const std::vector<std::filesystem::path>& pa
   return {paths.begin(), paths.end()};
 }
 
-nlohmann::ordered_json to_json(const FarmPlan& plan) {
+nlohmann::ordered_json plan_json(const FarmPlan& plan) {
   nlohmann::ordered_json json;
   json["version"] = kPlanVersion;
   json["program"] = plan.program;
@@ -125,7 +125,7 @@ Result<void> write_new_plan(const FarmPlan& plan) {
       return Error{ErrorKind::input_output,
                    fmt::format("{}: cannot be made: {}", (plan.folder / name).string(), error.message())};
   }
-  return write_json_file(file, to_json(plan));
+  return write_json_file(file, plan_json(plan));
 }
 
 Result<FarmPlan> read_plan(const std::filesystem::path& folder) {

@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <system_error>
 
 namespace kindling {
 
@@ -23,7 +25,7 @@ AttemptOutcome outcome_from_name(std::string_view name) {
                                       : static_cast<AttemptOutcome>(found - kOutcomeNames.begin());
 }
 
-nlohmann::ordered_json to_json(const FarmAttempt& attempt) {
+nlohmann::ordered_json attempt_json(const FarmAttempt& attempt) {
   return {{"host", attempt.host},
           {"start_s", attempt.start_s},
           {"end_s", attempt.end_s},
@@ -84,6 +86,13 @@ std::string describe_failure(const FarmAttempt& attempt) {
 }
 
 } // namespace
+
+double now_s() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::exists(path, error);
+}
 
 std::string_view outcome_name(AttemptOutcome outcome) { return kOutcomeNames[static_cast<size_t>(outcome)]; }
 
@@ -151,7 +160,7 @@ Result<TaskRecord> read_task_record(const std::filesystem::path& path) {
 Result<void> write_task_record(const std::filesystem::path& path, const TaskRecord& record) {
   nlohmann::ordered_json json;
   json["attempts"] = nlohmann::ordered_json::array();
-  for (const FarmAttempt& attempt : record.attempts) json["attempts"].push_back(to_json(attempt));
+  for (const FarmAttempt& attempt : record.attempts) json["attempts"].push_back(attempt_json(attempt));
   json["poisoned"] = record.poisoned;
   return write_json_file(path, json);
 }

@@ -13,6 +13,11 @@
 
 namespace kindling {
 
+// Seconds since 1970, as records have them.
+[[nodiscard]] double now_s();
+// False as well where that cannot be known.
+[[nodiscard]] bool is_there(const std::filesystem::path& path);
+
 enum class AttemptOutcome {
   running,     // or lost without a word; the next attempt, or the engine, tells
   done,        // the part is there

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <csignal>
 
 namespace kindling {
@@ -17,13 +16,6 @@ namespace {
 
 // How often the progress of a render goes to its record.
 constexpr double kRecordInterval_s = 2.0;
-
-double now_s() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
-bool is_there(const std::filesystem::path& path) {
-  std::error_code error;
-  return std::filesystem::exists(path, error);
-}
 
 void remove_checkpoint(const FarmPlan& plan, const FarmTask& task) {
   std::error_code error;

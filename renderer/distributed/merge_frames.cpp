@@ -6,18 +6,9 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-
 namespace kindling {
 
 namespace {
-
-double now_s() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
-bool is_there(const std::filesystem::path& path) {
-  std::error_code error;
-  return std::filesystem::exists(path, error);
-}
 
 // Why a part is not there, and where to read more.
 std::string describe_absence(const FarmPlan& plan, const FarmTask& task) {

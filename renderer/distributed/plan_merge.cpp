@@ -15,8 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 bool inside(const PixelRect& inner, const PixelRect& outer) {
   return inner.min.x >= outer.min.x && inner.min.y >= outer.min.y && inner.max.x <= outer.max.x &&
          inner.max.y <= outer.max.y;
@@ -105,15 +103,15 @@ class Whole {
           const SampleSpan both{std::max(span.first, theirs.first), std::min(span.end, theirs.end)};
           if (both.empty()) continue;
           const PixelRect pixels = coverage_.block(index);
-          found = usage(file.path.string() + " and " + other.path.string() + " overlap: both have samples " +
-                        span_text(both) + " of pixel (" + std::to_string(pixels.min.x) + ", " +
-                        std::to_string(pixels.min.y) + ") but not the same ones in all; leave one of them out");
+          found = usage_error(file.path.string() + " and " + other.path.string() + " overlap: both have samples " +
+                              span_text(both) + " of pixel (" + std::to_string(pixels.min.x) + ", " +
+                              std::to_string(pixels.min.y) + ") but not the same ones in all; leave one of them out");
           return;
         }
       });
       if (found) return *found;
     }
-    return usage(file.path.string() + ": has samples " + span_text(span) + " twice");
+    return usage_error(file.path.string() + ": has samples " + span_text(span) + " twice");
   }
 
   Coverage coverage_;
@@ -151,7 +149,7 @@ Error other_picture(const File& file, const File& first, const std::vector<Pictu
     text += (i > 0 ? "; " : "") + what + ": " + here + " and " + there;
   }
   if (differences.size() > kMostNamed) text += "; and " + std::to_string(differences.size() - kMostNamed) + " more";
-  return usage(std::move(text));
+  return usage_error(std::move(text));
 }
 
 // The merged picture is asked for as the first part was, in an order that is not that of the files.
@@ -184,7 +182,7 @@ PartCounts part_counts(std::span<const File> files) {
 } // namespace
 
 Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs::path> outputs) {
-  if (files.empty()) return usage("no parts; use 'kindling merge PART.kacc... -o OUT'");
+  if (files.empty()) return usage_error("no parts; use 'kindling merge PART.kacc... -o OUT'");
   MergePlan plan;
   std::vector<fs::path> wanted;
   std::set<std::string> seen; // with links resolved
@@ -238,7 +236,7 @@ Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs
       parts.push_back(std::move(file));
   }
 
-  if (!first) return usage(files.front().string() + ": is no part; there is nothing to merge");
+  if (!first) return usage_error(files.front().string() + ": is no part; there is nothing to merge");
   Whole whole(first->identity);
   for (size_t i = 0; i < parts.size(); ++i)
     if (Result<void> added = whole.add(parts[i], std::span(parts).first(i)); !added.ok()) return added.error();
@@ -250,7 +248,7 @@ Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs
     if (Result<void> added = whole.add(file, parts); !added.ok()) return added.error();
     parts.push_back(std::move(file));
   }
-  if (parts.empty()) return usage(files.front().string() + ": has no samples yet; there is nothing to merge");
+  if (parts.empty()) return usage_error(files.front().string() + ": has no samples yet; there is nothing to merge");
   plan.identity = merged_identity(parts);
   plan.gaps = find_gaps(whole.coverage(), plan.identity.crop, plan.identity.samples_per_pixel, part_counts(parts));
   for (File& file : parts) plan.parts.push_back(std::move(file.path));

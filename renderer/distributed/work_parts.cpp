@@ -12,8 +12,6 @@ namespace kindling {
 
 namespace {
 
-Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
-
 std::optional<uint32_t> parse_count(std::string_view text) {
   uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -49,7 +47,7 @@ Result<PartNumber> parse_part_number(std::string_view text) {
   const std::optional<uint32_t> count =
       slash == std::string_view::npos ? std::nullopt : parse_count(text.substr(slash + 1));
   if (!index || !count || *count < 1 || *count > kMostParts || *index < 1 || *index > *count)
-    return usage(std::string(1, '\'').append(text) + "' is not a part; use K/N with K from 1 to N, as in 3/8");
+    return usage_error(std::string(1, '\'').append(text) + "' is not a part; use K/N with K from 1 to N, as in 3/8");
   return PartNumber{*index, *count};
 }
 
@@ -59,9 +57,9 @@ std::string part_number_text(const PartNumber& part) {
 
 Result<SampleSpan> part_samples(uint32_t samples_per_pixel, const PartNumber& part) {
   if (part.count > samples_per_pixel)
-    return usage(std::to_string(part.count) + " parts of " + std::to_string(samples_per_pixel) +
-                 " samples per pixel: some would have none; use at most " + std::to_string(samples_per_pixel) +
-                 ", or parts of the pixels");
+    return usage_error(std::to_string(part.count) + " parts of " + std::to_string(samples_per_pixel) +
+                       " samples per pixel: some would have none; use at most " + std::to_string(samples_per_pixel) +
+                       ", or parts of the pixels");
   const auto begin = [&](uint64_t k) { return static_cast<uint32_t>(samples_per_pixel * k / part.count); };
   return SampleSpan{begin(part.index - 1), begin(part.index)};
 }
@@ -69,10 +67,10 @@ Result<SampleSpan> part_samples(uint32_t samples_per_pixel, const PartNumber& pa
 Result<PixelRect> tile_part_region(const PixelRect& crop, const PartNumber& part) {
   const std::vector<PixelRect> regions = make_regions(crop, static_cast<int>(part.count));
   if (std::any_of(regions.begin(), regions.end(), [](const PixelRect& region) { return region.empty(); }))
-    return usage(std::to_string(part.count) + " tile parts of " + std::to_string(crop.width()) + "x" +
-                 std::to_string(crop.height()) +
-                 " pixels: some would have none; use fewer, parts are of whole blocks of " +
-                 std::to_string(kBlockSize) + "x" + std::to_string(kBlockSize) + " pixels");
+    return usage_error(std::to_string(part.count) + " tile parts of " + std::to_string(crop.width()) + "x" +
+                       std::to_string(crop.height()) +
+                       " pixels: some would have none; use fewer, parts are of whole blocks of " +
+                       std::to_string(kBlockSize) + "x" + std::to_string(kBlockSize) + " pixels");
   return regions[part.index - 1];
 }
 

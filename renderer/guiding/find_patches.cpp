@@ -13,8 +13,8 @@ namespace {
 constexpr int kBins = 32;
 constexpr size_t kFewestHits = 16; // of a patch
 constexpr size_t kMostClusters = 4 * BrightPatches::kMost;
-constexpr double kLeft = 0.6;   // of the second moment, once the guide is in use: a guess
-constexpr size_t kApart = 2048; // hits: so many are worth a task
+constexpr double kLeft = 0.6;      // of the second moment, once the guide is in use: a guess
+constexpr size_t kTaskHits = 2048; // hits: so many are worth a task
 
 struct Split {
   double gain = 0.0;
@@ -143,7 +143,7 @@ class PatchFinder {
     cluster.cost = cost(size_of(cluster.box, normal_axis, least_side_), cluster.moment);
     std::array<Split, 3> splits;
     const auto try_axis = [&](int axis) { splits[static_cast<size_t>(axis)] = best_split(cluster, axis, normal_axis); };
-    if (hits.size() >= kApart) {
+    if (hits.size() >= kTaskHits) {
       tbb::parallel_for(0, 3, try_axis);
     } else {
       for (int axis = 0; axis < 3; ++axis) try_axis(axis);
@@ -196,7 +196,7 @@ class PatchFinder {
     Cluster& above = clusters_.emplace_back();
     const auto make_below = [&] { clusters_[index] = make_cluster(cluster.hits.first(count)); };
     const auto make_above = [&] { above = make_cluster(cluster.hits.subspan(count)); };
-    if (cluster.hits.size() >= kApart) {
+    if (cluster.hits.size() >= kTaskHits) {
       tbb::parallel_invoke(make_below, make_above);
     } else {
       make_below();

@@ -12,9 +12,9 @@ namespace {
 
 constexpr size_t kMostRecords = 256; // of a region
 constexpr uint32_t kDeepest = 24;
-constexpr size_t kApart = 8192;      // records: the halves of a region of so many are built at the same time
-constexpr double kAround = 32.0;     // records that the surroundings count for
-constexpr float kLeastShare = 0.05f; // nothing starves: what has not been seen may still be there
+constexpr size_t kTaskRecords = 8192; // records: the halves of a region of so many are built at the same time
+constexpr double kAround = 32.0;      // records that the surroundings count for
+constexpr float kLeastShare = 0.05f;  // nothing starves: what has not been seen may still be there
 
 // The noise of a sample of one kind, chosen with probability q, is moment / q: least for q in proportion to its root.
 LightShares shares_for(const std::array<double, kLightKinds>& moments) {
@@ -113,7 +113,7 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
       nodes_[node].split = split;
       nodes_[node].axis = axis;
       nodes_[node].next = children;
-      if (records.size() < kApart) {
+      if (records.size() < kTaskRecords) {
         build(children, records.first(left), means, depth + 1);
         build(children + 1, records.subspan(left), means, depth + 1);
         return;

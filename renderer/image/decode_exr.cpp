@@ -25,9 +25,7 @@ namespace imf = OPENEXR_IMF_NAMESPACE;
 using Imath::Box2i;
 
 constexpr float kHalfMax = 65504.0f;
-constexpr char kStreamName[] = "memory"; // stands in the library's messages; explain() takes it out again
-
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
+constexpr char kStreamName[] = "memory"; // stands in the library's messages; without_name() takes it out again
 
 class MemoryStream final : public imf::IStream {
  public:
@@ -49,7 +47,7 @@ class MemoryStream final : public imf::IStream {
 };
 
 // "Error reading pixel data from image file "memory". the file ends early": the last part says it.
-std::string explain(const char* message) {
+std::string without_name(const char* message) {
   std::string_view text(message);
   constexpr std::string_view kNamed = "\"memory\". ";
   if (const size_t at = text.find(kNamed); at != std::string_view::npos && at + kNamed.size() < text.size()) {
@@ -145,17 +143,18 @@ Result<Image> read_picture(Bytes bytes, const ImageLimits& limits) {
   std::vector<std::string> names = picture_channels(file.header(0).channels());
   while (names.empty() && index + 1 < part_count) names = picture_channels(file.header(++index).channels());
   if (names.empty()) {
-    return detail("its channels are " + join_names(file.header(0).channels()) + "; use R, G, B and perhaps A, or Y");
+    return detail_error("its channels are " + join_names(file.header(0).channels()) +
+                        "; use R, G, B and perhaps A, or Y");
   }
   const imf::Header& header = file.header(index);
   const Box2i window = header.dataWindow(), display = header.displayWindow();
-  if (const auto error = check_size(width_of(window), height_of(window), limits)) return detail(*error);
-  if (const auto error = check_size(width_of(display), height_of(display), limits)) return detail(*error);
+  if (const auto error = check_size(width_of(window), height_of(window), limits)) return detail_error(*error);
+  if (const auto error = check_size(width_of(display), height_of(display), limits)) return detail_error(*error);
 
   bool half_only = true;
   for (const std::string& name : names) {
     const imf::Channel& channel = header.channels()[name];
-    if (channel.xSampling != 1 || channel.ySampling != 1) return detail("its channel " + name + " is subsampled");
+    if (channel.xSampling != 1 || channel.ySampling != 1) return detail_error("its channel " + name + " is subsampled");
     half_only = half_only && channel.type == imf::HALF;
   }
   const PixelType type = half_only ? PixelType::f16 : PixelType::f32;
@@ -179,11 +178,11 @@ Result<Image> read_picture(Bytes bytes, const ImageLimits& limits) {
 } // namespace
 
 Result<Image> decode_exr(Bytes bytes, const ImageLimits& limits) {
-  if (const auto error = check_exr_headers(bytes, limits)) return detail(*error);
+  if (const auto error = check_exr_headers(bytes, limits)) return detail_error(*error);
   try {
     return read_picture(bytes, limits);
   } catch (const IEX_NAMESPACE::BaseExc& e) {
-    return detail(explain(e.what()));
+    return detail_error(without_name(e.what()));
   }
 }
 

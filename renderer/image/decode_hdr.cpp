@@ -13,8 +13,6 @@ namespace kindling::image_detail {
 
 namespace {
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 struct HdrHeader {
   int64_t width = 0;
   int64_t height = 0;
@@ -26,9 +24,9 @@ Result<HdrHeader> read_hdr_header(Bytes bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()),
                               std::min<size_t>(bytes.size(), size_t{1} << 16));
   const size_t end = text.find("\n\n");
-  if (end == std::string_view::npos) return detail("the file ends in its header");
+  if (end == std::string_view::npos) return detail_error("the file ends in its header");
   if (text.substr(0, end).find("FORMAT=32-bit_rle_xyze") != std::string_view::npos) {
-    return detail("its colours are XYZE; use RGBE");
+    return detail_error("its colours are XYZE; use RGBE");
   }
   std::string_view line = text.substr(end + 2);
   line = line.substr(0, line.find('\n'));
@@ -43,7 +41,7 @@ Result<HdrHeader> read_hdr_header(Bytes bytes) {
   };
   header.bottom_up = line.starts_with("+Y ");
   if (!read_number(header.bottom_up ? "+Y " : "-Y ", header.height) || !read_number(" +X ", header.width)) {
-    return detail("its resolution line is not '-Y height +X width'");
+    return detail_error("its resolution line is not '-Y height +X width'");
   }
   return header;
 }
@@ -69,9 +67,9 @@ void flip_rows(Image& image) {
 Result<Image> decode_hdr(Bytes bytes, const ImageLimits& limits) {
   const Result<HdrHeader> header = read_hdr_header(bytes);
   if (!header) return header.error();
-  if (const auto error = check_size(header.value().width, header.value().height, limits)) return detail(*error);
+  if (const auto error = check_size(header.value().width, header.value().height, limits)) return detail_error(*error);
   if (static_cast<uint64_t>(least_hdr_bytes(header.value())) > bytes.size()) {
-    return detail(
+    return detail_error(
         fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), header.value().width, header.value().height));
   }
   const Result<OiioModule>& module = oiio_module();
@@ -81,7 +79,7 @@ Result<Image> decode_hdr(Bytes bytes, const ImageLimits& limits) {
   char message[256] = "";
   if (module.value().decode_hdr(bytes.data(), bytes.size(), image.width, image.height,
                                 reinterpret_cast<float*>(image.pixels.data()), message, sizeof message) != 0) {
-    return detail(message);
+    return detail_error(message);
   }
   if (header.value().bottom_up) flip_rows(image);
   return image;

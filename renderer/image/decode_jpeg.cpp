@@ -110,20 +110,18 @@ bool read_jpeg_rows(JpegDecoder& decoder, unsigned char* pixels, size_t row_byte
   return true;
 }
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 } // namespace
 
 Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits) {
   JpegDecoder decoder;
   jpeg_decompress_struct& codec = decoder.codec;
   if (!read_jpeg_header(decoder, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size())) {
-    return detail(decoder.errors.message);
+    return detail_error(decoder.errors.message);
   }
-  if (const auto error = check_size(codec.image_width, codec.image_height, limits)) return detail(*error);
+  if (const auto error = check_size(codec.image_width, codec.image_height, limits)) return detail_error(*error);
   // Huffman codes spend at least one bit on each block of 64 pixels of the finest component.
   if (!codec.arith_code && uint64_t{codec.image_width} * codec.image_height / 512 > bytes.size()) {
-    return detail(
+    return detail_error(
         fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), codec.image_width, codec.image_height));
   }
 
@@ -138,9 +136,10 @@ Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits) {
   case JCS_CMYK:
   case JCS_YCCK: codec.out_color_space = JCS_CMYK; break;
   default:
-    return detail(fmt::format("it has {} components of unknown meaning; use grey, RGB or CMYK", codec.num_components));
+    return detail_error(
+        fmt::format("it has {} components of unknown meaning; use grey, RGB or CMYK", codec.num_components));
   }
-  if (!start_jpeg(decoder)) return detail(decoder.errors.message);
+  if (!start_jpeg(decoder)) return detail_error(decoder.errors.message);
 
   Image image =
       make_image(static_cast<int>(codec.output_width), static_cast<int>(codec.output_height), channels, PixelType::u8);
@@ -148,7 +147,7 @@ Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits) {
   const size_t row_bytes = static_cast<size_t>(image.width) * static_cast<size_t>(channels);
   if (!read_jpeg_rows(decoder, reinterpret_cast<unsigned char*>(image.pixels.data()), row_bytes,
                       cmyk_row.empty() ? nullptr : cmyk_row.data())) {
-    return detail(decoder.errors.message);
+    return detail_error(decoder.errors.message);
   }
   return image;
 }

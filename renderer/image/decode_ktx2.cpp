@@ -17,15 +17,13 @@ namespace kindling::image_detail {
 
 namespace {
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 // The blocks of the level. `buffer` holds them where they were compressed. A level too small for what it promises is
 // refused before memory is asked for: deflate shrinks at most 1032 : 1, Zstandard to 4 bytes for each 128 KiB.
 Result<Bytes> inflate_level(const Ktx2Texture& texture, std::vector<std::byte>& buffer) {
   if (texture.supercompression == Ktx2Supercompression::none) return texture.level;
   const bool zlib = texture.supercompression == Ktx2Supercompression::zlib;
   if (texture.inflated_bytes / (zlib ? 1032 : 32768) > texture.level.size()) {
-    return detail(
+    return detail_error(
         fmt::format("{} bytes cannot hold {} x {} pixels", texture.level.size(), texture.width, texture.height));
   }
   buffer.resize(texture.inflated_bytes);
@@ -34,16 +32,16 @@ Result<Bytes> inflate_level(const Ktx2Texture& texture, std::vector<std::byte>& 
     uLongf size = buffer.size();
     const int status = uncompress(reinterpret_cast<Bytef*>(buffer.data()), &size,
                                   reinterpret_cast<const Bytef*>(texture.level.data()), texture.level.size());
-    if (status != Z_OK) return detail("its zlib data are corrupt");
+    if (status != Z_OK) return detail_error("its zlib data are corrupt");
     written = size;
   } else {
     written = ZSTD_decompress(buffer.data(), buffer.size(), texture.level.data(), texture.level.size());
     if (ZSTD_isError(written) != 0) {
-      return detail(fmt::format("its Zstandard data are corrupt ({})", ZSTD_getErrorName(written)));
+      return detail_error(fmt::format("its Zstandard data are corrupt ({})", ZSTD_getErrorName(written)));
     }
   }
   if (written != buffer.size()) {
-    return detail(fmt::format("its level 0 has {} bytes, {} were promised", written, buffer.size()));
+    return detail_error(fmt::format("its level 0 has {} bytes, {} were promised", written, buffer.size()));
   }
   return Bytes(buffer);
 }
@@ -87,7 +85,7 @@ Result<Image> decode_uastc(const Ktx2Texture& texture) {
     for (uint32_t x = 0; x < texture.blocks_x(); ++x, at += 16) {
       BlockTexels texels;
       if (!decode_uastc_block(blocks.value().subspan(at).first<16>(), texels)) {
-        return detail(fmt::format("its UASTC block ({}, {}) is not a valid one", x, y));
+        return detail_error(fmt::format("its UASTC block ({}, {}) is not a valid one", x, y));
       }
       if (texture.channels == Ktx2Channels::green_from_alpha) {
         for (auto& texel : texels) texel = {texel[0], texel[3], 0, 255};
@@ -108,8 +106,8 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
   const auto slice = [&](const Etc1sSliceRange& range) -> Result<Bytes> {
     if (range.length == 0 || range.offset > texture.level.size() ||
         range.length > texture.level.size() - range.offset) {
-      return detail(fmt::format("its slice ({} bytes at {}) does not lie in level 0 of {} bytes", range.length,
-                                range.offset, texture.level.size()));
+      return detail_error(fmt::format("its slice ({} bytes at {}) does not lie in level 0 of {} bytes", range.length,
+                                      range.offset, texture.level.size()));
     }
     return texture.level.subspan(range.offset, range.length);
   };
@@ -136,10 +134,10 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
     });
   };
   if (!decode_etc1s_slice(color.value(), data, texture.blocks_x(), texture.blocks_y(), write_color)) {
-    return detail("its ETC1S slice is corrupt");
+    return detail_error("its ETC1S slice is corrupt");
   }
   if (second_slice && !decode_etc1s_slice(alpha.value(), data, texture.blocks_x(), texture.blocks_y(), write_alpha)) {
-    return detail("its second ETC1S slice is corrupt");
+    return detail_error("its second ETC1S slice is corrupt");
   }
   return image;
 }
@@ -149,7 +147,7 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
 Result<Image> decode_ktx2(Bytes bytes, const ImageLimits& limits) {
   const Result<Ktx2Texture> texture = parse_ktx2(bytes);
   if (!texture) return texture.error();
-  if (const auto error = check_size(texture.value().width, texture.value().height, limits)) return detail(*error);
+  if (const auto error = check_size(texture.value().width, texture.value().height, limits)) return detail_error(*error);
   return texture.value().payload == Ktx2Payload::uastc ? decode_uastc(texture.value()) : decode_etc1s(texture.value());
 }
 

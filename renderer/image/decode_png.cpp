@@ -25,13 +25,13 @@ struct PngSource {
   char message[160];
 };
 
-[[noreturn]] void on_png_error(png_structp png, png_const_charp message) {
+[[noreturn]] void on_read_error(png_structp png, png_const_charp message) {
   auto* source = static_cast<PngSource*>(png_get_error_ptr(png));
   std::snprintf(source->message, sizeof source->message, "%s", message);
   std::longjmp(source->jump, 1);
 }
 
-void on_png_warning(png_structp, png_const_charp) {}
+void on_read_warning(png_structp, png_const_charp) {}
 
 void read_png_bytes(png_structp png, png_bytep out, size_t count) {
   auto* source = static_cast<PngSource*>(png_get_io_ptr(png));
@@ -40,17 +40,17 @@ void read_png_bytes(png_structp png, png_bytep out, size_t count) {
   source->offset += count;
 }
 
-class PngHandles {
+class PngReadHandles {
  public:
-  explicit PngHandles(PngSource& source) {
-    png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, on_png_error, on_png_warning);
+  explicit PngReadHandles(PngSource& source) {
+    png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, on_read_error, on_read_warning);
     if (png) info = png_create_info_struct(png);
   }
-  ~PngHandles() {
+  ~PngReadHandles() {
     if (png) png_destroy_read_struct(&png, info ? &info : nullptr, nullptr);
   }
-  PngHandles(const PngHandles&) = delete;
-  PngHandles& operator=(const PngHandles&) = delete;
+  PngReadHandles(const PngReadHandles&) = delete;
+  PngReadHandles& operator=(const PngReadHandles&) = delete;
 
   png_structp png = nullptr;
   png_infop info = nullptr;
@@ -91,18 +91,16 @@ uint32_t big_endian_u32(Bytes bytes, size_t offset) {
   return value;
 }
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 } // namespace
 
 Result<Image> decode_png(Bytes bytes, const ImageLimits& limits) {
   // The header chunk comes first and has a fixed layout (PNG specification, 11.2.2).
   constexpr size_t kHeaderEnd = 8 + 8 + 13 + 4;
   if (bytes.size() < kHeaderEnd || std::memcmp(bytes.data() + 12, "IHDR", 4) != 0)
-    return detail("the file ends in its header");
+    return detail_error("the file ends in its header");
   const uint32_t width = big_endian_u32(bytes, 16);
   const uint32_t height = big_endian_u32(bytes, 20);
-  if (const auto error = check_size(width, height, limits)) return detail(*error);
+  if (const auto error = check_size(width, height, limits)) return detail_error(*error);
   const auto bit_depth = static_cast<uint64_t>(bytes[24]);
   constexpr std::array<uint64_t, 7> kChannels{1, 0, 3, 1, 2, 0, 4};
   const auto color_type = static_cast<size_t>(bytes[25]);
@@ -111,23 +109,24 @@ Result<Image> decode_png(Bytes bytes, const ImageLimits& limits) {
     // asked for.
     const uint64_t stored_bytes = height * ((width * kChannels[color_type] * bit_depth + 7) / 8);
     if (stored_bytes / 1032 > bytes.size()) {
-      return detail(fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
+      return detail_error(fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
     }
   }
 
   PngSource source{bytes.data(), bytes.size(), 0, {}, {}};
-  const PngHandles handles(source);
-  if (!handles.info) return detail("not enough memory");
-  if (!read_png_header(source, handles.png, handles.info)) return detail(source.message);
+  const PngReadHandles handles(source);
+  if (!handles.info) return detail_error("not enough memory");
+  if (!read_png_header(source, handles.png, handles.info)) return detail_error(source.message);
 
   const int channels = png_get_channels(handles.png, handles.info);
   const PixelType type = png_get_bit_depth(handles.png, handles.info) == 16 ? PixelType::u16 : PixelType::u8;
   Image image = make_image(static_cast<int>(width), static_cast<int>(height), channels, type);
   const size_t row_bytes = png_get_rowbytes(handles.png, handles.info);
-  if (row_bytes * height != image.byte_count()) return detail("its rows do not have the size that its header says");
+  if (row_bytes * height != image.byte_count())
+    return detail_error("its rows do not have the size that its header says");
   const int passes = png_get_interlace_type(handles.png, handles.info) == PNG_INTERLACE_NONE ? 1 : 7;
   if (!read_png_rows(source, handles.png, image.pixels.data(), row_bytes, image.height, passes))
-    return detail(source.message);
+    return detail_error(source.message);
   return image;
 }
 

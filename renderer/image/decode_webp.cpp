@@ -19,19 +19,17 @@ const char* describe(VP8StatusCode status) {
   }
 }
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 } // namespace
 
 Result<Image> decode_webp(Bytes bytes, const ImageLimits& limits) {
   const auto* data = reinterpret_cast<const uint8_t*>(bytes.data());
   WebPDecoderConfig config;
-  if (!WebPInitDecoderConfig(&config)) return detail("libwebp has another version than its header");
+  if (!WebPInitDecoderConfig(&config)) return detail_error("libwebp has another version than its header");
   if (const auto status = WebPGetFeatures(data, bytes.size(), &config.input); status != VP8_STATUS_OK) {
-    return detail(describe(status));
+    return detail_error(describe(status));
   }
-  if (config.input.has_animation) return detail("it is an animation; use a still picture");
-  if (const auto error = check_size(config.input.width, config.input.height, limits)) return detail(*error);
+  if (config.input.has_animation) return detail_error("it is an animation; use a still picture");
+  if (const auto error = check_size(config.input.width, config.input.height, limits)) return detail_error(*error);
 
   Image image = make_image(config.input.width, config.input.height, config.input.has_alpha ? 4 : 3, PixelType::u8);
   config.output.colorspace = config.input.has_alpha ? MODE_RGBA : MODE_RGB; // both with straight alpha
@@ -41,7 +39,7 @@ Result<Image> decode_webp(Bytes bytes, const ImageLimits& limits) {
   config.output.u.RGBA.size = image.pixels.size();
   const VP8StatusCode status = WebPDecode(data, bytes.size(), &config);
   WebPFreeDecBuffer(&config.output);
-  if (status != VP8_STATUS_OK) return detail(describe(status));
+  if (status != VP8_STATUS_OK) return detail_error(describe(status));
   return image;
 }
 

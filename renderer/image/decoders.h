@@ -9,12 +9,15 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace kindling::image_detail {
 
 using Bytes = std::span<const std::byte>;
 
 // Errors carry the detail alone ("truncated data"); decode_image() puts the name and the format before it.
+[[nodiscard]] inline Error detail_error(std::string detail) { return {ErrorKind::input_output, std::move(detail)}; }
+
 [[nodiscard]] Result<Image> decode_png(Bytes bytes, const ImageLimits& limits);
 [[nodiscard]] Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits);
 [[nodiscard]] Result<Image> decode_webp(Bytes bytes, const ImageLimits& limits);

@@ -12,8 +12,6 @@ namespace kindling::image_detail {
 
 namespace {
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 // Each value as the difference to the one before.
 std::vector<Etc1sEndpoint> read_endpoints(BitReader& bits, size_t count) {
   std::array<HuffmanTable, 3> color_delta; // for dark, middle and bright values before
@@ -58,36 +56,36 @@ std::vector<Etc1sSelector> read_selectors(BitReader& bits, size_t count) {
 
 Result<Etc1sData> read_etc1s_data(Bytes globals, uint32_t images) {
   constexpr uint64_t kHeaderBytes = 20, kImageBytes = 20;
-  if (globals.size() < kHeaderBytes + kImageBytes * images) return detail("its BasisLZ data end in their header");
+  if (globals.size() < kHeaderBytes + kImageBytes * images) return detail_error("its BasisLZ data end in their header");
   const size_t endpoint_count = load_u16(globals, 0), selector_count = load_u16(globals, 2);
   const std::array<uint64_t, 3> lengths = {load_u32(globals, 4), load_u32(globals, 8), load_u32(globals, 12)};
   const uint64_t total = kHeaderBytes + kImageBytes * images + lengths[0] + lengths[1] + lengths[2];
   if (total > globals.size()) {
-    return detail(fmt::format("its BasisLZ data have {} bytes and need {}", globals.size(), total));
+    return detail_error(fmt::format("its BasisLZ data have {} bytes and need {}", globals.size(), total));
   }
-  if (endpoint_count == 0 || selector_count == 0) return detail("its BasisLZ codebooks are empty");
+  if (endpoint_count == 0 || selector_count == 0) return detail_error("its BasisLZ codebooks are empty");
 
   Etc1sData data;
   constexpr size_t at = kHeaderBytes; // the image of level 0
   if ((load_u32(globals, at) & 2U) != 0)
-    return detail("it is a video frame that builds on another; use a still picture");
+    return detail_error("it is a video frame that builds on another; use a still picture");
   data.color_slice = {load_u32(globals, at + 4), load_u32(globals, at + 8)};
   data.alpha_slice = {load_u32(globals, at + 12), load_u32(globals, at + 16)};
 
   const Bytes streams = globals.subspan(kHeaderBytes + kImageBytes * images);
   BitReader endpoint_bits(streams.first(lengths[0]));
   data.endpoints = read_endpoints(endpoint_bits, endpoint_count);
-  if (!endpoint_bits.ok()) return detail("its BasisLZ endpoints are corrupt");
+  if (!endpoint_bits.ok()) return detail_error("its BasisLZ endpoints are corrupt");
   BitReader selector_bits(streams.subspan(lengths[0], lengths[1]));
   data.selectors = read_selectors(selector_bits, selector_count);
-  if (!selector_bits.ok()) return detail("its BasisLZ selectors are corrupt");
+  if (!selector_bits.ok()) return detail_error("its BasisLZ selectors are corrupt");
   BitReader table_bits(streams.subspan(lengths[0] + lengths[1], lengths[2]));
   for (HuffmanTable* table :
        {&data.endpoint_prediction, &data.endpoint_delta, &data.selector_or_history, &data.selector_run}) {
     *table = HuffmanTable::read(table_bits);
   }
   data.history_size = table_bits.take(13);
-  if (!table_bits.ok()) return detail("its BasisLZ Huffman tables are corrupt");
+  if (!table_bits.ok()) return detail_error("its BasisLZ Huffman tables are corrupt");
   return data;
 }
 

@@ -18,8 +18,6 @@ namespace {
 constexpr size_t kHeaderBytes = 80; // identifier, header and index (section 3)
 constexpr size_t kLevelEntryBytes = 24;
 
-Error detail(std::string message) { return Error{ErrorKind::input_output, std::move(message)}; }
-
 uint64_t load_u64(Bytes bytes, size_t offset) {
   return load_u32(bytes, offset) | static_cast<uint64_t>(load_u32(bytes, offset + 4)) << 32;
 }
@@ -30,7 +28,7 @@ std::optional<Bytes> part(Bytes bytes, uint64_t offset, uint64_t length) {
 }
 
 Error outside(std::string_view what, uint64_t offset, uint64_t length, Bytes bytes) {
-  return detail(
+  return detail_error(
       fmt::format("{} ({} bytes at {}) lies outside the file of {} bytes", what, length, offset, bytes.size()));
 }
 
@@ -54,27 +52,29 @@ std::optional<Ktx2Channels> channels_of(Ktx2Payload payload, const std::vector<u
 std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
   constexpr size_t kBasicBytes = 24, kSampleBytes = 16;
   const Bytes basic = dfd.subspan(std::min<size_t>(dfd.size(), 4)); // after the total size
-  if (basic.size() < kBasicBytes || load_u32(basic, 0) != 0) return detail("it has no basic data format descriptor");
+  if (basic.size() < kBasicBytes || load_u32(basic, 0) != 0)
+    return detail_error("it has no basic data format descriptor");
   const size_t block_bytes = load_u16(basic, 6);
   if (block_bytes < kBasicBytes || block_bytes > basic.size()) {
-    return detail(fmt::format("its data format descriptor says {} bytes and has {}", block_bytes, basic.size()));
+    return detail_error(fmt::format("its data format descriptor says {} bytes and has {}", block_bytes, basic.size()));
   }
   const auto model = static_cast<unsigned>(basic[8]);
   if (model != 163 && model != 166) {
-    return detail(fmt::format("its colour model is {}; accepted are 163 (ETC1S) and 166 (UASTC LDR)", model));
+    return detail_error(fmt::format("its colour model is {}; accepted are 163 (ETC1S) and 166 (UASTC LDR)", model));
   }
   texture.payload = model == 163 ? Ktx2Payload::etc1s : Ktx2Payload::uastc;
   if ((static_cast<unsigned>(basic[11]) & 1U) != 0) {
-    return detail("its alpha is premultiplied; accepted is straight alpha");
+    return detail_error("its alpha is premultiplied; accepted is straight alpha");
   }
-  if (load_u32(basic, 12) != 0x00000303) return detail("its blocks are not 4 x 4 pixels");
+  if (load_u32(basic, 12) != 0x00000303) return detail_error("its blocks are not 4 x 4 pixels");
   std::vector<uint32_t> ids;
   for (size_t at = kBasicBytes; at + kSampleBytes <= block_bytes; at += kSampleBytes) {
     ids.push_back(static_cast<uint32_t>(basic[at + 3]) & 15U); // the upper bits are qualifiers
   }
   const auto channels = channels_of(texture.payload, ids);
   if (!channels) {
-    return detail(fmt::format("its {} samples are not those of an RGB, RGBA, red or red-green texture", ids.size()));
+    return detail_error(
+        fmt::format("its {} samples are not those of an RGB, RGBA, red or red-green texture", ids.size()));
   }
   texture.channels = *channels;
   return std::nullopt;
@@ -85,7 +85,7 @@ std::optional<Error> check_key_values(Bytes data) {
   while (data.size() >= 4) {
     const size_t length = load_u32(data, 0);
     const auto entry = part(data, 4, length);
-    if (!entry) return detail("its key/value data end early");
+    if (!entry) return detail_error("its key/value data end early");
     const std::string_view text(reinterpret_cast<const char*>(entry->data()), entry->size());
     const size_t end = std::min(text.find('\0'), text.size());
     const std::string_view key = text.substr(0, end);
@@ -96,7 +96,7 @@ std::optional<Error> check_key_values(Bytes data) {
       std::string shown(value.substr(0, 8));
       std::replace_if(
           shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-      return detail(fmt::format("its {} is '{}'; accepted is '{}'", key, shown, accepted));
+      return detail_error(fmt::format("its {} is '{}'; accepted is '{}'", key, shown, accepted));
     }
     data = data.subspan(std::min(data.size(), (4 + length + 3) / 4 * 4));
   }
@@ -105,12 +105,13 @@ std::optional<Error> check_key_values(Bytes data) {
 
 std::optional<Error> check_shape(Bytes bytes) {
   if (const uint32_t vk_format = load_u32(bytes, 12); vk_format != 0) {
-    return detail(fmt::format("its vkFormat is {}, a plain or GPU format; accepted is 0 (ETC1S or UASTC)", vk_format));
+    return detail_error(
+        fmt::format("its vkFormat is {}, a plain or GPU format; accepted is 0 (ETC1S or UASTC)", vk_format));
   }
   const uint32_t depth = load_u32(bytes, 28), layers = load_u32(bytes, 32), faces = load_u32(bytes, 36);
   if (depth != 0 || layers != 0 || faces != 1) {
-    return detail(fmt::format("it has depth {}, {} layers and {} faces; accepted is a single 2-D picture (0, 0, 1)",
-                              depth, layers, faces));
+    return detail_error(fmt::format(
+        "it has depth {}, {} layers and {} faces; accepted is a single 2-D picture (0, 0, 1)", depth, layers, faces));
   }
   return std::nullopt;
 }
@@ -118,18 +119,19 @@ std::optional<Error> check_shape(Bytes bytes) {
 std::optional<Error> check_level(const Ktx2Texture& texture) {
   if (texture.payload == Ktx2Payload::etc1s) {
     if (texture.supercompression == Ktx2Supercompression::basis_lz) return std::nullopt;
-    return detail(fmt::format("its ETC1S data have supercompression scheme {}; accepted is 1 (BasisLZ)",
-                              static_cast<uint32_t>(texture.supercompression)));
+    return detail_error(fmt::format("its ETC1S data have supercompression scheme {}; accepted is 1 (BasisLZ)",
+                                    static_cast<uint32_t>(texture.supercompression)));
   }
   if (texture.supercompression == Ktx2Supercompression::basis_lz) {
-    return detail("its UASTC data have supercompression scheme 1; accepted are 0 (none), 2 (Zstandard) and 3 (zlib)");
+    return detail_error(
+        "its UASTC data have supercompression scheme 1; accepted are 0 (none), 2 (Zstandard) and 3 (zlib)");
   }
   const uint64_t needed = uint64_t{16} * texture.blocks_x() * texture.blocks_y();
   const bool stored = texture.supercompression == Ktx2Supercompression::none;
   const uint64_t promised = stored ? texture.level.size() : texture.inflated_bytes;
   if (promised == needed) return std::nullopt;
-  return detail(fmt::format("its level 0 has {} bytes where {} x {} pixels need {}", promised, texture.width,
-                            texture.height, needed));
+  return detail_error(fmt::format("its level 0 has {} bytes where {} x {} pixels need {}", promised, texture.width,
+                                  texture.height, needed));
 }
 
 } // namespace
@@ -141,21 +143,22 @@ uint32_t load_u16(Bytes bytes, size_t offset) {
 uint32_t load_u32(Bytes bytes, size_t offset) { return load_u16(bytes, offset) | load_u16(bytes, offset + 2) << 16; }
 
 Result<Ktx2Texture> parse_ktx2(Bytes bytes) {
-  if (bytes.size() < kHeaderBytes) return detail("the file ends in its header");
+  if (bytes.size() < kHeaderBytes) return detail_error("the file ends in its header");
   if (const auto error = check_shape(bytes)) return *error;
   Ktx2Texture texture;
   texture.width = load_u32(bytes, 20);
   texture.height = load_u32(bytes, 24);
   texture.levels = std::max(load_u32(bytes, 40), 1U);
   if (texture.levels > static_cast<uint32_t>(std::bit_width(std::max(texture.width, texture.height)))) {
-    return detail(
+    return detail_error(
         fmt::format("{} levels are more than {} x {} pixels have", texture.levels, texture.width, texture.height));
   }
   const uint32_t scheme = load_u32(bytes, 44);
   if (scheme > 3) {
-    return detail(fmt::format("its supercompression scheme is {}; accepted are 0 (none), 1 (BasisLZ), 2 (Zstandard) "
-                              "and 3 (zlib)",
-                              scheme));
+    return detail_error(
+        fmt::format("its supercompression scheme is {}; accepted are 0 (none), 1 (BasisLZ), 2 (Zstandard) "
+                    "and 3 (zlib)",
+                    scheme));
   }
   texture.supercompression = static_cast<Ktx2Supercompression>(scheme);
 
@@ -175,7 +178,7 @@ Result<Ktx2Texture> parse_ktx2(Bytes bytes) {
   texture.supercompression_globals = *globals;
 
   if (!part(bytes, kHeaderBytes, uint64_t{kLevelEntryBytes} * texture.levels)) {
-    return detail("the file ends in its level index");
+    return detail_error("the file ends in its level index");
   }
   const uint64_t level_offset = load_u64(bytes, kHeaderBytes), level_length = load_u64(bytes, kHeaderBytes + 8);
   const auto level = part(bytes, level_offset, level_length);

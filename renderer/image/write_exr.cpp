@@ -250,7 +250,7 @@ std::string write_pixels(exr_context_t context, const ExrImage& image, const std
 }
 
 // Empty when written, else the detail.
-std::string write_to(AtomicFile& file, const ExrImage& image, const std::vector<ChannelSource>& channels) {
+std::string write_exr_to(AtomicFile& file, const ExrImage& image, const std::vector<ChannelSource>& channels) {
   exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
   options.error_handler_fn = ignore_message;
   options.user_data = &file;
@@ -275,7 +275,7 @@ Result<void> write_exr(const std::filesystem::path& path, const ExrImage& image)
     if (const auto error = check(image, channels)) return failed(*error);
     Result<AtomicFile> file = AtomicFile::create(path);
     if (!file) return file.error();
-    if (const std::string error = write_to(file.value(), image, channels); !error.empty()) return failed(error);
+    if (const std::string error = write_exr_to(file.value(), image, channels); !error.empty()) return failed(error);
     return file.value().commit();
   } catch (const std::exception& e) {
     return failed(e.what());

@@ -25,13 +25,13 @@ struct PngSink {
   char message[160];
 };
 
-[[noreturn]] void on_png_error(png_structp png, png_const_charp message) {
+[[noreturn]] void on_write_error(png_structp png, png_const_charp message) {
   auto* sink = static_cast<PngSink*>(png_get_error_ptr(png));
   std::snprintf(sink->message, sizeof sink->message, "%s", message);
   std::longjmp(sink->jump, 1);
 }
 
-void on_png_warning(png_structp, png_const_charp) {}
+void on_write_warning(png_structp, png_const_charp) {}
 
 // A failed write is not told to libpng: the file keeps the reason until commit().
 void write_png_bytes(png_structp png, png_bytep data, size_t size) {
@@ -40,17 +40,17 @@ void write_png_bytes(png_structp png, png_bytep data, size_t size) {
 
 void flush_png(png_structp) {}
 
-class PngHandles {
+class PngWriteHandles {
  public:
-  explicit PngHandles(PngSink& sink) {
-    png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, on_png_error, on_png_warning);
+  explicit PngWriteHandles(PngSink& sink) {
+    png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, on_write_error, on_write_warning);
     if (png) info = png_create_info_struct(png);
   }
-  ~PngHandles() {
+  ~PngWriteHandles() {
     if (png) png_destroy_write_struct(&png, info ? &info : nullptr);
   }
-  PngHandles(const PngHandles&) = delete;
-  PngHandles& operator=(const PngHandles&) = delete;
+  PngWriteHandles(const PngWriteHandles&) = delete;
+  PngWriteHandles& operator=(const PngWriteHandles&) = delete;
 
   png_structp png = nullptr;
   png_infop info = nullptr;
@@ -108,8 +108,8 @@ void quantize(const float* values, size_t count, T* out) {
 
 // No object with a destructor may live in the function that calls setjmp. `row`: room for one row.
 template <typename T>
-bool write_picture(PngSink& sink, const PngHandles& handles, const V2i& size, const png_text* texts, int text_count,
-                   const float* rgba, T* row) {
+bool write_picture(PngSink& sink, const PngWriteHandles& handles, const V2i& size, const png_text* texts,
+                   int text_count, const float* rgba, T* row) {
   if (setjmp(sink.jump) != 0) return false;
   png_set_write_fn(handles.png, &sink, write_png_bytes, flush_png);
   png_set_IHDR(handles.png, handles.info, static_cast<png_uint_32>(size.x), static_cast<png_uint_32>(size.y),
@@ -129,13 +129,13 @@ bool write_picture(PngSink& sink, const PngHandles& handles, const V2i& size, co
 
 // Empty when written, else the detail.
 template <typename T>
-std::string write_to(AtomicFile& file, std::span<const float> rgba, const V2i& size,
-                     const std::map<std::string, std::string>& text) {
+std::string write_png_to(AtomicFile& file, std::span<const float> rgba, const V2i& size,
+                         const std::map<std::string, std::string>& text) {
   std::vector<PngText> texts = png_texts(text);
   const std::vector<png_text> chunks = png_text_chunks(texts);
   std::vector<T> row(static_cast<size_t>(size.x) * 4);
   PngSink sink{&file, {}, {}};
-  const PngHandles handles(sink);
+  const PngWriteHandles handles(sink);
   if (!handles.info) return "not enough memory";
   const bool written =
       write_picture(sink, handles, size, chunks.data(), static_cast<int>(chunks.size()), rgba.data(), row.data());
@@ -158,8 +158,8 @@ Result<void> write_png(const std::filesystem::path& path, std::span<const float>
   try {
     Result<AtomicFile> file = AtomicFile::create(path);
     if (!file) return file.error();
-    const std::string error = bits == 8 ? write_to<uint8_t>(file.value(), rgba, size_px, text)
-                                        : write_to<uint16_t>(file.value(), rgba, size_px, text);
+    const std::string error = bits == 8 ? write_png_to<uint8_t>(file.value(), rgba, size_px, text)
+                                        : write_png_to<uint16_t>(file.value(), rgba, size_px, text);
     if (!error.empty()) return failed(error);
     return file.value().commit();
   } catch (const std::exception& e) {

@@ -16,7 +16,7 @@
 namespace kindling::gltf {
 namespace {
 
-constexpr size_t kGrain = 1U << 14;
+constexpr size_t kElementGrain = 1U << 14;
 
 int component_count(int type) {
   switch (type) {
@@ -263,23 +263,25 @@ void read_floats(const AccessorView& view, std::span<const uint32_t> gather, flo
   const auto stride = static_cast<size_t>(width);
   with_component_type(view.component_type, [&](auto zero) {
     using T = decltype(zero);
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain), [&](const tbb::blocked_range<size_t>& range) {
-      if (view.data == nullptr) {
-        for (size_t i = range.begin(); i < range.end(); ++i) std::fill_n(out + i * stride, components, 0.0f);
-      } else if (std::is_same_v<T, float> && gather.empty() && components == width &&
-                 view.stride == sizeof(float) * stride) {
-        std::memcpy(out + range.begin() * stride, view.data + range.begin() * view.stride, range.size() * view.stride);
-      } else {
-        for (size_t i = range.begin(); i < range.end(); ++i) {
-          const size_t element = gather.empty() ? i : gather[i];
-          read_element<T>(view.data + element * view.stride, components, view.normalized, out + i * stride);
-        }
-      }
-      if (components < width) {
-        for (size_t i = range.begin(); i < range.end(); ++i)
-          std::fill(out + i * stride + components, out + (i + 1) * stride, fill);
-      }
-    });
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, count, kElementGrain), [&](const tbb::blocked_range<size_t>& range) {
+          if (view.data == nullptr) {
+            for (size_t i = range.begin(); i < range.end(); ++i) std::fill_n(out + i * stride, components, 0.0f);
+          } else if (std::is_same_v<T, float> && gather.empty() && components == width &&
+                     view.stride == sizeof(float) * stride) {
+            std::memcpy(out + range.begin() * stride, view.data + range.begin() * view.stride,
+                        range.size() * view.stride);
+          } else {
+            for (size_t i = range.begin(); i < range.end(); ++i) {
+              const size_t element = gather.empty() ? i : gather[i];
+              read_element<T>(view.data + element * view.stride, components, view.normalized, out + i * stride);
+            }
+          }
+          if (components < width) {
+            for (size_t i = range.begin(); i < range.end(); ++i)
+              std::fill(out + i * stride + components, out + (i + 1) * stride, fill);
+          }
+        });
     const size_t packed = sizeof(T) * static_cast<size_t>(view.components);
     for (size_t i = 0; i < view.sparse_count; ++i) {
       const size_t element =
@@ -302,7 +304,7 @@ void read_unsigned(const AccessorView& view, std::span<const uint32_t> gather, u
     for (size_t i = 0; i < count; ++i) std::copy_n(dense.data() + gather[i] * width, width, out + i * width);
     return;
   }
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain), [&](const tbb::blocked_range<size_t>& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kElementGrain), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i < range.end(); ++i) {
       if (view.data == nullptr) {
         std::fill_n(out + i * width, width, 0U);
@@ -320,11 +322,12 @@ void read_unsigned(const AccessorView& view, std::span<const uint32_t> gather, u
 
 bool all_finite(std::span<const float> values) {
   std::atomic<bool> finite{true};
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, values.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
-    bool fine = true;
-    for (size_t i = range.begin(); i < range.end(); ++i) fine &= std::isfinite(values[i]);
-    if (!fine) finite.store(false, std::memory_order_relaxed);
-  });
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, values.size(), kElementGrain),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      bool fine = true;
+                      for (size_t i = range.begin(); i < range.end(); ++i) fine &= std::isfinite(values[i]);
+                      if (!fine) finite.store(false, std::memory_order_relaxed);
+                    });
   return finite.load();
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr uint32_t kGrain = 1U << 14;
+constexpr uint32_t kDracoGrain = 1U << 14;
 
 // A little-endian reader of the header; ok() is false once it has run past the end.
 class HeaderReader {
@@ -91,18 +91,19 @@ template <typename T>
 bool convert(const draco::PointAttribute& attribute, uint32_t points, int components, std::byte* out) {
   const size_t bytes = sizeof(T) * static_cast<size_t>(components);
   std::atomic<bool> fits{true};
-  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, points, kGrain), [&](const tbb::blocked_range<uint32_t>& range) {
-    T values[16] = {};
-    for (uint32_t i = range.begin(); i < range.end(); ++i) {
-      const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(i));
-      if (index.value() >= attribute.size() ||
-          !attribute.ConvertValue<T>(index, static_cast<int8_t>(components), values)) {
-        fits.store(false, std::memory_order_relaxed);
-        return;
-      }
-      std::memcpy(out + i * bytes, values, bytes);
-    }
-  });
+  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, points, kDracoGrain),
+                    [&](const tbb::blocked_range<uint32_t>& range) {
+                      T values[16] = {};
+                      for (uint32_t i = range.begin(); i < range.end(); ++i) {
+                        const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(i));
+                        if (index.value() >= attribute.size() ||
+                            !attribute.ConvertValue<T>(index, static_cast<int8_t>(components), values)) {
+                          fits.store(false, std::memory_order_relaxed);
+                          return;
+                        }
+                        std::memcpy(out + i * bytes, values, bytes);
+                      }
+                    });
   return fits.load();
 }
 
@@ -118,7 +119,7 @@ bool convert(const draco::PointAttribute& attribute, uint32_t points, const Acce
   }
 }
 
-std::unique_ptr<draco::Mesh> decode(Bytes bytes, const std::string& pointer) {
+std::unique_ptr<draco::Mesh> decode_draco(Bytes bytes, const std::string& pointer) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   std::string what;
@@ -176,11 +177,11 @@ DracoCounts declared_draco_counts(const Document& document, const json& draco, c
 
 DracoPrimitive decode_draco(const Document& document, const json& draco, const tinygltf::Primitive& primitive,
                             const std::string& pointer) {
-  const std::unique_ptr<draco::Mesh> mesh = decode(compressed_bytes(document, draco, pointer), pointer);
+  const std::unique_ptr<draco::Mesh> mesh = decode_draco(compressed_bytes(document, draco, pointer), pointer);
   DracoPrimitive result;
   result.vertex_count = mesh->num_points();
   result.indices.resize(size_t{mesh->num_faces()} * 3);
-  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, mesh->num_faces(), kGrain),
+  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, mesh->num_faces(), kDracoGrain),
                     [&](const tbb::blocked_range<uint32_t>& range) {
                       for (uint32_t i = range.begin(); i < range.end(); ++i) {
                         const draco::Mesh::Face& face = mesh->face(draco::FaceIndex(i));

@@ -19,7 +19,9 @@ bool in_range(const json& value, const KindlingExtras::Range& range) {
   return std::isfinite(number) && number <= range.max && (range.above_min ? number > range.min : number >= range.min);
 }
 
-std::string shown(const json& value) { return in_quotes(value.dump(-1, ' ', true, json::error_handler_t::replace)); }
+std::string shown_value(const json& value) {
+  return in_quotes(value.dump(-1, ' ', true, json::error_handler_t::replace));
+}
 
 } // namespace
 
@@ -32,7 +34,7 @@ KindlingExtras::KindlingExtras(const json& element, const std::string& pointer, 
   if (own->is_object()) {
     object_ = &*own;
   } else {
-    warnings_.add("extras", pointer_, shown(*own) + " is ignored, accepted is an object");
+    warnings_.add("extras", pointer_, shown_value(*own) + " is ignored, accepted is an object");
   }
 }
 
@@ -71,7 +73,7 @@ std::optional<V2f> KindlingExtras::pair(const char* key, const Range& range) {
 
 void KindlingExtras::warn(const char* key, std::string_view accepted) {
   warnings_.add(fmt::format("extras {}", key), fmt::format("{}/{}", pointer_, key),
-                fmt::format("{} is ignored, accepted is {}", shown((*object_)[key]), accepted));
+                fmt::format("{} is ignored, accepted is {}", shown_value((*object_)[key]), accepted));
 }
 
 void KindlingExtras::finish() {

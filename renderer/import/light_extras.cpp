@@ -8,7 +8,7 @@ namespace kindling::gltf {
 namespace {
 
 constexpr KindlingExtras::Range kRadius{0.0, 1e9, false, "a length from 0, in metres"};
-constexpr KindlingExtras::Range kAngle{0.0, 3.1415927, false, "an angle from 0 to pi, in radians"};
+constexpr KindlingExtras::Range kDiameter{0.0, 3.1415927, false, "an angle from 0 to pi, in radians"};
 
 } // namespace
 
@@ -16,7 +16,7 @@ void read_light_extras(const nlohmann::json& object, const std::string& pointer,
                        Warnings& warnings) {
   KindlingExtras extras(object, pointer, warnings);
   if (light.kind == PunctualLight::Kind::directional)
-    light.angular_diameter_rad = extras.number("angularDiameter", kAngle);
+    light.angular_diameter_rad = extras.number("angularDiameter", kDiameter);
   else
     light.radius_m = extras.number("radius", kRadius);
   extras.finish();

@@ -25,9 +25,9 @@ enum class Control : uint8_t { low_bits, high_bits, zero, literal };
 enum class Channel : uint8_t { byte_delta, short_delta, word_xor };
 
 // The bytes not yet read; taking more than there are gives nothing.
-class Reader {
+class BlockReader {
  public:
-  explicit Reader(Bytes bytes) : rest_(bytes) {}
+  explicit BlockReader(Bytes bytes) : rest_(bytes) {}
   [[nodiscard]] bool take(size_t count, const uint8_t*& out) {
     if (count > rest_.size()) return false;
     out = reinterpret_cast<const uint8_t*>(rest_.data());
@@ -44,7 +44,7 @@ class Reader {
 unsigned two_bits(const uint8_t* bytes, size_t index) { return (bytes[index / 4] >> (index % 4 * 2)) & 3u; }
 
 // Deltas of 1, 2 or 4 bits: one whose bits are all set is a whole byte after the others.
-bool decode_sentinels(Reader& reader, unsigned bits, uint8_t* out) {
+bool decode_sentinels(BlockReader& reader, unsigned bits, uint8_t* out) {
   const uint8_t* packed = nullptr;
   if (!reader.take(kGroup * bits / 8, packed)) return false;
   const size_t per_byte = 8 / bits;
@@ -65,7 +65,7 @@ bool decode_sentinels(Reader& reader, unsigned bits, uint8_t* out) {
 }
 
 // The deltas of one byte position in a block; `out` has room for whole groups.
-bool decode_deltas(Reader& reader, Control control, size_t elements, uint8_t* out) {
+bool decode_deltas(BlockReader& reader, Control control, size_t elements, uint8_t* out) {
   const size_t groups = (elements + kGroup - 1) / kGroup;
   const uint8_t* bytes = nullptr;
   if (control == Control::zero) {
@@ -121,7 +121,7 @@ uint32_t next_value(uint32_t previous, uint32_t delta, Channel channel, int rota
   return value;
 }
 
-uint32_t load(const std::byte* from) {
+uint32_t load_little_endian(const std::byte* from) {
   uint32_t value = 0;
   for (unsigned b = 0; b < 4; ++b) value |= std::to_integer<uint32_t>(from[b]) << (8 * b);
   return value;
@@ -169,8 +169,8 @@ bool decode_meshopt_attributes_v1(Bytes stream, size_t count, size_t stride, std
   }
 
   std::vector<uint32_t> previous(channels);
-  for (size_t c = 0; c < channels; ++c) previous[c] = load(&baseline[4 * c]);
-  Reader reader(stream.subspan(1, stream.size() - 1 - tail));
+  for (size_t c = 0; c < channels; ++c) previous[c] = load_little_endian(&baseline[4 * c]);
+  BlockReader reader(stream.subspan(1, stream.size() - 1 - tail));
   const size_t block = std::min((kBlockBytes / stride) & ~(kGroup - 1), kMostBlockElements);
   std::array<std::array<uint8_t, kMostBlockElements>, 4> deltas{};
   for (size_t first = 0; first < count; first += block) {

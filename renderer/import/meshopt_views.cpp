@@ -89,7 +89,7 @@ std::optional<CompressedView> find_compressed(const Document& document, size_t i
   return view;
 }
 
-bool decode(CompressedView& view) {
+bool decode_view(CompressedView& view) {
   // OwnedBytes come from operator new[]: aligned for the 16-byte moves of the filters.
   view.decoded = OwnedBytes(view.count * view.stride);
   void* out = view.decoded.data();
@@ -125,7 +125,8 @@ void decompress_meshopt_views(Document& document) {
   for (size_t i = 0; i < document.views.size(); ++i) {
     if (auto view = find_compressed(document, i, budget)) compressed.push_back(std::move(*view));
   }
-  tbb::parallel_for(size_t{0}, compressed.size(), [&](size_t i) { compressed[i].failed = !decode(compressed[i]); });
+  tbb::parallel_for(size_t{0}, compressed.size(),
+                    [&](size_t i) { compressed[i].failed = !decode_view(compressed[i]); });
   for (CompressedView& view : compressed) {
     if (view.failed)
       fail(view.pointer, fmt::format("{} bytes that meshoptimizer cannot decode as {}", view.bytes.size(), view.mode));

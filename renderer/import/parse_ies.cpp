@@ -16,9 +16,9 @@ namespace kindling::gltf {
 namespace {
 
 // Goes through the text by lines, then by words.
-class Reader {
+class IesReader {
  public:
-  explicit Reader(std::string_view text) : rest_(text) {}
+  explicit IesReader(std::string_view text) : rest_(text) {}
 
   [[noreturn]] void refuse(std::string_view message) const {
     kindling::gltf::fail({}, fmt::format("line {}: {}", line_, message));
@@ -94,7 +94,7 @@ bool one_of(float value, std::initializer_list<float> accepted) {
   return std::any_of(accepted.begin(), accepted.end(), [&](float a) { return std::fabs(value - a) < 0.01f; });
 }
 
-void check_range(const Reader& reader, const Photometry& web) {
+void check_range(const IesReader& reader, const Photometry& web) {
   const float v0 = web.vertical_deg.front();
   const float v1 = web.vertical_deg.back();
   const float h0 = web.horizontal_deg.front();
@@ -130,14 +130,14 @@ void close_circle(Photometry& web) {
   web.candela.insert(web.candela.end(), first.begin(), first.end());
 }
 
-void skip_tilt(Reader& reader) {
+void skip_tilt(IesReader& reader) {
   static_cast<void>(reader.number("the lamp's geometry to the luminaire"));
   const int pairs = reader.integer("the number of tilt angles", 0, kMostAngles);
   for (int i = 0; i < 2 * pairs; ++i) static_cast<void>(reader.number("a tilt angle or factor"));
 }
 
 Photometry parse(std::string_view text) {
-  Reader reader(text);
+  IesReader reader(text);
   std::string_view version;
   std::string_view tilt;
   for (bool first = true; tilt.empty(); first = false) {

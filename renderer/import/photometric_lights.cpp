@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kName = "EXT_lights_ies";
+constexpr const char* kPhotometricLights = "EXT_lights_ies";
 
 // A light without a distribution: dark.
 Photometry dark() { return {.vertical_deg = {0.0f}, .horizontal_deg = {0.0f}, .candela = {0.0f}}; }
@@ -56,18 +56,18 @@ Photometry read_profile(Document& document, const json& object, const std::strin
 } // namespace
 
 void import_photometric_lights(Document& document, Scene& scene, Warnings& warnings) {
-  if (const json* extension = find_extension(*document.json, kName)) {
+  if (const json* extension = find_extension(*document.json, kPhotometricLights)) {
     const json& lights = (*extension)["lights"];
     for (size_t i = 0; i < lights.size(); ++i)
       scene.photometries.push_back(
-          read_profile(document, lights[i], fmt::format("/extensions/{}/lights/{}", kName, i), warnings));
+          read_profile(document, lights[i], fmt::format("/extensions/{}/lights/{}", kPhotometricLights, i), warnings));
   }
   for (size_t i = 0; i < scene.nodes.size(); ++i) {
-    const json* extension = find_extension((*document.json)["nodes"][i], kName);
+    const json* extension = find_extension((*document.json)["nodes"][i], kPhotometricLights);
     if (extension == nullptr) continue;
     const auto index = (*extension)["light"].get<uint64_t>();
     if (index >= scene.photometries.size())
-      fail(fmt::format("/nodes/{}/extensions/{}/light", i, kName),
+      fail(fmt::format("/nodes/{}/extensions/{}/light", i, kPhotometricLights),
            fmt::format("{}, the file has {} light profiles", index, scene.photometries.size()), "UNRESOLVED_REFERENCE");
     PunctualLight light;
     light.name = scene.photometries[index].name;

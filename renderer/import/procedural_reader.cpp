@@ -19,7 +19,7 @@ namespace kindling::gltf {
 namespace {
 
 using nlohmann::json;
-using K = ProceduralKind;
+using Kind = ProceduralKind;
 using R = ProceduralRule;
 using S = ProceduralInput::Source;
 using T = ProceduralType;
@@ -227,7 +227,7 @@ class GraphReader {
     }
     // The draft's own example has it beside the inputs.
     if (const json* value = member(object, "value");
-        value != nullptr && node.kind == K::constant && given[0] == nullptr)
+        value != nullptr && node.kind == Kind::constant && given[0] == nullptr)
       node.inputs[0].value = value_of(*value, node.type, place + "/value");
     if (several) node.type = node.inputs[0].type;
     check(node, *definition, place);
@@ -323,28 +323,28 @@ class GraphReader {
     };
     const int channels = channels_of(node.inputs[0].type);
     switch (node.kind) {
-    case K::texcoord:
+    case Kind::texcoord:
       expect(0, 0, kMaxProceduralTexcoordSets - 1);
       result_.texcoord_sets |= 1U << static_cast<unsigned>(at(0));
       break;
-    case K::geomcolor: expect(0, 0, 0); break;
-    case K::image:
+    case Kind::geomcolor: expect(0, 0, 0); break;
+    case Kind::image:
       if (node.inputs[0].texture < 0) fault(place, "without a file, accepted is an index of a texture");
       break;
-    case K::fractal2d:
-    case K::fractal3d: expect(1, 0, kMaxProceduralOctaves); break;
-    case K::worleynoise2d:
-    case K::worleynoise3d: expect(2, 0, 1); break;
-    case K::place2d: expect(5, 0, 1); break;
-    case K::extract: expect(1, 0, channels - 1); break;
-    case K::combine2:
+    case Kind::fractal2d:
+    case Kind::fractal3d: expect(1, 0, kMaxProceduralOctaves); break;
+    case Kind::worleynoise2d:
+    case Kind::worleynoise3d: expect(2, 0, 1); break;
+    case Kind::place2d: expect(5, 0, 1); break;
+    case Kind::extract: expect(1, 0, channels - 1); break;
+    case Kind::combine2:
       if (channels + channels_of(node.inputs[1].type) != channels_of(node.type))
         fault(place, fmt::format("inputs of {} and {} channels do not make a {}", channels,
                                  channels_of(node.inputs[1].type), name_of(node.type)));
       break;
-    case K::separate2:
-    case K::separate3:
-    case K::separate4:
+    case Kind::separate2:
+    case Kind::separate3:
+    case Kind::separate4:
       if (static_cast<size_t>(channels) != definition.outputs.size())
         fault(place, fmt::format("an input of {} channels", channels));
       break;

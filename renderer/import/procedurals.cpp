@@ -17,19 +17,21 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kName = "KHR_texture_procedurals";
+constexpr const char* kProcedurals = "KHR_texture_procedurals";
 constexpr size_t kMaxGraphs = 4096;
 
 bool is_required(const Document& document) {
   const auto required = document.json->find("extensionsRequired");
-  return required != document.json->end() && std::find(required->begin(), required->end(), kName) != required->end();
+  return required != document.json->end() &&
+         std::find(required->begin(), required->end(), kProcedurals) != required->end();
 }
 
 class Importer {
  public:
   Importer(const Document& document, Scene& scene, Warnings& warnings)
       : document_(document), scene_(scene), warnings_(warnings), required_(is_required(document)) {
-    if (const json* extension = find_extension(*document.json, kName); extension != nullptr && extension->is_object()) {
+    if (const json* extension = find_extension(*document.json, kProcedurals);
+        extension != nullptr && extension->is_object()) {
       const auto graphs = extension->find("procedurals");
       if (graphs != extension->end() && graphs->is_array()) graphs_ = &*graphs;
     }
@@ -44,19 +46,19 @@ class Importer {
     const std::string place = fmt::format("/materials/{}", material);
     const size_t count = graphs_ == nullptr ? 0 : std::min(graphs_->size(), kMaxGraphs);
     if (graph < 0 || static_cast<size_t>(graph) >= count) {
-      complain(place, fmt::format("{} index {}, of which there are {}", kName, graph, count));
+      complain(place, fmt::format("{} index {}, of which there are {}", kProcedurals, graph, count));
       return;
     }
     const int number = number_of(static_cast<size_t>(graph));
     if (number == kNone) return;
     const ProceduralGraph& read = scene_.procedurals[static_cast<size_t>(number)];
     if (output == kNone && read.outputs.size() > 1) {
-      complain(place,
-               fmt::format("{} index {} without output, of which the graph has {}", kName, graph, read.outputs.size()));
+      complain(place, fmt::format("{} index {} without output, of which the graph has {}", kProcedurals, graph,
+                                  read.outputs.size()));
       return;
     }
     if (output < kNone || output >= static_cast<int>(read.outputs.size())) {
-      complain(place, fmt::format("{} output {}, of which there are {}", kName, output, read.outputs.size()));
+      complain(place, fmt::format("{} output {}, of which there are {}", kProcedurals, output, read.outputs.size()));
       return;
     }
     slot.procedural = number;
@@ -79,7 +81,7 @@ class Importer {
   int number_of(size_t graph) {
     const auto [entry, inserted] = numbers_.try_emplace(graph, kNone);
     if (!inserted) return entry->second;
-    const std::string pointer = fmt::format("/extensions/{}/procedurals/{}", kName, graph);
+    const std::string pointer = fmt::format("/extensions/{}/procedurals/{}", kProcedurals, graph);
     try {
       scene_.procedurals.push_back(read_procedural_graph((*graphs_)[graph], pointer, scene_.textures.size()));
       entry->second = static_cast<int>(scene_.procedurals.size()) - 1;

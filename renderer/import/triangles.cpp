@@ -15,12 +15,12 @@
 namespace kindling::gltf {
 namespace {
 
-constexpr size_t kGrain = 1U << 14;
+constexpr size_t kTriangleGrain = 1U << 14;
 
 // f(begin, end) for ranges that together are [0, count).
 template <typename F>
 void for_ranges(size_t count, const F& f) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain),
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kTriangleGrain),
                     [&](const tbb::blocked_range<size_t>& range) { f(range.begin(), range.end()); });
 }
 
@@ -30,7 +30,7 @@ struct Span {
 
 Span span_of(std::span<const uint32_t> indices) {
   return tbb::parallel_reduce(
-      tbb::blocked_range<size_t>(0, indices.size(), kGrain), Span(),
+      tbb::blocked_range<size_t>(0, indices.size(), kTriangleGrain), Span(),
       [&](const tbb::blocked_range<size_t>& range, Span span) {
         for (size_t i = range.begin(); i < range.end(); ++i) {
           span.least = std::min(span.least, indices[i]);
@@ -89,12 +89,12 @@ std::vector<uint32_t> compact_vertices(std::vector<uint32_t>& indices, uint32_t 
   });
 
   // How many are used before each block, then which.
-  const size_t blocks = (number.size() + kGrain - 1) / kGrain;
-  const auto block_end = [&](size_t block) { return std::min((block + 1) * kGrain, number.size()); };
+  const size_t blocks = (number.size() + kTriangleGrain - 1) / kTriangleGrain;
+  const auto block_end = [&](size_t block) { return std::min((block + 1) * kTriangleGrain, number.size()); };
   std::vector<uint32_t> used_before(blocks + 1, 0);
   tbb::parallel_for(size_t{0}, blocks, [&](size_t block) {
     uint32_t count = 0;
-    for (size_t i = block * kGrain; i < block_end(block); ++i) count += number[i];
+    for (size_t i = block * kTriangleGrain; i < block_end(block); ++i) count += number[i];
     used_before[block + 1] = count;
   });
   for (size_t block = 0; block < blocks; ++block) used_before[block + 1] += used_before[block];
@@ -102,7 +102,7 @@ std::vector<uint32_t> compact_vertices(std::vector<uint32_t>& indices, uint32_t 
   std::vector<uint32_t> used(used_before[blocks]);
   tbb::parallel_for(size_t{0}, blocks, [&](size_t block) {
     uint32_t next = used_before[block];
-    for (size_t i = block * kGrain; i < block_end(block); ++i) {
+    for (size_t i = block * kTriangleGrain; i < block_end(block); ++i) {
       if (number[i] == 0) continue;
       number[i] = next;
       used[next++] = span.least + static_cast<uint32_t>(i);

@@ -13,14 +13,14 @@
 namespace kindling::gltf {
 namespace {
 
-constexpr float kFar = 1e18f;
-constexpr size_t kGrain = 1U << 14;
+constexpr float kFarthest = 1e18f;
+constexpr size_t kVertexGrain = 1U << 14;
 
 // f(i) is true for values that are fine; returns how many are not.
 template <typename F>
 size_t count_bad(size_t count, F&& f) {
   std::atomic<size_t> bad{0};
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain), [&](const tbb::blocked_range<size_t>& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kVertexGrain), [&](const tbb::blocked_range<size_t>& range) {
     size_t here = 0;
     for (size_t i = range.begin(); i < range.end(); ++i) here += f(i) ? 0U : 1U;
     if (here != 0) bad.fetch_add(here, std::memory_order_relaxed);
@@ -43,7 +43,7 @@ bool normalize(V3f& v) {
 void check_positions(const Primitive& primitive, const std::string& pointer) {
   const auto fine = [&](size_t i) {
     const V3f& p = primitive.positions[i];
-    return std::abs(p.x) <= kFar && std::abs(p.y) <= kFar && std::abs(p.z) <= kFar;
+    return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::abs(p.z) <= kFarthest;
   };
   if (count_bad(primitive.positions.size(), fine) == 0) return;
   size_t first = 0;
@@ -119,30 +119,31 @@ void normalize_weights(Primitive& primitive) {
   const size_t vertices = primitive.positions.size();
   if (vertices == 0 || primitive.weights.empty()) return;
   const size_t sets = primitive.weights.size() / vertices;
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, vertices, kGrain), [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t v = range.begin(); v < range.end(); ++v) {
-      double sum = 0.0;
-      for (size_t s = 0; s < sets; ++s) {
-        V4f& weights = primitive.weights[s * vertices + v];
-        for (int c = 0; c < 4; ++c) {
-          weights[c] = std::max(weights[c], 0.0f);
-          sum += static_cast<double>(weights[c]);
-        }
-      }
-      if (!(sum > 1e-30)) {
-        for (size_t s = 0; s < sets; ++s)
-          primitive.weights[s * vertices + v] = V4f(s == 0 ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f);
-        sum = 1.0;
-      }
-      for (size_t s = 0; s < sets; ++s) {
-        for (int c = 0; c < 4; ++c) {
-          float& weight = primitive.weights[s * vertices + v][c];
-          weight = static_cast<float>(static_cast<double>(weight) / sum);
-          if (weight == 0.0f) primitive.joints[s * vertices + v][static_cast<size_t>(c)] = 0;
-        }
-      }
-    }
-  });
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, vertices, kVertexGrain),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t v = range.begin(); v < range.end(); ++v) {
+                        double sum = 0.0;
+                        for (size_t s = 0; s < sets; ++s) {
+                          V4f& weights = primitive.weights[s * vertices + v];
+                          for (int c = 0; c < 4; ++c) {
+                            weights[c] = std::max(weights[c], 0.0f);
+                            sum += static_cast<double>(weights[c]);
+                          }
+                        }
+                        if (!(sum > 1e-30)) {
+                          for (size_t s = 0; s < sets; ++s)
+                            primitive.weights[s * vertices + v] = V4f(s == 0 ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f);
+                          sum = 1.0;
+                        }
+                        for (size_t s = 0; s < sets; ++s) {
+                          for (int c = 0; c < 4; ++c) {
+                            float& weight = primitive.weights[s * vertices + v][c];
+                            weight = static_cast<float>(static_cast<double>(weight) / sum);
+                            if (weight == 0.0f) primitive.joints[s * vertices + v][static_cast<size_t>(c)] = 0;
+                          }
+                        }
+                      }
+                    });
 }
 
 } // namespace kindling::gltf

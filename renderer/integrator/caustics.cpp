@@ -8,19 +8,19 @@
 namespace kindling {
 namespace {
 
-constexpr std::array<std::pair<Caustics, std::string_view>, 3> kNames{
+constexpr std::array<std::pair<Caustics, std::string_view>, 3> kCausticsNames{
     {{Caustics::full, "full"}, {Caustics::regularised, "regularised"}, {Caustics::off, "off"}}};
 
 } // namespace
 
 std::string_view caustics_name(Caustics caustics) {
-  for (const auto& [value, name] : kNames)
+  for (const auto& [value, name] : kCausticsNames)
     if (value == caustics) return name;
   return "unknown";
 }
 
 std::optional<Caustics> caustics_from_name(std::string_view name) {
-  for (const auto& [value, known] : kNames)
+  for (const auto& [value, known] : kCausticsNames)
     if (known == name) return value;
   return std::nullopt;
 }

@@ -26,12 +26,6 @@ bool sampled_by_solid_angle(const Triangle& t, const V3f& point) {
   return to_centroid.length2() < square(kFarInEdges) * longest2;
 }
 
-// Length: twice the area. Points to the side from which p0, p1, p2 are counter-clockwise.
-template <typename Triangle>
-V3f double_area_normal(const Triangle& t) {
-  return (t.p1 - t.p0).cross(t.p2 - t.p0);
-}
-
 // Density by solid angle of a point that is uniform by area.
 float area_density(const V3f& double_area_normal, const V3f& wi, float distance) {
   const float projected = 0.5f * std::fabs(double_area_normal.dot(wi));

@@ -134,6 +134,12 @@ struct ShapeRay {
   Rgb extinction{0.0f}; // 1 / m, from begin_m on, of what is before lights at a finite distance
 };
 
+// Length: twice the area. Points to the side from which p0, p1, p2 are counter-clockwise.
+template <typename Triangle>
+[[nodiscard]] V3f double_area_normal(const Triangle& t) {
+  return (t.p1 - t.p0).cross(t.p2 - t.p0);
+}
+
 // Immutable, thread-safe, without allocation after construction. Triangles, point and spot lights are chosen by a
 // LightTree; that tree, each directional light and the environment have shares (light_share()) that follow the
 // irradiance which each would bring to the point if nothing were in between. Lights without power are never chosen.

@@ -14,11 +14,6 @@ const V3f& corner(const Triangle& t, int i) {
   return i == 0 ? t.p0 : i == 1 ? t.p1 : t.p2;
 }
 
-template <typename Triangle>
-V3f double_area_normal(const Triangle& t) {
-  return (t.p1 - t.p0).cross(t.p2 - t.p0);
-}
-
 } // namespace
 
 WholeLights::WholeLights(const LightSet& lights) : lights_(lights) {

@@ -26,8 +26,6 @@ struct Track {
   float deviation = 0.0f; // of points between keys, relative to what is allowed
 };
 
-float max_abs(const V3f& v) { return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z))); }
-
 // Fractions of the shutter at which keyframes of animated nodes lie, without its ends; of very many, some.
 std::vector<double> keyframes_inside(const Scene& scene, const Shutter& shutter) {
   std::set<double> times;

@@ -23,15 +23,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kBlocksAtOnce = 64;              // read, then restored together
+constexpr size_t kBlocksReadAtOnce = 64;          // read, then restored together
 static_assert(sizeof(off_t) == sizeof(uint64_t)); // files beyond 4 GiB are read as others are
 
-class Reader {
+class AccumulationReader {
  public:
-  explicit Reader(const fs::path& path) : path_(path) {}
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-  ~Reader() {
+  explicit AccumulationReader(const fs::path& path) : path_(path) {}
+  AccumulationReader(const AccumulationReader&) = delete;
+  AccumulationReader& operator=(const AccumulationReader&) = delete;
+  ~AccumulationReader() {
     if (fd_ >= 0) close(fd_);
   }
 
@@ -72,7 +72,7 @@ class Reader {
   std::vector<Block> blocks_;
 };
 
-Result<void> Reader::read_at(uint64_t offset, std::span<std::byte> bytes) const {
+Result<void> AccumulationReader::read_at(uint64_t offset, std::span<std::byte> bytes) const {
   if (offset > size_ || size_ - offset < bytes.size())
     return error(fmt::format("is cut off: it ends at byte {}, and {} bytes should stand at byte {}", size_,
                              bytes.size(), offset));
@@ -87,7 +87,7 @@ Result<void> Reader::read_at(uint64_t offset, std::span<std::byte> bytes) const 
   return {};
 }
 
-Result<void> Reader::open() {
+Result<void> AccumulationReader::open() {
   // Without waiting, should it be a pipe.
   fd_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat status {};
@@ -98,7 +98,7 @@ Result<void> Reader::open() {
   return blocks ? find_blocks(blocks.value()) : Result<void>(blocks.error());
 }
 
-Result<uint64_t> Reader::read_header() {
+Result<uint64_t> AccumulationReader::read_header() {
   FileHead head;
   if (size_ < sizeof head) return error("is not an accumulation file: it is too short");
   if (const Result<void> read = read_record(0, head); !read) return read.error();
@@ -122,7 +122,7 @@ Result<uint64_t> Reader::read_header() {
   return uint64_t{sizeof head + json.size()};
 }
 
-Result<void> Reader::find_blocks(uint64_t offset) {
+Result<void> AccumulationReader::find_blocks(uint64_t offset) {
   // Before the list of blocks is made, the file must have room for them.
   const uint64_t bytes = parsed_.header.summary.sum_bytes;
   if (bytes / kBlockBytes > size_ / (sizeof(BlockHeader) + smallest_stored_size(kBlockBytes)))
@@ -155,12 +155,12 @@ Result<void> Reader::find_blocks(uint64_t offset) {
   return {};
 }
 
-Result<void> Reader::read_blocks(std::span<const std::span<std::byte>> planes) const {
-  std::vector<std::vector<std::byte>> stored(std::min(blocks_.size(), kBlocksAtOnce));
+Result<void> AccumulationReader::read_blocks(std::span<const std::span<std::byte>> planes) const {
+  std::vector<std::vector<std::byte>> stored(std::min(blocks_.size(), kBlocksReadAtOnce));
   std::vector<std::vector<std::byte>> unwanted(planes.empty() ? stored.size() : 0);
   std::vector<std::string_view> faults(stored.size());
-  for (size_t first = 0; first < blocks_.size(); first += kBlocksAtOnce) {
-    const size_t count = std::min(blocks_.size() - first, kBlocksAtOnce);
+  for (size_t first = 0; first < blocks_.size(); first += kBlocksReadAtOnce) {
+    const size_t count = std::min(blocks_.size() - first, kBlocksReadAtOnce);
     for (size_t i = 0; i < count; ++i) {
       const Block& block = blocks_[first + i];
       stored[i].resize(block.header.stored_bytes);
@@ -184,7 +184,7 @@ Result<void> Reader::read_blocks(std::span<const std::span<std::byte>> planes) c
 }
 
 Result<Accumulation> read(const fs::path& path) {
-  Reader reader(path);
+  AccumulationReader reader(path);
   if (const Result<void> opened = reader.open(); !opened) return opened.error();
   const ParsedHeader& parsed = reader.parsed();
   const AccumulationSummary& summary = parsed.header.summary;
@@ -216,7 +216,7 @@ Result<Accumulation> read_accumulation(const fs::path& path) {
 
 Result<void> check_accumulation(const fs::path& path) {
   try {
-    Reader reader(path);
+    AccumulationReader reader(path);
     if (Result<void> opened = reader.open(); !opened) return opened;
     return reader.read_blocks({});
   } catch (const std::bad_alloc&) {
@@ -226,7 +226,7 @@ Result<void> check_accumulation(const fs::path& path) {
 
 Result<AccumulationSummary> read_accumulation_summary(const fs::path& path) {
   try {
-    Reader reader(path);
+    AccumulationReader reader(path);
     if (const Result<void> opened = reader.open(); !opened) return opened.error();
     AccumulationSummary summary = reader.parsed().header.summary;
     summary.coverage = coverage_of(reader.parsed());

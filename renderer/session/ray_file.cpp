@@ -49,9 +49,10 @@ bool is_ray(const accel::Ray& ray) {
   return ray.direction != Imath::V3f(0.0f) && !std::isnan(ray.t_min) && !std::isnan(ray.t_max);
 }
 
-class Reader {
+class RayFileReader {
  public:
-  explicit Reader(const std::filesystem::path& path) : path_(path), stream_(path, std::ios::binary | std::ios::ate) {}
+  explicit RayFileReader(const std::filesystem::path& path)
+      : path_(path), stream_(path, std::ios::binary | std::ios::ate) {}
 
   Result<RayRecording> read() {
     if (std::filesystem::is_directory(path_)) return refuse("is a folder; a ray file is needed");
@@ -146,6 +147,6 @@ Result<void> write_ray_file(const std::filesystem::path& path, const RayRecordin
   return file.value().commit();
 }
 
-Result<RayRecording> read_ray_file(const std::filesystem::path& path) { return Reader(path).read(); }
+Result<RayRecording> read_ray_file(const std::filesystem::path& path) { return RayFileReader(path).read(); }
 
 } // namespace kindling

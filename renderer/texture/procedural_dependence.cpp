@@ -16,10 +16,6 @@ float largest(const Float4& v) {
   return std::max(std::max(std::abs(v[0]), std::abs(v[1])), std::max(std::abs(v[2]), std::abs(v[3])));
 }
 
-float smallest(const Float4& v) {
-  return std::min(std::min(std::abs(v[0]), std::abs(v[1])), std::min(std::abs(v[2]), std::abs(v[3])));
-}
-
 } // namespace
 
 ProceduralDependence ProceduralEmitter::dependence_of(int16_t operand) const {

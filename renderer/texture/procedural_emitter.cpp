@@ -77,10 +77,6 @@ bool is_linear_in(const ProceduralInstruction& instruction, size_t operand) {
   }
 }
 
-float smallest(const Float4& v) {
-  return std::min(std::min(std::abs(v[0]), std::abs(v[1])), std::min(std::abs(v[2]), std::abs(v[3])));
-}
-
 // Points that fill space evenly (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R3).
 V3f spread_point(uint32_t i) {
   return V3f(to_unit_float(i * 0xd1b54a33U), to_unit_float(i * 0xabc98389U), to_unit_float(i * 0x8cb92ba7U)) * 97.0f;

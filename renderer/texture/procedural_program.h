@@ -4,7 +4,9 @@
 
 #include "renderer/base/math.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,6 +17,10 @@ class Texture;
 
 // Four channels side by side; a single number stands in all of them.
 using Float4 = float __attribute__((vector_size(16)));
+// Of its channels, without their signs.
+[[nodiscard]] inline float smallest(const Float4& v) {
+  return std::min(std::min(std::abs(v[0]), std::abs(v[1])), std::min(std::abs(v[2]), std::abs(v[3])));
+}
 
 // What an instruction does with its operands a, b, c, d.
 enum class ProceduralOp : uint8_t {

@@ -11,7 +11,7 @@ namespace kindling {
 namespace {
 
 constexpr size_t kPadding = 2; // positions that the accelerator's quadword loads may read
-constexpr size_t kGrain = 1U << 14;
+constexpr size_t kRecordGrain = 1U << 14;
 
 // Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
 uint32_t used_texcoord_sets(const Material& material) {
@@ -59,7 +59,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   geometry.stride = stride;
   geometry.attributes.resize(count * stride);
 
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain), [&](const tbb::blocked_range<size_t>& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kRecordGrain), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t v = range.begin(); v != range.end(); ++v) {
       float* record = geometry.attributes.data() + v * stride;
       if (geometry.normal_offset != Geometry::kAbsent) {
@@ -99,7 +99,7 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
 void add_key(Geometry& geometry, PosedMesh::Deformed&& key) {
   const size_t floats = geometry.frame_floats();
   UninitializedVector<float>& frames = geometry.later_frames.emplace_back(geometry.position_count * floats);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.position_count, kGrain),
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.position_count, kRecordGrain),
                     [&](const tbb::blocked_range<size_t>& range) {
                       for (size_t v = range.begin(); v != range.end(); ++v) {
                         float* frame = frames.data() + v * floats;
@@ -114,7 +114,7 @@ void add_key(Geometry& geometry, PosedMesh::Deformed&& key) {
 }
 
 void reverse_winding(Geometry& geometry) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.indices.size() / 3, kGrain),
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.indices.size() / 3, kRecordGrain),
                     [&](const tbb::blocked_range<size_t>& range) {
                       for (size_t t = range.begin(); t != range.end(); ++t)
                         std::swap(geometry.indices[3 * t + 1], geometry.indices[3 * t + 2]);

@@ -20,8 +20,6 @@ KeyPosition between_keys(float time, size_t key_count) {
   return {key, position - static_cast<float>(key)};
 }
 
-float max_abs(const V3f& v) { return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z))); }
-
 M44f lerp(const M44f& a, const M44f& b, float t) {
   M44f m;
   for (int row = 0; row < 4; ++row)

@@ -15,7 +15,7 @@
 namespace kindling {
 namespace {
 
-constexpr size_t kGrain = 1U << 14;
+constexpr size_t kBoundsGrain = 1U << 14;
 // Of vertices for each thread that may be held twice, as they were read and as they are shaded; and always those of one primitive.
 constexpr uint64_t kBytesInHand = 2U << 20;
 
@@ -58,7 +58,7 @@ Box3f box_of_all(size_t count, size_t grain, const Extend& extend) {
 // Over all keys.
 Box3f box_of(const Geometry& geometry) {
   const auto box_of_span = [](std::span<const V3f> positions) {
-    return box_of_all(positions.size(), kGrain, [&](Box3f& box, size_t i) {
+    return box_of_all(positions.size(), kBoundsGrain, [&](Box3f& box, size_t i) {
       if (is_finite(positions[i])) box.extendBy(positions[i]);
     });
   };

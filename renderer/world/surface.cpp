@@ -21,8 +21,6 @@ constexpr float gamma(int n) {
   return static_cast<float>(n) * kEpsilon / (1.0f - static_cast<float>(n) * kEpsilon);
 }
 
-float max_abs(const V3f& v) { return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z))); }
-
 // Of a point interpolated from three others with coordinates up to `magnitude`; with room for the sums made with it.
 float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
 

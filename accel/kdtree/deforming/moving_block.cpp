@@ -22,9 +22,9 @@ struct KeyRange {
 };
 
 // Collects triangles until one of the limits is met, or one comes with other keys.
-class BlockBuilder {
+class MovingBlockBuilder {
  public:
-  explicit BlockBuilder(const TimeSlice& slice) : slice_(slice) {}
+  explicit MovingBlockBuilder(const TimeSlice& slice) : slice_(slice) {}
 
   bool add(const Geometry& geometry, uint32_t triangle) {
     if (triangles_ == kBlockTriangles) return false;
@@ -106,7 +106,7 @@ class BlockBuilder {
 
 void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                         const TimeSlice& slice, std::vector<LeafUnit>& out) {
-  BlockBuilder block(slice);
+  MovingBlockBuilder block(slice);
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
   std::vector<LeafReference> waiting; // what does not fit waits for the next block
   for (const LeafReference& reference : references)
