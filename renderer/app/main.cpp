@@ -1,16 +1,19 @@
 // The `kindling` program: parses the command line, runs the command, turns errors into one line and an exit code.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/command_farm.h"
-#include "renderer/app/command_info.h"
-#include "renderer/app/command_merge.h"
-#include "renderer/app/command_render.h"
-#include "renderer/app/command_scaling.h"
-#include "renderer/app/command_shootout.h"
-#include "renderer/app/console.h"
-#include "renderer/app/exit_code.h"
-#include "renderer/app/options.h"
-#include "renderer/app/resume.h"
-#include "renderer/app/signals.h"
+#include "renderer/app/checkpoint/resume.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/info/command_info.h"
+#include "renderer/app/merge/command_farm.h"
+#include "renderer/app/merge/command_merge.h"
+#include "renderer/app/options/farm_options.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/options/resume_options.h"
+#include "renderer/app/render/command_render.h"
+#include "renderer/app/scaling/command_scaling.h"
+#include "renderer/app/shootout/command_shootout.h"
+#include "renderer/app/terminal/console.h"
+#include "renderer/app/terminal/exit_code.h"
+#include "renderer/app/terminal/signals.h"
 
 #include <fmt/format.h>
 

@@ -101,6 +101,12 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
 
 } // namespace
 
+bool names_accumulation(const fs::path& file) {
+  const fs::path extension = file.extension();
+  return extension == kAccumulationExtension ||
+         ((extension == ".previous" || extension == ".damaged") && file.stem().extension() == kAccumulationExtension);
+}
+
 fs::path previous_accumulation(const fs::path& path) { return AtomicFile::target_of(path) += ".previous"; }
 
 Result<void> write_accumulation(const fs::path& path, const AccumulationIdentity& identity, const RenderState& state,

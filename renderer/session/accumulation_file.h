@@ -15,6 +15,8 @@
 namespace kindling {
 
 inline constexpr std::string_view kAccumulationExtension = ".kacc";
+// FILE.kacc, or what a checkpoint leaves beside it: FILE.kacc.previous, FILE.kacc.damaged.
+[[nodiscard]] bool names_accumulation(const std::filesystem::path& file);
 
 // Which picture, and how it was asked for. All texts are UTF-8.
 struct AccumulationIdentity {

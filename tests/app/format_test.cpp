@@ -1,10 +1,10 @@
 // Numbers, tables and progress as text; cameras and sizes as people pick them.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/choose.h"
-#include "renderer/app/exit_code.h"
-#include "renderer/app/progress_format.h"
-#include "renderer/app/report.h"
-#include "renderer/app/text_format.h"
+#include "renderer/app/output/report.h"
+#include "renderer/app/setup/choose.h"
+#include "renderer/app/terminal/exit_code.h"
+#include "renderer/app/terminal/progress_format.h"
+#include "renderer/app/text/text_format.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

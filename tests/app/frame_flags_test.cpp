@@ -1,10 +1,12 @@
 // Frames from flags, the names of their files, and what is said of them.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/frame_flags.h"
+#include "renderer/app/flags/frame_flags.h"
+#include "renderer/app/output/frame_names.h"
+#include "renderer/app/setup/shutter.h"
 
-#include "renderer/app/frame_report.h"
-#include "renderer/app/options.h"
-#include "renderer/app/progress_format.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/render/frame_report.h"
+#include "renderer/app/terminal/progress_format.h"
 #include "tests/app/render_line.h"
 
 #include <gtest/gtest.h>

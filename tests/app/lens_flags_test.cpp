@@ -1,8 +1,10 @@
 // The flags of the lens: what they ask of a camera, and what they refuse.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/lens_flags.h"
+#include "renderer/app/flags/lens_flags.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/setup/lens.h"
 
-#include "renderer/app/options.h"
+#include "renderer/app/options/options.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,10 @@
 // Sizes of lights by flags, and which lights take them.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/light_flags.h"
+#include "renderer/app/flags/light_flags.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/setup/light_sizes.h"
 
-#include "renderer/app/options.h"
+#include "renderer/app/options/options.h"
 #include "renderer/scene/scene.h"
 
 #include <gtest/gtest.h>

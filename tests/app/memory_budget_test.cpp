@@ -1,7 +1,7 @@
 // The memory budget without renders: what it depends on, what the machine has, and the warning.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/available_memory.h"
-#include "renderer/app/memory_budget.h"
+#include "renderer/app/setup/available_memory.h"
+#include "renderer/app/setup/memory_budget.h"
 #include "tests/app/test_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // From arguments to options: where each value goes, what the defaults are, and what excludes what.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/options.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/options/options.h"
 
 #include <gtest/gtest.h>
 

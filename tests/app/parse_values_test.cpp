@@ -1,6 +1,6 @@
 // Values of flags: what is accepted, what it means, and how the rest is refused.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/parse_values.h"
+#include "renderer/app/text/parse_values.h"
 
 #include <gtest/gtest.h>
 

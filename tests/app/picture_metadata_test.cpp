@@ -1,6 +1,6 @@
 // Metadata survive as text, to the bit.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/picture_metadata.h"
+#include "renderer/app/output/picture_metadata.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,12 @@
 // That the settings of a picture name every flag that its pixels depend on, and no other.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/picture_settings.h"
+#include "renderer/app/checkpoint/picture_settings.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/setup/shutter.h"
 
-#include "renderer/app/accumulation_identity.h"
-#include "renderer/app/choose.h"
-#include "renderer/app/version.h"
+#include "renderer/app/checkpoint/accumulation_identity.h"
+#include "renderer/app/setup/choose.h"
+#include "renderer/app/terminal/version.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/app/options.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/options/options.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,12 @@
 // What a resumed render is made of: its arguments, what it may go on with, and the lock on its file.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/accumulation_identity.h"
-#include "renderer/app/file_lock.h"
-#include "renderer/app/options.h"
-#include "renderer/app/resume_flags.h"
+#include "renderer/app/checkpoint/accumulation_identity.h"
+#include "renderer/app/checkpoint/file_lock.h"
+#include "renderer/app/checkpoint/resume.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/flags/resume_flags.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/options/resume_options.h"
 #include "tests/app/test_scene.h"
 
 #include <gtest/gtest.h>

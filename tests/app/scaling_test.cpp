@@ -1,8 +1,9 @@
 // The parts of `kindling scaling`: the fit, what follows from measurements, the order of these, and the forms of the report.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/options.h"
-#include "renderer/app/scaling_measure.h"
-#include "renderer/app/scaling_report.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/scaling/scaling_measure.h"
+#include "renderer/app/scaling/scaling_report.h"
 #include "tests/app/test_scene.h"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // What `kindling info` says of a scene.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/scene_info.h"
+#include "renderer/app/info/scene_info.h"
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,14 @@
 // The parts of a shootout: statistics, names of accelerators, the race itself with accelerators that lie, plots and pictures.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/accelerator_variant.h"
-#include "renderer/app/indexed_png.h"
-#include "renderer/app/measurement.h"
-#include "renderer/app/options.h"
-#include "renderer/app/shootout_measure.h"
-#include "renderer/app/shootout_plots.h"
-#include "renderer/app/shootout_report.h"
-#include "renderer/app/shootout_summary.h"
-#include "renderer/app/svg.h"
+#include "renderer/app/measure/indexed_png.h"
+#include "renderer/app/measure/measurement.h"
+#include "renderer/app/measure/svg.h"
+#include "renderer/app/options/accelerator_variant.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/shootout/shootout_measure.h"
+#include "renderer/app/shootout/shootout_plots.h"
+#include "renderer/app/shootout/shootout_report.h"
+#include "renderer/app/shootout/shootout_summary.h"
 #include "renderer/image/decode_image.h"
 #include "tests/app/test_scene.h"
 

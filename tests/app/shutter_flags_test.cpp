@@ -1,8 +1,9 @@
 // The shutter from flags and cameras.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/shutter_flags.h"
+#include "renderer/app/flags/shutter_flags.h"
+#include "renderer/app/setup/shutter.h"
 
-#include "renderer/app/options.h"
+#include "renderer/app/options/options.h"
 #include "tests/app/render_line.h"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,149 @@
+// The settings of a picture as JSON.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/checkpoint/picture_settings.h"
+
+#include "accel/simd_target.h"
+#include "renderer/app/options/accelerator_variant.h"
+#include "renderer/app/text/text_format.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <vector>
+
+namespace kindling::app {
+
+namespace {
+
+using nlohmann::json; // keys in order
+
+// The shortest text that gives this number back; a limit that is not there is none.
+template <typename T>
+json json_number(T value) {
+  return std::isfinite(value) ? json::parse(fmt::format("{}", value)) : json();
+}
+template <typename T>
+json json_number(const std::optional<T>& value) {
+  return value ? json_number(*value) : json();
+}
+// The kd-tree's kernels agree to the bit on all processors. Embree chooses kernels by the processor, and its reciprocals are the
+// approximations of whoever made that.
+std::string accelerator_identity(accel::Kind kind) {
+  std::string identity(accel::kind_description(kind)); // with the version of a library
+  if (kind != accel::Kind::embree) return identity;
+  const char* maker = __builtin_cpu_is("amd") ? "AMD" : __builtin_cpu_is("intel") ? "Intel" : "another maker";
+  return fmt::format("{}, {} of {}", identity, accel::simd_target_name(accel::best_simd_target()), maker);
+}
+
+json json_vector(const V3f& v) { return {json_number(v.x), json_number(v.y), json_number(v.z)}; }
+json json_vector(const std::optional<V3f>& v) { return v ? json_vector(*v) : json(); }
+json color(const std::optional<Rgb>& c) {
+  return c ? json{json_number(c->x), json_number(c->y), json_number(c->z)} : json();
+}
+json pixel(const std::optional<V2i>& p) { return p ? json{p->x, p->y} : json(); }
+
+void add_frame(const RenderOptions& o, const ResolvedPicture& resolved, json& j) {
+  const V2i& size = resolved.size_px;
+  const PixelRect crop = o.crop.value_or(PixelRect{V2i(0, 0), size});
+  j["--size"] = {size.x, size.y}; // times --scale
+  j["--crop"] = {crop.min.x, crop.min.y, crop.max.x, crop.max.y};
+  AovSet aovs = o.aovs;
+  for (const Aov always : {Aov::beauty, Aov::alpha, Aov::samples}) aovs.insert(always);
+  std::vector<std::string> names;
+  for (const AovInfo& info : kAovs)
+    if (aovs.contains(info.aov)) names.emplace_back(info.name);
+  j["--aov"] = names;
+}
+
+void add_sampling(const RenderOptions& o, json& j) {
+  j["--planned-spp"] = o.planned_samples();
+  j["--noise-threshold"] = json_number(o.adaptive.noise_threshold);
+  j["--min-spp"] = o.adaptive.enabled() ? json(o.adaptive.min_samples_per_pixel) : json();
+  j["--seed"] = o.seed;
+  j["--sampler"] = sampler_name(o.sampler);
+  const PixelFilter filter(o.filter);
+  j["--filter"] = filter_name(filter.kind());
+  j["--filter-width"] = json_number(filter.width());
+  j["--outliers"] = outliers_name(o.outliers);
+}
+
+void add_scene(const RenderOptions& o, const ResolvedPicture& resolved, json& j) {
+  j["--scene"] = resolved.scene;
+  j["--variant"] = resolved.variant;
+  j["--time"] = json_number(resolved.time_s); // and --frames
+  j["--shutter"] = nullptr;                   // and --shutter-angle with --fps, or the camera's
+  if (resolved.shutter)
+    j["--shutter"] = {json_number(resolved.shutter->open_s), json_number(resolved.shutter->close_s)};
+  j["--camera"] = resolved.camera ? json(*resolved.camera) : json();
+  j["--orbit"] = json_vector(o.orbit);
+  j["--target"] = o.orbit ? json_vector(o.target) : json();
+  j["--fov"] = json_number(o.yfov_deg);
+}
+
+void add_lens(const LensOptions& o, json& j) {
+  j["--f-stop"] = o.pinhole ? json("none") : json_number(o.f_stop);
+  j["--focal-length"] = json_number(o.focal_length_mm);
+  j["--focus-distance"] = json_number(o.focus_distance_m);
+  j["--focus-pixel"] = pixel(o.focus_pixel);
+  j["--aperture-blades"] = o.blades ? json(*o.blades) : json();
+  j["--aperture-rotation"] = json_number(o.rotation_deg);
+  j["--anamorphic"] = json_number(o.anamorphic_ratio);
+  j["--cats-eye"] = json_number(o.cats_eye);
+}
+
+void add_light(const RenderOptions& o, const ResolvedPicture& resolved, json& j) {
+  const bool file = !o.env_file.empty();
+  j["--env"] = file ? json(format_hash(resolved.environment_hash)) : json();
+  j["--env-rotation"] = file ? json_number(o.env_rotation_deg) : json();
+  j["--env-intensity"] = file || o.env_color ? json_number(o.env_intensity) : json();
+  j["--env-color"] = color(o.env_color);
+  j["--light-radius"] = json_number(o.lights.radius_m);
+  j["--sun-angle"] = json_number(o.lights.sun_angle_deg);
+  const IntegratorSettings& s = o.integrator;
+  j["--background"] = s.transparent_background ? json("transparent") : s.background ? color(s.background) : json("env");
+}
+
+void add_transport(const RenderOptions& o, json& j) {
+  const IntegratorSettings& s = o.integrator;
+  j["--integrator"] = integrator_name(s.kind);
+  j["--max-bounces"] = s.max_bounces;
+  j["--max-diffuse-bounces"] = s.max_diffuse_bounces;
+  j["--max-glossy-bounces"] = s.max_glossy_bounces;
+  j["--max-transmission-bounces"] = s.max_transmission_bounces;
+  j["--roulette-start"] = s.roulette_start_bounce;
+  j["--clamp-direct"] = json_number(s.clamp_direct);
+  j["--clamp-indirect"] = json_number(s.clamp_indirect);
+  j["--caustics"] = caustics_name(s.caustics);
+  j["--guiding"] = guiding_name(o.guiding);
+  j["--ao-distance"] = json_number(s.ao_distance_m);
+  j["--accel"] = accelerator_identity(o.accelerator);
+  j["--accel-quality"] = quality_name(o.quality);
+}
+
+// Whose cache and form make the same pixels.
+void add_whitted(const IntegratorSettings& s, json& j) {
+  const bool used = s.kind == IntegratorKind::whitted;
+  const WhittedSettings& w = s.whitted;
+  j["--trace-depth"] = used ? json(w.trace_depth) : json();
+  j["--max-reflections"] = used ? json(std::min(w.max_reflections, w.trace_depth)) : json();
+  j["--ambient"] = !used ? json() : w.ambient ? color(w.ambient) : json(w.environment_light ? "sampled" : "env");
+  j["--light-samples"] = used ? json(w.light_strata) : json();
+  j["--glossy-samples"] = used ? json(w.glossy_strata) : json();
+}
+
+} // namespace
+
+std::string picture_settings(const RenderOptions& options, const ResolvedPicture& resolved) {
+  json j = json::object();
+  add_frame(options, resolved, j);
+  add_sampling(options, j);
+  add_scene(options, resolved, j);
+  add_lens(options.lens, j);
+  add_light(options, resolved, j);
+  add_transport(options, j);
+  add_whitted(options.integrator, j);
+  return j.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+} // namespace kindling::app

@@ -1,0 +1,116 @@
+// From a checkpoint to a render.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/checkpoint/resume.h"
+
+#include "renderer/app/checkpoint/checkpoint.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/options/resume_options.h"
+#include "renderer/app/output/outputs.h"
+#include "renderer/app/terminal/version.h"
+#include "renderer/app/text/text_format.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace kindling::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void make_absolute(fs::path& path) {
+  std::error_code ignored;
+  if (!path.empty()) path = fs::absolute(path, ignored);
+}
+
+ResumeOptions with_absolute_names(ResumeOptions resume) {
+  for (fs::path* path : {&resume.file, &resume.folder, &resume.scene_file, &resume.stats_file}) make_absolute(*path);
+  for (fs::path& output : resume.outputs) make_absolute(output);
+  return resume;
+}
+
+Result<void> enter(const fs::path& folder, const ResumeOptions& typed) {
+  std::error_code code;
+  fs::current_path(folder, code);
+  if (!code) return {};
+  if (!typed.folder.empty())
+    return Error{ErrorKind::input_output,
+                 fmt::format("--folder: '{}' cannot be entered: {}", typed.folder.string(), code.message())};
+  return Error{
+      ErrorKind::input_output,
+      fmt::format("{}: was begun in folder '{}', which cannot be entered: {}; say where its files are now with "
+                  "--folder",
+                  typed.file.string(), folder.string(), code.message())};
+}
+
+Result<CommandLine> parse(const std::vector<std::string>& arguments) {
+  std::vector<const char*> words;
+  for (const std::string& argument : arguments) words.push_back(argument.c_str());
+  return parse_command_line(words);
+}
+
+} // namespace
+
+Result<CommandLine> resume_command_line(const ResumeOptions& typed) {
+  const Result<AccumulationIdentity> found = read_checkpoint_identity(typed.file);
+  if (!found.ok()) return found.error();
+  const AccumulationIdentity& identity = found.value();
+  if (identity.program != program_identity())
+    return Error{ErrorKind::usage, fmt::format("{}: was made by {}, this is {}; go on with the program that began it",
+                                               typed.file.string(), printable(identity.program), program_identity())};
+  const ResumeOptions resume = with_absolute_names(typed);
+  std::error_code ignored;
+  const fs::path here = fs::current_path(ignored);
+  const fs::path folder = resume.folder.empty() ? identity.folder : resume.folder;
+  if (folder != here)
+    if (Result<void> entered = enter(folder, typed); !entered.ok()) return entered.error();
+
+  std::vector<std::string> arguments = resumed_arguments(identity, resume);
+  Result<CommandLine> line = parse(arguments);
+  RenderOptions* options = line.ok() ? std::get_if<RenderOptions>(&line.value().command) : nullptr;
+  if (options == nullptr)
+    return Error{ErrorKind::usage, fmt::format("{}: holds no render that can go on{}", typed.file.string(),
+                                               line.ok() ? "" : ": " + line.error().message)};
+  if (!resume.scene_file.empty())
+    std::replace(options->arguments.begin(), options->arguments.end(), options->scene_file.string(),
+                 resume.scene_file.string());
+  if (folder != here) { // names that are printed lead there from anywhere
+    if (options->outputs.empty()) options->outputs.push_back(default_output(*options));
+    for (fs::path& output : options->outputs) make_absolute(output);
+  }
+  override_render(resume, *options);
+  options->checkpoint.file = folder == here ? typed.file : resume.file;
+  options->checkpoint.must_exist = true;
+  options->frames.force = true; // what is there may be of a part of the samples
+  return line;
+}
+
+std::vector<std::string> resumed_arguments(const AccumulationIdentity& identity, const ResumeOptions& resume) {
+  std::vector<std::string> arguments = identity.arguments;
+  if (!resume.spp || *resume.spp == identity.samples_per_pixel) return arguments;
+  const auto add = [&](const char* flag, uint32_t value) {
+    arguments.emplace_back(flag);
+    arguments.push_back(fmt::format("{}", value));
+  };
+  add("--spp", *resume.spp);
+  add("--planned-spp", identity.planned_samples);
+  return arguments;
+}
+
+void override_render(const ResumeOptions& resume, RenderOptions& o) {
+  if (!resume.scene_file.empty()) o.scene_file = resume.scene_file;
+  if (!resume.outputs.empty()) o.outputs = resume.outputs;
+  if (!resume.stats_file.empty()) o.stats_file = resume.stats_file;
+  if (resume.threads) o.threads = *resume.threads;
+  if (resume.time_limit_s) {
+    if (!o.time_limit_s) o.spp = o.samples_per_pixel(); // the default is another one with a limit
+    o.time_limit_s = resume.time_limit_s;
+  }
+  if (resume.checkpoint_every_s) o.checkpoint.every_s = *resume.checkpoint_every_s;
+  if (resume.progress) o.progress = *resume.progress;
+  o.quiet = resume.quiet || (o.quiet && !resume.verbose);
+  o.verbose = resume.verbose || (o.verbose && !resume.quiet);
+}
+
+} // namespace kindling::app

@@ -1,0 +1,24 @@
+// The flags of each command.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/options/options.h"
+#include "renderer/base/result.h"
+
+namespace kindling::app {
+
+class FlagSet;
+// Declare the flags of a command; parsing fills `options`, which must outlive the set.
+void add_render_flags(FlagSet& flags, RenderOptions& options);
+void add_info_flags(FlagSet& flags, InfoOptions& options);
+void add_shootout_flags(FlagSet& flags, ShootoutOptions& options);
+void add_merge_flags(FlagSet& flags, MergeOptions& options);
+void add_scaling_flags(FlagSet& flags, ScalingOptions& options);
+// What no flag can judge alone; fails (usage).
+[[nodiscard]] Result<void> check_render_flags(const FlagSet& flags, RenderOptions& options);
+[[nodiscard]] Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options);
+[[nodiscard]] Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& options);
+[[nodiscard]] Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& options);
+[[nodiscard]] Result<void> check_merge_flags(const FlagSet& flags, const MergeOptions& options);
+
+} // namespace kindling::app

@@ -1,0 +1,180 @@
+// The flags of `kindling farm` and its five actions.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/flags/farm_flags.h"
+
+#include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/frame_flags.h"
+#include "renderer/app/flags/scene_flags.h"
+#include "renderer/app/options/farm_options.h"
+#include "renderer/app/output/frame_names.h"
+#include "renderer/app/output/outputs.h"
+#include "renderer/app/text/parse_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace kindling::app {
+
+namespace {
+
+constexpr std::string_view kFarmHelp = R"(Renders frames in parts on many machines
+
+Usage:
+  kindling farm submit SCENE --parts N --folder DIR -o FILE [flags] -- [flags of render]
+                              hand a scene over to Slurm: an array of tasks, and a job that merges them
+  kindling farm status DIR    where it stands: exit code 0 done, 6 goes on, 5 parts are poisoned or missing
+  kindling farm retry DIR     hand over again what was given up or is missing
+  kindling farm work DIR N    what the array's tasks run: task N
+  kindling farm merge DIR     what the merge job runs: merges the frames that are whole
+  kindling farm submit --help all flags
+
+DIR must be the same folder on all machines.
+)";
+
+// What the farm says to each render itself.
+constexpr std::array<std::string_view, 16> kOwnFlags = {
+    "-o",        "--output", "--part",  "--tile-part", "--checkpoint", "--frames", "--force", "--progress",
+    "--threads", "--stats",  "--pixel", "--sample",    "--time-limit", "--quiet",  "-q",      "--noise-threshold"};
+
+void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
+  flags.group("What to render");
+  flags.value("--parts", "N", "Parts of each frame, as --part of render: one task each",
+              [&o](auto text) { return store(parse_integer(text, 1, 100000), o.parts); });
+  flags.value("--frames", "A-B[xSTEP]", "Frames of an animation, as --frames of render [one picture]",
+              [&o](auto text) { return store(parse_frames(text), o.frames); });
+  flags.value("--folder", "DIR", "A new folder that all machines share, for parts, records and logs",
+              [&o](auto text) { return set_path(text, o.folder); });
+  flags.repeated("-o,--output", "FILE", "The pictures, .png, .exr or .kacc; several are allowed; #### is the frame",
+                 [&o](auto text) {
+                   std::filesystem::path path;
+                   Result<void> set = set_path(text, path);
+                   if (set.ok()) o.outputs.push_back(path);
+                   return set;
+                 });
+  flags.value("--retries", "N", "More attempts at a part whose render fails [2]",
+              [&o](auto text) { return store(parse_integer(text, 0, 100), o.retries); });
+  flags.toggle("--no-check", "Look neither at the scene nor at where pictures go: they are large, or on other machines",
+               o.check_scene, false);
+  flags.group("Engine");
+  flags.value("--engine", "NAME", "slurm [slurm]", [&o](auto text) -> Result<void> {
+    if (text != "slurm") return unknown_name("engine", text, {"slurm"});
+    o.engine = std::string(text);
+    return {};
+  });
+  flags.value("--partition", "NAME", "Where to queue [the engine's default]",
+              [&o](auto text) { return set_text(text, o.resources.partition); });
+  flags.value("--threads-per-part", "N", "Processors of a task [all of a machine, which it has to itself]",
+              [&o](auto text) { return store(parse_integer(text, 1, 1024), o.resources.threads_per_part); });
+  flags.value("--memory", "SIZE", "Of a task, as in 4G [the engine's default]",
+              [&o](auto text) { return set_text(text, o.resources.memory); });
+  flags.value(
+      "--time", "TIME",
+      "The longest that a task may take at a stretch, as in 2:00:00; a part that takes longer saves and goes on in "
+      "another [the engine's default]",
+      [&o](auto text) { return set_text(text, o.resources.time); });
+  flags.group("Reports");
+}
+
+// True if help was asked for.
+Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments) {
+  Result<bool> help = flags.parse(arguments);
+  if (!help.ok() || help.value()) return help;
+  if (const std::vector<std::string> extras = flags.extras(); !extras.empty()) {
+    const std::string nearest = nearest_name(extras.front(), flags.names());
+    return usage_error(
+        fmt::format("unexpected '{}'{}", extras.front(),
+                    nearest.empty() ? "; flags of render come after --" : "; did you mean " + nearest + "?"));
+  }
+  return false;
+}
+
+Result<void> check_submit(const FarmSubmitOptions& o) {
+  if (o.scene_file.empty())
+    return usage_error("no scene; use 'kindling farm submit SCENE --parts N --folder DIR -o FILE'");
+  if (o.parts == 0) return usage_error("--parts: is missing; in how many parts is each frame rendered?");
+  if (o.folder.empty()) return usage_error("--folder: is missing; a new folder that all machines share");
+  if (o.outputs.empty()) return usage_error("-o: is missing; where do the pictures go?");
+  constexpr size_t kMostTasks = 1'000'000;
+  if (std::max<size_t>(o.frames.size(), 1) * static_cast<size_t>(o.parts) > kMostTasks)
+    return usage_error(
+        fmt::format("{} frames in {} parts are more than {} tasks", o.frames.size(), o.parts, kMostTasks));
+  for (const std::filesystem::path& output : o.outputs) {
+    if (const std::string sentence = is_accumulation(output) ? "" : unsupported_output(output); !sentence.empty())
+      return usage_error("-o: " + sentence);
+    if (o.frames.empty()) continue; // names are taken literally
+    if (count_frame_groups(output) != 1 || count_frame_groups(output.filename()) != 1)
+      return usage_error(
+          fmt::format("-o {}: needs one #### for the frame's number, in the file's name", output.string()));
+  }
+  if (!o.frames.empty() && count_frame_groups(std::filesystem::absolute(o.folder)) > 0)
+    return usage_error(
+        fmt::format("--folder {}: has a # in its name, which would be taken for a frame's number", o.folder.string()));
+  for (const std::string& flag : o.render_flags)
+    if (const std::string name = flag.substr(0, flag.find('='));
+        std::find(kOwnFlags.begin(), kOwnFlags.end(), name) != kOwnFlags.end())
+      return usage_error(fmt::format("{}: cannot stand behind --; the farm sets it, or parts do not know it", name));
+  return {};
+}
+
+Result<FarmCommandLine> parse_submit(std::span<const char* const> arguments) {
+  const auto end =
+      std::find_if(arguments.begin(), arguments.end(), [](const char* word) { return std::string_view(word) == "--"; });
+  FarmSubmitOptions options;
+  if (end != arguments.end()) options.render_flags.assign(end + 1, arguments.end());
+  FlagSet flags("Hands a scene over to the machines of a farm.", "kindling farm submit");
+  add_submit_flags(flags, options);
+  std::string scene;
+  flags.operand("SCENE", scene);
+  Result<bool> help = parse_words(flags, arguments.first(static_cast<size_t>(end - arguments.begin())));
+  if (!help.ok()) return help.error();
+  if (help.value()) return FarmCommandLine{{}, flags.help()};
+  options.scene_file = scene;
+  if (Result<void> checked = check_submit(options); !checked.ok()) return checked.error();
+  return FarmCommandLine{std::move(options), {}};
+}
+
+Result<FarmCommandLine> parse_folder_action(FarmAction action, std::span<const char* const> arguments) {
+  FarmFolderOptions options;
+  options.action = action;
+  std::vector<std::string> words;
+  for (const std::string_view word : arguments) {
+    if (word == "-h" || word == "--help") return FarmCommandLine{{}, std::string(kFarmHelp)};
+    if (word == "--json" && action == FarmAction::status)
+      options.json = true;
+    else if (word.starts_with('-') && word.size() > 1)
+      return usage_error(fmt::format("unknown flag '{}'", word));
+    else
+      words.emplace_back(word);
+  }
+  const size_t wanted = action == FarmAction::work ? 2 : 1;
+  if (words.size() != wanted)
+    return usage_error(wanted == 2 ? "use 'kindling farm work DIR TASK'" : "one folder of a farm is wanted");
+  options.folder = words[0];
+  if (wanted == 2) {
+    Result<int64_t> task = parse_integer(words[1], 0, std::numeric_limits<int>::max());
+    if (!task.ok()) return usage_error("TASK: " + task.error().message);
+    options.task = static_cast<int>(task.value());
+  }
+  return FarmCommandLine{options, {}};
+}
+
+} // namespace
+
+Result<FarmCommandLine> parse_farm_command(std::span<const char* const> arguments) {
+  const std::string_view action = arguments.empty() ? "" : arguments.front();
+  if (action.empty() || action == "-h" || action == "--help") {
+    if (action.empty()) return usage_error("farm: no action; use submit, status, retry, work or merge");
+    return FarmCommandLine{{}, std::string(kFarmHelp)};
+  }
+  const auto rest = arguments.subspan(1);
+  if (action == "submit") return parse_submit(rest);
+  if (action == "status") return parse_folder_action(FarmAction::status, rest);
+  if (action == "retry") return parse_folder_action(FarmAction::retry, rest);
+  if (action == "work") return parse_folder_action(FarmAction::work, rest);
+  if (action == "merge") return parse_folder_action(FarmAction::merge, rest);
+  return usage_error(fmt::format("farm: unknown action '{}'; use submit, status, retry, work or merge", action));
+}
+
+} // namespace kindling::app

@@ -1,0 +1,20 @@
+// From the arguments of `kindling farm` to its options.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/options/farm_options.h"
+#include "renderer/base/result.h"
+
+#include <span>
+#include <string>
+
+namespace kindling::app {
+
+struct FarmCommandLine {
+  FarmOptions options;
+  std::string help; // not empty: to be printed instead
+};
+// `arguments` after "farm". Fails (usage).
+[[nodiscard]] Result<FarmCommandLine> parse_farm_command(std::span<const char* const> arguments);
+
+} // namespace kindling::app

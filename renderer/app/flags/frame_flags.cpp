@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/flags/frame_flags.h"
+
+#include "renderer/app/flags/flag_set.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/output/frame_names.h"
+#include "renderer/app/text/parse_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <optional>
+#include <unordered_set>
+
+namespace kindling::app {
+
+namespace {
+
+// Takes a number off the front of `text`; nothing (and `text` unchanged) if there is none, or one out of range.
+std::optional<int> take_number(std::string_view& text, int min) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || number < min || number > kLastFrame) return std::nullopt;
+  text.remove_prefix(static_cast<size_t>(end - text.data()));
+  return number;
+}
+
+bool take(std::string_view& text, char c) {
+  if (text.empty() || text.front() != c) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+struct FrameRange {
+  int first = 0, last = 0, step = 1;
+};
+
+Result<FrameRange> parse_range(std::string_view text) {
+  const Error wrong = usage_error(
+      fmt::format("'{}' are no frames; use A-B, A-BxSTEP or one number, each from {} to {}, as in 1-48, 0-100x5, "
+                  "-5--1 or 7, and commas between several",
+                  text, -kLastFrame, kLastFrame));
+  std::string_view rest = text;
+  const std::optional<int> first = take_number(rest, -kLastFrame);
+  if (!first) return wrong;
+  FrameRange range{*first, *first, 1};
+  if (rest.empty()) return range;
+  if (!take(rest, '-')) return wrong;
+  const std::optional<int> last = take_number(rest, -kLastFrame);
+  if (!last) return wrong;
+  range.last = *last;
+  if (take(rest, 'x')) {
+    const std::optional<int> step = take_number(rest, 1);
+    if (!step) return usage_error(fmt::format("'{}': the step is not a whole number above 0; use A-BxSTEP", text));
+    range.step = *step;
+  }
+  if (!rest.empty()) return wrong;
+  if (range.last < range.first)
+    return usage_error(fmt::format("'{}' ends before it begins; use {}-{}", text, range.last, range.first));
+  return range;
+}
+
+Result<void> check_pattern(const char* flag, const std::filesystem::path& name) {
+  const int groups = count_frame_groups(name);
+  if (groups == 1) return {};
+  if (groups > 1)
+    return usage_error(fmt::format(
+        "{}: {}: more than one group of #; use one for the frame number, as in frame_####.png", flag, name.string()));
+  return usage_error(
+      fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, as in "
+                  "frame_####.png",
+                  flag, name.string()));
+}
+
+} // namespace
+
+Result<std::vector<int>> parse_frames(std::string_view text) {
+  const Result<std::vector<std::string>> ranges = parse_list(text);
+  if (!ranges.ok()) return ranges.error();
+  std::vector<int> frames;
+  std::unordered_set<int> named;
+  for (const std::string& part : ranges.value()) {
+    const Result<FrameRange> range = parse_range(part);
+    if (!range.ok()) return range.error();
+    const FrameRange& r = range.value();
+    if (static_cast<size_t>((r.last - r.first) / r.step) + frames.size() >= kMostFrames)
+      return usage_error(fmt::format("'{}': more than {} frames", text, kMostFrames));
+    for (int frame = r.first; frame <= r.last; frame += r.step)
+      if (named.insert(frame).second) frames.push_back(frame);
+  }
+  return frames;
+}
+
+void add_frame_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Animation");
+  flags.value("--frames", "A-B[xSTEP]",
+              "Render these frames, F the moment --time + F / --fps; #### in the names of -o and --stats is the number",
+              [&o](auto text) { return store(parse_frames(text), o.frames.numbers); });
+  flags.toggle(
+      "--force",
+      "Render those frames too whose files are there; begin anew where a checkpoint is of another picture or damaged",
+      o.frames.force);
+}
+
+Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
+  const bool frames = flags.given("--frames");
+  if (!frames && flags.given("--force") && !o.checkpoint.enabled())
+    return usage_error("--force: has no meaning without --frames or --checkpoint");
+  if (!frames) return {};
+  if (!o.shutter.frames_per_s) o.shutter.frames_per_s = kDefaultFramesPerSecond;
+  if (o.replay_pixel && o.frames.numbers.size() > 1)
+    return usage_error(fmt::format("--pixel: replays a sample of one frame, and --frames has {}; add --frames {} or so",
+                                   o.frames.numbers.size(), o.frames.numbers.front()));
+  for (const std::filesystem::path& output : o.outputs)
+    if (Result<void> checked = check_pattern("--output", output); !checked.ok()) return checked;
+  if (o.checkpoint.enabled())
+    if (Result<void> checked = check_pattern("--checkpoint", o.checkpoint.file); !checked.ok()) return checked;
+  if (count_frame_groups(o.stats_file) > 1) return check_pattern("--stats", o.stats_file);
+  return {};
+}
+
+} // namespace kindling::app

@@ -1,0 +1,15 @@
+// Flags of the camera's lens.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/options/lens_options.h"
+#include "renderer/base/result.h"
+
+namespace kindling::app {
+
+class FlagSet;
+
+void add_lens_flags(FlagSet& flags, LensOptions& options);
+[[nodiscard]] Result<void> check_lens_flags(const FlagSet& flags, const LensOptions& options);
+
+} // namespace kindling::app

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/flags/parse_command_line.h"
+
+#include "renderer/app/flags/command_flags.h"
+#include "renderer/app/flags/farm_flags.h"
+#include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/resume_flags.h"
+#include "renderer/app/options/resume_options.h"
+#include "renderer/app/terminal/version.h"
+#include "renderer/app/text/parse_values.h"
+#include "renderer/app/text/text_format.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <type_traits>
+
+namespace kindling::app {
+
+namespace {
+
+constexpr std::string_view kHelp =
+    R"(kindling {}: a path tracer for glTF 2.0 scenes
+
+Usage:
+  kindling render SCENE [-o FILE]... [flags]   render a .gltf or .glb file to PNG and EXR
+  kindling resume FILE.kacc [flags]            go on with an interrupted render, or add samples to one
+  kindling merge PART... -o FILE [flags]       add up parts that were rendered apart
+  kindling info SCENE [flags]                  print what is in a file
+  kindling info FILE.kacc [--json]             print what a checkpoint or a part has, and whether it is sound
+  kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
+  kindling farm ACTION ...                     render in parts on the machines of a Slurm cluster
+  kindling scaling SCENE... [flags]            measure what more threads bring, from loading to the picture
+  kindling info --list-extensions              print the glTF extensions that are understood
+  kindling COMMAND --help                      all flags of a command
+  kindling --version                           version, compiler and libraries
+
+Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file cannot be read or written,
+5 parts are missing, 6 a farm goes on, 130 and 143 interrupted (the images and the checkpoint are written).
+Results go to standard output, all else to standard error.
+)";
+
+// What was typed and nothing declared.
+std::string describe_extra(const std::string& word, const FlagSet& flags, std::string_view operand_given) {
+  if (word.starts_with('-') && word.size() > 1) {
+    const std::string name = word.substr(0, word.find('='));
+    const std::string nearest = nearest_name(name, flags.names());
+    return nearest.empty() ? fmt::format("unknown flag '{}'", name)
+                           : fmt::format("unknown flag '{}'; did you mean {}?", name, nearest);
+  }
+  return fmt::format("unexpected argument '{}'{}", word,
+                     operand_given.empty() ? "" : fmt::format("; there can be one {}", operand_given));
+}
+
+// A command of the program: its name, what it works on, and its flags. A new one has its own here and stands in Commands.
+template <typename Options>
+struct Command;
+
+template <>
+struct Command<RenderOptions> {
+  static constexpr std::string_view kName = "render";
+  static constexpr const char* kDescription = "Renders a glTF scene to PNG and EXR pictures.";
+  static constexpr const char* kOperand = "SCENE";
+  static std::filesystem::path& operand(RenderOptions& options) { return options.scene_file; }
+  static void add_flags(FlagSet& flags, RenderOptions& options) { add_render_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, RenderOptions& options) { return check_render_flags(flags, options); }
+};
+
+template <>
+struct Command<ResumeOptions> {
+  static constexpr std::string_view kName = "resume";
+  static constexpr const char* kDescription = "Goes on with an interrupted render, or adds samples to one.";
+  static constexpr const char* kOperand = "FILE.kacc";
+  static std::filesystem::path& operand(ResumeOptions& options) { return options.file; }
+  static void add_flags(FlagSet& flags, ResumeOptions& options) { add_resume_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, ResumeOptions& options) { return check_resume_flags(flags, options); }
+};
+
+template <>
+struct Command<InfoOptions> {
+  static constexpr std::string_view kName = "info";
+  static constexpr const char* kDescription =
+      "Prints what is in a glTF file, or in a .kacc file: a checkpoint, a part, a merge.";
+  static constexpr const char* kOperand = "SCENE";
+  static std::filesystem::path& operand(InfoOptions& options) { return options.scene_file; }
+  static void add_flags(FlagSet& flags, InfoOptions& options) { add_info_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, InfoOptions& options) { return check_info_flags(flags, options); }
+};
+
+template <>
+struct Command<ShootoutOptions> {
+  static constexpr std::string_view kName = "shootout";
+  static constexpr const char* kDescription = "Races accelerators on the rays that path tracing a glTF scene takes.";
+  static constexpr const char* kOperand = "SCENE";
+  static std::vector<std::filesystem::path>& operand(ShootoutOptions& options) { return options.scene_files; }
+  static void add_flags(FlagSet& flags, ShootoutOptions& options) { add_shootout_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, ShootoutOptions& options) {
+    return check_shootout_flags(flags, options);
+  }
+};
+
+template <>
+struct Command<MergeOptions> {
+  static constexpr std::string_view kName = "merge";
+  static constexpr const char* kDescription = "Adds up parts of a picture that were rendered apart.";
+  static constexpr const char* kOperand = "PART";
+  static constexpr const char* kUsage =
+      "PART... -o FILE [-o FILE]... [flags]\n\nPART is a .kacc file: a part, a checkpoint or a merge of others, in any "
+      "order. [Defaults] stand in brackets.";
+  static std::vector<std::filesystem::path>& operand(MergeOptions& options) { return options.parts; }
+  static void add_flags(FlagSet& flags, MergeOptions& options) { add_merge_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, MergeOptions& options) { return check_merge_flags(flags, options); }
+};
+
+template <>
+struct Command<ScalingOptions> {
+  static constexpr std::string_view kName = "scaling";
+  static constexpr const char* kDescription =
+      "Measures what more threads bring, from loading a glTF scene to its picture.";
+  static constexpr const char* kOperand = "SCENE";
+  static std::vector<std::filesystem::path>& operand(ScalingOptions& options) { return options.scene_files; }
+  static void add_flags(FlagSet& flags, ScalingOptions& options) { add_scaling_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, ScalingOptions& options) {
+    return check_scaling_flags(flags, options);
+  }
+};
+
+// Parses the flags of one command into `options`; a text if --help was among them.
+template <typename Options>
+Result<std::optional<PrintText>> parse_command(std::span<const char* const> arguments, Options& options) {
+  using This = Command<Options>;
+  FlagSet flags(This::kDescription, "kindling " + std::string(This::kName));
+  if constexpr (requires { This::kUsage; }) flags.usage(This::kUsage);
+  auto& operand = This::operand(options);
+  constexpr bool kSeveral = std::is_same_v<decltype(operand), std::vector<std::filesystem::path>&>;
+  std::conditional_t<kSeveral, std::vector<std::string>, std::string> words;
+  This::add_flags(flags, options);
+  flags.operand(This::kOperand, words);
+  const Result<bool> help = flags.parse(arguments);
+  if (!help.ok()) return help.error();
+  if (help.value()) return std::optional<PrintText>(PrintText{flags.help()});
+  if (const std::vector<std::string> extras = flags.extras(); !extras.empty())
+    return usage_error(describe_extra(extras.front(), flags, words.empty() ? "" : This::kOperand));
+  if constexpr (kSeveral)
+    operand.assign(words.begin(), words.end());
+  else
+    operand = words;
+  if (Result<void> checked = This::check(flags, options); !checked.ok()) return checked.error();
+  return std::optional<PrintText>();
+}
+
+template <typename... Options>
+struct CommandList {
+  static std::vector<std::string> names() { return {std::string(Command<Options>::kName)...}; }
+
+  // Nothing if there is no such command.
+  static std::optional<Result<CommandLine>> parse(std::string_view name, std::span<const char* const> arguments) {
+    std::optional<Result<CommandLine>> line;
+    const auto try_one = [&]<typename One>(One options) {
+      if (name != Command<One>::kName) return;
+      Result<std::optional<PrintText>> parsed = parse_command(arguments, options);
+      if (!parsed.ok())
+        line.emplace(parsed.error());
+      else if (parsed.value())
+        line.emplace(CommandLine{*std::move(parsed).value(), {}});
+      else
+        line.emplace(CommandLine{std::move(options), {}});
+    };
+    (try_one(Options{}), ...);
+    return line;
+  }
+};
+
+using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions>;
+
+// A command of several actions, which parses for itself.
+constexpr std::string_view kFarm = "farm";
+
+std::vector<std::string> command_names() {
+  std::vector<std::string> names = Commands::names();
+  names.emplace_back(kFarm);
+  return names;
+}
+
+} // namespace
+
+Result<CommandLine> parse_command_line(std::span<const char* const> arguments) {
+  CommandLine line;
+  line.text = "kindling";
+  for (const char* argument : arguments) line.text += ' ' + shell_quote(argument);
+
+  if (arguments.empty()) return usage_error("no command; use " + join_choices(command_names()));
+  const std::string_view command = arguments.front();
+  if (command == "--help" || command == "-h" || command == "help") {
+    line.command = PrintText{fmt::format(fmt::runtime(kHelp), version())};
+    return line;
+  }
+  if (command == "--version" || command == "-V") {
+    line.command = PrintText{version_text()};
+    return line;
+  }
+  if (command == kFarm) {
+    Result<FarmCommandLine> farm = parse_farm_command(arguments.subspan(1));
+    if (!farm.ok()) return farm.error();
+    if (farm.value().help.empty())
+      line.command = std::move(farm.value().options);
+    else
+      line.command = PrintText{std::move(farm.value().help)};
+    return line;
+  }
+  if (std::optional<Result<CommandLine>> parsed = Commands::parse(command, arguments.subspan(1))) {
+    if (!parsed->ok()) return parsed->error();
+    line.command = std::move(*parsed).value().command;
+    if (auto* render = std::get_if<RenderOptions>(&line.command))
+      render->arguments.assign(arguments.begin(), arguments.end());
+    return line;
+  }
+
+  const std::string extension = std::filesystem::path(command).extension().string();
+  if (extension == ".gltf" || extension == ".glb")
+    return usage_error(fmt::format("'{}' is not a command; did you mean 'kindling render {}'?", command, command));
+  return usage_error(fmt::format("unknown {} '{}'; use {}", command.starts_with('-') ? "flag" : "command", command,
+                                 join_choices(command_names())));
+}
+
+std::string help_hint(std::span<const char* const> arguments) {
+  if (!arguments.empty())
+    for (const std::string& command : command_names())
+      if (command == arguments.front()) return fmt::format(" (try 'kindling {} --help')", command);
+  return " (try 'kindling --help')";
+}
+
+} // namespace kindling::app

@@ -1,0 +1,33 @@
+// From arguments to a command and its options.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/options/farm_options.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/options/resume_options.h"
+#include "renderer/base/result.h"
+
+#include <span>
+#include <string>
+#include <variant>
+
+namespace kindling::app {
+
+// --help or --version: text for standard output.
+struct PrintText {
+  std::string text;
+};
+
+struct CommandLine {
+  std::variant<PrintText, RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions,
+               FarmOptions>
+      command;
+  std::string text; // as typed, quoted for a shell: for metadata and replays
+};
+
+// `arguments` without the program's name. Fails (usage).
+[[nodiscard]] Result<CommandLine> parse_command_line(std::span<const char* const> arguments);
+// What ends the message of a usage error: " (try 'kindling render --help')".
+[[nodiscard]] std::string help_hint(std::span<const char* const> arguments);
+
+} // namespace kindling::app

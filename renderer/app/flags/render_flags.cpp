@@ -1,0 +1,311 @@
+// The flags of `kindling render` and `kindling info`: name, unit, default, and where each value goes.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/flags/checkpoint_flags.h"
+#include "renderer/app/flags/command_flags.h"
+#include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/frame_flags.h"
+#include "renderer/app/flags/image_flags.h"
+#include "renderer/app/flags/lens_flags.h"
+#include "renderer/app/flags/part_flags.h"
+#include "renderer/app/flags/scene_flags.h"
+#include "renderer/app/flags/shutter_flags.h"
+#include "renderer/app/flags/whitted_flags.h"
+#include "renderer/app/options/accelerator_variant.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/text/parse_values.h"
+#include "renderer/session/accumulation_file.h"
+
+#include <fmt/format.h>
+
+namespace kindling::app {
+
+namespace {
+
+std::vector<std::string> integrator_names() {
+  std::vector<std::string> names;
+  for (const IntegratorKind kind : all_integrators()) names.emplace_back(integrator_name(kind));
+  return names;
+}
+
+std::vector<std::string> filter_names() {
+  std::vector<std::string> names;
+  for (const FilterKind kind :
+       {FilterKind::blackman_harris, FilterKind::gaussian, FilterKind::box, FilterKind::mitchell})
+    names.emplace_back(filter_name(kind));
+  return names;
+}
+
+std::vector<std::string> sampler_names() {
+  std::vector<std::string> names;
+  for (const SamplerKind kind :
+       {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::jittered, SamplerKind::independent})
+    names.emplace_back(sampler_name(kind));
+  return names;
+}
+
+std::vector<std::string> aov_names() {
+  std::vector<std::string> names;
+  for (const AovInfo& info : kAovs) names.emplace_back(info.name);
+  return names;
+}
+
+Result<void> set_background(std::string_view text, IntegratorSettings& settings) {
+  settings.background.reset();
+  settings.transparent_background = text == "transparent";
+  if (text == "env" || text == "transparent") return {};
+  Result<Rgb> color = parse_color(text);
+  if (!color.ok())
+    return Error{ErrorKind::usage,
+                 fmt::format("'{}' is not a background; use env, transparent or R,G,B in linear light", text)};
+  settings.background = color.value();
+  return {};
+}
+
+Result<void> add_aovs(std::string_view text, AovSet& aovs) {
+  Result<std::vector<std::string>> names = parse_list(text);
+  if (!names.ok()) return names.error();
+  for (const std::string& name : names.value()) {
+    const std::optional<Aov> aov = aov_from_name(name);
+    if (!aov) return unknown_name("AOV", name, aov_names());
+    aovs.insert(*aov);
+  }
+  return {};
+}
+
+void add_image_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Image");
+  add_output_flag(flags, o, "SCENE's stem + .png in the current folder");
+  add_size_flag(flags, o);
+  flags.value("--scale", "FACTOR", "Multiply the size, as in 0.5 or 50% [1]",
+              [&o](auto text) { return store(parse_scale(text), o.scale); });
+  flags.value("--crop", "X0,Y0,X1,Y1",
+              "Render only these pixels, counted from the top left of the whole image, X1 and Y1 not included [all]",
+              [&o](auto text) { return store(parse_crop(text), o.crop); });
+  flags.repeated("--aov", "NAME[,NAME]...",
+                 fmt::format("Further layers for EXR: {} [beauty and alpha]", join_choices(aov_names())),
+                 [&o](auto text) { return add_aovs(text, o.aovs); });
+  add_image_format_flags(flags, o);
+}
+
+void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Sampling");
+  flags.value(
+      "--spp", "N",
+      "Samples per pixel, at most if there is a --noise-threshold [64, or 1024 with it; without end if there is a "
+      "--time-limit]",
+      [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
+  flags.value(
+      "--planned-spp", "N",
+      "What the sampling is laid out for: who adds samples to a picture keeps it, and parts of it share it [--spp]",
+      [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.planned_spp); });
+  flags.value("--noise-threshold", "T",
+              "Stop sampling a block of 8 x 8 pixels once its relative error is below T, as in 0.1; 0: never [0]",
+              [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.adaptive.noise_threshold); });
+  flags.value("--min-spp", "N", "Fewest samples of a pixel with --noise-threshold [32]", [&o](auto text) {
+    return store(parse_integer(text, 16, kUnlimitedSamplesPerPixel), o.adaptive.min_samples_per_pixel);
+  });
+  flags.value("--time-limit", "TIME", "End after the pass that passes it: seconds, or 90s, 5m, 1h30m [none]",
+              [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
+  flags.value("--seed", "N", "Other noise, same picture [0]",
+              [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
+  flags.value("--sampler", "NAME",
+              fmt::format("Where samples come from: {} [blue-noise]", join_choices(sampler_names())),
+              [&o](auto text) { return choose(sampler_from_name(text), o.sampler, "sampler", text, sampler_names()); });
+  flags.value(
+      "--filter", "NAME", fmt::format("Pixel filter: {} [blackman-harris]", join_choices(filter_names())),
+      [&o](auto text) { return choose(filter_from_name(text), o.filter.kind, "filter", text, filter_names()); });
+  flags.value("--filter-width", "PIXELS", "Full width [1.5; box 1, mitchell 4]",
+              [&o](auto text) { return store(parse_number(text, 0.01, 64.0), o.filter.width); });
+  flags.value("--outliers", "keep|trim",
+              "Fireflies: trim leaves out the samples of a pixel that do not fit the others; biased [keep]",
+              [&o](auto text) {
+                return choose(outliers_from_name(text), o.outliers, "treatment of outliers", text, {"keep", "trim"});
+              });
+}
+
+// Bounces that a limit can name: a path of more would not fit its counters.
+constexpr int64_t kMostBounces = 4096;
+constexpr int kMoreTransmissions = 8; // than reflections, unless they have a limit of their own
+
+void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
+  IntegratorSettings& s = o.integrator;
+  flags.group("Light transport");
+  flags.value("--integrator", "NAME", fmt::format("{} [path]", join_choices(integrator_names())), [&s](auto text) {
+    return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names());
+  });
+  flags.value("--max-bounces", "N", "Reflections of a path after the first surface; 0: direct light only [8]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_bounces); });
+  flags.value("--max-diffuse-bounces", "N", "Diffuse ones of them [as --max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_diffuse_bounces); });
+  flags.value("--max-glossy-bounces", "N", "Glossy ones of them [as --max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_glossy_bounces); });
+  flags.value("--max-transmission-bounces", "N", "Transmissions, which count apart [--max-bounces + 8]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_transmission_bounces); });
+  flags.value("--roulette-start", "N", "Russian roulette from this bounce on [2]",
+              [&s](auto text) { return store(parse_integer(text, 1, kMostBounces), s.roulette_start_bounce); });
+  flags.value("--clamp-direct", "RADIANCE", "Largest component of a sample's directly lit part; biased [no limit]",
+              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
+  flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
+              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
+  flags.value(
+      "--caustics", "full|regularised|off",
+      "Light found by way of smooth surfaces after a wide bounce: all of it, through widened lobes, or none; both "
+      "biased [full]",
+      [&s](auto text) {
+        return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
+                      {"full", "regularised", "off"});
+      });
+  flags.value(
+      "--guiding", "MODE",
+      "Send paths where others found light, learned ahead of the picture: on, off, or auto, where it pays [auto]",
+      [&o](auto text) {
+        return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
+      });
+  flags.value("--ao-distance", "METRES", "Reach of ambient occlusion [a tenth of the scene's diagonal]",
+              [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
+}
+
+void add_machine_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Machine");
+  flags.value("--threads", "N", "For loading, building and rendering; 0: all [0]",
+              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
+  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force, also called none [kdtree]",
+              [&o](auto text) {
+                return choose(text == "none" ? accel::Kind::brute_force : accel::kind_from_name(text), o.accelerator,
+                              "accelerator", text, {"kdtree", "embree", "brute-force"});
+              });
+  flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {
+    return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
+  });
+  flags.value("--tile-size", "PIXELS", "Side of a thread's tile, a multiple of 8; the image does not depend on it [32]",
+              [&o](auto text) -> Result<void> {
+                Result<int64_t> size = parse_integer(text, kBlockSize, 1024);
+                if (size.ok() && size.value() % kBlockSize != 0)
+                  return Error{ErrorKind::usage,
+                               fmt::format("'{}' is not a multiple of {}; use 8, 16, 32 or so", text, kBlockSize)};
+                return store(std::move(size), o.tile_size_px);
+              });
+  flags.value("--schedule", "tiles|regions",
+              "Who renders what: tiles for whoever is free, or a rectangle for each thread; same image [tiles]",
+              [&o](auto text) {
+                return choose(schedule_from_name(text), o.schedule, "schedule", text, {"tiles", "regions"});
+              });
+  flags.value("--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
+              [&o](auto text) { return set_batch_size(text, o.integrator.batch_size); });
+  flags.value("--texture-memory", "SIZE",
+              "Memory for textures, as in 512M or 2G: sets that are larger are read through a cache of that size from "
+              "temporary files [all in memory]",
+              [&o](auto text) { return store(parse_bytes(text), o.texture_memory_bytes); });
+}
+
+void add_report_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Reports");
+  flags.value("--progress", "MODE",
+              "auto, plain, json or none [auto: a line that is rewritten on a terminal, else plain]", [&o](auto text) {
+                return choose(progress_mode_from_name(text), o.progress, "progress mode", text,
+                              {"auto", "plain", "json", "none"});
+              });
+  flags.value("--stats", "FILE.json", "Write times, rays and memory as JSON [none]",
+              [&o](auto text) { return set_path(text, o.stats_file); });
+  flags.value("--pixel", "X,Y", "Replay one sample of this pixel and print its path; writes no image",
+              [&o](auto text) { return store(parse_pixel(text), o.replay_pixel); });
+  flags.value("--sample", "N", "Which sample of --pixel, from 0 [0]", [&o](auto text) {
+    return store(parse_integer(text, 0, std::numeric_limits<uint32_t>::max()), o.replay_sample);
+  });
+  flags.toggle("-q,--quiet", "Print errors only", o.quiet);
+  flags.toggle("-v,--verbose", "Print details too", o.verbose);
+}
+
+} // namespace
+
+void add_render_flags(FlagSet& flags, RenderOptions& options) {
+  add_image_flags(flags, options);
+  add_sampling_flags(flags, options);
+  add_scene_flags(flags, options);
+  flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
+              [&options](auto text) { return set_background(text, options.integrator); });
+  add_lens_flags(flags, options.lens);
+  add_shutter_flags(flags, options);
+  add_frame_flags(flags, options);
+  add_integrator_flags(flags, options);
+  add_whitted_flags(flags, options);
+  add_machine_flags(flags, options);
+  add_part_flags(flags, options.part);
+  add_checkpoint_flags(flags, options.checkpoint);
+  add_report_flags(flags, options);
+}
+
+Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
+  if (o.scene_file.empty())
+    return usage_error("no scene; use 'kindling render SCENE [-o FILE]...' with a .gltf or .glb file");
+  if (Result<void> checked = check_scene_flags(flags, o); !checked.ok()) return checked;
+  if (Result<void> checked = check_lens_flags(flags, o.lens); !checked.ok()) return checked;
+  if (Result<void> checked = check_shutter_flags(flags, o); !checked.ok()) return checked;
+  if (Result<void> checked = check_frame_flags(flags, o); !checked.ok()) return checked;
+  if (flags.given("--sample") && !o.replay_pixel) return usage_error("--sample: has no meaning without --pixel");
+  if (flags.given("--min-spp") && !o.adaptive.enabled())
+    return usage_error("--min-spp: has no meaning without --noise-threshold above 0");
+  if (o.adaptive.enabled() && o.adaptive.min_samples_per_pixel > o.samples_per_pixel())
+    return usage_error(
+        fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use more --spp or fewer --min-spp",
+                    o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
+  if (Result<void> checked = check_part_flags(o); !checked.ok()) return checked;
+  if (Result<void> checked = check_checkpoint_flags(flags, o); !checked.ok()) return checked;
+  if (o.quiet && o.verbose) return usage_error("--quiet and --verbose: give one of them");
+
+  IntegratorSettings& s = o.integrator;
+  if (Result<void> applied = apply_whitted_flags(flags, o); !applied.ok()) return applied;
+  if (!flags.given("--max-diffuse-bounces")) s.max_diffuse_bounces = s.max_bounces;
+  if (!flags.given("--max-glossy-bounces")) s.max_glossy_bounces = s.max_bounces;
+  if (!flags.given("--max-transmission-bounces")) s.max_transmission_bounces = s.max_bounces + kMoreTransmissions;
+  return {};
+}
+
+void add_info_flags(FlagSet& flags, InfoOptions& o) {
+  const auto topic = [&](const char* name, const char* description, InfoTopic value) {
+    flags.toggle(name, description, [&o, value] { o.topic = value; });
+  };
+  flags.group("What to print");
+  topic("--list-cameras", "The cameras of a scene, one a line: index, name, kind", InfoTopic::cameras);
+  topic("--list-scenes", "The scenes, one a line: index, name", InfoTopic::scenes);
+  topic("--list-variants", "The material variants, one name a line", InfoTopic::variants);
+  topic("--list-extensions", "The glTF extensions that are understood, one name a line; needs no SCENE",
+        InfoTopic::extensions);
+  topic("--extension-table", "The same with support and notes, as the README has it (Markdown)",
+        InfoTopic::extension_table);
+  flags.value("--scene", "NAME|INDEX", "Whose cameras, triangles and bounds [the file's default scene]",
+              [&o](auto text) { return set_text(text, o.scene_name); });
+  flags.value("--variant", "NAME|INDEX", "Whose materials [the plain ones]",
+              [&o](auto text) { return set_text(text, o.variant_name); });
+  flags.group("The picture whose memory is told");
+  add_size_flag(flags, o.picture);
+  flags.repeated("--aov", "NAME,...", "Its layers [none]", [&o](auto text) { return add_aovs(text, o.picture.aovs); });
+  flags.value("--env", "FILE", "Its environment picture [none]",
+              [&o](auto text) { return set_path(text, o.picture.env_file); });
+  flags.value("--texture-memory", "SIZE", "What its textures may take [all in memory]",
+              [&o](auto text) { return store(parse_bytes(text), o.picture.texture_memory_bytes); });
+  flags.group("How");
+  flags.toggle("--json", "JSON in place of tables", o.json);
+  flags.value("--threads", "N", "For loading, and of the picture; 0: all [0]",
+              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
+}
+
+Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) {
+  int topics = 0;
+  for (const char* name :
+       {"--list-cameras", "--list-scenes", "--list-variants", "--list-extensions", "--extension-table"})
+    topics += flags.given(name) ? 1 : 0;
+  if (topics > 1) return usage_error("give one --list-... flag or --extension-table at a time");
+  if (options.scene_file.empty() && options.topic != InfoTopic::extensions &&
+      options.topic != InfoTopic::extension_table)
+    return usage_error("no scene and no .kacc file; use 'kindling info FILE' with a .gltf, .glb or .kacc file, or "
+                       "--list-extensions");
+  if (!names_accumulation(options.scene_file)) return {};
+  for (const std::string& name : flags.names())
+    if (name != "--json" && name != "--threads" && flags.given(name))
+      return usage_error(
+          fmt::format("{}: has no meaning with {}, which is no scene", name, options.scene_file.string()));
+  return {};
+}
+
+} // namespace kindling::app

@@ -1,0 +1,87 @@
+// Scene, camera and light from the command line.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/flags/scene_flags.h"
+
+#include "renderer/app/flags/light_flags.h"
+#include "renderer/app/text/parse_values.h"
+
+#include <fmt/format.h>
+
+namespace kindling::app {
+
+Error unknown_name(std::string_view what, std::string_view text, const std::vector<std::string>& names) {
+  return {ErrorKind::usage, fmt::format("unknown {} '{}'; use {}", what, text, join_choices(names))};
+}
+
+Result<void> set_text(std::string_view text, std::string& target) {
+  if (text.empty()) return Error{ErrorKind::usage, "the value is empty; use a name"};
+  target = text;
+  return {};
+}
+
+Result<void> set_path(std::string_view text, std::filesystem::path& target) {
+  if (text.empty()) return Error{ErrorKind::usage, "the value is empty; use the name of a file"};
+  target = text;
+  return {};
+}
+
+Result<void> set_batch_size(std::string_view text, uint32_t& target) {
+  Result<int64_t> size = parse_integer(text, 64, 65536);
+  if (size.ok() && size.value() % 64 != 0)
+    return Error{ErrorKind::usage, fmt::format("'{}' is not a multiple of 64; use 64, 128, 256 or so", text)};
+  return store(std::move(size), target);
+}
+
+void add_scene_flags(FlagSet& flags, RenderOptions& o) {
+  flags.group("Scene");
+  flags.value("--scene", "NAME|INDEX", "Which of the file's scenes [its default]",
+              [&o](auto text) { return set_text(text, o.scene_name); });
+  flags.value("--variant", "NAME|INDEX", "Material variant, one of 'info --list-variants' [the plain materials]",
+              [&o](auto text) { return set_text(text, o.variant_name); });
+  flags.value("--time", "SECONDS", "Pose the animations at this time [rest pose]",
+              [&o](auto text) { return store(parse_number(text), o.time_s); });
+
+  flags.group("Camera");
+  flags.value("--camera", "NAME|INDEX",
+              "One of 'info --list-cameras' [the first; fitted to the scene if there is none]",
+              [&o](auto text) { return set_text(text, o.camera); });
+  flags.value("--orbit", "THETA,PHI,RADIUS",
+              "A camera of its own: azimuth from +z towards +x and polar angle from +y, degrees; distance, metres",
+              [&o](auto text) { return store(parse_vector(text), o.orbit); });
+  flags.value("--target", "X,Y,Z", "What --orbit looks at, metres [0,0,0]",
+              [&o](auto text) { return store(parse_vector(text), o.target); });
+  flags.value("--fov", "DEG", "Vertical field of view of a perspective camera, degrees [the camera's; 45 with --orbit]",
+              [&o](auto text) { return store(parse_number(text, 0.01, 179.0), o.yfov_deg); });
+
+  flags.group("Light");
+  flags.value("--env", "FILE", "Environment picture, equirectangular: .hdr or .exr, also .png, .jpg, .webp [none]",
+              [&o](auto text) { return set_path(text, o.env_file); });
+  flags.value("--env-rotation", "DEG", "Turn it counter-clockwise about +y, degrees [0]",
+              [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
+  flags.value("--env-intensity", "FACTOR", "Multiply its radiance [1]",
+              [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
+  flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of a picture [none]",
+              [&o](auto text) { return store(parse_color(text), o.env_color); });
+  add_light_flags(flags, o.lights);
+}
+
+void add_size_flag(FlagSet& flags, RenderOptions& o) {
+  flags.value("--size", "WxH", "Pixels [1280 on the longer side, by the camera's aspect ratio; 1280x720 without one]",
+              [&o](auto text) { return store(parse_size(text), o.size_px); });
+}
+
+Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& o) {
+  if (flags.given("--env") && flags.given("--env-color")) return usage_error("--env and --env-color: give one of them");
+  if (flags.given("--env-rotation") && !flags.given("--env"))
+    return usage_error("--env-rotation: has no meaning without --env");
+  if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))
+    return usage_error("--env-intensity: has no meaning without --env or --env-color");
+  if (flags.given("--orbit") && flags.given("--camera")) return usage_error("--orbit and --camera: give one of them");
+  if (flags.given("--target") && !flags.given("--orbit"))
+    return usage_error("--target: has no meaning without --orbit");
+  if (o.orbit && o.orbit->z < 0.0f)
+    return usage_error(fmt::format("--orbit: the radius {:g} is negative; use 0 or more", o.orbit->z));
+  return {};
+}
+
+} // namespace kindling::app

@@ -1,0 +1,142 @@
+// `kindling info`: loads the file and prints the topic that was asked for.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/info/command_info.h"
+
+#include "renderer/app/info/accumulation_info.h"
+#include "renderer/app/info/scene_info.h"
+#include "renderer/app/setup/choose.h"
+#include "renderer/app/setup/load_environment.h"
+#include "renderer/app/terminal/exit_code.h"
+#include "renderer/app/terminal/progress_display.h"
+#include "renderer/app/text/text_format.h"
+#include "renderer/import/load_gltf.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <unistd.h>
+
+namespace kindling::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string dump(const Json& json) { return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"; }
+
+std::string list_extensions(bool json) {
+  const std::vector<ExtensionSupport> extensions = supported_extensions();
+  if (json) {
+    Json array = Json::array();
+    for (const ExtensionSupport& extension : extensions)
+      array.push_back({{"name", extension.name}, {"support", name_of(extension.level)}, {"note", extension.note}});
+    return dump(array);
+  }
+  std::string text;
+  for (const ExtensionSupport& extension : extensions) text += std::string(extension.name) + "\n";
+  return text;
+}
+
+// One a line, fields separated by tabs.
+std::string list_scenes(const Scene& scene, bool json) {
+  std::vector<std::string> names;
+  for (const SceneRoot& root : scene.scenes) names.push_back(root.name);
+  if (json) return dump(names);
+  std::string text;
+  for (size_t i = 0; i < names.size(); ++i)
+    text += fmt::format("{}\t{}{}\n", i, printable(names[i]),
+                        static_cast<int>(i) == scene.default_scene ? "\tdefault" : "");
+  return text;
+}
+
+std::string list_variants(const Scene& scene, bool json) {
+  if (json) return dump(scene.variants);
+  std::string text;
+  for (const std::string& name : scene.variants) text += printable(name) + "\n";
+  return text;
+}
+
+std::string list_cameras(const SceneInfo& info, bool json) {
+  if (json) return dump(Json::parse(format_info_json(info))["cameras"]);
+  std::string text;
+  for (size_t i = 0; i < info.cameras.size(); ++i)
+    text += fmt::format("{}\t{}\t{}\n", i, printable(info.cameras[i].name), info.cameras[i].kind);
+  return text;
+}
+
+// A picture as `render` would make it.
+Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& scene, const PosedScene& posed) {
+  const Result<std::optional<PlacedCamera>> camera = choose_camera(scene, posed, options.picture);
+  if (!camera.ok()) return camera.error();
+  const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options.picture);
+  if (!size.ok()) return size.error();
+  const Result<LoadedEnvironment> environment = load_environment(options.picture);
+  if (!environment.ok()) return environment.error();
+  MemoryRequest request;
+  add_environment(environment.value().environment.get(), options.picture, request);
+  request.size_px = size.value();
+  request.aovs = options.picture.aovs;
+  request.threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
+  request.texture_memory_bytes = options.picture.texture_memory_bytes;
+  return request;
+}
+
+Result<std::string> describe(const InfoOptions& options, Console& console) {
+  if (options.topic == InfoTopic::extensions) return list_extensions(options.json);
+  if (options.topic == InfoTopic::extension_table)
+    return options.json ? list_extensions(true) : extension_table_markdown();
+
+  ProgressDisplay display(console, isatty(STDERR_FILENO) == 1 ? ProgressMode::automatic : ProgressMode::none, {});
+  display.start_phase(Phase::load);
+  ImportOptions import_options;
+  import_options.decode_textures = options.topic == InfoTopic::everything; // their sizes are in their pixels
+  Result<Scene> scene = load_gltf(options.scene_file, import_options, &display);
+  display.end_phase();
+  if (!scene.ok()) return scene.error();
+  if (options.topic == InfoTopic::scenes) return list_scenes(scene.value(), options.json);
+  if (options.topic == InfoTopic::variants) return list_variants(scene.value(), options.json);
+
+  const Result<int> root = choose_scene(scene.value(), options.scene_name);
+  if (!root.ok()) return root.error();
+  const Result<int> variant = show_variant(scene.value(), options.variant_name);
+  if (!variant.ok()) return variant.error();
+  const Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), std::nullopt});
+  if (!posed.ok()) return posed.error();
+  int shown = root.value() != kNone ? root.value() : scene.value().default_scene;
+  if (shown == kNone && !scene.value().scenes.empty()) shown = 0;
+  const Result<MemoryRequest> request = memory_request(options, scene.value(), posed.value());
+  if (!request.ok()) return request.error();
+  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value(), request.value());
+  if (options.topic == InfoTopic::cameras) return list_cameras(info, options.json);
+  return options.json ? format_info_json(info) : format_info_tables(info);
+}
+
+// What can be said of a damaged file is, before the error.
+Result<int> describe_accumulation(const InfoOptions& options) {
+  const Result<AccumulationInfo> info = collect_accumulation_info(options.scene_file);
+  if (!info.ok()) return info.error();
+  std::string reason;
+  if (!write_standard_output(
+          options.json ? format_accumulation_json(info.value()) : format_accumulation_table(info.value()), reason))
+    return Error{ErrorKind::input_output, "standard output: " + reason};
+  if (info.value().damage) return Error{ErrorKind::input_output, *info.value().damage};
+  return kExitOk;
+}
+
+} // namespace
+
+Result<int> run_info(const InfoOptions& options, Console& console) {
+  std::optional<tbb::global_control> limit;
+  if (options.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(options.threads));
+  if (names_accumulation(options.scene_file)) return describe_accumulation(options);
+  const Result<std::string> text = describe(options, console);
+  if (!text.ok()) return text.error();
+  std::string reason;
+  if (!write_standard_output(text.value(), reason)) return Error{ErrorKind::input_output, "standard output: " + reason};
+  return kExitOk;
+}
+
+} // namespace kindling::app

@@ -1,0 +1,170 @@
+// The files that a render writes.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/output/outputs.h"
+
+#include "renderer/app/terminal/version.h"
+#include "renderer/app/text/text_format.h"
+#include "renderer/image/atomic_file.h"
+#include "renderer/session/accumulation_file.h"
+
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <fstream>
+
+namespace kindling::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool is_exr(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".exr";
+}
+
+bool holds_layers(const fs::path& path) { return is_exr(path) || is_accumulation(path); }
+
+bool wants_layers(AovSet aovs) {
+  return std::any_of(kAovs.begin(), kAovs.end(), [&](const AovInfo& info) {
+    return info.aov != Aov::beauty && info.aov != Aov::alpha && aovs.contains(info.aov);
+  });
+}
+
+// In the metadata of images that do not have all of their samples because somebody ended the render.
+constexpr const char* kInterruptedKey = "kindling:interrupted";
+
+Error input_output(std::string message) { return {ErrorKind::input_output, std::move(message)}; }
+
+} // namespace
+
+bool is_accumulation(const fs::path& path) { return path.extension() == kAccumulationExtension; }
+
+Result<void> check_writable(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored))
+    return input_output(fmt::format("{}: is a folder; use the name of a file", path.string()));
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (!fs::exists(folder, ignored))
+    return input_output(fmt::format("{}: folder '{}' does not exist; create it first", path.string(), folder.string()));
+  if (!fs::is_directory(folder, ignored))
+    return input_output(fmt::format("{}: '{}' is not a folder", path.string(), folder.string()));
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return input_output(fmt::format("{}: folder '{}' cannot be written to", path.string(), folder.string()));
+  return {};
+}
+
+fs::path default_output(const RenderOptions& options) {
+  const std::string stem = options.scene_file.stem().string() + (options.frames.numbers.empty() ? "" : "-####");
+  const bool is_part = options.part.samples || options.part.tiles;
+  return is_part ? part_file_name(stem, options.part) : stem + ".png";
+}
+
+Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
+  std::vector<fs::path> outputs = options.outputs;
+  if (outputs.empty()) outputs.push_back(default_output(options));
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    if (const std::string sentence = is_accumulation(outputs[i]) ? "" : unsupported_output(outputs[i]);
+        !sentence.empty())
+      return Error{ErrorKind::usage, "--output: " + sentence};
+    for (size_t j = 0; j < i; ++j)
+      if (outputs[i].lexically_normal() == outputs[j].lexically_normal())
+        return Error{ErrorKind::usage, fmt::format("--output: {}: given twice", outputs[i].string())};
+  }
+  if (wants_layers(options.aovs) && std::none_of(outputs.begin(), outputs.end(), holds_layers))
+    return Error{ErrorKind::usage, "--aov: only .exr files hold further layers; add -o FILE.exr"};
+  for (const fs::path& output : outputs)
+    if (Result<void> writable = check_writable(output); !writable.ok()) return writable.error();
+  if (!options.stats_file.empty())
+    if (Result<void> writable = check_writable(options.stats_file); !writable.ok())
+      return Error{writable.error().kind, "--stats: " + writable.error().message};
+  if (options.checkpoint.enabled())
+    if (Result<void> writable = check_writable(options.checkpoint.file); !writable.ok())
+      return Error{writable.error().kind, "--checkpoint: " + writable.error().message};
+  return outputs;
+}
+
+bool is_finished_image(const fs::path& path) {
+  if (is_accumulation(path)) {
+    const Result<AccumulationSummary> summary = read_accumulation_summary(path);
+    if (!summary.ok()) return false;
+    const Coverage& coverage = summary.value().coverage;
+    for (size_t i = 0; i < coverage.block_count(); ++i)
+      if (!coverage.complete(i, summary.value().identity.part)) return false;
+    return coverage.block_count() > 0;
+  }
+  constexpr size_t kMostMetadata = 1U << 18; // which stands at the front of EXR and PNG files, uncompressed
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return false;
+  std::string front(kMostMetadata, '\0');
+  file.read(front.data(), static_cast<std::streamsize>(front.size()));
+  front.resize(static_cast<size_t>(file.gcount()));
+  return !front.empty() && front.find(kInterruptedKey) == std::string::npos;
+}
+
+Result<DisplayTransform> choose_view(const RenderOptions& options) {
+  DisplayOptions display_options;
+  display_options.view = options.view;
+  display_options.exposure_stops = static_cast<float>(options.exposure_stops);
+  display_options.ocio_config = options.ocio_config;
+  return DisplayTransform::create(display_options);
+}
+
+ImageMetadata make_metadata(const RenderReport& r, const Camera& camera) {
+  ImageMetadata metadata;
+  metadata.text = {{"Software", fmt::format("Kindling {}", version())},
+                   {"kindling:version", std::string(version())},
+                   {"kindling:commandLine", r.command_line},
+                   {"kindling:scene", r.scene_file},
+                   {"kindling:sceneHash", format_hash(r.scene_hash)},
+                   {"kindling:integrator", r.integrator},
+                   {"kindling:accelerator", r.accelerator_description}};
+  if (r.interrupted)
+    metadata.text[kInterruptedKey] =
+        fmt::format("at {} of {} samples per pixel", r.statistics.samples_per_pixel, r.spp_wanted);
+  metadata.integers = {{"kindling:seed", static_cast<int>(r.seed)},
+                       {"kindling:samplesPerPixel", static_cast<int>(r.statistics.samples_per_pixel)},
+                       {"kindling:threads", r.statistics.threads}};
+  metadata.numbers = {{"kindling:loadSeconds", static_cast<float>(r.times.load_s)},
+                      {"kindling:buildSeconds", static_cast<float>(r.times.build_s)},
+                      {"kindling:renderSeconds", static_cast<float>(r.times.render_s)}};
+  metadata.world_to_camera = camera.world_to_camera();
+  metadata.world_to_ndc = camera.world_to_ndc();
+  return metadata;
+}
+
+WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& film, const DisplayTransform& view,
+                           const ImageMetadata& metadata, const RenderOptions& options, ProgressDisplay& display,
+                           Console& console) {
+  const auto start = std::chrono::steady_clock::now();
+  WrittenImages written;
+  display.start_phase(Phase::write);
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    Result<void> done = write_film(outputs[i], film, view, metadata, {options.exr_half, options.png_bits});
+    if (done.ok())
+      written.files.push_back(outputs[i].string());
+    else if (!written.first_error)
+      written.first_error = done.error();
+    else
+      console.error(done.error().message);
+    display.on_progress({.phase = Phase::write, .done = i + 1.0, .total = static_cast<double>(outputs.size())});
+  }
+  display.end_phase();
+  written.write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return written;
+}
+
+Result<void> write_text_file(const fs::path& path, std::string_view text) {
+  Result<AtomicFile> file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  file.value().write(text.data(), text.size());
+  return file.value().commit();
+}
+
+} // namespace kindling::app

@@ -1,0 +1,75 @@
+// The summary of a render for people.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/output/report.h"
+
+#include "renderer/app/text/text_format.h"
+
+#include <fmt/format.h>
+
+namespace kindling::app {
+
+namespace {
+
+// "12.3 M", without the blank of a bare number.
+std::string count(uint64_t value) { return format_count(static_cast<double>(value)); }
+
+std::string rate(double per_second, std::string_view unit) {
+  const std::string text = format_count(per_second);
+  return text + (text.find(' ') == std::string::npos ? " " : "") + std::string(unit) + "/s";
+}
+
+} // namespace
+
+std::string describe_motion(const MotionStatistics& motion) {
+  if (motion.most_keys == 0) return "motion: nothing moves while the shutter is open";
+  const auto is_one = [](size_t n) { return n == 1; };
+  return fmt::format(
+      "motion: {} that move{}, {} that deform{}, {} keys at most, {}",
+      fmt::format("{} instance{}", motion.moving_instance_count, is_one(motion.moving_instance_count) ? "" : "s"),
+      is_one(motion.moving_instance_count) ? "s" : "",
+      fmt::format("{} mesh{}", motion.deforming_mesh_count, is_one(motion.deforming_mesh_count) ? "" : "es"),
+      is_one(motion.deforming_mesh_count) ? "s" : "", motion.most_keys, format_bytes(motion.key_bytes));
+}
+
+std::string format_summary(const RenderReport& r) {
+  const RenderStatistics& s = r.statistics;
+  const PhaseTimes& t = r.times;
+  std::string crop;
+  if (r.crop.width() != r.size_px.x || r.crop.height() != r.size_px.y)
+    crop = fmt::format(" (crop of {}x{})", r.crop.width(), r.crop.height());
+  std::string text = fmt::format("{} {}x{}{} at {}{} spp, {} on {} thread{}\n",
+                                 r.interrupted ? "interrupted:" : "rendered", r.size_px.x, r.size_px.y, crop,
+                                 s.samples_per_pixel, r.interrupted ? fmt::format(" of {}", r.spp_wanted) : "",
+                                 r.accelerator_description, s.threads, s.threads == 1 ? "" : "s");
+  text += fmt::format("  time    load {}", format_seconds(t.load_s));
+  if (t.import.textures.wall_s >= 0.0005)
+    text += fmt::format(" (textures {})", format_seconds(t.import.textures.wall_s));
+  text += fmt::format(", build {}, render {}, write {}; {} in all\n", format_seconds(t.build_s),
+                      format_seconds(t.render_s), format_seconds(t.write_s), format_seconds(t.total_s));
+  if (r.adaptive.enabled())
+    text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp in the mean\n",
+                        100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
+  if (const GuidingStatistics& g = s.guiding; g.paths > 0)
+    text += fmt::format(
+        "  guiding {} of training: {} ({:.2f} foreseen), {} ({:.2f} foreseen)\n", format_seconds(g.training_s),
+        g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not worth it", g.foreseen,
+        g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not worth it",
+        g.foreseen_lights);
+  text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
+                      format_seconds(r.time_to_first_pixel_s()));
+  text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),
+                      count(s.rays.camera), count(s.rays.bounce), count(s.rays.shadow), rate(r.rays_per_s(), "rays"));
+  text += fmt::format("  paths   {}; {}\n", count(s.rays.paths), rate(r.paths_per_s(), "paths"));
+  if (const auto& c = r.checkpoint)
+    text += fmt::format(
+        "  saved   {} time{}{} in {} to {}; {} run{}, {} of rendering in all\n", c->saves, c->saves == 1 ? "" : "s",
+        c->failed_saves > 0 ? fmt::format(", {} failed", c->failed_saves) : "", format_seconds(c->save_s), c->file,
+        c->work.runs, c->work.runs == 1 ? "" : "s", format_seconds(c->work.render_s));
+  text += fmt::format("  memory  peak {}: geometry {}, accelerator {}, textures {}, lights {}, film {}",
+                      format_bytes(r.peak_resident_bytes), format_bytes(r.world.geometry_bytes),
+                      format_bytes(r.world.accelerator.memory_bytes), format_bytes(r.world.texture_bytes),
+                      format_bytes(r.world.light_bytes), format_bytes(r.film_bytes));
+  return text;
+}
+
+} // namespace kindling::app

@@ -1,0 +1,81 @@
+// What a render cost and made: the summary for people and the JSON for programs.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/output/checkpoint_report.h"
+#include "renderer/app/setup/load_environment.h"
+#include "renderer/film/film.h"
+#include "renderer/import/load_gltf.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/scene/shutter.h"
+#include "renderer/session/render_session.h"
+#include "renderer/world/world.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kindling::app {
+
+// Wall times of the phases, seconds.
+struct PhaseTimes {
+  double load_s = 0.0;          // files read, decoded and validated; the environment too
+  ImportTimes import;           // parts of load_s
+  EnvironmentTimes environment; // beside these
+  double build_s = 0.0;         // posing, lights, materials and the accelerator
+  double render_s = 0.0;
+  double write_s = 0.0;
+  double total_s = 0.0;         // since the process was started; of a later frame: since the one before it
+  double before_render_s = 0.0; // from the same moment to the first camera ray
+};
+
+struct RenderReport {
+  std::string command_line;
+  std::string scene_file;
+  uint64_t scene_hash = 0;
+  std::optional<int> frame;     // with --frames: its number
+  std::optional<double> time_s; // of the animations; unset: the rest pose
+  V2i size_px{0, 0};
+  PixelRect crop;
+  std::optional<Shutter> shutter; // in times of the animations
+  uint32_t spp_wanted = 0;
+  AdaptiveSettings adaptive;
+  double mean_spp = 0.0; // over the pixels of the crop
+  uint32_t seed = 0;
+  std::string integrator;
+  std::optional<WhittedSettings> whitted; // of that integrator
+  Guiding guiding = Guiding::off;
+  Schedule schedule = Schedule::tiles;
+  std::string accelerator;             // as --accel takes it
+  std::string accelerator_description; // "Embree 3.13.5"
+  std::string view;
+  bool interrupted = false;
+  std::optional<CheckpointReport> checkpoint;
+  PhaseTimes times;
+  RenderStatistics statistics;
+  WorldStatistics world;
+  uint64_t film_bytes = 0;
+  uint64_t peak_resident_bytes = 0;
+  uint64_t warnings = 0;
+  std::vector<std::string> outputs;
+
+  // From the start of the process until every pixel had its first sample.
+  [[nodiscard]] double time_to_first_pixel_s() const { return times.before_render_s + statistics.first_pass_s; }
+  [[nodiscard]] double rays_per_s() const { return per_second(statistics.rays.total()); }
+  [[nodiscard]] double paths_per_s() const { return per_second(statistics.rays.paths); }
+
+ private:
+  [[nodiscard]] double per_second(uint64_t count) const {
+    return statistics.render_s > 0.0 ? static_cast<double>(count) / statistics.render_s : 0.0;
+  }
+};
+
+// "motion: 3 instances that move, 1 mesh that deforms, 9 keys at most, 1.2 MiB"
+[[nodiscard]] std::string describe_motion(const MotionStatistics& motion);
+// Several lines without a final '\n'.
+[[nodiscard]] std::string format_summary(const RenderReport& report);
+// The keys are described in README.md and stay what they are.
+[[nodiscard]] std::string format_stats_json(const RenderReport& report, bool one_line);
+
+} // namespace kindling::app

@@ -1,0 +1,123 @@
+// The report of a render for programs. README.md describes the keys.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/output/report.h"
+#include "renderer/app/terminal/version.h"
+#include "renderer/app/text/text_format.h"
+
+#include <nlohmann/json.hpp>
+
+namespace kindling::app {
+
+std::string format_stats_json(const RenderReport& r, bool one_line) {
+  const RenderStatistics& s = r.statistics;
+  const accel::Statistics& a = r.world.accelerator;
+  nlohmann::ordered_json json;
+  if (one_line) json["event"] = "summary";
+  json["version"] = version();
+  json["compiler"] = compiler();
+  json["command_line"] = r.command_line;
+  json["scene"] = r.scene_file;
+  json["scene_hash"] = format_hash(r.scene_hash);
+  json["frame"] = r.frame ? nlohmann::ordered_json(*r.frame) : nlohmann::ordered_json();
+  json["time_s"] = r.time_s ? nlohmann::ordered_json(*r.time_s) : nlohmann::ordered_json();
+  json["width"] = r.size_px.x;
+  json["height"] = r.size_px.y;
+  json["crop"] = {r.crop.min.x, r.crop.min.y, r.crop.max.x, r.crop.max.y};
+  json["spp"] = s.samples_per_pixel;
+  json["spp_wanted"] = r.spp_wanted;
+  json["spp_mean"] = r.mean_spp;
+  json["adaptive"] = nullptr;
+  if (r.adaptive.enabled())
+    json["adaptive"] = {{"noise_threshold", r.adaptive.noise_threshold},
+                        {"min_spp", r.adaptive.min_samples_per_pixel},
+                        {"converged", s.converged_share}};
+  json["seed"] = r.seed;
+  json["threads"] = s.threads;
+  json["integrator"] = r.integrator;
+  json["view"] = r.view;
+  json["interrupted"] = r.interrupted;
+  json["warnings"] = r.warnings;
+  json["phases"] = {{"load", r.times.load_s},
+                    {"files", r.times.import.files.wall_s},
+                    {"meshes", r.times.import.meshes.wall_s},
+                    {"tangents", r.times.import.tangents.wall_s},
+                    {"textures", r.times.import.textures.wall_s},
+                    {"environment", r.times.environment.picture.wall_s},
+                    {"distribution", r.times.environment.distribution.wall_s},
+                    {"build", r.times.build_s},
+                    {"levels", r.world.times.textures.wall_s},
+                    {"geometry", r.world.times.geometry.wall_s},
+                    {"lights", r.world.times.lights.wall_s},
+                    {"accelerator", r.world.times.accelerator.wall_s},
+                    {"training", s.guiding.training_s},
+                    {"render", r.times.render_s},
+                    {"write", r.times.write_s}};
+  json["total_s"] = r.times.total_s;
+  json["time_to_first_ray_s"] = r.times.before_render_s;
+  json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
+  json["passes"] = s.passes;
+  const GuidingStatistics& g = s.guiding;
+  json["guiding"] = {{"mode", guiding_name(r.guiding)},      {"patches", g.patches},
+                     {"light_regions", g.light_regions},     {"foreseen", g.foreseen},
+                     {"foreseen_lights", g.foreseen_lights}, {"training_paths", g.paths},
+                     {"training_rays", g.rays.total()}};
+  json["schedule"] = schedule_name(r.schedule);
+  json["idle_s"] = s.idle_s;
+  json["worker_idle_s"] = s.worker_idle_s;
+  json["rays"] = {
+      {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};
+  if (r.whitted) {
+    const WhittedCounters& w = s.rays.whitted;
+    json["whitted"] = {{"form", whitted_form_name(r.whitted->form)},
+                       {"trace_depth", r.whitted->trace_depth},
+                       {"max_reflections", std::min(r.whitted->max_reflections, r.whitted->trace_depth)},
+                       {"reflection_rays", w.reflection},
+                       {"transmission_rays", w.transmission},
+                       {"cache",
+                        {{"enabled", r.whitted->cache},
+                         {"hits", w.cache_hits},
+                         {"misses", w.cache_misses},
+                         {"bypasses", w.cache_bypasses}}}};
+  }
+  json["rays_per_s"] = r.rays_per_s();
+  json["paths"] = s.rays.paths;
+  json["paths_per_s"] = r.paths_per_s();
+  json["non_finite_samples"] = s.rays.non_finite;
+  json["accelerator"] = {{"name", r.accelerator},         {"description", r.accelerator_description},
+                         {"build_s", a.build_s},          {"memory_bytes", a.memory_bytes},
+                         {"triangles", a.triangle_count}, {"built_triangles", a.built_triangle_count},
+                         {"instances", a.instance_count}, {"nodes", a.node_count},
+                         {"leaves", a.leaf_count},        {"references", a.reference_count}};
+  json["checkpoint"] = nullptr;
+  if (const auto& c = r.checkpoint)
+    json["checkpoint"] = {{"file", c->file},
+                          {"saves", c->saves},
+                          {"failed_saves", c->failed_saves},
+                          {"save_s", c->save_s},
+                          {"spp_before", c->spp_before},
+                          {"runs", c->work.runs},
+                          {"render_s", c->work.render_s},
+                          {"thread_s", c->work.thread_s},
+                          {"rays", c->work.rays.total()}};
+  json["shutter"] = nullptr;
+  if (r.shutter) {
+    const MotionStatistics& m = r.world.motion;
+    json["shutter"] = {{"open_s", r.shutter->open_s},
+                       {"close_s", r.shutter->close_s},
+                       {"moving_instances", m.moving_instance_count},
+                       {"deforming_meshes", m.deforming_mesh_count},
+                       {"most_keys", m.most_keys},
+                       {"key_bytes", m.key_bytes}};
+  }
+  json["emissive_triangles"] = r.world.emissive_triangle_count;
+  json["memory"] = {{"geometry_bytes", r.world.geometry_bytes},
+                    {"accelerator_bytes", a.memory_bytes},
+                    {"texture_bytes", r.world.texture_bytes},
+                    {"light_bytes", r.world.light_bytes},
+                    {"film_bytes", r.film_bytes}};
+  json["peak_rss_bytes"] = r.peak_resident_bytes;
+  json["outputs"] = r.outputs;
+  return json.dump(one_line ? -1 : 2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+} // namespace kindling::app

@@ -1,0 +1,151 @@
+// One frame after the other.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/render/render_frames.h"
+
+#include "renderer/app/output/frame_names.h"
+#include "renderer/app/output/outputs.h"
+#include "renderer/app/render/frame_report.h"
+#include "renderer/app/render/render_picture.h"
+#include "renderer/app/setup/render_scene.h"
+#include "renderer/app/terminal/exit_code.h"
+#include "renderer/app/terminal/process_info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace kindling::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Frames {
+ public:
+  Frames(const RenderOptions& options, const std::string& command_line, RenderRun& run) : options_(options), run_(run) {
+    report_.command_line = command_line;
+    report_.wanted = numbers().size();
+    one_stats_file_ = !options.stats_file.empty() && count_frame_groups(options.stats_file) == 0;
+  }
+
+  Result<int> run() {
+    if (Result<void> checked = check_names(); !checked.ok()) return checked.error();
+    Result<DisplayTransform> view = choose_view(options_);
+    if (!view.ok()) return view.error();
+    const size_t last = last_to_render();
+    if (last < numbers().size()) {
+      Result<std::unique_ptr<RenderScene>> scene = load_render_scene(options_, run_.display);
+      if (!scene.ok()) return scene.error();
+      scene_ = std::move(scene).value();
+      scene_->keep();
+      report_.load_s = scene_->load_s;
+    }
+    Result<void> failed;
+    for (size_t i = 0; i < numbers().size() && failed.ok() && report_.exit_code == kExitOk; ++i) {
+      if (is_finished(i))
+        skip(i);
+      else
+        failed = render(i, view.value(), i == last);
+    }
+    return finish(failed);
+  }
+
+ private:
+  [[nodiscard]] const std::vector<int>& numbers() const { return options_.frames.numbers; }
+
+  // Also that no two of all frames have the same name, as a_#1.png of frame 1 and a_#.png of frame 11 would.
+  Result<void> check_names() {
+    std::set<fs::path> names;
+    for (const int frame : numbers()) {
+      Result<std::vector<fs::path>> outputs = choose_outputs(options_of_frame(options_, frame));
+      if (!outputs.ok()) return outputs.error();
+      for (const fs::path& output : outputs.value())
+        if (!names.insert(output.lexically_normal()).second)
+          return Error{ErrorKind::usage,
+                       fmt::format("--output: {}: would be the name of two pictures; use names that differ in more "
+                                   "than the frame number",
+                                   output.string())};
+    }
+    return {};
+  }
+
+  [[nodiscard]] bool is_finished(size_t i) const {
+    if (options_.frames.force) return false;
+    const RenderOptions own = options_of_frame(options_, numbers()[i]);
+    std::error_code ignored;
+    if (!one_stats_file_ && !own.stats_file.empty() && !fs::exists(own.stats_file, ignored)) return false;
+    return std::all_of(own.outputs.begin(), own.outputs.end(), is_finished_image);
+  }
+
+  // Its index; the number of frames if there is none.
+  [[nodiscard]] size_t last_to_render() const {
+    for (size_t i = numbers().size(); i-- > 0;)
+      if (!is_finished(i)) return i;
+    return numbers().size();
+  }
+
+  void skip(size_t i) {
+    report_.skipped.push_back(numbers()[i]);
+    run_.console.detail(fmt::format("frame {}: is there: skipped", numbers()[i]));
+  }
+
+  Result<void> render(size_t i, const DisplayTransform& view, bool last) {
+    const int frame = numbers()[i];
+    PictureRequest request{options_of_frame(options_, frame),
+                           fmt::format("{} --frames {}", report_.command_line, frame),
+                           {},
+                           &view,
+                           frame,
+                           !last};
+    request.outputs = request.options.outputs;
+    if (one_stats_file_) request.options.stats_file.clear();
+    // The first one has what came before: its seconds are those of a single render.
+    const double start_s = worked_on_ == 0 ? 0.0 : seconds_since_process_start();
+    request.start_s = start_s;
+    run_.start_frame(frame, i + 1, numbers().size());
+    const Result<PictureResult> result = render_picture(request, *scene_, run_);
+    ++worked_on_;
+    run_.end_frame();
+    if (!result.ok()) return result.error();
+    report_.exit_code = result.value().exit_code;
+    if (!result.value().report) return {};
+    const RenderReport& report = *result.value().report;
+    if (!report.interrupted) report_.rendered.push_back(frame);
+    if (one_stats_file_) report_.statistics.push_back(format_stats_json(report, false));
+    report_.phases.build_s += report.times.build_s;
+    report_.phases.render_s += report.times.render_s;
+    report_.phases.write_s += report.times.write_s;
+    if (!run_.console.settings().json) run_.console.line(format_frame_line(report, i + 1, numbers().size()));
+    return {};
+  }
+
+  Result<int> finish(const Result<void>& failed) {
+    if (!failed.ok()) report_.exit_code = exit_code_of(failed.error().kind);
+    report_.total_s = seconds_since_process_start();
+    Result<void> stats;
+    if (one_stats_file_ && worked_on_ > 0)
+      stats = write_text_file(options_.stats_file, format_frames_json(report_, false) + "\n");
+    run_.console.line(run_.console.settings().json ? format_frames_json(report_, true)
+                                                   : format_frames_summary(report_));
+    if (!failed.ok()) return failed.error();
+    if (!stats.ok()) return stats.error();
+    return report_.exit_code;
+  }
+
+  const RenderOptions& options_;
+  RenderRun& run_;
+  bool one_stats_file_ = false;
+  std::unique_ptr<RenderScene> scene_;
+  size_t worked_on_ = 0;
+  FramesReport report_;
+};
+
+} // namespace
+
+Result<int> render_frames(const RenderOptions& options, const std::string& command_line, RenderRun& run) {
+  return Frames(options, command_line, run).run();
+}
+
+} // namespace kindling::app

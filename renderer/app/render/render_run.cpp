@@ -1,0 +1,45 @@
+// What all pictures of one run share.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/render/render_run.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+namespace kindling::app {
+
+namespace {
+
+ProgressContext progress_context(const RenderOptions& options, const SignalGuard& signals) {
+  std::optional<uint32_t> wanted;
+  if (!options.time_limit_s || options.spp) wanted = options.samples_per_pixel();
+  if (options.part.samples)
+    if (const Result<SampleSpan> part = part_samples(options.samples_per_pixel(), *options.part.samples); part.ok())
+      wanted = part.value().count();
+  return {wanted, &signals, options.checkpoint.enabled()};
+}
+
+} // namespace
+
+RenderRun::RenderRun(const RenderOptions& options, Console& run_console)
+    : console(run_console), signals(cancel), display(console, options.progress, progress_context(options, signals)) {}
+
+bool RenderRun::interrupted_early() {
+  if (signals.received() == 0) return false;
+  display.end_phase();
+  console.note(of_frame_.empty() ? "interrupted before the render: nothing was written"
+                                 : fmt::format("interrupted before the render{0}: nothing{0} was written", of_frame_));
+  return true;
+}
+
+void RenderRun::start_frame(int number, size_t index, size_t count) {
+  of_frame_ = fmt::format(" of frame {}", number);
+  display.start_frame(number, index, count);
+}
+
+void RenderRun::end_frame() {
+  of_frame_.clear();
+  display.end_frame();
+}
+
+} // namespace kindling::app

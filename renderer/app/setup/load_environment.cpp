@@ -1,0 +1,45 @@
+// An environment from a picture or a colour.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/setup/load_environment.h"
+
+#include "renderer/image/decode_image.h"
+#include "renderer/import/file_bytes.h"
+
+#include <array>
+#include <numbers>
+#include <span>
+#include <utility>
+
+namespace kindling::app {
+
+namespace {
+
+uint64_t hash_image(const Image& image) {
+  const std::array<int, 4> shape{image.width, image.height, image.channels, static_cast<int>(image.type)};
+  return gltf::hash_content(std::as_bytes(std::span(image.pixels)), gltf::hash_bytes(std::as_bytes(std::span(shape))));
+}
+
+} // namespace
+
+Result<LoadedEnvironment> load_environment(const RenderOptions& options, EnvironmentTimes* times) {
+  const auto intensity = static_cast<float>(options.env_intensity);
+  if (options.env_color) return LoadedEnvironment{std::make_shared<Environment>(*options.env_color * intensity)};
+  if (options.env_file.empty()) return LoadedEnvironment{};
+  Stopwatch clock;
+  Result<Image> image = read_image_file(options.env_file);
+  if (!image.ok()) return Error{image.error().kind, "--env: " + image.error().message};
+  const uint64_t hash = hash_image(image.value());
+  const WorkTime picture = clock.lap();
+  const auto rotation_rad = static_cast<float>(options.env_rotation_deg * std::numbers::pi / 180.0);
+  EnvironmentPointer environment =
+      std::make_shared<Environment>(std::make_shared<const Image>(std::move(image).value()), rotation_rad, intensity);
+  if (times != nullptr) *times = {picture, clock.lap()};
+  return LoadedEnvironment{std::move(environment), hash};
+}
+
+void add_environment(const Environment* environment, const RenderOptions& options, MemoryRequest& request) {
+  if (environment != nullptr) request.environment_texels = environment->memory_bytes() / MemoryCosts::kEnvironmentTexel;
+  request.decodes_hdr = options.env_file.extension() == ".hdr";
+}
+
+} // namespace kindling::app

@@ -1,0 +1,120 @@
+// The model: phases, and what is there in each.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/setup/memory_budget.h"
+
+#include "accel/memory_estimate.h"
+#include "renderer/app/text/text_format.h"
+#include "renderer/film/film.h"
+#include "renderer/world/geometry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace kindling::app {
+
+namespace {
+
+using Part = MemoryBudget::Part;
+using Costs = MemoryCosts;
+
+uint64_t film_bytes(const MemoryRequest& request) {
+  const Film one({1, 1}, {{0, 0}, {1, 1}}, request.aovs);
+  return one.memory_bytes() * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
+}
+
+// What the textures hold, and what one that is being decoded takes on top.
+struct TextureBytes {
+  uint64_t held = 0, decoding = 0;
+  bool paged = false;
+};
+
+TextureBytes texture_bytes(const MemoryDemand& demand, const MemoryRequest& request) {
+  TextureBytes bytes{demand.texture_bytes + demand.level_bytes, demand.largest_picture_bytes, false};
+  if (!request.texture_memory_bytes || bytes.held <= *request.texture_memory_bytes) return bytes;
+  // The levels of one picture at a time are made in memory.
+  return {*request.texture_memory_bytes, 3 * demand.largest_picture_bytes, true};
+}
+
+std::string times(uint64_t count, std::string_view what) { return fmt::format("{} {}", count, what); }
+
+} // namespace
+
+MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) {
+  MemoryBudget budget;
+  budget.request = request;
+  const TextureBytes textures = texture_bytes(d, request);
+  const uint64_t pixels = static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
+  const uint64_t texels = request.environment_texels + d.light_texels;
+  const uint64_t program = Costs::kProgram + (request.decodes_hdr || textures.paged ? Costs::kImageLibrary : 0);
+  const uint64_t threads = static_cast<uint64_t>(request.threads) * Costs::kThread;
+  const uint64_t instances = (1 + d.instances) * sizeof(WorldInstance) + d.instance_keys * Costs::kInstanceKey;
+  const uint64_t lights = d.emissive_triangles * Costs::kEmissiveTriangle;
+  const uint64_t environment = texels * Costs::kEnvironmentTexel;
+  const uint64_t film = film_bytes(request);
+
+  budget.parts = {Part{"program", program, request.decodes_hdr || textures.paged ? "with OpenImageIO" : ""},
+                  Part{"threads", threads, times(static_cast<uint64_t>(request.threads), "threads")},
+                  Part{"geometry", d.geometry_bytes, fmt::format("{} triangles, {} vertices", d.triangles, d.vertices)},
+                  Part{"instances", instances, times(d.instances, "instances")},
+                  Part{"textures", textures.held, textures.paged ? "--texture-memory" : "decoded, and their levels"},
+                  Part{"lights", lights, times(d.emissive_triangles, "emissive triangles")},
+                  Part{"environment", environment, times(texels, "texels")},
+                  Part{"film", film, fmt::format("{}x{}", request.size_px.x, request.size_px.y)},
+                  Part{"guide", Costs::kGuide, "at most"},
+                  Part{"writing", pixels * Costs::kPixelOfPicture, "the picture, resolved and encoded"}};
+
+  // --- loading: the file, what is read of it, the pictures ------------------------------------------------------------
+  const uint64_t posing = d.placed_meshes * (sizeof(PosedMesh) + 8) + d.deformed_bytes;
+  const uint64_t scene = d.scene_bytes + d.gpu_instances * sizeof(Transform);
+  const uint64_t environment_loading = std::max(texels * Costs::kEnvironmentTexelInBuild, environment);
+  const uint64_t reading = d.file_bytes + d.nodes * Costs::kNode + d.gpu_instances * 16 + d.largest_primitive_bytes;
+  const uint64_t pictures = d.texture_bytes == 0 ? 0 : textures.held + textures.decoding;
+  budget.loading = program + threads + environment_loading + scene + std::max(reading + pictures, pictures);
+
+  // --- building: first vertices and instances from what is posed, then lights, then the accelerator -------------------
+  const uint64_t shared = program + threads + environment + textures.held;
+  const uint64_t preparing = shared + textures.decoding + scene + posing + std::max(d.geometry_bytes, d.scene_bytes) -
+                             d.scene_bytes + d.largest_primitive_bytes + instances;
+  const uint64_t prepared = shared + d.geometry_bytes + instances;
+  const uint64_t lighting = prepared + d.emissive_triangles * Costs::kEmissiveTriangleInBuild;
+
+  const std::array<accel::Kind, 2> kinds{accel::Kind::kdtree, accel::Kind::embree};
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    MemoryBudget::OfAccelerator& of = budget.accelerators[i];
+    const accel::MemoryEstimate estimate = accel::estimate_memory(kinds[i], d.triangles, d.instances);
+    of.kind = kinds[i];
+    of.held = estimate.held;
+    of.building = estimate.building;
+    of.rendering = estimate.held;
+    for (const Part& part : budget.parts) of.rendering += part.bytes;
+    const uint64_t building = std::max({preparing, lighting, prepared + lights + estimate.building});
+    of.peak = std::max({budget.loading, building, of.rendering});
+    of.peak_phase = of.peak == of.rendering ? "rendering" : of.peak == building ? "building" : "loading";
+  }
+  return budget;
+}
+
+std::string format_memory_budget(const MemoryBudget& budget) {
+  TextTable parts({{"held by", false}, {"memory", true}, {"for"}});
+  for (const Part& part : budget.parts)
+    if (part.bytes > 0) parts.add({std::string(part.name), format_bytes(part.bytes), part.basis});
+  TextTable accelerators(
+      {{"accelerator"}, {"held", true}, {"in its build", true}, {"render holds", true}, {"peak", true}, {"while"}});
+  for (const MemoryBudget::OfAccelerator& of : budget.accelerators)
+    accelerators.add({std::string(accel::kind_name(of.kind)), format_bytes(of.held), format_bytes(of.building),
+                      format_bytes(of.rendering), format_bytes(of.peak), std::string(of.peak_phase)});
+  return fmt::format("\nmemory of a render, at most, with {} thread{} (loading: {})\n{}{}", budget.request.threads,
+                     budget.request.threads == 1 ? "" : "s", format_bytes(budget.loading), parts.str(),
+                     accelerators.str());
+}
+
+std::optional<std::string> warn_of_memory(const MemoryBudget& budget, accel::Kind kind, uint64_t resident_bytes,
+                                          std::optional<uint64_t> available) {
+  const uint64_t peak = budget.of(kind).peak;
+  if (!available || peak <= resident_bytes + *available) return std::nullopt;
+  return fmt::format("the render may take {} of memory while {}, and {} are free; see 'kindling info' for the parts",
+                     format_bytes(peak), budget.of(kind).peak_phase, format_bytes(resident_bytes + *available));
+}
+
+} // namespace kindling::app

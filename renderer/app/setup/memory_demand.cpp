@@ -1,0 +1,136 @@
+// Counts what a scene asks for.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/setup/memory_budget.h"
+#include "renderer/scene/describe.h"
+#include "renderer/scene/material_slots.h"
+#include "renderer/world/emitter_limit.h"
+#include "renderer/world/prepare_geometry.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <system_error>
+#include <utility>
+
+namespace kindling::app {
+
+namespace {
+
+// All of a mesh's primitives.
+struct MeshDemand {
+  uint64_t triangles = 0, vertices = 0, bytes = 0, emissive_triangles = 0;
+};
+
+uint64_t bytes_of(const Primitive& primitive) {
+  uint64_t vertex = sizeof(V3f) + (primitive.normals.empty() ? 0 : sizeof(V3f)) +
+                    (primitive.tangents.empty() ? 0 : sizeof(V4f)) + (primitive.colors.empty() ? 0 : sizeof(V4f));
+  for (const std::vector<V2f>& set : primitive.texcoords) vertex += set.empty() ? 0 : sizeof(V2f);
+  return primitive.positions.size() * vertex + primitive.indices.size() * sizeof(uint32_t);
+}
+
+uint64_t bytes_of(const std::vector<PosedMesh::Deformed>& deformed) {
+  uint64_t bytes = 0;
+  for (const PosedMesh::Deformed& d : deformed)
+    bytes += d.positions.size() * sizeof(V3f) + d.normals.size() * sizeof(V3f) + d.tangents.size() * sizeof(V4f);
+  return bytes;
+}
+
+bool is_emissive(const Scene& scene, const Primitive& primitive) {
+  if (primitive.material == kNone) return false;
+  const Material& material = scene.materials[static_cast<size_t>(primitive.material)];
+  return material.alpha_mode == AlphaMode::opaque && !is_black(material.emissive_factor * material.emissive_strength);
+}
+
+MeshDemand demand_of(const Scene& scene, const Mesh& mesh) {
+  MeshDemand demand;
+  for (const Primitive& primitive : mesh.primitives) {
+    demand.triangles += primitive.triangle_count();
+    demand.vertices += primitive.positions.size();
+    demand.bytes += bytes_of(primitive);
+    if (is_emissive(scene, primitive)) demand.emissive_triangles += primitive.triangle_count();
+  }
+  return demand;
+}
+
+// Pictures are held once; their levels once for each kind of use.
+void count_textures(const Scene& scene, MemoryDemand& demand) {
+  std::set<const Image*> pictures;
+  for (const SceneTexture& texture : scene.textures) {
+    const Image* image = texture.image.get();
+    if (image == nullptr || !pictures.insert(image).second) continue;
+    demand.texture_bytes += image->byte_count();
+    demand.largest_picture_bytes = std::max<uint64_t>(demand.largest_picture_bytes, image->byte_count());
+  }
+  constexpr int kData = 0, kNormal = 1, kColor = 2, kCutout = 3;
+  std::set<std::pair<const Image*, int>> uses;
+  for (const Material& material : scene.materials) {
+    const auto use = [&](const TextureSlot& slot, int kind) {
+      if (slot.texture == kNone) return;
+      const Image* image = scene.textures[static_cast<size_t>(slot.texture)].image.get();
+      if (image != nullptr && uses.insert({image, kind}).second) demand.level_bytes += image->byte_count() / 3;
+    };
+    for (const TextureSlot* slot : texture_slots(material)) {
+      const bool color = slot == &material.base_color_texture || slot == &material.emissive_texture ||
+                         slot == &material.specular_color_texture || slot == &material.sheen_color_texture ||
+                         slot == &material.diffuse_transmission_color_texture;
+      const bool normal = slot == &material.normal_texture || slot == &material.clearcoat_normal_texture;
+      const bool cutout = slot == &material.base_color_texture && material.alpha_mode != AlphaMode::opaque;
+      use(*slot, cutout ? kCutout : color ? kColor : normal ? kNormal : kData);
+    }
+  }
+}
+
+} // namespace
+
+MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
+  MemoryDemand demand;
+  std::error_code none;
+  const uint64_t size = std::filesystem::file_size(scene.source, none);
+  const SceneStatistics statistics = describe(scene);
+  demand.scene_bytes = statistics.geometry_bytes;
+  demand.nodes = statistics.nodes;
+  // A .gltf is text, whose buffers lie beside it or within.
+  if (!none) demand.file_bytes = scene.source.ends_with(".glb") ? size : 3 * size + demand.scene_bytes;
+  for (const Node& node : scene.nodes) demand.gpu_instances += node.gpu_instances.size();
+  demand.placed_meshes = posed.meshes.size();
+
+  std::vector<MeshDemand> meshes;
+  for (const Mesh& mesh : scene.meshes) {
+    meshes.push_back(demand_of(scene, mesh));
+    for (const Primitive& primitive : mesh.primitives)
+      demand.largest_primitive_bytes = std::max(demand.largest_primitive_bytes, bytes_of(primitive));
+  }
+  const auto add = [&](const MeshDemand& mesh, uint64_t keys) { // after the first
+    demand.triangles += mesh.triangles * (1 + keys);
+    demand.vertices += mesh.vertices;
+    demand.geometry_bytes += mesh.bytes * (1 + keys);
+  };
+  const BakeChoice choice = choose_baked(scene.meshes, posed);
+  std::vector<uint64_t> instances(scene.meshes.size(), 0);
+  for (const PosedMesh& mesh : posed.meshes) {
+    const auto number = static_cast<size_t>(mesh.mesh);
+    demand.deformed_bytes += bytes_of(mesh.deformed);
+    for (const auto& key : mesh.later_deformed) demand.deformed_bytes += bytes_of(key);
+    if (!mesh.later_transforms.empty()) demand.instance_keys += 1 + mesh.later_transforms.size();
+    if (choice.is_baked(mesh) || !mesh.deformed.empty()) {
+      add(meshes[number], mesh.later_deformed.size());
+      demand.emissive_triangles += meshes[number].emissive_triangles;
+      continue;
+    }
+    if (instances[number]++ == 0) add(meshes[number], 0);
+    ++demand.instances;
+  }
+  uint64_t instanced_emitters = 0;
+  for (size_t m = 0; m < meshes.size(); ++m) instanced_emitters += instances[m] * meshes[m].emissive_triangles;
+  demand.emissive_triangles += std::min(instanced_emitters, kMostSampledEmitters);
+
+  count_textures(scene, demand);
+  if (posed.image_light != kNone) {
+    const auto& face = scene.image_lights[static_cast<size_t>(posed.image_light)].faces[0];
+    const uint64_t side = face ? static_cast<uint64_t>(face->width) : 0;
+    demand.light_texels = std::min<uint64_t>(8 * side * side, 8192ULL * 4096);
+  }
+  return demand;
+}
+
+} // namespace kindling::app

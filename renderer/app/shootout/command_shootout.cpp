@@ -1,0 +1,287 @@
+// `kindling shootout`, scene by scene: load, record rays, build, trace, report.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/shootout/command_shootout.h"
+
+#include "renderer/app/output/outputs.h"
+#include "renderer/app/setup/choose.h"
+#include "renderer/app/setup/light_sizes.h"
+#include "renderer/app/setup/load_environment.h"
+#include "renderer/app/shootout/shootout_measure.h"
+#include "renderer/app/shootout/shootout_report.h"
+#include "renderer/app/shootout/shootout_summary.h"
+#include "renderer/app/terminal/exit_code.h"
+#include "renderer/app/terminal/process_info.h"
+#include "renderer/app/terminal/progress_display.h"
+#include "renderer/app/terminal/signals.h"
+#include "renderer/app/text/text_format.h"
+#include "renderer/camera/camera.h"
+#include "renderer/import/load_gltf.h"
+#include "renderer/scene/animated_members.h"
+#include "renderer/session/ray_file.h"
+#include "renderer/session/record_rays.h"
+#include "renderer/world/build_world.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include <unistd.h>
+
+namespace kindling::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A scene ready to be raced on.
+struct Stage {
+  std::unique_ptr<const World> world;
+  RecordingAccelerator* recorder = nullptr; // of the world
+  PlacedCamera camera;
+  V2i size_px{0, 0};
+};
+
+class ShootoutCommand {
+ public:
+  ShootoutCommand(const ShootoutOptions& options, const std::string& command_line, Console& console)
+      : options_(options), console_(console), terminal_(isatty(STDERR_FILENO) == 1), signals_(cancel_),
+        display_(console, terminal_ ? ProgressMode::automatic : ProgressMode::none, {std::nullopt, &signals_}) {
+    report_.command_line = command_line;
+    report_.processor = processor_name();
+    report_.clock = options.clock;
+    report_.build_threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
+    report_.repeat = options.repeat;
+    report_.build_repeat = options.build_repeat;
+    report_.batch_size = options.batch_size;
+  }
+
+  Result<int> run() {
+    if (Result<void> checked = check(); !checked.ok()) return checked.error();
+    for (size_t i = 0; i < options_.scene_files.size(); ++i) {
+      Result<SceneResult> scene = race(options_.scene_files[i]);
+      if (signals_.received() != 0) return interrupted();
+      if (!scene.ok()) return scene.error();
+      const std::string tables = format_scene_tables(report_, scene.value());
+      if (Result<void> printed = print((i > 0 ? "\n" : "") + tables); !printed.ok()) return printed.error();
+      report_.scenes.push_back(std::move(scene).value());
+    }
+    if (options_.scene_files.size() > 1) {
+      const std::string means = format_comparisons(
+          compare_with_embree(report_), fmt::format(", geometric means of {} scenes", report_.scenes.size()));
+      if (Result<void> printed = print(means); !printed.ok()) return printed.error();
+    }
+    if (Result<void> written = write(); !written.ok()) return written.error();
+    return kExitOk;
+  }
+
+ private:
+  // All that can be refused before any work.
+  Result<void> check() {
+    const std::pair<const char*, const fs::path*> files[] = {
+        {"--json", &options_.json_file}, {"--csv", &options_.csv_file}, {"--html", &options_.html_file}};
+    for (const auto& [flag, file] : files)
+      if (!file->empty())
+        if (Result<void> writable = check_writable(*file); !writable.ok())
+          return Error{writable.error().kind, fmt::format("{}: {}", flag, writable.error().message)};
+    if (options_.rays_file.empty()) return {};
+    std::error_code ignored;
+    if (fs::exists(options_.rays_file, ignored)) {
+      Result<RayRecording> rays = read_ray_file(options_.rays_file);
+      if (!rays.ok()) return Error{rays.error().kind, "--rays: " + rays.error().message};
+      replayed_ = std::move(rays).value();
+    } else if (Result<void> writable = check_writable(options_.rays_file); !writable.ok()) {
+      return Error{writable.error().kind, "--rays: " + writable.error().message};
+    }
+    return {};
+  }
+
+  Result<SceneResult> race(const fs::path& file) {
+    Result<Stage> prepared = prepare(file);
+    if (!prepared.ok()) return prepared.error();
+    const Stage& stage = prepared.value();
+    SceneResult result;
+    result.file = file.string();
+    result.geometry_hash = hash_geometry(stage.world->accelerator_input());
+    result.size_px = stage.size_px;
+    Result<std::vector<RaySet>> sets = rays_of(stage, result);
+    if (!sets.ok()) return sets.error();
+    for (const AcceleratorVariant& variant : options_.accelerators)
+      result.accelerators.emplace_back().variant = variant;
+
+    const accel::BuildInput geometry = stage.world->accelerator_input();
+    const RaceSettings settings{
+        options_.batch_size,   options_.repeat, options_.build_repeat, report_.build_threads, options_.clock,
+        options_.embree_calls, &geometry};
+    const RaceProgress progress = [&](const std::string& next) {
+      show(fmt::format("{}: {}", file.filename().string(), next));
+      return !cancel_.cancelled();
+    };
+    const auto built = race_builds(geometry, result.accelerators, settings, progress);
+    std::vector<const accel::Accelerator*> racers;
+    for (const auto& accelerator : built) racers.push_back(accelerator.get());
+    bool finished = !racers.empty() && race_traversal(sets.value(), racers, settings, progress, result);
+    for (size_t a = 0; a < racers.size() && finished; ++a) {
+      finished = progress(fmt::format("steps of {}", result.accelerators[a].variant.name()));
+      if (finished) result.accelerators[a].costs = measure_costs(*racers[a], sets.value());
+    }
+    if (!options_.html_file.empty() && options_.heat_map_width_px > 0)
+      for (size_t a = 0; a < racers.size() && finished; ++a) {
+        finished = progress(fmt::format("heat map of {}", result.accelerators[a].variant.name()));
+        if (!finished) break;
+        result.accelerators[a].heat_map = measure_heat_map(*racers[a], heat_map_camera(stage));
+        result.accelerators[a].step_map = count_step_map(*racers[a], heat_map_camera(stage));
+      }
+    show("");
+    if (finished) tell_first_disagreements(result);
+    if (finished) {
+      const accel::Statistics& statistics = result.accelerators.front().build.statistics;
+      result.triangle_count = statistics.triangle_count;
+      result.instance_count = statistics.instance_count;
+    }
+    return result;
+  }
+
+  // With -v: rays to look into; --rays keeps them.
+  void tell_first_disagreements(const SceneResult& scene) {
+    for (const AcceleratorResult& accelerator : scene.accelerators)
+      for (const TraversalResult& result : accelerator.traversal)
+        if (const auto& first = result.disagreements.first)
+          console_.detail(fmt::format("{}, {}, {}: ray {} at {:g}, {} has it at {:g}", accelerator.variant.name(),
+                                      scene.sets[result.set].name, call_form_name(result.form), first->ray,
+                                      first->found_t, scene.accelerators.front().variant.name(), first->expected_t));
+  }
+
+  // Loaded, posed, with a camera; its World has an accelerator that can record.
+  Result<Stage> prepare(const fs::path& file) {
+    display_.start_phase(Phase::load);
+    Result<Scene> scene = load_gltf(file, {}, &display_);
+    if (!scene.ok()) return scene.error();
+    Result<LoadedEnvironment> environment = load_environment(options_.view);
+    display_.end_phase();
+    if (!environment.ok()) return environment.error();
+    const Result<int> root = choose_scene(scene.value(), options_.view.scene_name);
+    if (!root.ok()) return root.error();
+    if (const Result<int> variant = show_variant(scene.value(), options_.view.variant_name); !variant.ok())
+      return variant.error();
+    apply_light_options(options_.view.lights, scene.value());
+    if (options_.view.time_s) animate_members(scene.value(), *options_.view.time_s);
+    Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), options_.view.time_s});
+    if (!posed.ok()) return posed.error();
+    Result<std::optional<PlacedCamera>> camera = choose_camera(scene.value(), posed.value(), options_.view);
+    if (!camera.ok()) return camera.error();
+    const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options_.view);
+    if (!size.ok()) return size.error();
+
+    Stage stage;
+    stage.size_px = size.value();
+    WorldOptions world_options;
+    world_options.environment = environment.value().environment;
+    world_options.wrap_accelerator = [&stage](std::unique_ptr<accel::Accelerator> inner) {
+      auto recorder = std::make_unique<RecordingAccelerator>(std::move(inner));
+      stage.recorder = recorder.get();
+      return recorder;
+    };
+    display_.start_phase(Phase::build);
+    Result<std::unique_ptr<const World>> world =
+        build_world(std::move(scene).value(), std::move(posed).value(), world_options, &cancel_, &display_);
+    display_.end_phase();
+    if (!world.ok()) return world.error();
+    stage.world = std::move(world).value();
+    if (camera.value()) {
+      stage.camera = *camera.value();
+    } else {
+      stage.camera =
+          fit_camera(stage.world->bounds(), static_cast<float>(stage.size_px.x) / static_cast<float>(stage.size_px.y));
+      if (Result<void> overridden = override_fov(stage.camera.camera, options_.view); !overridden.ok())
+        return overridden.error();
+      display_.on_warning(file.string() + ": no camera: seen through one fitted to the scene's bounds");
+    }
+    return stage;
+  }
+
+  // From --rays, or recorded; then saved if a file is named.
+  Result<std::vector<RaySet>> rays_of(const Stage& stage, SceneResult& result) {
+    if (replayed_) {
+      if (replayed_->geometry_hash != result.geometry_hash)
+        return Error{
+            ErrorKind::usage,
+            fmt::format("--rays: {}: recorded in geometry {}, but {} is {}; use the scene, --scene and --time of "
+                        "the recording, or another name to record anew",
+                        options_.rays_file.string(), format_hash(replayed_->geometry_hash), result.file,
+                        format_hash(result.geometry_hash))};
+      console_.note(fmt::format("rays replayed from {}", options_.rays_file.string()));
+      result.size_px = replayed_->size_px;
+      return std::move(replayed_->sets);
+    }
+    show(fmt::format("{}: recording rays", result.file));
+    const Camera camera(stage.camera.camera, stage.camera.camera_to_world, stage.size_px);
+    RecordSettings settings;
+    settings.rays_per_kind = options_.rays_per_kind;
+    RayRecording recording{result.geometry_hash, stage.size_px,
+                           record_rays(*stage.world, *stage.recorder, camera, settings, &cancel_)};
+    show("");
+    if (!options_.rays_file.empty() && !cancel_.cancelled()) {
+      if (Result<void> written = write_ray_file(options_.rays_file, recording); !written.ok())
+        return Error{written.error().kind, "--rays: " + written.error().message};
+      console_.note(fmt::format("rays recorded to {}", options_.rays_file.string()));
+    }
+    return std::move(recording.sets);
+  }
+
+  [[nodiscard]] Camera heat_map_camera(const Stage& stage) const {
+    const int longer = std::max(stage.size_px.x, stage.size_px.y);
+    const auto side = [&](int full) { return std::max(1, full * options_.heat_map_width_px / longer); };
+    return {stage.camera.camera, stage.camera.camera_to_world, V2i(side(stage.size_px.x), side(stage.size_px.y))};
+  }
+
+  // What is being done: the status line of a terminal, details elsewhere. Empty: nothing.
+  void show(const std::string& text) {
+    if (terminal_)
+      console_.status(text.empty() ? text : "kindling: " + text);
+    else if (!text.empty())
+      console_.detail(text);
+  }
+
+  Result<void> write() {
+    const std::pair<const fs::path*, std::string (*)(const ShootoutReport&)> files[] = {
+        {&options_.json_file, format_shootout_json},
+        {&options_.csv_file, format_shootout_csv},
+        {&options_.html_file, format_shootout_html}};
+    for (const auto& [file, format] : files)
+      if (!file->empty())
+        if (Result<void> written = write_text_file(*file, format(report_)); !written.ok()) return written.error();
+    return {};
+  }
+
+  int interrupted() {
+    show("");
+    console_.note("interrupted: no report was written");
+    return exit_code_of_signal(signals_.received());
+  }
+
+  static Result<void> print(const std::string& text) {
+    std::string reason;
+    if (write_standard_output(text, reason)) return {};
+    return Error{ErrorKind::input_output, "standard output: " + reason};
+  }
+
+  const ShootoutOptions& options_;
+  Console& console_;
+  bool terminal_;
+  CancelToken cancel_;
+  SignalGuard signals_;
+  ProgressDisplay display_;
+  ShootoutReport report_;
+  std::optional<RayRecording> replayed_;
+};
+
+} // namespace
+
+Result<int> run_shootout(const ShootoutOptions& options, const std::string& command_line, Console& console) {
+  std::optional<tbb::global_control> limit;
+  if (options.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(options.threads));
+  return ShootoutCommand(options, command_line, console).run();
+}
+
+} // namespace kindling::app

@@ -1,0 +1,223 @@
+// A shootout as tables, and the figures that all reports derive in the same way.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/shootout/shootout_report.h"
+#include "renderer/app/shootout/shootout_summary.h"
+#include "renderer/app/text/text_format.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace kindling::app {
+
+namespace {
+
+std::string or_dash(size_t count, const std::string& text) { return count > 0 ? text : "-"; }
+
+std::string build_table(const ShootoutReport& report, const SceneResult& scene) {
+  TextTable table({{"accelerator"},
+                   {"build, 1 thread", true},
+                   {fmt::format("{} thread{}", report.build_threads, report.build_threads == 1 ? "" : "s"), true},
+                   {"kernels"},
+                   {"memory", true},
+                   {"at peak", true},
+                   {"huge pages", true},
+                   {"nodes", true},
+                   {"leaves", true},
+                   {"refs/leaf", true},
+                   {"most", true},
+                   {"refs/triangle", true}});
+  for (const AcceleratorResult& accelerator : scene.accelerators) {
+    const BuildResult& build = accelerator.build;
+    const accel::Statistics& s = build.statistics;
+    const auto ratio = [](size_t a, size_t b) {
+      return a > 0 && b > 0 ? fmt::format("{:.2f}", static_cast<double>(a) / static_cast<double>(b)) : "-";
+    };
+    table.add({accelerator.variant.name(), format_short_time(median(build.one_thread_s)),
+               format_short_time(median(build.many_threads_s)), std::string(accel::simd_target_name(s.simd)),
+               or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
+               build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
+               or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
+               or_dash(s.node_count, format_count(static_cast<double>(s.node_count))),
+               or_dash(s.leaf_count, format_count(static_cast<double>(s.leaf_count))),
+               ratio(s.reference_count, s.leaf_count),
+               s.leaf_sizes.empty() ? "-" : fmt::format("{}", summarize_leaf_sizes(s.leaf_sizes).max),
+               ratio(s.reference_count, s.triangle_count)});
+  }
+  return table.str();
+}
+
+std::string speed_cell(const RaySetInfo& set, const TraversalResult& result, bool with_ratio) {
+  if (result.times_s.empty()) return "-";
+  const Summary summary = summarize(result.times_s);
+  std::string text = fmt::format("{:.3f} ±{:.0f}%", mega_rays_per_s(set, summary.median), summary.spread_percent() / 2);
+  if (with_ratio) text += fmt::format("  {:.2f}x", result.ratio_to_first);
+  return text;
+}
+
+std::string speed_table(const SceneResult& scene) {
+  std::vector<TextTable::Column> columns{{"rays"}, {"call"}};
+  for (const AcceleratorResult& accelerator : scene.accelerators) columns.push_back({accelerator.variant.name(), true});
+  TextTable table(columns);
+  for (size_t row = 0; row < scene.accelerators.front().traversal.size(); ++row) {
+    const TraversalResult& first = scene.accelerators.front().traversal[row];
+    if (!every_accelerator_has(first.form)) continue;
+    const RaySetInfo& set = scene.sets[first.set];
+    std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
+    for (size_t a = 0; a < scene.accelerators.size(); ++a)
+      cells.push_back(speed_cell(set, scene.accelerators[a].traversal[row], a > 0));
+    table.add(cells);
+  }
+  if (scene.accelerators.size() > 1) {
+    const auto add_mean = [&](const std::string& call, std::optional<CallForm> form) {
+      std::vector<std::string> cells{"geometric mean", call, ""};
+      for (size_t a = 1; a < scene.accelerators.size(); ++a)
+        cells.push_back(fmt::format("{:.2f}x", mean_ratio(scene, a, form)));
+      table.add(cells);
+    };
+    add_mean("single", CallForm::single);
+    add_mean("batch", CallForm::batch);
+    add_mean("best of each", std::nullopt);
+  }
+  return table.str();
+}
+
+// Of the accelerators that tell; empty if none does.
+std::string cost_table(const SceneResult& scene) {
+  TextTable table({{"accelerator"}, {"rays"}, {"nodes", true}, {"leaves", true}, {"triangles", true}});
+  bool any = false;
+  for (const AcceleratorResult& accelerator : scene.accelerators)
+    for (size_t set = 0; set < accelerator.costs.size(); ++set) {
+      const MeanCost& cost = accelerator.costs[set];
+      if (scene.sets[set].ray_count == 0) continue;
+      table.add({accelerator.variant.name(), scene.sets[set].name, fmt::format("{:.2f}", cost.nodes),
+                 fmt::format("{:.2f}", cost.leaves), fmt::format("{:.1f}", cost.triangles)});
+      any = true;
+    }
+  return any ? "\nvisited by a ray's single query, means\n" + table.str() : std::string();
+}
+
+// Packets and streams, of the accelerators that have them; empty if none has.
+std::string embree_call_table(const SceneResult& scene) {
+  std::vector<const AcceleratorResult*> embrees;
+  for (const AcceleratorResult& accelerator : scene.accelerators)
+    for (const TraversalResult& result : accelerator.traversal)
+      if (!every_accelerator_has(result.form) && !result.times_s.empty()) {
+        embrees.push_back(&accelerator);
+        break;
+      }
+  if (embrees.empty()) return {};
+  std::vector<TextTable::Column> columns{{"rays"}, {"call"}};
+  for (const AcceleratorResult* embree : embrees) columns.push_back({embree->variant.name(), true});
+  TextTable table(columns);
+  for (size_t row = 0; row < embrees.front()->traversal.size(); ++row) {
+    const TraversalResult& first = embrees.front()->traversal[row];
+    if (every_accelerator_has(first.form) || first.times_s.empty()) continue;
+    const RaySetInfo& set = scene.sets[first.set];
+    std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
+    for (const AcceleratorResult* embree : embrees) cells.push_back(speed_cell(set, embree->traversal[row], false));
+    table.add(cells);
+  }
+  return "\nEmbree's own calls: packets of 16, streams of 128\n" + table.str();
+}
+
+std::string disagreement_lines(const SceneResult& scene) {
+  std::string text;
+  for (const AcceleratorResult& accelerator : scene.accelerators) {
+    uint64_t compared = 0;
+    for (const TraversalResult& result : accelerator.traversal)
+      if (!result.times_s.empty()) compared += scene.sets[result.set].ray_count;
+    const Disagreements sum = sum_disagreements(accelerator);
+    text +=
+        fmt::format("  {}: {} disagreement{} with single calls of {} among {} answers ({} hit or miss, {} distance)",
+                    accelerator.variant.name(), sum.total(), sum.total() == 1 ? "" : "s",
+                    scene.accelerators.front().variant.name(), compared, sum.hit_or_miss, sum.distance);
+    if (sum.total() > 0) text += fmt::format(", {} of them at an edge of a triangle", sum.at_edge);
+    if (sum.total() > 0 && !accelerator.variant.robust) text += "; rays slip through edges where it is not robust";
+    text += '\n';
+  }
+  return text;
+}
+
+} // namespace
+
+std::string_view call_form_name(CallForm form) {
+  switch (form) {
+  case CallForm::single: return "single";
+  case CallForm::batch: return "batch";
+  case CallForm::coherent: return "coherent";
+  case CallForm::packet: return "packet";
+  case CallForm::coherent_packet: return "packet-coherent";
+  case CallForm::stream: return "stream";
+  case CallForm::coherent_stream: return "stream-coherent";
+  }
+  return "single";
+}
+
+double mega_rays_per_s(const RaySetInfo& set, double seconds) {
+  return seconds > 0.0 ? static_cast<double>(set.ray_count) / seconds * 1e-6 : 0.0;
+}
+
+const TraversalResult* fastest_row(const AcceleratorResult& accelerator, size_t set, std::optional<CallForm> form) {
+  const TraversalResult* best = nullptr;
+  for (const TraversalResult& row : accelerator.traversal)
+    if (row.set == set && !row.times_s.empty() && (!form || row.form == *form))
+      if (best == nullptr || median(row.times_s) < median(best->times_s)) best = &row;
+  return best;
+}
+
+double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form) {
+  std::vector<double> ratios;
+  for (size_t set = 0; set < scene.sets.size(); ++set) {
+    const TraversalResult* mine = fastest_row(scene.accelerators[accelerator], set, form);
+    const TraversalResult* theirs = fastest_row(scene.accelerators.front(), set, form);
+    if (mine && theirs) ratios.push_back(speed_ratio(theirs->times_s, mine->times_s));
+  }
+  return geometric_mean(ratios);
+}
+
+Disagreements sum_disagreements(const AcceleratorResult& accelerator) {
+  Disagreements sum;
+  for (const TraversalResult& result : accelerator.traversal) sum.add(result.disagreements);
+  return sum;
+}
+
+LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes) {
+  size_t leaves = 0, references = 0, below = 0;
+  LeafSizes result;
+  for (size_t n = 0; n < leaf_sizes.size(); ++n) {
+    leaves += leaf_sizes[n];
+    references += n * leaf_sizes[n];
+    if (leaf_sizes[n] > 0) result.max = n;
+  }
+  if (leaves > 0) result.mean = static_cast<double>(references) / static_cast<double>(leaves);
+  for (; result.median < result.max; ++result.median)
+    if (2 * (below += leaf_sizes[result.median]) >= leaves) break;
+  return result;
+}
+
+std::string_view clock_description(ShootoutClock clock) {
+  return clock == ShootoutClock::cpu ? "CPU time of the thread" : "wall time";
+}
+
+std::string scene_name(const SceneResult& scene) { return std::filesystem::path(scene.file).filename().string(); }
+
+std::string format_scene_tables(const ShootoutReport& report, const SceneResult& scene) {
+  std::string text =
+      fmt::format("{}\n  {} triangles, {} instances; rays of a picture of {}x{}\n", printable(scene.file),
+                  scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
+  for (const RaySetInfo& set : scene.sets)
+    if (set.ray_count == 0) text += fmt::format("  no rays of kind {}: no path goes there\n", set.name);
+  text += fmt::format("\nbuilds, median of {}\n{}", report.build_repeat, build_table(report, scene));
+  text +=
+      fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",
+                  report.repeat, clock_description(report.clock), report.batch_size, speed_table(scene));
+  text += embree_call_table(scene);
+  text += cost_table(scene);
+  text += "\ncross-check\n" + disagreement_lines(scene);
+  text += format_comparisons(compare_with_embree(scene), "");
+  return text;
+}
+
+} // namespace kindling::app
