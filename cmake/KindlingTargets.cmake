@@ -13,8 +13,9 @@ if(KINDLING_ARCH)
   target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-march=${KINDLING_ARCH}>)
 endif()
 if(KINDLING_WARNINGS_AS_ERRORS)
-  # GCC 12 takes some copies of vectors that it inlined for uninitialized; such a warning is to be read, not to be obeyed.
-  target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-Werror -Wno-error=maybe-uninitialized>)
+  # GCC 12 takes some copies of vectors that it inlined for uninitialized, and sums of strings for too long; such a warning is to be read, not
+  # to be obeyed.
+  target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-Werror -Wno-error=maybe-uninitialized -Wno-error=array-bounds>)
 endif()
 if(KINDLING_SANITIZE)
   target_compile_options(kindling_flags INTERFACE
@@ -56,23 +57,62 @@ function(kindling_library name)
   set_property(GLOBAL APPEND PROPERTY KINDLING_LIBRARIES ${target})
 endfunction()
 
-# kindling_test(NAME LABEL unit|statistical|image SOURCES a.cpp... LIBS libs...): GoogleTest program test_NAME, each test one ctest test.
+# kindling_test(NAME LABEL unit|statistical|image [TIMEOUT seconds] [PROGRAM program] [ALONE] SOURCES a.cpp... LIBS libs...): GoogleTest program
+# test_NAME, each test one ctest test NAME.Suite.Test. With PROGRAM the program is test_PROGRAM, which several names share: it takes less time to
+# compile. A suite then belongs to one of the names. ALONE: sources are not compiled together.
 function(kindling_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "LABEL;TIMEOUT;PROGRAM" "SOURCES;LIBS" ${ARGN})
   if(NOT ARG_LABEL MATCHES "^(unit|statistical|image)$" OR ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "kindling_test(${name}): LABEL must be unit, statistical or image, not '${ARG_LABEL}' (${ARG_UNPARSED_ARGUMENTS})")
   endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
-  add_executable(test_${name} ${ARG_SOURCES})
-  target_link_libraries(test_${name} PRIVATE kindling_flags ${ARG_LIBS} GTest::gtest GTest::gtest_main
-    $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
-  kindling_precompiled(test_${name} tests)
-  target_compile_definitions(test_${name} PRIVATE
-    KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}" KINDLING_BINARY_DIR="${PROJECT_BINARY_DIR}")
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+  set(filter)
+  if(ARG_PROGRAM)
+    set(target test_${ARG_PROGRAM})
+    kindling_test_filter(suites ${name} ${ARG_SOURCES})
+    set(filter TEST_FILTER ${suites})
+  else()
+    set(target test_${name})
+  endif()
+  if(TARGET ${target})
+    target_sources(${target} PRIVATE ${ARG_SOURCES})
+  else()
+    add_executable(${target} ${ARG_SOURCES})
+    kindling_precompiled(${target} tests)
+    target_link_libraries(${target} PRIVATE kindling_flags GTest::gtest GTest::gtest_main $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
+    target_compile_definitions(${target} PRIVATE
+      KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}" KINDLING_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  endif()
+  target_link_libraries(${target} PRIVATE ${ARG_LIBS})
+  if(ARG_ALONE)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  endif()
+  gtest_discover_tests(${target} TEST_PREFIX "${name}." ${filter} DISCOVERY_TIMEOUT 60
     PROPERTIES LABELS "${ARG_LABEL}" TIMEOUT ${ARG_TIMEOUT})
+endfunction()
+
+# kindling_test_filter(VARIABLE NAME sources...): the filter of GoogleTest for the suites in these sources, which no other NAME may have. CMake
+# runs again when one of them changes.
+function(kindling_test_filter variable name)
+  set(filters)
+  foreach(source IN LISTS ARGN)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${source})
+    file(STRINGS ${source} lines REGEX "^TEST(_F|_P)?\\(")
+    foreach(line IN LISTS lines)
+      string(REGEX REPLACE "^TEST[_FP]*\\(([A-Za-z0-9_]+).*" "\\1" suite "${line}")
+      get_property(owner DIRECTORY PROPERTY KINDLING_TEST_NAME_OF_${suite})
+      if(owner AND NOT owner STREQUAL name)
+        message(FATAL_ERROR "The tests ${owner} and ${name} share a program and both have a suite ${suite}; rename one")
+      endif()
+      set_property(DIRECTORY PROPERTY KINDLING_TEST_NAME_OF_${suite} ${name})
+      list(APPEND filters "${suite}.*" "*/${suite}.*")
+    endforeach()
+  endforeach()
+  list(REMOVE_DUPLICATES filters)
+  list(JOIN filters ":" filters)
+  set(${variable} "${filters}" PARENT_SCOPE)
 endfunction()
 
 # kindling_bench(NAME SOURCES a.cpp... LIBS libs...): Google Benchmark program bench_NAME.

@@ -4,26 +4,22 @@
 // starts there: a failure names its seed.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
+#include "tests/accel/trials.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
-#include <cstdlib>
 #include <iostream>
 
 namespace kindling::accel::testing {
 namespace {
 
-uint32_t number_from_environment(const char* name, uint32_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : static_cast<uint32_t>(std::strtoul(text, nullptr, 10));
-}
-
 class Fuzz : public ::testing::TestWithParam<SimdTarget> {};
 
 TEST_P(Fuzz, AgreesWithBruteForce) {
-  const uint32_t first = number_from_environment("KINDLING_FUZZ_FIRST", 1),
-                 count = number_from_environment("KINDLING_FUZZ_SEEDS", GetParam() == best_simd_target() ? 2000 : 400);
+  const auto first = static_cast<uint32_t>(number_from_environment("KINDLING_FUZZ_FIRST", 1));
+  const auto count =
+      static_cast<uint32_t>(trials("KINDLING_FUZZ_SEEDS", GetParam() == best_simd_target() ? 2000 : 400));
   size_t rays = 0, hits = 0, excused = 0, failed_seeds = 0;
   for (uint32_t seed = first; seed < first + count && failed_seeds < 5; ++seed) {
     Rng rng(seed);

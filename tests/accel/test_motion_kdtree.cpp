@@ -4,12 +4,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/motion_scenes.h"
+#include "tests/accel/trials.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <tuple>
@@ -18,11 +18,6 @@ namespace kindling::accel::testing {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-uint32_t number_from_environment(const char* name, uint32_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : static_cast<uint32_t>(std::strtoul(text, nullptr, 10));
-}
 
 class MovingKernels : public ::testing::TestWithParam<SimdTarget> {};
 
@@ -52,8 +47,9 @@ TEST_P(MovingKernels, AgreeWithTheOracle) {
 }
 
 TEST_P(MovingKernels, AgreeOnRandomMotion) {
-  const uint32_t first = number_from_environment("KINDLING_MOTION_FIRST", 1),
-                 count = number_from_environment("KINDLING_MOTION_SEEDS", GetParam() == best_simd_target() ? 160 : 40);
+  const auto first = static_cast<uint32_t>(number_from_environment("KINDLING_MOTION_FIRST", 1));
+  const auto count =
+      static_cast<uint32_t>(trials("KINDLING_MOTION_SEEDS", GetParam() == best_simd_target() ? 160 : 40));
   size_t rays = 0, hits = 0, excused = 0, failed_seeds = 0;
   for (uint32_t seed = first; seed < first + count && failed_seeds < 5; ++seed) {
     Rng rng(seed);

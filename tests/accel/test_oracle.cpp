@@ -3,6 +3,7 @@
 // KINDLING_ORACLE_RAYS=1000000 traces so many rays through each mesh by each set of kernels.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
+#include "tests/accel/trials.h"
 
 #include <gtest/gtest.h>
 
@@ -17,9 +18,7 @@ namespace {
 
 // Most by the best kernels; all are compared.
 size_t rays_per_scene(SimdTarget simd, size_t most) {
-  const char* text = std::getenv("KINDLING_ORACLE_RAYS");
-  if (text != nullptr) return std::strtoul(text, nullptr, 10);
-  return simd == best_simd_target() ? most : most / 8;
+  return trials("KINDLING_ORACLE_RAYS", simd == best_simd_target() ? most : most / 8);
 }
 
 void expect_agreement(const NamedScene& named, SimdTarget simd, size_t ray_count, Comparison& comparison) {

@@ -1,10 +1,10 @@
 // No ray leaves a closed mesh: rays from inside, aimed exactly at vertices and edges and along the planes of a grid.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/trials.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <limits>
 
 namespace kindling::accel::testing {
@@ -89,10 +89,7 @@ class WatertightKernels : public ::testing::TestWithParam<SimdTarget> {};
 // Three closed meshes and every form of call; three million rays by the best kernels, fewer by the others.
 // KINDLING_WATERTIGHT_RAYS=100000000 traces so many.
 TEST_P(WatertightKernels, NoLeakInMillions) {
-  const char* text = std::getenv("KINDLING_WATERTIGHT_RAYS");
-  const size_t count = text != nullptr                    ? std::strtoul(text, nullptr, 10)
-                       : GetParam() == best_simd_target() ? 3000000
-                                                          : 300000;
+  const size_t count = trials("KINDLING_WATERTIGHT_RAYS", GetParam() == best_simd_target() ? 3000000 : 300000);
   constexpr size_t kBlock = 4096;
   const std::vector<Shell> all = shells();
   for (size_t s = 0; s < 3; ++s) { // spheres at the origin and off it, the gridded box

@@ -13,13 +13,13 @@ namespace {
 
 using app::LensOptions;
 
-Result<app::CommandLine> parse(std::vector<const char*> flags) {
+Result<app::CommandLine> parse_render(std::vector<const char*> flags) {
   flags.insert(flags.begin(), {"render", "scene.gltf"});
   return app::parse_command_line(flags);
 }
 
 LensOptions lens_of(const std::vector<const char*>& flags) {
-  const Result<app::CommandLine> line = parse(flags);
+  const Result<app::CommandLine> line = parse_render(flags);
   EXPECT_TRUE(line.ok()) << (line.ok() ? "" : line.error().message);
   return line.ok() ? std::get<app::RenderOptions>(line.value().command).lens : LensOptions{};
 }
@@ -48,7 +48,7 @@ TEST(LensFlags, GoOverTheLensOfTheCamera) {
 
 TEST(LensFlags, RefuseWhatHasNoMeaning) {
   const auto message = [](const std::vector<const char*>& flags) {
-    const Result<app::CommandLine> line = parse(flags);
+    const Result<app::CommandLine> line = parse_render(flags);
     return line.ok() ? std::string() : line.error().message;
   };
   EXPECT_EQ(message({"--focus-distance", "2", "--focus-pixel", "1,2"}),

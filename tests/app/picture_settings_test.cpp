@@ -19,7 +19,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-RenderOptions parse(const Words& flags) {
+RenderOptions parsed_options(const Words& flags) {
   std::vector<const char*> arguments{"render", "a.glb"};
   for (const std::string& flag : flags) arguments.push_back(flag.c_str());
   const Result<CommandLine> line = parse_command_line(arguments);
@@ -29,7 +29,7 @@ RenderOptions parse(const Words& flags) {
 
 // As of a scene without cameras, scenes and shutters of its own.
 std::string settings(const Words& flags, uint64_t environment_hash = 7) {
-  const RenderOptions options = parse(flags);
+  const RenderOptions options = parsed_options(flags);
   ResolvedPicture resolved;
   const Result<V2i> size = choose_size(nullptr, options);
   EXPECT_TRUE(size.ok()) << size.error().message;

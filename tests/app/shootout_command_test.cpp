@@ -36,7 +36,7 @@ class Shootout : public SceneFolder {
   }
 };
 
-const std::string kCornellBox = KINDLING_SCENES "/cornell_box.glb";
+const std::string kRacedScene = KINDLING_SCENES "/cornell_box.glb";
 
 TEST_F(Shootout, ShowsTheInstructionSetsOfAll) {
   const ProgramResult result =
@@ -52,7 +52,7 @@ TEST_F(Shootout, ShowsTheInstructionSetsOfAll) {
 
 TEST_F(Shootout, ShippedSceneInEveryForm) {
   const ProgramResult result =
-      shootout({kCornellBox}, {"--accel", "embree,kdtree:best,brute-force,embree:non-robust", "--json", "a.json",
+      shootout({kRacedScene}, {"--accel", "embree,kdtree:best,brute-force,embree:non-robust", "--json", "a.json",
                                "--csv", "a.csv", "--html", "a.html", "--heat-map", "16"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
@@ -67,7 +67,7 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
   EXPECT_EQ(report["clock"], "wall");
   EXPECT_EQ(report["batch_size"], 128);
   const Json& scene = report["scenes"][0];
-  EXPECT_EQ(scene["file"], kCornellBox);
+  EXPECT_EQ(scene["file"], kRacedScene);
   EXPECT_EQ(scene["width"], 64);
   std::vector<std::string> kinds;
   for (const Json& rays : scene["rays"]) {
@@ -131,14 +131,14 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
 
 TEST_F(Shootout, RaysAreSavedAndReplayed) {
   const std::vector<std::string> flags{"--rays", "rays.bin", "--json", "a.json"};
-  const ProgramResult recorded = shootout({kCornellBox}, flags);
+  const ProgramResult recorded = shootout({kRacedScene}, flags);
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
   EXPECT_NE(recorded.err.find("rays recorded to rays.bin"), std::string::npos) << recorded.err;
   const Json first = json("a.json");
   // The file decides, not the flags that ask for other rays.
   std::vector<std::string> replay = flags;
   replay.insert(replay.end(), {"--rays-per-kind", "50", "--size", "32x32", "--clock", "cpu"});
-  const ProgramResult replayed = shootout({kCornellBox}, replay);
+  const ProgramResult replayed = shootout({kRacedScene}, replay);
   ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
   EXPECT_NE(replayed.err.find("rays replayed from rays.bin"), std::string::npos) << replayed.err;
   const Json second = json("a.json");
@@ -148,11 +148,11 @@ TEST_F(Shootout, RaysAreSavedAndReplayed) {
 
   expect_error(shootout({write_scene()}, {"--rays", "rays.bin"}), 2, "recorded in geometry");
   write_file("rays.bin", read_file("rays.bin").substr(0, 1000));
-  expect_error(shootout({kCornellBox}, flags), 4, "--rays: rays.bin: ");
+  expect_error(shootout({kRacedScene}, flags), 4, "--rays: rays.bin: ");
 }
 
 TEST_F(Shootout, SeveralScenes) {
-  const ProgramResult result = shootout({kCornellBox, write_scene("grid", {.grid = 4})},
+  const ProgramResult result = shootout({kRacedScene, write_scene("grid", {.grid = 4})},
                                         {"--accel", "kdtree", "--html", "a.html", "--heat-map", "0"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const std::string page = read_file("a.html");
@@ -192,7 +192,7 @@ TEST_F(Shootout, HelpNamesItsFlags) {
 }
 
 TEST_F(Shootout, ASignalEndsItWithoutReports) {
-  Program program({"shootout", kCornellBox, "-v", "--no-embree-calls", "--repeat", "1000", "--json", "a.json"},
+  Program program({"shootout", kRacedScene, "-v", "--no-embree-calls", "--repeat", "1000", "--json", "a.json"},
                   folder_);
   ASSERT_TRUE(program.wait_for_error_text("round 2 of 1000", std::chrono::seconds(60)));
   program.signal(SIGINT);

@@ -15,18 +15,18 @@ namespace {
 using test::Random;
 using test::view;
 
-struct Reference {
+struct AnisotropicReference {
   double e = 0.0;
   double b = 0.0;
 };
 
 // Over half vectors: slopes alpha t (cos psi, sin psi) with t^2 = u / (1 - u) make D cos(theta_h) uniform in u and psi.
-Reference integrate(const V3d& wo, double alpha_x, double alpha_y) {
+AnisotropicReference integrate_anisotropic(const V3d& wo, double alpha_x, double alpha_y) {
   constexpr int kRadial = 250;
   constexpr int kAngular = 250;
   const auto stretched = [&](const V3d& w) { return std::hypot(alpha_x * w.x, alpha_y * w.y, w.z); };
   const double t_o = stretched(wo);
-  Reference sum;
+  AnisotropicReference sum;
   for (int i = 0; i < kRadial; ++i) {
     const double v = (i + 0.5) / kRadial;
     const double rest = (1.0 - v) * (1.0 - v); // 1 - u
@@ -60,7 +60,8 @@ TEST(AnisotropicTables, LookUpKeepsItsPromise) {
     const float alpha_y = roughness * roughness;
     const float alpha_x = lerp(alpha_y, 1.0f, square(random.next_1d()));
     const V3f wo = view(0.02f + 0.98f * random.next_1d(), random.next_1d());
-    const Reference reference = integrate(V3d(wo), static_cast<double>(alpha_x), static_cast<double>(alpha_y));
+    const AnisotropicReference reference =
+        integrate_anisotropic(V3d(wo), static_cast<double>(alpha_x), static_cast<double>(alpha_y));
     const GgxAlbedo a = AnisotropicAlbedoTable(alpha_x, alpha_y)(wo);
     const double error_e = static_cast<double>(a.e) - reference.e;
     const double error_b = static_cast<double>(a.b) - reference.b;

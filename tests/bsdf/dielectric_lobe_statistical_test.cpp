@@ -3,6 +3,7 @@
 #include "renderer/bsdf/dielectric_lobe.h"
 #include "renderer/bsdf/layer_parameters.h"
 
+#include "tests/bsdf/layered_materials.h"
 #include "tests/sampling/chi_square.h"
 
 #include "renderer/sampling/warp.h"
@@ -17,12 +18,7 @@ namespace kindling {
 namespace {
 
 using test::Random;
-
-V3f view(float mu, float azimuth_turns) {
-  const SinCos phi = sincos_turns(azimuth_turns);
-  const float sin_theta = std::sqrt(1.0f - mu * mu);
-  return {sin_theta * phi.cos, sin_theta * phi.sin, mu};
-}
+using test::view;
 
 DielectricParameters interface(float roughness, float eta, bool thin_walled = false) {
   DielectricParameters p;
@@ -32,12 +28,12 @@ DielectricParameters interface(float roughness, float eta, bool thin_walled = fa
   return p;
 }
 
-std::string describe(const DielectricParameters& p, float mu) {
+std::string describe_interface(const DielectricParameters& p, float mu) {
   return "alpha " + std::to_string(p.alpha_x) + " " + std::to_string(p.alpha_y) + " eta " + std::to_string(p.eta) +
          " specular " + std::to_string(p.specular) + (p.thin_walled ? " thin" : "") + " mu " + std::to_string(mu);
 }
 
-std::vector<DielectricParameters> grid() {
+std::vector<DielectricParameters> interface_grid() {
   std::vector<DielectricParameters> all;
   for (const float eta : {1.5f, 1.0f / 1.5f, 1.05f, 1.0f / 1.05f, 2.4f}) {
     for (const float roughness : {0.1f, 0.35f, 1.0f}) all.push_back(interface(roughness, eta));
@@ -58,7 +54,7 @@ std::vector<DielectricParameters> grid() {
 // The sphere as two hemispheres, each in the stereographic plane, where narrow lobes stay round: what goes to the other side counts as
 // absorbed, with the probability that the density leaves over.
 TEST(DielectricLobeStatistical, SamplesFollowTheirDensity) {
-  const std::vector<DielectricParameters> all = grid();
+  const std::vector<DielectricParameters> all = interface_grid();
   constexpr float kViews[] = {0.95f, 0.5f, 0.1f};
   constexpr int kSamples = 40000;
   const double level = test::sidak_level(0.01, static_cast<int>(2 * all.size() * std::size(kViews)));
@@ -88,25 +84,25 @@ TEST(DielectricLobeStatistical, SamplesFollowTheirDensity) {
               return lobe.eval({w.x, w.y, w.z * side}).pdf;
             },
             options);
-        EXPECT_GT(result.p_value, level) << describe(p, mu) << " side " << side << ": " << result.summary;
+        EXPECT_GT(result.p_value, level) << describe_interface(p, mu) << " side " << side << ": " << result.summary;
         lost += side > 0.0f ? result.absorbed : result.absorbed - 1.0;
         integral += result.integral;
         error += result.absorbed * (1.0 - result.absorbed) / kSamples;
       }
       if (p.alpha_x < 0.001f) continue;
       // The density and what is lost make up all draws.
-      EXPECT_NEAR(integral + lost, 1.0, 4.0 * std::sqrt(error) + 2e-3) << describe(p, mu);
+      EXPECT_NEAR(integral + lost, 1.0, 4.0 * std::sqrt(error) + 2e-3) << describe_interface(p, mu);
     }
   }
 }
 
-struct Mean {
+struct Passed {
   Rgb up{0.0f};
   Rgb down{0.0f};
   double error = 0.0; // standard error of the red channel of their sum
 };
 
-Mean mean_weight(const DielectricLobe& lobe, uint64_t seed, int samples) {
+Passed mean_passed(const DielectricLobe& lobe, uint64_t seed, int samples) {
   Random random(seed);
   double up[3] = {0.0, 0.0, 0.0};
   double down[3] = {0.0, 0.0, 0.0};
@@ -118,7 +114,7 @@ Mean mean_weight(const DielectricLobe& lobe, uint64_t seed, int samples) {
     for (int c = 0; c < 3; ++c) (s->wi.z > 0.0f ? up : down)[c] += static_cast<double>(s->weight[c]);
     squares += static_cast<double>(s->weight.x) * static_cast<double>(s->weight.x);
   }
-  Mean mean;
+  Passed mean;
   for (int c = 0; c < 3; ++c) {
     mean.up[c] = static_cast<float>(up[c] / samples);
     mean.down[c] = static_cast<float>(down[c] / samples);
@@ -143,9 +139,9 @@ TEST(DielectricLobeStatistical, WhiteFurnace) {
             DielectricParameters p = interface(roughness, eta, thin_walled);
             p.specular = specular;
             const DielectricLobe lobe(p, view(mu, 0.1f));
-            const Mean mean = mean_weight(lobe, seed++, 5000);
+            const Passed mean = mean_passed(lobe, seed++, 5000);
             EXPECT_NEAR(static_cast<double>(mean.up.x + mean.down.x), 1.0, table_error(p) + 4.5 * mean.error)
-                << describe(p, mu) << " seed " << seed - 1;
+                << describe_interface(p, mu) << " seed " << seed - 1;
             EXPECT_NEAR(lobe.reflected_albedo().x + lobe.transmitted_albedo().x, 1.0f, 1e-5f);
           }
         }
@@ -166,16 +162,17 @@ TEST(DielectricLobeStatistical, NothingGivesMoreThanItReceives) {
     p.iridescence = i % 4 == 0 ? random.next_1d() : 0.0f;
     const float mu = std::max(random.next_1d(), 0.02f);
     const DielectricLobe lobe(p, view(mu, random.next_1d()));
-    const Mean mean = mean_weight(lobe, 5000 + i, 4000);
+    const Passed mean = mean_passed(lobe, 5000 + i, 4000);
     const Rgb all = mean.up + mean.down + lobe.straight_transmittance();
-    EXPECT_LT(static_cast<double>(max_component(all)), 1.0 + 0.03 + 5.0 * mean.error + 5e-3) << describe(p, mu);
+    EXPECT_LT(static_cast<double>(max_component(all)), 1.0 + 0.03 + 5.0 * mean.error + 5e-3)
+        << describe_interface(p, mu);
     if (p.eta < 1.0f) continue;
     for (int c = 0; c < 3; ++c) {
       const double tolerance = (p.iridescence > 0.0f ? 0.2 : 0.03) + 5.0 * mean.error; // the film is not in the tables
       EXPECT_NEAR(static_cast<double>(mean.up[c]), static_cast<double>(lobe.reflected_albedo()[c]), tolerance)
-          << describe(p, mu) << " iridescence " << p.iridescence;
+          << describe_interface(p, mu) << " iridescence " << p.iridescence;
       EXPECT_NEAR(static_cast<double>(mean.down[c]), static_cast<double>(lobe.transmitted_albedo()[c]), tolerance)
-          << describe(p, mu) << " iridescence " << p.iridescence;
+          << describe_interface(p, mu) << " iridescence " << p.iridescence;
     }
   }
 }
@@ -188,8 +185,9 @@ TEST(DielectricLobeStatistical, AnisotropicFurnaceIsNearOne) {
       for (const float azimuth : {0.0f, 0.13f, 0.25f}) {
         DielectricParameters p = interface(0.4f, eta);
         p.alpha_x = 0.5f;
-        const Mean mean = mean_weight(DielectricLobe(p, view(mu, azimuth)), seed++, 10000);
-        EXPECT_NEAR(static_cast<double>(mean.up.x + mean.down.x), 1.0, 0.2) << describe(p, mu) << " " << azimuth;
+        const Passed mean = mean_passed(DielectricLobe(p, view(mu, azimuth)), seed++, 10000);
+        EXPECT_NEAR(static_cast<double>(mean.up.x + mean.down.x), 1.0, 0.2)
+            << describe_interface(p, mu) << " " << azimuth;
       }
     }
   }

@@ -22,7 +22,7 @@ V3f upwards(Random& random) {
   return w.normalized();
 }
 
-DielectricParameters random_parameters(Random& random) {
+DielectricParameters random_interface(Random& random) {
   DielectricParameters p;
   p.alpha_x = square(0.04f + 0.96f * random.next_1d());
   p.alpha_y = random.next_1d() < 0.5f ? p.alpha_x : square(0.04f + 0.96f * random.next_1d());
@@ -43,7 +43,7 @@ DielectricParameters random_parameters(Random& random) {
 TEST(DielectricLobe, ReflectionIsReciprocalButForTheCompensation) {
   Random random(1);
   for (int i = 0; i < 20000; ++i) {
-    const DielectricParameters p = random_parameters(random);
+    const DielectricParameters p = random_interface(random);
     const V3f a = upwards(random);
     const V3f b = upwards(random);
     const DielectricLobe from_a(p, a);
@@ -59,7 +59,7 @@ TEST(DielectricLobe, RefractionIsReciprocalInTheGeneralSense) {
   Random random(2);
   int compared = 0;
   for (int i = 0; i < 100000; ++i) {
-    DielectricParameters p = random_parameters(random);
+    DielectricParameters p = random_interface(random);
     const V3f a = upwards(random);
     const DielectricLobe lobe(p, a);
     const auto s = lobe.sample(0.999f, random.next_2d());
@@ -85,7 +85,7 @@ TEST(DielectricLobe, SampleAgreesWithEval) {
   Random random(3);
   int transmitted = 0;
   for (int i = 0; i < 200000; ++i) {
-    const DielectricParameters p = random_parameters(random);
+    const DielectricParameters p = random_interface(random);
     const DielectricLobe lobe(p, upwards(random));
     const float u = random.next_1d();
     const auto s = lobe.sample(u, random.next_2d());

@@ -14,14 +14,14 @@ namespace {
 
 using test::Random;
 
-struct Reference {
+struct DielectricReference {
   double e = 0.0, p = 0.0, q = 0.0, reflected = 0.0;
 };
 
 // Over all normals instead of the visible ones: tan(theta_h) = alpha sqrt(u / (1 - u)) makes D cos(theta_h) uniform in u; the
 // reflection is the integral of F G2 (wo . h) / (mu_o cos(theta_h)) over it, the refraction likewise. u is graded towards 1, where
 // grazing views find their facets. Fresnel's equations by the angles.
-Reference integrate(double mu, double alpha, double eta) {
+DielectricReference integrate_dielectric(double mu, double alpha, double eta) {
   constexpr int kRadial = 300;
   constexpr int kAngular = 300;
   const double a2 = alpha * alpha;
@@ -31,7 +31,7 @@ Reference integrate(double mu, double alpha, double eta) {
     if (mu_i <= 0.0) return 0.0;
     return 1.0 / (1.0 + lambda_o + 0.5 * (std::sqrt(1.0 + a2 * (1.0 - mu_i * mu_i) / (mu_i * mu_i)) - 1.0));
   };
-  Reference sum;
+  DielectricReference sum;
   for (int i = 0; i < kRadial; ++i) {
     const double v = (i + 0.5) / kRadial;
     const double rest = (1.0 - v) * (1.0 - v); // 1 - u
@@ -84,7 +84,7 @@ TEST(DielectricTables, NodesAreTheIntegrals) {
           const double alpha = roughness * roughness;
           const double x = i / (static_cast<double>(shape.mu) - 1.0);
           const double mu = std::min(2.0 * alpha * x * x / (1.0 + 2.0 * alpha - x * x), 1.0);
-          const Reference r = integrate(mu, alpha, eta);
+          const DielectricReference r = integrate_dielectric(mu, alpha, eta);
           const DielectricAlbedo a = look_up(mu, roughness, eta);
           ASSERT_NEAR(static_cast<double>(a.e), r.e, 1.5e-3) << mu << " " << roughness << " " << eta;
           ASSERT_NEAR(static_cast<double>(a.p), r.p, 1.5e-3) << mu << " " << roughness << " " << eta;
@@ -109,7 +109,7 @@ TEST(DielectricTables, InterpolationKeepsItsPromise) {
       const double roughness = 0.05 + 0.95 * random.next_double();
       const double greater = 1.02 + 1.48 * random.next_double();
       const double eta = outside ? greater : 1.0 / greater;
-      const Reference r = integrate(mu, roughness * roughness, eta);
+      const DielectricReference r = integrate_dielectric(mu, roughness * roughness, eta);
       const DielectricAlbedo a = look_up(mu, roughness, eta);
       const double error = std::abs(static_cast<double>(a.e) / r.e - 1.0);
       worst = std::max(worst, error);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/gltf_bsdf.h"
 
+#include "tests/bsdf/layered_materials.h"
 #include "tests/sampling/chi_square.h"
 
 #include "renderer/sampling/warp.h"
@@ -16,15 +17,10 @@ namespace kindling {
 namespace {
 
 using test::Random;
+using test::view;
 
 // What the interpolation of the albedo tables may add to or take from a furnace above mu = 0.001: see ggx_albedo.h.
 constexpr double kTableError = 2e-3;
-
-V3f view(float mu, float azimuth_turns) {
-  const SinCos phi = sincos_turns(azimuth_turns);
-  const float sin_theta = std::sqrt(1.0f - mu * mu);
-  return {sin_theta * phi.cos, sin_theta * phi.sin, mu};
-}
 
 std::string describe(const BsdfParameters& p, float mu) {
   return "roughness " + std::to_string(p.roughness) + " metallic " + std::to_string(p.metallic) + " specular " +

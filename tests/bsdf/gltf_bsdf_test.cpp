@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/gltf_bsdf.h"
 
+#include "tests/bsdf/layered_materials.h"
 #include "tests/sampling/random.h"
 
 #include "renderer/sampling/warp.h"
@@ -15,6 +16,7 @@ namespace kindling {
 namespace {
 
 using test::Random;
+using test::random_direction;
 
 BsdfParameters random_parameters(Random& random) {
   BsdfParameters p;
@@ -30,12 +32,6 @@ BsdfParameters random_parameters(Random& random) {
   p.ior = 1.0f + 2.0f * pick();
   p.specular_color = {2.0f * random.next_1d(), 2.0f * random.next_1d(), 2.0f * random.next_1d()};
   return p;
-}
-
-V3f random_direction(Random& random) {
-  V3f w = sample_uniform_hemisphere(random.next_2d());
-  w.z = std::max(w.z, 2e-4f);
-  return w.normalized();
 }
 
 TEST(GltfBsdf, WithoutReflectionItIsLambertExactly) {

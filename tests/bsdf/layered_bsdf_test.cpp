@@ -17,14 +17,9 @@ using test::describe;
 using test::LayeredMaterial;
 using test::pick;
 using test::Random;
+using test::random_direction;
 using test::random_material;
 using test::view;
-
-V3f random_direction(Random& random) {
-  V3f w = sample_uniform_hemisphere(random.next_2d());
-  w.z = std::max(w.z, 2e-4f);
-  return w.normalized();
-}
 
 TEST(LayeredBsdf, WithoutLayersItIsGltfBsdf) {
   Random random(1);

@@ -32,6 +32,13 @@ inline Rgb colour(Random& random) {
 }
 
 // All parameters at random. Roughness is at least least_roughness.
+// Above the surface, at 0.01 degrees from it at least.
+inline V3f random_direction(Random& random) {
+  V3f w = sample_uniform_hemisphere(random.next_2d());
+  w.z = std::max(w.z, 2e-4f);
+  return w.normalized();
+}
+
 inline LayeredMaterial random_material(Random& random, float least_roughness) {
   const auto rough = [&] { return std::max(pick(random), least_roughness); };
   LayeredMaterial m;

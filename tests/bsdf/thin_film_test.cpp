@@ -41,7 +41,7 @@ Vec to_rec709(const Vec& c) {
 
 // Linear Rec. 709 of a spectrum under the equal-energy illuminant, each of X, Y, Z of a flat spectrum of 1 being 1.
 template <class Spectrum>
-Vec integrate(const Spectrum& spectrum) {
+Vec integrate_spectrum(const Spectrum& spectrum) {
   Vec sum = {}, white = {};
   for (double nm = 360.5; nm < 830.0; nm += 1.0) {
     const Vec o = observer(nm);
@@ -89,7 +89,7 @@ struct Film {
 // equal-energy white is no neutral of Rec. 709, so this is not the same as to integrate all of it.)
 Vec reference(const Film& film) {
   const double mean = film.mean();
-  Vec rgb = integrate([&](double nm) { return film.reflectance(nm) - mean; });
+  Vec rgb = integrate_spectrum([&](double nm) { return film.reflectance(nm) - mean; });
   for (double& c : rgb) c += mean;
   return rgb;
 }
@@ -107,7 +107,7 @@ double error_of_fit() {
     const Vec fit =
         to_rec709({gaussian(opd, 5.4856e-13, 1.6810e6, 4.3278e9) + gaussian(opd, 9.7470e-14, 2.2399e6, 4.5282e9),
                    gaussian(opd, 4.4201e-13, 1.7953e6, 9.3046e9), gaussian(opd, 5.2481e-13, 2.2084e6, 6.6121e9)});
-    const Vec exact = integrate([&](double nm) { return std::cos(2.0 * kPiD * opd / nm); });
+    const Vec exact = integrate_spectrum([&](double nm) { return std::cos(2.0 * kPiD * opd / nm); });
     for (size_t c = 0; c < 3; ++c) worst = std::max(worst, std::abs(fit[c] - exact[c]));
   }
   return worst;

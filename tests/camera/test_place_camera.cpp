@@ -11,7 +11,7 @@
 namespace kindling {
 namespace {
 
-void expect_near(const V3f& found, const V3f& expected, float tolerance = 1e-5f) {
+void expect_close(const V3f& found, const V3f& expected, float tolerance = 1e-5f) {
   EXPECT_NEAR(found.x, expected.x, tolerance);
   EXPECT_NEAR(found.y, expected.y, tolerance);
   EXPECT_NEAR(found.z, expected.z, tolerance);
@@ -24,7 +24,7 @@ void expect_rigid(const M44f& m) {
   const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
   EXPECT_NEAR(x.length(), 1.0f, 1e-5f);
   EXPECT_NEAR(y.length(), 1.0f, 1e-5f);
-  expect_near(x.cross(y), z);
+  expect_close(x.cross(y), z);
 }
 
 // The share of the film that the corners of the box cover, as a box.
@@ -43,8 +43,8 @@ Imath::Box2f film_bounds(const Box3f& box, const PlacedCamera& placed, const V2i
 TEST(LookAt, SeesItsTargetUpright) {
   const M44f m = look_at({3, 4, 5}, {-1, 0, 2}, {0, 1, 0});
   expect_rigid(m);
-  expect_near(eye(m), {3, 4, 5});
-  expect_near(forward(m), V3f(-4, -4, -3).normalized());
+  expect_close(eye(m), {3, 4, 5});
+  expect_close(forward(m), V3f(-4, -4, -3).normalized());
   EXPECT_GT(m[1][1], 0.0f);          // up is up
   EXPECT_NEAR(m[0][1], 0.0f, 1e-6f); // and the horizon level
 }
@@ -54,7 +54,7 @@ TEST(LookAt, HasAnAnswerWhereTheQuestionHasNone) {
     expect_rigid(look_at({0, 0, 0}, target, {0, 1, 0}));
   expect_rigid(look_at({0, 0, 0}, {1, 0, 0}, {1, 0, 0}));
   expect_rigid(look_at({0, 0, 0}, {1, 0, 0}, {0, 0, 0}));
-  expect_near(forward(look_at({0, 5, 0}, {0, 0, 0}, {0, 1, 0})), {0, -1, 0});
+  expect_close(forward(look_at({0, 5, 0}, {0, 0, 0}, {0, 1, 0})), {0, -1, 0});
 }
 
 TEST(FitCamera, SeesTheWholeBoxTightly) {
@@ -111,13 +111,13 @@ TEST(FitCamera, WorksForFlatAndDegenerateAndEmptyBoxes) {
 
 TEST(OrbitCamera, StandsOnTheSphereAroundItsTarget) {
   const PlacedCamera front = orbit_camera({.theta_deg = 0, .phi_deg = 90, .radius_m = 3, .target = {1, 2, 3}});
-  expect_near(eye(front.camera_to_world), {1, 2, 6});
-  expect_near(forward(front.camera_to_world), {0, 0, -1});
+  expect_close(eye(front.camera_to_world), {1, 2, 6});
+  expect_close(forward(front.camera_to_world), {0, 0, -1});
   EXPECT_NEAR(front.camera.yfov_rad, kPi / 4, 1e-6f);
 
   const PlacedCamera right = orbit_camera({.theta_deg = 90, .phi_deg = 60, .radius_m = 2, .yfov_deg = 30});
-  expect_near(eye(right.camera_to_world), V3f(std::sqrt(3.0f), 1, 0));
-  expect_near(forward(right.camera_to_world), -V3f(std::sqrt(3.0f), 1, 0) / 2);
+  expect_close(eye(right.camera_to_world), V3f(std::sqrt(3.0f), 1, 0));
+  expect_close(forward(right.camera_to_world), -V3f(std::sqrt(3.0f), 1, 0) / 2);
   EXPECT_NEAR(right.camera.yfov_rad, kPi / 6, 1e-6f);
   expect_rigid(right.camera_to_world);
 }
@@ -134,11 +134,11 @@ TEST(OrbitCamera, AgreesWithLookAtAwayFromThePoles) {
 
 TEST(OrbitCamera, IsDefinedAtThePolesAndInTheTarget) {
   const PlacedCamera top = orbit_camera({.theta_deg = 90, .phi_deg = 0, .radius_m = 5});
-  expect_near(forward(top.camera_to_world), {0, -1, 0});
+  expect_close(forward(top.camera_to_world), {0, -1, 0});
   expect_rigid(top.camera_to_world);
   const PlacedCamera inside = orbit_camera({.theta_deg = 180, .phi_deg = 90, .radius_m = 0});
-  expect_near(eye(inside.camera_to_world), {0, 0, 0});
-  expect_near(forward(inside.camera_to_world), {0, 0, 1});
+  expect_close(eye(inside.camera_to_world), {0, 0, 0});
+  expect_close(forward(inside.camera_to_world), {0, 0, 1});
 }
 
 TEST(DefaultImageSize, FollowsTheAspect) {

@@ -17,13 +17,13 @@
 namespace kindling {
 namespace {
 
-AovSet all_aovs() {
+AovSet every_aov() {
   AovSet set;
   for (const AovInfo& info : kAovs) set.insert(info.aov);
   return set;
 }
 
-Film one_pixel_film(AovSet aovs = all_aovs()) { return Film({1, 1}, {{0, 0}, {1, 1}}, aovs); }
+Film one_pixel_film(AovSet aovs = every_aov()) { return Film({1, 1}, {{0, 0}, {1, 1}}, aovs); }
 
 FilmSample grey(float value, float weight = 1.0f) { return {Rgb(value), 1.0f, weight}; }
 
@@ -77,7 +77,7 @@ TEST(Film, VarianceNeedsTwoSamples) {
 TEST(Film, VarianceIsUnbiased) {
   constexpr int kPixels = 20000;
   constexpr int kSamples = 4;
-  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, all_aovs());
+  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, every_aov());
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   for (int x = 0; x < kPixels; ++x)
@@ -96,7 +96,7 @@ TEST(Film, VarianceIsUnbiased) {
 TEST(Film, VarianceUnderNegativeLobes) {
   constexpr int kPixels = 4000;
   constexpr int kSamples = 256;
-  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, all_aovs());
+  Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, every_aov());
   std::mt19937 random(11);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   for (int x = 0; x < kPixels; ++x)
@@ -227,7 +227,7 @@ TEST(Film, CropAddressesPixelsOfTheWholeImage) {
 TEST(Film, MemoryGrowsOnlyWithWhatIsAskedFor) {
   const PixelRect whole{{0, 0}, {64, 64}};
   const Film plain({64, 64}, whole, {});
-  const Film full({64, 64}, whole, all_aovs());
+  const Film full({64, 64}, whole, every_aov());
   EXPECT_LE(plain.memory_bytes(), 64U * 64U * 72U);
   EXPECT_GT(full.memory_bytes(), plain.memory_bytes());
 }

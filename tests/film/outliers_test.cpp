@@ -14,14 +14,14 @@ namespace {
 
 using Blocks = std::array<BlockSum, kOutlierBlocks>;
 
-void add(BlockSum& block, const Rgb& radiance, double weight) {
+void add_to_block(BlockSum& block, const Rgb& radiance, double weight) {
   for (int c = 0; c < 3; ++c) block.rgb[c] += weight * static_cast<double>(radiance[c]);
   block.weight += weight;
 }
 
 Blocks grey_blocks(const std::array<float, kOutlierBlocks>& means) {
   Blocks blocks;
-  for (size_t i = 0; i < means.size(); ++i) add(blocks[i], Rgb(means[i]), 1.0);
+  for (size_t i = 0; i < means.size(); ++i) add_to_block(blocks[i], Rgb(means[i]), 1.0);
   return blocks;
 }
 
@@ -49,7 +49,7 @@ TEST(Outliers, BrightBlockIsLeftOut) {
   ASSERT_TRUE(outliers_trimmed(blocks));
   EXPECT_EQ(*outliers_trimmed(blocks), *trimmed);
   // Blocks count by their weight.
-  add(blocks[0], Rgb(4.0f), 1.0);
+  add_to_block(blocks[0], Rgb(4.0f), 1.0);
   EXPECT_FLOAT_EQ(outliers_trimmed(blocks)->x, (2.0f + 3.0f + 8.0f) / 4.0f);
 }
 
@@ -64,12 +64,12 @@ TEST(Outliers, WhatCannotBeJudgedIsKept) {
   EXPECT_FALSE(outliers_trimmed(Blocks{}));
   EXPECT_FALSE(outliers_trimmed(grey_blocks({0, 0, 0, 0, 0})));
   Blocks two{};
-  add(two[0], Rgb(1.0f), 1.0);
-  add(two[4], Rgb(1000.0f), 1.0);
+  add_to_block(two[0], Rgb(1.0f), 1.0);
+  add_to_block(two[4], Rgb(1000.0f), 1.0);
   EXPECT_FALSE(outliers_trimmed(two));
   Blocks negative = grey_blocks({1, 1, 1, 1, 1000});
   EXPECT_TRUE(outliers_trimmed(negative));
-  add(negative[3], Rgb(1.0f), -2.0); // of a filter's negative lobe
+  add_to_block(negative[3], Rgb(1.0f), -2.0); // of a filter's negative lobe
   EXPECT_FALSE(outliers_trimmed(negative));
 }
 

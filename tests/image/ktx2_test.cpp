@@ -24,13 +24,13 @@ FileBytes fixture(const std::string& name) {
   return test::read_file(KINDLING_SOURCE_DIR "/tests/image/ktx2/" + name + ".ktx2");
 }
 
-Image decoded(const FileBytes& file) {
+Image decoded_ktx2(const FileBytes& file) {
   Result<Image> image = decode_image(file, "test");
   EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
   return image.ok() ? image.value() : Image{};
 }
 
-std::string decode_error(const FileBytes& file) {
+std::string ktx2_error(const FileBytes& file) {
   const Result<Image> image = decode_image(file, "some name");
   EXPECT_FALSE(image.ok());
   return image.ok() ? "" : image.error().message;
@@ -101,7 +101,7 @@ TEST(Ktx2, MatchesTheReferenceTranscoderToTheBit) {
                                      {"etc1s_rgb", 64, 64, 3, 0x61051101c44a70a4},
                                      {"etc1s_flat", 256, 256, 3, 0xf26fa72049f81aa5},
                                      {"etc1s_grey", 48, 48, 3, 0x74ff937e6e891d63}}) {
-    const Image image = decoded(fixture(reference.name));
+    const Image image = decoded_ktx2(fixture(reference.name));
     EXPECT_EQ(image.width, reference.width) << reference.name;
     EXPECT_EQ(image.height, reference.height) << reference.name;
     EXPECT_EQ(image.channels, reference.channels) << reference.name;
@@ -192,7 +192,7 @@ TEST(Uastc, BlocksThatNoEncoderWritesAreRefused) {
       << "quints";
   FileBytes file = fixture("uastc_modes");
   file[get_u32(file, kLevelOffset) + 16] = std::byte{0x45};
-  EXPECT_EQ(decode_error(file), "some name: cannot decode KTX2: its UASTC block (1, 0) is not a valid one");
+  EXPECT_EQ(ktx2_error(file), "some name: cannot decode KTX2: its UASTC block (1, 0) is not a valid one");
 }
 
 TEST(Ktx2, ZlibHoldsTheSameAsNone) {
@@ -201,14 +201,14 @@ TEST(Ktx2, ZlibHoldsTheSameAsNone) {
   std::vector<Bytef> packed(compressBound(length));
   uLongf packed_length = packed.size();
   ASSERT_EQ(compress(packed.data(), &packed_length, reinterpret_cast<const Bytef*>(file.data() + at), length), Z_OK);
-  const Image plain = decoded(file);
+  const Image plain = decoded_ktx2(file);
   file.resize(at + packed_length);
   std::memcpy(file.data() + at, packed.data(), packed_length);
   put_u32(file, kScheme, 3);
   put_u32(file, kLevelLength, static_cast<uint32_t>(packed_length));
-  EXPECT_TRUE(decoded(file).pixels == plain.pixels);
+  EXPECT_TRUE(decoded_ktx2(file).pixels == plain.pixels);
   file[at + packed_length / 2] ^= std::byte{255};
-  EXPECT_NE(decode_error(file).find("its zlib data are corrupt"), std::string::npos);
+  EXPECT_NE(ktx2_error(file).find("its zlib data are corrupt"), std::string::npos);
 }
 
 // ---- channels
@@ -217,14 +217,14 @@ TEST(Ktx2, ZlibHoldsTheSameAsNone) {
 TEST(Ktx2, RedGreenTextures) {
   for (const std::string name : {"uastc_modes", "etc1s_rgba"}) {
     FileBytes file = fixture(name);
-    const Image rgba = decoded(file);
+    const Image rgba = decoded_ktx2(file);
     if (name == "uastc_modes") {
       descriptor(file, 27) = std::byte{5};
     } else {
       descriptor(file, 27) = std::byte{3};
       descriptor(file, 43) = std::byte{4};
     }
-    const Image image = decoded(file);
+    const Image image = decoded_ktx2(file);
     ASSERT_EQ(image.channels, 3);
     for (size_t pixel = 0; pixel * 4 < rgba.pixels.size(); ++pixel) {
       ASSERT_EQ(image.pixels[3 * pixel], rgba.pixels[4 * pixel]);
@@ -236,15 +236,15 @@ TEST(Ktx2, RedGreenTextures) {
 
 TEST(Ktx2, OpaqueTexturesHaveNoAlpha) {
   FileBytes file = fixture("uastc_modes");
-  const Image rgba = decoded(file);
+  const Image rgba = decoded_ktx2(file);
   for (const uint8_t channel : {0, 4, 6}) { // RGB, RRR, RG
     descriptor(file, 27) = static_cast<std::byte>(channel);
-    const Image image = decoded(file);
+    const Image image = decoded_ktx2(file);
     ASSERT_EQ(image.channels, 3);
     EXPECT_EQ(image.pixels[3 * 100 + 2], rgba.pixels[4 * 100 + 2]);
   }
   descriptor(file, 27) = std::byte{9};
-  EXPECT_NE(decode_error(file).find("its 1 samples are not those of"), std::string::npos);
+  EXPECT_NE(ktx2_error(file).find("its 1 samples are not those of"), std::string::npos);
 }
 
 // ---- what glTF does not allow
@@ -252,7 +252,7 @@ TEST(Ktx2, OpaqueTexturesHaveNoAlpha) {
 TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
   const FileBytes uastc = fixture("uastc_modes"), etc1s = fixture("etc1s_rgb");
   const auto refused = [](const FileBytes& file, std::string_view part) {
-    const std::string message = decode_error(file);
+    const std::string message = ktx2_error(file);
     EXPECT_EQ(message.find("some name: cannot decode KTX2: "), 0U) << message;
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
@@ -277,10 +277,10 @@ TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
   file[get_u32(file, kGlobalsOffset) + 20] = std::byte{2};
   refused(file, "it is a video frame that builds on another");
 
-  const Image plain = decoded(uastc);
-  EXPECT_TRUE(decoded(with_key_value(uastc, "KTXswizzle", "rgba")).pixels == plain.pixels);
-  EXPECT_TRUE(decoded(with_key_value(uastc, "KTXorientation", "rd")).pixels == plain.pixels);
-  EXPECT_TRUE(decoded(with_key_value(uastc, "KTXwriter", "somebody")).pixels == plain.pixels);
+  const Image plain = decoded_ktx2(uastc);
+  EXPECT_TRUE(decoded_ktx2(with_key_value(uastc, "KTXswizzle", "rgba")).pixels == plain.pixels);
+  EXPECT_TRUE(decoded_ktx2(with_key_value(uastc, "KTXorientation", "rd")).pixels == plain.pixels);
+  EXPECT_TRUE(decoded_ktx2(with_key_value(uastc, "KTXwriter", "somebody")).pixels == plain.pixels);
 }
 
 // ---- damage
@@ -289,16 +289,16 @@ TEST(Ktx2, PartsOutsideTheFileAreRefused) {
   const FileBytes file = fixture("uastc_modes"), etc1s = fixture("etc1s_rgba");
   for (const size_t at : {kDescriptorOffset, kKeyValueOffset, kGlobalsOffset, kLevelOffset}) {
     for (const uint32_t value : {static_cast<uint32_t>(file.size()) + 1, 0xffffffffU}) {
-      EXPECT_NE(decode_error(patched(file, at, value)).find("lies outside the file of 5056 bytes"), std::string::npos);
-      EXPECT_NE(decode_error(patched(file, at, value)).find("cannot decode KTX2"), std::string::npos);
+      EXPECT_NE(ktx2_error(patched(file, at, value)).find("lies outside the file of 5056 bytes"), std::string::npos);
+      EXPECT_NE(ktx2_error(patched(file, at, value)).find("cannot decode KTX2"), std::string::npos);
     }
   }
-  EXPECT_NE(decode_error(patched(file, kLevelOffset + 4, 1)).find("outside"), std::string::npos) << "beyond 4 GiB";
+  EXPECT_NE(ktx2_error(patched(file, kLevelOffset + 4, 1)).find("outside"), std::string::npos) << "beyond 4 GiB";
   const size_t globals = get_u32(etc1s, kGlobalsOffset);
-  EXPECT_NE(decode_error(patched(etc1s, globals + 8, 0xffffffff)).find("its BasisLZ data have"), std::string::npos);
-  EXPECT_NE(decode_error(patched(etc1s, globals + 28, 0)).find("its slice (0 bytes"), std::string::npos);
-  EXPECT_NE(decode_error(patched(etc1s, globals + 36, 0xffffff00)).find("its slice"), std::string::npos) << "alpha";
-  EXPECT_NE(decode_error(patched(etc1s, globals, 0)).find("codebooks are empty"), std::string::npos);
+  EXPECT_NE(ktx2_error(patched(etc1s, globals + 8, 0xffffffff)).find("its BasisLZ data have"), std::string::npos);
+  EXPECT_NE(ktx2_error(patched(etc1s, globals + 28, 0)).find("its slice (0 bytes"), std::string::npos);
+  EXPECT_NE(ktx2_error(patched(etc1s, globals + 36, 0xffffff00)).find("its slice"), std::string::npos) << "alpha";
+  EXPECT_NE(ktx2_error(patched(etc1s, globals, 0)).find("codebooks are empty"), std::string::npos);
 }
 
 // A few bytes that promise gigabytes are refused before the memory is asked for.
@@ -307,11 +307,11 @@ TEST(Ktx2, SmallFilesThatPromiseHugePicturesAreRefused) {
   put_u32(file, kWidth, 16384);
   put_u32(file, kHeight, 16384);
   put_u32(file, kInflatedLength, 16384U * 16384U);
-  EXPECT_NE(decode_error(file).find("cannot hold 16384 x 16384 pixels"), std::string::npos);
+  EXPECT_NE(ktx2_error(file).find("cannot hold 16384 x 16384 pixels"), std::string::npos);
   put_u32(file, kScheme, 3);
-  EXPECT_NE(decode_error(file).find("cannot hold 16384 x 16384 pixels"), std::string::npos);
+  EXPECT_NE(ktx2_error(file).find("cannot hold 16384 x 16384 pixels"), std::string::npos);
   put_u32(file, kScheme, 0);
-  EXPECT_NE(decode_error(file).find("where 16384 x 16384 pixels need 268435456"), std::string::npos);
+  EXPECT_NE(ktx2_error(file).find("where 16384 x 16384 pixels need 268435456"), std::string::npos);
 }
 
 TEST(Ktx2, TruncatedFilesAreRefused) {

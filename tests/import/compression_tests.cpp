@@ -82,14 +82,14 @@ GltfBuilder meshopt_grid() {
   return builder;
 }
 
-const Primitive& only(const Loaded& loaded) {
+const Primitive& decoded_primitive(const Loaded& loaded) {
   static const Primitive none;
   EXPECT_TRUE(loaded.scene) << loaded.error;
   return loaded.scene && !loaded.scene->meshes.empty() ? loaded.scene->meshes[0].primitives.at(0) : none;
 }
 
 void expect_grid(const Loaded& loaded, float tolerance) {
-  const Primitive& primitive = only(loaded);
+  const Primitive& primitive = decoded_primitive(loaded);
   ASSERT_EQ(primitive.triangle_count(), grid_indices().size() / 3);
   ASSERT_EQ(primitive.positions.size(), grid_positions().size() / 3);
   double area = 0.0;
@@ -113,7 +113,7 @@ TEST(Meshopt, DecodesIndexSequences) {
   bytes.resize(meshopt_encodeIndexSequence(bytes.data(), bytes.size(), indices.data(), 3));
   const int view = compressed_view(builder, {bytes.begin(), bytes.end()}, 3, 4, "INDICES");
   builder.root["meshes"][0]["primitives"][0]["indices"] = builder.accessor_of(view, 3, kUnsignedInt, "SCALAR");
-  EXPECT_EQ(only(load_text(with_fallback(builder))).indices, indices);
+  EXPECT_EQ(decoded_primitive(load_text(with_fallback(builder))).indices, indices);
 }
 
 TEST(Meshopt, AppliesFilters) {
@@ -145,7 +145,7 @@ TEST(Meshopt, AppliesFilters) {
                 {"samplers", json::array({json{{"input", times}, {"output", rotation}}})}});
 
   const Loaded loaded = load_text(with_fallback(builder));
-  const Primitive& primitive = only(loaded);
+  const Primitive& primitive = decoded_primitive(loaded);
   ASSERT_EQ(primitive.normals.size(), 3U);
   for (size_t i = 0; i < 3; ++i) {
     const V3f wanted(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
@@ -193,9 +193,9 @@ TEST(Quantization, ReadsIntegerAttributes) {
   builder.root_node({{"mesh", builder.mesh({{"attributes", attributes}})}});
   builder.root["extensionsUsed"] = builder.root["extensionsRequired"] = {"KHR_mesh_quantization"};
   const Loaded loaded = load(builder);
-  EXPECT_EQ(only(loaded).positions, (std::vector<V3f>{{0, 0, 0}, {100, 0, 0}, {0, 200, 0}}));
-  EXPECT_EQ(only(loaded).normals, std::vector<V3f>(3, V3f(0, 0, 1)));
-  EXPECT_EQ(only(loaded).texcoords.at(0)[0], V2f(-2, 3));
+  EXPECT_EQ(decoded_primitive(loaded).positions, (std::vector<V3f>{{0, 0, 0}, {100, 0, 0}, {0, 200, 0}}));
+  EXPECT_EQ(decoded_primitive(loaded).normals, std::vector<V3f>(3, V3f(0, 0, 1)));
+  EXPECT_EQ(decoded_primitive(loaded).texcoords.at(0)[0], V2f(-2, 3));
 }
 
 // The grid as Draco data, and the ids of its attributes.
@@ -258,7 +258,7 @@ TEST(Draco, DecodesBothEncodings) {
   for (const bool sequential : {false, true}) {
     const Loaded loaded = load(draco_grid(encode_draco(sequential)));
     expect_grid(loaded, 1.0f / 8192.0f); // 14 bits over a range of 7/8
-    const Primitive& primitive = only(loaded);
+    const Primitive& primitive = decoded_primitive(loaded);
     ASSERT_EQ(primitive.texcoords.size(), 1U);
     for (size_t i = 0; i < primitive.positions.size(); ++i) {
       EXPECT_NEAR(primitive.texcoords[0][i].x, primitive.positions[i].x, 1.0f / 2048.0f);

@@ -7,7 +7,7 @@
 namespace kindling::test {
 namespace {
 
-Loaded with_light(std::string_view light) {
+Loaded with_extras_light(std::string_view light) {
   GltfBuilder builder;
   builder.root["extensionsUsed"] = {"KHR_lights_punctual"};
   builder.root["extensions"]["KHR_lights_punctual"]["lights"] = json::array({json::parse(light)});
@@ -16,16 +16,17 @@ Loaded with_light(std::string_view light) {
 }
 
 TEST(LightExtras, AreReadInFull) {
-  const Loaded point = with_light(R"({"type": "point", "extras": {"kindling": {"radius": 0.25}}})");
+  const Loaded point = with_extras_light(R"({"type": "point", "extras": {"kindling": {"radius": 0.25}}})");
   ASSERT_TRUE(point.scene) << point.error;
   EXPECT_TRUE(point.warnings.empty());
   EXPECT_EQ(point.scene->lights[0].radius_m, 0.25f);
-  const Loaded spot = with_light(R"({"type": "spot", "spot": {}, "extras": {"kindling": {"radius": 0}}})");
+  const Loaded spot = with_extras_light(R"({"type": "spot", "spot": {}, "extras": {"kindling": {"radius": 0}}})");
   EXPECT_EQ(spot.scene->lights[0].radius_m, 0.0f); // said, and so no flag's business
-  const Loaded sun = with_light(R"({"type": "directional", "extras": {"kindling": {"angularDiameter": 0.0093}}})");
+  const Loaded sun =
+      with_extras_light(R"({"type": "directional", "extras": {"kindling": {"angularDiameter": 0.0093}}})");
   EXPECT_EQ(sun.scene->lights[0].angular_diameter_rad, 0.0093f);
   EXPECT_TRUE(sun.warnings.empty());
-  const Loaded plain = with_light(R"({"type": "point"})");
+  const Loaded plain = with_extras_light(R"({"type": "point"})");
   EXPECT_FALSE(plain.scene->lights[0].radius_m);
   EXPECT_FALSE(plain.scene->lights[0].angular_diameter_rad);
 }
@@ -43,8 +44,8 @@ TEST(LightExtras, WarnOfWhatTheyIgnore) {
            Broken{"directional", R"({"angularDiameter": 4})", "angularDiameter: '4' is ignored, accepted is an angle"},
            Broken{"directional", R"({"radius": 1})", "'radius' is ignored, accepted are angularDiameter"},
        }) {
-    const Loaded loaded =
-        with_light(std::string(R"({"type": ")") + broken.type + R"(", "extras": {"kindling": )" + broken.own + "}}");
+    const Loaded loaded = with_extras_light(std::string(R"({"type": ")") + broken.type +
+                                            R"(", "extras": {"kindling": )" + broken.own + "}}");
     ASSERT_TRUE(loaded.scene) << loaded.error;
     EXPECT_TRUE(loaded.warned("/extensions/KHR_lights_punctual/lights/0/extras/kindling"));
     EXPECT_TRUE(loaded.warned(broken.warning)) << (loaded.warnings.empty() ? "no warning" : loaded.warnings[0]);

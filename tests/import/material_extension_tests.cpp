@@ -13,7 +13,7 @@ namespace kindling::test {
 namespace {
 
 // One triangle with two sets of texture coordinates and this material; four textures of one picture.
-Loaded with_material(const json& material) {
+Loaded on_a_triangle(const json& material) {
   GltfBuilder builder;
   const json attributes = {{"POSITION", builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, kFloat, "VEC3")},
                            {"NORMAL", builder.accessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, kFloat, "VEC3")},
@@ -26,7 +26,7 @@ Loaded with_material(const json& material) {
   return load(builder);
 }
 
-Loaded with_extension(const char* name, const json& value) { return with_material({{"extensions", {{name, value}}}}); }
+Loaded with_extension(const char* name, const json& value) { return on_a_triangle({{"extensions", {{name, value}}}}); }
 
 Material read(const char* name, const char* text) {
   Loaded loaded = with_extension(name, json::parse(text));
@@ -178,7 +178,7 @@ TEST(MaterialExtensions, ThePictureOfAThicknessIsNotLoaded) {
 }
 
 TEST(MaterialExtensions, SpecularGlossinessTakesThePlaceOfMetallicRoughness) {
-  const Loaded loaded = with_material(json::parse(R"({"normalTexture": {"index": 1}, "pbrMetallicRoughness":
+  const Loaded loaded = on_a_triangle(json::parse(R"({"normalTexture": {"index": 1}, "pbrMetallicRoughness":
     {"baseColorFactor": [1, 0, 0, 1], "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0}},
     "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2}, "KHR_materials_pbrSpecularGlossiness":
       {"diffuseFactor": [0.1, 0.2, 0.3, 0.4], "diffuseTexture": {"index": 2}, "specularFactor": [0.5, 0.6, 0.7],
@@ -232,14 +232,14 @@ json scattering(const char* scatter, double transmission, double thickness) {
 TEST(MaterialExtensions, ScatterInAVolumeIsItsAlbedo) {
   const char* text =
       R"({"scatterStrengthFactor": 0.5, "multiscatterColorFactor": [1, 0.5, 0], "scatterAnisotropy": 0.25})";
-  const Loaded loaded = with_material(scattering(text, 1.0, 1.0));
+  const Loaded loaded = on_a_triangle(scattering(text, 1.0, 1.0));
   ASSERT_TRUE(loaded.scene) << loaded.error;
   const Material& material = loaded.scene->materials[0];
   EXPECT_EQ(material.multiscatter_color, Rgb(0.5f, 0.25f, 0));
   EXPECT_EQ(material.scatter_anisotropy, 0.25f);
   EXPECT_EQ(material.transmission_factor, 1.0f) << "the surface stays as it is";
   const Loaded textured =
-      with_material(scattering(R"({"scatterFactor": 1, "multiscatterColorTexture": {"index": 0}})", 1.0, 1.0));
+      on_a_triangle(scattering(R"({"scatterFactor": 1, "multiscatterColorTexture": {"index": 0}})", 1.0, 1.0));
   EXPECT_TRUE(textured.warned("textures of the strength of scattering and of a volume's colour have no effect yet"));
   EXPECT_EQ(textured.scene->materials[0].multiscatter_color, Rgb(1, 1, 1));
   expect_refused("KHR_materials_scatter", "scatterStrengthFactor", 1.5, "from 0 to 1");
@@ -250,7 +250,7 @@ TEST(MaterialExtensions, ScatterInAVolumeIsItsAlbedo) {
 TEST(MaterialExtensions, ScatterAtAThinWallIsDiffuseTransmission) {
   const char* text = R"({"scatterStrengthFactor": 1, "multiscatterColorFactor": [0, 1, 0], "scatterAnisotropy": 0.5})";
   for (const double transmission : {1.0, 0.5}) {
-    const Material material = with_material(scattering(text, transmission, 0.0)).scene->materials[0];
+    const Material material = on_a_triangle(scattering(text, transmission, 0.0)).scene->materials[0];
     const auto t = static_cast<float>(transmission);
     EXPECT_EQ(material.transmission_factor, 0.0f);
     const float forwards = material.diffuse_transmission_factor;
@@ -261,17 +261,17 @@ TEST(MaterialExtensions, ScatterAtAThinWallIsDiffuseTransmission) {
     EXPECT_NEAR((1.0f - forwards) * material.base_color_factor.y, 0.25f * t, 1e-6f);
     EXPECT_EQ(material.multiscatter_color, Rgb(0, 0, 0));
   }
-  const Material none = with_material(scattering(R"({"scatterStrengthFactor": 0})", 1.0, 0.0)).scene->materials[0];
+  const Material none = on_a_triangle(scattering(R"({"scatterStrengthFactor": 0})", 1.0, 0.0)).scene->materials[0];
   EXPECT_EQ(none.transmission_factor, 1.0f);
   EXPECT_EQ(none.diffuse_transmission_factor, 0.0f);
   const Material half =
-      with_material(scattering(R"({"scatterFactor": 0.5, "scatterAnisotropy": 0})", 0.5, 0.0)).scene->materials[0];
+      on_a_triangle(scattering(R"({"scatterFactor": 0.5, "scatterAnisotropy": 0})", 0.5, 0.0)).scene->materials[0];
   EXPECT_NEAR(half.transmission_factor, 0.25f, 1e-6f);
   EXPECT_NEAR((1.0f - half.transmission_factor) * half.diffuse_transmission_factor, 0.125f, 1e-6f);
 }
 
 TEST(MaterialExtensions, UnlitSetsAsideAllButColourAlphaAndSides) {
-  const Loaded loaded = with_material(json::parse(R"({"name": "m", "doubleSided": true, "alphaMode": "MASK",
+  const Loaded loaded = on_a_triangle(json::parse(R"({"name": "m", "doubleSided": true, "alphaMode": "MASK",
     "alphaCutoff": 0.25, "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0,
     "baseColorTexture": {"index": 0}}, "normalTexture": {"index": 1}, "emissiveFactor": [1, 1, 1],
     "extensions": {"KHR_materials_unlit": {}, "KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1]},
@@ -297,13 +297,13 @@ TEST(MaterialExtensions, UnlitSetsAsideAllButColourAlphaAndSides) {
 }
 
 TEST(MaterialExtensions, SpecularGlossinessAndScatterSetOthersAside) {
-  const Loaded glossy = with_material(json::parse(R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {},
+  const Loaded glossy = on_a_triangle(json::parse(R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {},
     "KHR_materials_clearcoat": {"clearcoatFactor": 1}, "KHR_materials_specular": {"specularFactor": 0}}})"));
   ASSERT_TRUE(glossy.scene) << glossy.error;
   EXPECT_EQ(glossy.scene->materials[0].clearcoat_factor, 0.0f);
   EXPECT_EQ(glossy.scene->materials[0].specular_factor, 1.0f);
   EXPECT_TRUE(glossy.warned("has no effect beside KHR_materials_pbrSpecularGlossiness"));
-  const Loaded scatter = with_material(json::parse(R"({"extensions": {"KHR_materials_scatter": {},
+  const Loaded scatter = on_a_triangle(json::parse(R"({"extensions": {"KHR_materials_scatter": {},
     "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 1}}})"));
   EXPECT_EQ(scatter.scene->materials[0].diffuse_transmission_factor, 0.0f);
   EXPECT_TRUE(scatter.warned("/extensions/KHR_materials_diffuse_transmission: has no effect beside "
@@ -340,7 +340,7 @@ TEST(MaterialExtensions, EverySlotHasItsTextureTransform) {
     all[json::json_pointer(pointer)] = {{"index", 2}, {"extensions", {{"KHR_texture_transform", transform}}}};
     offset += 0.5f;
   }
-  const Loaded loaded = with_material(all);
+  const Loaded loaded = on_a_triangle(all);
   ASSERT_TRUE(loaded.scene) << loaded.error;
   const Material& material = loaded.scene->materials[0];
   float expected = 0.0f;
@@ -362,7 +362,7 @@ TEST(MaterialExtensions, EverySlotHasItsTextureTransform) {
 }
 
 V3f first_tangent(const json& material) {
-  const Loaded loaded = with_material(material);
+  const Loaded loaded = on_a_triangle(material);
   EXPECT_TRUE(loaded.scene) << loaded.error;
   const std::vector<V4f>& tangents = loaded.scene->meshes[0].primitives[0].tangents;
   return tangents.empty() ? V3f(0, 0, 0) : V3f(tangents[0].x, tangents[0].y, tangents[0].z);

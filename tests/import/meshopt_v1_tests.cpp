@@ -11,7 +11,7 @@
 namespace kindling::test {
 namespace {
 
-std::vector<std::byte> bytes_of(std::string_view base64) {
+std::vector<std::byte> from_base64_bytes(std::string_view base64) {
   const std::string text = from_base64(base64);
   const auto* data = reinterpret_cast<const std::byte*>(text.data());
   return {data, data + text.size()};
@@ -34,17 +34,17 @@ Decoded decode(const std::vector<std::byte>& stream, size_t count, size_t stride
 
 TEST(MeshoptV1, DecodesToTheBitWhatTheReferenceDoes) {
   for (const MeshoptFixture& fixture : meshopt_fixtures()) {
-    const std::vector<std::byte> stream = bytes_of(fixture.encoded);
+    const std::vector<std::byte> stream = from_base64_bytes(fixture.encoded);
     ASSERT_TRUE(gltf::is_meshopt_attributes_v1(stream)) << fixture.name;
     const Decoded decoded = decode(stream, fixture.count, fixture.stride, fixture.filter);
     EXPECT_TRUE(decoded.valid) << fixture.name;
-    EXPECT_EQ(decoded.bytes, bytes_of(fixture.decoded)) << fixture.name;
+    EXPECT_EQ(decoded.bytes, from_base64_bytes(fixture.decoded)) << fixture.name;
   }
 }
 
 TEST(MeshoptV1, RefusesStreamsOfAnotherLength) {
   for (const MeshoptFixture& fixture : meshopt_fixtures()) {
-    std::vector<std::byte> stream = bytes_of(fixture.encoded);
+    std::vector<std::byte> stream = from_base64_bytes(fixture.encoded);
     EXPECT_FALSE(decode({}, fixture.count, fixture.stride, "").valid);
     stream.push_back(std::byte{0});
     EXPECT_FALSE(decode(stream, fixture.count, fixture.stride, "").valid) << fixture.name;
@@ -56,7 +56,7 @@ TEST(MeshoptV1, RefusesStreamsOfAnotherLength) {
 TEST(MeshoptV1, RefusesChannelModesThatDoNotExist) {
   const MeshoptFixture& fixture = meshopt_fixtures()[0];
   for (const int mode : {0x03, 0x0f, 0x10, 0x21}) {
-    std::vector<std::byte> stream = bytes_of(fixture.encoded);
+    std::vector<std::byte> stream = from_base64_bytes(fixture.encoded);
     stream.back() = static_cast<std::byte>(mode);
     EXPECT_FALSE(decode(stream, fixture.count, fixture.stride, "").valid) << mode;
   }
@@ -67,7 +67,7 @@ TEST(MeshoptV1, SurvivesBrokenStreams) {
   std::mt19937 random(1);
   size_t valid = 0;
   for (const MeshoptFixture& fixture : meshopt_fixtures()) {
-    const std::vector<std::byte> good = bytes_of(fixture.encoded);
+    const std::vector<std::byte> good = from_base64_bytes(fixture.encoded);
     for (int i = 0; i < 300; ++i) {
       std::vector<std::byte> bad = good;
       for (int n = 0; n < 1 + i % 4; ++n) bad[1 + random() % (bad.size() - 1)] = static_cast<std::byte>(random());

@@ -28,7 +28,7 @@ json png() { return {{"uri", "data:image/png;base64," + std::string(kPngBase64)}
 json ktx2(const std::string& bytes) { return {{"uri", data_uri(bytes, "image/ktx2")}, {"name", "basis"}}; }
 
 // A material whose base colour texture has a plain source, if there is one, and others by extensions.
-GltfBuilder textured(const json& plain, const std::vector<std::pair<const char*, json>>& others) {
+GltfBuilder textured_by(const json& plain, const std::vector<std::pair<const char*, json>>& others) {
   GltfBuilder builder;
   builder.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
   json texture = json::object();
@@ -46,15 +46,15 @@ int width(const Loaded& loaded) {
 }
 
 TEST(TextureSources, BasisIsPreferredToPlainAndWebp) {
-  const Loaded loaded = load(textured(png(), {{"KHR_texture_basisu", ktx2(ktx2_fixture())},
-                                              {"EXT_texture_webp", {{"uri", data_uri("not looked at")}}}}));
+  const Loaded loaded = load(textured_by(png(), {{"KHR_texture_basisu", ktx2(ktx2_fixture())},
+                                                 {"EXT_texture_webp", {{"uri", data_uri("not looked at")}}}}));
   EXPECT_EQ(width(loaded), 5);
   EXPECT_EQ(loaded.scene->textures[0].name, "basis");
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
 }
 
 TEST(TextureSources, BasisAloneIsEnoughAndMayBeRequired) {
-  GltfBuilder builder = textured(nullptr, {{"KHR_texture_basisu", ktx2(ktx2_fixture())}});
+  GltfBuilder builder = textured_by(nullptr, {{"KHR_texture_basisu", ktx2(ktx2_fixture())}});
   builder.root["extensionsUsed"] = {"KHR_texture_basisu"};
   builder.root["extensionsRequired"] = {"KHR_texture_basisu"};
   const Loaded loaded = load(builder);
@@ -63,7 +63,7 @@ TEST(TextureSources, BasisAloneIsEnoughAndMayBeRequired) {
 }
 
 TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainPicture) {
-  const Loaded loaded = load(textured(png(), {{"KHR_texture_basisu", ktx2(premultiplied(ktx2_fixture()))}}));
+  const Loaded loaded = load(textured_by(png(), {{"KHR_texture_basisu", ktx2(premultiplied(ktx2_fixture()))}}));
   EXPECT_EQ(width(loaded), 1);
   EXPECT_EQ(loaded.scene->textures[0].name, "image 0");
   EXPECT_EQ(loaded.warnings,
@@ -72,7 +72,7 @@ TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainPicture) {
 }
 
 TEST(TextureSources, AllAreTriedInTurn) {
-  const Loaded loaded = load(textured(
+  const Loaded loaded = load(textured_by(
       png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}, {"EXT_texture_webp", {{"uri", data_uri("GIF89a")}}}}));
   EXPECT_EQ(width(loaded), 1);
   ASSERT_EQ(loaded.warnings.size(), 2U);
@@ -81,7 +81,7 @@ TEST(TextureSources, AllAreTriedInTurn) {
 }
 
 TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
-  const Loaded loaded = load(textured({{"uri", "absent.png"}}, {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}}));
+  const Loaded loaded = load(textured_by({{"uri", "absent.png"}}, {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}}));
   EXPECT_EQ(width(loaded), 0);
   ASSERT_EQ(loaded.warnings.size(), 2U);
   for (const std::string& warning : loaded.warnings) {
@@ -91,7 +91,7 @@ TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
 
 // One texture has another picture in reserve, one has not: the warning speaks of the loss.
 TEST(TextureSources, APictureThatSomeTexturesNeedIsMissed) {
-  GltfBuilder builder = textured(png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}});
+  GltfBuilder builder = textured_by(png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}});
   builder.root["materials"][0]["emissiveTexture"]["index"] = 1;
   builder.root["textures"].push_back(json::parse(R"({"extensions": {"KHR_texture_basisu": {"source": 1}}})"));
   const Loaded loaded = load(builder);

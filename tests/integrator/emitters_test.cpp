@@ -38,7 +38,7 @@ Primitive lamp_mesh(int material) {
   return mesh;
 }
 
-Scene lit_floor(const Case& c, bool sampled) {
+Scene floor_under_lamp(const Case& c, bool sampled) {
   Material lamp = emissive_material(Rgb(1.0f, 0.5f, 0.25f));
   lamp.double_sided = c.double_sided;
   lamp.clearcoat_factor = c.clearcoat;
@@ -79,7 +79,7 @@ class Emitters : public testing::TestWithParam<Case> {};
 TEST_P(Emitters, AreSampledAsTheyShine) {
   const Case& c = GetParam();
   const auto mean_with = [&](bool sampled, uint32_t spp) {
-    const auto world = make_world(lit_floor(c, sampled), accel::Kind::embree);
+    const auto world = make_world(floor_under_lamp(c, sampled), accel::Kind::embree);
     EXPECT_EQ(world->lights().light_count() > 0, sampled);
     RenderSettings settings = small_render(V2i(16, 16), spp);
     settings.integrator.max_bounces = 0;

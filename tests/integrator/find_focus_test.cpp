@@ -7,7 +7,7 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(100, 80);
+const V2i kFocusSize(100, 80);
 
 TEST(FindFocus, IsTheDepthAlongTheAxis) {
   // A ball before a wall; the axis does not go through the ball's middle.
@@ -15,7 +15,7 @@ TEST(FindFocus, IsTheDepthAlongTheAxis) {
       make_scene({diffuse_material(Rgb(0.5f))},
                  {sphere(V3f(0, 0, -4), 1.0f, 64, 0), quad(V3f(-50, -50, -9), V3f(100, 0, 0), V3f(0, 100, 0), 0)}),
       accel::Kind::kdtree);
-  const Camera camera(SceneCamera{}, M44f(), kSize);
+  const Camera camera(SceneCamera{}, M44f(), kFocusSize);
   EXPECT_NEAR(find_focus_distance(*world, camera, V2f(50, 40)).value(), 3.0f, 0.01f);
   EXPECT_NEAR(find_focus_distance(*world, camera, V2f(1, 1)).value(), 9.0f, 1e-5f);
   EXPECT_NEAR(find_focus_distance(*world, camera, V2f(99, 40)).value(), 9.0f, 1e-5f); // not along the ray
@@ -36,13 +36,13 @@ TEST(FindFocus, SeesThroughPanesAndVeils) {
   };
   const auto world = make_world(
       make_scene({pane, veil, cloth}, {screen(1, 0), screen(2, 1), screen(3, 2), screen(4, 1)}), accel::Kind::embree);
-  EXPECT_NEAR(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kSize), V2f(50, 40)).value(), 3.0f, 1e-5f);
+  EXPECT_NEAR(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kFocusSize), V2f(50, 40)).value(), 3.0f, 1e-5f);
 }
 
 TEST(FindFocus, IsNothingWhereNothingIs) {
   const auto world =
       make_world(make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0, 0, 4), 1.0f, 16, 0)}), accel::Kind::kdtree);
-  EXPECT_FALSE(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kSize), V2f(50, 40)));
+  EXPECT_FALSE(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kFocusSize), V2f(50, 40)));
 }
 
 } // namespace

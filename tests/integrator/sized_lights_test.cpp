@@ -5,7 +5,7 @@
 namespace kindling::test {
 namespace {
 
-void add_light(Scene& scene, const PunctualLight& light, const M44f& light_to_world) {
+void add_sized_light(Scene& scene, const PunctualLight& light, const M44f& light_to_world) {
   Node node;
   node.light = static_cast<int>(scene.lights.size());
   node.matrix = light_to_world;
@@ -111,7 +111,7 @@ Scene edge_over_floor() {
 
 TEST(Penumbra, OfABall) {
   Scene scene = edge_over_floor();
-  add_light(scene, ball_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
+  add_sized_light(scene, ball_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
   const Profile profile = floor_profile(std::move(scene), [](const V3f& p) {
     const double d2 = static_cast<double>(square(p.x) + square(kLightHeight) + square(p.z));
     return static_cast<double>(kIntensity * kLightHeight) / (d2 * std::sqrt(d2));
@@ -166,7 +166,7 @@ TEST(SizedLights, MirrorsShowThemAndTheCameraDoesNot) {
   Material mirror;
   mirror.roughness_factor = 0.0f;
   Scene scene = make_scene({mirror}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0)});
-  add_light(scene, ball_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
+  add_sized_light(scene, ball_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
   const double radiance = 1.0 / (0.5 * 0.5);
   EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), radiance, 1e-3 * radiance);
   EXPECT_EQ(seen(scene, V3f(1, 1, 3), V3f(1, 1, 0)), 0.0);          // at the ball itself
@@ -197,7 +197,7 @@ TEST(SizedLights, PassagesCountOnce) {
     Scene scene =
         make_scene({mirror, veil}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
                                     quad(middle - V3f(0.1f, -0.1f, 0.1f), V3f(0.2f, -0.2f, 0), V3f(0, 0, 0.2f), 1)});
-    add_light(scene, ball_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
+    add_sized_light(scene, ball_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
     EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), 4.0, 1e-3) << at;
   }
 }
@@ -209,7 +209,7 @@ TEST(SizedLights, SmallBallsArePoints) {
     scene.materials[2].emissive_factor = Rgb(0.0f);
     PunctualLight light = ball_light(20.0f, 0.0f);
     light.radius_m = radius;
-    add_light(scene, light, look_at(V3f(1, 6, 2), V3f(0.0f)));
+    add_sized_light(scene, light, look_at(V3f(1, 6, 2), V3f(0.0f)));
     const auto world = make_world(std::move(scene), accel::Kind::embree);
     RenderSettings settings = small_render(V2i(16, 16), 64);
     const Camera camera(SceneCamera{}, look_at(V3f(2, 2, 5), V3f(0.0f)), V2i(16, 16));

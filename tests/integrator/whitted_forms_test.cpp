@@ -11,7 +11,7 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(45, 37); // not a multiple of anything
+const V2i kFormsSize(45, 37); // not a multiple of anything
 
 // Smooth and rough mirrors and glass, a coat, a pane, a veil, points and a lamp.
 std::unique_ptr<const World> mixed_world(accel::Kind kind) {
@@ -46,8 +46,8 @@ std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   return make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
-RenderSettings whitted_render(uint32_t spp) {
-  RenderSettings settings = small_render(kSize, spp);
+RenderSettings whitted_form(uint32_t spp) {
+  RenderSettings settings = small_render(kFormsSize, spp);
   settings.integrator.kind = IntegratorKind::whitted;
   settings.integrator.whitted.trace_depth = 6;
   settings.integrator.whitted.light_strata = 2;
@@ -56,8 +56,8 @@ RenderSettings whitted_render(uint32_t spp) {
   return settings;
 }
 
-RenderOutcome outcome_of(const World& world, const RenderSettings& settings) {
-  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize);
+RenderOutcome form_outcome(const World& world, const RenderSettings& settings) {
+  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kFormsSize);
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
   EXPECT_EQ(outcome.value().statistics.rays.non_finite, 0U);
@@ -107,10 +107,10 @@ class WhittedOptimizations : public testing::TestWithParam<accel::Kind> {};
 TEST(WhittedForms, RecursionIsIteration) {
   for (const accel::Kind kind : kAllKinds) {
     const auto world = mixed_world(kind);
-    RenderSettings settings = whitted_render(2);
-    const RenderOutcome iterative = outcome_of(*world, settings);
+    RenderSettings settings = whitted_form(2);
+    const RenderOutcome iterative = form_outcome(*world, settings);
     settings.integrator.whitted.form = WhittedForm::recursive;
-    const RenderOutcome recursive = outcome_of(*world, settings);
+    const RenderOutcome recursive = form_outcome(*world, settings);
     expect_same_bits(iterative.film, recursive.film, "recursion");
     const RayCounters& a = iterative.statistics.rays;
     const RayCounters& b = recursive.statistics.rays;
@@ -125,16 +125,16 @@ TEST(WhittedForms, RecursionIsIteration) {
 
 TEST_P(WhittedOptimizations, CacheThreadsTilesAndBatches) {
   const auto world = mixed_world(GetParam());
-  RenderSettings settings = whitted_render(3);
+  RenderSettings settings = whitted_form(3);
   settings.threads = 1;
-  const RenderOutcome reference = outcome_of(*world, settings);
+  const RenderOutcome reference = form_outcome(*world, settings);
   const WhittedCounters& counters = reference.statistics.rays.whitted;
   EXPECT_GT(counters.cache_hits, counters.cache_bypasses);
   EXPECT_GT(counters.cache_misses, 3U);
   EXPECT_LE(counters.cache_misses, world->material_count());
 
   settings.integrator.whitted.cache = false;
-  const RenderOutcome uncached = outcome_of(*world, settings);
+  const RenderOutcome uncached = form_outcome(*world, settings);
   expect_same_bits(uncached.film, reference.film, "no cache");
   EXPECT_EQ(uncached.statistics.rays.whitted.cache_hits + uncached.statistics.rays.whitted.cache_misses, 0U);
 
@@ -142,21 +142,21 @@ TEST_P(WhittedOptimizations, CacheThreadsTilesAndBatches) {
   settings.threads = 5;
   settings.tile_size_px = 8;
   settings.integrator.batch_size = 64;
-  expect_same_bits(outcome_of(*world, settings).film, reference.film, "5 threads, tiles of 8, batches of 64");
+  expect_same_bits(form_outcome(*world, settings).film, reference.film, "5 threads, tiles of 8, batches of 64");
   settings.threads = 2;
   settings.integrator.batch_size = 1024;
-  expect_same_bits(outcome_of(*world, settings).film, reference.film, "batches of 1024");
+  expect_same_bits(form_outcome(*world, settings).film, reference.film, "batches of 1024");
 }
 
 TEST_P(WhittedOptimizations, CropShowsTheSamePixels) {
   const auto world = mixed_world(GetParam());
-  RenderSettings settings = whitted_render(2);
-  const std::vector<float> whole = outcome_of(*world, settings).film.resolve_rgba();
+  RenderSettings settings = whitted_form(2);
+  const std::vector<float> whole = form_outcome(*world, settings).film.resolve_rgba();
   settings.crop = PixelRect{V2i(13, 9), V2i(30, 31)};
-  const std::vector<float> crop = outcome_of(*world, settings).film.resolve_rgba();
+  const std::vector<float> crop = form_outcome(*world, settings).film.resolve_rgba();
   for (int y = 9; y < 31; ++y)
     ASSERT_EQ(std::memcmp(&crop[static_cast<size_t>((y - 9) * 17 * 4)],
-                          &whole[static_cast<size_t>((y * kSize.x + 13) * 4)], 17 * 4 * sizeof(float)),
+                          &whole[static_cast<size_t>((y * kFormsSize.x + 13) * 4)], 17 * 4 * sizeof(float)),
               0)
         << "row " << y;
 }
@@ -164,12 +164,12 @@ TEST_P(WhittedOptimizations, CropShowsTheSamePixels) {
 // A limit at or above the depth is none; a lower one takes rays away and little light.
 TEST_P(WhittedOptimizations, ReflectionLimit) {
   const auto world = mixed_world(GetParam());
-  RenderSettings settings = whitted_render(2);
-  const RenderOutcome unlimited = outcome_of(*world, settings);
+  RenderSettings settings = whitted_form(2);
+  const RenderOutcome unlimited = form_outcome(*world, settings);
   settings.integrator.whitted.max_reflections = settings.integrator.whitted.trace_depth;
-  expect_same_bits(outcome_of(*world, settings).film, unlimited.film, "a limit at the depth");
+  expect_same_bits(form_outcome(*world, settings).film, unlimited.film, "a limit at the depth");
   settings.integrator.whitted.max_reflections = 3;
-  const RenderOutcome limited = outcome_of(*world, settings);
+  const RenderOutcome limited = form_outcome(*world, settings);
   EXPECT_LT(limited.statistics.rays.bounce, unlimited.statistics.rays.bounce);
   const double all = mean_of(unlimited.film).luminance, some = mean_of(limited.film).luminance;
   EXPECT_LT(some, all);

@@ -35,7 +35,7 @@ void expect_near(const Rgb& seen, const Rgb& expected, float relative) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], expected[c], relative * expected[c] + 1e-7f) << "channel " << c;
 }
 
-Material mirror_material(const Rgb& color) {
+Material plain_mirror(const Rgb& color) {
   Material material;
   material.base_color_factor = V4f(color.x, color.y, color.z, 1.0f);
   material.roughness_factor = 0.0f;
@@ -126,7 +126,7 @@ TEST(Whitted, PointLightOnAPlane) {
 // 45 degrees onto a mirror that shows a light.
 TEST(Whitted, MirrorShowsTheLight) {
   const Rgb color(0.9f, 0.6f, 0.3f), emission(1.0f, 2.0f, 4.0f);
-  const auto world = make_world(make_scene({mirror_material(color), emissive_material(emission)},
+  const auto world = make_world(make_scene({plain_mirror(color), emissive_material(emission)},
                                            {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0),
                                             quad(V3f(3, 1, -1), V3f(0, 0, 2), V3f(0, 4, 0), 1)}),
                                 accel::Kind::kdtree);
@@ -140,7 +140,7 @@ TEST(Whitted, MirrorShowsTheLight) {
 // A glossy mirror in the middle of a uniform world shows just that: the lobe's samples weigh its albedo.
 TEST(Whitted, RoughMirrorInAFurnace) {
   for (const float roughness : {0.0f, 0.15f, 0.3f}) {
-    Material material = mirror_material(Rgb(1.0f));
+    Material material = plain_mirror(Rgb(1.0f));
     material.roughness_factor = roughness;
     const auto world = make_world(make_scene({material}, {quad(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 2, 0), 0)}),
                                   accel::Kind::kdtree, std::make_shared<Environment>(Rgb(1.0f)));
@@ -208,8 +208,8 @@ TEST(Whitted, TotalReflectionIsNoReflectionToTheLimit) {
 // Between two mirrors a camera ray is followed by one ray for each level, up to either limit.
 TEST(Whitted, TraceDepthCountsRays) {
   const auto world =
-      make_world(make_scene({mirror_material(Rgb(0.9f))}, {quad(V3f(-50, -50, 0), V3f(100, 0, 0), V3f(0, 100, 0), 0),
-                                                           quad(V3f(-50, -50, 2), V3f(100, 0, 0), V3f(0, 100, 0), 0)}),
+      make_world(make_scene({plain_mirror(Rgb(0.9f))}, {quad(V3f(-50, -50, 0), V3f(100, 0, 0), V3f(0, 100, 0), 0),
+                                                        quad(V3f(-50, -50, 2), V3f(100, 0, 0), V3f(0, 100, 0), 0)}),
                  accel::Kind::kdtree);
   const Camera camera = beam_camera(V3f(0, 0, 1), V3f(0.1f, 0, 0), 1e-3f);
   for (const int depth : {1, 2, 5, 12})
@@ -294,7 +294,7 @@ TEST(Whitted, AgreesWithThePathTracerOnDiffuseSurfaces) {
 
 // A point light with a radius is a ball to mirrors; to the camera it is not there.
 TEST(Whitted, MirrorShowsALampWithASize) {
-  Scene scene = make_scene({mirror_material(Rgb(1.0f))}, {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
+  Scene scene = make_scene({plain_mirror(Rgb(1.0f))}, {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
   PunctualLight lamp = point_light(Rgb(3.0f, 2.0f, 1.0f));
   lamp.radius_m = 0.5f;
   add_light(scene, lamp, V3f(3, 3, 0));
@@ -308,8 +308,7 @@ TEST(Whitted, MirrorShowsALampWithASize) {
 // A plate that glows passes by what a mirror shows, and one that does not before a light: each for half of the time.
 TEST(Whitted, AllRaysHaveTheTimeOfTheirSample) {
   Scene scene = make_scene(
-      {mirror_material(Rgb(1.0f)), emissive_material(Rgb(1.0f)), diffuse_material(Rgb(1.0f)),
-       diffuse_material(Rgb(0.0f))},
+      {plain_mirror(Rgb(1.0f)), emissive_material(Rgb(1.0f)), diffuse_material(Rgb(1.0f)), diffuse_material(Rgb(0.0f))},
       {quad(V3f(3, 1, -1), V3f(0, 0, 2), V3f(0, 4, 0), 1), quad(V3f(-1, 1.5f, 1.5f), V3f(2, 0, 0), V3f(0, 0, 1), 3),
        quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0), quad(V3f(19, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 2)});
   animate(scene, 0, AnimatedProperty::translation, {0, 1}, {0, 0, -3, 0, 0, 1});

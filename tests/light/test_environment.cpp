@@ -13,7 +13,7 @@ namespace {
 using test::float_picture;
 using test::rotate_y;
 
-V3f random_direction(test::Random& random) {
+V3f uniform_direction(test::Random& random) {
   const double z = 2.0 * static_cast<double>(random.next_1d()) - 1.0;
   const double phi = 2.0 * std::numbers::pi * static_cast<double>(random.next_1d());
   const double r = std::sqrt(1.0 - z * z);
@@ -48,7 +48,7 @@ TEST(Equirect, AnglesAreAccurate) {
   double worst_atan = 0.0;
   double worst_acos = 0.0;
   for (int i = 0; i < 2'000'000; ++i) {
-    const V3f d = random_direction(random);
+    const V3f d = uniform_direction(random);
     const double turns = std::atan2(static_cast<double>(d.z), static_cast<double>(d.x)) / (2.0 * std::numbers::pi);
     worst_atan = std::max(worst_atan, std::fabs(static_cast<double>(atan2_turns(d.z, d.x)) - turns));
     const float c = 2.0f * random.next_1d() - 1.0f;
@@ -98,7 +98,7 @@ TEST(Environment, AgreesWithTheDefinition) {
   const Environment environment(picture, 0.0f, 1.0f);
   test::Random random(2);
   for (int i = 0; i < 100'000; ++i) {
-    const V3f d = random_direction(random);
+    const V3f d = uniform_direction(random);
     const Rgb expected = reference_radiance(*picture, d);
     const Rgb found = environment.radiance(d);
     // Stored as halves (2^-11 relative), and u off by 2e-7: 37 texels * 2e-7 * 4000 is 0.03 near the bright one.
@@ -133,7 +133,7 @@ TEST(Environment, RotationTurnsItCounterClockwiseFromAbove) {
     const Environment turned(picture, r, 1.0f);
     test::Random random(4);
     for (int i = 0; i < 1000; ++i) {
-      const V3f d = random_direction(random);
+      const V3f d = uniform_direction(random);
       const Rgb expected = still.radiance(d);
       EXPECT_NEAR(turned.radiance(rotate_y(d, r)).x, expected.x, 1e-3f * expected.x + 0.1f) << r << " " << d;
     }
@@ -151,7 +151,7 @@ TEST(Environment, IntensityScalesRadianceAndNotDensity) {
   const Environment three(picture, 0.3f, 3.0f);
   test::Random random(5);
   for (int i = 0; i < 1000; ++i) {
-    const V3f d = random_direction(random);
+    const V3f d = uniform_direction(random);
     EXPECT_FLOAT_EQ(three.radiance(d).x, 3.0f * one.radiance(d).x);
     EXPECT_EQ(three.pdf(d), one.pdf(d));
   }
@@ -190,7 +190,7 @@ TEST(Environment, BadTexelsReadAsZero) {
   const Environment environment(picture, 0.0f, 1.0f);
   test::Random random(6);
   for (int i = 0; i < 10'000; ++i) {
-    const Rgb c = environment.radiance(random_direction(random));
+    const Rgb c = environment.radiance(uniform_direction(random));
     ASSERT_TRUE(c.x >= 0.0f && c.x <= 2.0f) << c;
     const LightSample sample = environment.sample(random.next_2d());
     ASSERT_TRUE(sample.pdf > 0.0f && std::isfinite(sample.pdf));
@@ -251,7 +251,7 @@ TEST(Environment, PositiveDensityWhereverThereIsLight) {
   const Environment environment(test::uneven_picture(37, 19), 1.0f, 1.0f);
   test::Random random(8);
   for (int i = 0; i < 200'000; ++i) {
-    const EnvironmentEval eval = environment.eval(random_direction(random));
+    const EnvironmentEval eval = environment.eval(uniform_direction(random));
     ASSERT_TRUE(eval.pdf > 0.0f || is_black(eval.radiance));
   }
 }

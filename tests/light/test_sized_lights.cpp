@@ -17,7 +17,7 @@ using test::sampled_irradiance;
 constexpr double kPiD = std::numbers::pi;
 
 // A sampled mean is right within five standard errors: wrong by chance once in 1.7 million.
-void expect_agreement(const Estimate& estimate, double expected, const char* what) {
+void expect_close_agreement(const Estimate& estimate, double expected, const char* what) {
   EXPECT_NEAR(estimate.mean(), expected, 5.0 * estimate.standard_error() + 2e-6 * expected) << what;
   EXPECT_LE(estimate.standard_error(), 0.01 * expected) << what;
 }
@@ -71,7 +71,7 @@ TEST(SizedLights, BallsBringWhatThePointWould) {
     input.points.push_back({.position = to_light, .intensity = Rgb(7.0f), .radius_m = radius});
     const LightSet lights(input);
     EXPECT_EQ(lights.has_shapes(), radius > 0.0f);
-    expect_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 100'000, 1), expected, "point");
+    expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 100'000, 1), expected, "point");
     if (radius == 0.0f) continue;
     // Beside nineteen others, so that the tree has a choice.
     for (int i = 0; i < 19; ++i) {
@@ -82,7 +82,7 @@ TEST(SizedLights, BallsBringWhatThePointWould) {
     for (size_t i = 1; i < input.points.size(); ++i)
       all +=
           static_cast<double>(normal.dot(input.points[i].position.normalized()) / input.points[i].position.length2());
-    expect_agreement(sampled_irradiance(LightSet(input), V3f(0.0f), normal, 400'000, 2), all, "many");
+    expect_close_agreement(sampled_irradiance(LightSet(input), V3f(0.0f), normal, 400'000, 2), all, "many");
   }
 }
 
@@ -159,12 +159,12 @@ TEST(SizedLights, DiscsInTheSkyKeepTheirLux) {
     input.directionals.push_back(
         {.direction = -to_sun, .irradiance = Rgb(3.0f), .angular_diameter_rad = degrees * kPi / 180.0f});
     const LightSet lights(input);
-    expect_agreement(sampled_irradiance(lights, V3f(0.0f), to_sun, 50'000, 5), 3.0, "facing");
+    expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), to_sun, 50'000, 5), 3.0, "facing");
     // The projection of a disc that is wholly above the horizon is that of its middle.
     if (degrees < 50.0f) {
       const V3f normal(0, 1, 0);
-      expect_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 50'000, 6),
-                       3.0 * static_cast<double>(normal.dot(to_sun)), "from the side");
+      expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 50'000, 6),
+                             3.0 * static_cast<double>(normal.dot(to_sun)), "from the side");
     }
   }
 }

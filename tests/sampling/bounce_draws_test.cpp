@@ -14,7 +14,7 @@
 namespace kindling {
 namespace {
 
-constexpr SamplerKind kKinds[] = {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent};
+constexpr SamplerKind kSamplers[] = {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent};
 constexpr size_t kLanes = 16; // two bounces
 
 std::array<float, kLanes> two_bounces(const SampleAddress& address) {
@@ -30,7 +30,7 @@ std::array<float, kLanes> two_bounces(const SampleAddress& address) {
 
 // Eight samples drawn together are those drawn one by one.
 TEST(DrawEight, IsEightDraws) {
-  for (const SamplerKind kind : kKinds) {
+  for (const SamplerKind kind : kSamplers) {
     const Sampler sampler(3, kind, 12);
     for (int round = 0; round < 100; ++round) {
       std::array<SampleAddress, 8> addresses;
@@ -49,7 +49,7 @@ TEST(BounceDraws, LanesAreIndependent) {
   constexpr int kPoints = 8192;
   constexpr size_t kPairs = kLanes * (kLanes - 1) / 2;
   const double level = test::sidak_level(0.01, static_cast<int>(3 * kPairs));
-  for (const SamplerKind kind : kKinds) {
+  for (const SamplerKind kind : kSamplers) {
     std::vector<std::array<float, kLanes>> points;
     for (int i = 0; i < kPoints; ++i) {
       const Sampler sampler(static_cast<uint32_t>(i / 64), kind, 16);
@@ -71,7 +71,7 @@ TEST(BounceDraws, LanesAreIndependent) {
 
 // Neighbouring pixels' samples, paired: uncorrelated but for blue noise, where opposite halves of a pair anticorrelate.
 TEST(BounceDraws, NeighboursAreUncorrelatedOrOpposite) {
-  for (const SamplerKind kind : kKinds) {
+  for (const SamplerKind kind : kSamplers) {
     double sum = 0.0;
     constexpr int kPairs = 20000;
     for (int i = 0; i < kPairs; ++i) {

@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/bounds.h"
 #include "renderer/scene/describe.h"
+#include "tests/scene/scene_checks.h"
 
 #include <gtest/gtest.h>
 
 namespace kindling {
 namespace {
 
-constexpr float kHalfRoot = 0.70710678f;
+using test::kHalfRoot;
+using test::pose;
 
 Scene one_triangle() {
   Primitive triangle;
@@ -27,8 +29,6 @@ Scene one_triangle() {
   scene.scenes = {SceneRoot{"", {0}}};
   return scene;
 }
-
-PosedScene pose(const Scene& scene) { return pose_scene(scene, {}).value(); }
 
 TEST(WorldBounds, AreTightAroundTransformedVertices) {
   Scene scene = one_triangle();

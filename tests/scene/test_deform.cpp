@@ -1,6 +1,7 @@
 // Skins and morph targets against vertices moved by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/pose.h"
+#include "tests/scene/scene_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -9,21 +10,10 @@
 namespace kindling {
 namespace {
 
-constexpr float kHalfRoot = 0.70710678f;
-
-void expect_near(const V3f& found, const V3f& expected, float tolerance = 1e-5f) {
-  EXPECT_NEAR(found.x, expected.x, tolerance);
-  EXPECT_NEAR(found.y, expected.y, tolerance);
-  EXPECT_NEAR(found.z, expected.z, tolerance);
-}
-
-V3f xyz(const V4f& v) { return {v.x, v.y, v.z}; }
-
-PosedScene pose(const Scene& scene, PoseOptions options = {}) {
-  Result<PosedScene> posed = pose_scene(scene, options);
-  EXPECT_TRUE(posed.ok()) << posed.error().message;
-  return posed ? posed.value() : PosedScene();
-}
+using test::expect_near;
+using test::kHalfRoot;
+using test::pose;
+using test::xyz;
 
 // A bar along y with a joint at its foot (node 1) and one at y = 1 (node 2, child of 1). Node 0 holds the mesh, far
 // away.

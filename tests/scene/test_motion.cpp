@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/bounds.h"
 #include "renderer/scene/pose.h"
+#include "tests/scene/scene_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,8 @@
 namespace kindling {
 namespace {
 
-constexpr float kHalfRoot = 0.70710678f;
+using test::kHalfRoot;
+using test::pose;
 
 AnimationChannel channel_of(int node, AnimatedProperty property, std::vector<float> times, std::vector<float> values) {
   AnimationChannel channel;
@@ -48,11 +50,6 @@ Scene two_squares() {
   return scene;
 }
 
-PosedScene pose(const Scene& scene, const PoseOptions& options) {
-  Result<PosedScene> posed = pose_scene(scene, options);
-  EXPECT_TRUE(posed.ok()) << posed.error().message;
-  return posed ? posed.value() : PosedScene();
-}
 PosedScene pose(const Scene& scene, double open_s, double close_s) {
   return pose(scene, {.shutter = Shutter{open_s, close_s}});
 }
@@ -218,7 +215,7 @@ TEST(Motion, VisibilityIsThatOfTheMiddle) {
 // --- deformation ------------------------------------------------------------------------------------------------------
 
 // The far square bends by a target that moves one corner; its parent turns and mirrors.
-Scene morphing() {
+Scene morphing_squares() {
   Scene scene = two_squares();
   scene.meshes.push_back(scene.meshes[0]);
   Primitive& square = scene.meshes[1].primitives[0];
@@ -235,7 +232,7 @@ Scene morphing() {
 }
 
 TEST(Motion, MorphedMeshesAreInWorldSpaceAtEveryKey) {
-  const Scene scene = morphing();
+  const Scene scene = morphing_squares();
   const Shutter shutter{0.0, 0.5};
   const PosedMesh mesh = pose(scene, {.shutter = shutter}).meshes.at(1);
   EXPECT_EQ(mesh.mesh_to_world, M44f());
@@ -260,7 +257,7 @@ TEST(Motion, MorphedMeshesAreInWorldSpaceAtEveryKey) {
 }
 
 TEST(Motion, AMorphThatStandsStillMovesAsAWhole) {
-  Scene scene = morphing();
+  Scene scene = morphing_squares();
   scene.meshes[1].weights = {0.5f};
   scene.animations = {{"", {turn(0)}}};
   const PosedMesh mesh = pose(scene, 0.0, 0.5).meshes.at(1);

@@ -1,13 +1,16 @@
 // Node trees, visibility, instancing, cameras and lights: where things are in the world.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/pose.h"
+#include "tests/scene/scene_checks.h"
 
 #include <gtest/gtest.h>
 
 namespace kindling {
 namespace {
 
-constexpr float kHalfRoot = 0.70710678f;
+using test::expect_near;
+using test::kHalfRoot;
+using test::pose;
 
 Node mesh_node(const V3f& translation, std::vector<int> children = {}) {
   Node node;
@@ -29,18 +32,6 @@ Scene scene_of(std::vector<Node> nodes, std::vector<int> roots) {
   scene.nodes = std::move(nodes);
   scene.scenes = {SceneRoot{"main", std::move(roots)}};
   return scene;
-}
-
-PosedScene pose(const Scene& scene, PoseOptions options = {}) {
-  Result<PosedScene> posed = pose_scene(scene, options);
-  EXPECT_TRUE(posed.ok()) << posed.error().message;
-  return posed ? posed.value() : PosedScene();
-}
-
-void expect_near(const V3f& found, const V3f& expected, float tolerance = 1e-5f) {
-  EXPECT_NEAR(found.x, expected.x, tolerance);
-  EXPECT_NEAR(found.y, expected.y, tolerance);
-  EXPECT_NEAR(found.z, expected.z, tolerance);
 }
 
 float determinant(const M44f& m) {

@@ -2,19 +2,15 @@
 // carries along.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/tangents.h"
+#include "tests/scene/scene_checks.h"
 
 #include <gtest/gtest.h>
 
 namespace kindling {
 namespace {
 
-V3f xyz(const V4f& v) { return {v.x, v.y, v.z}; }
-
-void expect_near(const V3f& found, const V3f& expected, float tolerance = 1e-5f) {
-  EXPECT_NEAR(found.x, expected.x, tolerance);
-  EXPECT_NEAR(found.y, expected.y, tolerance);
-  EXPECT_NEAR(found.z, expected.z, tolerance);
-}
+using test::expect_near;
+using test::xyz;
 
 // A grid of n x n quads in [0, 1]^2 of the xy plane, facing +z, its picture upright: u = x, v = 1 - y.
 Primitive plane(uint32_t n) {

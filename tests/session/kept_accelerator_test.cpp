@@ -9,7 +9,7 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(53, 37);
+const V2i kKeptSize(53, 37);
 
 struct Things {
   Scene scene;
@@ -105,10 +105,10 @@ PosedScene pose(Scene& scene, const Moment& moment, int veil, bool shutter) {
   return std::move(posed).value();
 }
 
-Film render_film(const World& world) {
-  RenderSettings settings = small_render(kSize, 5);
+Film render_kept(const World& world) {
+  RenderSettings settings = small_render(kKeptSize, 5);
   for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
-  const Camera camera(SceneCamera{}, look_at(V3f(0.5f, 0.8f, 5.5f), V3f(0.0f)), kSize,
+  const Camera camera(SceneCamera{}, look_at(V3f(0.5f, 0.8f, 5.5f), V3f(0.0f)), kKeptSize,
                       CameraMotion{.shutter_open = world.has_motion()});
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
@@ -134,7 +134,7 @@ std::vector<size_t> built_for(const std::vector<Moment>& moments, accel::Kind ki
     PosedScene posed_alone = pose(alone.scene, moments[i], alone.veil, shutter);
     const auto single = build_world(std::move(alone.scene), std::move(posed_alone), options, nullptr, nullptr);
     EXPECT_TRUE(single.ok());
-    expect_same_bits(render_film(*world.value()), render_film(*single.value()), "frames");
+    expect_same_bits(render_kept(*world.value()), render_kept(*single.value()), "frames");
   }
   return built;
 }
@@ -174,7 +174,7 @@ TEST(KeptAccelerators, DivisionsOfTheKdTreeDoNotShow) {
       PosedScene posed = pose(things.scene, {0.4}, things.veil, shutter);
       WorldOptions options = options_for(accel::Kind::kdtree);
       options.least_lasting_triangles = least;
-      return render_film(*build_world(std::move(things.scene), std::move(posed), options, nullptr, nullptr).value());
+      return render_kept(*build_world(std::move(things.scene), std::move(posed), options, nullptr, nullptr).value());
     };
     expect_same_bits(film(0), film(std::numeric_limits<size_t>::max()), "one tree");
   }

@@ -10,7 +10,7 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(48, 48);
+const V2i kLensSize(48, 48);
 constexpr float kMiddle = 24.0f;
 constexpr float kPixel = 1.0f / 48.0f; // at distance 1
 constexpr float kFocus = 2.0f;
@@ -45,7 +45,7 @@ std::unique_ptr<const World> lamps(std::vector<Primitive> primitives) {
 }
 
 RenderSettings box_render(uint32_t samples = kSamples) {
-  RenderSettings settings = small_render(kSize, samples);
+  RenderSettings settings = small_render(kLensSize, samples);
   settings.sampler = SamplerKind::sobol;
   settings.filter = PixelFilter({FilterKind::box});
   settings.integrator.max_bounces = 0;
@@ -61,7 +61,7 @@ std::vector<float> picture(const World& world, const Camera& camera, const Rende
   return red;
 }
 
-float at(const std::vector<float>& picture, int x, int y) { return picture[static_cast<size_t>(y * kSize.x + x)]; }
+float at(const std::vector<float>& picture, int x, int y) { return picture[static_cast<size_t>(y * kLensSize.x + x)]; }
 
 struct Blob {
   double sum = 0.0; // in pixels
@@ -73,8 +73,8 @@ struct Blob {
 Blob measure(const std::vector<float>& picture) {
   Blob blob;
   double xx = 0.0, yy = 0.0;
-  for (int j = 0; j < kSize.y; ++j)
-    for (int i = 0; i < kSize.x; ++i) {
+  for (int j = 0; j < kLensSize.y; ++j)
+    for (int i = 0; i < kLensSize.x; ++i) {
       const double value = at(picture, i, j), x = i + 0.5, y = j + 0.5;
       blob.sum += value;
       blob.x += value * x;
@@ -103,8 +103,8 @@ TEST(LensPictures, BlurIsTheCircleOfConfusion) {
       constexpr float kSide = 6.0f;
       const auto world = lamps({lamp(V2f(kMiddle), kSide, depth)});
       const double c = aperture * std::abs(1.0 / kFocus - 1.0 / depth) / kPixel;
-      const Blob sharp = measure(picture(*world, Camera(half_unit_camera(), M44f(), kSize), box_render(32)));
-      const Blob blob = measure(picture(*world, Camera(with_lens(aperture), M44f(), kSize), box_render()));
+      const Blob sharp = measure(picture(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(32)));
+      const Blob blob = measure(picture(*world, Camera(with_lens(aperture), M44f(), kLensSize), box_render()));
       const double error = kLevel / std::sqrt(kSamples * square(kSide));
       EXPECT_NEAR(sharp.sum, square(kSide), 1e-3 * square(kSide));
       EXPECT_NEAR(blob.sum, square(kSide), error * square(kSide)); // no light is lost, none is won
@@ -125,8 +125,8 @@ TEST(LensPictures, ThePlaneOfFocusIsAsSharpAsAPinhole) {
     squares.push_back(lamp(V2f(5.3f + 9.0f * static_cast<float>(i % 5), 5.9f + 9.0f * static_cast<float>(i / 5)),
                            1.0f + 0.3f * static_cast<float>(i), kFocus));
   const auto world = lamps(std::move(squares));
-  const std::vector<float> pinhole = picture(*world, Camera(half_unit_camera(), M44f(), kSize), box_render(64));
-  const std::vector<float> lens = picture(*world, Camera(with_lens(0.2f, 5), M44f(), kSize), box_render(64));
+  const std::vector<float> pinhole = picture(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(64));
+  const std::vector<float> lens = picture(*world, Camera(with_lens(0.2f, 5), M44f(), kLensSize), box_render(64));
   // A sample changes sides where it is within rounding of an edge: 25 squares, 4 edges of some 6 pixels, 64 samples, 1e-5 of a pixel.
   double difference = 0.0;
   for (size_t i = 0; i < pinhole.size(); ++i) difference += std::abs(static_cast<double>(pinhole[i]) - lens[i]);
@@ -138,14 +138,14 @@ TEST(LensPictures, ThePlaneOfFocusIsAsSharpAsAPinhole) {
 void expect_shape(const SceneCamera& camera, const V2f& lamp_px, float depth) {
   constexpr float kSide = 3.0f;
   const auto world = lamps({lamp(lamp_px, kSide, depth)});
-  const std::vector<float> found = picture(*world, Camera(camera, M44f(), kSize), box_render(512));
+  const std::vector<float> found = picture(*world, Camera(camera, M44f(), kLensSize), box_render(512));
   const float radius = 0.5f * *camera.lens.focal_length_m / *camera.lens.f_stop;
   const Aperture aperture(camera.lens, radius);
   const float scale = (1.0f / kFocus - 1.0f / depth) / kPixel; // pixels per metre of lens; negative: upside down
   constexpr float kGrown = kSide + 1.6f; // the lamp, a pixel, and what the barrel moves by within it
   int inside = 0, outside = 0;
-  for (int y = 0; y < kSize.y; ++y)
-    for (int x = 0; x < kSize.x; ++x) {
+  for (int y = 0; y < kLensSize.y; ++y)
+    for (int x = 0; x < kLensSize.x; ++x) {
       const V2f centre(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const V2f field = V2f(centre.x - kMiddle, kMiddle - centre.y) / (kMiddle * std::sqrt(2.0f));
       bool all = true, any = false;
@@ -188,7 +188,7 @@ TEST(LensPictures, NothingGetsDarkerBehindABarrel) {
   SceneCamera camera = with_lens(0.9f, 6);
   camera.lens.cats_eye = 1.0f;
   const auto world = lamps({quad(V3f(-50, -50, -6), V3f(100, 0, 0), V3f(0, 100, 0), 0)});
-  for (const float value : picture(*world, Camera(camera, M44f(), kSize), box_render(16))) EXPECT_EQ(value, 1.0f);
+  for (const float value : picture(*world, Camera(camera, M44f(), kLensSize), box_render(16))) EXPECT_EQ(value, 1.0f);
 }
 
 // A camera that slides sideways by 12 pixels over the edge of a bright half plane: coverage is a ramp, column by column.
@@ -198,15 +198,15 @@ TEST(MovingCameraPictures, AMovingEdgeIsARamp) {
   M44f there;
   there[3][0] = 12.0f * kPixel * depth;
   const std::vector<M44f> later{there};
-  const Camera camera(half_unit_camera(), M44f(), kSize, {.later_transforms = later});
+  const Camera camera(half_unit_camera(), M44f(), kLensSize, {.later_transforms = later});
   const std::vector<float> found = picture(*world, camera, box_render(256));
-  for (int x = 0; x < kSize.x; ++x) {
+  for (int x = 0; x < kLensSize.x; ++x) {
     double mean = 0.0, expected = 0.0;
-    for (int y = 0; y < kSize.y; ++y) mean += static_cast<double>(at(found, x, y)) / kSize.y;
+    for (int y = 0; y < kLensSize.y; ++y) mean += static_cast<double>(at(found, x, y)) / kLensSize.y;
     // The edge is seen at 24 - 12 t: bright to the right of it.
     for (int i = 0; i < 1000; ++i) expected += std::clamp((x + (i + 0.5) / 1000.0 - 12.0) / 12.0, 0.0, 1.0) / 1000.0;
     const double error =
-        std::sqrt(std::max(expected * (1.0 - expected), 0.0) / (256.0 * kSize.y)); // of plain random numbers
+        std::sqrt(std::max(expected * (1.0 - expected), 0.0) / (256.0 * kLensSize.y)); // of plain random numbers
     EXPECT_NEAR(mean, expected, kLevel * error + 1e-6) << x;
   }
 }

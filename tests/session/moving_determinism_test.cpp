@@ -7,10 +7,10 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(43, 29); // not a multiple of anything
+const V2i kMovingSize(43, 29); // not a multiple of anything
 
-Film render_film(const World& world, const RenderSettings& settings) {
-  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize,
+Film render_moving(const World& world, const RenderSettings& settings) {
+  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kMovingSize,
                       CameraMotion{.shutter_open = world.has_motion()});
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
@@ -21,24 +21,24 @@ class MovingDeterminism : public testing::TestWithParam<accel::Kind> {};
 
 TEST_P(MovingDeterminism, ThreadsTilesBatchesAndCrops) {
   const auto world = moving_world(GetParam());
-  RenderSettings settings = small_render(kSize, 7);
+  RenderSettings settings = small_render(kMovingSize, 7);
   settings.integrator.roulette_start_bounce = 2;
   for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
   settings.threads = 1;
-  const Film reference = render_film(*world, settings);
+  const Film reference = render_moving(*world, settings);
   struct Variation {
     int threads;
     int tile_size_px;
     uint32_t batch_size;
     PixelRect crop;
   };
-  const PixelRect all{V2i(0, 0), kSize}, part{V2i(13, 9), V2i(37, 26)};
+  const PixelRect all{V2i(0, 0), kMovingSize}, part{V2i(13, 9), V2i(37, 26)};
   for (const Variation& v : {Variation{3, 8, 64, all}, Variation{2, 64, 512, all}, Variation{2, 8, 128, part}}) {
     settings.threads = v.threads;
     settings.tile_size_px = v.tile_size_px;
     settings.integrator.batch_size = v.batch_size;
     settings.crop = v.crop;
-    expect_same_bits(render_film(*world, settings), reference,
+    expect_same_bits(render_moving(*world, settings), reference,
                      std::to_string(v.threads) + " threads, tiles of " + std::to_string(v.tile_size_px) +
                          ", batches of " + std::to_string(v.batch_size));
   }
@@ -46,14 +46,15 @@ TEST_P(MovingDeterminism, ThreadsTilesBatchesAndCrops) {
 
 TEST_P(MovingDeterminism, ReplayGivesTheSameSample) {
   const auto world = moving_world(GetParam());
-  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, CameraMotion{.shutter_open = true});
-  RenderSettings settings = small_render(kSize, 1);
+  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kMovingSize,
+                      CameraMotion{.shutter_open = true});
+  RenderSettings settings = small_render(kMovingSize, 1);
   settings.aovs = AovSet{};
-  const std::vector<float> beauty = render_film(*world, settings).resolve(Aov::beauty);
+  const std::vector<float> beauty = render_moving(*world, settings).resolve(Aov::beauty);
   for (const V2i& pixel : {V2i(21, 14), V2i(12, 13), V2i(30, 18)}) {
     const Result<ReplayedSample> replayed = replay_sample(*world, camera, settings, pixel, 0);
     ASSERT_TRUE(replayed.ok());
-    const float* expected = &beauty[static_cast<size_t>(pixel.y * kSize.x + pixel.x) * 3];
+    const float* expected = &beauty[static_cast<size_t>(pixel.y * kMovingSize.x + pixel.x) * 3];
     for (int c = 0; c < 3; ++c) EXPECT_EQ(replayed.value().radiance[c], expected[c]);
   }
 }
@@ -63,10 +64,10 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, MovingDeterminism, testing::Values(accel:
 
 // The accelerators see the same scene at the same time: pictures differ by rounding only.
 TEST(MovingAccelerators, AgreeOnThePicture) {
-  RenderSettings settings = small_render(kSize, 8);
-  const std::vector<float> oracle = render_film(*moving_world(accel::Kind::brute_force), settings).resolve_rgba();
+  RenderSettings settings = small_render(kMovingSize, 8);
+  const std::vector<float> oracle = render_moving(*moving_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
-    const std::vector<float> picture = render_film(*moving_world(kind), settings).resolve_rgba();
+    const std::vector<float> picture = render_moving(*moving_world(kind), settings).resolve_rgba();
     // A path whose hit moves by rounding may take another branch at an edge: rare.
     EXPECT_LE(different_pixels(picture, oracle), oracle.size() / 4 / 50) << accel::kind_name(kind);
   }

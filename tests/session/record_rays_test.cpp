@@ -9,7 +9,7 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(100, 60); // whole blocks: 96 x 56
+const V2i kRecordedSize(100, 60); // whole blocks: 96 x 56
 constexpr size_t kRays = 3000;
 
 struct Stage {
@@ -38,13 +38,13 @@ Stage make_stage() {
   return stage;
 }
 
-Camera test_camera() { return {SceneCamera{}, look_at(V3f(0.3f, 0.2f, 1.8f), V3f(0.0f)), kSize}; }
+Camera recording_camera() { return {SceneCamera{}, look_at(V3f(0.3f, 0.2f, 1.8f), V3f(0.0f)), kRecordedSize}; }
 
 std::vector<RaySet> record(size_t rays = kRays) {
   const Stage stage = make_stage();
   RecordSettings settings;
   settings.rays_per_kind = rays;
-  return record_rays(*stage.world, *stage.recorder, test_camera(), settings, nullptr);
+  return record_rays(*stage.world, *stage.recorder, recording_camera(), settings, nullptr);
 }
 
 const RaySet& find(const std::vector<RaySet>& sets, const std::string& name) {
@@ -75,7 +75,7 @@ TEST(RecordRays, EveryKindHasItsRays) {
 
 TEST(RecordRays, KindsStartWhereTheyShould) {
   const std::vector<RaySet> sets = record();
-  const V3f eye = test_camera().position();
+  const V3f eye = recording_camera().position();
   for (const accel::Ray& ray : find(sets, "camera").rays) ASSERT_EQ(ray.origin, eye);
   // Every other ray leaves a wall or the lamp: one coordinate of it is that of a surface.
   const auto on_surface = [](const V3f& p) {
@@ -133,7 +133,7 @@ TEST(RecordRays, TheSameEveryTime) {
 TEST(RecordRays, CameraRaysAreWholeBlocks) {
   const std::vector<RaySet> sets = record(64 * 20);
   const std::vector<accel::Ray>& rays = find(sets, "camera").rays;
-  const Camera camera = test_camera();
+  const Camera camera = recording_camera();
   for (size_t group = 0; group < rays.size(); group += 64) {
     V2f low(1e9f), high(-1e9f);
     for (size_t i = group; i < group + 64; ++i) {
@@ -187,7 +187,7 @@ TEST(RecordRays, ACancelledRecordingEnds) {
   const Stage stage = make_stage();
   CancelToken cancel;
   cancel.cancel();
-  for (const RaySet& set : record_rays(*stage.world, *stage.recorder, test_camera(), {}, &cancel))
+  for (const RaySet& set : record_rays(*stage.world, *stage.recorder, recording_camera(), {}, &cancel))
     EXPECT_TRUE(set.rays.empty());
 }
 

@@ -10,17 +10,17 @@ namespace {
 
 constexpr SamplerKind kKinds[] = {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::jittered,
                                   SamplerKind::independent};
-const V2i kSize(40, 30);
+const V2i kSamplerSize(40, 30);
 
 std::unique_ptr<const World> lit_ball() {
   return make_world(ball_lamp_and_veil(0.4f), accel::Kind::embree,
                     std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
-Camera camera() { return {SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize}; }
+Camera camera() { return {SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSamplerSize}; }
 
 RenderSettings settings_of(SamplerKind kind, uint32_t samples, uint32_t seed) {
-  RenderSettings settings = small_render(kSize, samples);
+  RenderSettings settings = small_render(kSamplerSize, samples);
   settings.sampler = kind;
   settings.seed = seed;
   return settings;
@@ -73,7 +73,7 @@ TEST(SamplerRender, ThreadsTilesAndCropsShowTheSameBits) {
     const auto width = static_cast<size_t>(settings.crop->width());
     for (int y = settings.crop->min.y; y < settings.crop->max.y; ++y)
       ASSERT_EQ(std::memcmp(crop.data() + static_cast<size_t>(y - 5) * width * 4,
-                            whole.data() + (static_cast<size_t>(y) * static_cast<size_t>(kSize.x) + 3) * 4,
+                            whole.data() + (static_cast<size_t>(y) * static_cast<size_t>(kSamplerSize.x) + 3) * 4,
                             width * 4 * sizeof(float)),
                 0)
           << sampler_name(kind) << " row " << y;
@@ -93,7 +93,7 @@ TEST(SamplerRender, SamplesReplay) {
       sum += static_cast<double>(replayed.value().radiance.y);
     }
     const std::vector<float> rgb = film_of(*world, settings).resolve(Aov::beauty);
-    EXPECT_NEAR(sum / 3.0, rgb[static_cast<size_t>(pixel.y * kSize.x + pixel.x) * 3 + 1], 1e-5 * (1.0 + sum))
+    EXPECT_NEAR(sum / 3.0, rgb[static_cast<size_t>(pixel.y * kSamplerSize.x + pixel.x) * 3 + 1], 1e-5 * (1.0 + sum))
         << sampler_name(kind);
   }
 }

@@ -16,7 +16,7 @@
 namespace kindling {
 namespace {
 
-const PixelRect kArea{V2i(3, 5), V2i(75, 53)};
+const PixelRect kQueueArea{V2i(3, 5), V2i(75, 53)};
 constexpr uint32_t kPasses = 6;
 
 std::function<std::optional<SampleSpan>()> one_by_one(uint32_t& opened, uint32_t passes = kPasses) {
@@ -29,7 +29,7 @@ std::function<std::optional<SampleSpan>()> one_by_one(uint32_t& opened, uint32_t
 
 std::vector<std::vector<PixelRect>> lanes_of(size_t count, int tile_size_px) {
   std::vector<std::vector<PixelRect>> lanes;
-  for (const PixelRect& region : make_regions(kArea, static_cast<int>(count)))
+  for (const PixelRect& region : make_regions(kQueueArea, static_cast<int>(count)))
     lanes.push_back(make_tiles(region, tile_size_px));
   return lanes;
 }
@@ -38,7 +38,7 @@ TEST(TileQueue, EveryBlockOfEveryPassOnce) {
   for (const size_t threads : {1U, 2U, 7U})
     for (const bool regions : {false, true})
       for (const int tile_size_px : {8, 32}) {
-        Coverage coverage(kArea); // written by whoever has the block: adding a sample twice fails
+        Coverage coverage(kQueueArea); // written by whoever has the block: adding a sample twice fails
         uint32_t opened = 0;
         const auto lanes = lanes_of(regions ? threads : 1, tile_size_px);
         TileQueue queue(lanes, threads, one_by_one(opened));

@@ -8,7 +8,7 @@
 namespace kindling::test {
 namespace {
 
-const V2i kSize(75, 53); // not a multiple of anything
+const V2i kRoomSize(75, 53); // not a multiple of anything
 
 // A white room, lit by a lamp that shines at the ceiling from a hand's breadth below it: the ceiling around it is what the
 // room sees.
@@ -25,10 +25,10 @@ std::unique_ptr<const World> room() {
       accel::Kind::embree);
 }
 
-Camera room_camera() { return {SceneCamera{}, look_at(V3f(-1.7f, 0.9f, 1.7f), V3f(0.3f, 0.6f, -0.3f)), kSize}; }
+Camera room_camera() { return {SceneCamera{}, look_at(V3f(-1.7f, 0.9f, 1.7f), V3f(0.3f, 0.6f, -0.3f)), kRoomSize}; }
 
 RenderSettings room_render(uint32_t spp, Guiding guiding) {
-  RenderSettings settings = small_render(kSize, spp);
+  RenderSettings settings = small_render(kRoomSize, spp);
   settings.integrator.roulette_start_bounce = 2;
   settings.guiding = guiding;
   return settings;
@@ -64,7 +64,7 @@ TEST(TrainGuide, ThreadsTilesBatchesAndCrops) {
   const auto width = static_cast<size_t>(settings.crop->width());
   for (int y = 9; y < 41; ++y)
     ASSERT_EQ(std::memcmp(crop.data() + static_cast<size_t>(y - 9) * width * 4,
-                          reference.data() + (static_cast<size_t>(y) * static_cast<size_t>(kSize.x) + 13) * 4,
+                          reference.data() + (static_cast<size_t>(y) * static_cast<size_t>(kRoomSize.x) + 13) * 4,
                           width * 4 * sizeof(float)),
               0)
         << "row " << y;

@@ -16,7 +16,7 @@
 namespace kindling {
 namespace {
 
-constexpr std::array kTypes{PixelType::u8, PixelType::u16, PixelType::f16, PixelType::f32};
+constexpr std::array kMipTypes{PixelType::u8, PixelType::u16, PixelType::f16, PixelType::f32};
 constexpr std::array kContents{TextureContent::data, TextureContent::color, TextureContent::cutout_color,
                                TextureContent::tangent_normal};
 
@@ -151,7 +151,7 @@ void check(const Image& image, TextureContent content) {
 }
 
 TEST(MipLevels, AreMeans) {
-  for (const PixelType type : kTypes)
+  for (const PixelType type : kMipTypes)
     for (int channels = 1; channels <= 4; ++channels)
       for (const TextureContent content : kContents) check(noise(12, 7, channels, type), content);
 }

@@ -10,21 +10,21 @@
 namespace kindling {
 namespace {
 
-std::shared_ptr<Image> make_u8(int width, int height, int channels, const std::vector<int>& values) {
+std::shared_ptr<Image> make_small_u8(int width, int height, int channels, const std::vector<int>& values) {
   auto image = std::make_shared<Image>(Image{width, height, channels, PixelType::u8, {}});
   for (const int value : values) image->pixels.push_back(static_cast<std::byte>(value));
   return image;
 }
 
-std::shared_ptr<Image> make_noise(int width, int height, int channels, uint32_t seed) {
+std::shared_ptr<Image> make_u8_noise(int width, int height, int channels, uint32_t seed) {
   std::mt19937 random(seed);
   std::vector<int> values(static_cast<size_t>(width * height * channels));
   for (int& value : values) value = static_cast<int>(random() & 255);
-  return make_u8(width, height, channels, values);
+  return make_small_u8(width, height, channels, values);
 }
 
 TEST(TextureAverage, ConstantIsExact) {
-  const Texture texture(make_u8(4, 4, 1, std::vector<int>(16, 51)), {});
+  const Texture texture(make_small_u8(4, 4, 1, std::vector<int>(16, 51)), {});
   EXPECT_FLOAT_EQ(texture.average_rgb({0.0f, 0.0f}, {3.0f, 0.0f}, {0.0f, 3.0f}).y, 0.2f);
   // A triangle without area is its points' mean.
   EXPECT_FLOAT_EQ(texture.average_rgb({0.2f, 0.2f}, {0.2f, 0.2f}, {0.2f, 0.2f}).x, 0.2f);
@@ -33,7 +33,7 @@ TEST(TextureAverage, ConstantIsExact) {
 // The reference is a fine grid; the point set has at least two points a texel of white noise (standard deviation 0.29,
 // and after bilinear filtering about 0.19): over n texels an error of about 0.19 / sqrt(2 n), taken five times.
 TEST(TextureAverage, AgreesWithAFineGrid) {
-  const auto image = make_noise(64, 64, 3, 5);
+  const auto image = make_u8_noise(64, 64, 3, 5);
   const Texture texture(image, {});
   const V2f corners[][3] = {
       {{0, 0}, {1, 0}, {0, 1}}, {{0.1f, 0.2f}, {0.9f, 0.3f}, {0.5f, 0.8f}}, {{2, 2}, {0, 1.9f}, {0.3f, 0}}};
@@ -61,7 +61,7 @@ TEST(TextureAverage, FindsASmallLamp) {
   for (int y = 300; y < 308; ++y) {
     for (int x = 100; x < 108; ++x) values[static_cast<size_t>(y * 512 + x)] = 255;
   }
-  const Texture texture(make_u8(512, 512, 1, values), {});
+  const Texture texture(make_small_u8(512, 512, 1, values), {});
   const double expected = 64.0 / (512.0 * 512.0);
   const double both =
       0.5 * (texture.average_rgb({0, 0}, {1, 0}, {1, 1}).x + texture.average_rgb({0, 0}, {1, 1}, {0, 1}).x);
@@ -70,7 +70,7 @@ TEST(TextureAverage, FindsASmallLamp) {
 }
 
 TEST(TextureAverage, IsTheSameEachTime) {
-  const Texture texture(make_noise(32, 32, 3, 6), {});
+  const Texture texture(make_u8_noise(32, 32, 3, 6), {});
   EXPECT_EQ(texture.average_rgb({0, 0}, {1, 0.2f}, {0.3f, 1}), texture.average_rgb({0, 0}, {1, 0.2f}, {0.3f, 1}));
 }
 

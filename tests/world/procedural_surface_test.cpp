@@ -10,10 +10,10 @@ namespace {
 
 using K = ProceduralKind;
 using T = ProceduralType;
-using Node = GraphBuilder::Node;
+using GraphNode = GraphBuilder::Node;
 
-SurfacePoint surface_below(const World& world, float x, float z, const RayFootprint& footprint = {},
-                           uint32_t index = 0) {
+SurfacePoint patterned_surface_below(const World& world, float x, float z, const RayFootprint& footprint = {},
+                                     uint32_t index = 0) {
   const accel::Ray ray{
       .origin = V3f(x, 5, z), .t_min = 0.0f, .direction = V3f(0, -1, 0), .t_max = kInfinity, .key = 77, .index = index};
   const accel::Hit hit = world.accelerator().intersect(ray);
@@ -23,7 +23,7 @@ SurfacePoint surface_below(const World& world, float x, float z, const RayFootpr
   return surface;
 }
 
-Primitive floor_quad(int material) { return quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), material); }
+Primitive patterned_floor(int material) { return quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), material); }
 
 void use(TextureSlot& slot, int graph) {
   slot.procedural = graph;
@@ -38,7 +38,7 @@ ProceduralGraph constant_graph() {
 
 ProceduralGraph position_graph(bool world_space) {
   GraphBuilder g;
-  const Node p = g.add(K::position, T::vector3);
+  const GraphNode p = g.add(K::position, T::vector3);
   if (world_space) g.set_word(p, 0, 2);
   return g.graph(g.add(K::add, T::vector3,
                        {{"in1", g.add(K::multiply, T::vector3, {{"in1", p}, {"in2", 0.1f}})}, {"in2", V3f(0.5f)}}));
@@ -50,10 +50,10 @@ TEST(ProceduralSurface, FillsEverySlot) {
   for (TextureSlot* slot : {&material.base_color_texture, &material.metallic_roughness_texture,
                             &material.emissive_texture, &material.specular_texture, &material.specular_color_texture})
     use(*slot, 0);
-  Scene scene = make_scene({material}, {floor_quad(0)});
+  Scene scene = make_scene({material}, {patterned_floor(0)});
   scene.procedurals = {constant_graph()};
   const auto world = make_world(std::move(scene), accel::Kind::embree);
-  const SurfacePoint surface = surface_below(*world, 0.3f, 0.2f);
+  const SurfacePoint surface = patterned_surface_below(*world, 0.3f, 0.2f);
   EXPECT_EQ(surface.bsdf.base_color, Rgb(0.25f, 0.5f, 0.75f));
   EXPECT_EQ(surface.bsdf.roughness, 0.5f);
   EXPECT_EQ(surface.bsdf.metallic, 0.75f);
@@ -69,7 +69,7 @@ TEST(ProceduralSurface, CutsOut) {
   material.alpha_mode = AlphaMode::mask;
   use(material.base_color_texture, 0);
   for (const bool opaque : {false, true}) {
-    Scene scene = make_scene({material}, {floor_quad(0)});
+    Scene scene = make_scene({material}, {patterned_floor(0)});
     GraphBuilder g;
     scene.procedurals = {opaque ? g.graph(g.add(K::constant, T::color3)) : constant_graph()};
     const auto world = make_world(std::move(scene), accel::Kind::embree);
@@ -84,7 +84,7 @@ TEST(ProceduralSurface, StaysOnItsObjectOrInTheWorld) {
     for (const bool instanced : {false, true}) {
       Material material = diffuse_material(Rgb(1.0f));
       use(material.base_color_texture, 0);
-      Scene scene = make_scene({material}, {floor_quad(0)});
+      Scene scene = make_scene({material}, {patterned_floor(0)});
       scene.procedurals = {position_graph(world_space)};
       {
         kindling::Node& node = scene.nodes[0];
@@ -102,7 +102,7 @@ TEST(ProceduralSurface, StaysOnItsObjectOrInTheWorld) {
         scene.scenes[0].nodes.push_back(1);
       }
       const auto world = make_world(std::move(scene), accel::Kind::embree);
-      const SurfacePoint surface = surface_below(*world, 0.75f, 0.5f);
+      const SurfacePoint surface = patterned_surface_below(*world, 0.75f, 0.5f);
       const V3f p = world_space ? V3f(0.75f, 0.5f, 0.5f) : V3f(0.25f, 0.0f, 0.25f);
       const Rgb expected = p * 0.1f + V3f(0.5f);
       EXPECT_LT((surface.bsdf.base_color - expected).length(), 1e-5f) << world_space << instanced;
@@ -113,7 +113,7 @@ TEST(ProceduralSurface, StaysOnItsObjectOrInTheWorld) {
 TEST(ProceduralSurface, IsFilteredByTheFootprint) {
   Material material = diffuse_material(Rgb(1.0f));
   use(material.base_color_texture, 0);
-  Scene scene = make_scene({material}, {floor_quad(0)});
+  Scene scene = make_scene({material}, {patterned_floor(0)});
   GraphBuilder g;
   scene.procedurals = {g.graph(
       g.add(K::checkerboard, T::color3, {{"color1", V3f(0.8f)}, {"color2", V3f(0.2f)}, {"uvtiling", V2f(64.0f)}}))};
@@ -121,8 +121,8 @@ TEST(ProceduralSurface, IsFilteredByTheFootprint) {
   std::set<float> narrow, wide;
   for (int k = 0; k < 64; ++k) {
     const float x = -0.9f + 0.027f * static_cast<float>(k);
-    narrow.insert(surface_below(*world, x, 0.3f * x).bsdf.base_color.x);
-    wide.insert(surface_below(*world, x, 0.3f * x, {.width_m = 1.0f}).bsdf.base_color.x);
+    narrow.insert(patterned_surface_below(*world, x, 0.3f * x).bsdf.base_color.x);
+    wide.insert(patterned_surface_below(*world, x, 0.3f * x, {.width_m = 1.0f}).bsdf.base_color.x);
   }
   EXPECT_EQ(narrow, (std::set<float>{0.2f, 0.8f}));
   for (const float value : wide) EXPECT_NEAR(value, 0.5f, 0.02f);
@@ -132,19 +132,19 @@ TEST(ProceduralSurface, IsFilteredByTheFootprint) {
 TEST(ProceduralSurface, ManySamplesOfAFootprintAgreeWithTheirMean) {
   Material material = diffuse_material(Rgb(1.0f));
   use(material.base_color_texture, 0);
-  Scene scene = make_scene({material}, {floor_quad(0)});
+  Scene scene = make_scene({material}, {patterned_floor(0)});
   GraphBuilder g;
-  const Node p = g.add(K::multiply, T::vector3, {{"in1", g.add(K::position, T::vector3)}, {"in2", 37.0f}});
-  const Node n = g.add(K::noise3d, T::float_, {{"position", p}});
-  const Node squared = g.add(K::multiply, T::float_, {{"in1", n}, {"in2", n}});
+  const GraphNode p = g.add(K::multiply, T::vector3, {{"in1", g.add(K::position, T::vector3)}, {"in2", 37.0f}});
+  const GraphNode n = g.add(K::noise3d, T::float_, {{"position", p}});
+  const GraphNode squared = g.add(K::multiply, T::float_, {{"in1", n}, {"in2", n}});
   scene.procedurals = {g.graph(g.add(K::convert, T::color3, {{"in", squared}}))};
   const auto world = make_world(std::move(scene), accel::Kind::embree);
   double sum = 0.0, squares = 0.0, sharp = 0.0, sharp_squares = 0.0;
   constexpr int kCount = 2000;
   for (uint32_t k = 0; k < kCount; ++k) {
     const float x = to_unit_float(hash_u32(2 * k)) * 1.6f - 0.8f, z = to_unit_float(hash_u32(2 * k + 1)) * 1.6f - 0.8f;
-    const double wide = surface_below(*world, x, z, {.width_m = 0.3f}, k).bsdf.base_color.x;
-    const double narrow = surface_below(*world, x, z).bsdf.base_color.x;
+    const double wide = patterned_surface_below(*world, x, z, {.width_m = 0.3f}, k).bsdf.base_color.x;
+    const double narrow = patterned_surface_below(*world, x, z).bsdf.base_color.x;
     sum += wide, squares += wide * wide, sharp += narrow, sharp_squares += narrow * narrow;
   }
   const double variance = squares / kCount - square(static_cast<float>(sum / kCount));

@@ -30,7 +30,7 @@ Primitive soup(uint32_t triangles, uint32_t seed) {
 }
 
 // Meshes that stand once, in several places, mirrored, flattened, as many instances, deformed, and moving, small and large.
-Scene make_scene() {
+Scene many_meshes() {
   Scene scene;
   scene.materials.resize(3);
   scene.materials[0].normal_texture.texture = 0;
@@ -71,7 +71,7 @@ struct Prepared {
 
 Prepared prepare(size_t threads, bool shutter, bool keep_scene) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  Scene scene = make_scene();
+  Scene scene = many_meshes();
   PoseOptions pose{kNone, 0.25, std::nullopt};
   if (shutter) pose.shutter = Shutter{0.0, 0.5};
   PosedScene posed = pose_scene(scene, pose).value();
@@ -92,7 +92,7 @@ void expect_same_bits(const A& a, const A& b) {
   }
 }
 
-void expect_same(const Prepared& one, const Prepared& four) {
+void expect_same_geometry(const Prepared& one, const Prepared& four) {
   const PreparedGeometry &a = one.geometry, &b = four.geometry;
   EXPECT_EQ(one.keys, four.keys);
   EXPECT_EQ(std::memcmp(&a.bounds, &b.bounds, sizeof a.bounds), 0); // signs of zeros, too
@@ -136,19 +136,19 @@ TEST(ThreadCount, DoesNotMatterToGeometry) {
       const Prepared one = prepare(1, shutter, keep_scene);
       EXPECT_GT(one.geometry.instances.size(), 10U);
       EXPECT_GT(one.geometry.geometries.size(), 30U);
-      for (int round = 0; round < 3; ++round) expect_same(one, prepare(4, shutter, keep_scene));
+      for (int round = 0; round < 3; ++round) expect_same_geometry(one, prepare(4, shutter, keep_scene));
     }
 }
 
 // Whether a mesh is copied or consumed, and what else is prepared beside it, makes no difference to what is made of it.
 TEST(ThreadCount, CopiesAreWhatIsConsumed) {
   const Prepared consumed = prepare(4, false, false), copied = prepare(4, false, true);
-  expect_same(consumed, copied);
+  expect_same_geometry(consumed, copied);
 }
 
 // Each geometry is that of its own primitive and place.
 TEST(ThreadCount, EveryGeometryIsMadeOfItsOwnPrimitive) {
-  const Scene scene = make_scene();
+  const Scene scene = many_meshes();
   const Prepared prepared = prepare(4, false, false);
   for (size_t g = 0; g < prepared.keys.size(); ++g) {
     const GeometryKey& key = prepared.keys[g];

@@ -13,16 +13,16 @@ namespace kindling::app {
 
 namespace {
 
-using MetadataJson = nlohmann::json;
+using SortedJson = nlohmann::json;
 
-MetadataJson matrix_to_json(const M44f& matrix) {
-  MetadataJson values = MetadataJson::array();
+SortedJson matrix_to_json(const M44f& matrix) {
+  SortedJson values = SortedJson::array();
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column) values.push_back(matrix[row][column]);
   return values;
 }
 
-M44f matrix_from_json(const MetadataJson& json, const char* name) {
+M44f matrix_from_json(const SortedJson& json, const char* name) {
   M44f matrix;
   const auto found = json.find(name);
   if (found == json.end() || !found->is_array() || found->size() != 16) return matrix;
@@ -33,7 +33,7 @@ M44f matrix_from_json(const MetadataJson& json, const char* name) {
 
 // The members of an object that are of the type wanted.
 template <typename Value>
-void take_members(const MetadataJson& json, const char* name, bool (MetadataJson::*is_wanted)() const noexcept,
+void take_members(const SortedJson& json, const char* name, bool (SortedJson::*is_wanted)() const noexcept,
                   std::map<std::string, Value>& members) {
   const auto found = json.find(name);
   if (found == json.end() || !found->is_object()) return;
@@ -57,22 +57,22 @@ uint32_t finished_samples(const Coverage& coverage) {
 } // namespace
 
 std::string metadata_to_json(const ImageMetadata& metadata) {
-  MetadataJson json;
+  SortedJson json;
   json["text"] = metadata.text;
   json["numbers"] = metadata.numbers;
   json["integers"] = metadata.integers;
   json["world_to_camera"] = matrix_to_json(metadata.world_to_camera);
   json["world_to_ndc"] = matrix_to_json(metadata.world_to_ndc);
-  return json.dump(-1, ' ', false, MetadataJson::error_handler_t::replace);
+  return json.dump(-1, ' ', false, SortedJson::error_handler_t::replace);
 }
 
 ImageMetadata metadata_from_json(std::string_view text) {
   ImageMetadata metadata;
-  const MetadataJson json = MetadataJson::parse(text, nullptr, false);
+  const SortedJson json = SortedJson::parse(text, nullptr, false);
   if (!json.is_object()) return metadata;
-  take_members(json, "text", &MetadataJson::is_string, metadata.text);
-  take_members(json, "numbers", &MetadataJson::is_number, metadata.numbers);
-  take_members(json, "integers", &MetadataJson::is_number_integer, metadata.integers);
+  take_members(json, "text", &SortedJson::is_string, metadata.text);
+  take_members(json, "numbers", &SortedJson::is_number, metadata.numbers);
+  take_members(json, "integers", &SortedJson::is_number_integer, metadata.integers);
   metadata.world_to_camera = matrix_from_json(json, "world_to_camera");
   metadata.world_to_ndc = matrix_from_json(json, "world_to_ndc");
   return metadata;

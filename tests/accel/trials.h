@@ -1,0 +1,29 @@
+// How many seeds and rays a test tries: an environment variable may say so.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+
+namespace kindling::accel::testing {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#elif defined(__has_feature)
+inline constexpr bool kSanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+[[nodiscard]] inline size_t number_from_environment(const char* name, size_t otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
+}
+
+// As the variable `name` says, else `count`; under a sanitizer an eighth of that. There a ray takes ten times as long, and what is looked for,
+// a wrong access, shows in few rays as in many; the answers themselves are judged without it.
+[[nodiscard]] inline size_t trials(const char* name, size_t count) {
+  return number_from_environment(name, kSanitized ? (count + 7) / 8 : count);
+}
+
+} // namespace kindling::accel::testing
