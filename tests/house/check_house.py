@@ -39,7 +39,7 @@ class Layers:
     def folder_of(self, path):
         """The folder of the table that a path from the root lies in, or None."""
         parts = Path(path).parts
-        for length in (2, 1):
+        for length in (3, 2, 1):
             folder = "/".join(parts[:length])
             if len(parts) > length and folder in self.levels:
                 return folder
