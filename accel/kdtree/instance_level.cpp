@@ -21,7 +21,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kMostOfSubtree = 16384; // boxes
+constexpr size_t kMaxBoxesOfSubtree = 16384; // boxes
 
 // Of a list of numbers of boxes.
 struct Part {
@@ -176,7 +176,7 @@ class InstanceTop {
       whole.bounds.extendBy(box);
       whole.centres.extendBy(box.min + box.max);
     }
-    if (order_.size() <= kMostOfSubtree)
+    if (order_.size() <= kMaxBoxesOfSubtree)
       subtrees_.push_back({whole, 0, 0, 0, {}});
     else
       build(whole, 0);
@@ -314,7 +314,7 @@ class InstanceTop {
       const Part& part = parts[lane];
       if (part.size() == 1)
         nodes_[number].child[lane] = InstanceLevel::kBoxBit | order_[part.first];
-      else if (part.size() <= kMostOfSubtree)
+      else if (part.size() <= kMaxBoxesOfSubtree)
         subtrees_.push_back({part, depth + 1, number, lane, {}});
       else {
         const uint32_t child = build(part, depth + 1);

@@ -38,7 +38,7 @@ void append_chunk(std::string& file, const std::string& type, const std::string&
 }
 
 // A zlib stream of stored blocks (RFC 1950, RFC 1951 section 3.2.4).
-std::string store(const std::string& data) {
+std::string stored_blocks(const std::string& data) {
   constexpr size_t kLargestBlock = 65535;
   std::string stream = "\x78\x01";
   for (size_t at = 0; at < data.size(); at += kLargestBlock) {
@@ -74,7 +74,7 @@ std::string encode_indexed_png(std::span<const uint8_t> pixels, int width, int h
   std::string file = "\x89PNG\r\n\x1a\n";
   append_chunk(file, "IHDR", header);
   append_chunk(file, "PLTE", colors);
-  append_chunk(file, "IDAT", store(rows));
+  append_chunk(file, "IDAT", stored_blocks(rows));
   append_chunk(file, "IEND", "");
   return file;
 }

@@ -14,7 +14,7 @@ namespace kindling::app {
 
 namespace {
 
-constexpr double kLeft = 64, kTop = 12, kPlotHeight = 240, kLegendRow = 20;
+constexpr double kLeft = 64, kTop = 12, kPlotHeight = 240, kRaceLegendRow = 20;
 
 } // namespace
 
@@ -24,7 +24,7 @@ std::string draw_bars(const BarChart& chart) {
   const double group_step = std::max(group_width, 96.0); // room for the names of kinds
   const double plot_width = group_step * static_cast<double>(chart.groups.size());
   const double width = kLeft + plot_width + 16;
-  const double height = kTop + kPlotHeight + 34 + kLegendRow * static_cast<double>(chart.series.size());
+  const double height = kTop + kPlotHeight + 34 + kRaceLegendRow * static_cast<double>(chart.series.size());
   double largest = 0.0;
   for (const std::vector<Summary>& group : chart.values)
     for (const Summary& value : group) largest = std::max(largest, value.max);
@@ -54,7 +54,7 @@ std::string draw_bars(const BarChart& chart) {
     svg += svg_text(middle, kTop + kPlotHeight + 18, "middle", chart.groups[g]);
   }
   for (size_t s = 0; s < chart.series.size(); ++s) {
-    const double y = kTop + kPlotHeight + 34 + kLegendRow * static_cast<double>(s);
+    const double y = kTop + kPlotHeight + 34 + kRaceLegendRow * static_cast<double>(s);
     svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"12\" height=\"12\" fill=\"{}\"/>\n", kLeft, y,
                        series_color(s));
     svg += svg_text(kLeft + 18, y + 10, "start", chart.series[s]);
@@ -102,7 +102,7 @@ std::string draw_lines(const LineChart& chart) {
   high_y = std::max(high_y, low_y + 1);
   const auto x_of = [&](double x) { return kLeft + kPlotWidth * (std::log10(x) - low_x) / (high_x - low_x); };
   const auto y_of = [&](double y) { return kTop + kPlotHeight * (1 - (std::log10(y) - low_y) / (high_y - low_y)); };
-  const double height = kTop + kPlotHeight + 52 + kLegendRow * static_cast<double>(chart.lines.size());
+  const double height = kTop + kPlotHeight + 52 + kRaceLegendRow * static_cast<double>(chart.lines.size());
 
   std::string svg = open_svg(kLeft + kPlotWidth + 24, height, chart.y_label);
   for (double e = low_x; e <= high_x; ++e) {
@@ -136,7 +136,7 @@ std::string draw_lines(const LineChart& chart) {
     svg += fmt::format("<path d=\"M{:.1f} {:.1f} h24\" stroke=\"{}\" stroke-width=\"2\"{}/>\n", kLeft, legend_y,
                        series_color(curve.color), dash);
     svg += svg_text(kLeft + 30, legend_y + 4, "start", curve.name);
-    legend_y += kLegendRow;
+    legend_y += kRaceLegendRow;
   }
   return svg + "</svg>\n";
 }

@@ -20,13 +20,15 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kImageLights = "EXT_lights_image_based";
+constexpr const char* kImageLightsExtension = "EXT_lights_image_based";
 
-std::string light_pointer(size_t light) { return fmt::format("/extensions/{}/lights/{}", kImageLights, light); }
+std::string light_pointer(size_t light) {
+  return fmt::format("/extensions/{}/lights/{}", kImageLightsExtension, light);
+}
 
 const json& lights_of(const Document& document) {
   static const json none = json::array();
-  const json* extension = find_extension(*document.json, kImageLights);
+  const json* extension = find_extension(*document.json, kImageLightsExtension);
   return extension == nullptr ? none : (*extension)["lights"];
 }
 
@@ -119,11 +121,11 @@ void import_image_lights(const Document& document, Scene& scene) {
   if (!document.json->contains("scenes")) return;
   const json& scenes = (*document.json)["scenes"];
   for (size_t i = 0; i < scenes.size(); ++i) {
-    const json* extension = find_extension(scenes[i], kImageLights);
+    const json* extension = find_extension(scenes[i], kImageLightsExtension);
     if (extension == nullptr) continue;
     const auto index = (*extension)["light"].get<uint64_t>();
     if (index >= scene.image_lights.size())
-      fail(fmt::format("/scenes/{}/extensions/{}/light", i, kImageLights),
+      fail(fmt::format("/scenes/{}/extensions/{}/light", i, kImageLightsExtension),
            fmt::format("{}, the file has {} image-based lights", index, scene.image_lights.size()),
            "UNRESOLVED_REFERENCE");
     scene.scenes[i].image_light = static_cast<int>(index);

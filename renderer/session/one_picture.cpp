@@ -10,22 +10,23 @@ namespace kindling {
 
 namespace {
 
-using Json = nlohmann::json;
+using SettingsJson = nlohmann::json;
 
-std::string value_text(const Json& object, const std::string& key) {
+std::string value_text(const SettingsJson& object, const std::string& key) {
   const auto found = object.find(key);
   if (found == object.end()) return "nothing";
   if (found->is_null()) return "none";
-  return found->is_string() ? found->get<std::string>() : found->dump(-1, ' ', false, Json::error_handler_t::replace);
+  return found->is_string() ? found->get<std::string>()
+                            : found->dump(-1, ' ', false, SettingsJson::error_handler_t::replace);
 }
 
 void compare_settings(const std::string& in_a, const std::string& in_b, std::vector<PictureDifference>& differences) {
   if (in_a == in_b) return;
-  const Json a = Json::parse(in_a, nullptr, false), b = Json::parse(in_b, nullptr, false);
+  const SettingsJson a = SettingsJson::parse(in_a, nullptr, false), b = SettingsJson::parse(in_b, nullptr, false);
   const size_t before = differences.size();
   if (a.is_object() && b.is_object()) {
     std::set<std::string> keys;
-    for (const Json& object : {a, b})
+    for (const SettingsJson& object : {a, b})
       for (const auto& [key, value] : object.items()) keys.insert(key);
     for (const std::string& key : keys)
       if (!a.contains(key) || !b.contains(key) || a[key] != b[key])

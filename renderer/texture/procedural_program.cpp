@@ -74,8 +74,8 @@ Extent extent_of(const ProceduralInstruction& instruction, const ProceduralProgr
 // What is left of a pattern's deviation from its mean when it is averaged over a square of side w: the best in the sense of least squares,
 // measured (renderer/texture/README.md).
 float kept(float rate, float w) { return w > 0.0f ? std::exp(-rate * w * w) : 1.0f; }
-constexpr float kPerlin2d = 0.69f, kPerlin3d = 0.5f, kAbsolute2d = 1.5f, kAbsolute3d = 1.1f, kWorley2d = 0.92f,
-                kWorley3d = 0.68f;
+constexpr float kPerlin2d = 0.69f, kPerlin3d = 0.5f, kAbsolute2d = 1.5f, kAbsolute3d = 1.1f, kWorleyRate2d = 0.92f,
+                kWorleyRate3d = 0.68f;
 constexpr float kCell = 0.6f;       // exponential in w itself: cells have edges
 constexpr float kForgotten = 1e-3f; // less than this is not computed
 
@@ -195,8 +195,8 @@ Float4 pattern(const ProceduralInstruction& instruction, const Float4& at, const
     return faded(instruction, kept(kAbsolute3d, w), [&] { return fill(std::abs(noise::perlin(xyz(at)))); });
   case Op::cell2d: return faded(instruction, std::exp(-kCell * w), [&] { return cell(xy(at), channels); });
   case Op::cell3d: return faded(instruction, std::exp(-kCell * w), [&] { return cell(xyz(at), channels); });
-  case Op::worley2d: return faded(instruction, kept(kWorley2d, w), [&] { return worley(xy(at), instruction); });
-  case Op::worley3d: return faded(instruction, kept(kWorley3d, w), [&] { return worley(xyz(at), instruction); });
+  case Op::worley2d: return faded(instruction, kept(kWorleyRate2d, w), [&] { return worley(xy(at), instruction); });
+  case Op::worley3d: return faded(instruction, kept(kWorleyRate3d, w), [&] { return worley(xyz(at), instruction); });
   case Op::checker: return fill(checker(at, extent));
   case Op::sin: return fill(std::sin(at[0]) * kept_of_wave(extent));
   case Op::cos: return fill(std::cos(at[0]) * kept_of_wave(extent));
