@@ -89,7 +89,7 @@ function(kindling_test name)
   if(ARG_ALONE)
     set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
   endif()
-  gtest_discover_tests(${target} TEST_PREFIX "${name}." ${filter} DISCOVERY_TIMEOUT 60
+  gtest_discover_tests(${target} TEST_PREFIX "${name}." ${filter} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
     PROPERTIES LABELS "${ARG_LABEL}" TIMEOUT ${ARG_TIMEOUT})
 endfunction()
 

@@ -5,7 +5,7 @@
 if(KINDLING_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   # More at a time take less time in all, and more after a change to one.
-  set(CMAKE_UNITY_BUILD_BATCH_SIZE 6)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 5)
   # GCC takes an included source for a header, whose classes may not have members of anonymous namespaces.
   add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()

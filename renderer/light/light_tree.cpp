@@ -16,7 +16,7 @@ namespace {
 // with nothing in between, luminance. Zero only if the child certainly sends none there.
 inline Float8 importances(const LightNode& node, const V3f& point, const V3f& normal) {
   // Cosines this far below zero still count as positive: rounding must not hide a light.
-  constexpr float kHorizon = 1e-5f;
+  constexpr float kBelowHorizon = 1e-5f;
   // Of what a family may send from the edge of its bounds, where the estimate says nothing.
   constexpr float kLeast = 0.01f;
   // Members spread over the sphere: the mean of 1 / distance^2 stops to grow inside of it. Chosen for the least variance
@@ -37,7 +37,7 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
   // radius) is close, and reaches zero where the last of it sets.
   const Float8 cos_i = (dx * normal.x + dy * normal.y + dz * normal.z) * inverse;
   const bool any_side = normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f;
-  const Float8 received = larger(larger(cos_i, (cos_i + sin_u) * 0.42f + kHorizon), splat(any_side ? 1.0f : 0.0f));
+  const Float8 received = larger(larger(cos_i, (cos_i + sin_u) * 0.42f + kBelowHorizon), splat(any_side ? 1.0f : 0.0f));
 
   const Float8 cos_t = (to_float(node.axis_x) * dx + to_float(node.axis_y) * dy + to_float(node.axis_z) * dz) *
                        (inverse * (-1.0f / 127.0f));

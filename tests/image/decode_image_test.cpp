@@ -172,7 +172,7 @@ TEST(DecodeImage, HdrFromTheBottomIsTurnedUp) {
   std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 1\n";
   text += std::string("\x80\x80\x80\x81", 4) + std::string("\x20\x40\x60\x81", 4);
   const Image down = decoded(bytes_of(text));
-  text.replace(text.find("-Y"), 2, "+Y");
+  text.at(text.find("-Y")) = '+';
   const Image up = decoded(bytes_of(text));
   float first_down[3], last_up[3];
   std::memcpy(first_down, &down.pixels[0], 12);

@@ -32,17 +32,18 @@ TEST(LightExtras, AreReadInFull) {
 }
 
 TEST(LightExtras, WarnOfWhatTheyIgnore) {
-  struct Broken {
+  struct BrokenLight {
     const char* type;
     const char* own;
     const char* warning;
   };
-  for (const Broken& broken : {
-           Broken{"point", R"({"radius": -1})", "radius: '-1' is ignored, accepted is a length from 0, in metres"},
-           Broken{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
-           Broken{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, accepted are radius"},
-           Broken{"directional", R"({"angularDiameter": 4})", "angularDiameter: '4' is ignored, accepted is an angle"},
-           Broken{"directional", R"({"radius": 1})", "'radius' is ignored, accepted are angularDiameter"},
+  for (const BrokenLight& broken : {
+           BrokenLight{"point", R"({"radius": -1})", "radius: '-1' is ignored, accepted is a length from 0, in metres"},
+           BrokenLight{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
+           BrokenLight{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, accepted are radius"},
+           BrokenLight{"directional", R"({"angularDiameter": 4})",
+                       "angularDiameter: '4' is ignored, accepted is an angle"},
+           BrokenLight{"directional", R"({"radius": 1})", "'radius' is ignored, accepted are angularDiameter"},
        }) {
     const Loaded loaded = with_extras_light(std::string(R"({"type": ")") + broken.type +
                                             R"(", "extras": {"kindling": )" + broken.own + "}}");
