@@ -20,7 +20,7 @@ out=$kindling_root/out
 mkdir -p "$out"
 say "Rendering scenes/interior.glb"
 "$kindling_root/build/release/kindling" render "$kindling_root/scenes/interior.glb" \
-  --size 960x540 --spp 128 -o "$out/interior.png" -o "$out/interior.exr" ||
+  --size 960x540 --spp 128 --time-limit 50s -o "$out/interior.png" -o "$out/interior.exr" ||
   fail "the render failed (its message is above)"
 say "Done. The picture: $out/interior.png"
 say "The same, linear, with all its range: $out/interior.exr"
