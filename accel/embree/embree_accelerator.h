@@ -16,7 +16,7 @@ namespace kindling::accel {
 // "Embree 3.13.5": the version that was compiled against.
 [[nodiscard]] std::string_view embree_description();
 
-// Embree's calls for many rays: sixteen in a packet (rtcIntersect16, rtcOccluded16) or a stream (rtcIntersect1M, rtcOccluded1M;
+// Embree's calls for many rays: a packet as wide as its kernels (rtcIntersect16, rtcOccluded16; 8 or 4) or a stream (rtcIntersect1M, rtcOccluded1M;
 // Embree 3 only), each without and with the flag that calls the rays coherent.
 enum class EmbreeCall { packet, coherent_packet, stream, coherent_stream };
 

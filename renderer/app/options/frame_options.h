@@ -12,9 +12,8 @@ inline constexpr int kLastFrame = 9'999'999; // and the first is its negative
 inline constexpr size_t kMostFrames = 1'000'000;
 
 struct FrameOptions {
-  std::vector<int>
-      numbers; // each once, in the order in which they are rendered; empty: one picture, its names taken literally
-  bool force = false; // render those too whose files are there
+  std::vector<int> numbers; // each once, in the order of rendering; empty: one image, its names taken literally
+  bool force = false;       // render those too whose files are there
 };
 
 } // namespace kindling::app

@@ -119,7 +119,7 @@ std::string embree_call_table(const SceneResult& scene) {
     for (const AcceleratorResult* embree : embrees) cells.push_back(speed_cell(set, embree->traversal[row], false));
     table.add(cells);
   }
-  return "\nEmbree's own calls: packets of 16, streams of 128\n" + table.str();
+  return "\nEmbree's own calls: packets as wide as its kernels, streams of 128\n" + table.str();
 }
 
 std::string disagreement_lines(const SceneResult& scene) {
