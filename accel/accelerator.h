@@ -138,7 +138,7 @@ enum class Quality { fast, balanced, best };
 
 struct BuildOptions {
   Quality quality = Quality::balanced;
-  // Of the kernels; unset: the best that the processor runs. The kd-tree takes one of simd_targets(), Embree one of
+  // Instruction set of the kernels; unset: the best that the processor runs. The kd-tree takes one of simd_targets(), Embree one of
   // embree_simd_targets(); brute force has no such choice.
   std::optional<SimdTarget> simd;
   bool robust = true;                        // watertight at the price of some speed (Embree: RTC_SCENE_FLAG_ROBUST)

@@ -206,7 +206,7 @@ class EmbreeAccelerator final : public Accelerator {
     return context;
   }
 
-  // The kernels that Embree chose by itself are told by their packets.
+  // The width of its packets shows which kernels Embree chose by itself.
   [[nodiscard]] SimdTarget simd_of_device() const {
     if (scenes_.on.simd) return *scenes_.on.simd;
     SimdTarget found = SimdTarget::portable;

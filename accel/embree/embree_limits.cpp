@@ -20,9 +20,9 @@ namespace {
 
 // Single precision overflows at 3e38 and loses bits below 1e-38; a factor of ten is left for sums.
 constexpr double kSmallestDeterminant = 1e-37, kLargestProduct = 1e37;
-constexpr double kRoundings = 1e-6;      // of a sum of products of three floats: sixteen roundings of 2^-24
-constexpr int kStepsBetweenKeys = 16;    // the cofactors are bounded for each, so that turns of a quarter circle pass
-constexpr double kLeastRayExtent = 1e12; // of instances that Embree gets, in worlds of usual size
+constexpr double kRoundings = 1e-6;    // of a sum of products of three floats: sixteen roundings of 2^-24
+constexpr int kStepsBetweenKeys = 16;  // the cofactors are bounded for each, so that turns of a quarter circle pass
+constexpr double kMinRayExtent = 1e12; // of instances that Embree gets, in worlds of usual size
 
 // Entries of the upper 3x3 matrix, each anywhere in [middle - radius, middle + radius].
 struct MatrixRange {
@@ -127,7 +127,7 @@ double largest_coordinate(const BuildInput& input) {
 }
 
 // The start lies within the bounds, but for margins that are smaller than the least extent by far, and the sum of the components of a unit direction is below 2.
-double required_ray_extent(double largest_coordinate) { return std::max(kLeastRayExtent, 4.0 * largest_coordinate); }
+double required_ray_extent(double largest_coordinate) { return std::max(kMinRayExtent, 4.0 * largest_coordinate); }
 
 float StartedRay::world_t(const Ray& world, float t) const {
   const auto exact = static_cast<float>(advance + scale * static_cast<double>(t));

@@ -27,11 +27,11 @@ inline constexpr float kSmallestNear = 1e-30f;
   return std::max(std::bit_cast<float>(std::bit_cast<uint32_t>(t_min) + 1), kSmallestNear);
 }
 
-// Whether Embree can trace it as it is: a ray that can_hit(), within safe_ray_extent() of all instances. Others that can_hit() begin far
-// away, see start_at_bounds().
+// True if Embree can trace the ray as it is: it can_hit() and lies within safe_ray_extent() of all instances. Other rays that can_hit() begin
+// far away, see start_at_bounds().
 [[nodiscard]] inline bool is_traceable(const Ray& ray, float ray_extent) { return can_hit(ray, ray_extent); }
 
-// Whether it may join a stream as well. Streams of Embree 3.13 sort rays by the signs of their directions and take the reciprocal of a
+// True if the ray may join a stream, too. Streams of Embree 3.13 sort rays by the signs of their directions and take the reciprocal of a
 // component between -1e-18 and 0 for a large positive one: such a ray misses boxes that it meets, and may meet a child that is not there.
 [[nodiscard]] inline bool is_streamable(const Ray& ray, float ray_extent) {
   const Quad direction = direction_quad(ray), zero{}; // and t_max, which is positive for a ray that can be traced
