@@ -71,8 +71,7 @@ class EmbreeAccelerator final : public Accelerator {
     if (box.lower_x <= box.upper_x)
       bounds_ = {{box.lower_x, box.lower_y, box.lower_z}, {box.upper_x, box.upper_y, box.upper_z}};
     else
-      scenes_.ray_extent =
-          -1.0f; // no ray is traced: streams through an empty tree end in an assertion of Embree 3.13.5
+      scenes_.ray_extent = -1.0f; // nothing can be hit, so no ray is traced
   }
 
   [[nodiscard]] Hit intersect(const Ray& ray) const override {
