@@ -63,7 +63,7 @@ struct HitFilter {
 
 // Motion over the shutter is given by keys: state k of n is the one at time k / (n - 1), and between two keys coordinates, or the
 // entries of a matrix, are interpolated linearly. Who wants a rotation to look round gives enough keys.
-inline constexpr size_t kMostMotionKeys = 129;
+inline constexpr size_t kMaxMotionKeys = 129;
 
 // One indexed triangle mesh in its own space. Arrays are borrowed and must outlive the accelerator; at least 16 bytes
 // after the last position must be readable (Embree loads positions as quadwords).
@@ -77,7 +77,7 @@ struct TriangleMesh {
   // A triangle with a vertex that is not finite (see above) at any key is never hit; where it has no area at a time, it is not hit then.
   std::span<const std::span<const Imath::V3f>> later_positions;
   // Not 0: a later build will have the mesh again, and this number says that it is the same one: the same arrays, untouched and in the
-  // same place. Structures over such meshes alone are kept for it (KeptStructures); under identity transforms they are traced apart from
+  // same place. Structures over such meshes alone are kept for it (PersistentStructures); under identity transforms they are traced apart from
   // other meshes, which costs rays that come near both. Without meaning where the mesh deforms.
   uint64_t lasting = 0;
 
@@ -127,7 +127,7 @@ struct BuildInput {
   std::span<const TriangleMesh> meshes;
   std::span<const MeshGroup> groups;
   InstanceList instances;
-  // Matrices of moving instances by key, 2 to kMostMotionKeys. Where the interpolated one is not invertible nothing is hit; if a key
+  // Matrices of moving instances by key, 2 to kMaxMotionKeys. Where the interpolated one is not invertible nothing is hit; if a key
   // is not finite, nothing of the instance is ever hit.
   std::span<const std::span<const Imath::M44f>> motions;
   HitFilter filter; // may be null if all meshes are opaque
@@ -151,7 +151,8 @@ struct Statistics {
   double build_s = 0.0;
   size_t memory_bytes = 0; // held by the accelerator, without the borrowed arrays
   size_t triangle_count = 0;
-  size_t built_triangle_count = 0; // of the structures that were built, each once; those of KeptStructures were not
+  size_t built_triangle_count =
+      0; // of the structures that were built, each once; those of PersistentStructures were not
   size_t instance_count = 0;
   size_t node_count = 0; // 0 where the library does not tell
   size_t leaf_count = 0;
@@ -169,9 +170,9 @@ struct TraversalCost {
 
 // What one accelerator leaves to the next: its structures over meshes that last. They are of use to builds of the same kind, quality and
 // robustness alone. Borrows the arrays of these meshes. Brute force has none.
-class KeptStructures {
+class PersistentStructures {
  public:
-  virtual ~KeptStructures() = default;
+  virtual ~PersistentStructures() = default;
 };
 
 // Immutable once built; every query is thread-safe. Batch queries answer each ray exactly as the single query does,
@@ -210,7 +211,7 @@ class Accelerator {
   [[nodiscard]] virtual Statistics statistics() const = 0;
 
   // For a later build; null if there are none. Nothing may be asked of the accelerator any more.
-  [[nodiscard]] virtual std::unique_ptr<KeptStructures> take_structures() { return nullptr; }
+  [[nodiscard]] virtual std::unique_ptr<PersistentStructures> take_structures() { return nullptr; }
 };
 
 } // namespace kindling::accel

@@ -21,7 +21,7 @@ constexpr std::array kKindNames = {KindName{Kind::brute_force, "brute-force"}, K
 } // namespace
 
 std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input, const BuildOptions& options,
-                                              std::unique_ptr<KeptStructures> kept) {
+                                              std::unique_ptr<PersistentStructures> kept) {
   switch (kind) {
   case Kind::brute_force: return make_brute_force(input, options);
   case Kind::embree: return make_embree(input, options, std::move(kept));

@@ -15,7 +15,7 @@ namespace kindling::accel {
 // are freed before others are built. The answers are the same with them or without.
 [[nodiscard]] std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input,
                                                             const BuildOptions& options = {},
-                                                            std::unique_ptr<KeptStructures> kept = nullptr);
+                                                            std::unique_ptr<PersistentStructures> kept = nullptr);
 
 // "embree", "kdtree", "brute-force".
 [[nodiscard]] std::string_view kind_name(Kind kind);

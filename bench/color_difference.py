@@ -1,4 +1,4 @@
-"""Colour differences (CIEDE2000) and the tone mapping of the render-fidelity goldens: three.js' fit to the ACES transforms."""
+"""Color differences (CIEDE2000) and the tone mapping of the render-fidelity goldens: three.js' fit to the ACES transforms."""
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
@@ -36,15 +36,15 @@ def ciede2000(lab_a, lab_b):
     a1, a2 = a1 * stretch, a2 * stretch
     c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
     h1, h2 = np.degrees(np.arctan2(b1, a1)) % 360.0, np.degrees(np.arctan2(b2, a2)) % 360.0
-    grey = c1 * c2 == 0.0
+    gray = c1 * c2 == 0.0
 
     delta_l, delta_c, turn = l2 - l1, c2 - c1, h2 - h1
-    turn = np.where(grey, 0.0, np.where(turn > 180.0, turn - 360.0, np.where(turn < -180.0, turn + 360.0, turn)))
+    turn = np.where(gray, 0.0, np.where(turn > 180.0, turn - 360.0, np.where(turn < -180.0, turn + 360.0, turn)))
     delta_h = 2.0 * np.sqrt(c1 * c2) * np.sin(np.radians(turn / 2.0))
 
     l, c = (l1 + l2) / 2.0, (c1 + c2) / 2.0
     h = np.where(np.abs(h1 - h2) <= 180.0, (h1 + h2) / 2.0, np.where(h1 + h2 < 360.0, (h1 + h2 + 360.0) / 2.0, (h1 + h2 - 360.0) / 2.0))
-    h = np.where(grey, h1 + h2, h)
+    h = np.where(gray, h1 + h2, h)
     t = (1.0 - 0.17 * np.cos(np.radians(h - 30.0)) + 0.24 * np.cos(np.radians(2.0 * h)) + 0.32 * np.cos(np.radians(3.0 * h + 6.0))
          - 0.20 * np.cos(np.radians(4.0 * h - 63.0)))
     rotation = -np.sin(np.radians(60.0 * np.exp(-((h - 275.0) / 25.0) ** 2))) * 2.0 * np.sqrt(c ** 7 / (c ** 7 + 25.0 ** 7))

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Renders every glTF file of a folder at a small size and lays the pictures out on one sheet, with names, to be looked at.
+"""Renders every glTF file of a folder at a small size and lays the images out on one sheet, with names, to be looked at.
 
 Where the folder has a render-fidelity.json (as glTF-Render-Fidelity-Generator's), a model's first scenario gives camera, size
-and environment, and a golden of another renderer, where there is one, is laid beside the picture. Other models are rendered
+and environment, and a golden of another renderer, where there is one, is laid beside the image. Other models are rendered
 as they come: their own camera or one fitted to them.
 """
 # SPDX-License-Identifier: Apache-2.0
@@ -40,7 +40,7 @@ def main():
     parser.add_argument("-o", "--output", type=Path, default=Path("contact_sheet.png"), help="(contact_sheet.png)")
     parser.add_argument("--only", type=lambda text: text.lower().split(","), help="models with one of these in their name")
     parser.add_argument("--spp", type=int, default=16, help="samples per pixel (16)")
-    parser.add_argument("--columns", type=int, default=8, help="pictures in a row (8)")
+    parser.add_argument("--columns", type=int, default=8, help="images in a row (8)")
     parser.add_argument("--env", type=Path, help="environment for models without a scenario (the folder's first)")
     parser.add_argument("--golden", default="blender-cycles", metavar="RENDERER", help="whose golden (blender-cycles); none: no goldens")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
@@ -60,7 +60,7 @@ def main():
         tiles = []
         for number, entry in enumerate(entries):
             new_tiles = render_entry(kindling, entry, arguments, Path(temporary), number, failed)
-            if len(tiles) % arguments.columns + len(new_tiles) > arguments.columns:  # a picture and its golden stay side by side
+            if len(tiles) % arguments.columns + len(new_tiles) > arguments.columns:  # an image and its golden stay side by side
                 tiles.append(make_tile(None, "", Path(temporary) / f"{number}.empty.png"))
             tiles += new_tiles
         rows = math.ceil(len(tiles) / arguments.columns)
@@ -99,10 +99,10 @@ def render_entry(kindling, entry, arguments, folder, number, failed):
     width, height = TILE_WIDTH, round(TILE_WIDTH / entry.aspect)
     if height > TILE_HEIGHT:
         width, height = round(TILE_HEIGHT * entry.aspect), TILE_HEIGHT
-    picture = folder / f"{number}.png"
+    image = folder / f"{number}.png"
     started = time.perf_counter()
     try:
-        result = subprocess.run([kindling, "render", entry.scene, "-o", picture, "--size", f"{width}x{height}", "--spp", str(arguments.spp),
+        result = subprocess.run([kindling, "render", entry.scene, "-o", image, "--size", f"{width}x{height}", "--spp", str(arguments.spp),
                                  "--quiet", *entry.flags, *arguments.flag], capture_output=True, text=True, stdin=subprocess.DEVNULL,
                                 timeout=600, check=False)
         message = "" if result.returncode == 0 else (result.stderr.strip().splitlines() or ["no message"])[-1] + \
@@ -112,21 +112,21 @@ def render_entry(kindling, entry, arguments, folder, number, failed):
     print(f"{entry.name}: {message or f'{time.perf_counter() - started:.1f} s'}", flush=True)
     if message:
         failed.append((entry.name, message))
-        picture = None
-    tiles = [make_tile(picture, entry.name if not message else entry.name + ": FAILED", folder / f"{number}.tile.png")]
+        image = None
+    tiles = [make_tile(image, entry.name if not message else entry.name + ": FAILED", folder / f"{number}.tile.png")]
     if entry.golden:
         tiles.append(make_tile(entry.golden, arguments.golden, folder / f"{number}.golden.png"))
     return tiles
 
 
-def make_tile(picture, label, path):
-    """A picture over grey, fitted and centred, with its name below."""
+def make_tile(image, label, path):
+    """An image over gray, fitted and centerd, with its name below."""
     size = f"{TILE_WIDTH}x{TILE_HEIGHT + LABEL_HEIGHT}"
     label = label if len(label) <= 36 else label[:35] + "~"
     command = ["oiiotool", "--pattern", "constant:color=0.25,0.25,0.25,1", size, "4"]
-    if picture:
-        # Straight alpha becomes premultiplied for "over"; pictures without alpha get one.
-        command += [picture, "--ch", "R,G,B,A=1.0" if not has_alpha(picture) else "R,G,B,A", "--premult",
+    if image:
+        # Straight alpha becomes premultiplied for "over"; images without alpha get one.
+        command += [image, "--ch", "R,G,B,A=1.0" if not has_alpha(image) else "R,G,B,A", "--premult",
                     "--fit", f"{TILE_WIDTH}x{TILE_HEIGHT}", "--fullpixels", "--swap", "--over"]
     if label and FONT.is_file():
         command += [f"--text:x=4:y={TILE_HEIGHT + 13}:size=13:color=1,1,1,1:font={FONT}", label.encode("ascii", "replace").decode()]
@@ -135,8 +135,8 @@ def make_tile(picture, label, path):
     return path
 
 
-def has_alpha(picture):
-    info = subprocess.run(["oiiotool", "--info", "-v", picture], capture_output=True, text=True, check=True).stdout
+def has_alpha(image):
+    info = subprocess.run(["oiiotool", "--info", "-v", image], capture_output=True, text=True, check=True).stdout
     return "R, G, B, A" in info
 
 

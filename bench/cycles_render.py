@@ -55,8 +55,8 @@ def repair_materials(gltf):
 
 
 def set_world(job):
-    """The equirectangular picture, u = 0.5 + atan2(z, x) / 2 pi in glTF axes, which after the importer's turn of +Y to +Z is
-    exactly Blender's own mapping; a rotation turns it counter-clockwise seen from above. Without a picture: black."""
+    """The equirectangular image, u = 0.5 + atan2(z, x) / 2 pi in glTF axes, which after the importer's turn of +Y to +Z is
+    exactly Blender's own mapping; a rotation turns it counter-clockwise seen from above. Without an image: black."""
     world = bpy.data.worlds.new("environment")
     bpy.context.scene.world = world
     world.use_nodes = True
@@ -77,7 +77,7 @@ def set_world(job):
     links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
     links.new(texture.outputs["Color"], background.inputs["Color"])
     background.inputs["Strength"].default_value = job.get("environment_intensity", 1.0)
-    world.cycles.sampling_method = "AUTOMATIC"  # importance map at the resolution of the picture
+    world.cycles.sampling_method = "AUTOMATIC"  # importance map at the resolution of the image
     world.cycles_visibility.camera = job.get("background_visible", True)
 
 

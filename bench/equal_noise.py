@@ -57,8 +57,8 @@ def parse_arguments(arguments=None):
                         help="exit 1 if the mean of a channel differs from the reference's by more than 0.5 %%")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures there")
     parser.add_argument("--markdown", type=Path, metavar="OUT", help="write the table there")
-    parser.add_argument("--html", type=Path, metavar="OUT", help="write a page with plots and pictures there")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep pictures and logs there")
+    parser.add_argument("--html", type=Path, metavar="OUT", help="write a page with plots and images there")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep images and logs there")
     options = parser.parse_args(arguments)
     if options.seeds < 2:
         parser.error("--seeds: noise needs at least 2 renders")
@@ -107,7 +107,7 @@ def main():
         options.html.write_text(equal_noise_page.page(result, table), encoding="utf-8")
     if options.json:
         for scene in scenes:
-            scene.pop("pictures")
+            scene.pop("images")
         options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     return 0 if not options.check_reference or check_references(scenes) else 1
 
@@ -115,7 +115,7 @@ def main():
 # --- measuring
 
 def measure_scene(job, settings, options, kindling, blender, folder):
-    """The figures of one scene, a row for each setting and count of samples, and its small pictures if a page wants them."""
+    """The figures of one scene, a row for each setting and count of samples, and its small images if a page wants them."""
     runs = {(setting.name, spp): [] for setting in settings for spp in options.spp}
     for seed in range(1, options.seeds + 1):
         if options.clock == "cpu":
@@ -136,24 +136,24 @@ def measure_scene(job, settings, options, kindling, blender, folder):
     reference_file = job.reference
     if options.reference_spp:
         reference_file = renderers.run_kindling(kindling, job, options.reference_spp, REFERENCE_SEED,
-                                                folder / f"{job.name}.reference", options.common).picture
+                                                folder / f"{job.name}.reference", options.common).image
     reference = pixels.read_rgb(reference_file) if reference_file else None
     if reference and (reference.width, reference.height) != tuple(job.size_px):
         print(f"{job.name}: {reference_file} is {reference.width}x{reference.height}: not compared", file=sys.stderr)
         reference = None
-    pictures = {key: [pixels.read_rgb(run.picture) for run in group] for key, group in runs.items()}
+    images = {key: [pixels.read_rgb(run.image) for run in group] for key, group in runs.items()}
     # Of relative errors: the same for all settings.
-    scale = reference or pixels.mean_picture([p for (_, spp), group in pictures.items() if spp == options.spp[-1] for p in group])
-    rows = [figures(job, name, spp, group, pictures[name, spp], scale, reference) for (name, spp), group in runs.items()]
+    scale = reference or pixels.mean_image([p for (_, spp), group in images.items() if spp == options.spp[-1] for p in group])
+    rows = [figures(job, name, spp, group, images[name, spp], scale, reference) for (name, spp), group in runs.items()]
     return {"name": job.name, "size_px": list(job.size_px), "reference": str(reference_file) if reference else None, "rows": rows,
-            "pictures": small_pictures(runs, reference_file if reference else None, scale) if options.html else None}
+            "images": small_images(runs, reference_file if reference else None, scale) if options.html else None}
 
 
-def figures(job, name, spp, runs, pictures, scale, reference):
+def figures(job, name, spp, runs, images, scale, reference):
     """What the table and the file say of one setting at one count of samples."""
     path_tracing_s = statistics.median(run.path_tracing_s for run in runs)
-    noise = pixels.noise(pictures, scale)
-    means = list(zip(*(picture.mean() for picture in pictures)))
+    noise = pixels.noise(images, scale)
+    means = list(zip(*(image.mean() for image in images)))
     row = {
         "setting": name, "spp": spp,
         "mpaths_per_s": job.paths(spp) / path_tracing_s / 1e6,
@@ -167,7 +167,7 @@ def figures(job, name, spp, runs, pictures, scale, reference):
         "mean_standard_error": [statistics.stdev(channel) / math.sqrt(len(runs)) for channel in means],
     }
     if reference:
-        error = pixels.error(pictures, reference)
+        error = pixels.error(images, reference)
         row["error"] = pixels.rel_mse(error)
         row["error_all_pixels"] = pixels.rel_mse(error, dropped=0.0)
         row["mean_against_reference"] = [found / wanted - 1.0 if wanted > 0 else 0.0
@@ -175,16 +175,16 @@ def figures(job, name, spp, runs, pictures, scale, reference):
     return row
 
 
-def small_pictures(runs, reference, scale):
+def small_images(runs, reference, scale):
     """[(caption, setting or None, spp or None, PNG)], all with one exposure."""
     mean = sum(scale.rgb) / len(scale.rgb)
     gain = 0.25 / mean if mean > 0 else 1.0
     width = equal_noise_page.PICTURE_WIDTH if scale.width > equal_noise_page.PICTURE_WIDTH else None
-    pictures = [(f"{name}, {spp} sample{'s' if spp > 1 else ''}", name, spp, pixels.small_png(group[0].picture, width, gain))
+    images = [(f"{name}, {spp} sample{'s' if spp > 1 else ''}", name, spp, pixels.small_png(group[0].image, width, gain))
                 for (name, spp), group in runs.items()]
     if reference:
-        pictures.append(("reference", None, None, pixels.small_png(reference, width, gain)))
-    return pictures
+        images.append(("reference", None, None, pixels.small_png(reference, width, gain)))
+    return images
 
 
 # --- telling
@@ -237,7 +237,7 @@ def check_references(scenes):
     good = True
     for scene in scenes:
         if not scene["reference"]:
-            print(f"{scene['name']}: no reference picture, not checked")
+            print(f"{scene['name']}: no reference image, not checked")
             continue
         for row in scene["rows"]:
             differences = row["mean_against_reference"]

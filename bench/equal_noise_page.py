@@ -1,4 +1,4 @@
-"""The page of equal_noise.py: error against time, and the pictures side by side."""
+"""The page of equal_noise.py: error against time, and the images side by side."""
 # SPDX-License-Identifier: Apache-2.0
 import base64
 import html
@@ -21,9 +21,9 @@ table { border-collapse: collapse; font-size: 13px; } td, th { padding: .15em .7
         text.append(plot_scene(scene, names, "Time", "seconds", "path_tracing_s"))
         text.append(plot_scene(scene, names, "Samples", "samples per pixel", "spp"))
         text.append("</div>\n")
-        for spp in dict.fromkeys(picture[2] for picture in scene["pictures"] or []):
+        for spp in dict.fromkeys(image[2] for image in scene["images"] or []):
             text.append('<div class="row">\n')
-            text += [figure(caption, png) for caption, _, count, png in scene["pictures"] if count == spp]
+            text += [figure(caption, png) for caption, _, count, png in scene["images"] if count == spp]
             text.append("</div>\n")
     text.append("<h2>Figures</h2>\n" + html_table(table))
     text.append("<pre>" + html.escape("\n".join(f"{name}: {' '.join(result['common_flags'] + flags) or 'no flags'}"

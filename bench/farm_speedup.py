@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How much faster two nodes of a Slurm cluster render a frame than one, both on this machine: from the submission to the merged picture.
+"""How much faster two nodes of a Slurm cluster render a frame than one, both on this machine: from the submission to the merged image.
 
 usage: farm_speedup.py [SCENE] [--seconds 600] [--repeat 1] [-- FLAGS OF RENDER]
 
@@ -79,12 +79,12 @@ def measure(options, flags, nodes):
         farm = Path(folder) / "farm"
         program = options.kindling.resolve()
         start = time.time()
-        bed.run(program, "farm", "submit", options.scene.resolve(), "--parts", nodes, "--folder", farm, "-o", f"{folder}/picture.exr",
+        bed.run(program, "farm", "submit", options.scene.resolve(), "--parts", nodes, "--folder", farm, "-o", f"{folder}/image.exr",
                 "--", *flags)
         submitted = time.time()
-        # The clock stops when the picture is merged; asking the farm for it costs a processor, so it is asked seldom.
-        record = farm / "state" / "picture.json"
-        bed.wait_until("the merged picture", record.exists, 20 * options.seconds + 600, every=0.5)
+        # The clock stops when the image is merged; asking the farm for it costs a processor, so it is asked seldom.
+        record = farm / "state" / "image.json"
+        bed.wait_until("the merged image", record.exists, 20 * options.seconds + 600, every=0.5)
         status = json.loads(bed.run(program, "farm", "status", farm, "--json", check=False))
         frame = status["frames"][0]
         if frame["state"] != "merged":
@@ -113,7 +113,7 @@ def measure(options, flags, nodes):
 
 def table(runs):
     """Medians of the stages for one node and two, and what the second one was worth."""
-    stages = [("wall", "submission to merged picture"), ("submit", "  submitting: reading the scene, sbatch"), ("queue", "  waiting for a node"),
+    stages = [("wall", "submission to merged image"), ("submit", "  submitting: reading the scene, sbatch"), ("queue", "  waiting for a node"),
               ("load", "  loading and building"), ("training", "  training of a guide"), ("render", "  path tracing"),
               ("write", "  writing the part"), ("merge", "  waiting for the merge, and it")]
     medians = {nodes: {stage: statistics.median(run[stage] for run in runs if run["nodes"] == nodes) for stage, _ in stages} for nodes in (1, 2)}

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Renders the scenarios of a folder of glTF models and compares the pictures with those of other renderers (goldens).
+"""Renders the scenarios of a folder of glTF models and compares the images with those of other renderers (goldens).
 
     bench/fidelity.py FOLDER [-o fidelity.html] [--only PATTERN] [--spp 64] [--size 512]
     bench/fidelity.py FOLDER --compare fidelity.old.json     # exit code 1 where a scenario has moved away from its goldens
 
 Writes one page that needs nothing else, sorted by difference, and all figures beside it as JSON. What a folder holds:
-fidelity_scenarios.py; the figures: fidelity_pictures.py, flip.py, color_difference.py. bench/README.md says how to read them.
+fidelity_scenarios.py; the figures: fidelity_images.py, flip.py, color_difference.py. bench/README.md says how to read them.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -22,7 +22,7 @@ from pathlib import Path
 
 import with_numpy  # noqa: F401
 import fidelity_page
-import fidelity_pictures
+import fidelity_images
 import fidelity_scenarios
 import renderers
 
@@ -41,18 +41,18 @@ def main():
     with tempfile.TemporaryDirectory() as temporary, concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         jobs = [pool.submit(run, kindling, scenario, arguments, Path(temporary) / f"{number}.exr")
                 for number, scenario in enumerate(scenarios)]
-        records, pictures = [], {}
+        records, images = [], {}
         for job in jobs:
             record, shown = job.result()
             if record["name"] in old:
                 record["before"] = old[record["name"]]
             records.append(record)
-            pictures[record["name"]] = shown
+            images[record["name"]] = shown
             print(line(record), flush=True)
     records.sort(key=order)
     result = {"settings": {"folder": arguments.folder.name, "spp": arguments.spp, "width": arguments.size, "flags": arguments.flag},
               "scenarios": records}
-    arguments.output.write_text(fidelity_page.page(result, pictures), encoding="utf-8")
+    arguments.output.write_text(fidelity_page.page(result, images), encoding="utf-8")
     figures = arguments.output.with_suffix(".json")
     figures.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(f"{len(records)} scenarios on {arguments.output}, figures in {figures}")
@@ -66,21 +66,21 @@ def parse_arguments():
     parser.add_argument("--scenarios", type=Path, metavar="FILE.json", help="list of scenarios (render-fidelity.json of the folder)")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="scenarios or models with this in their name; with *, ?: a whole name")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel (64)")
-    parser.add_argument("--size", type=int, default=512, metavar="WIDTH", help="of pictures, pixels; goldens are resized to it (512)")
+    parser.add_argument("--size", type=int, default=512, metavar="WIDTH", help="of images, pixels; goldens are resized to it (512)")
     parser.add_argument("--renderer", "--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--env", type=Path, help="environment for models without a scenario (lightroom_14b.hdr, else the first)")
     parser.add_argument("--jobs", type=int, default=1, help="scenarios at once (1)")
     parser.add_argument("--threads", type=int, help="of each render (processors / jobs)")
     parser.add_argument("--timeout", type=float, default=1800, metavar="SECONDS", help="for one render (1800)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--caustics=off")
-    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write our pictures there, tone-mapped, as PNG")
+    parser.add_argument("--images", type=Path, metavar="FOLDER", help="also write our images there, tone-mapped, as PNG")
     parser.add_argument("--compare", type=Path, metavar="OLD.json", help="figures of an earlier run; exit code 1 if any grew by more than "
                         f"{WORSE_BY}")
     arguments = parser.parse_args()
     arguments.jobs = max(arguments.jobs, 1)
     arguments.threads = arguments.threads or max((os.cpu_count() or 1) // arguments.jobs, 1)
-    if arguments.pictures:
-        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    if arguments.images:
+        arguments.images.mkdir(parents=True, exist_ok=True)
     return arguments
 
 
@@ -89,48 +89,48 @@ def matches(scenario, pattern):
     return any(fnmatch.fnmatchcase(name.lower(), wild) for name in (scenario.name, scenario.model))
 
 
-def run(kindling, scenario, arguments, picture):
-    """Renders and compares one scenario: (its record, its pictures). A render that fails is a record without figures."""
+def run(kindling, scenario, arguments, image):
+    """Renders and compares one scenario: (its record, its images). A render that fails is a record without figures."""
     width, height = arguments.size, max(round(arguments.size / scenario.aspect), 1)
     started = time.perf_counter()
-    messages = render(kindling, scenario, arguments, (width, height), picture)
+    messages = render(kindling, scenario, arguments, (width, height), image)
     record = {"name": scenario.name, "model": scenario.model, "file": scenario.file.name, "aspect": width / height,
-              "seconds": time.perf_counter() - started, "failed": not picture.is_file(), "messages": messages, "goldens": {}}
-    pictures = {"goldens": {}}
-    if picture.is_file():
-        ours = fidelity_pictures.tone_mapped(fidelity_pictures.read(picture))
-        picture.unlink()
+              "seconds": time.perf_counter() - started, "failed": not image.is_file(), "messages": messages, "goldens": {}}
+    images = {"goldens": {}}
+    if image.is_file():
+        ours = fidelity_images.tone_mapped(fidelity_images.read(image))
+        image.unlink()
         alpha = None if scenario.skybox else ours.alpha
-        pictures["ours"] = fidelity_pictures.encode(ours.rgb, alpha)
-        if arguments.pictures:
-            (arguments.pictures / f"{scenario.name}.png").write_bytes(fidelity_pictures.png(ours.rgb, alpha))
+        images["ours"] = fidelity_images.encode(ours.rgb, alpha)
+        if arguments.images:
+            (arguments.images / f"{scenario.name}.png").write_bytes(fidelity_images.png(ours.rgb, alpha))
         for renderer, path in scenario.goldens.items():
-            golden = fidelity_pictures.read(path, (width, height))
-            record["goldens"][renderer], error = fidelity_pictures.compare(ours, golden, scenario.skybox)
+            golden = fidelity_images.read(path, (width, height))
+            record["goldens"][renderer], error = fidelity_images.compare(ours, golden, scenario.skybox)
             mime = "image/png" if path.suffix == ".png" else "image/webp"
-            pictures["goldens"][renderer] = (mime, path.read_bytes(), fidelity_pictures.difference_png(error))
-    record["summary"] = summarise(record["goldens"])
-    return record, pictures
+            images["goldens"][renderer] = (mime, path.read_bytes(), fidelity_images.difference_png(error))
+    record["summary"] = summarize(record["goldens"])
+    return record, images
 
 
-def render(kindling, scenario, arguments, size, picture):
-    """Writes the picture; returns the renderer's warnings, or all that it said where it failed."""
-    command = [kindling, "render", scenario.file, "-o", picture, "--size", f"{size[0]}x{size[1]}", "--spp", arguments.spp, "--exr-float",
+def render(kindling, scenario, arguments, size, image):
+    """Writes the image; returns the renderer's warnings, or all that it said where it failed."""
+    command = [kindling, "render", scenario.file, "-o", image, "--size", f"{size[0]}x{size[1]}", "--spp", arguments.spp, "--exr-float",
                "--threads", arguments.threads, "--progress", "none", *scenario.flags, *arguments.flag]
     try:
         done = subprocess.run([str(part) for part in command], capture_output=True, text=True, errors="replace",
                               stdin=subprocess.DEVNULL, timeout=arguments.timeout, check=False)
     except subprocess.TimeoutExpired:
-        picture.unlink(missing_ok=True)
+        image.unlink(missing_ok=True)
         return f"not done after {arguments.timeout:g} s"
     said = done.stderr.replace(str(scenario.file), scenario.file.name).strip()
     if done.returncode != 0:
-        picture.unlink(missing_ok=True)
+        image.unlink(missing_ok=True)
         return f"{said}\nexit code {done.returncode}".strip()
     return "\n".join(line for line in said.splitlines() if "warning:" in line)
 
 
-def summarise(goldens):
+def summarize(goldens):
     """Least and median over the path tracers' goldens, where there is one; else over all."""
     chosen = [g for name, g in goldens.items() if name in fidelity_scenarios.PATH_TRACERS] or list(goldens.values())
     summary = {}

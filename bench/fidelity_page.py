@@ -1,4 +1,4 @@
-"""The page of fidelity.py: for each scenario our picture, the goldens, and where they differ."""
+"""The page of fidelity.py: for each scenario our image, the goldens, and where they differ."""
 # SPDX-License-Identifier: Apache-2.0
 import base64
 import html
@@ -12,7 +12,7 @@ section { border-top: 1px solid #ccc; margin-top: 1em; } h2 { font-size: 17px; m
 table { border-collapse: collapse; font-size: 13px; } td, th { padding: .1em .7em; border-bottom: 1px solid #ddd; text-align: right; }
 td:first-child { text-align: left; } .pt { font-weight: 600; } .worse { color: #b00; } .better { color: #080; } .note { color: #a00; }
 """
-# The pointer on a golden shows our picture in its place: what flips is what differs.
+# The pointer on a golden shows our image in its place: what flips is what differs.
 SCRIPT = """<script>
 document.querySelectorAll("img.golden").forEach(golden => {
   const theirs = golden.src, ours = golden.closest("section").querySelector("img.ours").src;
@@ -23,16 +23,16 @@ document.querySelectorAll("img.golden").forEach(golden => {
 """
 
 
-def page(result, pictures):
-    """result: what the JSON file holds, scenarios in their order on the page. pictures: {scenario: {"ours": webp bytes,
+def page(result, images):
+    """result: what the JSON file holds, scenarios in their order on the page. images: {scenario: {"ours": webp bytes,
     "goldens": {renderer: (mime type, bytes, PNG bytes of the difference map)}}}."""
     text = [plots.page_start("Render fidelity", STYLE), "<h1>Render fidelity</h1>\n",
             f"<p>{html.escape(result['settings']['folder'])}: {len(result['scenarios'])} scenarios, {result['settings']['spp']} samples "
             "per pixel. FLIP: 0 the same, 1 as different as can be; &Delta;E: CIEDE2000; ratio: mean linear radiance, ours / theirs, red green "
             "blue; means over opaque pixels. Path tracers in bold; what sorts is the median of their FLIP, without them that of all. Hold the pointer "
-            "on a golden to see our picture in its place.</p>\n", summary(result["scenarios"])]
+            "on a golden to see our image in its place.</p>\n", summary(result["scenarios"])]
     for scenario in result["scenarios"]:
-        text.append(section(scenario, pictures[scenario["name"]]))
+        text.append(section(scenario, images[scenario["name"]]))
     text.append(SCRIPT + "</body></html>\n")
     return "".join(text)
 
@@ -54,16 +54,16 @@ def summary(scenarios):
     return "<table>\n" + "".join(rows) + "</table>\n"
 
 
-def section(scenario, pictures):
+def section(scenario, images):
     name = html.escape(scenario["name"])
     text = [f'<section id="{name}" style="--w: {260 if scenario["aspect"] < 1.6 else 380}px"><h2>{name} <small>{html.escape(scenario["file"])}, '
             f'{scenario["seconds"]:.1f} s</small></h2>\n']
     if scenario["messages"]:
         text.append(f'<pre class="note">{html.escape(scenario["messages"])}</pre>\n')
     text.append('<div class="row">\n')
-    if pictures.get("ours"):
-        text.append(figure([("ours", "image/webp", pictures["ours"])], "Kindling", ""))
-    for renderer, (mime, golden, difference) in pictures["goldens"].items():
+    if images.get("ours"):
+        text.append(figure([("ours", "image/webp", images["ours"])], "Kindling", ""))
+    for renderer, (mime, golden, difference) in images["goldens"].items():
         figures = scenario["goldens"][renderer]
         ratio = " ".join(number(value, 2) for value in figures["ratio"])
         caption = (f"FLIP {number(figures['flip'])}, &Delta;E {number(figures['delta_e'], 1)}<br>ratio {ratio}"

@@ -26,7 +26,7 @@ class Scenario:
     aspect: float  # width / height
     skybox: bool  # the environment is seen, so that all pixels count
     listed: bool  # a scenario of the list, not a model that has none
-    goldens: dict = field(default_factory=dict)  # {renderer: picture}
+    goldens: dict = field(default_factory=dict)  # {renderer: image}
 
 
 def read_folder(folder, list_file=None, environment=None):
@@ -114,7 +114,7 @@ def scenario_flags(entry, environments, default_environment):
     eye = [target[axis] for axis in "xyz"]
     radius = orbit["radius"]
     if radius == 0:
-        # The eye is at the target and looks the way that an orbit would: the same camera, one metre before it.
+        # The eye is at the target and looks the way that an orbit would: the same camera, one meter before it.
         theta, phi = math.radians(orbit["theta"]), math.radians(orbit["phi"])
         way = (math.sin(phi) * math.sin(theta), math.cos(phi), math.sin(phi) * math.cos(theta))
         eye, radius = [e - w for e, w in zip(eye, way)], 1

@@ -1,4 +1,4 @@
-"""LDR-FLIP: how different two pictures look when one flips between them, for each pixel from 0 (the same) to 1.
+"""LDR-FLIP: how different two images look when one flips between them, for each pixel from 0 (the same) to 1.
 
 Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild: "FLIP: A Difference Evaluator for Alternating Images", Proc.
 ACM Comput. Graph. Interact. Tech. 3(2), 2020. Section numbers below are that paper's. Written from its formulas; all of its
@@ -21,7 +21,7 @@ WHITE = RGB_TO_XYZ.sum(axis=1)
 
 
 def flip(reference, test, pixels_per_degree=PIXELS_PER_DEGREE):
-    """The error map of two pictures of one size: arrays (height, width, 3) of sRGB-encoded values in [0, 1]."""
+    """The error map of two images of one size: arrays (height, width, 3) of sRGB-encoded values in [0, 1]."""
     opponent = [rgb_to_opponent(srgb_to_linear(np.asarray(p, np.float64))) for p in (reference, test)]
     color = color_difference(*opponent, pixels_per_degree)
     feature = feature_difference(*((p[..., 0] + 16.0) / 116.0 for p in opponent), pixels_per_degree)
@@ -29,7 +29,7 @@ def flip(reference, test, pixels_per_degree=PIXELS_PER_DEGREE):
 
 
 def color_difference(reference, test, pixels_per_degree):
-    """Section 4.1, in [0, 1], of pictures in opponent space."""
+    """Section 4.1, in [0, 1], of images in opponent space."""
     adjusted = [hunt(linear_to_lab(np.clip(opponent_to_rgb(contrast_filter(p, pixels_per_degree)), 0.0, 1.0)))
                 for p in (reference, test)]
     largest = largest_color_difference()
@@ -46,7 +46,7 @@ def largest_color_difference():
 
 
 def feature_difference(reference, test, pixels_per_degree):
-    """Section 4.2, in [0, 1], of luminances in [0, 1]: edges and points that only one picture has."""
+    """Section 4.2, in [0, 1], of luminances in [0, 1]: edges and points that only one image has."""
     deviation = 0.5 * FEATURE_WIDTH_DEG * pixels_per_degree
     x = np.arange(-np.ceil(3.0 * deviation), np.ceil(3.0 * deviation) + 1.0)
     gauss = np.exp(-x * x / (2.0 * deviation * deviation))
@@ -115,10 +115,10 @@ def linear_to_lab(rgb):
 
 
 def hunt(lab):
-    """Colourfulness grows with luminance (section 4.1.2)."""
+    """Colorfulness grows with luminance (section 4.1.2)."""
     return np.concatenate([lab[..., :1], 0.01 * lab[..., :1] * lab[..., 1:]], axis=-1)
 
 
 def hyab(a, b):
-    """Distance for large colour differences (Abasi and others 2020): city-block in lightness, Euclidean in the rest."""
+    """Distance for large color differences (Abasi and others 2020): city-block in lightness, Euclidean in the rest."""
     return np.abs(a[..., 0] - b[..., 0]) + np.hypot(a[..., 1] - b[..., 1], a[..., 2] - b[..., 2])

@@ -32,9 +32,9 @@ def run(arguments, limit_bytes):
 def render(program, folder, scene, accelerator, options, light, size=SIZE):
     """What --stats says."""
     stats = folder / ("%s_%s.json" % (scene.stem, accelerator))
-    picture = folder / ("%s_%s.png" % (scene.stem, accelerator))
+    image = folder / ("%s_%s.png" % (scene.stem, accelerator))
     run([program, "render", scene, "--size", size, "--spp", options.spp, "--accel", accelerator, "--quiet", "--stats", stats,
-         "-o", picture, *light] + (["--threads", options.threads] if options.threads else []), options.limit_gib << 30)
+         "-o", image, *light] + (["--threads", options.threads] if options.threads else []), options.limit_gib << 30)
     return json.loads(stats.read_text())
 
 
@@ -47,7 +47,7 @@ def budget(program, scene, accelerator, options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/kindling")
-    parser.add_argument("--folder", type=Path, default=ROOT / "out/memory", help="for scenes, pictures and statistics [out/memory]")
+    parser.add_argument("--folder", type=Path, default=ROOT / "out/memory", help="for scenes, images and statistics [out/memory]")
     parser.add_argument("--triangles", type=int, default=7_000_000, help="of heavy")
     parser.add_argument("--instances", type=int, default=10_000_000, help="of swarm")
     parser.add_argument("--scenes", nargs="*", type=Path, default=[], help="further files, rendered as they are")

@@ -66,12 +66,12 @@ def render(options, scene, flags, name):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/kindling")
-    parser.add_argument("--folder", type=Path, default=ROOT / "out/moving_frames", help="for scenes, pictures and statistics")
+    parser.add_argument("--folder", type=Path, default=ROOT / "out/moving_frames", help="for scenes, images and statistics")
     parser.add_argument("--triangles", type=int, default=2_000_000)
     parser.add_argument("--moving", nargs="*", type=int, default=[1, 8], help="boulders that turn, of 16")
     parser.add_argument("--accel", nargs="*", default=["kdtree", "embree"])
     parser.add_argument("--frames", type=int, default=5)
-    parser.add_argument("--repeats", type=int, default=5, help="of the pictures that are compared in time")
+    parser.add_argument("--repeats", type=int, default=5, help="of the images that are compared in time")
     parser.add_argument("--size", default="640x360")
     parser.add_argument("--spp", type=int, default=8)
     parser.add_argument("--threads", type=int, default=0, help="0: all")
@@ -92,8 +92,8 @@ def main():
                                                       options.folder / "frame_#.exr"], "frames")["frames"]
             alone, two, one = [], [], []
             for i in range(options.repeats):
-                picture = render(options, moving, accel + ["--time", 1 / 24, "--exr-float", "-o", options.folder / "alone.exr"], "alone")
-                alone.append(picture)
+                image = render(options, moving, accel + ["--time", 1 / 24, "--exr-float", "-o", options.folder / "alone.exr"], "alone")
+                alone.append(image)
                 flags = accel + ["--time", 0, "--exr-float", "-o"]
                 two.append(render(options, moving, flags + [options.folder / "two.exr"], "two"))
                 one.append(render(options, still, flags + [options.folder / "one.exr"], "one"))

@@ -1,4 +1,4 @@
-"""Reads the colour of a picture through oiiotool and measures noise in it; shared by the comparison scripts of this folder."""
+"""Reads the color of an image through oiiotool and measures noise in it; shared by the comparison scripts of this folder."""
 # SPDX-License-Identifier: Apache-2.0
 import array
 import os
@@ -14,7 +14,7 @@ RADIANCE_FLOOR = 0.01  # of the squared mean, added to the denominator so that b
 
 
 @dataclass
-class Picture:
+class Image:
     width: int
     height: int
     rgb: array.array  # floats, interleaved, rows from the top
@@ -26,7 +26,7 @@ class Picture:
 
 
 def read_rgb(path):
-    """Channels R, G, B of any picture that OpenImageIO reads, linear values as stored."""
+    """Channels R, G, B of any image that OpenImageIO reads, linear values as stored."""
     with tempfile.TemporaryDirectory() as folder:
         flat = os.path.join(folder, "flat.tif")
         subprocess.run([oiiotool(), "-q", str(path), "--ch", "R,G,B", "-d", "float", "--scanline", "--planarconfig", "contig",
@@ -39,7 +39,7 @@ def parse_float_tiff(data):
     """An uncompressed, striped, interleaved RGB float TIFF in the machine's byte order."""
     width, height, channels, rgb = float_tiff(data)
     assert channels == 3, "not an RGB TIFF"
-    return Picture(width, height, rgb)
+    return Image(width, height, rgb)
 
 
 def float_tiff(data):
@@ -67,29 +67,29 @@ def float_tiff(data):
     return width, height, channels, values
 
 
-def mean_picture(pictures):
-    """The pixel-wise mean of pictures of one size."""
-    first = pictures[0]
-    count = len(pictures)
-    return Picture(first.width, first.height, array.array("f", (sum(values) / count for values in zip(*(p.rgb for p in pictures)))))
+def mean_image(images):
+    """The pixel-wise mean of images of one size."""
+    first = images[0]
+    count = len(images)
+    return Image(first.width, first.height, array.array("f", (sum(values) / count for values in zip(*(p.rgb for p in images)))))
 
 
-def noise(pictures, scale):
-    """Relative variance of each pixel, estimated from two or more pictures with independent seeds, ascending: variance /
-    (R^2 + 0.01 mean(R)^2), the mean over the channels. The variance is that of the pictures among themselves, so a
+def noise(images, scale):
+    """Relative variance of each pixel, estimated from two or more images with independent seeds, ascending: variance /
+    (R^2 + 0.01 mean(R)^2), the mean over the channels. The variance is that of the images among themselves, so a
     difference of model against `scale`, R, does not count as noise."""
-    count = len(pictures)
+    count = len(images)
     assert count >= 2
     return _relative(scale, ((sum((v - sum(values) / count) ** 2 for v in values) / (count - 1))
-                             for values in zip(*(p.rgb for p in pictures))))
+                             for values in zip(*(p.rgb for p in images))))
 
 
-def error(pictures, reference):
-    """Relative squared error of each pixel against a reference, ascending, the mean over the pictures: noise, bias and the
+def error(images, reference):
+    """Relative squared error of each pixel against a reference, ascending, the mean over the images: noise, bias and the
     noise of the reference together."""
-    count = len(pictures)
+    count = len(images)
     return _relative(reference, (sum((v - r) ** 2 for v in values) / count
-                                 for r, *values in zip(reference.rgb, *(p.rgb for p in pictures))))
+                                 for r, *values in zip(reference.rgb, *(p.rgb for p in images))))
 
 
 def _relative(scale, squares):
@@ -106,7 +106,7 @@ def rel_mse(ascending, dropped=TRIMMED_FRACTION):
 
 
 def small_png(path, width, gain):
-    """A picture times `gain` through the sRGB curve, `width` pixels wide (None: as it is), as the bytes of a PNG."""
+    """An image times `gain` through the sRGB curve, `width` pixels wide (None: as it is), as the bytes of a PNG."""
     with tempfile.TemporaryDirectory() as folder:
         png = os.path.join(folder, "small.png")
         shrink = ["--resize", f"{width}x0"] if width else []

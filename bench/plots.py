@@ -23,7 +23,7 @@ def page_start(title, more_style=""):
 
 
 def key(names):
-    """One line that says which colour is whose."""
+    """One line that says which color is whose."""
     return "<p>" + "".join(f'<span class="key" style="background:{color(number)}"></span>{html.escape(name)}'
                            for number, name in enumerate(names)) + "</p>\n"
 
@@ -44,7 +44,7 @@ def decades(values):
 
 
 def plot(title, x_label, y_label, groups, log_y, log_x=True):
-    """SVG of points over a logarithmic x, or one of whole numbers. `groups`: (name, colour, dashed, [(x, y)])."""
+    """SVG of points over a logarithmic x, or one of whole numbers. `groups`: (name, color, dashed, [(x, y)])."""
     left, top, width, height = 64, 30, 460, 250
     points = [point for _, _, _, line in groups for point in line]
     if not points:

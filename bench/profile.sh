@@ -12,7 +12,7 @@ usage: bench/profile.sh SCENE [FLAGS OF kindling render]
 
 Renders SCENE on one thread under perf, or under callgrind where perf is missing or not permitted, and prints what share of the
 samples (instructions, with callgrind) each stage of the render and each folder of the source takes. Functions that
-the compiler has inlined count where their source is. Wants an optimised build with debug information:
+the compiler has inlined count where their source is. Wants an optimized build with debug information:
 
     cmake --preset profile && cmake --build --preset profile
 
@@ -36,7 +36,7 @@ readelf -S "$kindling" | grep -q '\.debug_info' ||
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-render=("$kindling" render "$@" -o "$scratch/picture.exr" --threads 1 --quiet)
+render=("$kindling" render "$@" -o "$scratch/image.exr" --threads 1 --quiet)
 
 perf_works() {
   command -v perf >/dev/null && perf record -q -e cpu-clock:u -o "$scratch/probe.data" -- true >/dev/null 2>&1

@@ -37,7 +37,7 @@ class Job:
 class Run:
     """One render by one renderer."""
     seed: int
-    picture: Path
+    image: Path
     path_tracing_s: float
     first_sample_s: float  # from the start of the process until every pixel had its first sample
     process_s: float
@@ -71,9 +71,9 @@ def run_measured(command, log_path, environment=None):
     return lines, wall_s, usage.ru_maxrss / 1024.0, usage.ru_utime + usage.ru_stime
 
 
-def kindling_command(binary, job, spp, seed, picture, flags=()):
+def kindling_command(binary, job, spp, seed, image, flags=()):
     """The command line that asks Kindling for the job; `flags` come last, so they may override."""
-    command = [binary, "render", job.scene, "-o", picture, "--size", f"{job.size_px[0]}x{job.size_px[1]}", "--spp", spp,
+    command = [binary, "render", job.scene, "-o", image, "--size", f"{job.size_px[0]}x{job.size_px[1]}", "--spp", spp,
                "--seed", seed, "--threads", job.threads, "--filter", "box", "--exr-float", "--max-bounces", job.max_bounces]
     if job.environment:
         command += ["--env", job.environment, "--env-rotation", job.environment_rotation_deg,
@@ -85,23 +85,23 @@ def kindling_command(binary, job, spp, seed, picture, flags=()):
 
 def run_kindling(binary, job, spp, seed, stem, flags=()):
     """Writes STEM.exr, STEM.json and STEM.log. Times come from --stats: the render phase alone is the path tracing."""
-    picture, stats_path = Path(f"{stem}.exr"), Path(f"{stem}.json")
-    command = kindling_command(binary, job, spp, seed, picture, flags) + ["--stats", stats_path, "--progress", "none"]
+    image, stats_path = Path(f"{stem}.exr"), Path(f"{stem}.json")
+    command = kindling_command(binary, job, spp, seed, image, flags) + ["--stats", stats_path, "--progress", "none"]
     _, wall_s, peak_mb, cpu_s = run_measured(command, Path(f"{stem}.log"))
     with open(stats_path, encoding="utf-8") as file:
         stats = json.load(file)
-    return Run(seed, picture, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
+    return Run(seed, image, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
 
 
 def run_cycles(blender, job, spp, seed, stem):
     """Writes STEM.exr and STEM.log. Times come from Cycles' own report: 'Path Tracing' leaves out import, synchronization
     and BVH."""
-    picture, job_path = Path(f"{stem}.exr"), Path(f"{stem}.job.json")
+    image, job_path = Path(f"{stem}.exr"), Path(f"{stem}.job.json")
     job_path.write_text(json.dumps({
         "scene": str(job.scene.resolve()), "environment": str(job.environment.resolve()) if job.environment else None,
         "environment_rotation_deg": job.environment_rotation_deg, "environment_intensity": job.environment_intensity,
         "background_visible": job.background_visible, "size_px": list(job.size_px), "spp": spp, "seed": seed,
-        "max_bounces": job.max_bounces, "threads": job.threads, "output": str(picture.resolve())}), encoding="utf-8")
+        "max_bounces": job.max_bounces, "threads": job.threads, "output": str(image.resolve())}), encoding="utf-8")
     # Debian's Blender finds its Python modules by the first python3 in PATH: that must be Debian's.
     environment = dict(os.environ, PATH="/usr/bin:/bin")
     lines, wall_s, peak_mb, cpu_s = run_measured(
@@ -115,7 +115,7 @@ def run_cycles(blender, job, spp, seed, stem):
             first_sample_s = when_s
     if path_tracing_s is None:
         sys.exit(f"Cycles printed no path tracing time; see {stem}.log")
-    return Run(seed, picture, path_tracing_s, first_sample_s or wall_s, wall_s, peak_mb, cpu_s)
+    return Run(seed, image, path_tracing_s, first_sample_s or wall_s, wall_s, peak_mb, cpu_s)
 
 
 def find_kindling(path=None):

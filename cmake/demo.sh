@@ -22,6 +22,6 @@ say "Rendering scenes/interior.glb"
 "$kindling_root/build/release/kindling" render "$kindling_root/scenes/interior.glb" \
   --size 960x540 --spp 128 --time-limit 50s -o "$out/interior.png" -o "$out/interior.exr" ||
   fail "the render failed (its message is above)"
-say "Done. The picture: $out/interior.png"
+say "Done. The image: $out/interior.png"
 say "The same, linear, with all its range: $out/interior.exr"
-say "Your own scene: build/release/kindling render SCENE.glb -o picture.png"
+say "Your own scene: build/release/kindling render SCENE.glb -o image.png"

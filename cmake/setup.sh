@@ -10,7 +10,7 @@ kindling_packages=(
   cmake g++ ninja-build python3 python3-numpy python3-yaml
   # ray tracing, threads, vectors
   libembree-dev libtbb-dev libimath-dev
-  # pictures and colour (OpenImageIO's package file names the programs of openimageio-tools)
+  # images and color (OpenImageIO's package file names the programs of openimageio-tools)
   libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev libjpeg-dev libpng-dev libwebp-dev libzstd-dev zlib1g-dev
   # glTF and its compressions
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev

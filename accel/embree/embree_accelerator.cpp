@@ -180,13 +180,13 @@ class EmbreeAccelerator final : public Accelerator {
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
-  [[nodiscard]] std::unique_ptr<KeptStructures> take_structures() override {
-    auto kept = std::make_unique<embree::KeptScenes>();
+  [[nodiscard]] std::unique_ptr<PersistentStructures> take_structures() override {
+    auto kept = std::make_unique<embree::PersistentScenes>();
     kept->quality = quality_;
     kept->robust = robust_;
     kept->filtered = filter_.accept != nullptr;
     scenes_.own_top = embree::Scene(); // before what it holds instances of
-    if (scenes_.lasting) kept->scenes.put(std::move(scenes_.lasting_meshes), std::move(scenes_.lasting));
+    if (scenes_.lasting) kept->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.lasting));
     for (size_t g = 0; g < scenes_.groups.size(); ++g)
       if (scenes_.groups[g]) kept->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
     scenes_.groups.clear(); // before the device goes
@@ -353,10 +353,10 @@ class OneCall final : public Accelerator {
 } // namespace
 
 std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
-                                         std::unique_ptr<KeptStructures> kept) {
+                                         std::unique_ptr<PersistentStructures> kept) {
   const auto start = std::chrono::steady_clock::now();
-  std::unique_ptr<embree::KeptScenes> serving;
-  if (auto* scenes = dynamic_cast<embree::KeptScenes*>(kept.get());
+  std::unique_ptr<embree::PersistentScenes> serving;
+  if (auto* scenes = dynamic_cast<embree::PersistentScenes*>(kept.get());
       scenes != nullptr && scenes->quality == options.quality && scenes->robust == options.robust &&
       scenes->on.simd == options.simd && scenes->filtered == (input.filter.accept != nullptr)) {
     (void)kept.release();

@@ -11,7 +11,7 @@ namespace kindling::accel {
 
 // Null only if cancelled; throws std::bad_alloc if Embree cannot build. Parallel in the caller's TBB arena.
 [[nodiscard]] std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
-                                                       std::unique_ptr<KeptStructures> kept = nullptr);
+                                                       std::unique_ptr<PersistentStructures> kept = nullptr);
 
 // "Embree 3.13.5": the version that was compiled against.
 [[nodiscard]] std::string_view embree_description();

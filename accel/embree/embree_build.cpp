@@ -72,7 +72,7 @@ class Builder {
   Builder(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out)
       : input_(input), options_(options), filter_(filter), out_(out) {}
 
-  bool run(std::unique_ptr<KeptScenes> kept) {
+  bool run(std::unique_ptr<PersistentScenes> kept) {
     if (kept) {
       out_.on = std::move(kept->on);
     } else {
@@ -92,7 +92,7 @@ class Builder {
       kept.reset(); // what makes room
     }
     make_geometries(moved);
-    size_t triangles = top_triangles_ + (out_.lasting ? 0 : lasting_triangles_);
+    size_t triangles = top_triangles_ + (out_.lasting ? 0 : persistent_triangles_);
     for (const uint32_t g : moved) triangles += group_triangles(g);
     out_.built_triangle_count = triangles;
     Monitor monitor(options_, 1.0 + static_cast<double>(triangles + input_.instances.size()));
@@ -102,7 +102,7 @@ class Builder {
       if (!build_group(moved[i], monitor)) ok.store(false, std::memory_order_relaxed);
     });
     if (!ok.load()) return failed(monitor);
-    if (!build_lasting(monitor) || !build_top(monitor)) return failed(monitor);
+    if (!build_persistent(monitor) || !build_top(monitor)) return failed(monitor);
     check_errors();
     if (options_.on_progress) options_.on_progress(1.0);
     return true;
@@ -129,7 +129,7 @@ class Builder {
         continue;
       out_.triangle_count += triangles;
       if (!moves && is_identity(instance.object_to_world)) {
-        add_still(static_cast<uint32_t>(i));
+        add_static(static_cast<uint32_t>(i));
       } else {
         used[instance.group] = 1;
         moved_.push_back(static_cast<uint32_t>(i));
@@ -147,15 +147,15 @@ class Builder {
   }
 
   // The meshes of an instance with identity transform.
-  void add_still(uint32_t instance) {
+  void add_static(uint32_t instance) {
     const MeshGroup& group = input_.groups[input_.instances[instance].group];
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0) continue;
       if (mesh.lasting != 0 && !deforms(mesh)) {
         out_.names.lasting.push_back({instance, m});
-        out_.lasting_meshes.add(mesh);
-        lasting_triangles_ += mesh.triangle_count();
+        out_.persistent_meshes.add(mesh);
+        persistent_triangles_ += mesh.triangle_count();
       } else {
         still_.push_back({instance, m});
         top_triangles_ += mesh.triangle_count();
@@ -164,13 +164,13 @@ class Builder {
   }
 
   // Scenes that are there; of the moved groups those remain that have to be built.
-  void take(KeptScenes& kept, std::vector<uint32_t>& moved) {
-    const auto take_scene = [&](const KeptMeshes& meshes, Scene& scene) {
+  void take(PersistentScenes& kept, std::vector<uint32_t>& moved) {
+    const auto take_scene = [&](const PersistentMeshes& meshes, Scene& scene) {
       std::optional<Scene> found = kept.scenes.take(meshes);
       if (found) scene = *std::move(found);
       return found.has_value();
     };
-    if (!out_.lasting_meshes.empty()) (void)take_scene(out_.lasting_meshes, out_.lasting);
+    if (!out_.persistent_meshes.empty()) (void)take_scene(out_.persistent_meshes, out_.lasting);
     std::erase_if(moved, [&](uint32_t g) { return take_scene(out_.group_meshes[g], out_.groups[g]); });
   }
 
@@ -245,12 +245,12 @@ class Builder {
     return true;
   }
 
-  bool build_lasting(Monitor& monitor) {
+  bool build_persistent(Monitor& monitor) {
     if (out_.lasting || out_.names.lasting.empty()) return true;
     Scene scene = new_scene();
     for (size_t i = 0; i < out_.names.lasting.size(); ++i)
       rtcAttachGeometryByID(scene.get(), geometries_[out_.names.lasting[i].mesh].get(), static_cast<unsigned>(i));
-    if (!commit(scene, static_cast<double>(lasting_triangles_), monitor)) return false;
+    if (!commit(scene, static_cast<double>(persistent_triangles_), monitor)) return false;
     out_.lasting = std::move(scene);
     return true;
   }
@@ -337,13 +337,13 @@ class Builder {
   std::vector<Geometry> geometries_; // by mesh; empty where it has no triangles
   std::vector<NamedGeometry> still_; // under identity transforms, but for those that last
   std::vector<uint32_t> moved_;      // instances
-  size_t top_triangles_ = 0, lasting_triangles_ = 0;
+  size_t top_triangles_ = 0, persistent_triangles_ = 0;
 };
 
 } // namespace
 
 bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                  std::unique_ptr<KeptScenes> kept, BuiltScenes& out) {
+                  std::unique_ptr<PersistentScenes> kept, BuiltScenes& out) {
   return Builder(input, options, filter, out).run(std::move(kept));
 }
 

@@ -5,7 +5,7 @@
 #include "accel/accelerator.h"
 #include "accel/embree/embree_api.h"
 #include "accel/embree/embree_guarded.h"
-#include "accel/kept_meshes.h"
+#include "accel/persistent_meshes.h"
 #include "accel/triangle.h"
 
 #include <atomic>
@@ -35,7 +35,7 @@ struct DeviceScenes {
 };
 
 // The scenes that one accelerator leaves to the next.
-struct KeptScenes final : KeptStructures {
+struct PersistentScenes final : PersistentStructures {
   Quality quality = Quality::balanced;
   bool robust = true, filtered = false; // with a hit filter
   DeviceScenes on;
@@ -44,11 +44,11 @@ struct KeptScenes final : KeptStructures {
 
 struct BuiltScenes {
   DeviceScenes on;
-  std::vector<Scene> groups;            // by group; empty where no moved instance uses it
-  std::vector<KeptMeshes> group_meshes; // likewise
+  std::vector<Scene> groups;                  // by group; empty where no moved instance uses it
+  std::vector<PersistentMeshes> group_meshes; // likewise
   // What lasts under identity transforms, an instance in the top scene unless nothing else is there: then it is the top scene.
   Scene lasting;
-  KeptMeshes lasting_meshes;
+  PersistentMeshes persistent_meshes;
   std::vector<std::unique_ptr<GuardedInstance>> guarded; // in the top scene, which they must outlive
   Scene own_top;                                         // empty where `lasting` serves
   float ray_extent = kLargestCoordinate;                 // see is_traceable()
@@ -61,6 +61,6 @@ struct BuiltScenes {
 
 // False if cancelled. `filter` is attached to the meshes that are not opaque. `kept` may be null. Throws std::bad_alloc.
 [[nodiscard]] bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                                std::unique_ptr<KeptScenes> kept, BuiltScenes& out);
+                                std::unique_ptr<PersistentScenes> kept, BuiltScenes& out);
 
 } // namespace kindling::accel::embree

@@ -54,11 +54,11 @@ double inverse_bound(const MatrixRange& range) {
       exact_terms += std::fabs(m[0][column]) * (std::fabs(m[r1][c1] * m[r2][c2]) + std::fabs(m[r1][c2] * m[r2][c1]));
       all_terms += magnitude(0, column) * cofactor;
     }
-  const double least_determinant = std::fabs(determinant) - (all_terms - exact_terms) - kRoundings * all_terms;
-  if (!(least_determinant > kSmallestDeterminant) || !(all_terms < kLargestProduct) ||
+  const double min_determinant = std::fabs(determinant) - (all_terms - exact_terms) - kRoundings * all_terms;
+  if (!(min_determinant > kSmallestDeterminant) || !(all_terms < kLargestProduct) ||
       !(largest_cofactor < kLargestProduct))
     return std::numeric_limits<double>::infinity();
-  return largest_cofactor * (1.0 + kRoundings) / least_determinant;
+  return largest_cofactor * (1.0 + kRoundings) / min_determinant;
 }
 
 double sum_of_translation(const Imath::M44f& m) {

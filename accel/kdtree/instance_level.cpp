@@ -2,7 +2,7 @@
 // which are built by tasks, each as if it were alone, and then strung together.
 //
 // A node takes up to eight parts of its boxes: again and again the part with the largest area is split across the axis along which
-// centres extend farthest, where the surface area heuristic is least.
+// centers extend farthest, where the surface area heuristic is least.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/instance_level.h"
 
@@ -27,7 +27,7 @@ constexpr size_t kMaxBoxesOfSubtree = 16384; // boxes
 struct Part {
   uint32_t first = 0, last = 0;
   Imath::Box3f bounds;
-  Imath::Box3f centres; // twice; known at the top alone
+  Imath::Box3f centers; // twice; known at the top alone
   [[nodiscard]] uint32_t size() const { return last - first; }
 };
 
@@ -124,16 +124,16 @@ class InstanceSubtree {
   }
 
   uint32_t split(const Part& part, uint32_t grain, uint32_t depth) {
-    Imath::Box3f centres;
+    Imath::Box3f centers;
     for (uint32_t i = part.first; i < part.last; ++i) {
       const Imath::Box3f& box = boxes_[order_[i]];
-      centres.extendBy(box.min + box.max);
+      centers.extendBy(box.min + box.max);
     }
-    const int axis = widest_axis(centres.max - centres.min);
+    const int axis = widest_axis(centers.max - centers.min);
     for (uint32_t i = part.first; i < part.last; ++i) {
       const Imath::Box3f& box = boxes_[order_[i]];
-      const float centre = box.min[axis] + box.max[axis];
-      keys_[i] = {std::isnan(centre) ? 0.0f : centre, order_[i]}; // boxes may be without end
+      const float center = box.min[axis] + box.max[axis];
+      keys_[i] = {std::isnan(center) ? 0.0f : center, order_[i]}; // boxes may be without end
     }
     std::sort(keys_.begin() + part.first, keys_.begin() + part.last);
     for (uint32_t i = part.first; i < part.last; ++i) order_[i] = keys_[i].second;
@@ -159,7 +159,7 @@ class InstanceSubtree {
   std::span<const Imath::Box3f> boxes_;
   uint32_t grain_;
   std::vector<uint32_t> order_;
-  std::vector<std::pair<float, uint32_t>> keys_; // centre along an axis, box
+  std::vector<std::pair<float, uint32_t>> keys_; // center along an axis, box
   std::vector<double> right_area_;
   std::vector<Node> nodes_;
 };
@@ -174,7 +174,7 @@ class InstanceTop {
     Part whole{0, static_cast<uint32_t>(order_.size()), {}, {}};
     for (const Imath::Box3f& box : boxes_) {
       whole.bounds.extendBy(box);
-      whole.centres.extendBy(box.min + box.max);
+      whole.centers.extendBy(box.min + box.max);
     }
     if (order_.size() <= kMaxBoxesOfSubtree)
       subtrees_.push_back({whole, 0, 0, 0, {}});
@@ -218,11 +218,11 @@ class InstanceTop {
   };
   struct Bin {
     uint32_t count = 0;
-    Imath::Box3f bounds, centres;
+    Imath::Box3f bounds, centers;
     void add(const Bin& other) {
       count += other.count;
       bounds.extendBy(other.bounds);
-      centres.extendBy(other.centres);
+      centers.extendBy(other.centers);
     }
   };
   using Bins = std::array<Bin, kBins>;
@@ -237,9 +237,9 @@ class InstanceTop {
   };
 
   std::pair<Part, Part> split(const Part& part, uint32_t depth) {
-    const Imath::V3f extent = part.centres.max - part.centres.min;
+    const Imath::V3f extent = part.centers.max - part.centers.min;
     const int axis = widest_axis(extent);
-    const Binning binning{axis, part.centres.min[axis], static_cast<float>(kBins) / extent[axis]};
+    const Binning binning{axis, part.centers.min[axis], static_cast<float>(kBins) / extent[axis]};
     if (depth >= InstanceLevel::kSahDepth || !std::isnormal(binning.scale)) return halve(part, axis);
 
     // Counts and bounds do not depend on the order in which they are gathered.
@@ -251,7 +251,7 @@ class InstanceTop {
             Bin& bin = sum[binning.bin_of(box)];
             ++bin.count;
             bin.bounds.extendBy(box);
-            bin.centres.extendBy(box.min + box.max);
+            bin.centers.extendBy(box.min + box.max);
           }
           return sum;
         },
@@ -283,14 +283,14 @@ class InstanceTop {
     std::partition(order_.begin() + part.first, order_.begin() + part.last,
                    [&](uint32_t i) { return binning.bin_of(boxes_[i]) < border; });
     const uint32_t place = part.first + left.count;
-    return {Part{part.first, place, left.bounds, left.centres}, Part{place, part.last, right.bounds, right.centres}};
+    return {Part{part.first, place, left.bounds, left.centers}, Part{place, part.last, right.bounds, right.centers}};
   }
 
   std::pair<Part, Part> halve(const Part& part, int axis) {
     const uint32_t place = part.first + part.size() / 2;
     const auto key = [&](uint32_t i) {
-      const float centre = boxes_[i].min[axis] + boxes_[i].max[axis];
-      return std::pair(std::isnan(centre) ? 0.0f : centre, i);
+      const float center = boxes_[i].min[axis] + boxes_[i].max[axis];
+      return std::pair(std::isnan(center) ? 0.0f : center, i);
     };
     std::nth_element(order_.begin() + part.first, order_.begin() + place, order_.begin() + part.last,
                      [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
@@ -299,7 +299,7 @@ class InstanceTop {
       for (uint32_t i = first; i < last; ++i) {
         const Imath::Box3f& box = boxes_[order_[i]];
         half.bounds.extendBy(box);
-        half.centres.extendBy(box.min + box.max);
+        half.centers.extendBy(box.min + box.max);
       }
       return half;
     };

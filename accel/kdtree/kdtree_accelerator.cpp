@@ -3,9 +3,9 @@
 
 #include "accel/affine.h"
 #include "accel/kdtree/build.h"
-#include "accel/kdtree/kept_trees.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"
+#include "accel/kdtree/persistent_trees.h"
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/traversal_cost.h"
@@ -29,14 +29,14 @@ constexpr size_t kGrain = 4096; // instances of a task
 
 class KdTreeAccelerator final : public Accelerator {
  public:
-  KdTreeAccelerator(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::KeptTrees> kept)
+  KdTreeAccelerator(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> kept)
       : quality_(options.quality), config_(kd::config_for(options.quality)) {
     structure_.filter = input.filter;
     const auto start = std::chrono::steady_clock::now();
     cancelled_ = !build(input, options, std::move(kept));
     if (cancelled_) return;
     statistics_.simd = options.simd.value_or(best_simd_target());
-    queries_ = &kd::queries_for(statistics_.simd, {!structure_.moving.empty(), structure_.is_divided()});
+    queries_ = &kd::queries_for(statistics_.simd, {!structure_.moving.empty(), structure_.is_split()});
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -65,8 +65,8 @@ class KdTreeAccelerator final : public Accelerator {
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
-  [[nodiscard]] std::unique_ptr<KeptStructures> take_structures() override {
-    auto kept = std::make_unique<kd::KeptTrees>(quality_);
+  [[nodiscard]] std::unique_ptr<PersistentStructures> take_structures() override {
+    auto kept = std::make_unique<kd::PersistentTrees>(quality_);
     kept->put(std::move(structure_.world_tree));
     for (Tree& tree : structure_.group_trees) kept->put(std::move(tree));
     if (kept->empty()) return nullptr;
@@ -75,7 +75,7 @@ class KdTreeAccelerator final : public Accelerator {
 
  private:
   // False if cancelled.
-  bool build(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::KeptTrees> kept) {
+  bool build(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> kept) {
     std::vector<kd::Geometry> still;
     std::vector<uint8_t> group_moves(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
     std::vector<uint32_t> moved, moving;
@@ -276,7 +276,7 @@ class KdTreeAccelerator final : public Accelerator {
       kd::count_leaf_sizes(tree, s.leaf_sizes);
     };
     add(structure_.world_tree);
-    if (structure_.is_divided()) add(structure_.passing_tree);
+    if (structure_.is_split()) add(structure_.passing_tree);
     for (const Tree& tree : structure_.group_trees) add(tree);
     for (const kd::DeformingTrees& deforming : structure_.deforming)
       for (const kd::DeformingSlice& slice : deforming.slices) add(slice.tree);
@@ -298,9 +298,9 @@ class KdTreeAccelerator final : public Accelerator {
 } // namespace
 
 std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
-                                         std::unique_ptr<KeptStructures> kept) {
+                                         std::unique_ptr<PersistentStructures> kept) {
   auto accelerator =
-      std::make_unique<KdTreeAccelerator>(input, options, kd::KeptTrees::from(std::move(kept), options.quality));
+      std::make_unique<KdTreeAccelerator>(input, options, kd::PersistentTrees::from(std::move(kept), options.quality));
   if (accelerator->cancelled()) return nullptr;
   return accelerator;
 }

@@ -11,6 +11,6 @@ namespace kindling::accel {
 // Null only if cancelled; throws std::bad_alloc if memory runs out. Parallel in the caller's TBB arena; the result, and so
 // every answer, is the same for any number of threads. Ties in t usually go to the smallest (instance, mesh, triangle).
 [[nodiscard]] std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
-                                                       std::unique_ptr<KeptStructures> kept = nullptr);
+                                                       std::unique_ptr<PersistentStructures> kept = nullptr);
 
 } // namespace kindling::accel

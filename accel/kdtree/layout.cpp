@@ -115,7 +115,7 @@ class TreePart {
     }
     nodes_.emplace_back();
     const size_t number = nodes_.size();
-    PlaneWays ways;
+    PlaneDisplacements ways;
     WideNode wide;
     wide.planes.fill(std::numeric_limits<float>::infinity());
     wide.child.fill(kEmptyChild);
@@ -140,8 +140,8 @@ class TreePart {
 
   // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen, or
   // all that fit.
-  static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide, PlaneWays& ways,
-                     uint32_t& axes, Lanes& lanes) {
+  static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide,
+                     PlaneDisplacements& ways, uint32_t& axes, Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
     ways.ways[lane] = node.way();
@@ -171,7 +171,7 @@ class TreePart {
   const TimeSlice* slice_;
   ChildWord root_ = kEmptyChild;
   std::vector<WideNode> nodes_;
-  std::vector<PlaneWays> ways_; // by node, if there is a slice
+  std::vector<PlaneDisplacements> ways_; // by node, if there is a slice
   std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
@@ -212,7 +212,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
   tree.nodes = AlignedArray<WideNode>(nodes + 1);
   tree.nodes[0] = {};
   if (slice != nullptr) {
-    tree.ways = AlignedArray<PlaneWays>(nodes + 1);
+    tree.ways = AlignedArray<PlaneDisplacements>(nodes + 1);
     tree.ways[0] = {};
   }
   tree.leaves = AlignedArray<LeafUnit>(units + kLeafPadding);

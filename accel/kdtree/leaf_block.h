@@ -1,6 +1,6 @@
 // Leaf blocks: up to 16 triangles over up to 16 vertices that they share.
 //
-// The triangles of a leaf are neighbours: ten of them have about as many vertices, not thirty. Storing a vertex once halves the
+// The triangles of a leaf are neighbors: ten of them have about as many vertices, not thirty. Storing a vertex once halves the
 // memory or better, and a ray is translated and sheared to each vertex once before the triangles pick theirs by permutation. The
 // arithmetic for a triangle is the same as if it had its vertices alone.
 //

@@ -37,15 +37,15 @@ inline constexpr uint32_t kAxesLane = 2, kRootLane = 3, kSecondLane = 0, kThirdL
 inline constexpr uint32_t kAxesExponent = 0x3f800000U;
 
 // How far each plane of a wide node moves in the tree's slice of the shutter; lane 2, that of the axes, is 0.
-struct alignas(32) PlaneWays {
+struct alignas(32) PlaneDisplacements {
   std::array<float, kWideLanes> ways{};
 };
 
 // A finished tree over some geometries in one space.
 struct Tree {
   AlignedArray<WideNode> nodes;
-  AlignedArray<PlaneWays> ways;  // by node, of trees that deform; else none
-  AlignedArray<LeafUnit> leaves; // blocks, one behind the other: LeafBlock, or MovingBlock in trees that deform
+  AlignedArray<PlaneDisplacements> ways; // by node, of trees that deform; else none
+  AlignedArray<LeafUnit> leaves;         // blocks, one behind the other: LeafBlock, or MovingBlock in trees that deform
   ChildWord root = kEmptyChild;
   Imath::Box3f bounds;              // exact; of a tree that deforms, at all times of its slice, and a little larger
   Imath::Box3f clip_bounds;         // a little larger: rays are cut to it, or, in a tree that deforms,
@@ -54,7 +54,7 @@ struct Tree {
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 
   [[nodiscard]] size_t memory_bytes() const {
-    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + ways.size() * sizeof(PlaneWays) +
+    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + ways.size() * sizeof(PlaneDisplacements) +
            leaves.size() * sizeof(LeafUnit) + geometries.capacity() * sizeof(Geometry);
   }
   [[nodiscard]] bool deforms() const { return ways.size() != 0; }

@@ -5,10 +5,10 @@ namespace kindling::accel::kd {
 namespace {
 
 struct QuerySet {
-  const Queries &plain, &divided, &moving, &divided_moving;
+  const Queries &plain, &divided, &moving, &split_moving;
 
   [[nodiscard]] const Queries& choose(QueryNeeds needs) const {
-    if (needs.divided) return needs.moving ? divided_moving : divided;
+    if (needs.divided) return needs.moving ? split_moving : divided;
     return needs.moving ? moving : plain;
   }
 };
@@ -19,15 +19,14 @@ const Queries& queries_for(SimdTarget target, QueryNeeds needs) {
   switch (target) {
 #if defined(__x86_64__)
   case SimdTarget::avx2:
-    return QuerySet{kAvx2Queries, kAvx2DividedQueries, kAvx2MovingQueries, kAvx2DividedMovingQueries}.choose(needs);
+    return QuerySet{kAvx2Queries, kAvx2SplitQueries, kAvx2MovingQueries, kAvx2SplitMovingQueries}.choose(needs);
   case SimdTarget::avx512:
-    return QuerySet{kAvx512Queries, kAvx512DividedQueries, kAvx512MovingQueries, kAvx512DividedMovingQueries}.choose(
-        needs);
+    return QuerySet{kAvx512Queries, kAvx512SplitQueries, kAvx512MovingQueries, kAvx512SplitMovingQueries}.choose(needs);
 #endif
   default: break;
   }
-  return QuerySet{kPortableQueries, kPortableDividedQueries, kPortableMovingQueries, kPortableDividedMovingQueries}
-      .choose(needs);
+  return QuerySet{kPortableQueries, kPortableSplitQueries, kPortableMovingQueries, kPortableSplitMovingQueries}.choose(
+      needs);
 }
 
 } // namespace kindling::accel::kd

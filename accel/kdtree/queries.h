@@ -28,11 +28,11 @@ struct QueryNeeds {
 // `target` must be one that this processor runs; see simd_target.h.
 [[nodiscard]] const Queries& queries_for(SimdTarget target, QueryNeeds needs);
 
-// Definitions in kernels/portable.cpp, kernels/divided_portable.cpp and kernels/moving_portable.cpp, and likewise for the others.
-extern const Queries kPortableQueries, kPortableDividedQueries, kPortableMovingQueries, kPortableDividedMovingQueries;
+// Definitions in kernels/portable.cpp, kernels/split_portable.cpp and kernels/moving_portable.cpp, and likewise for the others.
+extern const Queries kPortableQueries, kPortableSplitQueries, kPortableMovingQueries, kPortableSplitMovingQueries;
 #if defined(__x86_64__)
-extern const Queries kAvx2Queries, kAvx2DividedQueries, kAvx2MovingQueries, kAvx2DividedMovingQueries;
-extern const Queries kAvx512Queries, kAvx512DividedQueries, kAvx512MovingQueries, kAvx512DividedMovingQueries;
+extern const Queries kAvx2Queries, kAvx2SplitQueries, kAvx2MovingQueries, kAvx2SplitMovingQueries;
+extern const Queries kAvx512Queries, kAvx512SplitQueries, kAvx512MovingQueries, kAvx512SplitMovingQueries;
 #endif
 
 } // namespace kindling::accel::kd

@@ -78,8 +78,8 @@ struct SplitScratch {
                                                      std::span<const Reference> references, SplitScratch& scratch);
 
 // The same by counting for every bound how many references lie on each side, in time quadratic in their number, which is faster
-// for few. At most kMostCounted references. Costs are single precision, and axes shorter than kShortestAxis are not split.
-inline constexpr size_t kMostCounted = 128;
+// for few. At most kMaxCounted references. Costs are single precision, and axes shorter than kShortestAxis are not split.
+inline constexpr size_t kMaxCounted = 128;
 inline constexpr float kShortestAxis = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
                                                       std::span<const Reference> references);

@@ -17,13 +17,13 @@ namespace kindling::accel::kd {
 namespace {
 
 constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
-constexpr uint32_t kFewestBins = 32, kMostBins = 256;
+constexpr uint32_t kFewestBins = 32, kMaxBins = 256;
 // Lanes of a Reference: lower bounds on the three axes, an id, upper bounds, an id.
 constexpr size_t kStartLane = 0, kEndLane = 4;
 constexpr std::array<size_t, 6> kBoundLanes = {0, 1, 2, 4, 5, 6};
 
 uint32_t bins_for(size_t count) {
-  return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kFewestBins, kMostBins);
+  return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kFewestBins, kMaxBins);
 }
 
 struct Occupied {
@@ -39,7 +39,7 @@ struct Binning {
   [[nodiscard]] float border(size_t axis, uint32_t i) const { return low[axis] + static_cast<float>(i) * width[axis]; }
 };
 
-using Histogram = std::array<std::array<uint32_t, kMostBins>, 8>; // by lane
+using Histogram = std::array<std::array<uint32_t, kMaxBins>, 8>; // by lane
 
 // Ids are no floats: as such they would be slow denormals.
 Float8Lanes bounds_of(const Reference& reference) {
@@ -58,7 +58,7 @@ Occupied occupied(std::span<const Reference> references) {
 }
 
 void count_bins(std::span<const Reference> references, const Binning& binning, Histogram& histogram) {
-  for (std::array<uint32_t, kMostBins>& lane : histogram) std::fill_n(lane.begin(), binning.bins, 0U);
+  for (std::array<uint32_t, kMaxBins>& lane : histogram) std::fill_n(lane.begin(), binning.bins, 0U);
   const Float8Lanes last = spread(static_cast<float>(binning.bins - 1));
   for (const Reference& reference : references) {
     const Float8Lanes place = (bounds_of(reference) - binning.low) * binning.scale;
@@ -119,12 +119,12 @@ Binning make_binning(const Occupied& all, uint32_t bins) {
 }
 
 // Choices of LaneBest.
-constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMostBins);
+constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMaxBins);
 
 void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
                    size_t count, LaneBest& best) {
   // References that begin before border i, and that end behind it.
-  alignas(32) std::array<int32_t, kMostBins> left, right;
+  alignas(32) std::array<int32_t, kMaxBins> left, right;
   int32_t before = 0, behind = static_cast<int32_t>(count);
   for (uint32_t i = 0; i < binning.bins; ++i) {
     left[i] = before;

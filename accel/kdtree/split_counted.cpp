@@ -15,12 +15,12 @@ namespace {
 
 // Structure of arrays.
 struct LaneBounds {
-  alignas(32) float low[3][kMostCounted], high[3][kMostCounted];
+  alignas(32) float low[3][kMaxCounted], high[3][kMaxCounted];
   size_t count;
 };
 
 struct Planes {
-  alignas(32) float position[2 * kMostCounted + 16];
+  alignas(32) float position[2 * kMaxCounted + 16];
   size_t count = 0;
   bool planars = false; // a reference lies in a plane of this axis
 };
@@ -88,7 +88,7 @@ void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const
 
 std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
                                         std::span<const Reference> references) {
-  assert(references.size() <= kMostCounted);
+  assert(references.size() <= kMaxCounted);
   const double area = half_area(box);
   if (!(area > 0.0)) return std::nullopt;
   LaneBounds bounds;

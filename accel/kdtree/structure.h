@@ -47,7 +47,7 @@ struct Structure {
   std::vector<MovingInstance> moving;
   InstanceLevel moving_level; // over moving, for the whole shutter
 
-  [[nodiscard]] bool is_divided() const { return passing_tree.root != kEmptyChild; }
+  [[nodiscard]] bool is_split() const { return passing_tree.root != kEmptyChild; }
 };
 
 } // namespace kindling::accel::kd

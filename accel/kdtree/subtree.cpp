@@ -28,12 +28,12 @@ std::optional<Split> find_split(const Config& config, const CostModel& model, co
   const size_t count = references.size();
   const double leaf_cost = model.leaf_cost(count);
   std::optional<Split> split;
-  if (count <= std::min<size_t>(kMostCounted, config.exact_below)) {
+  if (count <= std::min<size_t>(kMaxCounted, config.exact_below)) {
     split = best_split_counted(config, box, references);
   } else {
     if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
     // Bins may see nothing where all bounds fall into one bin; among few references that is no loss.
-    if (count > kMostCounted && (!split || split->cost >= leaf_cost))
+    if (count > kMaxCounted && (!split || split->cost >= leaf_cost))
       split = best_split_sorted(config, box, references, scratch);
   }
   if (split && split->cost >= leaf_cost) split.reset();
@@ -48,7 +48,7 @@ BinaryNode* SubtreeBuilder::new_pair() {
 
 double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                              BinaryNode& node) {
-  assert(references.size() <= kMostOfSubtree);
+  assert(references.size() <= kMaxOfSubtree);
   stack_.reserve(2 * references.size() + 1, 0);
   copy_references(references.data(), references.size(), stack_.data());
   const double cost = build(context, cell, 0, references.size(), node);
@@ -134,7 +134,7 @@ void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::
                                BinaryNode& node) {
   LeafReference* own = arena_.references.allocate(references.size());
   std::copy(references.begin(), references.end(), own);
-  // Neighbours in a mesh share vertices, which makes the leaf smaller.
+  // Neighbors in a mesh share vertices, which makes the leaf smaller.
   std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {
     return a.geometry != b.geometry ? a.geometry < b.geometry : a.triangle < b.triangle;
   });

@@ -39,12 +39,12 @@ struct Cell {
 [[nodiscard]] std::optional<Split> find_split(const Config& config, const CostModel& model, const Imath::Box3f& box,
                                               std::span<const Reference> references, SplitScratch& scratch);
 
-inline constexpr size_t kMostOfSubtree = 16384;
+inline constexpr size_t kMaxOfSubtree = 16384;
 
 // Builds subtrees one after the other on one thread, and keeps them and its buffers.
 class SubtreeBuilder {
  public:
-  // Fills the node. Returns the cost expected, given that the cell is entered. At most kMostOfSubtree references: among more, the
+  // Fills the node. Returns the cost expected, given that the cell is entered. At most kMaxOfSubtree references: among more, the
   // search for a split would wait for other threads, and meanwhile this one might come here again.
   double build(const BuildContext& context, const Cell& cell, std::span<const Reference> references, BinaryNode& node);
   double build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,

@@ -235,7 +235,7 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
       }))
     return cost;
   const CandidateFilter passing{structure.filter, ray, structure.passing_tree, kNoId};
-  if (structure.is_divided() && TreeWalk(ray, passing, any_hit, cost).run(t_min, t_far)) return cost;
+  if (structure.is_split() && TreeWalk(ray, passing, any_hit, cost).run(t_min, t_far)) return cost;
   walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
     const MovingInstance& moving = structure.moving[i];
     RayToObject to_object = moving.to_object;

@@ -20,7 +20,7 @@ enum class Layer {
   leaf,
   rough_glass,
   glass,
-  pane,
+  thin_wall,
   all
 };
 
@@ -51,9 +51,9 @@ void set_layers(Layer layer, const V2f& u, Hit& h) {
     l.iridescence_thickness_nm = 800.0f * u.x;
   }
   if (layer == Layer::leaf || all) l.diffuse_transmission = u.y;
-  if (layer == Layer::rough_glass || layer == Layer::glass || layer == Layer::pane || all) {
+  if (layer == Layer::rough_glass || layer == Layer::glass || layer == Layer::thin_wall || all) {
     l.transmission = all ? u.x : 1.0f;
-    l.thin_walled = layer == Layer::pane;
+    l.thin_walled = layer == Layer::thin_wall;
     if (layer == Layer::glass) p.roughness = 0.0f;
   }
   p.metallic = layer == Layer::film_on_metal ? 1.0f : all ? 0.5f * u.y : 0.0f;
@@ -95,7 +95,7 @@ BENCHMARK_CAPTURE(layered, film_on_dielectric, Layer::film_on_dielectric);
 BENCHMARK_CAPTURE(layered, leaf, Layer::leaf);
 BENCHMARK_CAPTURE(layered, rough_glass, Layer::rough_glass);
 BENCHMARK_CAPTURE(layered, glass, Layer::glass);
-BENCHMARK_CAPTURE(layered, pane, Layer::pane);
+BENCHMARK_CAPTURE(layered, thin_wall, Layer::thin_wall);
 BENCHMARK_CAPTURE(layered, all, Layer::all);
 
 } // namespace

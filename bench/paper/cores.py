@@ -1,4 +1,4 @@
-"""Distribution: threads with regions or tiles, and processes that each render one region of the picture."""
+"""Distribution: threads with regions or tiles, and processes that each render one region of the image."""
 # SPDX-License-Identifier: Apache-2.0
 import statistics
 import sys
@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-import fidelity_pictures
+import fidelity_images
 import tracers
 
 SCENE, SIZE = "figure_01", (900, 675)
@@ -45,7 +45,7 @@ def by_processes(bench, spp=4):
     """One region for each process, one thread each, all at once; put together and compared with the whole to the bit."""
     size, flags = bench.scaled(SIZE), [*JOBS["Whitted, depth 12"][0]]
     count = max(bench.cores, 2)
-    bench.say(f"processes: the whole picture, then {count} regions at once")
+    bench.say(f"processes: the whole image, then {count} regions at once")
     whole = bench.render(SCENE, size, spp, flags, 1, "exr")
     parts, results, errors = crops(size, count), [None] * count, []
 
@@ -65,8 +65,8 @@ def by_processes(bench, spp=4):
     wall_s = time.perf_counter() - started
     if errors:
         sys.exit(errors[0])
-    expected = fidelity_pictures.read(whole.picture).rgb
-    pieces = [fidelity_pictures.read(result.picture).rgb for result in results]
+    expected = fidelity_images.read(whole.image).rgb
+    pieces = [fidelity_images.read(result.image).rgb for result in results]
     composed = np.concatenate([piece if piece.shape[0] == bottom - top else piece[top:bottom]
                                for piece, (_, top, _, bottom) in zip(pieces, parts)])
     return {"count": count, "whole_s": whole.process_s, "wall_s": wall_s, "render_s": [result.render_s for result in results],

@@ -1,8 +1,8 @@
-"""Figure 6: one sample, nine jittered ones, and our sampler and filter, beside the converged picture."""
+"""Figure 6: one sample, nine jittered ones, and our sampler and filter, beside the converged image."""
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-import fidelity_pictures
+import fidelity_images
 import figures
 import tracers
 
@@ -16,7 +16,7 @@ WAYS = {
     "9 samples, Sobol, Blackman-Harris filter": (9, ["--sampler", "sobol", *OURS]),
     "9 samples, blue noise, Blackman-Harris filter": (9, ["--sampler", "blue-noise", *OURS]),
 }
-CROPS = [(0.80, 0.27, 0.10), (0.05, 0.46, 0.10)]  # centre x, centre y, width; in parts of the picture
+CROPS = [(0.80, 0.27, 0.10), (0.05, 0.46, 0.10)]  # center x, center y, width; in parts of the image
 
 
 def compare(bench, reference_spp):
@@ -32,19 +32,19 @@ def compare(bench, reference_spp):
         rgb = _read(result)
         difference = rgb - references[key]
         found.append({"name": name, "spp": spp, "seconds": result.render_s, "rmse": float(np.sqrt(np.mean(difference ** 2))),
-                      "crops": [crop(rgb, *place) for place in CROPS], "picture": tracers.encode(rgb)})
+                      "crops": [crop(rgb, *place) for place in CROPS], "image": tracers.encode(rgb)})
     found.append({"name": f"converged ({reference_spp} samples), Blackman-Harris filter", "spp": reference_spp, "seconds": None, "rmse": 0.0,
-                  "crops": [crop(references[tuple(OURS)], *place) for place in CROPS], "picture": tracers.encode(references[tuple(OURS)])})
+                  "crops": [crop(references[tuple(OURS)], *place) for place in CROPS], "image": tracers.encode(references[tuple(OURS)])})
     return found
 
 
 def _read(result):
-    return fidelity_pictures.read(result.picture).rgb.astype(float)
+    return fidelity_images.read(result.image).rgb.astype(float)
 
 
 def crop(rgb, x, y, width):
-    """A square of the picture, without loss, to be shown enlarged."""
+    """A square of the image, without loss, to be shown enlarged."""
     side = max(round(width * rgb.shape[1]), 4)
     left = min(max(round(x * rgb.shape[1]) - side // 2, 0), rgb.shape[1] - side)
     top = min(max(round(y * rgb.shape[0]) - side // 2, 0), rgb.shape[0] - side)
-    return fidelity_pictures.png(np.round(np.clip(rgb[top:top + side, left:left + side], 0, 1) * 255).astype(np.uint8))
+    return fidelity_images.png(np.round(np.clip(rgb[top:top + side, left:left + side], 0, 1) * 255).astype(np.uint8))

@@ -57,7 +57,7 @@ FIGURES = [
     Figure("7", "Soft shadows", "Several shadow feelers, spread over the rectangular light as 8 x 8 squares, which was enough to reduce banding.", CPU,
            [("figure_07", "")], [whitted("8 x 8 shadow feelers", 4, "0.12,0.12,0.12", *SHADOWS_8, *GLOSS_3), path(128)], TURION, {"figure_07": "~35 s"}),
     Figure("8", "Depth of field, antialiasing and soft shadows", "All of the distributed effects in one scene.", CPU, [("figure_08", "")],
-           [whitted("2 x 2 shadow feelers", 64, "0.13,0.14,0.16", *SHADOWS_2), path(128, "--caustics", "regularised")], TURION, {"figure_08": "11.170 s"}),
+           [whitted("2 x 2 shadow feelers", 64, "0.13,0.14,0.16", *SHADOWS_2), path(128, "--caustics", "regularized")], TURION, {"figure_08": "11.170 s"}),
     Figure("9", "Whitted reflections", "Two spheres and the parallelogram below them mirror each other; one reflected ray, and its aliasing.", GPU,
            [("figure_09", "")], [whitted("one sample", 1, "0,0,0"), whitted("16 samples", 16, "0,0,0"), path(32)], TURION_GPU, {"figure_09": "4.525 s"}),
     Figure("10", "Glossy reflections", "Reflected rays are perturbed over a region of 3 x 3.", GPU, [("figure_10", "")],

@@ -19,7 +19,7 @@ NEEDED = ["--integrator", "--trace-depth", "--max-reflections", "--whitted-cache
 
 @dataclass
 class Result:
-    picture: Path
+    image: Path
     render_s: float  # wall time of the render phase
     cost_s: float  # what is compared: that, or with --clock cpu the process's time less that of a render of 8 x 8 pixels
     process_s: float  # wall time of the whole process
@@ -60,8 +60,8 @@ class Bench:
         if not path.is_file():
             sys.exit(f"{path} is not there; make it: python3 scenes/generate.py paper")
         stem = self.folder / f"{next(self.counter):04d}"
-        picture, stats = stem.with_suffix("." + kind), stem.with_suffix(".json")
-        command = [self.binary, "render", path, "-o", picture, "--size", f"{size_px[0]}x{size_px[1]}", "--spp", str(spp), "--threads",
+        image, stats = stem.with_suffix("." + kind), stem.with_suffix(".json")
+        command = [self.binary, "render", path, "-o", image, "--size", f"{size_px[0]}x{size_px[1]}", "--spp", str(spp), "--threads",
                    str(threads or self.cores), "--stats", stats, "--progress", "none", *flags, *self.flags]
         if kind == "exr":
             command.append("--exr-float")
@@ -71,7 +71,7 @@ class Bench:
         warnings = [line.replace(str(path), path.name) for _, line in lines if "warning:" in line]
         shown = ["kindling", "render", f"scenes/paper/{scene}.glb", *map(str, command[5:command.index("--stats")]), *map(str, flags), *self.flags]
         render_s = data["phases"]["render"]
-        return Result(picture, render_s, render_s, wall_s, cpu_s, data, warnings, shown)
+        return Result(image, render_s, render_s, wall_s, cpu_s, data, warnings, shown)
 
     def timed(self, scene, size_px, spp, flags, threads=1, kind="exr"):
         """A render whose cost counts."""

@@ -1,4 +1,4 @@
-"""The page of the paper's figures: pictures, times then and now, plots, and what the measurements say."""
+"""The page of the paper's figures: images, times then and now, plots, and what the measurements say."""
 # SPDX-License-Identifier: Apache-2.0
 import base64
 import html
@@ -85,7 +85,7 @@ def figure_section(figure):
                 words.insert(0, scene["caption"])
             if scene["then"] and number == 0:
                 words.append(f'<span class="then">the paper: {scene["then"]}</span>')
-            text.append(f"<figure>{image(render['picture'], figure['title'])}<figcaption>{'; '.join(words)}</figcaption></figure>\n")
+            text.append(f"<figure>{image(render['image'], figure['title'])}<figcaption>{'; '.join(words)}</figcaption></figure>\n")
     commands = "\n".join(html.escape(" ".join(render["command"])) for scene in figure["scenes"] for render in scene["renders"])
     warnings = sorted({warning for scene in figure["scenes"] for render in scene["renders"] for warning in render["warnings"]})
     noted = f"<pre>{html.escape(chr(10).join(warnings))}</pre>" if warnings else ""
@@ -151,10 +151,10 @@ def findings(times):
 
 
 def quality_section(data):
-    shots = [("unlimited reflections", image(data["pictures"]["unlimited"], "unlimited")), ("at most 3", image(data["pictures"]["3"], "3 reflections")),
+    shots = [("unlimited reflections", image(data["images"]["unlimited"], "unlimited")), ("at most 3", image(data["images"]["3"], "3 reflections")),
              (f"where they differ: FLIP, mean {data['flip_mean']:.4f}, largest {data['flip_max']:.2f}", image(data["difference"], "difference", "image/png"))]
     psnr = "the same" if data["psnr_db"] is None else f"{data['psnr_db']:.1f} dB"
-    return ("<section id=\"bounces\"><h2>Figure 2. What the limit of reflections does to the picture</h2>\n<p>The paper: virtually the same with at most 3 reflections. "
+    return ("<section id=\"bounces\"><h2>Figure 2. What the limit of reflections does to the image</h2>\n<p>The paper: virtually the same with at most 3 reflections. "
             f"Here, at trace depth {data['depth']} with {data['spp']} samples: PSNR {psnr}, {100 * data['changed']:.1f} % of the pixels changed by more than 2/255; "
             f"{seconds(data['seconds']['unlimited'])} s and {seconds(data['seconds']['3'])} s on all cores.</p>\n"
             '<div class="row" style="--w: 300px; --m: 390px">' + "".join(f"<figure>{shot}<figcaption>{name}</figcaption></figure>" for name, shot in shots)
@@ -162,7 +162,7 @@ def quality_section(data):
 
 
 def edges_section(found):
-    text = ["<section id=\"edges\"><h2>Figure 6. Antialiasing</h2>\n<p>Enlarged parts; RMSE of encoded values against the converged picture of the same filter.</p>\n"
+    text = ["<section id=\"edges\"><h2>Figure 6. Antialiasing</h2>\n<p>Enlarged parts; RMSE of encoded values against the converged image of the same filter.</p>\n"
             '<div class="row crops" style="--w: 170px; --m: 190px">']
     for way in found:
         crops = "".join(image(png, way["name"], "image/png") for png in way["crops"])
@@ -187,6 +187,6 @@ def cores_section(by_job, processes):
     if processes:
         parts = ", ".join(seconds(value) for value in processes["render_s"])
         text.append(f"<p>{processes['count']} processes, each with one region and one thread: {seconds(processes['wall_s'])} s from start to the last file, against "
-                    f"{seconds(processes['whole_s'])} s of one process with one thread (regions alone: {parts} s). Put together the picture is "
+                    f"{seconds(processes['whole_s'])} s of one process with one thread (regions alone: {parts} s). Put together the image is "
                     + ("the same to the bit." if processes["same"] else "<b>not the same</b>.") + "</p>\n")
     return "".join(text) + "</section>\n"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders the figures of "Research on ray tracing" (scenes/paper), measures what the paper measured, and writes one page.
 
-    bench/paper/run.py                                    # paper.html, pictures at the paper's sizes
+    bench/paper/run.py                                    # paper.html, images at the paper's sizes
     bench/paper/run.py --figures 5,7 --scale 2 --out big.html
     bench/paper/run.py --parts tracers,cores --repeat 9
 """
@@ -21,7 +21,7 @@ import with_numpy  # noqa: F401  (starts a Python that has NumPy)
 
 import cores
 import edges
-import fidelity_pictures
+import fidelity_images
 import figures
 import page
 import pixels
@@ -31,7 +31,7 @@ from measure import Bench
 
 PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
 SHEET_PX, SHEET_COLUMNS = (228, 187), 5
-PICTURE_QUALITY, THUMBNAIL_PX = 80, 180  # of WebP; the page holds some thirty pictures
+PICTURE_QUALITY, THUMBNAIL_PX = 80, 180  # of WebP; the page holds some thirty images
 ONE_CORE_PART = 8  # one core renders this part of the samples, at least one, and its time is multiplied
 
 
@@ -55,17 +55,17 @@ def main():
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--out", type=Path, default=Path("paper.html"), help="page; figures go beside it as JSON (paper.html)")
-    parser.add_argument("--figures", type=words, metavar="N,N", help="only these pictures, and no other part unless --parts names it")
+    parser.add_argument("--figures", type=words, metavar="N,N", help="only these images, and no other part unless --parts names it")
     parser.add_argument("--parts", type=words, metavar="NAME,NAME", help=f"of {', '.join(PARTS)} (all)")
-    parser.add_argument("--scale", type=positive, default=1.0, help="of all pictures' sizes (1)")
+    parser.add_argument("--scale", type=positive, default=1.0, help="of all images' sizes (1)")
     parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
     parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
     parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="what times are; cpu: for busy machines, tells nothing of many cores (wall)")
-    parser.add_argument("--quick", action="store_true", help="small pictures, few samples, few depths, one round: does it all work?")
+    parser.add_argument("--quick", action="store_true", help="small images, few samples, few depths, one round: does it all work?")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
-    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="also write the figures' pictures there, as WebP")
-    parser.add_argument("--sheet", type=Path, metavar="FILE.webp", help="also lay the last picture of each scene on one sheet")
+    parser.add_argument("--images", type=Path, metavar="FOLDER", help="also write the figures' images there, as WebP")
+    parser.add_argument("--sheet", type=Path, metavar="FILE.webp", help="also lay the last image of each scene on one sheet")
     arguments = parser.parse_args()
     arguments.parts = arguments.parts or (["figures"] if arguments.figures else PARTS)
     if unknown := [part for part in arguments.parts if part not in PARTS]:
@@ -90,7 +90,7 @@ def positive(text):
 
 def measure(bench, arguments, chosen):
     result = {"about": {"machine": processor(), "cores": bench.cores, "version": "", "when": datetime.date.today().isoformat(), "clock": arguments.clock,
-                        "note": "Quick run: small pictures and few samples; the figures mean nothing." if arguments.quick else ""}}
+                        "note": "Quick run: small images and few samples; the figures mean nothing." if arguments.quick else ""}}
     quick, repeats = arguments.quick, arguments.repeat
     if "tracers" in arguments.parts:
         depths = [1, 2, 4] if quick else list(range(1, 13))
@@ -120,7 +120,7 @@ def render_figure(bench, arguments, figure):
 
 
 def render_way(bench, arguments, figure, scene, way):
-    """On all cores, the picture; on one, the time alone: of an eighth of the samples, times eight."""
+    """On all cores, the image; on one, the time alone: of an eighth of the samples, times eight."""
     size = bench.scaled(figure.size_px)
     spp = max(round(way.spp * arguments.spp_scale), 1)
     bench.say(f"figure {figure.number}: {scene}, {way.name}, {size[0]} x {size[1]}, {spp} samples")
@@ -132,14 +132,14 @@ def render_way(bench, arguments, figure, scene, way):
         part = max(spp // ONE_CORE_PART, 1)
         one = bench.render(scene, size, part, way.flags, threads=1)
         one_core_s, all_cores_s = one.render_s * spp / part, result.render_s
-    rgb = fidelity_pictures.read(result.picture).rgb
+    rgb = fidelity_images.read(result.image).rgb
     encoded = tracers.encode(rgb, PICTURE_QUALITY)
-    if arguments.pictures:
-        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    if arguments.images:
+        arguments.images.mkdir(parents=True, exist_ok=True)
         kind = "path" if "path" in way.flags else "whitted"
-        (arguments.pictures / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
+        (arguments.images / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
     return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": all_cores_s, "one_core_s": one_core_s,
-            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "picture": encoded, "thumbnail": tracers.encode(thumbnail(rgb), PICTURE_QUALITY), "command": result.command,
+            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "image": encoded, "thumbnail": tracers.encode(thumbnail(rgb), PICTURE_QUALITY), "command": result.command,
             "warnings": result.warnings}
 
 
@@ -152,15 +152,15 @@ def thumbnail(rgb):
 
 def contact_sheet(chosen, folder, output):
     """Five in a row, all of one size."""
-    pictures = []
+    images = []
     for number, scene in enumerate(scene for figure in chosen for scene in figure["scenes"]):
-        pictures.append(folder / f"sheet{number}.webp")
-        pictures[-1].write_bytes(scene["renders"][-1]["picture"])
+        images.append(folder / f"sheet{number}.webp")
+        images[-1].write_bytes(scene["renders"][-1]["image"])
     width, height = SHEET_PX
-    words = [word for path in pictures for word in (path, "--resize", f"{width}x{height}")]
-    rows = math.ceil(len(pictures) / SHEET_COLUMNS)
+    words = [word for path in images for word in (path, "--resize", f"{width}x{height}")]
+    rows = math.ceil(len(images) / SHEET_COLUMNS)
     output.parent.mkdir(parents=True, exist_ok=True)
-    subprocess.run([pixels.oiiotool(), "-q", *map(str, words), "--mosaic:pad=4", f"{min(SHEET_COLUMNS, len(pictures))}x{rows}", "-d", "uint8",
+    subprocess.run([pixels.oiiotool(), "-q", *map(str, words), "--mosaic:pad=4", f"{min(SHEET_COLUMNS, len(images))}x{rows}", "-d", "uint8",
                     "--compression", "webp:88", "-o", str(output)], check=True)
 
 

@@ -1,11 +1,11 @@
-"""Figures 2, 3 and 4: three tracers by trace depth, what each optimization brings, and what the limit of reflections does to the picture."""
+"""Figures 2, 3 and 4: three tracers by trace depth, what each optimization brings, and what the limit of reflections does to the image."""
 # SPDX-License-Identifier: Apache-2.0
 import statistics
 from dataclasses import dataclass
 
 import numpy as np
 
-import fidelity_pictures
+import fidelity_images
 import figures
 import flip
 from measure import median_s, quartiles
@@ -83,17 +83,17 @@ def verdict(saving):
 
 def quality(bench, depth, spp):
     """Figure 2: unlimited reflections beside three."""
-    pictures, times = {}, {}
+    images, times = {}, {}
     for name, limit in (("unlimited", "64"), ("3", "3")):
         result = bench.render(SCENE, bench.scaled(SIZE), spp, ["--integrator", "whitted", "--trace-depth", str(depth), "--max-reflections", limit, *AMBIENT])
-        pictures[name], times[name] = fidelity_pictures.read(result.picture).rgb, result.render_s
-    error = flip.flip(pictures["unlimited"].astype(float), pictures["3"].astype(float))
-    square = float(np.mean((pictures["unlimited"] - pictures["3"]) ** 2))
+        images[name], times[name] = fidelity_images.read(result.image).rgb, result.render_s
+    error = flip.flip(images["unlimited"].astype(float), images["3"].astype(float))
+    square = float(np.mean((images["unlimited"] - images["3"]) ** 2))
     return {"depth": depth, "spp": spp, "seconds": times, "flip_mean": float(error.mean()), "flip_max": float(error.max()),
             "psnr_db": 10.0 * float(np.log10(1.0 / square)) if square > 0 else None,
-            "changed": float(np.mean(np.abs(pictures["unlimited"] - pictures["3"]).max(axis=-1) > 2.5 / 255.0)),
-            "pictures": {name: encode(rgb) for name, rgb in pictures.items()}, "difference": fidelity_pictures.difference_png(error)}
+            "changed": float(np.mean(np.abs(images["unlimited"] - images["3"]).max(axis=-1) > 2.5 / 255.0)),
+            "images": {name: encode(rgb) for name, rgb in images.items()}, "difference": fidelity_images.difference_png(error)}
 
 
 def encode(rgb, quality=90):
-    return fidelity_pictures.encode(np.round(np.clip(rgb, 0.0, 1.0) * 255.0).astype(np.uint8), quality=quality)
+    return fidelity_images.encode(np.round(np.clip(rgb, 0.0, 1.0) * 255.0).astype(np.uint8), quality=quality)

@@ -1,4 +1,4 @@
-// Texture look-ups: each layout at random places (a path tracer's pattern) and along a line, small and large pictures.
+// Texture look-ups: each layout at random places (a path tracer's pattern) and along a line, small and large images.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 

@@ -38,9 +38,9 @@ ConsoleSettings console_settings(const CommandLine& line) {
   if (const auto* shootout = std::get_if<ShootoutOptions>(&line.command))
     return {shootout->view.quiet, shootout->view.verbose, false};
   if (const auto* merge = std::get_if<MergeOptions>(&line.command))
-    return {merge->picture.quiet, merge->picture.verbose, false};
+    return {merge->image.quiet, merge->image.verbose, false};
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
-    return {scaling->picture.quiet, scaling->picture.verbose, false};
+    return {scaling->image.quiet, scaling->image.verbose, false};
   return {};
 }
 

@@ -7,7 +7,7 @@ namespace kindling {
 // Akenine-Moeller et al. 2021, "Improved Shader and Texture Level of Detail Using Ray Cones". Around a ray, growing linearly.
 struct RayCone {
   float width_m = 0.0f; // diameter where the ray starts
-  float spread = 0.0f;  // growth of the diameter per metre: for small angles, the angle between opposite sides
+  float spread = 0.0f;  // growth of the diameter per meter: for small angles, the angle between opposite sides
 
   [[nodiscard]] float width_at(float distance_m) const { return width_m + spread * distance_m; }
 };

@@ -24,7 +24,7 @@ inline constexpr float kMinCosTheta = 1e-4f;
 // Fresnel at normal incidence; 1 for an ior of 0 (KHR_materials_ior).
 [[nodiscard]] inline float dielectric_reflectance(float ior) { return square((ior - 1.0f) / (ior + 1.0f)); }
 
-// Colour of light that leaves the microfacets after two bounces or more (Kulla and Conty 2017, after Jakob et al.
+// Color of light that leaves the microfacets after two bounces or more (Kulla and Conty 2017, after Jakob et al.
 // 2014): the cosine-weighted mean of Schlick's Fresnel is F0 + (F90 - F0) / 21.
 [[nodiscard]] inline float multiple_scattering_fresnel(float f0, float f90, float e_average) {
   const float mean = f0 + (f90 - f0) * (1.0f / 21.0f);

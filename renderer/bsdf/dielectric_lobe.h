@@ -19,7 +19,7 @@ struct DielectricParameters {
   bool thin_walled = false;
   float specular = 1.0f;    // [0, 1] (KHR_materials_specular)
   Rgb specular_color{1.0f}; // >= 0
-  Rgb tint{1.0f};           // [0, 1], of the transmitted light: the base colour
+  Rgb tint{1.0f};           // [0, 1], of the transmitted light: the base color
 
   float iridescence = 0.0f; // [0, 1] (KHR_materials_iridescence): share of the Fresnel term that is the thin film's
   float film_ior = 1.3f;

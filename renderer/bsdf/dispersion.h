@@ -19,8 +19,8 @@ struct WavelengthSample {
 };
 
 // u in [0, 1), uniform. Continuous in u; wavelengths fall from 680 nm at u = 0 to 390 nm. The mean of the weight over u is
-// (1, 1, 1), up to the rounding of floats: a path on which the wavelength plays no role keeps its colour in the mean. Weights are
-// the responses of Rec. 709's primaries to a wavelength, without their negative lobes (a colour of the spectrum is more saturated
+// (1, 1, 1), up to the rounding of floats: a path on which the wavelength plays no role keeps its color in the mean. Weights are
+// the responses of Rec. 709's primaries to a wavelength, without their negative lobes (a color of the spectrum is more saturated
 // than any the primaries mix), over the density 0.30 r + 0.45 g + 0.25 b of the draw: at most 4 in any channel. Their variance
 // is stated in the README.
 [[nodiscard]] WavelengthSample sample_wavelength(float u);

@@ -1,4 +1,4 @@
-// Prints anisotropic_tables.cpp: the albedo of the anisotropic GGX lobe by quadrature. Run when the parametrisation in
+// Prints anisotropic_tables.cpp: the albedo of the anisotropic GGX lobe by quadrature. Run when the parametrization in
 // anisotropic_albedo.h changes:
 //   cmake --build BUILD --target kindling_generate_anisotropic_tables &&
 //   BUILD/.../kindling_generate_anisotropic_tables > renderer/bsdf/anisotropic_tables.cpp

@@ -1,4 +1,4 @@
-// Prints dielectric_tables.cpp: what a rough interface reflects and transmits, by quadrature. Run when the parametrisation in
+// Prints dielectric_tables.cpp: what a rough interface reflects and transmits, by quadrature. Run when the parametrization in
 // dielectric_albedo.h changes (a minute):
 //   cmake --build BUILD --target kindling_generate_dielectric_tables &&
 //   BUILD/.../kindling_generate_dielectric_tables > renderer/bsdf/dielectric_tables.cpp

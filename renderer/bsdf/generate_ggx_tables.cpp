@@ -1,4 +1,4 @@
-// Prints ggx_tables.cpp: the albedo of the GGX lobe by quadrature. Run when the parametrisation in ggx_albedo.h
+// Prints ggx_tables.cpp: the albedo of the GGX lobe by quadrature. Run when the parametrization in ggx_albedo.h
 // changes:
 //   cmake --build BUILD --target kindling_generate_ggx_tables && BUILD/.../kindling_generate_ggx_tables >
 //   renderer/bsdf/ggx_tables.cpp

@@ -1,4 +1,4 @@
-// Prints sheen_tables.cpp: the albedo of the sheen lobe by quadrature, and the fit of the density that samples it. Run when the lobe or the parametrisation in
+// Prints sheen_tables.cpp: the albedo of the sheen lobe by quadrature, and the fit of the density that samples it. Run when the lobe or the parametrization in
 // sheen_lobe.h changes:
 //   cmake --build BUILD --target kindling_generate_sheen_tables && BUILD/.../kindling_generate_sheen_tables >
 //   renderer/bsdf/sheen_tables.cpp

@@ -35,7 +35,7 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
   const GgxAlbedo seen = table_(mu);
   const GgxAlbedo mean = ggx_average_albedo(roughness);
 
-  // Multiple scattering: its colour is computed for each material apart.
+  // Multiple scattering: its color is computed for each material apart.
   Rgb fms(0.0f);
   Rgb diffuse_albedo(0.0f);
   if (metallic < 1.0f) {

@@ -11,7 +11,7 @@
 
 namespace kindling {
 
-// Already evaluated at a point: textures, vertex colours and factors are multiplied in. What is outside of the ranges
+// Already evaluated at a point: textures, vertex colors and factors are multiplied in. What is outside of the ranges
 // is clamped, NaN to 0.
 struct BsdfParameters {
   Rgb base_color{1.0f};     // linear, each in [0, 1]

@@ -71,12 +71,12 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
   }
   base_weight_ = coat_transmittance_;
   Rgb sheen_albedo(0.0f);
-  const float most_sheen = max_component(layers.sheen_color);
-  if (most_sheen > 0.0f) {
+  const float max_sheen = max_component(layers.sheen_color);
+  if (max_sheen > 0.0f) {
     sheen_.emplace(layers.sheen_roughness, wo);
     sheen_weight_ = layers.sheen_color * coat_transmittance_;
     sheen_albedo = sheen_weight_ * sheen_->albedo();
-    base_weight_ *= std::max(1.0f - most_sheen * sheen_->albedo(), 0.0f);
+    base_weight_ *= std::max(1.0f - max_sheen * sheen_->albedo(), 0.0f);
   }
   Rgb glass(0.0f);
   const float transmissive = (1.0f - p.metallic) * layers.transmission;

@@ -67,7 +67,7 @@ class LayeredBsdf {
   std::optional<ClearcoatLobe> coat_;
   std::optional<SheenLobe> sheen_;
   float coat_weight_ = 0.0f;
-  Rgb sheen_weight_{0.0f};          // colour times what the coat lets through
+  Rgb sheen_weight_{0.0f};          // color times what the coat lets through
   float coat_transmittance_ = 1.0f; // to the sheen
   float base_weight_ = 1.0f;        // what all layers let through
   float glass_weight_ = 0.0f;       // that, of the share of the base which transmits

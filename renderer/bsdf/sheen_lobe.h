@@ -1,4 +1,4 @@
-// The sheen of cloth: reflection from microfibres that stand on the surface (KHR_materials_sheen).
+// The sheen of cloth: reflection from microfibers that stand on the surface (KHR_materials_sheen).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ inline constexpr uint32_t kSheenRoughnessNodes = 32;
 
 // One node of the tables over (mu, roughness).
 struct SheenNode {
-  float albedo; // E: directional albedo of the lobe of colour 1
+  float albedo; // E: directional albedo of the lobe of color 1
   float
       raw; // the same before its gain is divided out: above 1 near the horizon for roughness below kSheenGainRoughness
   // Sampling: inverse of the linear transform that takes the cosine lobe to about the sheen's: x' = stretch_x x - shear z, y' = stretch_y y
@@ -39,7 +39,7 @@ class SheenLobe {
   SheenLobe(float roughness, const V3f& wo, const SheenNode* table = kSheenTable);
 
   struct Eval {
-    float value; // f |cos_theta_i| of the colour 1
+    float value; // f |cos_theta_i| of the color 1
     float pdf;   // solid angle
   };
   // wi unit, wi.z > 0.
@@ -47,7 +47,7 @@ class SheenLobe {
   // Unit, above the horizon but for rounding. A linearly transformed cosine (Heitz et al. 2016; Zeltner, Burley and Chiang 2022 use them for
   // sheen) fitted to the least variance.
   [[nodiscard]] V3f sample(const V2f& u) const;
-  // Directional albedo of colour 1 from wo, in [0, 1].
+  // Directional albedo of color 1 from wo, in [0, 1].
   [[nodiscard]] float albedo() const { return albedo_; }
 
   // f mu_o mu_i of the specification, before the division by a gain; for the generator and the tests.

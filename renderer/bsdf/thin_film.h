@@ -1,4 +1,4 @@
-// Reflectance of a thin film on a base: the colours of soap and oil.
+// Reflectance of a thin film on a base: the colors of soap and oil.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

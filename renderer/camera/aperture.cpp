@@ -11,7 +11,7 @@ namespace kindling {
 namespace {
 
 // The barrel leaves more than a third of a disk and a fifth of a triangle: more misses in a row do not happen.
-constexpr int kMostTries = 128;
+constexpr int kMaxTries = 128;
 
 // The square as rings around its middle: a ring's relative size and a position along it, both uniform by area (Shirley and Chiu 1997, "A Low
 // Distortion Map Between Disk and Square", without the circle).
@@ -59,15 +59,15 @@ V2f Aperture::sample_shape(const V2f& u) const {
 }
 
 // The front rim of the barrel stands before the aperture: from a point off the axis it is seen displaced towards the axis. Of the same radius,
-// displaced by its radius in the corners of the picture where the effect is 1.
-V2f Aperture::barrel_centre(const V2f& field) const { return field * -cats_eye_; }
+// displaced by its radius in the corners of the image where the effect is 1.
+V2f Aperture::barrel_center(const V2f& field) const { return field * -cats_eye_; }
 
 V2f Aperture::sample(const V2f& u, const V2f& field) const {
   V2f point = sample_shape(u);
   if (cats_eye_ > 0.0f) {
-    const V2f centre = barrel_centre(field);
+    const V2f center = barrel_center(field);
     uint32_t key = hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
-    for (int i = 0; i < kMostTries && (point - centre).length2() > 1.0f; ++i) {
+    for (int i = 0; i < kMaxTries && (point - center).length2() > 1.0f; ++i) {
       key = hash_u32(key + 0x9e3779b9U);
       point = sample_shape({to_unit_float(key), to_unit_float(hash_u32(key ^ 0x85157af5U))});
     }
@@ -78,7 +78,7 @@ V2f Aperture::sample(const V2f& u, const V2f& field) const {
 bool Aperture::contains(const V2f& point_m, const V2f& field) const {
   const V2f point(point_m.x / (radius_ * width_over_height_), point_m.y / radius_);
   constexpr float kRounding = 1e-5f;
-  if (cats_eye_ > 0.0f && (point - barrel_centre(field)).length() > 1.0f + kRounding) return false;
+  if (cats_eye_ > 0.0f && (point - barrel_center(field)).length() > 1.0f + kRounding) return false;
   if (blades_ == 0) return point.length() <= 1.0f + kRounding;
   for (int i = 0; i < blades_; ++i) { // the middle of each edge
     const SinCos normal = sincos_turns(first_corner_ + (static_cast<float>(i) + 0.5f) / static_cast<float>(blades_));

@@ -8,14 +8,14 @@
 namespace kindling {
 
 // A disk or a regular polygon of 3 and more blades in the plane of the lens, x to the right and y up as the camera looks; made narrower
-// by the anamorphic ratio; seen through a round barrel that hides more of it the farther from the middle of the picture (cat's eye). Highlights
+// by the anamorphic ratio; seen through a round barrel that hides more of it the farther from the middle of the image (cat's eye). Highlights
 // behind the plane of focus have its shape, those in front of it the shape turned by half a circle.
 class Aperture {
  public:
   // Corners of the polygon are on the circle of `radius_m`, the first at the top before the rotation.
   Aperture(const CameraLens& lens, float radius_m);
 
-  // Uniform by area over what the barrel leaves open; metres. `field`: where in the picture, from the middle (0, 0) to corners of length 1,
+  // Uniform by area over what the barrel leaves open; meters. `field`: where in the image, from the middle (0, 0) to corners of length 1,
   // x to the right and y up. u in [0, 1)^2; stratification is kept where the barrel hides nothing. The points that it hides are replaced by others
   // that are made of the bits of u, so the answer depends on the arguments alone.
   [[nodiscard]] V2f sample(const V2f& u, const V2f& field) const;
@@ -27,7 +27,7 @@ class Aperture {
 
  private:
   [[nodiscard]] V2f sample_shape(const V2f& u) const; // on the unit circle's scale, before the ratio
-  [[nodiscard]] V2f barrel_centre(const V2f& field) const;
+  [[nodiscard]] V2f barrel_center(const V2f& field) const;
 
   float radius_;
   float width_over_height_; // 1 / anamorphic ratio

@@ -134,7 +134,7 @@ M44f Camera::world_to_ndc() const {
     camera_to_ndc[3][1] = 0.5f;
     camera_to_ndc[3][3] = 1.0f;
   } else {
-    // w is the depth -z; the centre of the film, 0.5, is 0.5 w before the division.
+    // w is the depth -z; the center of the film, 0.5, is 0.5 w before the division.
     camera_to_ndc[2][0] = -0.5f;
     camera_to_ndc[2][1] = -0.5f;
     camera_to_ndc[2][2] = -1.0f;

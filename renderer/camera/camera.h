@@ -24,20 +24,20 @@ struct CameraMotion {
   bool shutter_open = false; // rays have times although the camera stands still: something else moves
 };
 
-// A pinhole, a thin lens or an orthographic camera for pictures of one size: a value, immutable.
+// A pinhole, a thin lens or an orthographic camera for images of one size: a value, immutable.
 //
-// Film positions are in pixels and continuous: (0, 0) is the outer corner of the top-left pixel, (0.5, 0.5) its centre,
+// Film positions are in pixels and continuous: (0, 0) is the outer corner of the top-left pixel, (0.5, 0.5) its center,
 // size_px() the outer corner of the bottom-right one. Positions outside the film are allowed.
-// The picture's aspect ratio wins over the file's: the vertical field of view (orthographic: ymag) is kept, and the
+// The image's aspect ratio wins over the file's: the vertical field of view (orthographic: ymag) is kept, and the
 // horizontal one follows from the size, with square pixels. znear and zfar of the file do not clip: rays start in the
 // camera's position (orthographic: in its plane z = 0; with a lens: on the lens) and have no end.
 //
-// With a lens: its centre is the camera's position, its aperture focal length / f-stop wide (camera_lens.h, aperture.h), and the plane
+// With a lens: its center is the camera's position, its aperture focal length / f-stop wide (camera_lens.h, aperture.h), and the plane
 // of focus is at right angles to the axis. All rays through one film position meet in one point of that plane; a point at depth d along the axis
 // is blurred into the aperture's shape, aperture |d - focus| / focus wide at its depth, as of a thin lens. Orthographic cameras are telecentric: each
 // film position has an aperture of its own, and blur does not depend on perspective; they need a focal length. A camera whose lens lacks what it
 // needs (f-stop, focus distance) is a pinhole: a focus point has to be looked up first (find_focus_distance() in renderer/integrator).
-// Rays have equal weight: a lens keeps the picture's brightness, also where a barrel hides part of it.
+// Rays have equal weight: a lens keeps the image's brightness, also where a barrel hides part of it.
 //
 // A moving camera has its position interpolated linearly between keys and its rotation along the shortest way; what is said of it as a
 // whole (project(), position(), matrices) holds for the shutter's opening.
@@ -57,7 +57,7 @@ class Camera {
   }
 
   // The cone of one pixel around a ray of generate_ray(): as wide as the pixel, in the direction in which it looks narrower away from
-  // the centre of a perspective picture and wider in the other; the cone has the area of both.
+  // the center of a perspective image and wider in the other; the cone has the area of both.
   [[nodiscard]] RayCone pixel_cone(const V3f& direction) const {
     if (orthographic_) return {pixel_, 0.0f};
     // The solid angle of a pixel falls with the third power of the cosine.
@@ -90,10 +90,10 @@ class Camera {
   // Whether rays have different times.
   [[nodiscard]] bool shutter_open() const { return shutter_open_; }
 
-  // For metadata of pictures. Row vectors, as everywhere. The camera looks along -z, +y up.
+  // For metadata of images. Row vectors, as everywhere. The camera looks along -z, +y up.
   [[nodiscard]] M44f world_to_camera() const { return world_to_camera_; }
   // After division by w: x and y as OpenEXR defines worldToNDC, (0, 0) the upper left corner of the film and (1, 1) the
-  // lower right one; z grows from 0 at the near plane towards 1 far away (perspective), or is the distance in metres
+  // lower right one; z grows from 0 at the near plane towards 1 far away (perspective), or is the distance in meters
   // (orthographic).
   [[nodiscard]] M44f world_to_ndc() const;
 
@@ -107,7 +107,7 @@ class Camera {
   };
   struct Key {
     V3f position;
-    Quatf rotation; // camera to world; neighbours on the same half of the sphere
+    Quatf rotation; // camera to world; neighbors on the same half of the sphere
   };
   struct Lens {
     Aperture aperture;
@@ -120,7 +120,7 @@ class Camera {
   [[nodiscard]] CameraRay generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const;
 
   View view_;   // at the shutter's opening
-  float pixel_; // side of a pixel: perspective, at distance 1; orthographic, in metres
+  float pixel_; // side of a pixel: perspective, at distance 1; orthographic, in meters
   bool orthographic_ = false;
   bool shutter_open_ = false;
   V2i size_px_;

@@ -10,7 +10,7 @@ namespace {
 constexpr float kFitThetaDeg = 30.0f;
 constexpr float kFitPhiDeg = 70.0f;
 constexpr float kFitYfovDeg = 35.0f;
-constexpr double kFitMargin = 0.05; // of the picture, on each side
+constexpr double kFitMargin = 0.05; // of the image, on each side
 
 constexpr float radians(float degrees) { return degrees * (kPi / 180.0f); }
 
@@ -41,7 +41,7 @@ class Slab {
     lower_ = std::max(lower_, -offset + tangent_ * towards);
   }
   [[nodiscard]] double distance() const { return (upper_ + lower_) / (2.0 * tangent_); }
-  [[nodiscard]] double centre() const { return 0.5 * (upper_ - lower_); }
+  [[nodiscard]] double center() const { return 0.5 * (upper_ - lower_); }
 
  private:
   double tangent_;
@@ -76,7 +76,7 @@ PlacedCamera fit_camera(const Box3f& bounds, float aspect) {
   const double slope = std::tan(0.5 * radians(kFitYfovDeg)) * (1.0 - 2.0 * kFitMargin);
   const double usable_aspect = aspect > 0.0f && std::isfinite(aspect) ? aspect : 1.0;
 
-  const V3d centre = (V3d(box.min) + V3d(box.max)) * 0.5;
+  const V3d center = (V3d(box.min) + V3d(box.max)) * 0.5;
   const V3d half = (V3d(box.max) - V3d(box.min)) * 0.5;
   Slab horizontal(slope * usable_aspect);
   Slab vertical(slope);
@@ -85,7 +85,7 @@ PlacedCamera fit_camera(const Box3f& bounds, float aspect) {
     horizontal.add(corner.dot(V3d(axes.x)), corner.dot(V3d(axes.z)));
     vertical.add(corner.dot(V3d(axes.y)), corner.dot(V3d(axes.z)));
   }
-  const V3d eye = centre + V3d(axes.x) * horizontal.centre() + V3d(axes.y) * vertical.centre() +
+  const V3d eye = center + V3d(axes.x) * horizontal.center() + V3d(axes.y) * vertical.center() +
                   V3d(axes.z) * std::max(horizontal.distance(), vertical.distance());
 
   PlacedCamera placed;

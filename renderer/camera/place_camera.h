@@ -16,13 +16,13 @@ struct PlacedCamera {
   std::vector<M44f> later_transforms; // of one that moves: CameraMotion
 };
 
-// Camera-to-world matrix of a camera at `eye` that looks at `target`, with `up` (any length) upwards in the picture.
+// Camera-to-world matrix of a camera at `eye` that looks at `target`, with `up` (any length) upwards in the image.
 // Where these do not define a direction (eye on target, up along the view), the nearest sensible one is chosen.
 [[nodiscard]] M44f look_at(const V3f& eye, const V3f& target, const V3f& up);
 
 // A perspective camera that sees the whole box, from the front (+z, as glTF's assets face), 30 degrees to the right and
-// 20 degrees above, with about 5 % of the picture free on the tightest sides. `aspect` is width / height of the
-// picture. An empty or non-finite box counts as one of 2 m around the origin, a single point as one of 2 m around it.
+// 20 degrees above, with about 5 % of the image free on the tightest sides. `aspect` is width / height of the
+// image. An empty or non-finite box counts as one of 2 m around the origin, a single point as one of 2 m around it.
 [[nodiscard]] PlacedCamera fit_camera(const Box3f& bounds, float aspect);
 
 // A camera on a sphere around a target, upright: the usual turntable of glTF viewers.

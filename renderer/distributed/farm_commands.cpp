@@ -11,8 +11,8 @@ namespace kindling {
 
 namespace {
 
-// Of the flags of a render, those that its pictures need again when they are made of merged sums.
-constexpr std::array<std::string_view, 4> kPictureFlags = {"--view", "--exposure", "--ocio", "--png-bits"};
+// Of the flags of a render, those that its images need again when they are made of merged sums.
+constexpr std::array<std::string_view, 4> kImageFlags = {"--view", "--exposure", "--ocio", "--png-bits"};
 
 // A file of the task as --frames wants it: #### in place of the frame's number.
 std::string frame_pattern(const FarmTask& task, const std::filesystem::path& file) {
@@ -44,7 +44,7 @@ std::vector<std::string> merge_command(const FarmPlan& plan, int frame_index) {
   for (size_t i = 0; i < plan.flags.size(); ++i) {
     const std::string& flag = plan.flags[i];
     if (flag == "--exr-float") command.push_back(flag);
-    if (std::find(kPictureFlags.begin(), kPictureFlags.end(), flag.substr(0, flag.find('='))) == kPictureFlags.end())
+    if (std::find(kImageFlags.begin(), kImageFlags.end(), flag.substr(0, flag.find('='))) == kImageFlags.end())
       continue;
     command.push_back(flag);
     if (flag.find('=') == std::string::npos && i + 1 < plan.flags.size()) command.push_back(plan.flags[++i]);

@@ -1,4 +1,4 @@
-// What a farm needs of a distributed engine. An engine knows machines, queues and lost nodes; it knows nothing of pictures.
+// What a farm needs of a distributed engine. An engine knows machines, queues and lost nodes; it knows nothing of images.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

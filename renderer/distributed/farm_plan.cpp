@@ -15,7 +15,7 @@ namespace kindling {
 namespace {
 
 constexpr int kPlanVersion = 1;
-constexpr int64_t kMostTasks = 1'000'000; // `farm submit` makes no more
+constexpr int64_t kMaxTasks = 1'000'000; // `farm submit` makes no more
 
 std::vector<std::string> strings_of(const std::vector<std::filesystem::path>& paths) {
   return {paths.begin(), paths.end()};
@@ -93,7 +93,7 @@ std::filesystem::path FarmPlan::stats_file(const FarmTask& task) const {
 }
 std::filesystem::path FarmPlan::frame_record_file(int index) const {
   const std::optional<int> number = frame(index);
-  return folder / "state" / (number ? with_frame_number(kFramePattern, *number) + ".json" : "picture.json");
+  return folder / "state" / (number ? with_frame_number(kFramePattern, *number) + ".json" : "image.json");
 }
 std::filesystem::path FarmPlan::refusal_file() const { return folder / "state" / "refused.json"; }
 
@@ -144,8 +144,8 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     plan.folder = file.parent_path();
     if (plan.parts < 1) return broken("a plan without parts");
     const auto frames = static_cast<int64_t>(std::max<size_t>(plan.frames.size(), 1));
-    if (frames * plan.parts > kMostTasks)
-      return broken(fmt::format("a plan of {} frames in {} parts: more than {} tasks", frames, plan.parts, kMostTasks));
+    if (frames * plan.parts > kMaxTasks)
+      return broken(fmt::format("a plan of {} frames in {} parts: more than {} tasks", frames, plan.parts, kMaxTasks));
     return plan;
   } catch (const nlohmann::json::exception& exception) {
     return broken(fmt::format("not a plan of a farm: {}", exception.what()));

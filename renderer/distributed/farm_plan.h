@@ -35,7 +35,7 @@ struct FarmPlan {
   std::filesystem::path scene;          // absolute
   std::filesystem::path working_folder; // absolute: where relative paths in `flags` begin
   std::vector<std::string> flags;       // of `render`, none of those that the farm sets itself
-  std::vector<int> frames;              // empty: one picture, no animation
+  std::vector<int> frames;              // empty: one image, no animation
   int parts = 1;
   std::vector<std::filesystem::path> outputs; // absolute; with frames, #### is the frame's number
   int retries = 2;                            // of a part, after its first attempt

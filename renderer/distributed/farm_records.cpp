@@ -113,7 +113,7 @@ Verdict judge(const TaskRecord& record, int retries) {
       return attempt.outcome != AttemptOutcome::out_of_time || attempt.saved > attempt.saved_before;
     });
     const auto fruitless = came_nearer - record.attempts.rbegin();
-    if (fruitless < kMostFruitlessAttempts) return {NextStep::go_on, {}};
+    if (fruitless < kMaxFruitlessAttempts) return {NextStep::go_on, {}};
     return {
         NextStep::poison,
         fmt::format("out of time {} times in a row without coming nearer to its end, {:.1f} % of it are saved, last "
@@ -123,7 +123,7 @@ Verdict judge(const TaskRecord& record, int retries) {
   case AttemptOutcome::running:
   case AttemptOutcome::lost: {
     const int lost = record.count(AttemptOutcome::lost);
-    if (lost < kMostLostAttempts) return {NextStep::retry, {}};
+    if (lost < kMaxLostAttempts) return {NextStep::retry, {}};
     return {NextStep::poison, fmt::format("lost with its machine {} times, last on {}", lost, last.host)};
   }
   case AttemptOutcome::failed:

@@ -64,14 +64,14 @@ struct FarmRefusal {
 // Of one frame.
 struct MergeRecord {
   double end_s = 0.0;
-  int exit_code = 0;   // of `kindling merge`; 0: the pictures are there
+  int exit_code = 0;   // of `kindling merge`; 0: the images are there
   std::string message; // its error line
 };
 
 // A machine that went away is not the part's fault, but a part that takes its machines along must end some time.
-inline constexpr int kMostLostAttempts = 5;
+inline constexpr int kMaxLostAttempts = 5;
 // A part that runs out of time goes on as long as it comes nearer to its end; not where so many attempts in a row have saved nothing more.
-inline constexpr int kMostFruitlessAttempts = 2;
+inline constexpr int kMaxFruitlessAttempts = 2;
 
 // What to do after the last attempt of the record, which has ended.
 enum class NextStep {

@@ -12,7 +12,7 @@ namespace kindling {
 
 namespace {
 
-constexpr size_t kMostLines = 24;
+constexpr size_t kMaxLines = 24;
 
 PixelRect intersection(const PixelRect& a, const PixelRect& b) {
   return {V2i(std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)),
@@ -172,7 +172,7 @@ Gaps find_gaps(const Coverage& coverage, const PixelRect& crop, uint32_t samples
     }
     for (const Place& place : take_places(coverage, grid, kind, kinds, tile_parts)) {
       const PixelRect pixels = intersection(place.pixels, crop);
-      if (gaps.lines.size() >= kMostLines) {
+      if (gaps.lines.size() >= kMaxLines) {
         ++not_listed;
         pixels_not_listed += static_cast<uint64_t>(pixels.pixel_count());
         continue;

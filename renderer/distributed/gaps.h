@@ -10,7 +10,7 @@
 
 namespace kindling {
 
-// How the picture was divided, where that is known: 0 otherwise. It only gives gaps their names.
+// How the image was divided, where that is known: 0 otherwise. It only gives gaps their names.
 struct PartCounts {
   uint32_t samples = 0;
   uint32_t tiles = 0;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 
-#include "renderer/session/one_picture.h"
+#include "renderer/session/one_image.h"
 
 #include <algorithm>
 #include <cstring>
@@ -117,7 +117,7 @@ class Sum {
     for (size_t i = 0; i < part.coverage.block_count(); ++i) {
       const PixelRect block = part.coverage.block(i);
       if (!same_rect(block, whole_->coverage.block(whole_->coverage.index_of(block.min))))
-        return damaged(file, "does not consist of whole blocks of the picture");
+        return damaged(file, "does not consist of whole blocks of the image");
     }
     return {};
   }
@@ -136,8 +136,8 @@ Result<Accumulation> merge_accumulations(const MergePlan& plan, const CancelToke
     if (cancel && cancel->cancelled()) return Error{ErrorKind::render_failed, "the merge was interrupted"};
     Result<Accumulation> part = read_accumulation(file);
     if (!part.ok()) return part.error();
-    if (!picture_differences(plan.identity, part.value().identity).empty())
-      return damaged(file, "was changed while it was read: it is of another picture now");
+    if (!image_differences(plan.identity, part.value().identity).empty())
+      return damaged(file, "was changed while it was read: it is of another image now");
     return std::move(part).value().state;
   };
   const auto file_done = [&] {

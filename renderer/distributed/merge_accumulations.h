@@ -1,7 +1,7 @@
-// Merges accumulation files: checks that they are parts of one picture, and adds them up.
+// Merges accumulation files: checks that they are parts of one image, and adds them up.
 //
 // Sums are exact (renderer/base/exact_sum.h), so neither the order nor the grouping of parts changes a bit: what has all samples is the
-// picture that one process would have rendered. README.md tells what is refused and why.
+// image that one process would have rendered. README.md tells what is refused and why.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,7 +32,7 @@ struct LeftOut {
 };
 
 struct MergePlan {
-  AccumulationIdentity identity; // of the merged picture: arguments without parts, the samples of all
+  AccumulationIdentity identity; // of the merged image: arguments without parts, the samples of all
   std::vector<std::filesystem::path> parts;
   std::vector<DuplicatePart> duplicates;
   std::vector<LeftOut> left_out;
@@ -42,7 +42,7 @@ struct MergePlan {
 // Reads what the files are about, not their sums. `outputs` are the names that the merge will write; one that is among the files counts
 // as a part unless all that it has is in others.
 //
-// Fails (usage): no file; files of different pictures (with what differs), or of different programs; two files with the same samples of a
+// Fails (usage): no file; files of different images (with what differs), or of different programs; two files with the same samples of a
 // pixel, unless they have the same samples everywhere. Fails (input_output): a file that cannot be read, is none of ours or is damaged.
 // Gaps are no failure.
 [[nodiscard]] Result<MergePlan> plan_merge(std::span<const std::filesystem::path> files,

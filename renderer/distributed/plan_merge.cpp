@@ -1,9 +1,9 @@
-// Which files are parts of one picture, and what they have together.
+// Which files are parts of one image, and what they have together.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 #include "renderer/distributed/work_parts.h"
 #include "renderer/session/adaptive_sampling.h"
-#include "renderer/session/one_picture.h"
+#include "renderer/session/one_image.h"
 
 #include <algorithm>
 #include <set>
@@ -63,7 +63,7 @@ std::string span_text(const SampleSpan& span) {
   return std::to_string(span.first) + "-" + std::to_string(span.end - 1);
 }
 
-// The blocks and samples that a picture has so far.
+// The blocks and samples that an image has so far.
 class Whole {
  public:
   explicit Whole(const AccumulationIdentity& identity)
@@ -137,22 +137,22 @@ Result<File> read_file(const fs::path& path) {
   if (!read.ok()) return read.error();
   AccumulationSummary summary = std::move(read).value();
   if (!inside(summary.coverage.area(), AdaptiveSampling::whole_blocks(summary.identity.crop, summary.identity.size_px)))
-    return Error{ErrorKind::input_output, path.string() + ": has pixels outside of its own picture"};
+    return Error{ErrorKind::input_output, path.string() + ": has pixels outside of its own image"};
   return File{path, std::move(summary.identity), CompactCoverage(summary.coverage)};
 }
 
-Error other_picture(const File& file, const File& first, const std::vector<PictureDifference>& differences) {
-  constexpr size_t kMostNamed = 6;
-  std::string text = file.path.string() + " is of another picture than " + first.path.string() + ": ";
-  for (size_t i = 0; i < std::min(differences.size(), kMostNamed); ++i) {
+Error other_image(const File& file, const File& first, const std::vector<ImageDifference>& differences) {
+  constexpr size_t kMaxNamed = 6;
+  std::string text = file.path.string() + " is of another image than " + first.path.string() + ": ";
+  for (size_t i = 0; i < std::min(differences.size(), kMaxNamed); ++i) {
     const auto& [what, here, there] = differences[i];
     text += (i > 0 ? "; " : "") + what + ": " + here + " and " + there;
   }
-  if (differences.size() > kMostNamed) text += "; and " + std::to_string(differences.size() - kMostNamed) + " more";
+  if (differences.size() > kMaxNamed) text += "; and " + std::to_string(differences.size() - kMaxNamed) + " more";
   return usage_error(std::move(text));
 }
 
-// The merged picture is asked for as the first part was, in an order that is not that of the files.
+// The merged image is asked for as the first part was, in an order that is not that of the files.
 AccumulationIdentity merged_identity(std::span<const File> parts) {
   const auto order = [](const File& file) {
     const AccumulationIdentity& identity = file.identity;
@@ -163,12 +163,12 @@ AccumulationIdentity merged_identity(std::span<const File> parts) {
   const auto first =
       std::min_element(parts.begin(), parts.end(), [&](const File& a, const File& b) { return order(a) < order(b); });
   AccumulationIdentity identity = first->identity;
-  identity.arguments = whole_picture_arguments(identity.arguments);
+  identity.arguments = whole_image_arguments(identity.arguments);
   identity.part = {0, identity.samples_per_pixel};
   return identity;
 }
 
-// How the picture was divided: the finest division that any part names.
+// How the image was divided: the finest division that any part names.
 PartCounts part_counts(std::span<const File> files) {
   PartCounts counts;
   for (const File& file : files) {
@@ -217,9 +217,9 @@ Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs
     if (!read.ok()) return read.error();
     File file = std::move(read).value();
     if (!first) first = file;
-    if (const std::vector<PictureDifference> differences = picture_differences(first->identity, file.identity);
+    if (const std::vector<ImageDifference> differences = image_differences(first->identity, file.identity);
         !differences.empty())
-      return other_picture(file, *first, differences);
+      return other_image(file, *first, differences);
     if (file.coverage.empty()) {
       plan.left_out.push_back({path, "has no samples yet"});
       continue;

@@ -173,9 +173,9 @@ std::optional<int64_t> slurm_time_s(std::string_view text) {
 }
 
 int64_t time_warning_s(const FarmResources& resources) {
-  constexpr int64_t kMost = 60;
+  constexpr int64_t kMax = 60;
   const std::optional<int64_t> limit = slurm_time_s(resources.time);
-  return limit ? std::min(kMost, *limit / 4) : kMost;
+  return limit ? std::min(kMax, *limit / 4) : kMax;
 }
 
 Result<void> check_slurm_resources(const FarmResources& resources) {

@@ -1,4 +1,4 @@
-// Divides pictures among processes.
+// Divides images among processes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/work_parts.h"
 
@@ -46,7 +46,7 @@ Result<PartNumber> parse_part_number(std::string_view text) {
   const std::optional<uint32_t> index = parse_count(text.substr(0, slash));
   const std::optional<uint32_t> count =
       slash == std::string_view::npos ? std::nullopt : parse_count(text.substr(slash + 1));
-  if (!index || !count || *count < 1 || *count > kMostParts || *index < 1 || *index > *count)
+  if (!index || !count || *count < 1 || *count > kMaxParts || *index < 1 || *index > *count)
     return usage_error(std::string(1, '\'').append(text) + "' is not a part; use K/N with K from 1 to N, as in 3/8");
   return PartNumber{*index, *count};
 }
@@ -97,7 +97,7 @@ WorkPart part_of_arguments(std::span<const std::string> arguments) {
   return part;
 }
 
-std::vector<std::string> whole_picture_arguments(std::span<const std::string> arguments) {
+std::vector<std::string> whole_image_arguments(std::span<const std::string> arguments) {
   constexpr std::array<std::string_view, 7> kNames{"--part",       "--tile-part",        "-o",     "--output",
                                                    "--checkpoint", "--checkpoint-every", "--stats"};
   std::vector<std::string> whole;

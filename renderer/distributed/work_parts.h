@@ -1,4 +1,4 @@
-// How a picture is divided among processes that share nothing: by samples, by pixels, or by both. Pure functions.
+// How an image is divided among processes that share nothing: by samples, by pixels, or by both. Pure functions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ struct PartNumber {
   uint32_t count = 1;
   bool operator==(const PartNumber&) const = default;
 };
-inline constexpr uint32_t kMostParts = 1U << 20;
+inline constexpr uint32_t kMaxParts = 1U << 20;
 
 // Fails (usage) with what would be accepted, without the flag's name.
 [[nodiscard]] Result<PartNumber> parse_part_number(std::string_view text);
@@ -46,7 +46,7 @@ struct WorkPart {
 
 // The part that a render's arguments ask for: --part and --tile-part, the last of each.
 [[nodiscard]] WorkPart part_of_arguments(std::span<const std::string> arguments);
-// Those of the whole picture: without the part, and without the files that were the part's own (-o, --checkpoint, --stats).
-[[nodiscard]] std::vector<std::string> whole_picture_arguments(std::span<const std::string> arguments);
+// Those of the whole image: without the part, and without the files that were the part's own (-o, --checkpoint, --stats).
+[[nodiscard]] std::vector<std::string> whole_image_arguments(std::span<const std::string> arguments);
 
 } // namespace kindling

@@ -76,7 +76,7 @@ void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weigh
     surfaces_[index].add(surface.albedo, surface.normal, surface.position, surface.depth, weight);
 }
 
-void Film::trim_outliers() { blocks_ = ZeroedArray<ColourSum>(sums_.size() * (kOutlierBlocks - 1)); }
+void Film::trim_outliers() { blocks_ = ZeroedArray<ColorSum>(sums_.size() * (kOutlierBlocks - 1)); }
 
 Film Film::cut(const PixelRect& crop) const {
   Film part(size_px_, crop, aovs_);
@@ -132,12 +132,12 @@ std::vector<Film::Plane> Film::planes() {
 std::optional<Rgb> Film::trimmed(size_t index) const {
   std::array<BlockSum, kOutlierBlocks> blocks;
   const PixelSum& sum = sums_[index];
-  ColourSum last{{sum.rgb[0], sum.rgb[1], sum.rgb[2]}, sum.weight};
-  const auto values = [](const ColourSum& block) {
+  ColorSum last{{sum.rgb[0], sum.rgb[1], sum.rgb[2]}, sum.weight};
+  const auto values = [](const ColorSum& block) {
     return BlockSum{{block.rgb[0].value(), block.rgb[1].value(), block.rgb[2].value()}, block.weight.value()};
   };
   for (size_t i = 0; i + 1 < kOutlierBlocks; ++i) {
-    const ColourSum& block = blocks_[index * (kOutlierBlocks - 1) + i];
+    const ColorSum& block = blocks_[index * (kOutlierBlocks - 1) + i];
     last.subtract(block);
     blocks[i] = values(block);
   }

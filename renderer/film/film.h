@@ -1,4 +1,4 @@
-// The Film: sums of samples per pixel, and the pictures made of them.
+// The Film: sums of samples per pixel, and the images made of them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -139,7 +139,7 @@ class Film {
   ZeroedArray<MomentSum> moments_;       // only with Aov::variance
   ZeroedArray<SurfaceSum> surfaces_;     // only where the set needs it
   ZeroedArray<ComponentSum> components_; // likewise
-  ZeroedArray<ColourSum> blocks_;        // all but the last of kOutlierBlocks for each pixel; only with trim_outliers()
+  ZeroedArray<ColorSum> blocks_;         // all but the last of kOutlierBlocks for each pixel; only with trim_outliers()
 };
 
 } // namespace kindling

@@ -9,7 +9,7 @@
 
 namespace kindling {
 
-// Range and unit are derived in README.md. Radiance, and lengths in metres: to 2^-55, terms within +-2^40.
+// Range and unit are derived in README.md. Radiance, and lengths in meters: to 2^-55, terms within +-2^40.
 using FilmSum = ExactSum<55, 40>;
 // Weights, and what lies in [-1, 1] times a weight: to 2^-28, terms within +-8.
 using FilmUnitSum = ExactSmallSum<28, 3>;
@@ -114,7 +114,7 @@ struct ComponentSum {
 static_assert(sizeof(ComponentSum) == 96);
 
 // Radiance alone: of a block of samples, outliers.h.
-struct ColourSum {
+struct ColorSum {
   FilmSum rgb[3];
   FilmUnitSum weight;
 
@@ -123,15 +123,15 @@ struct ColourSum {
     for (int c = 0; c < 3; ++c) rgb[c].add(w * static_cast<double>(radiance[c]));
     weight.add(w);
   }
-  void add(const ColourSum& other) {
+  void add(const ColorSum& other) {
     for (int c = 0; c < 3; ++c) rgb[c].add(other.rgb[c]);
     weight.add(other.weight);
   }
-  void subtract(const ColourSum& other) {
+  void subtract(const ColorSum& other) {
     for (int c = 0; c < 3; ++c) rgb[c].subtract(other.rgb[c]);
     weight.subtract(other.weight);
   }
 };
-static_assert(sizeof(ColourSum) == 56);
+static_assert(sizeof(ColorSum) == 56);
 
 } // namespace kindling

@@ -25,7 +25,7 @@ OutputFormat output_format(const std::filesystem::path& path) {
 
 constexpr float kLargestHalf = 65504.0f;
 
-// Channel names as other programs know them: Z for depth, LAYER.R/G/B for colours, LAYER.X/Y/Z for vectors.
+// Channel names as other programs know them: Z for depth, LAYER.R/G/B for colors, LAYER.X/Y/Z for vectors.
 std::vector<std::string> channel_names(Aov aov) {
   const std::string name(aov_info(aov).name);
   switch (aov) {
@@ -97,8 +97,8 @@ std::string unsupported_output(const std::filesystem::path& path) {
   if (output_format(path) != OutputFormat::unsupported) return {};
   const std::string extension = path.extension().string();
   if (extension.empty())
-    return fmt::format("{}: the name of a picture needs an extension; use .exr or .png", path.string());
-  return fmt::format("{}: pictures are not written as '{}'; use .exr or .png", path.string(), extension);
+    return fmt::format("{}: the name of an image needs an extension; use .exr or .png", path.string());
+  return fmt::format("{}: images are not written as '{}'; use .exr or .png", path.string(), extension);
 }
 
 } // namespace kindling

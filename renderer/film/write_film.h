@@ -21,7 +21,7 @@ struct ImageMetadata {
 };
 
 struct WriteOptions {
-  bool half = true; // EXR colour as half; false: as float
+  bool half = true; // EXR color as half; false: as float
   int png_bits = 8; // 8 or 16
 };
 

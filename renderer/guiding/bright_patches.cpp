@@ -19,7 +19,7 @@ float sum_of(const float* lanes, size_t count) {
 } // namespace
 
 BrightPatches::BrightPatches(std::span<const BrightPatch> patches)
-    : count_(std::min(patches.size(), kMost)), lanes_((count_ + kVector - 1) / kVector * kVector) {
+    : count_(std::min(patches.size(), kMax)), lanes_((count_ + kVector - 1) / kVector * kVector) {
   for (size_t j = 0; j < count_; ++j) {
     const BrightPatch& patch = patches_[j] = patches[j];
     const auto axis = static_cast<int>(patch.facing / 2);
@@ -46,7 +46,7 @@ void BrightPatches::chances(const V3f& position, const V3f& normal, Chances& cha
     out[j] = distance2 > 0.0f ? strength_[j] * area_[j] * here * there / (distance2 * distance2) : 0.0f;
   }
   const float sum = sum_of(out, lanes_);
-  const float scale = 1.0f / std::max(1.0f + sum, sum * (1.0f / (1.0f - kLeastRest)));
+  const float scale = 1.0f / std::max(1.0f + sum, sum * (1.0f / (1.0f - kMinRest)));
   for (size_t j = 0; j < lanes_; ++j) out[j] *= scale;
   chances.sum = sum * scale;
 }

@@ -14,26 +14,26 @@ namespace kindling {
 // Parallel to a plane of the axes, at one surface or close to some.
 struct BrightPatch {
   V3f center{0.0f};
-  V3f half_size{0.0f};   // in metres; 0 along the axis of the facing
+  V3f half_size{0.0f};   // in meters; 0 along the axis of the facing
   uint32_t facing = 0;   // the side that shines: see facing_of()
   float strength = 0.0f; // radiance, relative to what comes from everywhere else
 };
 
 // A density of directions that knows where its goals are, so that one set serves all points of the scene without parallax:
 // patch j is chosen with probability P_j = s_j F_j / (1 + sum s_k F_k), F the form factor from the point with nothing in
-// between, and a point on it uniformly by area. The rest, 1 / (1 + sum), is left to others; at least kLeastRest.
+// between, and a point on it uniformly by area. The rest, 1 / (1 + sum), is left to others; at least kMinRest.
 //
 // Immutable, thread-safe, no allocation.
 class BrightPatches {
  public:
-  static constexpr size_t kMost = 16;
-  static constexpr float kLeastRest = 0.25f;
+  static constexpr size_t kMax = 16;
+  static constexpr float kMinRest = 0.25f;
 
   BrightPatches() = default;
-  explicit BrightPatches(std::span<const BrightPatch> patches); // at most kMost
+  explicit BrightPatches(std::span<const BrightPatch> patches); // at most kMax
 
   struct alignas(32) Chances {
-    std::array<float, kMost> of; // P_j
+    std::array<float, kMax> of; // P_j
     float sum = 0.0f;
   };
   // `normal`: unit, of the surface at `position`.
@@ -49,11 +49,11 @@ class BrightPatches {
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
  private:
-  using Lanes = std::array<float, kMost>;
+  using Lanes = std::array<float, kMax>;
 
   size_t count_ = 0;
   size_t lanes_ = 0; // count_, rounded up to whole vectors
-  std::array<BrightPatch, kMost> patches_;
+  std::array<BrightPatch, kMax> patches_;
   alignas(32) Lanes center_x_{}, center_y_{}, center_z_{};
   alignas(32) Lanes normal_x_{}, normal_y_{}, normal_z_{};
   alignas(32) Lanes reach_x_{}, reach_y_{}, reach_z_{};    // half sizes; infinite along the normal

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBins = 32;
 constexpr size_t kFewestHits = 16; // of a patch
-constexpr size_t kMostClusters = 4 * BrightPatches::kMost;
+constexpr size_t kMaxClusters = 4 * BrightPatches::kMax;
 constexpr double kLeft = 0.6;      // of the second moment, once the guide is in use: a guess
 constexpr size_t kTaskHits = 2048; // hits: so many are worth a task
 
@@ -59,7 +59,7 @@ class PatchFinder {
     Box3f bounds;
     for (const GuideRecord& r : records_) bounds.extendBy(r.hit);
     if (records_.empty()) return {};
-    least_side_ = bounds.size().length() * 1e-3f;
+    min_side_ = bounds.size().length() * 1e-3f;
     size_t begin = 0;
     for (uint32_t facing = 0; facing < kFacings; ++facing) {
       size_t end = begin;
@@ -73,7 +73,7 @@ class PatchFinder {
     }
     for (const GuideRecord& r : records_) total_moment_ += static_cast<double>(r.contribution2);
     tbb::parallel_for(size_t{0}, clusters_.size(), [&](size_t i) { clusters_[i] = make_cluster(clusters_[i].hits); });
-    while (clusters_.size() < kMostClusters && count_worthwhile() < BrightPatches::kMost) {
+    while (clusters_.size() < kMaxClusters && count_worthwhile() < BrightPatches::kMax) {
       const auto best = std::max_element(clusters_.begin(), clusters_.end(), [](const Cluster& a, const Cluster& b) {
         return a.split.gain < b.split.gain;
       });
@@ -82,7 +82,7 @@ class PatchFinder {
     }
     std::vector<BrightPatch> patches;
     for (const Cluster& cluster : clusters_) {
-      if (!worth_it(cluster) || patches.size() == BrightPatches::kMost) continue;
+      if (!worth_it(cluster) || patches.size() == BrightPatches::kMax) continue;
       BrightPatch patch;
       patch.facing = cluster.hits.front().hit_facing;
       const auto axis = static_cast<int>(patch.facing / 2);
@@ -91,7 +91,7 @@ class PatchFinder {
       // The outermost of n hits are this far from the borders of what they are taken from, and more hits will come.
       const float margin = 1.0f + 2.0f / static_cast<float>(cluster.hits.size());
       for (int k = 0; k < 3; ++k)
-        patch.half_size[k] = k == axis ? 0.0f : std::max(patch.half_size[k] * margin, 0.5f * least_side_);
+        patch.half_size[k] = k == axis ? 0.0f : std::max(patch.half_size[k] * margin, 0.5f * min_side_);
       patch.strength = 1.0f;
       patches.push_back(patch);
     }
@@ -115,7 +115,7 @@ class PatchFinder {
     return count;
   }
   [[nodiscard]] bool worth_it(const Cluster& cluster) const {
-    const double area = size_of(cluster.box, static_cast<int>(cluster.hits.front().hit_facing / 2), least_side_);
+    const double area = size_of(cluster.box, static_cast<int>(cluster.hits.front().hit_facing / 2), min_side_);
     return cluster.moment * total_area_ > kLeft * total_moment_ * area;
   }
 
@@ -140,7 +140,7 @@ class PatchFinder {
       cluster.moment += static_cast<double>(r.contribution2);
     }
     const auto normal_axis = static_cast<int>(hits.front().hit_facing / 2);
-    cluster.cost = cost(size_of(cluster.box, normal_axis, least_side_), cluster.moment);
+    cluster.cost = cost(size_of(cluster.box, normal_axis, min_side_), cluster.moment);
     std::array<Split, 3> splits;
     const auto try_axis = [&](int axis) { splits[static_cast<size_t>(axis)] = best_split(cluster, axis, normal_axis); };
     if (hits.size() >= kTaskHits) {
@@ -175,8 +175,8 @@ class PatchFinder {
     for (size_t i = 1; i < kBins; ++i) {
       below.add(bins[i - 1]);
       if (below.count < kFewestHits || above[i].count < kFewestHits) continue;
-      const double gain = cluster.cost - cost(size_of(below.box, normal_axis, least_side_), below.moment) -
-                          cost(size_of(above[i].box, normal_axis, least_side_), above[i].moment);
+      const double gain = cluster.cost - cost(size_of(below.box, normal_axis, min_side_), below.moment) -
+                          cost(size_of(above[i].box, normal_axis, min_side_), above[i].moment);
       if (gain <= best.gain) continue;
       best = {gain, axis, 0.5f * (below.box.max[axis] + above[i].box.min[axis])};
     }
@@ -205,7 +205,7 @@ class PatchFinder {
   }
 
   std::span<GuideRecord> records_;
-  float least_side_ = 0.0f; // of a patch, metres
+  float min_side_ = 0.0f; // of a patch, meters
   double total_area_ = 0.0;
   double total_moment_ = 0.0;
   std::vector<Cluster> clusters_;

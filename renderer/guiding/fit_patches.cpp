@@ -18,7 +18,7 @@ double density_ratio(const GuideRecord& r, const BrightPatches& patches) {
 
 // What of a record the fit needs: the geometric factor of every patch, and the one that the direction passes through.
 struct Row {
-  std::array<float, BrightPatches::kMost> factors; // strength 1
+  std::array<float, BrightPatches::kMax> factors; // strength 1
   float moment;
   float base, replaced;
   uint32_t crossed_count;
@@ -35,7 +35,7 @@ struct Slope {
 Slope slope_of(const Row& row, std::span<const BrightPatch> patches) {
   float sum = 0.0f;
   for (size_t j = 0; j < patches.size(); ++j) sum += patches[j].strength * row.factors[j];
-  const float inverse = 1.0f / std::max(1.0f + sum, sum / (1.0f - BrightPatches::kLeastRest));
+  const float inverse = 1.0f / std::max(1.0f + sum, sum / (1.0f - BrightPatches::kMinRest));
   float p = row.base - sum * inverse * row.replaced;
   for (size_t k = 0; k < row.crossed_count; ++k)
     p += patches[row.crossed[k]].strength * row.factors[row.crossed[k]] * inverse * row.crossed_densities[k];
@@ -48,8 +48,8 @@ constexpr size_t kAtOnce = 4; // patches
 
 // The sums of patches `first` to first + kAtOnce - 1, in the order of the rows.
 void add_up(std::span<const Row> rows, std::span<const Slope> slopes, size_t first,
-            std::array<double, BrightPatches::kMost>& gain, std::array<double, BrightPatches::kMost>& loss) {
-  static_assert(BrightPatches::kMost % kAtOnce == 0);
+            std::array<double, BrightPatches::kMax>& gain, std::array<double, BrightPatches::kMax>& loss) {
+  static_assert(BrightPatches::kMax % kAtOnce == 0);
   std::array<double, kAtOnce> gains{}, losses{};
   for (size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows[i];
@@ -117,13 +117,13 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
   });
   // d p / d s_j = F_j / D (density_j - replaced - (p - base)): more of it where the gain outweighs the loss.
   constexpr int kSteps = 40;
-  std::array<double, BrightPatches::kMost> use{}; // what each does, with its strength
+  std::array<double, BrightPatches::kMax> use{}; // what each does, with its strength
   std::vector<Slope> slopes(rows.size());
   for (int step = 0; step < kSteps; ++step) {
     tbb::parallel_for(tbb::blocked_range<size_t>(0, rows.size(), 1024), [&](const auto& range) {
       for (size_t i = range.begin(); i != range.end(); ++i) slopes[i] = slope_of(rows[i], patches);
     });
-    std::array<double, BrightPatches::kMost> gain{}, loss{};
+    std::array<double, BrightPatches::kMax> gain{}, loss{};
     tbb::parallel_for(size_t{0}, (count + kAtOnce - 1) / kAtOnce,
                       [&](size_t group) { add_up(rows, slopes, group * kAtOnce, gain, loss); });
     for (size_t j = 0; j < count; ++j) {
@@ -133,12 +133,12 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
     }
   }
   // All patches cost time everywhere.
-  constexpr double kLeastUse = 0.005; // of all
+  constexpr double kMinUse = 0.005; // of all
   double all = 0.0;
   for (const double u : use) all += u;
   std::vector<BrightPatch> useful;
   for (size_t j = 0; j < count; ++j)
-    if (use[j] > kLeastUse * all) useful.push_back(patches[j]);
+    if (use[j] > kMinUse * all) useful.push_back(patches[j]);
   return BrightPatches(useful);
 }
 

@@ -8,8 +8,8 @@
 namespace kindling {
 
 struct Guide {
-  BrightPatches patches;  // may be empty: directions are not guided
-  ShareTree light_shares; // may be empty: kinds of light share as LightSet estimates
+  BrightPatches patches;         // may be empty: directions are not guided
+  ShareTree light_probabilities; // may be empty: kinds of light share as LightSet estimates
 };
 
 } // namespace kindling

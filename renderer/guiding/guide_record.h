@@ -16,13 +16,13 @@ inline constexpr uint32_t kFacings = 6;
   return 2 * axis + (normal[static_cast<int>(axis)] < 0.0f ? 1 : 0);
 }
 
-// One direction that was taken at one surface, and what it brought to the picture. World space.
+// One direction that was taken at one surface, and what it brought to the image. World space.
 struct GuideRecord {
   V3f position{0.0f};
   V3f normal{0.0f}; // unit, of the surface as it is shaded
   V3f hit{0.0f};    // where the direction met another surface
   uint32_t hit_facing = 0;
-  // Square of the luminance that came to the pixel by this direction, relative to the picture there.
+  // Square of the luminance that came to the pixel by this direction, relative to the image there.
   float contribution2 = 0.0f;
   // Densities by solid angle, relative to the one that the direction was taken with. A share s of guided directions gives
   // base - s * replaced + allowed * (their density).

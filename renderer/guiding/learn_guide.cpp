@@ -44,7 +44,7 @@ void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) 
   learned.second_moment = second_moment(halves[1], learned.guide.patches);
 }
 
-void learn_light_shares(std::span<const LightRecord> records, LearnedGuide& learned) {
+void learn_light_probabilities(std::span<const LightRecord> records, LearnedGuide& learned) {
   if (records.size() < kFewest) return;
   double sum = 0.0;
   for (const LightRecord& r : records) sum += static_cast<double>(r.moment);
@@ -55,14 +55,15 @@ void learn_light_shares(std::span<const LightRecord> records, LearnedGuide& lear
     halves[i % 2].push_back(all[i]);
   }
   tbb::parallel_invoke([&] { learned.light_second_moment = second_moment(halves[1], ShareTree(halves[0])); },
-                       [&] { learned.guide.light_shares = ShareTree(all); });
+                       [&] { learned.guide.light_probabilities = ShareTree(all); });
 }
 
 } // namespace
 
 LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records) {
   LearnedGuide learned;
-  tbb::parallel_invoke([&] { learn_patches(records, learned); }, [&] { learn_light_shares(light_records, learned); });
+  tbb::parallel_invoke([&] { learn_patches(records, learned); },
+                       [&] { learn_light_probabilities(light_records, learned); });
   return learned;
 }
 

@@ -22,7 +22,7 @@ struct LearnedGuide {
 [[nodiscard]] LearnedGuide learn_guide(std::span<const GuideRecord> records,
                                        std::span<const LightRecord> light_records);
 
-// The two steps of patches. First, rectangles around those hits of the records that brought most, at most BrightPatches::kMost, with
+// The two steps of patches. First, rectangles around those hits of the records that brought most, at most BrightPatches::kMax, with
 // strength 1; sorts `records` on the way.
 [[nodiscard]] std::vector<BrightPatch> find_patches(std::span<GuideRecord> records);
 // Then the strengths that make the second moment least; patches that do next to nothing are dropped.

@@ -10,28 +10,28 @@
 namespace kindling {
 namespace {
 
-constexpr size_t kMostRecords = 256; // of a region
+constexpr size_t kMaxRecords = 256; // of a region
 constexpr uint32_t kDeepest = 24;
 constexpr size_t kTaskRecords = 8192; // records: the halves of a region of so many are built at the same time
 constexpr double kAround = 32.0;      // records that the surroundings count for
-constexpr float kLeastShare = 0.05f;  // nothing starves: what has not been seen may still be there
+constexpr float kMinShare = 0.05f;    // nothing starves: what has not been seen may still be there
 
 // The noise of a sample of one kind, chosen with probability q, is moment / q: least for q in proportion to its root.
-LightShares shares_for(const std::array<double, kLightKinds>& moments) {
-  LightShares shares{};
+LightProbabilities shares_for(const std::array<double, kLightKinds>& moments) {
+  LightProbabilities shares{};
   double sum = 0.0;
   for (const double moment : moments) sum += std::sqrt(moment);
   for (size_t f = 0; f < kLightKinds; ++f) {
     const double share = sum > 0.0 ? std::sqrt(moments[f]) / sum : 1.0 / kLightKinds;
-    shares[f] = std::max(static_cast<float>(share), kLeastShare);
+    shares[f] = std::max(static_cast<float>(share), kMinShare);
   }
   return shares;
 }
 
 // Puts a tree that was built apart, its root first, into another: its root at `at`.
 template <typename Node>
-void append(const std::vector<Node>& part_nodes, const std::vector<LightShares>& part_shares, uint32_t leaf, size_t at,
-            std::vector<Node>& nodes, std::vector<LightShares>& shares) {
+void append(const std::vector<Node>& part_nodes, const std::vector<LightProbabilities>& part_shares, uint32_t leaf,
+            size_t at, std::vector<Node>& nodes, std::vector<LightProbabilities>& shares) {
   const auto node_offset = static_cast<uint32_t>(nodes.size()) - 1;
   const auto share_offset = static_cast<uint32_t>(shares.size());
   for (size_t i = 0; i < part_nodes.size(); ++i) {
@@ -69,7 +69,7 @@ ShareTree::ShareTree(std::span<LightRecord> records) {
   std::array<double, kLightKinds> moments{};
   for (const LightRecord& r : records)
     moments[static_cast<size_t>(r.kind)] += static_cast<double>(r.moment) / static_cast<double>(records.size());
-  LightShares around;
+  LightProbabilities around;
   for (size_t f = 0; f < kLightKinds; ++f) around[f] = static_cast<float>(moments[f]);
   nodes_.resize(kFacings);
   std::array<ShareTree, kFacings> parts;
@@ -82,7 +82,7 @@ ShareTree::ShareTree(std::span<LightRecord> records) {
 }
 
 // `around`: mean moments by kind of the surrounding region.
-void ShareTree::build(uint32_t node, std::span<LightRecord> records, const LightShares& around, uint32_t depth) {
+void ShareTree::build(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around, uint32_t depth) {
   std::array<double, kLightKinds> moments{};
   V3d sum(0.0), sum2(0.0);
   for (const LightRecord& r : records) {
@@ -92,12 +92,12 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
     sum2 += p * p;
   }
   const auto count = static_cast<double>(records.size());
-  LightShares means;
+  LightProbabilities means;
   for (size_t f = 0; f < kLightKinds; ++f) {
     moments[f] = (moments[f] + kAround * static_cast<double>(around[f])) / (count + kAround);
     means[f] = static_cast<float>(moments[f]);
   }
-  if (records.size() > kMostRecords && depth < kDeepest) {
+  if (records.size() > kMaxRecords && depth < kDeepest) {
     // At the mean along the axis of the largest variance.
     const V3d mean = sum / count;
     const V3d variance = sum2 / count - mean * mean;
@@ -138,7 +138,7 @@ double second_moment(std::span<const LightRecord> records, const ShareTree& shar
   tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 4096), [&](const auto& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
       const LightRecord& r = records[i];
-      const LightShares& here = shares.find(r.position, r.facing);
+      const LightProbabilities& here = shares.find(r.position, r.facing);
       float sum = 0.0f;
       for (size_t f = 0; f < kLightKinds; ++f) sum += seen[f] ? here[f] : 0.0f;
       terms[i] = r.moment * sum / here[static_cast<size_t>(r.kind)];

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/guiding/guide_record.h"
-#include "renderer/light/light_shares.h"
+#include "renderer/light/light_probabilities.h"
 
 #include <cstdint>
 #include <span>
@@ -16,7 +16,7 @@ struct LightRecord {
   V3f position{0.0f};
   uint8_t facing = 0; // facing_of() the normal with which the light was sampled
   LightKind kind = LightKind::tree;
-  // Square of the luminance that it brought to its pixel, relative to the picture there, times the probability with which its kind
+  // Square of the luminance that it brought to its pixel, relative to the image there, times the probability with which its kind
   // was chosen: the expectation of its sum is that of the square, had the kind been chosen for certain.
   float moment = 0.0f;
   float probability = 1.0f; // of the kind
@@ -31,10 +31,10 @@ class ShareTree {
 
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
   // `normal`: unit. Not to be asked of an empty tree. The address lives as long as the tree.
-  [[nodiscard]] const LightShares& find(const V3f& position, const V3f& normal) const {
+  [[nodiscard]] const LightProbabilities& find(const V3f& position, const V3f& normal) const {
     return find(position, facing_of(normal));
   }
-  [[nodiscard]] const LightShares& find(const V3f& position, uint32_t facing) const {
+  [[nodiscard]] const LightProbabilities& find(const V3f& position, uint32_t facing) const {
     uint32_t at = facing;
     while (nodes_[at].axis != kLeaf)
       at = nodes_[at].next + (position[static_cast<int>(nodes_[at].axis)] >= nodes_[at].split ? 1 : 0);
@@ -51,10 +51,10 @@ class ShareTree {
   };
   static_assert(sizeof(Node) == 8);
 
-  void build(uint32_t node, std::span<LightRecord> records, const LightShares& around, uint32_t depth);
+  void build(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around, uint32_t depth);
 
   std::vector<Node> nodes_; // the root of each facing first
-  std::vector<LightShares> shares_;
+  std::vector<LightProbabilities> shares_;
 };
 
 // Sum of the second moments of the records, had kinds been chosen by these shares; relative to the choices taken. Below 1 is

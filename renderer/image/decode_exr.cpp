@@ -1,4 +1,4 @@
-// OpenEXR through its own library: the colour channels of the first part that has them, straight into the image.
+// OpenEXR through its own library: the color channels of the first part that has them, straight into the image.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -56,8 +56,8 @@ std::string without_name(const char* message) {
   return std::string(text);
 }
 
-// Names of the channels that make the picture, in the order of Image: R G B [A] or Y [A]. Empty: none of these.
-std::vector<std::string> picture_channels(const imf::ChannelList& list) {
+// Names of the channels that make the image, in the order of Image: R G B [A] or Y [A]. Empty: none of these.
+std::vector<std::string> image_channels(const imf::ChannelList& list) {
   const auto has = [&](const char* name) { return list.findChannel(name) != nullptr; };
   std::vector<std::string> names;
   if (has("R") && has("G") && has("B")) {
@@ -80,7 +80,7 @@ std::string join_names(const imf::ChannelList& list) {
   return text;
 }
 
-// OpenEXR stores colour times alpha; Image has straight alpha.
+// OpenEXR stores color times alpha; Image has straight alpha.
 template <typename T>
 void divide_by_alpha(std::vector<std::byte>& pixels, size_t channels) {
   T* values = reinterpret_cast<T*>(pixels.data());
@@ -131,17 +131,17 @@ Image crop(const Image& data, const Box2i& from, const Box2i& to, Image image) {
   return image;
 }
 
-Result<Image> read_picture(Bytes bytes, const ImageLimits& limits) {
+Result<Image> read_pixels(Bytes bytes, const ImageLimits& limits) {
   MemoryStream stream(bytes);
   // No threads of the library's own: its pool is global. A damaged table of chunks is not repaired.
   imf::MultiPartInputFile file(stream, 0, false);
 
-  // The first part that holds a picture: renderers put masks and depth in parts of their own.
+  // The first part that holds an image: renderers put masks and depth in parts of their own.
   constexpr int kMaxParts = 64;
   const int part_count = std::min(file.parts(), kMaxParts);
   int index = 0;
-  std::vector<std::string> names = picture_channels(file.header(0).channels());
-  while (names.empty() && index + 1 < part_count) names = picture_channels(file.header(++index).channels());
+  std::vector<std::string> names = image_channels(file.header(0).channels());
+  while (names.empty() && index + 1 < part_count) names = image_channels(file.header(++index).channels());
   if (names.empty()) {
     return detail_error("its channels are " + join_names(file.header(0).channels()) +
                         "; use R, G, B and perhaps A, or Y");
@@ -180,7 +180,7 @@ Result<Image> read_picture(Bytes bytes, const ImageLimits& limits) {
 Result<Image> decode_exr(Bytes bytes, const ImageLimits& limits) {
   if (const auto error = check_exr_headers(bytes, limits)) return detail_error(*error);
   try {
-    return read_picture(bytes, limits);
+    return read_pixels(bytes, limits);
   } catch (const IEX_NAMESPACE::BaseExc& e) {
     return detail_error(without_name(e.what()));
   }

@@ -26,7 +26,7 @@ Result<HdrHeader> read_hdr_header(Bytes bytes) {
   const size_t end = text.find("\n\n");
   if (end == std::string_view::npos) return detail_error("the file ends in its header");
   if (text.substr(0, end).find("FORMAT=32-bit_rle_xyze") != std::string_view::npos) {
-    return detail_error("its colours are XYZE; use RGBE");
+    return detail_error("its colors are XYZE; use RGBE");
   }
   std::string_view line = text.substr(end + 2);
   line = line.substr(0, line.find('\n'));
@@ -46,9 +46,9 @@ Result<HdrHeader> read_hdr_header(Bytes bytes) {
   return header;
 }
 
-// The least that a picture of that size can take: rows of 8 to 32767 pixels may be run-length encoded, four bytes and then
+// The least that an image of that size can take: rows of 8 to 32767 pixels may be run-length encoded, four bytes and then
 // for each of four components a pair of bytes for every 127 pixels; other rows hold four bytes a pixel.
-int64_t least_hdr_bytes(const HdrHeader& header) {
+int64_t min_hdr_bytes(const HdrHeader& header) {
   const bool may_be_encoded = header.width >= 8 && header.width <= 32767;
   return header.height * (may_be_encoded ? 4 + 4 * 2 * ((header.width + 126) / 127) : 4 * header.width);
 }
@@ -68,7 +68,7 @@ Result<Image> decode_hdr(Bytes bytes, const ImageLimits& limits) {
   const Result<HdrHeader> header = read_hdr_header(bytes);
   if (!header) return header.error();
   if (const auto error = check_size(header.value().width, header.value().height, limits)) return detail_error(*error);
-  if (static_cast<uint64_t>(least_hdr_bytes(header.value())) > bytes.size()) {
+  if (static_cast<uint64_t>(min_hdr_bytes(header.value())) > bytes.size()) {
     return detail_error(
         fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), header.value().width, header.value().height));
   }

@@ -1,4 +1,4 @@
-// Recognises a picture by its magic bytes, checks limits and hands it to the decoder of its format.
+// Recognises an image by its magic bytes, checks limits and hands it to the decoder of its format.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 
@@ -106,7 +106,7 @@ Result<Image> decode_image(Bytes bytes, std::string_view name, const ImageLimits
   if (format == ImageFormat::unknown) {
     return Error{
         ErrorKind::input_output,
-        fmt::format("{}: not a picture that can be read (it starts with {}); use PNG, JPEG, WebP, KTX2, HDR or EXR",
+        fmt::format("{}: not an image that can be read (it starts with {}); use PNG, JPEG, WebP, KTX2, HDR or EXR",
                     name, hex_of_start(bytes))};
   }
   std::string detail;

@@ -1,4 +1,4 @@
-// Reads pictures made by others: only formats we allow, recognised by their magic bytes, within limits.
+// Reads images made by others: only formats we allow, recognized by their magic bytes, within limits.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

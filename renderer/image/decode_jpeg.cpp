@@ -18,7 +18,7 @@ namespace kindling::image_detail {
 
 namespace {
 
-// A progressive file may repeat its scans without end, each over the whole picture; real ones have about ten.
+// A progressive file may repeat its scans without end, each over the whole image; real ones have about ten.
 constexpr int kMaxScans = 256;
 
 // `base` first: libjpeg hands back a pointer to it.
@@ -137,7 +137,7 @@ Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits) {
   case JCS_YCCK: codec.out_color_space = JCS_CMYK; break;
   default:
     return detail_error(
-        fmt::format("it has {} components of unknown meaning; use grey, RGB or CMYK", codec.num_components));
+        fmt::format("it has {} components of unknown meaning; use gray, RGB or CMYK", codec.num_components));
   }
   if (!start_jpeg(decoder)) return detail_error(decoder.errors.message);
 

@@ -70,7 +70,7 @@ class BlockWriter {
   int x_, y_;
 };
 
-Image make_picture(const Ktx2Texture& texture) {
+Image allocate_pixels(const Ktx2Texture& texture) {
   return make_image(static_cast<int>(texture.width), static_cast<int>(texture.height),
                     texture.channels == Ktx2Channels::rgba ? 4 : 3, PixelType::u8);
 }
@@ -79,7 +79,7 @@ Result<Image> decode_uastc(const Ktx2Texture& texture) {
   std::vector<std::byte> buffer;
   const Result<Bytes> blocks = inflate_level(texture, buffer);
   if (!blocks) return blocks.error();
-  Image image = make_picture(texture);
+  Image image = allocate_pixels(texture);
   size_t at = 0;
   for (uint32_t y = 0; y < texture.blocks_y(); ++y) {
     for (uint32_t x = 0; x < texture.blocks_x(); ++x, at += 16) {
@@ -116,7 +116,7 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
   const Result<Bytes> alpha = second_slice ? slice(data.alpha_slice) : Result<Bytes>(Bytes{});
   if (!alpha) return alpha.error();
 
-  Image image = make_picture(texture);
+  Image image = allocate_pixels(texture);
   const auto write_color = [&](uint32_t x, uint32_t y, const Etc1sEndpoint& endpoint, const Etc1sSelector& selector) {
     const auto colors = etc1s_colors(endpoint);
     BlockWriter(image, x, y).each([&](uint8_t* pixel, size_t i) {

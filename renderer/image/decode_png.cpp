@@ -56,7 +56,7 @@ class PngReadHandles {
   png_infop info = nullptr;
 };
 
-// Reads up to the pixels and asks for 8 or 16 bits a channel, palette and transparent colour expanded. No object with a
+// Reads up to the pixels and asks for 8 or 16 bits a channel, palette and transparent color expanded. No object with a
 // destructor may live in the two functions that call setjmp.
 bool read_png_header(PngSource& source, png_structp png, png_infop info) {
   if (setjmp(source.jump) != 0) return false;
@@ -105,7 +105,7 @@ Result<Image> decode_png(Bytes bytes, const ImageLimits& limits) {
   constexpr std::array<uint64_t, 7> kChannels{1, 0, 3, 1, 2, 0, 4};
   const auto color_type = static_cast<size_t>(bytes[25]);
   if (color_type < kChannels.size()) {
-    // Deflate shrinks at most 1032 : 1, so a small file that promises a huge picture is refused before its memory is
+    // Deflate shrinks at most 1032 : 1, so a small file that promises a huge image is refused before its memory is
     // asked for.
     const uint64_t stored_bytes = height * ((width * kChannels[color_type] * bit_depth + 7) / 8);
     if (stored_bytes / 1032 > bytes.size()) {

@@ -28,7 +28,7 @@ Result<Image> decode_webp(Bytes bytes, const ImageLimits& limits) {
   if (const auto status = WebPGetFeatures(data, bytes.size(), &config.input); status != VP8_STATUS_OK) {
     return detail_error(describe(status));
   }
-  if (config.input.has_animation) return detail_error("it is an animation; use a still picture");
+  if (config.input.has_animation) return detail_error("it is an animation; use a still image");
   if (const auto error = check_size(config.input.width, config.input.height, limits)) return detail_error(*error);
 
   Image image = make_image(config.input.width, config.input.height, config.input.has_alpha ? 4 : 3, PixelType::u8);

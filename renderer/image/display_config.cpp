@@ -173,8 +173,7 @@ Result<DisplayConfig> open_display_config(const std::string& path) {
     if (const auto error = fill_views(found)) return failed(*error);
     find_source(found);
     if (found.source.empty()) {
-      return failed(
-          "it has neither a colour space 'Linear Rec.709 (sRGB)' nor a role aces_interchange or scene_linear");
+      return failed("it has neither a color space 'Linear Rec.709 (sRGB)' nor a role aces_interchange or scene_linear");
     }
   } catch (const std::exception& e) {
     return failed(e.what());

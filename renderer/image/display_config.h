@@ -1,4 +1,4 @@
-// Which OpenColorIO configuration, view and source colour space a DisplayTransform uses.
+// Which OpenColorIO configuration, view and source color space a DisplayTransform uses.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ struct DisplayConfig {
   bool built_in = false;          // its views are ours, and kNeutralView is evaluated by Kindling
   std::string display;            // the default one
   std::vector<std::string> views; // of that display, default first
-  std::string source;             // colour space of the pixels given
+  std::string source;             // color space of the pixels given
   bool source_is_aces =
       false; // the pixels must be converted to ACES2065-1 first: the only space of the config we can name
 };

@@ -17,16 +17,16 @@ std::vector<Etc1sEndpoint> read_endpoints(BitReader& bits, size_t count) {
   std::array<HuffmanTable, 3> color_delta; // for dark, middle and bright values before
   for (HuffmanTable& table : color_delta) table = HuffmanTable::read(bits);
   const HuffmanTable intensity_delta = HuffmanTable::read(bits);
-  const bool grey = bits.take(1) != 0;
+  const bool gray = bits.take(1) != 0;
   std::vector<Etc1sEndpoint> endpoints;
   Etc1sEndpoint now{{16, 16, 16}, 0};
   while (endpoints.size() < count && bits.ok()) {
     now.intensity = static_cast<uint8_t>((now.intensity + intensity_delta.decode(bits)) & 7U);
-    for (size_t c = 0; c < (grey ? 1U : 3U); ++c) {
+    for (size_t c = 0; c < (gray ? 1U : 3U); ++c) {
       const size_t which = now.color[c] < 10 ? 0 : now.color[c] < 22 ? 1 : 2;
       now.color[c] = static_cast<uint8_t>((now.color[c] + color_delta[which].decode(bits)) & 31U);
     }
-    if (grey) now.color.fill(now.color[0]);
+    if (gray) now.color.fill(now.color[0]);
     endpoints.push_back(now);
   }
   return endpoints;
@@ -68,7 +68,7 @@ Result<Etc1sData> read_etc1s_data(Bytes globals, uint32_t images) {
   Etc1sData data;
   constexpr size_t at = kHeaderBytes; // the image of level 0
   if ((load_u32(globals, at) & 2U) != 0)
-    return detail_error("it is a video frame that builds on another; use a still picture");
+    return detail_error("it is a video frame that builds on another; use a still image");
   data.color_slice = {load_u32(globals, at + 4), load_u32(globals, at + 8)};
   data.alpha_slice = {load_u32(globals, at + 12), load_u32(globals, at + 16)};
 

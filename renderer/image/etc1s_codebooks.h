@@ -1,4 +1,4 @@
-// The codebooks of BasisLZ/ETC1S: colours and selectors that the blocks of all slices refer to.
+// The codebooks of BasisLZ/ETC1S: colors and selectors that the blocks of all slices refer to.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace kindling::image_detail {
 
-// Base colour of a block, 5 bits a channel, and the row of ETC1's table of intensity modifiers (0 to 7).
+// Base color of a block, 5 bits a channel, and the row of ETC1's table of intensity modifiers (0 to 7).
 struct Etc1sEndpoint {
   std::array<uint8_t, 3> color{};
   uint8_t intensity = 0;
@@ -41,7 +41,7 @@ struct Etc1sData {
 // A level that is a frame of a video that builds on another is refused. Errors carry the detail alone.
 [[nodiscard]] Result<Etc1sData> read_etc1s_data(Bytes globals, uint32_t images);
 
-// The four colours of a block, RGB of 8 bits (Khronos Data Format Specification 1.3, 21.1).
+// The four colors of a block, RGB of 8 bits (Khronos Data Format Specification 1.3, 21.1).
 [[nodiscard]] std::array<std::array<uint8_t, 3>, 4> etc1s_colors(const Etc1sEndpoint& endpoint);
 
 } // namespace kindling::image_detail

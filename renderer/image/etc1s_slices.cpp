@@ -21,7 +21,7 @@ uint32_t read_chunks(BitReader& reader, int bits) {
   return 0;
 }
 
-// How the endpoints of blocks follow from their neighbours: 2 bits a block, in symbols for 2 x 2 blocks, with runs.
+// How the endpoints of blocks follow from their neighbors: 2 bits a block, in symbols for 2 x 2 blocks, with runs.
 class EndpointPredictions {
  public:
   EndpointPredictions(const Etc1sData& data, uint32_t blocks_x) : data_(data), lower_((blocks_x + 1) / 2) {}

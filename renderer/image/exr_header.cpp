@@ -98,7 +98,7 @@ std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const
     }
     if (name == "type" &&
         std::string_view(reinterpret_cast<const char*>(value.data()), value.size()).starts_with("deep")) {
-      return "it holds deep data; use a flat picture";
+      return "it holds deep data; use a flat image";
     }
     constexpr int32_t kMaxChannelListBytes = 1 << 16;
     if (name == "channels" && size > kMaxChannelListBytes) return "it has too many channels";
@@ -127,7 +127,7 @@ std::optional<std::string> check_exr_headers(Bytes bytes, const ImageLimits& lim
   Cursor cursor(bytes);
   cursor.read_i32(); // the magic number, known to be right
   const auto version = static_cast<uint32_t>(cursor.read_i32());
-  if ((version & kDeepFlag) != 0) return "it holds deep data; use a flat picture";
+  if ((version & kDeepFlag) != 0) return "it holds deep data; use a flat image";
   do {
     if (auto error = check_header(cursor, bytes.size(), limits)) return error;
   } while ((version & kMultiPartFlag) != 0 && !cursor.at(std::byte{0}));

@@ -1,4 +1,4 @@
-// A decoded picture in memory, at the bit depth of its file.
+// A decoded image in memory, at the bit depth of its file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

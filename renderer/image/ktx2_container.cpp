@@ -60,7 +60,7 @@ std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
   }
   const auto model = static_cast<unsigned>(basic[8]);
   if (model != 163 && model != 166) {
-    return detail_error(fmt::format("its colour model is {}; accepted are 163 (ETC1S) and 166 (UASTC LDR)", model));
+    return detail_error(fmt::format("its color model is {}; accepted are 163 (ETC1S) and 166 (UASTC LDR)", model));
   }
   texture.payload = model == 163 ? Ktx2Payload::etc1s : Ktx2Payload::uastc;
   if ((static_cast<unsigned>(basic[11]) & 1U) != 0) {
@@ -110,8 +110,8 @@ std::optional<Error> check_shape(Bytes bytes) {
   }
   const uint32_t depth = load_u32(bytes, 28), layers = load_u32(bytes, 32), faces = load_u32(bytes, 36);
   if (depth != 0 || layers != 0 || faces != 1) {
-    return detail_error(fmt::format(
-        "it has depth {}, {} layers and {} faces; accepted is a single 2-D picture (0, 0, 1)", depth, layers, faces));
+    return detail_error(fmt::format("it has depth {}, {} layers and {} faces; accepted is a single 2-D image (0, 0, 1)",
+                                    depth, layers, faces));
   }
   return std::nullopt;
 }

@@ -21,7 +21,7 @@ enum class Ktx2Channels {
   green_from_alpha // red in RGB, green where alpha would be: RRRG of UASTC, RRR and GGG of ETC1S
 };
 
-// One picture: a 2-D texture without layers, of which only the largest mipmap level is looked at.
+// One image: a 2-D texture without layers, of which only the largest mipmap level is looked at.
 struct Ktx2Texture {
   uint32_t width = 0; // pixels
   uint32_t height = 0;

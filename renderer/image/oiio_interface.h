@@ -11,10 +11,10 @@ extern "C" {
 using kindling_oiio_decode_hdr_function = int(const void* bytes, size_t size, int width, int height, float* pixels,
                                               char* message, size_t message_size);
 
-// Types of channels of tiled pictures: stored and cached as they are, bit by bit.
+// Types of channels of tiled images: stored and cached as they are, bit by bit.
 enum kindling_oiio_type { kindling_oiio_u8 = 0, kindling_oiio_u16 = 1, kindling_oiio_f32 = 2 };
 
-struct kindling_oiio_picture {
+struct kindling_oiio_image {
   int channels;
   int type; // kindling_oiio_type
   int level_count;
@@ -25,7 +25,7 @@ struct kindling_oiio_picture {
 using kindling_oiio_read_row = const void*(void* context, int level, int row);
 
 // Writes a TIFF of 64 x 64 tiles. Returns and reports as above.
-using kindling_oiio_write_tiled_function = int(const char* file, const kindling_oiio_picture* picture,
+using kindling_oiio_write_tiled_function = int(const char* file, const kindling_oiio_image* image,
                                                kindling_oiio_read_row* read_row, void* context, char* message,
                                                size_t message_size);
 
@@ -33,12 +33,12 @@ using kindling_oiio_write_tiled_function = int(const char* file, const kindling_
 using kindling_oiio_open_cache_function = void*(double max_mebibytes, char* message, size_t message_size);
 using kindling_oiio_close_cache_function = void(void* cache);
 
-// A picture in a file that the function above wrote; null: failed. Belongs to the cache.
+// An image in a file that the function above wrote; null: failed. Belongs to the cache.
 using kindling_oiio_add_to_cache_function = void*(void* cache, const char* file, char* message, size_t message_size);
 
 // Texels (x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1]) of a level, texel_bytes each, one after the other. Thread-safe. Returns and
 // reports as above.
-using kindling_oiio_fetch_texels_function = int(void* cache, void* picture, int level, const int* x, const int* y,
+using kindling_oiio_fetch_texels_function = int(void* cache, void* image, int level, const int* x, const int* y,
                                                 size_t texel_bytes, void* texels, char* message, size_t message_size);
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 // Empty when decoded, else the detail.
 std::string decode_hdr(const void* bytes, size_t size, int width, int height, float* pixels) {
-  // One thread for each conversion: pictures are decoded in parallel by the caller.
+  // One thread for each conversion: images are decoded in parallel by the caller.
   static const bool once = OIIO::attribute("threads", 1);
   static_cast<void>(once);
   OIIO::Filesystem::IOMemReader memory(const_cast<void*>(bytes), size); // outlives the input

@@ -1,4 +1,4 @@
-// The part of the module kindling_oiio that keeps pictures on disc: tiled files with levels, and OpenImageIO's cache of their tiles.
+// The part of the module kindling_oiio that keeps images on disc: tiled files with levels, and OpenImageIO's cache of their tiles.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/oiio_interface.h"
 
@@ -27,21 +27,21 @@ OIIO::TypeDesc type_of(int type) {
 }
 
 // Empty when written, else the detail.
-std::string write_tiled(const char* file, const kindling_oiio_picture& picture, kindling_oiio_read_row* read_row,
+std::string write_tiled(const char* file, const kindling_oiio_image& image, kindling_oiio_read_row* read_row,
                         void* context) {
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("tiff");
   if (!output) return "OpenImageIO was built without its writer of TIFF";
   std::vector<unsigned char> band;
-  for (int level = 0; level < picture.level_count; ++level) {
-    const int width = picture.sizes[2 * level], height = picture.sizes[2 * level + 1];
-    OIIO::ImageSpec spec(width, height, picture.channels, type_of(picture.type));
+  for (int level = 0; level < image.level_count; ++level) {
+    const int width = image.sizes[2 * level], height = image.sizes[2 * level + 1];
+    OIIO::ImageSpec spec(width, height, image.channels, type_of(image.type));
     spec.tile_width = spec.tile_height = kTileSize;
     spec.alpha_channel = -1; // channels are numbers: nothing is multiplied by another
     spec.channelnames.clear();
-    for (int c = 0; c < picture.channels; ++c) spec.channelnames.push_back(std::to_string(c));
+    for (int c = 0; c < image.channels; ++c) spec.channelnames.push_back(std::to_string(c));
     spec.attribute("compression", "none");
     spec.attribute("oiio:UnassociatedAlpha", 1);
-    spec.attribute("textureformat", "Plain Texture"); // further pictures of the file are levels
+    spec.attribute("textureformat", "Plain Texture"); // further images of the file are levels
     if (!output->open(file, spec, level == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage))
       return output->geterror();
     const size_t row_bytes = spec.scanline_bytes();
@@ -50,7 +50,7 @@ std::string write_tiled(const char* file, const kindling_oiio_picture& picture, 
       const int end = std::min(top + kTileSize, height);
       for (int y = top; y < end; ++y) {
         const void* row = read_row(context, level, y);
-        if (!row) return "a row of the picture cannot be read";
+        if (!row) return "a row of the image cannot be read";
         std::memcpy(band.data() + static_cast<size_t>(y - top) * row_bytes, row, row_bytes);
       }
       if (!output->write_tiles(0, width, top, end, 0, 1, spec.format, band.data())) return output->geterror();
@@ -59,7 +59,7 @@ std::string write_tiled(const char* file, const kindling_oiio_picture& picture, 
   return output->close() ? std::string() : output->geterror();
 }
 
-std::string fetch_texels(OIIO::ImageCache& cache, OIIO::ImageCache::ImageHandle* picture, int level, const int* x,
+std::string fetch_texels(OIIO::ImageCache& cache, OIIO::ImageCache::ImageHandle* image, int level, const int* x,
                          const int* y, size_t texel_bytes, unsigned char* texels) {
   OIIO::ImageCache::Perthread* thread = cache.get_perthread_info();
   OIIO::ImageCache::Tile* tile = nullptr;
@@ -71,7 +71,7 @@ std::string fetch_texels(OIIO::ImageCache& cache, OIIO::ImageCache::ImageHandle*
       if (tile) cache.release_tile(tile);
       tile_x = px / kTileSize;
       tile_y = py / kTileSize;
-      tile = cache.get_tile(picture, thread, 0, level, tile_x * kTileSize, tile_y * kTileSize, 0);
+      tile = cache.get_tile(image, thread, 0, level, tile_x * kTileSize, tile_y * kTileSize, 0);
       OIIO::TypeDesc format;
       pixels = tile ? static_cast<const unsigned char*>(cache.tile_pixels(tile, format)) : nullptr;
       if (!pixels) {
@@ -104,10 +104,10 @@ int guarded(char* message, size_t message_size, const Work& work) {
 
 } // namespace
 
-KINDLING_EXPORT int kindling_oiio_write_tiled_1(const char* file, const kindling_oiio_picture* picture,
+KINDLING_EXPORT int kindling_oiio_write_tiled_1(const char* file, const kindling_oiio_image* image,
                                                 kindling_oiio_read_row* read_row, void* context, char* message,
                                                 size_t message_size) {
-  return guarded(message, message_size, [&] { return write_tiled(file, *picture, read_row, context); });
+  return guarded(message, message_size, [&] { return write_tiled(file, *image, read_row, context); });
 }
 
 KINDLING_EXPORT void* kindling_oiio_open_cache_1(double max_mebibytes, char* message, size_t message_size) {
@@ -134,22 +134,22 @@ KINDLING_EXPORT void kindling_oiio_close_cache_1(void* cache) {
 }
 
 KINDLING_EXPORT void* kindling_oiio_add_to_cache_1(void* cache, const char* file, char* message, size_t message_size) {
-  OIIO::ImageCache::ImageHandle* picture = nullptr;
+  OIIO::ImageCache::ImageHandle* image = nullptr;
   guarded(message, message_size, [&]() -> std::string {
     auto& tiles = *static_cast<OIIO::ImageCache*>(cache);
-    picture = tiles.get_image_handle(OIIO::ustring(file));
+    image = tiles.get_image_handle(OIIO::ustring(file));
     OIIO::ImageSpec spec;
-    if (picture && tiles.get_imagespec(picture, nullptr, spec)) return {};
-    picture = nullptr;
+    if (image && tiles.get_imagespec(image, nullptr, spec)) return {};
+    image = nullptr;
     return tiles.geterror();
   });
-  return picture;
+  return image;
 }
 
-KINDLING_EXPORT int kindling_oiio_fetch_texels_1(void* cache, void* picture, int level, const int* x, const int* y,
+KINDLING_EXPORT int kindling_oiio_fetch_texels_1(void* cache, void* image, int level, const int* x, const int* y,
                                                  size_t texel_bytes, void* texels, char* message, size_t message_size) {
   return guarded(message, message_size, [&] {
-    return fetch_texels(*static_cast<OIIO::ImageCache*>(cache), static_cast<OIIO::ImageCache::ImageHandle*>(picture),
+    return fetch_texels(*static_cast<OIIO::ImageCache*>(cache), static_cast<OIIO::ImageCache::ImageHandle*>(image),
                         level, x, y, texel_bytes, static_cast<unsigned char*>(texels));
   });
 }

@@ -23,18 +23,18 @@ class OiioCache final : public TiledCache, public std::enable_shared_from_this<O
   OiioCache(const OiioCache&) = delete;
   OiioCache& operator=(const OiioCache&) = delete;
 
-  Result<std::shared_ptr<const TiledPicture>> add(const std::filesystem::path& file, const Image& format,
-                                                  std::span<const LevelSize> levels, const ReadRow& read_row) override;
+  Result<std::shared_ptr<const TiledImage>> add(const std::filesystem::path& file, const Image& format,
+                                                std::span<const LevelSize> levels, const ReadRow& read_row) override;
   [[nodiscard]] std::string failure() const override {
     const std::lock_guard lock(mutex_);
     return failure_;
   }
 
-  void fetch(void* picture, int level, const std::array<int, 2>& x, const std::array<int, 2>& y, size_t texel_bytes,
+  void fetch(void* image, int level, const std::array<int, 2>& x, const std::array<int, 2>& y, size_t texel_bytes,
              std::byte* texels) const {
     char message[256];
-    if (module_.fetch_texels(cache_, picture, level, x.data(), y.data(), texel_bytes, texels, message,
-                             sizeof message) == 0)
+    if (module_.fetch_texels(cache_, image, level, x.data(), y.data(), texel_bytes, texels, message, sizeof message) ==
+        0)
       return;
     std::memset(texels, 0, 4 * texel_bytes);
     const std::lock_guard lock(mutex_);
@@ -48,17 +48,17 @@ class OiioCache final : public TiledCache, public std::enable_shared_from_this<O
   mutable std::string failure_;
 };
 
-class OiioPicture final : public TiledPicture {
+class OiioImage final : public TiledImage {
  public:
-  OiioPicture(std::shared_ptr<const OiioCache> cache, void* picture, size_t texel_bytes)
-      : cache_(std::move(cache)), picture_(picture), texel_bytes_(texel_bytes) {}
+  OiioImage(std::shared_ptr<const OiioCache> cache, void* image, size_t texel_bytes)
+      : cache_(std::move(cache)), image_(image), texel_bytes_(texel_bytes) {}
   void fetch(int level, const std::array<int, 2>& x, const std::array<int, 2>& y, std::byte* texels) const override {
-    cache_->fetch(picture_, level, x, y, texel_bytes_, texels);
+    cache_->fetch(image_, level, x, y, texel_bytes_, texels);
   }
 
  private:
   std::shared_ptr<const OiioCache> cache_;
-  void* picture_; // belongs to the cache
+  void* image_; // belongs to the cache
   size_t texel_bytes_;
 };
 
@@ -77,27 +77,26 @@ const void* read_row_of(void* context, int level, int row) {
   return (*static_cast<const TiledCache::ReadRow*>(context))(level, row);
 }
 
-Result<std::shared_ptr<const TiledPicture>> OiioCache::add(const std::filesystem::path& file, const Image& format,
-                                                           std::span<const LevelSize> levels, const ReadRow& read_row) {
+Result<std::shared_ptr<const TiledImage>> OiioCache::add(const std::filesystem::path& file, const Image& format,
+                                                         std::span<const LevelSize> levels, const ReadRow& read_row) {
   std::vector<int> sizes;
   for (const LevelSize& level : levels) {
     sizes.push_back(level.width);
     sizes.push_back(level.height);
   }
-  const kindling_oiio_picture picture{format.channels, type_in_file(format.type), static_cast<int>(levels.size()),
-                                      sizes.data()};
+  const kindling_oiio_image image{format.channels, type_in_file(format.type), static_cast<int>(levels.size()),
+                                  sizes.data()};
   char message[256];
   const auto failed = [&](std::string_view what) {
     return Error{ErrorKind::input_output, fmt::format("{}: cannot {}: {}", file.string(), what, message)};
   };
   ReadRow read = read_row;
-  if (module_.write_tiled(file.c_str(), &picture, &read_row_of, &read, message, sizeof message) != 0)
-    return failed("write a tiled picture");
+  if (module_.write_tiled(file.c_str(), &image, &read_row_of, &read, message, sizeof message) != 0)
+    return failed("write a tiled image");
   void* handle = module_.add_to_cache(cache_, file.c_str(), message, sizeof message);
-  if (!handle) return failed("read a tiled picture");
+  if (!handle) return failed("read a tiled image");
   const size_t texel_bytes = bytes_per_channel(format.type) * static_cast<size_t>(format.channels);
-  return std::shared_ptr<const TiledPicture>(
-      std::make_shared<const OiioPicture>(shared_from_this(), handle, texel_bytes));
+  return std::shared_ptr<const TiledImage>(std::make_shared<const OiioImage>(shared_from_this(), handle, texel_bytes));
 }
 
 } // namespace

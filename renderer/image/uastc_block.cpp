@@ -37,11 +37,11 @@ class BlockBits {
   uint64_t low_ = 0, high_ = 0;
 };
 
-constexpr size_t kMostEndpointValues = 18; // 3 subsets of RGB pairs
+constexpr size_t kMaxEndpointValues = 18; // 3 subsets of RGB pairs
 
 // The simplified integer sequence of UASTC: codes of up to 5 trits or 3 quints first, then the bits of each value.
 bool read_endpoint_values(BlockBits& bits, const UastcMode& mode, size_t count,
-                          std::array<uint32_t, kMostEndpointValues>& values) {
+                          std::array<uint32_t, kMaxEndpointValues>& values) {
   values.fill(0);
   if (mode.endpoint_base > 1) {
     const uint32_t base = mode.endpoint_base;
@@ -123,7 +123,7 @@ bool decode_uastc_block(std::span<const std::byte, 16> block, BlockTexels& texel
   // The channel that has the weights of the second plane: luminance-alpha has it for alpha always.
   const uint32_t second = mode.planes == 1 ? 4U : mode.components == 2 ? 3U : bits.take(2);
 
-  std::array<uint32_t, kMostEndpointValues> values;
+  std::array<uint32_t, kMaxEndpointValues> values;
   const size_t values_each = size_t{2} * mode.components;
   if (!read_endpoint_values(bits, mode, values_each * mode.subsets, values)) return false;
   std::array<Endpoints, 3> ends;

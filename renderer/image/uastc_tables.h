@@ -13,7 +13,7 @@ struct UastcMode {
   uint8_t code_bits;   // 2 to 7
   uint8_t hint_bits;   // for transcoding to other formats: skipped
   uint8_t components;  // 2 (LA), 3 or 4; all modes but the solid one use ASTC's direct endpoints
-  uint8_t subsets;     // 1 to 3; 0 for the solid colour
+  uint8_t subsets;     // 1 to 3; 0 for the solid color
   uint8_t planes;      // 1 or 2 weights a pixel
   uint8_t weight_bits; // of one weight
   uint8_t endpoint_bits;

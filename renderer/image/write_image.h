@@ -1,4 +1,4 @@
-// Writes pictures: multi-layer EXR and PNG, to a temporary name that is renamed when complete.
+// Writes images: multi-layer EXR and PNG, to a temporary name that is renamed when complete.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -108,8 +108,8 @@ void quantize(const float* values, size_t count, T* out) {
 
 // No object with a destructor may live in the function that calls setjmp. `row`: room for one row.
 template <typename T>
-bool write_picture(PngSink& sink, const PngWriteHandles& handles, const V2i& size, const png_text* texts,
-                   int text_count, const float* rgba, T* row) {
+bool write_rows(PngSink& sink, const PngWriteHandles& handles, const V2i& size, const png_text* texts, int text_count,
+                const float* rgba, T* row) {
   if (setjmp(sink.jump) != 0) return false;
   png_set_write_fn(handles.png, &sink, write_png_bytes, flush_png);
   png_set_IHDR(handles.png, handles.info, static_cast<png_uint_32>(size.x), static_cast<png_uint_32>(size.y),
@@ -138,7 +138,7 @@ std::string write_png_to(AtomicFile& file, std::span<const float> rgba, const V2
   const PngWriteHandles handles(sink);
   if (!handles.info) return "not enough memory";
   const bool written =
-      write_picture(sink, handles, size, chunks.data(), static_cast<int>(chunks.size()), rgba.data(), row.data());
+      write_rows(sink, handles, size, chunks.data(), static_cast<int>(chunks.size()), rgba.data(), row.data());
   return written ? std::string() : std::string(sink.message);
 }
 
@@ -152,7 +152,7 @@ Result<void> write_png(const std::filesystem::path& path, std::span<const float>
   if (bits != 8 && bits != 16) return failed(std::to_string(bits) + " bits for each channel; use 8 or 16");
   if (size_px.x < 1 || size_px.y < 1 ||
       rgba.size() != static_cast<size_t>(size_px.x) * static_cast<size_t>(size_px.y) * 4) {
-    return failed(std::to_string(rgba.size()) + " values are no picture of " + std::to_string(size_px.x) + " x " +
+    return failed(std::to_string(rgba.size()) + " values are no image of " + std::to_string(size_px.x) + " x " +
                   std::to_string(size_px.y) + " pixels with 4 channels");
   }
   try {

@@ -9,10 +9,10 @@ namespace {
 
 using Range = KindlingExtras::Range;
 
-// Beyond these a picture could not be told from a pinhole's, or from fog.
+// Beyond these an image could not be told from a pinhole's, or from fog.
 constexpr Range kStops{1e-3, 1e6, false, "a number from 0.001 to 1e6"};
-constexpr Range kMetres{0.0, 1e9, true, "a length above 0, in metres"};
-constexpr Range kFractions{0.0, 1.0, false, "[x, y], fractions of the picture from 0 to 1"};
+constexpr Range kMetres{0.0, 1e9, true, "a length above 0, in meters"};
+constexpr Range kFractions{0.0, 1.0, false, "[x, y], fractions of the image from 0 to 1"};
 constexpr Range kBlades{0.0, 64.0, false, "a whole number from 0 to 64"};
 constexpr Range kAngle{-1e6, 1e6, false, "an angle, in radians"};
 constexpr Range kRatio{0.1, 10.0, false, "a number from 0.1 to 10"};

@@ -14,7 +14,7 @@ namespace {
 
 using Level = ExtensionSupport::Level;
 
-constexpr size_t kMostNames = 1000;
+constexpr size_t kMaxNames = 1000;
 
 constexpr ExtensionEntry kTable[] = {
     {{"EXT_lights_ies", Level::full, "photometry of types A, B and C; TILT has no effect"}},
@@ -36,7 +36,7 @@ constexpr ExtensionEntry kTable[] = {
     {{"KHR_materials_iridescence", Level::full, ""}},
     {{"KHR_materials_pbrSpecularGlossiness", Level::full, "archived"}},
     {{"KHR_materials_scatter", Level::partial,
-      "experimental (draft); textures of the strength and of a volume's colour have no effect"}},
+      "experimental (draft); textures of the strength and of a volume's color have no effect"}},
     {{"KHR_materials_sheen", Level::full, ""}},
     {{"KHR_materials_specular", Level::full, ""}},
     {{"KHR_materials_transmission", Level::full, ""}},
@@ -87,8 +87,8 @@ void check_extensions(const nlohmann::json& root, Warnings& warnings) {
     return found == root.end() ? none : *found;
   };
   for (const char* name : {"extensionsRequired", "extensionsUsed"}) {
-    if (list(name).size() > kMostNames) {
-      fail(fmt::format("/{}", name), fmt::format("{} names, at most {} are accepted", list(name).size(), kMostNames));
+    if (list(name).size() > kMaxNames) {
+      fail(fmt::format("/{}", name), fmt::format("{} names, at most {} are accepted", list(name).size(), kMaxNames));
     }
   }
   const nlohmann::json& required = list("extensionsRequired");

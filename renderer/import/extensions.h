@@ -15,7 +15,7 @@ namespace kindling::gltf {
 struct ExtensionEntry {
   ExtensionSupport support;
   // Only for Level::ignored: a file that requires it still loads, with a warning, because shapes stay right and only
-  // looks differ. The specification would have us refuse; a person who asked for a picture is better served by one.
+  // looks differ. The specification would have us refuse; a person who asked for an image is better served by one.
   bool loads_if_required = true;
 };
 

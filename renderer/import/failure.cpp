@@ -9,7 +9,7 @@
 namespace kindling::gltf {
 namespace {
 
-constexpr size_t kMostKinds = 100;
+constexpr size_t kMaxKinds = 100;
 
 } // namespace
 
@@ -51,7 +51,7 @@ void Warnings::add(Entry entry) {
       std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.kind == entry.kind; });
   if (found != entries_.end()) {
     found->count += entry.count;
-  } else if (entries_.size() < kMostKinds) {
+  } else if (entries_.size() < kMaxKinds) {
     entries_.push_back(std::move(entry));
   } else {
     left_out_ += entry.count;

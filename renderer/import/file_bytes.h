@@ -43,7 +43,7 @@ class OwnedBytes {
 // XXH64 (Collet, xxHash specification 0.1.1): about 10 GB/s, the same on every machine.
 [[nodiscard]] uint64_t hash_bytes(Bytes bytes, uint64_t seed = 0);
 
-// Of whole files and pictures. Up to kHashedBlock bytes it is hash_bytes(); of more it is hash_bytes(words, seed) of 64-bit words, the lowest
+// Of whole files and images. Up to kHashedBlock bytes it is hash_bytes(); of more it is hash_bytes(words, seed) of 64-bit words, the lowest
 // byte first: hash_bytes() with seed 0 of each kHashedBlock bytes (of the rest that is left at the end), and last the number of
 // all bytes. So blocks are hashed in parallel with TBB, and the number does not depend on the threads.
 inline constexpr size_t kHashedBlock = size_t{1} << 20;

@@ -74,22 +74,22 @@ ImageLight read_light(const Document& document, const json& object, const std::s
 }
 
 // Linear RGB in floats.
-Image linear_face(const Image& picture) {
+Image linear_face(const Image& image) {
   Image face;
-  face.width = picture.width;
-  face.height = picture.height;
+  face.width = image.width;
+  face.height = image.height;
   face.channels = 3;
   face.type = PixelType::f32;
   face.pixels.resize(face.byte_count());
-  const bool integers = picture.type == PixelType::u8 || picture.type == PixelType::u16;
-  const bool rgbd = integers && picture.channels == 4;
-  const auto channels = static_cast<size_t>(picture.channels);
-  const size_t bytes = bytes_per_channel(picture.type);
+  const bool integers = image.type == PixelType::u8 || image.type == PixelType::u16;
+  const bool rgbd = integers && image.channels == 4;
+  const auto channels = static_cast<size_t>(image.channels);
+  const size_t bytes = bytes_per_channel(image.type);
   const auto value = [&](size_t pixel, size_t channel) {
-    const std::byte* at = picture.pixels.data() + (pixel * channels + channel) * bytes;
+    const std::byte* at = image.pixels.data() + (pixel * channels + channel) * bytes;
     uint16_t half = 0;
     float number = 0.0f;
-    switch (picture.type) {
+    switch (image.type) {
     case PixelType::u8: return static_cast<float>(std::to_integer<int>(*at)) / 255.0f;
     case PixelType::u16: std::memcpy(&half, at, sizeof half); return static_cast<float>(half) / 65535.0f;
     case PixelType::f16: std::memcpy(&half, at, sizeof half); return imath_half_to_float(half);
@@ -97,14 +97,14 @@ Image linear_face(const Image& picture) {
     }
     return number;
   };
-  constexpr float kLeastAlpha = 1.0f / 255.0f;
-  const size_t count = static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height);
+  constexpr float kMinAlpha = 1.0f / 255.0f;
+  const size_t count = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
   for (size_t pixel = 0; pixel < count; ++pixel) {
     float rgb[3];
     for (size_t c = 0; c < 3; ++c) {
       const float stored = value(pixel, channels < 3 ? 0 : c);
       rgb[c] = !integers ? stored
-               : rgbd    ? std::pow(stored, 2.2f) / std::max(value(pixel, 3), kLeastAlpha)
+               : rgbd    ? std::pow(stored, 2.2f) / std::max(value(pixel, 3), kMinAlpha)
                          : static_cast<float>(decode_srgb(static_cast<double>(stored)));
     }
     std::memcpy(face.pixels.data() + pixel * sizeof rgb, rgb, sizeof rgb);
@@ -144,21 +144,21 @@ void import_image_light_faces(Document& document, Scene& scene, Warnings& warnin
     const std::string pointer = light_pointer(i) + "/specularImages/0";
     std::string trouble;
     for (size_t f = 0; f < light.faces.size() && trouble.empty(); ++f) {
-      const Result<Image> picture = read_image(document, images[f].get<int>());
-      if (!picture) {
-        trouble = picture.error().message;
+      const Result<Image> pixels = read_image(document, images[f].get<int>());
+      if (!pixels) {
+        trouble = pixels.error().message;
         break;
       }
-      const int size = picture.value().width;
-      if (size != picture.value().height || (f > 0 && size != light.faces[0]->width)) {
+      const int size = pixels.value().width;
+      if (size != pixels.value().height || (f > 0 && size != light.faces[0]->width)) {
         trouble = fmt::format("face {} is of {} x {} pixels, accepted are squares of one size", f, size,
-                              picture.value().height);
+                              pixels.value().height);
         break;
       }
-      light.faces[f] = std::make_shared<const Image>(linear_face(picture.value()));
+      light.faces[f] = std::make_shared<const Image>(linear_face(pixels.value()));
       bytes += light.faces[f]->byte_count();
       if (bytes > document.limits.max_texture_bytes)
-        fail(pointer, fmt::format("decoded pictures of more than {} bytes", document.limits.max_texture_bytes));
+        fail(pointer, fmt::format("decoded images of more than {} bytes", document.limits.max_texture_bytes));
     }
     if (trouble.empty()) continue;
     light.faces = {};

@@ -321,7 +321,7 @@ constexpr P kMaterialProperties[] = {
     {.name = "doubleSided", .kind = K::boolean}};
 constexpr JsonSchema kMaterial{.properties = kMaterialProperties, .extensions = kMaterialExtensions};
 
-// A texture without a picture is one that cannot be read: a warning, as for those.
+// A texture without an image is one that cannot be read: a warning, as for those.
 constexpr P kSource{.name = "source", .kind = K::index, .collection = "images", .soft = true};
 constexpr P kOtherSourceProperties[] = {kSource};
 constexpr JsonSchema kOtherSource{.properties = kOtherSourceProperties};

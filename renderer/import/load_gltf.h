@@ -23,7 +23,7 @@ struct ImportLimits {
   // A small file decodes to no more than this, a larger one to no more elements than elements_per_byte times its bytes.
   uint64_t max_elements_of_small_file = 1ULL << 24;
   uint64_t elements_per_byte = 256;
-  uint64_t max_texture_bytes = 64ULL << 30; // decoded pictures, all together
+  uint64_t max_texture_bytes = 64ULL << 30; // decoded images, all together
   uint32_t max_nodes = 1U << 24;
   uint32_t max_node_depth = 1024; // levels of the node tree
   uint64_t max_gpu_instances = 1ULL << 26;
@@ -34,14 +34,14 @@ class TextureMemory;
 // What the steps of an import took.
 struct ImportTimes {
   WorkTime files;    // read, hashed and parsed
-  WorkTime meshes;   // vertices decoded and checked; nodes, animations and all else that is no picture
+  WorkTime meshes;   // vertices decoded and checked; nodes, animations and all else that is no image
   WorkTime tangents; // made where a material needs them and the file has none
-  WorkTime textures; // pictures read and decoded
+  WorkTime textures; // images read and decoded
 };
 
 struct ImportOptions {
   ImportLimits limits;
-  TextureMemory* texture_memory = nullptr; // null: all decoded pictures stay in memory
+  TextureMemory* texture_memory = nullptr; // null: all decoded images stay in memory
   bool decode_textures = true;             // false: textures keep a null image (for `info`)
   ImportTimes* times = nullptr;            // set at the end, if not null
 };

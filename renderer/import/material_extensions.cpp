@@ -21,9 +21,9 @@ using nlohmann::json;
 constexpr Rgb kWhite(1.0f, 1.0f, 1.0f);
 constexpr Rgb kBlack(0.0f, 0.0f, 0.0f);
 // The phase function at g = 1 is a delta.
-constexpr float kMostScatterAnisotropy = 0.999f;
+constexpr float kMaxScatterAnisotropy = 0.999f;
 // A nanometre: nothing is seen through less, and the coefficients of the medium stay finite.
-constexpr double kLeastAttenuationDistance_m = 1e-9;
+constexpr double kMinAttenuationDistance_m = 1e-9;
 
 struct Place {
   const std::string& pointer; // of the extension object
@@ -121,14 +121,14 @@ void read_volume(const json& object, const Place& place, Material& material) {
     place.warnings.add("attenuation distance", place.pointer + "/attenuationDistance",
                        "0 is taken for infinite, accepted is a number above 0", "VALUE_NOT_IN_RANGE");
   } else if (distance <= static_cast<double>(FLT_MAX)) {
-    material.attenuation_distance_m = static_cast<float>(std::max(distance, kLeastAttenuationDistance_m));
+    material.attenuation_distance_m = static_cast<float>(std::max(distance, kMinAttenuationDistance_m));
   }
   material.attenuation_color = rgb_or(object, "attenuationColor", kWhite);
 }
 
 void read_scatter_anisotropy(const json& object, const Place& place, Material& material) {
   const float g = float_or(object, "scatterAnisotropy", 0.0f);
-  material.scatter_anisotropy = std::clamp(g, -kMostScatterAnisotropy, kMostScatterAnisotropy);
+  material.scatter_anisotropy = std::clamp(g, -kMaxScatterAnisotropy, kMaxScatterAnisotropy);
   if (material.scatter_anisotropy != g) {
     place.warnings.add(
         "scatter anisotropy", place.pointer + "/scatterAnisotropy",
@@ -144,8 +144,8 @@ void read_volume_scatter(const json& object, const Place& place, Material& mater
 }
 
 // The draft's thin-walled mode: of what the surface transmits a part `strength` is scattered, (1 + g) / 2 of that forwards. Told in
-// terms of KHR_materials_transmission, KHR_materials_diffuse_transmission and the base colour, which is exact where neither base
-// colour nor transmission has a texture and all is scattered (strength 1); below, what is scattered back is tinted in part only.
+// terms of KHR_materials_transmission, KHR_materials_diffuse_transmission and the base color, which is exact where neither base
+// color nor transmission has a texture and all is scattered (strength 1); below, what is scattered back is tinted in part only.
 void scatter_at_thin_wall(const Rgb& color, const TextureSlot& color_texture, float strength, Material& material) {
   const float scattered = material.transmission_factor * strength;
   if (scattered <= 0.0f) return;
@@ -174,7 +174,7 @@ void read_scatter(const json& object, const Place& place, Material& material) {
   const bool volume = material.thickness_factor > 0.0f;
   if (strength_texture.present() || (volume && color_texture.present())) {
     place.warnings.add("scatter texture", place.pointer,
-                       "textures of the strength of scattering and of a volume's colour have no effect yet");
+                       "textures of the strength of scattering and of a volume's color have no effect yet");
   }
   if (volume) {
     material.multiscatter_color = color * strength;

@@ -12,7 +12,7 @@
 namespace kindling::gltf {
 
 // Reads the extensions of a checked material object into `material`, whose core values are set. KHR_materials_unlit leaves base
-// colour, alpha and sides; KHR_materials_pbrSpecularGlossiness takes the place of the metallic-roughness values; both set aside what
+// color, alpha and sides; KHR_materials_pbrSpecularGlossiness takes the place of the metallic-roughness values; both set aside what
 // their specifications exclude, KHR_materials_scatter the two extensions that it replaces: a warning. Throws ImportFailure.
 void read_material_extensions(const nlohmann::json& object, const std::string& pointer, Material& material,
                               Warnings& warnings);

@@ -14,10 +14,10 @@ namespace kindling::gltf {
 namespace {
 
 constexpr uint8_t kHeader = 0xa1;
-constexpr size_t kGroup = 16;              // elements whose deltas are packed with one number of bits
-constexpr size_t kMostBlockElements = 256; // elements of a block
+constexpr size_t kGroup = 16;             // elements whose deltas are packed with one number of bits
+constexpr size_t kMaxBlockElements = 256; // elements of a block
 constexpr size_t kBlockBytes = 8192;
-constexpr size_t kLeastTail = 24;
+constexpr size_t kMinTail = 24;
 
 // How the deltas of one byte position are stored within a block.
 enum class Control : uint8_t { low_bits, high_bits, zero, literal };
@@ -140,7 +140,7 @@ void decode_colors(std::span<std::byte> elements) {
     const int y = in[0];
     const int co = static_cast<Signed>(in[1]);
     const int cg = static_cast<Signed>(in[2]);
-    const unsigned one = (1u << std::bit_width(static_cast<unsigned>(in[3]))) - 1; // 1.0 with the bits of this colour
+    const unsigned one = (1u << std::bit_width(static_cast<unsigned>(in[3]))) - 1; // 1.0 with the bits of this color
     const unsigned alpha = in[3] & (one >> 1);
     const int values[4] = {y + co - cg, y + cg, y - co - cg, static_cast<int>(alpha << 1 | (alpha & 1u))};
     const float scale = one == 0 ? 0.0f : kMax / static_cast<float>(one);
@@ -159,7 +159,7 @@ bool is_meshopt_attributes_v1(Bytes stream) {
 
 bool decode_meshopt_attributes_v1(Bytes stream, size_t count, size_t stride, std::span<std::byte> out) {
   const size_t channels = stride / 4;
-  const size_t tail = std::max(stride + channels, kLeastTail);
+  const size_t tail = std::max(stride + channels, kMinTail);
   if (!is_meshopt_attributes_v1(stream) || stream.size() < 1 + tail) return false;
   const Bytes modes = stream.last(channels);
   const Bytes baseline = stream.last(stride + channels).first(stride);
@@ -171,8 +171,8 @@ bool decode_meshopt_attributes_v1(Bytes stream, size_t count, size_t stride, std
   std::vector<uint32_t> previous(channels);
   for (size_t c = 0; c < channels; ++c) previous[c] = load_little_endian(&baseline[4 * c]);
   BlockReader reader(stream.subspan(1, stream.size() - 1 - tail));
-  const size_t block = std::min((kBlockBytes / stride) & ~(kGroup - 1), kMostBlockElements);
-  std::array<std::array<uint8_t, kMostBlockElements>, 4> deltas{};
+  const size_t block = std::min((kBlockBytes / stride) & ~(kGroup - 1), kMaxBlockElements);
+  std::array<std::array<uint8_t, kMaxBlockElements>, 4> deltas{};
   for (size_t first = 0; first < count; first += block) {
     const size_t elements = std::min(block, count - first);
     const uint8_t* controls = nullptr;

@@ -1,4 +1,4 @@
-// The attribute codec of KHR_meshopt_compression in its version 1, and its colour filter: what libmeshoptimizer before 0.23 lacks.
+// The attribute codec of KHR_meshopt_compression in its version 1, and its color filter: what libmeshoptimizer before 0.23 lacks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ namespace kindling::gltf {
 [[nodiscard]] bool decode_meshopt_attributes_v1(Bytes stream, size_t count, size_t stride, std::span<std::byte> out);
 
 // Filter 4 (appendix B), in place: YCoCg with an alpha that tells the number of bits to RGBA, normalized unsigned integers. `stride` is
-// 4 (8 bits) or 8 (16 bits). Values that no encoder writes become some colour.
+// 4 (8 bits) or 8 (16 bits). Values that no encoder writes become some color.
 void decode_meshopt_color(std::span<std::byte> elements, size_t stride);
 
 } // namespace kindling::gltf

@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-// The second is the first with version 1 of attributes and a filter for colours; a view that has both is read by it.
+// The second is the first with version 1 of attributes and a filter for colors; a view that has both is read by it.
 constexpr const char* kNames[] = {"KHR_meshopt_compression", "EXT_meshopt_compression"};
 
 struct CompressedView {

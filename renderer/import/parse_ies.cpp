@@ -83,7 +83,7 @@ class IesReader {
   int line_ = 0;
 };
 
-constexpr int kMostAngles = 4096;
+constexpr int kMaxAngles = 4096;
 
 // Whether the last of the three factors is one: in 2002 it is for future use, in 2019 it says how the file came about.
 bool has_lamp_factor(std::string_view version) {
@@ -132,7 +132,7 @@ void close_circle(Photometry& web) {
 
 void skip_tilt(IesReader& reader) {
   static_cast<void>(reader.number("the lamp's geometry to the luminaire"));
-  const int pairs = reader.integer("the number of tilt angles", 0, kMostAngles);
+  const int pairs = reader.integer("the number of tilt angles", 0, kMaxAngles);
   for (int i = 0; i < 2 * pairs; ++i) static_cast<void>(reader.number("a tilt angle or factor"));
 }
 
@@ -151,8 +151,8 @@ Photometry parse(std::string_view text) {
   static_cast<void>(reader.number("the number of lamps"));
   static_cast<void>(reader.number("the lumens per lamp"));
   float factor = reader.number("the candela multiplier");
-  const int vertical = reader.integer("the number of vertical angles", 1, kMostAngles);
-  const int horizontal = reader.integer("the number of horizontal angles", 1, kMostAngles);
+  const int vertical = reader.integer("the number of vertical angles", 1, kMaxAngles);
+  const int horizontal = reader.integer("the number of horizontal angles", 1, kMaxAngles);
   const int type = reader.integer("the photometric type", 1, 3);
   for (const char* what : {"the units", "the width", "the length", "the height"})
     static_cast<void>(reader.number(what));

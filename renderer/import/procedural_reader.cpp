@@ -255,7 +255,7 @@ class GraphReader {
     if (!allows(rule.rule, input.type, output, first)) {
       fault(place + "/type",
             fmt::format("{} for input {}, accepted is {}", in_quotes(name_of(input.type)), in_quotes(rule.name),
-                        rule.rule == R::numeric ? "a float, a colour or a vector"
+                        rule.rule == R::numeric ? "a float, a color or a vector"
                                                 : name_of(default_type(rule, output, first))));
     }
     if (const auto source = index_of(port, "node", place, nodes_.size())) {
@@ -358,7 +358,7 @@ class GraphReader {
     ProceduralOutput output{.type = type_of(port, place)};
     if (!allows(R::numeric, output.type, T::float_, T::float_))
       fault(place + "/type",
-            fmt::format("{}, accepted is a float, a colour or a vector", in_quotes(name_of(output.type))));
+            fmt::format("{}, accepted is a float, a color or a vector", in_quotes(name_of(output.type))));
     const auto source = index_of(port, "node", place, nodes_.size());
     if (!source) fault(place, "without a node, accepted is an index of one");
     connect(port, *source, output.type, place, output.node, output.output);

@@ -1,4 +1,4 @@
-// KHR_texture_procedurals (draft): graphs of MaterialX nodes in place of pictures.
+// KHR_texture_procedurals (draft): graphs of MaterialX nodes in place of images.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

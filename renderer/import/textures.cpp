@@ -1,4 +1,4 @@
-// Samplers, and the fetching, comparing and decoding of pictures.
+// Samplers, and the fetching, comparing and decoding of files.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/textures.h"
 
@@ -47,15 +47,15 @@ std::vector<int> images_of(const Document& document, size_t texture) {
   return images;
 }
 
-// One picture of the file: its encoded bytes, then what came of them.
-struct Picture {
+// One image of the file: its encoded bytes, then what came of them.
+struct ImageFile {
   int image = kNone; // index into the file's images
   std::string name;
   OwnedBytes owned; // where the bytes are not part of a buffer
   Bytes bytes;
   std::string error; // not empty: unreadable
   uint64_t hash = 0;
-  size_t same_as = 0; // the first picture with these bytes: itself or an earlier one
+  size_t same_as = 0; // the first image with these bytes: itself or an earlier one
   std::shared_ptr<const Image> decoded;
 };
 
@@ -68,13 +68,13 @@ std::string short_name(const json& image, int index) {
   return fmt::format("image {}", index);
 }
 
-void fetch(const Document& document, Picture& picture) {
-  const json& image = (*document.json)["images"][static_cast<size_t>(picture.image)];
+void fetch(const Document& document, ImageFile& file) {
+  const json& image = (*document.json)["images"][static_cast<size_t>(file.image)];
   const auto view = image.find("bufferView");
   const auto uri = image.find("uri");
   if (view != image.end()) {
-    picture.bytes = document.views[view->get<size_t>()].bytes;
-    if (picture.bytes.empty()) picture.error = fmt::format("bufferView {} has no data", view->get<size_t>());
+    file.bytes = document.views[view->get<size_t>()].bytes;
+    if (file.bytes.empty()) file.error = fmt::format("bufferView {} has no data", view->get<size_t>());
     return;
   }
   const auto& text = uri->get_ref<const std::string&>();
@@ -86,11 +86,11 @@ void fetch(const Document& document, Picture& picture) {
     bytes = path ? read_file(path.value(), document.limits.max_file_bytes) : Result<OwnedBytes>(path.error());
   }
   if (!bytes) {
-    picture.error = fmt::format("{}: {}", in_quotes(picture.name), bytes.error().message);
+    file.error = fmt::format("{}: {}", in_quotes(file.name), bytes.error().message);
     return;
   }
-  picture.owned = std::move(bytes).value();
-  picture.bytes = picture.owned.span();
+  file.owned = std::move(bytes).value();
+  file.bytes = file.owned.span();
 }
 
 void check_image_objects(const Document& document) {
@@ -120,21 +120,21 @@ std::vector<bool> used_textures(const Scene& scene) {
   return used;
 }
 
-// Equal bytes are one picture, whatever their names.
-void find_equal(std::vector<Picture>& pictures) {
+// Equal bytes are one file, whatever their names.
+void find_equal(std::vector<ImageFile>& files) {
   std::multimap<std::tuple<uint64_t, size_t>, size_t> seen;
-  for (size_t i = 0; i < pictures.size(); ++i) {
-    Picture& picture = pictures[i];
-    picture.same_as = i;
-    if (!picture.error.empty()) continue;
-    const std::tuple<uint64_t, size_t> key(picture.hash, picture.bytes.size());
+  for (size_t i = 0; i < files.size(); ++i) {
+    ImageFile& file = files[i];
+    file.same_as = i;
+    if (!file.error.empty()) continue;
+    const std::tuple<uint64_t, size_t> key(file.hash, file.bytes.size());
     const auto [first, last] = seen.equal_range(key);
     const auto same = std::find_if(first, last, [&](const auto& other) {
-      const Bytes bytes = pictures[other.second].bytes;
-      return bytes.empty() || std::memcmp(bytes.data(), picture.bytes.data(), bytes.size()) == 0;
+      const Bytes bytes = files[other.second].bytes;
+      return bytes.empty() || std::memcmp(bytes.data(), file.bytes.data(), bytes.size()) == 0;
     });
     if (same != last) {
-      picture.same_as = same->second;
+      file.same_as = same->second;
     } else {
       seen.emplace(key, i);
     }
@@ -146,31 +146,31 @@ Result<std::shared_ptr<const Image>> keep(TextureMemory* memory, Image&& image) 
   return std::make_shared<const Image>(std::move(image));
 }
 
-// Decodes the pictures from index `first` on.
-void decode_all(const Document& document, std::vector<Picture>& pictures, size_t first, TextureMemory* memory,
+// Decodes the images from index `first` on.
+void decode_all(const Document& document, std::vector<ImageFile>& files, size_t first, TextureMemory* memory,
                 ProgressListener* listener) {
   std::mutex mutex;
   std::string not_kept; // why one could not be
   size_t done = 0;
   std::atomic<uint64_t> total{0};
   for (size_t i = 0; i < first; ++i) {
-    if (pictures[i].same_as == i && pictures[i].decoded != nullptr) total += pictures[i].decoded->byte_count();
+    if (files[i].same_as == i && files[i].decoded != nullptr) total += files[i].decoded->byte_count();
   }
-  tbb::parallel_for(first, pictures.size(), [&](size_t i) {
-    Picture& picture = pictures[i];
-    if (picture.error.empty() && picture.same_as == i && total.load() <= document.limits.max_texture_bytes) {
-      Result<Image> image = decode_image(picture.bytes, picture.name);
+  tbb::parallel_for(first, files.size(), [&](size_t i) {
+    ImageFile& file = files[i];
+    if (file.error.empty() && file.same_as == i && total.load() <= document.limits.max_texture_bytes) {
+      Result<Image> image = decode_image(file.bytes, file.name);
       if (image) {
         total.fetch_add(image.value().byte_count());
         Result<std::shared_ptr<const Image>> kept = keep(memory, std::move(image).value());
         if (kept) {
-          picture.decoded = std::move(kept).value();
+          file.decoded = std::move(kept).value();
         } else {
           const std::lock_guard lock(mutex);
           not_kept = kept.error().message;
         }
       } else {
-        picture.error = image.error().message;
+        file.error = image.error().message;
       }
     }
     if (listener == nullptr) return;
@@ -178,33 +178,33 @@ void decode_all(const Document& document, std::vector<Picture>& pictures, size_t
     ++done;
     listener->on_progress({.phase = Phase::textures,
                            .done = static_cast<double>(done),
-                           .total = static_cast<double>(pictures.size() - first)});
+                           .total = static_cast<double>(files.size() - first)});
   });
   if (!not_kept.empty()) fail("/images", not_kept);
   if (total.load() > document.limits.max_texture_bytes) {
-    fail("/images", fmt::format("decoded pictures of more than {} bytes", document.limits.max_texture_bytes));
+    fail("/images", fmt::format("decoded images of more than {} bytes", document.limits.max_texture_bytes));
   }
 }
 
-// Fetches and decodes the pictures from index `first` on.
-void load_pictures(Document& document, std::vector<Picture>& pictures, size_t first, TextureMemory* memory,
-                   ProgressListener* listener) {
-  tbb::parallel_for(first, pictures.size(), [&](size_t i) {
-    fetch(document, pictures[i]);
-    pictures[i].hash = hash_content(pictures[i].bytes);
+// Fetches and decodes the images from index `first` on.
+void load_files(Document& document, std::vector<ImageFile>& files, size_t first, TextureMemory* memory,
+                ProgressListener* listener) {
+  tbb::parallel_for(first, files.size(), [&](size_t i) {
+    fetch(document, files[i]);
+    files[i].hash = hash_content(files[i].bytes);
   });
-  for (size_t i = first; i < pictures.size(); ++i) {
-    const Picture& picture = pictures[i];
-    if (picture.owned.size() == 0) continue; // in a buffer, which has been counted
-    document.bytes_read += picture.bytes.size();
-    document.content_hash = hash_bytes(std::as_bytes(std::span(&picture.hash, 1)), document.content_hash);
+  for (size_t i = first; i < files.size(); ++i) {
+    const ImageFile& file = files[i];
+    if (file.owned.size() == 0) continue; // in a buffer, which has been counted
+    document.bytes_read += file.bytes.size();
+    document.content_hash = hash_bytes(std::as_bytes(std::span(&file.hash, 1)), document.content_hash);
   }
-  find_equal(pictures);
-  decode_all(document, pictures, first, memory, listener);
-  for (size_t i = first; i < pictures.size(); ++i) {
-    const Picture& source = pictures[pictures[i].same_as];
-    pictures[i].decoded = source.decoded;
-    pictures[i].error = source.error;
+  find_equal(files);
+  decode_all(document, files, first, memory, listener);
+  for (size_t i = first; i < files.size(); ++i) {
+    const ImageFile& source = files[files[i].same_as];
+    files[i].decoded = source.decoded;
+    files[i].error = source.error;
   }
 }
 
@@ -230,38 +230,38 @@ void import_samplers(const Document& document, Scene& scene) {
 void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
                    Warnings& warnings) {
   const std::vector<bool> used = used_textures(scene);
-  std::map<int, size_t> picture_of_image;
-  std::vector<Picture> pictures;
+  std::map<int, size_t> file_of_image;
+  std::vector<ImageFile> files;
   std::vector<std::vector<int>> images(used.size());
-  size_t most_images = 0;
+  size_t max_images = 0;
   for (size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
     images[i] = images_of(document, i);
-    most_images = std::max(most_images, images[i].size());
+    max_images = std::max(max_images, images[i].size());
     if (images[i].empty()) {
       warnings.add("no source", fmt::format("/textures/{}", i),
-                   "a texture without a picture that can be read: the material's factor is used alone");
+                   "a texture without an image that can be read: the material's factor is used alone");
     }
   }
 
   // First what each texture prefers, then, where that could not be read, what it names besides.
-  for (size_t rank = 0; rank < most_images; ++rank) {
-    const size_t first = pictures.size();
+  for (size_t rank = 0; rank < max_images; ++rank) {
+    const size_t first = files.size();
     const auto wanted = [&](size_t i) { return scene.textures[i].image == nullptr && rank < images[i].size(); };
     for (size_t i = 0; i < used.size(); ++i) {
-      if (!wanted(i) || !picture_of_image.emplace(images[i][rank], pictures.size()).second) continue;
-      Picture picture;
-      picture.image = images[i][rank];
-      picture.name = short_name((*document.json)["images"][static_cast<size_t>(picture.image)], picture.image);
-      pictures.push_back(std::move(picture));
+      if (!wanted(i) || !file_of_image.emplace(images[i][rank], files.size()).second) continue;
+      ImageFile file;
+      file.image = images[i][rank];
+      file.name = short_name((*document.json)["images"][static_cast<size_t>(file.image)], file.image);
+      files.push_back(std::move(file));
     }
-    load_pictures(document, pictures, first, memory, listener);
+    load_files(document, files, first, memory, listener);
     for (size_t i = 0; i < used.size(); ++i) {
       if (!wanted(i)) continue;
-      const Picture& picture = pictures[picture_of_image.at(images[i][rank])];
-      if (picture.decoded == nullptr) continue;
-      scene.textures[i].image = picture.decoded;
-      scene.textures[i].name = picture.name;
+      const ImageFile& file = files[file_of_image.at(images[i][rank])];
+      if (file.decoded == nullptr) continue;
+      scene.textures[i].image = file.decoded;
+      scene.textures[i].name = file.name;
     }
   }
 
@@ -269,24 +269,24 @@ void import_images(Document& document, Scene& scene, TextureMemory* memory, Prog
   for (size_t i = 0; i < used.size(); ++i) {
     if (scene.textures[i].image == nullptr) missed.insert(images[i].begin(), images[i].end());
   }
-  for (const Picture& picture : pictures) {
-    if (picture.decoded != nullptr) continue;
-    warnings.add(fmt::format("image {}", picture.image), fmt::format("/images/{}", picture.image),
-                 fmt::format("{}: {}", picture.error,
-                             missed.contains(picture.image) ? "the material's factor is used alone"
-                                                            : "the texture's other picture is used"));
+  for (const ImageFile& file : files) {
+    if (file.decoded != nullptr) continue;
+    warnings.add(fmt::format("image {}", file.image), fmt::format("/images/{}", file.image),
+                 fmt::format("{}: {}", file.error,
+                             missed.contains(file.image) ? "the material's factor is used alone"
+                                                         : "the texture's other image is used"));
   }
 }
 
 Result<Image> read_image(Document& document, int image) {
-  Picture picture;
-  picture.image = image;
-  picture.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
-  fetch(document, picture);
-  if (!picture.error.empty()) return Error{ErrorKind::input_output, picture.error};
-  document.bytes_read += picture.owned.size();
-  document.content_hash = hash_content(picture.bytes, document.content_hash);
-  return decode_image(picture.bytes, picture.name);
+  ImageFile file;
+  file.image = image;
+  file.name = short_name((*document.json)["images"][static_cast<size_t>(image)], image);
+  fetch(document, file);
+  if (!file.error.empty()) return Error{ErrorKind::input_output, file.error};
+  document.bytes_read += file.owned.size();
+  document.content_hash = hash_content(file.bytes, document.content_hash);
+  return decode_image(file.bytes, file.name);
 }
 
 } // namespace kindling::gltf

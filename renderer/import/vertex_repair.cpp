@@ -111,7 +111,7 @@ void clamp_colors(std::vector<V4f>& colors, const std::string& pointer, Warnings
     return fine;
   });
   if (bad > 0)
-    warnings.add("colors", pointer, fmt::format("{} vertex colours that are no numbers are set to 1", bad),
+    warnings.add("colors", pointer, fmt::format("{} vertex colors that are no numbers are set to 1", bad),
                  "ACCESSOR_INVALID_FLOAT");
 }
 

@@ -22,12 +22,12 @@ std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const 
 void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                               Film& film) const {
   auto& context = static_cast<FirstHitContext&>(thread);
-  context.for_each_wave(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
+  context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
     context.occlusion_rays.clear();
     context.occlusion_slots.clear();
     SurfacePoint surface;
     for (size_t slot = 0; slot < count; ++slot) {
-      context.grey[slot] = 0.0f;
+      context.gray[slot] = 0.0f;
       if (!context.hits[slot].is_hit()) continue;
       const RayCone cone = sample_cone(camera_, context.rays[slot].direction, sample_width(sampler_));
       world_.surface_at(context.rays[slot], context.hits[slot], surface,
@@ -49,9 +49,9 @@ void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const Samp
     world_.accelerator().occluded(context.occlusion_rays, context.occluded);
     context.counters.shadow += context.occlusion_rays.size();
     for (size_t i = 0; i < context.occlusion_slots.size(); ++i)
-      context.grey[context.occlusion_slots[i]] = context.occluded[i] ? 0.0f : 1.0f;
+      context.gray[context.occlusion_slots[i]] = context.occluded[i] ? 0.0f : 1.0f;
     for (size_t slot = 0; slot < count; ++slot)
-      film.add(context.camera_samples[slot].pixel, {Rgb(context.grey[slot]), context.hits[slot].is_hit() ? 1.0f : 0.0f,
+      film.add(context.camera_samples[slot].pixel, {Rgb(context.gray[slot]), context.hits[slot].is_hit() ? 1.0f : 0.0f,
                                                     context.camera_samples[slot].filter_weight});
   });
 }

@@ -6,7 +6,7 @@
 
 namespace kindling {
 
-// Grey in [0, 1], 1 where nothing is near; black background with alpha 0.
+// Gray in [0, 1], 1 where nothing is near; black background with alpha 0.
 class AmbientOcclusionIntegrator final : public Integrator {
  public:
   AmbientOcclusionIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,

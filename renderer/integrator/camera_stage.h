@@ -81,7 +81,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
 }
 
 // Pixels of the block, and how many samples of each fit into one wave of at most `batch_size` paths.
-[[nodiscard]] inline uint32_t samples_per_wave(const PixelRect& block, uint32_t batch_size) {
+[[nodiscard]] inline uint32_t samples_per_batch(const PixelRect& block, uint32_t batch_size) {
   return std::max(1U, batch_size / static_cast<uint32_t>(block.pixel_count()));
 }
 

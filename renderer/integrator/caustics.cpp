@@ -9,7 +9,7 @@ namespace kindling {
 namespace {
 
 constexpr std::array<std::pair<Caustics, std::string_view>, 3> kCausticsNames{
-    {{Caustics::full, "full"}, {Caustics::regularised, "regularised"}, {Caustics::off, "off"}}};
+    {{Caustics::full, "full"}, {Caustics::regularized, "regularized"}, {Caustics::off, "off"}}};
 
 } // namespace
 
@@ -25,16 +25,16 @@ std::optional<Caustics> caustics_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-float regularised_alpha(float widest, uint32_t sample_index) {
+float regularized_alpha(float widest, uint32_t sample_index) {
   return 0.3f * widest * std::pow(static_cast<float>(sample_index) + 1.0f, -1.0f / 6.0f);
 }
 
-void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
-                       BsdfParameters& parameters) {
+void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                         BsdfParameters& parameters) {
   switch (caustics) {
   case Caustics::full: return;
-  case Caustics::regularised:
-    parameters.roughness = std::max(parameters.roughness, std::sqrt(regularised_alpha(widest.alpha(), sample_index)));
+  case Caustics::regularized:
+    parameters.roughness = std::max(parameters.roughness, std::sqrt(regularized_alpha(widest.alpha(), sample_index)));
     return;
   case Caustics::off:
     if (!after_diffuse) return;
@@ -45,26 +45,26 @@ void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& 
   }
 }
 
-void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
-                       bool pane, BsdfParameters& parameters, LayerParameters& layers) {
+void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                         bool thin_wall, BsdfParameters& parameters, LayerParameters& layers) {
   switch (caustics) {
   case Caustics::full: return;
-  case Caustics::regularised:
+  case Caustics::regularized:
     layers.clearcoat_roughness =
-        std::max(layers.clearcoat_roughness, std::sqrt(regularised_alpha(widest.alpha(), sample_index)));
-    if (pane) return; // widened, it would no longer let light pass in a straight line
+        std::max(layers.clearcoat_roughness, std::sqrt(regularized_alpha(widest.alpha(), sample_index)));
+    if (thin_wall) return; // widened, it would no longer let light pass in a straight line
     break;
   case Caustics::off:
     if (!after_diffuse) return;
     layers.clearcoat = 0.0f;
     layers.iridescence = 0.0f;
-    if (!pane) { // what would be refracted is lost
+    if (!thin_wall) { // what would be refracted is lost
       parameters.base_color *= 1.0f - layers.transmission;
       layers.transmission = 0.0f;
     }
     break;
   }
-  restrain_caustics(caustics, after_diffuse, widest, sample_index, parameters);
+  regularize_caustics(caustics, after_diffuse, widest, sample_index, parameters);
 }
 
 } // namespace kindling

@@ -16,7 +16,7 @@ namespace kindling {
 // rarely, and then much of it.
 enum class Caustics : uint8_t {
   full,        // as the scene asks: unbiased
-  regularised, // narrow lobes are widened; the more samples, the less: biased, consistent
+  regularized, // narrow lobes are widened; the more samples, the less: biased, consistent
   off,         // surfaces seen after a diffuse bounce reflect diffusely alone: biased
 };
 [[nodiscard]] std::string_view caustics_name(Caustics caustics);
@@ -40,16 +40,16 @@ class WidestLobe {
 // Regularization for Robust Light Transport"; pbrt-v4's 0.3); a bandwidth that shrinks like n^(-1/6) lets the mean of all
 // samples converge (Kaplanyan and Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light Transport").
 // It depends on the sample's number alone, so it does not matter where or in which order samples are taken.
-[[nodiscard]] float regularised_alpha(float widest, uint32_t sample_index);
+[[nodiscard]] float regularized_alpha(float widest, uint32_t sample_index);
 
 // Changes the parameters of a surface that a path has reached; `after_diffuse`: it was scattered diffusely before.
 // Off: what is specular reflects nothing (as with Cycles' "Reflective Caustics" off), so metal is black, and the base of a
-// dielectric gets the light that its surface would have reflected; what a surface would refract it absorbs. Panes, which
+// dielectric gets the light that its surface would have reflected; what a surface would refract it absorbs. ThinWalls, which
 // bend no light, keep what goes straight on.
-void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
-                       BsdfParameters& parameters);
-// The same for the layers of a surface that has some; `pane`: light passes it in a straight line (SurfaceLayers::pane).
-void restrain_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
-                       bool pane, BsdfParameters& parameters, LayerParameters& layers);
+void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                         BsdfParameters& parameters);
+// The same for the layers of a surface that has some; `thin wall`: light passes it in a straight line (SurfaceLayers::thin wall).
+void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
+                         bool thin_wall, BsdfParameters& parameters, LayerParameters& layers);
 
 } // namespace kindling

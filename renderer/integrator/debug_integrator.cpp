@@ -1,4 +1,4 @@
-// Colours for the debug views.
+// Colors for the debug views.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/debug_integrator.h"
 
@@ -28,7 +28,7 @@ std::unique_ptr<ThreadContext> DebugIntegrator::make_context() const {
 void DebugIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                    Film& film) const {
   auto& context = static_cast<FirstHitContext&>(thread);
-  context.for_each_wave(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
+  context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
     for (size_t slot = 0; slot < count; ++slot) {
       const bool hit = context.hits[slot].is_hit();
       film.add(context.camera_samples[slot].pixel, {hit ? view_of(context.rays[slot], context.hits[slot]) : Rgb(0.0f),

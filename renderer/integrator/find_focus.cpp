@@ -8,13 +8,13 @@ namespace kindling {
 
 std::optional<float> find_focus_distance(const World& world, const Camera& camera, const V2f& film_px) {
   assert(!camera.has_lens());
-  constexpr int kMostSurfaces = 64; // looked through
+  constexpr int kMaxSurfaces = 64; // looked through
   const CameraRay camera_ray = camera.generate_ray(film_px, V2f(0.5f), 0.0f);
   accel::Ray ray{.origin = camera_ray.origin,
                  .direction = camera_ray.direction,
                  .t_max = kInfinity,
-                 .flags = kHitPartlyTransparent | kPassPanes};
-  for (int i = 0; i < kMostSurfaces; ++i) {
+                 .flags = kHitPartlyTransparent | kPassThinWalls};
+  for (int i = 0; i < kMaxSurfaces; ++i) {
     const accel::Hit hit = world.accelerator().intersect(ray);
     if (!hit.is_hit()) return std::nullopt;
     SurfacePoint surface;

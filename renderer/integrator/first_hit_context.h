@@ -14,17 +14,17 @@ class FirstHitContext final : public ThreadContext {
     occlusion_rays.reserve(batch_size);
     occlusion_slots.reserve(batch_size);
     occluded.reserve(batch_size);
-    grey.resize(batch_size);
+    gray.resize(batch_size);
   }
 
-  // Calls `shade_wave(path_count)` for each wave of the block, with camera_samples, rays and hits filled.
-  template <typename ShadeWave>
-  void for_each_wave(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                     const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
-                     const ShadeWave& shade_wave) {
-    const uint32_t per_wave = samples_per_wave(block, batch_size);
-    for (uint32_t done = 0; done < samples.count; done += per_wave) {
-      const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
+  // Calls `shade_batch(path_count)` for each wave of the block, with camera_samples, rays and hits filled.
+  template <typename ShadeBatch>
+  void for_each_batch(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
+                      const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
+                      const ShadeBatch& shade_batch) {
+    const uint32_t per_batch = samples_per_batch(block, batch_size);
+    for (uint32_t done = 0; done < samples.count; done += per_batch) {
+      const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
       const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
       rays.resize(count);
       hits.resize(count);
@@ -32,7 +32,7 @@ class FirstHitContext final : public ThreadContext {
       intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, wave, rays, hits);
       counters.camera += count;
       counters.paths += count;
-      shade_wave(count);
+      shade_batch(count);
     }
   }
 
@@ -42,7 +42,7 @@ class FirstHitContext final : public ThreadContext {
   std::vector<accel::Ray> occlusion_rays;
   std::vector<uint32_t> occlusion_slots;
   std::vector<uint8_t> occluded;
-  std::vector<float> grey; // by slot
+  std::vector<float> gray; // by slot
 };
 
 } // namespace kindling

@@ -27,9 +27,9 @@ class GuidedBsdf {
   // `patches` must outlive this. Without a call, or where they are out of reach, all is left to the BSDF.
   void guide_to(const BrightPatches& patches, const V3f& position) {
     patches.chances(position, frame_.normal, chances_);
-    if (!(chances_.sum > kLeastShare)) return;
+    if (!(chances_.sum > kMinShare)) return;
     find_allowed();
-    if (!(allowed_ * chances_.sum > kLeastShare)) return;
+    if (!(allowed_ * chances_.sum > kMinShare)) return;
     patches_ = &patches;
     position_ = position;
   }
@@ -89,9 +89,9 @@ class GuidedBsdf {
   [[nodiscard]] float allowed() const { return allowed_; }
 
  private:
-  static constexpr float kNarrow = 0.1f;      // alpha below which the visible normals are not guided
-  static constexpr float kWide = 0.3f;        // above which they are as the cosine lobe
-  static constexpr float kLeastShare = 0.02f; // below which guiding is not worth its time
+  static constexpr float kNarrow = 0.1f;    // alpha below which the visible normals are not guided
+  static constexpr float kWide = 0.3f;      // above which they are as the cosine lobe
+  static constexpr float kMinShare = 0.02f; // below which guiding is not worth its time
 
   [[nodiscard]] float mixed(float bsdf_pdf, float cosine, const V3f& wi) const {
     return bsdf_pdf - chances_.sum * replaceable(bsdf_pdf, cosine) +

@@ -16,12 +16,12 @@ namespace kindling {
 // media by priorities instead, which glTF has none of; by index of refraction, ice would vanish in water.)
 class MediumStack {
  public:
-  static constexpr size_t kMost = 7; // entered beyond it: the outermost is forgotten
+  static constexpr size_t kMax = 7; // entered beyond it: the outermost is forgotten
 
   void clear() { count_ = 0; }
   [[nodiscard]] bool empty() const { return count_ == 0; }
   void enter(uint32_t material) {
-    if (count_ == kMost) {
+    if (count_ == kMax) {
       std::copy(materials_.begin() + 1, materials_.end(), materials_.begin());
       --count_;
     }
@@ -54,7 +54,7 @@ class MediumStack {
   }
 
  private:
-  std::array<uint32_t, kMost> materials_{};
+  std::array<uint32_t, kMax> materials_{};
   uint32_t count_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// The stages of the path tracer, read from top to bottom: start_wave, trace_camera_rays, then shade,
-// trace_shadows and trace_bounces until no path is left, finish_wave. (The first two and the last: path_wave.cpp.)
+// The stages of the path tracer, read from top to bottom: start_batch, trace_camera_rays, then shade,
+// trace_shadows and trace_bounces until no path is left, finish_batch. (The first two and the last: path_batch.cpp.)
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
@@ -51,10 +51,10 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
 void PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                   Film& film) const {
   auto& context = static_cast<PathContext&>(thread);
-  const uint32_t per_wave = samples_per_wave(block, settings_.batch_size);
-  for (uint32_t done = 0; done < samples.count; done += per_wave) {
-    const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
-    start_wave(block, wave, context);
+  const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
+  for (uint32_t done = 0; done < samples.count; done += per_batch) {
+    const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
+    start_batch(block, wave, context);
     const size_t path_count = context.active.size();
     trace_camera_rays(block, wave, context);
     while (!context.active.empty()) {
@@ -64,7 +64,7 @@ void PathIntegrator::render_block(const PixelRect& block, const SampleRange& sam
       context.rays.swap(context.next_rays);
       trace_bounces(context);
     }
-    finish_wave(path_count, context, film);
+    finish_batch(path_count, context, film);
   }
 }
 
@@ -132,13 +132,14 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
     if (!context.hits[first + i].is_hit() || member.surface.unlit || state.emission_only) continue;
     const V3f normal = member.surface.light_normal();
     member.draws = draw_bounce(context.camera_samples[slot].address, state.dimension(kDirectionDimension));
-    member.light_shares = guide_ && !guide_->light_shares.empty()
-                              ? &guide_->light_shares.find(member.surface.position, member.surface.geometric_normal)
-                              : nullptr;
+    member.light_probabilities =
+        guide_ && !guide_->light_probabilities.empty()
+            ? &guide_->light_probabilities.find(member.surface.position, member.surface.geometric_normal)
+            : nullptr;
     member.light = static_cast<uint32_t>(query_count);
-    group.queries[query_count++] = {member.surface.position, normal,
-                                    member.draws.light,      member.draws.spare,
-                                    member.light_shares,     context.rays[first + i].time};
+    group.queries[query_count++] = {member.surface.position,    normal,
+                                    member.draws.light,         member.draws.spare,
+                                    member.light_probabilities, context.rays[first + i].time};
   }
   world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
 }
@@ -154,7 +155,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   if (context.recorder) vertex.bsdf.find_allowed();
   if (reflects) light_vertex(vertex, context);
   // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
-  if ((surface.alpha < 1.0f || surface.has_pane()) && takes_passage(vertex, context)) {
+  if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, context)) {
     continue_through(ray, surface, slot, context);
     return;
   }
@@ -172,7 +173,7 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
   if (context.recorder) context.recorder->arrive(slot, state, &surface);
   trace_surface(context, ray, hit, surface, world_, state);
   if (!is_black(surface.emitted)) add_emission(ray, surface, state);
-  if (surface.unlit || (state.emission_only && !surface.has_pane())) {
+  if (surface.unlit || (state.emission_only && !surface.has_thin_wall())) {
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, slot, context))
       continue_through(ray, surface, slot, context);
     else if (state.bounce == 0 && !context.surfaces.empty())
@@ -185,7 +186,7 @@ void PathIntegrator::shade_hit(size_t i, ShadeGroup::Member& member, PathContext
     continue_through(ray, surface, slot, context);
     return;
   }
-  if (settings_.caustics != Caustics::full) restrain(surface, state, context.camera_samples[slot].sample_index);
+  if (settings_.caustics != Caustics::full) regularize(surface, state, context.camera_samples[slot].sample_index);
   if (surface.layered) {
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
     const LayersHere layers = resolve_layers(surface, frame, state, context.media[slot], member.draws.choice.x);
@@ -208,7 +209,7 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
   if (context.recorder) context.recorder->arrive(slot, state, nullptr);
   if (state.bounce == 0) {
     if (settings_.transparent_background) {
-      state.alpha = 1.0f - (state.throughput.x + state.throughput.y + state.throughput.z) / 3.0f; // through panes
+      state.alpha = 1.0f - (state.throughput.x + state.throughput.y + state.throughput.z) / 3.0f; // through thin walls
       return;
     }
     if (settings_.background) {
@@ -220,7 +221,7 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
   Rgb radiance;
   if (state.bsdf_pdf > 0.0f) {
     const EnvironmentEval environment =
-        world_.lights().environment_eval(state.previous_position, state.previous_normal, at, state.light_shares);
+        world_.lights().environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
     radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
   } else {
     radiance = world_.lights().environment_radiance(at);
@@ -235,13 +236,13 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
   });
 }
 
-void PathIntegrator::restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const {
+void PathIntegrator::regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const {
   const bool after_diffuse = state.diffuse_bounces > 0;
   if (surface.layered)
-    restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.layers.pane,
-                      surface.bsdf, surface.layers.bsdf);
+    regularize_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.layers.thin_wall,
+                        surface.bsdf, surface.layers.bsdf);
   else
-    restrain_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.bsdf);
+    regularize_caustics(settings_.caustics, after_diffuse, state.widest_lobe, sample_index, surface.bsdf);
 }
 
 void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
@@ -251,7 +252,7 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
     weight =
         power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
                                                                      state.previous_normal, ray.direction, distance,
-                                                                     state.light_shares, ray.time));
+                                                                     state.light_probabilities, ray.time));
   }
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
@@ -278,7 +279,7 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, context);
   context.shadow_rays.push_back(
       make_shadow_ray(surface, *light, ray_key(sample, dimension), sample.address.index, vertex.time));
-  context.shadow_rays.back().flags = kPassPanes;
+  context.shadow_rays.back().flags = kPassThinWalls;
   if (context.recorder) record_light(vertex, *light, contribution, *context.recorder);
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
@@ -308,12 +309,12 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   }
 
   state.emission_only = !count_bounce(scattered->lobe, state);
-  if (settings_.caustics == Caustics::regularised) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
+  if (settings_.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
   state.bsdf_pdf = scattered->pdf;
   state.previous_position = surface.position;
   state.previous_normal = surface.light_normal();
-  state.light_shares = vertex.member.light_shares;
+  state.light_probabilities = vertex.member.light_probabilities;
   state.transparent_surfaces = 0;
   if (crosses) cross_boundary(vertex, state, context.media[vertex.slot]);
   context.next_rays.push_back({.origin = offset_ray_origin(surface, wi),
@@ -346,7 +347,7 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
   context.occluded.resize(count);
   world_.accelerator().occluded(context.shadow_rays, context.occluded);
   context.counters.shadow += count;
-  if (world_.has_panes()) tint_shadows(context);
+  if (world_.has_thin_walls()) tint_shadows(context);
   for (size_t i = 0; i < count; ++i) {
     if (context.occluded[i]) continue;
     if (context.recorder) context.recorder->take_light(i);

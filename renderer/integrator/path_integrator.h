@@ -38,12 +38,12 @@ class PathIntegrator final : public Integrator {
   };
 
   // The stages of a wave, in the order in which they run.
-  void start_wave(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void shade(PathContext& context) const;
   void trace_shadows(PathContext& context) const;
   void trace_bounces(PathContext& context) const;
-  void finish_wave(size_t path_count, PathContext& context, Film& film) const;
+  void finish_batch(size_t path_count, PathContext& context, Film& film) const;
 
   // Steps of shade(), for the active paths [first, first + count).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
@@ -52,7 +52,7 @@ class PathIntegrator final : public Integrator {
   void shade_hit(size_t i, ShadeGroup::Member& member, PathContext& context) const;
   void scatter(const accel::Ray& ray, Vertex&& vertex, PathContext& context) const;
   void shade_escaped(const accel::Ray& ray, const Environment::Location& at, uint32_t slot, PathContext& context) const;
-  void restrain(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
+  void regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // of caustics
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
   void add_shapes(size_t i, PathContext& context) const; // path_shapes.cpp
   void light_vertex(const Vertex& vertex, PathContext& context) const;
@@ -75,12 +75,12 @@ class PathIntegrator final : public Integrator {
   // Of the medium between a vertex and a light on the side of wo (side > 0) or beyond, and what is refracted to there.
   [[nodiscard]] Rgb transmittance_to_light(const Vertex& vertex, float side, float distance,
                                            const PathContext& context) const;
-  // Straight on, path_passages.cpp.
+  // Straight on, path_transparency.cpp.
   [[nodiscard]] bool passes_through(float probability, uint32_t slot, PathContext& context) const;
-  [[nodiscard]] bool takes_passage(const Vertex& vertex, PathContext& context) const;
+  [[nodiscard]] bool passes_through(const Vertex& vertex, PathContext& context) const;
   void continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot, PathContext& context) const;
   void tint_shadows(PathContext& context) const;
-  [[nodiscard]] Rgb pane_transmittance(SurfacePoint& surface, const V3f& wo) const;
+  [[nodiscard]] Rgb thin_wall_transmittance(SurfacePoint& surface, const V3f& wo) const;
 
   IntegratorSettings settings_;
   const World& world_;

@@ -12,7 +12,7 @@ namespace kindling {
 namespace {
 
 // A walk that has not found its way out by then is absorbed.
-constexpr uint32_t kMostScatterEvents = 1024;
+constexpr uint32_t kMaxScatterEvents = 1024;
 constexpr uint32_t kFirstRouletteEvent = 16;
 
 // Draws of a walk: its own key for each event.
@@ -121,7 +121,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
 
   const Rgb through = exp_negative(medium.extinction * t);
   state.throughput *= medium.scattering * through / component_sum(choice * medium.extinction * through);
-  if (++state.scatter_events > kMostScatterEvents || is_black(state.throughput)) return false;
+  if (++state.scatter_events > kMaxScatterEvents || is_black(state.throughput)) return false;
   if (state.scatter_events >= kFirstRouletteEvent) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
     if (Sampler::sample_1d(key, sample.address.index, 1) >= survival) return false;

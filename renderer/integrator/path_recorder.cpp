@@ -10,7 +10,7 @@ void PathRecorder::finish_path(size_t slot, const Rgb& found) {
   const Path& path = paths_[slot];
   const size_t arrived = path.count - (path.on_the_way ? 1 : 0);
   for (size_t i = 0; i < arrived; ++i) {
-    const Reflection& reflection = reflections_[slot * kMostReflections + i];
+    const Reflection& reflection = reflections_[slot * kMaxReflections + i];
     const float brought = total - reflection.found_before;
     if (!(brought > 0.0f)) continue;
     GuideRecord& record = records.emplace_back(reflection.record);

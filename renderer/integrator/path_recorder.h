@@ -15,28 +15,28 @@ namespace kindling {
 // Belongs to one thread. A context that has one fills it; its records gather until somebody takes them.
 class PathRecorder {
  public:
-  static constexpr size_t kMostReflections = 8; // later ones of a path are not recorded
+  static constexpr size_t kMaxReflections = 8; // later ones of a path are not recorded
 
-  explicit PathRecorder(size_t batch_size) : paths_(batch_size), reflections_(batch_size * kMostReflections) {}
+  explicit PathRecorder(size_t batch_size) : paths_(batch_size), reflections_(batch_size * kMaxReflections) {}
 
   void start_path(size_t slot) { paths_[slot] = {}; }
   // All of the record but where it hit and what it brought.
   void reflect(size_t slot, const GuideRecord& record) {
     Path& path = paths_[slot];
-    path.on_the_way = path.count < kMostReflections;
-    if (path.on_the_way) reflections_[slot * kMostReflections + path.count++] = {record, 0.0f};
+    path.on_the_way = path.count < kMaxReflections;
+    if (path.on_the_way) reflections_[slot * kMaxReflections + path.count++] = {record, 0.0f};
   }
   // The ray has met a surface, or nothing (null), and what is there is not added to the state yet.
   void arrive(size_t slot, const PathState& state, const SurfacePoint* surface) {
     Path& path = paths_[slot];
     if (!path.on_the_way) return;
     path.on_the_way = false;
-    if (!surface || surface->position == reflections_[slot * kMostReflections + path.count - 1].record.position) {
+    if (!surface || surface->position == reflections_[slot * kMaxReflections + path.count - 1].record.position) {
       // No place to send others to.
       --path.count;
       return;
     }
-    Reflection& reflection = reflections_[slot * kMostReflections + path.count - 1];
+    Reflection& reflection = reflections_[slot * kMaxReflections + path.count - 1];
     reflection.record.hit = surface->position;
     reflection.record.hit_facing = facing_of(surface->geometric_normal);
     reflection.found_before = luminance(state.light[0] + state.light[1] + state.light[2]);

@@ -19,7 +19,7 @@ void PathIntegrator::add_shapes(size_t i, PathContext& context) const {
                    .begin_m = state.transparent_surfaces == 0 ? 0.0f : origin,
                    .end_m = context.hits[i].is_hit() ? origin + context.hits[i].t : kInfinity,
                    .bsdf_pdf = state.bsdf_pdf,
-                   .learned = state.light_shares,
+                   .learned = state.light_probabilities,
                    .time = ray.time};
   if (state.in_medium) stretch.extinction = world_.medium(*context.media[slot].innermost()).extinction;
   const Rgb radiance = world_.lights().shape_radiance(stretch);

@@ -25,7 +25,7 @@ struct PathState {
   std::array<Rgb, 3> light{Rgb(0.0f), Rgb(0.0f), Rgb(0.0f)}; // by LightClass
   V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
   V3f previous_normal{0.0f};                                 // likewise
-  const LightShares* light_shares = nullptr;                 // likewise
+  const LightProbabilities* light_probabilities = nullptr;   // likewise
   // Of the ray: how much of the scene this sample stands for. Spread below 0: as the camera has it.
   RayCone cone{.spread = -1.0f};
   float alpha = 1.0f;
@@ -38,7 +38,7 @@ struct PathState {
   uint8_t transmission_bounces = 0;
   bool emission_only = false;       // a bounce limit is reached: the next hit may only emit
   uint8_t transparent_surfaces = 0; // passed since the last reflection
-  WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularised
+  WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularized
   bool in_medium = false;           // PathContext::media of the slot is not empty; else it is not up to date
 
   // Of the sampler; `relative` to the bounce.
@@ -67,8 +67,8 @@ class PathContext final : public ThreadContext {
   explicit PathContext(size_t batch_size, bool with_surfaces)
       : camera_samples(batch_size), states(batch_size), media(batch_size), surfaces(with_surfaces ? batch_size : 0),
         active(batch_size), next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size),
-        shadow_rays(batch_size), shadow_records(batch_size), occluded(batch_size), pane_rays(batch_size),
-        pane_hits(batch_size), pane_records(batch_size) {}
+        shadow_rays(batch_size), shadow_records(batch_size), occluded(batch_size), thin_wall_rays(batch_size),
+        thin_wall_hits(batch_size), thin_wall_records(batch_size) {}
 
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<PathState> states;            // by slot
@@ -80,11 +80,11 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
-  // Shadow rays that go from pane to pane.
-  std::vector<accel::Ray> pane_rays;
-  std::vector<accel::Hit> pane_hits;
-  std::vector<uint32_t> pane_records; // number of the shadow ray
-  PathRecorder* recorder = nullptr;   // set while a guide is trained
+  // Shadow rays that go from thin wall to thin wall.
+  std::vector<accel::Ray> thin_wall_rays;
+  std::vector<accel::Hit> thin_wall_hits;
+  std::vector<uint32_t> thin_wall_records; // number of the shadow ray
+  PathRecorder* recorder = nullptr;        // set while a guide is trained
   ShadeGroup group;
 };
 

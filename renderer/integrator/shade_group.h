@@ -18,11 +18,11 @@ struct ShadeGroup {
   static constexpr size_t kSize = 32;
 
   struct Member {
-    Environment::Location escaped;             // where a ray that met nothing went
-    SurfacePoint surface;                      // else what it met
-    BounceDraws draws;                         // choice.y chooses the lobe; light and spare the light
-    const LightShares* light_shares = nullptr; // learned for the place of the surface; null: not known
-    uint32_t light = 0;                        // index into lights, if the surface reflects
+    Environment::Location escaped;                           // where a ray that met nothing went
+    SurfacePoint surface;                                    // else what it met
+    BounceDraws draws;                                       // choice.y chooses the lobe; light and spare the light
+    const LightProbabilities* light_probabilities = nullptr; // learned for the place of the surface; null: not known
+    uint32_t light = 0;                                      // index into lights, if the surface reflects
   };
 
   std::array<Member, kSize> members;

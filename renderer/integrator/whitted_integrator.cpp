@@ -37,8 +37,9 @@ struct WhittedIntegrator::RecursiveSink : Sink {
   void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
     ++context.counters.shadow;
     if (integrator.world_.accelerator().occluded(feeler)) return;
-    const Rgb through =
-        integrator.world_.has_panes() ? integrator.shader_.through_panes(feeler, context.counters) : Rgb(1.0f);
+    const Rgb through = integrator.world_.has_thin_walls()
+                            ? integrator.shader_.through_thin_walls(feeler, context.counters)
+                            : Rgb(1.0f);
     add(node, WhittedPart::direct, contribution * through);
   }
   void follow(WhittedNode&& node) { integrator.trace_recursively(node, context); }
@@ -65,11 +66,11 @@ std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
 void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                      Film& film) const {
   auto& context = static_cast<WhittedContext&>(thread);
-  const uint32_t per_wave = samples_per_wave(block, settings_.batch_size);
-  for (uint32_t done = 0; done < samples.count; done += per_wave) {
-    const SampleRange wave{samples.first + done, std::min(per_wave, samples.count - done)};
+  const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
+  for (uint32_t done = 0; done < samples.count; done += per_batch) {
+    const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
     const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
-    start_wave(block, wave, count, context);
+    start_batch(block, wave, count, context);
     if (settings_.whitted.form == WhittedForm::recursive) {
       for (size_t slot = 0; slot < count; ++slot) {
         WhittedNode node = root(slot, context);
@@ -80,12 +81,12 @@ void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& 
       for (size_t slot = count; slot-- > 0;) context.waiting.push_back(root(slot, context));
       trace_iteratively(context);
     }
-    finish_wave(count, context, film);
+    finish_batch(count, context, film);
   }
 }
 
-void WhittedIntegrator::start_wave(const PixelRect& block, const SampleRange& samples, size_t count,
-                                   WhittedContext& context) const {
+void WhittedIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, size_t count,
+                                    WhittedContext& context) const {
   generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples,
                        std::span(context.camera_rays).first(count));
   std::fill_n(context.samples.begin(), count, WhittedSample{});
@@ -206,7 +207,7 @@ void WhittedIntegrator::trace_feelers(WhittedContext& context) const {
     if (context.occluded[i]) continue;
     const WhittedFeeler& feeler = context.feelers[i];
     const Rgb through =
-        world_.has_panes() ? shader_.through_panes(context.feeler_rays[i], context.counters) : Rgb(1.0f);
+        world_.has_thin_walls() ? shader_.through_thin_walls(context.feeler_rays[i], context.counters) : Rgb(1.0f);
     sink.add(feeler.slot, feeler.seen, WhittedPart::direct, feeler.contribution * through);
   }
   context.feelers.clear();
@@ -214,7 +215,7 @@ void WhittedIntegrator::trace_feelers(WhittedContext& context) const {
 }
 
 // Slots run sample by sample, so each pixel receives its samples in order.
-void WhittedIntegrator::finish_wave(size_t count, WhittedContext& context, Film& film) const {
+void WhittedIntegrator::finish_batch(size_t count, WhittedContext& context, Film& film) const {
   for (size_t slot = 0; slot < count; ++slot) {
     const WhittedSample& sample = context.samples[slot];
     const CameraSample& camera_sample = context.camera_samples[slot];

@@ -26,7 +26,7 @@ class WhittedIntegrator final : public Integrator {
   struct RecursiveSink;
   struct IterativeSink;
 
-  void start_wave(const PixelRect& block, const SampleRange& samples, size_t count, WhittedContext& context) const;
+  void start_batch(const PixelRect& block, const SampleRange& samples, size_t count, WhittedContext& context) const;
   [[nodiscard]] WhittedNode root(size_t slot, const WhittedContext& context) const;
   // The node's light is dimmed by the medium that its ray went through; true: it has met something to shade.
   bool arrive(WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
@@ -40,7 +40,7 @@ class WhittedIntegrator final : public Integrator {
   void trace_iteratively(WhittedContext& context) const;
   void trace_batch(size_t count, WhittedContext& context) const;
   void trace_feelers(WhittedContext& context) const;
-  void finish_wave(size_t count, WhittedContext& context, Film& film) const;
+  void finish_batch(size_t count, WhittedContext& context, Film& film) const;
 
   IntegratorSettings settings_;
   const World& world_;

@@ -12,7 +12,7 @@ namespace kindling {
 
 enum class WhittedForm : uint8_t {
   iterative, // rays of many tree nodes wait in a list and are traced together
-  recursive, // one ray after the other, on the program's stack; the same picture to the bit
+  recursive, // one ray after the other, on the program's stack; the same image to the bit
 };
 [[nodiscard]] constexpr std::string_view whitted_form_name(WhittedForm form) {
   return form == WhittedForm::iterative ? "iterative" : "recursive";
@@ -35,18 +35,18 @@ enum class WhittedTracer : uint8_t { none, kdtree, optimized };
 }
 
 struct WhittedSettings {
-  static constexpr int kMostDepth = 64;
-  static constexpr int kMostStrata = 32; // on a side
+  static constexpr int kMaxDepth = 64;
+  static constexpr int kMaxStrata = 32; // on a side
 
-  int trace_depth = 8; // rays in a row, the camera's included, in [1, kMostDepth]; 1: nothing is reflected or refracted
-  // Reflections among them, in [0, kMostDepth]. Total reflection is none: it is the only way on.
-  int max_reflections = kMostDepth;
+  int trace_depth = 8; // rays in a row, the camera's included, in [1, kMaxDepth]; 1: nothing is reflected or refracted
+  // Reflections among them, in [0, kMaxDepth]. Total reflection is none: it is the only way on.
+  int max_reflections = kMaxDepth;
   // Radiance from all sides that the light transported by no ray stands for; unset: the mean of the environment, black without one.
   std::optional<Rgb> ambient;
   // The environment is a light like others, with shadow feelers, and `ambient` is black unless it is set.
   bool environment_light = false;
-  int light_strata = 1;  // n: n x n shadow feelers, one for each stratum, per light with an extent, in [1, kMostStrata]
-  int glossy_strata = 1; // n: n x n rays where a tree first meets a rough mirror or rough glass, in [1, kMostStrata]
+  int light_strata = 1;  // n: n x n shadow feelers, one for each stratum, per light with an extent, in [1, kMaxStrata]
+  int glossy_strata = 1; // n: n x n rays where a tree first meets a rough mirror or rough glass, in [1, kMaxStrata]
   // Lights that no ray can meet are seen in surfaces as if these were at least this rough: or nobody would see the highlight in a mirror.
   float highlight_roughness = 0.2f;
   bool cache = true;

@@ -1,4 +1,4 @@
-// The parts of shading that are the same for every sink: ambient light, the cache, the environment, panes.
+// The parts of shading that are the same for every sink: ambient light, the cache, the environment, thin walls.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_shader.h"
 
@@ -12,7 +12,7 @@ Rgb ambient_of(const WhittedSettings& settings, const LightSet& lights) {
 }
 
 // The environment is the last of them.
-size_t count_lights(const WhittedSettings& settings, const LightSet& lights, const WholeLights& whole) {
+size_t count_lights(const WhittedSettings& settings, const LightSet& lights, const PerLightSampling& whole) {
   const bool skips_environment = lights.environment() != nullptr && !settings.environment_light;
   return whole.count() - (skips_environment ? 1 : 0);
 }
@@ -50,16 +50,16 @@ Rgb WhittedShader::escaped(const WhittedNode& node) const {
   return world_.lights().environment_radiance(node.ray.direction);
 }
 
-Rgb WhittedShader::through_panes(accel::Ray feeler, RayCounters& counters) const {
+Rgb WhittedShader::through_thin_walls(accel::Ray feeler, RayCounters& counters) const {
   Rgb through(1.0f);
-  feeler.flags = kHitPanes;
+  feeler.flags = kHitThinWalls;
   SurfacePoint surface;
-  for (uint32_t pane = 0; pane < kMaxTransparentSurfaces; ++pane) {
+  for (uint32_t thin_wall = 0; thin_wall < kMaxTransparentSurfaces; ++thin_wall) {
     const accel::Hit hit = world_.accelerator().intersect(feeler);
     ++counters.shadow;
     if (!hit.is_hit()) return through;
     world_.surface_at(feeler, hit, surface);
-    if (!surface.layered || !surface.layers.pane) return through; // not a pane: the first query has judged it
+    if (!surface.layered || !surface.layers.thin_wall) return through; // not a thin wall: the first query has judged it
     WhittedNode node;
     node.ray = feeler;
     const WhittedTerms terms;
@@ -70,7 +70,7 @@ Rgb WhittedShader::through_panes(accel::Ray feeler, RayCounters& counters) const
     if (feeler.t_max < kInfinity) feeler.t_max = (feeler.t_max - hit.t) * (1.0f - 1e-6f);
     if (!(feeler.t_max > 0.0f)) return through;
   }
-  return Rgb(0.0f); // more panes than are followed
+  return Rgb(0.0f); // more thin walls than are followed
 }
 
 } // namespace kindling

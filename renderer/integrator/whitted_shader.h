@@ -6,7 +6,7 @@
 #include "renderer/integrator/sample_cone.h"
 #include "renderer/integrator/whitted_settings.h"
 #include "renderer/integrator/whitted_vertex.h"
-#include "renderer/light/whole_lights.h"
+#include "renderer/light/per_light_sampling.h"
 
 namespace kindling {
 
@@ -27,8 +27,8 @@ class WhittedShader {
              Sink& sink) const;
   // Of a node that has met nothing.
   [[nodiscard]] Rgb escaped(const WhittedNode& node) const;
-  // How much of the light of a feeler that nothing opaque is in the way of gets through panes. Traces rays.
-  [[nodiscard]] Rgb through_panes(accel::Ray feeler, RayCounters& counters) const;
+  // How much of the light of a feeler that nothing opaque is in the way of gets through thin walls. Traces rays.
+  [[nodiscard]] Rgb through_thin_walls(accel::Ray feeler, RayCounters& counters) const;
 
   [[nodiscard]] const Rgb& ambient() const { return ambient_; }
 
@@ -40,7 +40,7 @@ class WhittedShader {
   template <typename Sink>
   void light(const WhittedVertex& vertex, Sink& sink) const;
   template <typename Sink>
-  void pass_straight(const WhittedVertex& vertex, float distance, const Rgb& pane, RayCounters& counters,
+  void pass_straight(const WhittedVertex& vertex, float distance, const Rgb& thin_wall, RayCounters& counters,
                      Sink& sink) const;
   template <typename Sink>
   void follow_mirrors(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const;
@@ -62,7 +62,7 @@ class WhittedShader {
   WhittedSettings settings_;
   bool environment_visible_;
   std::optional<Rgb> background_;
-  WholeLights lights_;
+  PerLightSampling lights_;
   size_t light_count_; // of lights_, those that get feelers
   Rgb ambient_{0.0f};
   mutable WhittedCache cache_;
@@ -100,8 +100,8 @@ void WhittedShader::shade(const WhittedNode& node, const accel::Hit& hit, Surfac
   }
   if (!is_black(terms.ambient)) sink.add(node, WhittedPart::direct, node.weight * terms.ambient * surface.alpha);
   light(vertex, sink);
-  const Rgb pane = surface.has_pane() ? vertex.bsdf().straight_transmittance() : Rgb(0.0f);
-  if (surface.alpha < 1.0f || !is_black(pane)) pass_straight(vertex, hit.t, pane, counters, sink);
+  const Rgb thin_wall = surface.has_thin_wall() ? vertex.bsdf().straight_transmittance() : Rgb(0.0f);
+  if (surface.alpha < 1.0f || !is_black(thin_wall)) pass_straight(vertex, hit.t, thin_wall, counters, sink);
   if (!terms.traced || !may_follow(node)) return;
   follow_mirrors(vertex, hit.t, counters, sink);
   if (terms.glass_share > 0.0f) follow_glass(vertex, hit.t, counters, sink);
@@ -136,24 +136,24 @@ void WhittedShader::light(const WhittedVertex& vertex, Sink& sink) const {
       if (surface.layered) contribution *= vertex.transmittance_to_light(side, sample->distance);
       accel::Ray feeler = make_shadow_ray(surface, *sample, hash_combine(key, static_cast<uint32_t>(cell)),
                                           node.ray.index, node.ray.time);
-      feeler.flags = kPassPanes;
+      feeler.flags = kPassThinWalls;
       sink.feel(node, feeler, contribution);
     }
   }
 }
 
-// Partial coverage lets 1 - alpha of the light pass and is no ray of the tree; a pane is.
+// Partial coverage lets 1 - alpha of the light pass and is no ray of the tree; a thin wall is.
 template <typename Sink>
-void WhittedShader::pass_straight(const WhittedVertex& vertex, float distance, const Rgb& pane, RayCounters& counters,
-                                  Sink& sink) const {
+void WhittedShader::pass_straight(const WhittedVertex& vertex, float distance, const Rgb& thin_wall,
+                                  RayCounters& counters, Sink& sink) const {
   const WhittedNode& node = vertex.node;
-  const bool through_pane = !is_black(pane) && may_follow(node);
+  const bool through_thin_wall = !is_black(thin_wall) && may_follow(node);
   Rgb passed(1.0f - vertex.surface.alpha);
-  if (through_pane) passed += pane * vertex.surface.alpha;
+  if (through_thin_wall) passed += thin_wall * vertex.surface.alpha;
   if (is_black(passed) || node.transparent_surfaces >= kMaxTransparentSurfaces) return;
   WhittedNode beyond = node;
   ++beyond.transparent_surfaces;
-  if (through_pane) {
+  if (through_thin_wall) {
     ++beyond.depth;
     ++counters.whitted.transmission;
   }
@@ -258,7 +258,7 @@ void WhittedShader::follow_mirrors(const WhittedVertex& vertex, float distance, 
                counters, sink);
 }
 
-// What glass reflects, and what it refracts (a smooth pane: pass_straight()). At total reflection there is one way on alone, which no
+// What glass reflects, and what it refracts (a smooth thin wall: pass_straight()). At total reflection there is one way on alone, which no
 // limit but the tree's depth ends.
 template <typename Sink>
 void WhittedShader::follow_glass(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const {
@@ -267,7 +267,7 @@ void WhittedShader::follow_glass(const WhittedVertex& vertex, float distance, Ra
   const DielectricLobe& glass = *layered.glass();
   const V3f& wo = vertex.wo;
   const uint32_t key = vertex.node.ray.key;
-  if (glass.is_delta() || vertex.surface.has_pane()) {
+  if (glass.is_delta() || vertex.surface.has_thin_wall()) {
     const float eta = vertex.surface.layers.bsdf.eta;
     const float cos_t = refracted_cosine(wo.z, eta);
     const bool total = glass.is_delta() && cos_t < 0.0f;

@@ -14,7 +14,7 @@ namespace kindling {
 
 // A function of a surface's BSDF parameters (and layers) and of the ambient light alone.
 struct WhittedTerms {
-  Rgb ambient{0.0f};   // ambient light times the material's ambient colour: radiance towards anybody
+  Rgb ambient{0.0f};   // ambient light times the material's ambient color: radiance towards anybody
   Rgb mirror_f0{0.0f}; // of the plain model's reflection that rays follow, its share included; black: rays follow none
   Rgb mirror_slope{0.0f};         // F = mirror_f0 + mirror_slope (1 - cos)^5
   float mirror_share = 0.0f;      // of the base's glossy reflection, followed by rays, in [0, 1]
@@ -25,7 +25,7 @@ struct WhittedTerms {
   bool traced = false; // any share is above 0
 };
 
-// Ambient colour: the mean albedo of what no ray follows. Shares fall from 1 at a roughness of 0.3 to 0 at 0.6; glass has 1.
+// Ambient color: the mean albedo of what no ray follows. Shares fall from 1 at a roughness of 0.3 to 0 at 0.6; glass has 1.
 [[nodiscard]] WhittedTerms whitted_terms(const SurfacePoint& surface, const Rgb& ambient);
 
 // Terms by material, of those whose parameters are the same everywhere (World::is_uniform()). Filled while rendering, by whoever

@@ -22,7 +22,7 @@ float accepted(double intensity) {
   return intensity > 0.0 && std::isfinite(intensity) ? static_cast<float>(std::clamp(intensity, 1e-30, 1e30)) : 0.0f;
 }
 
-// In metres or radians.
+// In meters or radians.
 float accepted_size(float size) { return size > 1e-6f && size < 1e15f ? size : 0.0f; }
 
 // Holds the z axes of all frames, and what is between two in sequence.
@@ -181,7 +181,7 @@ void LightSet::add_punctuals(const LightSetInput& input) {
 
 // What rays may meet, and the reach of directional lights.
 void LightSet::prepare_shapes() {
-  std::vector<SphereTree::Ball> balls;
+  std::vector<SphereTree::Ball> spheres;
   for (uint32_t i = 0; i < punctuals_.size(); ++i) {
     Punctual& p = punctuals_[i];
     const bool in_sky = i >= first_directional_;
@@ -197,10 +197,10 @@ void LightSet::prepare_shapes() {
       continue;
     }
     const EmitterBounds bounds = punctual_bounds(p);
-    if (bounds.intensity > 0.0f) balls.push_back({bounds.center, bounds.radius, i});
+    if (bounds.intensity > 0.0f) spheres.push_back({bounds.center, bounds.radius, i});
   }
-  balls_ = SphereTree(std::move(balls));
-  has_shapes_ = !balls_.empty() || !discs_.empty();
+  spheres_ = SphereTree(std::move(spheres));
+  has_shapes_ = !spheres_.empty() || !discs_.empty();
 }
 
 EmitterBounds LightSet::punctual_bounds(const Punctual& light) const {
@@ -269,7 +269,7 @@ size_t LightSet::memory_bytes() const {
          uvs_.size() * sizeof(V2f) + meshes_.size() * sizeof(EmissiveMesh) + moving_.size() * sizeof(CornerKeys) +
          later_corners_.size() * sizeof(later_corners_[0]) +
          punctuals_.size() * (sizeof(Punctual) + sizeof(std::string)) + frames_.size() * sizeof(LightFrame) +
-         balls_.memory_bytes() + tree_.memory_bytes() + (environment_ ? environment_->memory_bytes() : 0);
+         spheres_.memory_bytes() + tree_.memory_bytes() + (environment_ ? environment_->memory_bytes() : 0);
 }
 
 } // namespace kindling

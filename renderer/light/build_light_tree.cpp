@@ -43,7 +43,7 @@ struct Family {
     axis += either_sense && axis.dot(weighted) < 0.0 ? -weighted : weighted;
   }
   // Of intensity, size and spread of directions. A cap of normals of half-angle t has a mean of length (1 + cos t) / 2,
-  // which replaces the measure of directions of the paper (1 for a plane, 4 for a ball) by a line through both ends.
+  // which replaces the measure of directions of the paper (1 for a plane, 4 for a sphere) by a line through both ends.
   [[nodiscard]] double cost() const {
     if (!(intensity > 0.0)) return 0.0;
     const double alignment = std::min(axis.length() / intensity, 1.0);
@@ -133,7 +133,7 @@ class LightTreeBuilder {
     }
   }
 
-  // Between two bins of the centres along an axis.
+  // Between two bins of the centers along an axis.
   struct Split {
     int axis = -1; // none
     uint32_t bin = 0;
@@ -248,7 +248,7 @@ class LightTreeBuilder {
     const double total = even + 2.0 * anywhere;
     result.even = static_cast<float>(total);
     result.odd = static_cast<float>(std::clamp(odd / total, 0.0, 1.0));
-    // The mean square of c is 1/3 for a ball and 1 for a plane.
+    // The mean square of c is 1/3 for a sphere and 1 for a plane.
     result.flat = static_cast<float>(std::clamp((1.5 * squares - 0.5 * even) / total, 0.0, 1.0));
     // Ninety degrees from the farthest normal.
     float reach = even > 0.0 ? -safe_sqrt(1.0f - cos_plain * cos_plain) : 1.0f;
@@ -275,7 +275,7 @@ class LightTreeBuilder {
         }
       }
       if (widest < 0) break;
-      // Neighbours stay neighbours, for the sake of the random number's stratification.
+      // Neighbors stay neighbors, for the sake of the random number's stratification.
       const Range* opened = open[static_cast<size_t>(widest)];
       std::move_backward(open.begin() + widest + 1, open.begin() + count, open.begin() + count + 1);
       open[static_cast<size_t>(widest)] = opened->left.get();

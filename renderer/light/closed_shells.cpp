@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSmall = 0.25;     // radius of the body over that of the scene
 constexpr double kCancelled = 1e-3; // length of the sum of area vectors over the area
-constexpr double kRoundish = 0.02;  // 36 pi volume^2 / area^3: 1 for a ball, 0 for a folded sheet
+constexpr double kRoundish = 0.02;  // 36 pi volume^2 / area^3: 1 for a sphere, 0 for a folded sheet
 
 // Disjoint sets with path halving.
 uint32_t find_root(std::vector<uint32_t>& parent, uint32_t i) {

@@ -1,4 +1,4 @@
-// Prepares an Environment from a picture, and samples it.
+// Prepares an Environment from an image, and samples it.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/environment.h"
 
@@ -14,7 +14,7 @@ namespace kindling {
 
 namespace {
 
-// Linear texel of a picture, as it is used: grey replicated, no alpha, nothing negative or non-finite.
+// Linear texel of an image, as it is used: gray replicated, no alpha, nothing negative or non-finite.
 class TexelReader {
  public:
   explicit TexelReader(const Image& image) : image_(image) {
@@ -81,12 +81,12 @@ float sample_linear(float u, float a, float b) {
 // Integral over theta of sin(theta) times the hat function of row y of `height` (clamped at the poles).
 double row_integral(int y, int height) {
   const double step = std::numbers::pi / height;
-  // From the row's centre at angle t0 to the next row's centre, or to the pole if there is none.
+  // From the row's center at angle t0 to the next row's center, or to the pole if there is none.
   const auto half_hat = [step](double t0, bool last) {
     return last ? std::cos(t0) + 1.0 : std::cos(t0) - (std::sin(t0 + step) - std::sin(t0)) / step;
   };
-  const double centre = (y + 0.5) * step;
-  return half_hat(centre, y == height - 1) + half_hat(std::numbers::pi - centre, y == 0);
+  const double center = (y + 0.5) * step;
+  return half_hat(center, y == height - 1) + half_hat(std::numbers::pi - center, y == 0);
 }
 
 } // namespace
@@ -95,12 +95,12 @@ Environment::Environment(const Rgb& radiance)
     : constant_pdf_(kindling::is_black(radiance) ? 0.0f : 0.25f * kInvPi), constant_(radiance),
       total_radiance_(radiance * (4.0f * kPi)) {}
 
-Environment::Environment(std::shared_ptr<const Image> picture, float rotation_rad, float intensity) {
-  if (!picture || picture->width < 1 || picture->height < 1 || picture->channels < 1 || !(intensity > 0.0f)) return;
+Environment::Environment(std::shared_ptr<const Image> image, float rotation_rad, float intensity) {
+  if (!image || image->width < 1 || image->height < 1 || image->channels < 1 || !(intensity > 0.0f)) return;
   const double turns = static_cast<double>(rotation_rad) / (2.0 * std::numbers::pi);
   rotation_turns_ = static_cast<float>(turns - std::floor(turns));
   if (!(rotation_turns_ < 1.0f)) rotation_turns_ = 0.0f;
-  if (!store_texels(*picture, intensity)) return;
+  if (!store_texels(*image, intensity)) return;
   build_distribution();
 }
 
@@ -128,7 +128,7 @@ bool Environment::store_texels(const Image& image, float intensity) {
         HalfTexel& t = texels_[texel_index(x, y)];
         t = {float_to_half(c.x), float_to_half(c.y), float_to_half(c.z), 0};
         const Rgb stored(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b));
-        // Positive wherever the colour is.
+        // Positive wherever the color is.
         t.weight = kindling::is_black(stored) ? 0 : std::max<uint16_t>(1, float_to_half(luminance(stored)));
         sum += V3d(stored);
       }
@@ -150,7 +150,7 @@ bool Environment::store_texels(const Image& image, float intensity) {
 // in between; the power heuristic and occlusion want a little less. Nothing falls to zero.
 void Environment::leave_the_mean_to_bsdfs(float mean_weight) {
   constexpr float kShareOfMean = 0.7f;
-  constexpr float kLeast = 0.02f; // of the texel's own weight
+  constexpr float kMin = 0.02f; // of the texel's own weight
   struct RowSums {
     double all = 0.0, left = 0.0;
   };
@@ -162,7 +162,7 @@ void Environment::leave_the_mean_to_bsdfs(float mean_weight) {
         HalfTexel& t = texels_[texel_index(x, y)];
         if (t.weight == 0) continue;
         const float weight = half_to_float(t.weight);
-        const float left = std::max(weight - kShareOfMean * mean_weight, kLeast * weight);
+        const float left = std::max(weight - kShareOfMean * mean_weight, kMin * weight);
         t.weight = std::max<uint16_t>(1, float_to_half(left));
         sums.all += static_cast<double>(weight);
         sums.left += static_cast<double>(left);
@@ -191,7 +191,7 @@ void Environment::fill_border() {
 void Environment::build_distribution() {
   const auto columns = static_cast<size_t>(width_);
   const auto rows = static_cast<size_t>(height_) + 1;
-  // Cell rows run from texel centre to texel centre, so the first and the last are half as high and reach the poles.
+  // Cell rows run from texel center to texel center, so the first and the last are half as high and reach the poles.
   const auto theta_of_edge = [this](size_t row) {
     return std::clamp((static_cast<double>(row) - 0.5) / height_, 0.0, 1.0) * std::numbers::pi;
   };
@@ -202,7 +202,7 @@ void Environment::build_distribution() {
   std::vector<double> row_sums(rows);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rows, 16), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t y = range.begin(); y < range.end(); ++y) {
-      // Border texels repeat the picture's, so the rows around the poles need no special case.
+      // Border texels repeat the image's, so the rows around the poles need no special case.
       const HalfTexel* upper = &texels_[texel_index(0, static_cast<int>(y) - 1)];
       const HalfTexel* lower = &texels_[texel_index(0, static_cast<int>(y))];
       double sum = 0.0;
@@ -219,7 +219,7 @@ void Environment::build_distribution() {
   double total = 0.0;
   for (const double sum : row_sums) total += sum;
   distribution_ = Distribution2D(weights, static_cast<uint32_t>(columns), static_cast<uint32_t>(rows));
-  // Density in the picture's unit square: weight * band / total * (cells per unit square); over solid angle divided by
+  // Density in the image's unit square: weight * band / total * (cells per unit square); over solid angle divided by
   // 2 pi^2 sin(theta).
   row_factors_.resize(rows);
   for (size_t y = 0; y < rows; ++y) {
@@ -242,7 +242,7 @@ LightSample Environment::sample(const V2f& u) const {
     result.pdf = constant_pdf_;
     return result;
   }
-  // A cell between four texel centres, then bilinearly within.
+  // A cell between four texel centers, then bilinearly within.
   const Distribution2D::Sample chosen = distribution_.sample(u);
   const auto rows = static_cast<float>(height_ + 1);
   const float u_s =
@@ -260,14 +260,14 @@ LightSample Environment::sample(const V2f& u) const {
   else if (static_cast<int>(chosen.row) == height_)
     t *= 0.5f;
 
-  float picture_u = (static_cast<float>(chosen.column) + 0.5f + s) / static_cast<float>(width_);
-  picture_u -= picture_u >= 1.0f ? 1.0f : 0.0f;
-  const float picture_v =
+  float image_u = (static_cast<float>(chosen.column) + 0.5f + s) / static_cast<float>(width_);
+  image_u -= image_u >= 1.0f ? 1.0f : 0.0f;
+  const float image_v =
       std::clamp((static_cast<float>(chosen.row) - 0.5f + t) / static_cast<float>(height_), 0.0f, 1.0f);
-  const SinCos theta = sincos_turns(0.5f * picture_v);
-  const SinCos phi = sincos_turns(picture_u - 0.5f - rotation_turns_);
+  const SinCos theta = sincos_turns(0.5f * image_v);
+  const SinCos phi = sincos_turns(image_u - 0.5f - rotation_turns_);
   result.wi = V3f(theta.sin * phi.cos, theta.cos, theta.sin * phi.sin);
-  const EnvironmentEval evaluated = eval(Location{picture_u, picture_v, theta.sin});
+  const EnvironmentEval evaluated = eval(Location{image_u, image_v, theta.sin});
   result.radiance = evaluated.radiance;
   result.pdf = evaluated.pdf;
   return result;

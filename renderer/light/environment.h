@@ -1,4 +1,4 @@
-// An importance-sampled environment: an equirectangular picture, or one colour, infinitely far away.
+// An importance-sampled environment: an equirectangular image, or one color, infinitely far away.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,7 +6,7 @@
 #include "renderer/base/prefetch.h"
 #include "renderer/image/image.h"
 #include "renderer/light/equirect.h"
-#include "renderer/light/half_texels.h"
+#include "renderer/light/fp16_texels.h"
 #include "renderer/light/light_sample.h"
 #include "renderer/sampling/distribution_2d.h"
 
@@ -32,20 +32,20 @@ struct EnvironmentEval {
 // luminance less 0.7 of its mean (at least 0.02 of it), for what is even over the sky is found by following BSDFs as well: use it
 // with multiple importance sampling.
 //
-// Texels are held as halves under one common power of two, so that the brightest uses the top of the range: pictures
+// Texels are held as halves under one common power of two, so that the brightest uses the top of the range: images
 // that were halves or RGBE stay exact over 2^29 of dynamic range.
 class Environment {
  public:
-  // Where a direction is in the picture.
+  // Where a direction is in the image.
   struct Location {
-    float u = 0.0f; // of the picture itself, rotation applied
+    float u = 0.0f; // of the image itself, rotation applied
     float v = 0.0f;
     float sin_theta = 0.0f;
   };
 
-  // Immutable after construction. A picture with negative or non-finite texels is read with those as 0. Pictures of
-  // integers are decoded from sRGB, floating-point ones are linear Rec. 709. An empty picture is black.
-  Environment(std::shared_ptr<const Image> picture, float rotation_rad, float intensity);
+  // Immutable after construction. An image with negative or non-finite texels is read with those as 0. Images of
+  // integers are decoded from sRGB, floating-point ones are linear Rec. 709. An empty image is black.
+  Environment(std::shared_ptr<const Image> image, float rotation_rad, float intensity);
   // The same radiance in every direction.
   explicit Environment(const Rgb& radiance);
 
@@ -85,30 +85,30 @@ class Environment {
   [[nodiscard]] size_t texel_index(int x, int y) const {
     return static_cast<size_t>(y + 1) * (static_cast<size_t>(width_) + 2) + static_cast<size_t>(x + 1);
   }
-  // False: the picture is black, and nothing was stored.
+  // False: the image is black, and nothing was stored.
   [[nodiscard]] bool store_texels(const Image& image, float intensity);
   void fill_border();
   void leave_the_mean_to_bsdfs(float mean_weight);
   void build_distribution();
 
-  int width_ = 0; // 0: one colour
+  int width_ = 0; // 0: one color
   int height_ = 0;
   float rotation_turns_ = 0.0f; // in [0, 1)
   float scale_ = 1.0f;          // radiance = stored value * scale_
-  float constant_pdf_ = 0.0f;   // of one colour that is not black
+  float constant_pdf_ = 0.0f;   // of one color that is not black
   Rgb constant_{0.0f};
   Rgb total_radiance_{0.0f};
   float sampled_share_ = 1.0f;
-  // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the picture
+  // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the image
   // (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
   std::vector<HalfTexel> texels_;
-  // Over the cells between texel centres: width columns (the last one wraps), height + 1 rows (half cells at the poles).
+  // Over the cells between texel centers: width columns (the last one wraps), height + 1 rows (half cells at the poles).
   Distribution2D distribution_;
   std::vector<float> row_factors_; // for each of these rows: solid-angle density = weight * factor / sin(theta)
 };
 
 inline Environment::Footprint Environment::footprint(const Location& at) const {
-  // Texel centres are at half-integers; the border shifts indices by one. min(1, NaN) is 1: never out of bounds.
+  // Texel centers are at half-integers; the border shifts indices by one. min(1, NaN) is 1: never out of bounds.
   const float x = std::min(1.0f, at.u) * static_cast<float>(width_) + 0.5f;
   const float y = std::min(1.0f, at.v) * static_cast<float>(height_) + 0.5f;
   const int x0 = static_cast<int>(x);

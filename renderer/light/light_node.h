@@ -15,7 +15,7 @@ namespace kindling {
 // Seen from direction w (from the family to the point) it shines with the intensity
 //   even * (odd * c + flat * |c| + (1 - flat) / 2), c = axis . w.
 // The first term is exact for any family of cosine emitters, since max(x, 0) = (x + |x|) / 2; the rest stands for the mean
-// of |normal . w|, and is exact for a plane (flat = 1) and for a ball (flat = 0). Nothing leaves beyond `cos_reach`.
+// of |normal . w|, and is exact for a plane (flat = 1) and for a sphere (flat = 0). Nothing leaves beyond `cos_reach`.
 struct LightFamily {
   V3f center{0.0f};
   float radius = 0.0f;        // of a sphere that holds it

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
-#include "renderer/light/light_shares.h"
+#include "renderer/light/light_probabilities.h"
 
 namespace kindling {
 

@@ -46,7 +46,7 @@ float LightSet::directional_irradiance(const Punctual& light, const V3f& normal)
 
 // What has no directional light above the horizon, or no environment, leaves that share to the others. Among directional lights
 // the weights are those of light_share_weight() to the strongest of them.
-void LightSet::share_as_learned(const V3f& normal, const LightShares& learned, Shares& shares) const {
+void LightSet::share_as_learned(const V3f& normal, const LightProbabilities& learned, Shares& shares) const {
   shares.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightKind::tree)];
   shares.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightKind::environment)] : 0.0f;
   shares.sum = shares.tree + shares.environment;
@@ -60,7 +60,7 @@ void LightSet::share_as_learned(const V3f& normal, const LightShares& learned, S
   shares.sum += learned[static_cast<size_t>(LightKind::directional)];
 }
 
-LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const LightShares* learned) const {
+LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
   if (learned) {
     Shares result;
     share_as_learned(normal, *learned, result);
@@ -82,13 +82,13 @@ LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const Lig
   return result;
 }
 
-float LightSet::environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const {
+float LightSet::environment_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
   if (single_kind_) return environment_ ? 1.0f : 0.0f;
   const Shares all = shares(point, normal, learned);
   return all.sum > 0.0f ? all.environment / all.sum : 0.0f;
 }
 
-float LightSet::tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const {
+float LightSet::tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
   if (single_kind_) return tree_.empty() ? 0.0f : 1.0f;
   const Shares all = shares(point, normal, learned);
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
@@ -239,7 +239,7 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
 }
 
 float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
-                             const LightShares* learned, float time) const {
+                             const LightProbabilities* learned, float time) const {
   Triangle posed;
   if (moves(triangle)) [[unlikely]]
     posed = posed_triangle(triangle, time);

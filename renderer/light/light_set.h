@@ -45,15 +45,15 @@ struct CornerKeys {
   uint32_t count = 0; // 0: it stands still
 };
 
-// The triangles of one mesh of the scene, which lie together: one light to those who count them (WholeLights).
+// The triangles of one mesh of the scene, which lie together: one light to those who count them (PerLightSampling).
 struct EmissiveMesh {
   uint32_t first = 0; // index into LightSetInput::triangles
   uint32_t count = 0;
   std::string name;
 };
 
-// Point, spot and profiled lights with a radius are balls that shine evenly: from every point of the surface in each direction with the
-// light's intensity there over pi radius^2, so that a plane that sees all of a ball has the irradiance that the point would bring. They
+// Point, spot and profiled lights with a radius are spheres that shine evenly: from every point of the surface in each direction with the
+// light's intensity there over pi radius^2, so that a plane that sees all of a sphere has the irradiance that the point would bring. They
 // block nothing, and shine inwards as well. Rays that leave a surface meet them (shape_radiance()). Without a radius they are points.
 //
 // `later`: frames at the keys after the first, for lights that move over the shutter.
@@ -118,7 +118,7 @@ struct LightQuery {
   V2f u; // in [0, 1)^2: x chooses, and what is left of it is the first coordinate on the light, y the second
   float digits = 0.0f; // in [0, 1): goes on where the 24 bits of u.x end
   // How the kinds of light share the samples here, in place of the estimate. All densities take it, too.
-  const LightShares* learned = nullptr;
+  const LightProbabilities* learned = nullptr;
   float time = 0.0f; // in [0, 1] over the shutter: where moving lights are
 };
 
@@ -129,7 +129,7 @@ struct ShapeRay {
   V3f direction;
   float begin_m = 0.0f, end_m = kInfinity; // in distances from the origin; kInfinity: the ray escapes
   float bsdf_pdf = 0.0f;                   // of the direction, by solid angle; 0: no light sampling competes
-  const LightShares* learned = nullptr;
+  const LightProbabilities* learned = nullptr;
   float time = 0.0f;
   Rgb extinction{0.0f}; // 1 / m, from begin_m on, of what is before lights at a finite distance
 };
@@ -157,7 +157,7 @@ class LightSet {
   [[nodiscard]] std::optional<LightSample> sample(const LightQuery& query) const;
   // The same: u_light chooses, u.x goes on where its digits end, u.y is the second coordinate.
   [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
-                                                  const LightShares* learned = nullptr) const {
+                                                  const LightProbabilities* learned = nullptr) const {
     return sample(LightQuery{point, normal, {u_light, u.y}, u.x, learned});
   }
   // The same samples for many points, which wait for memory together. As many samples as queries.
@@ -167,10 +167,11 @@ class LightSet {
   // `triangle` (the order of LightSetInput::triangles), solid angle, choice included. `wi` unit from point to the hit
   // at `distance`, `time` of the query. Says nothing about the side: where the triangle is dark, emitted() is black.
   [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
-                                   float distance, const LightShares* learned = nullptr, float time = 0.0f) const;
+                                   float distance, const LightProbabilities* learned = nullptr,
+                                   float time = 0.0f) const;
   // The same for leaving the scene along wi.
   [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi,
-                                      const LightShares* learned = nullptr) const {
+                                      const LightProbabilities* learned = nullptr) const {
     return environment_ ? environment_->pdf(wi) * environment_probability(point, normal, learned) : 0.0f;
   }
 
@@ -190,11 +191,11 @@ class LightSet {
   }
   // environment_radiance() and pdf_environment() from one look-up.
   [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi,
-                                                 const LightShares* learned = nullptr) const {
+                                                 const LightProbabilities* learned = nullptr) const {
     return environment_ ? environment_eval(point, normal, environment_->locate(wi), learned) : EnvironmentEval{};
   }
   [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const Environment::Location& at,
-                                                 const LightShares* learned = nullptr) const {
+                                                 const LightProbabilities* learned = nullptr) const {
     if (!environment_) return {};
     EnvironmentEval eval = environment_->eval(at);
     eval.pdf *= environment_probability(point, normal, learned);
@@ -214,7 +215,7 @@ class LightSet {
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
-  friend class WholeLights;
+  friend class PerLightSampling;
   // 40 bytes, those of the tree, and 24 more if any emission is textured.
   struct Triangle {
     V3f p0;
@@ -234,7 +235,7 @@ class LightSet {
     float angle_offset = 1.0f;
     float luminance = 0.0f;     // of intensity; 0: never chosen
     uint32_t profiled = 0;      // index into profiled_
-    float radius = 0.0f;        // of a ball, or sine of half the angle of a disc in the sky; 0: none
+    float radius = 0.0f;        // of a sphere, or sine of half the angle of a disc in the sky; 0: none
     float one_minus_cos = 0.0f; // of half that angle
     float sin_reach = 0.0f;     // directional: no direction to it is farther than this from the one against the axis
     uint32_t key_count = 0;     // of a light that moves; 0: it does not
@@ -263,11 +264,12 @@ class LightSet {
                     const std::vector<LightFrame>& later);
   void prepare_shapes();
   [[nodiscard]] EmitterBounds punctual_bounds(const Punctual& light) const;
-  [[nodiscard]] Shares shares(const V3f& point, const V3f& normal, const LightShares* learned) const;
-  void share_as_learned(const V3f& normal, const LightShares& learned, Shares& shares) const;
+  [[nodiscard]] Shares shares(const V3f& point, const V3f& normal, const LightProbabilities* learned) const;
+  void share_as_learned(const V3f& normal, const LightProbabilities& learned, Shares& shares) const;
   [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
-  [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
-  [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightShares* learned) const;
+  [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal,
+                                              const LightProbabilities* learned) const;
+  [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const;
   [[nodiscard]] std::optional<Choice> choose_kind(const LightQuery& query) const;
   // `emitter`: where the tree's choice by choice.rest ended, if the kind is tree.
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
@@ -284,9 +286,9 @@ class LightSet {
                                                            float time) const;
   [[nodiscard]] std::optional<LightSample> sample_posed(const Punctual& light, const V3f& point, const V2f& u) const;
   [[nodiscard]] Punctual posed(const Punctual& light, float time) const;
-  // `share` times what is left of the intensity in the direction -wi and at this distance from the centre.
+  // `share` times what is left of the intensity in the direction -wi and at this distance from the center.
   [[nodiscard]] float emitted_share(const Punctual& light, const V3f& wi, float distance, float share) const;
-  void add_ball(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
+  void add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
   void add_disc(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
   // Averages the emission of a triangle over its area.
   [[nodiscard]] Rgb mean_emission(uint32_t index) const;
@@ -309,7 +311,7 @@ class LightSet {
   std::vector<EmissiveMesh> meshes_;
   std::vector<std::string> punctual_names_;
   std::vector<LightFrame> frames_; // of punctual lights that move
-  SphereTree balls_;               // of punctual lights that have a radius; ids are indices into punctuals_
+  SphereTree spheres_;             // of punctual lights that have a radius; ids are indices into punctuals_
   std::vector<uint32_t> discs_;    // directional lights that have an angle; likewise
   bool has_shapes_ = false;
   size_t first_directional_ = 0;

@@ -18,7 +18,7 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
   // Cosines this far below zero still count as positive: rounding must not hide a light.
   constexpr float kBelowHorizon = 1e-5f;
   // Of what a family may send from the edge of its bounds, where the estimate says nothing.
-  constexpr float kLeast = 0.01f;
+  constexpr float kMin = 0.01f;
   // Members spread over the sphere: the mean of 1 / distance^2 stops to grow inside of it. Chosen for the least variance
   // in a hall of a thousand bulbs, like the 0.42 below.
   constexpr float kClamp2 = 0.35f;
@@ -33,7 +33,7 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
   const Float8 inverse = square_root(clamped2) * inverse2; // root and quotient at the same time
   const Float8 sin_u = smaller(r * inverse, splat(1.0f));  // of the half-angle of the sphere seen from the point
 
-  // The mean cosine of a sphere above the horizon is that of its centre; of one that is cut by it 0.42 (centre +
+  // The mean cosine of a sphere above the horizon is that of its center; of one that is cut by it 0.42 (center +
   // radius) is close, and reaches zero where the last of it sets.
   const Float8 cos_i = (dx * normal.x + dy * normal.y + dz * normal.z) * inverse;
   const bool any_side = normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f;
@@ -50,7 +50,7 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
   const Float8 edge = to_float(node.cos_reach) * (1.0f / 127.0f) - sin_u * 1.41422f;
   const Int8 reaches = (cos_t > edge) | (distance2 <= radius2);
 
-  return where(reaches, from_upper_bits(node.even) * larger(sent, splat(kLeast)) * received * inverse2);
+  return where(reaches, from_upper_bits(node.even) * larger(sent, splat(kMin)) * received * inverse2);
 }
 
 } // namespace

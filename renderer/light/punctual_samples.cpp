@@ -57,10 +57,10 @@ std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V
   const V3f to_light = light.position - point;
   const float distance2 = to_light.length2();
   if (light.radius > 0.0f) {
-    const SphereSeen ball(to_light, light.radius);
-    result.wi = ball.sample(u);
-    result.distance = ball.sampled_distance(result.wi);
-    result.pdf = ball.pdf();
+    const SphereSeen sphere(to_light, light.radius);
+    result.wi = sphere.sample(u);
+    result.distance = sphere.sampled_distance(result.wi);
+    result.pdf = sphere.pdf();
     const float share = emitted_share(light, result.wi, std::sqrt(distance2), kInvPi / square(light.radius));
     if (!(share > 0.0f)) return std::nullopt;
     result.radiance = light.intensity * share;
@@ -79,17 +79,17 @@ std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V
 
 Rgb LightSet::shape_radiance(const ShapeRay& ray) const {
   Rgb sum(0.0f);
-  balls_.visit(ray.origin, ray.direction, ray.end_m, [&](uint32_t number) { add_ball(number, ray, sum); });
+  spheres_.visit(ray.origin, ray.direction, ray.end_m, [&](uint32_t number) { add_sphere(number, ray, sum); });
   if (ray.end_m == kInfinity)
     for (const uint32_t number : discs_) add_disc(number, ray, sum);
   return sum;
 }
 
-void LightSet::add_ball(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
+void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
   const Punctual light = punctuals_[number].key_count == 0 ? punctuals_[number] : posed(punctuals_[number], ray.time);
   const V3f to_center = light.position - ray.origin;
-  const SphereSeen ball(to_center, light.radius);
-  const std::optional<float> distance = ball.distance(ray.direction);
+  const SphereSeen sphere(to_center, light.radius);
+  const std::optional<float> distance = sphere.distance(ray.direction);
   if (!distance || *distance < ray.begin_m || !(*distance < ray.end_m)) return;
   const float share = emitted_share(light, ray.direction, to_center.length(), kInvPi / square(light.radius));
   if (!(share > 0.0f)) return;
@@ -98,7 +98,7 @@ void LightSet::add_ball(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
     const auto emitter = static_cast<uint32_t>(triangles_.size()) + number;
     const float probability =
         tree_.probability(emitter, ray.origin, ray.normal) * tree_probability(ray.origin, ray.normal, ray.learned);
-    weight = power_heuristic(ray.bsdf_pdf, ball.pdf() * probability);
+    weight = power_heuristic(ray.bsdf_pdf, sphere.pdf() * probability);
   }
   Rgb radiance = light.intensity * (weight * share);
   const float depth = *distance - ray.begin_m;

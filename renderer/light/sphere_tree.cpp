@@ -5,20 +5,20 @@
 
 namespace kindling {
 
-SphereTree::SphereTree(std::vector<Ball> balls) : balls_(std::move(balls)) {
-  if (balls_.empty()) return;
-  nodes_.reserve(balls_.size());
-  build(0, static_cast<uint32_t>(balls_.size()));
+SphereTree::SphereTree(std::vector<Ball> spheres) : spheres_(std::move(spheres)) {
+  if (spheres_.empty()) return;
+  nodes_.reserve(spheres_.size());
+  build(0, static_cast<uint32_t>(spheres_.size()));
   nodes_.shrink_to_fit();
 }
 
 void SphereTree::build(uint32_t begin, uint32_t end) {
   Box3f box, centers;
   for (uint32_t i = begin; i < end; ++i) {
-    const V3f& c = balls_[i].center;
+    const V3f& c = spheres_[i].center;
     // Room for the rounding of this and of the slabs.
     const V3f reach =
-        V3f(balls_[i].radius * (1.0f + 1e-6f)) + V3f(std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)) * 1e-6f;
+        V3f(spheres_[i].radius * (1.0f + 1e-6f)) + V3f(std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)) * 1e-6f;
     box.extendBy(c - reach);
     box.extendBy(c + reach);
     centers.extendBy(c);
@@ -29,7 +29,7 @@ void SphereTree::build(uint32_t begin, uint32_t end) {
   const V3f extent = centers.max - centers.min;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const uint32_t middle = begin + (end - begin) / 2;
-  std::nth_element(balls_.begin() + begin, balls_.begin() + middle, balls_.begin() + end,
+  std::nth_element(spheres_.begin() + begin, spheres_.begin() + middle, spheres_.begin() + end,
                    [axis](const Ball& a, const Ball& b) {
                      return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis] : a.id < b.id;
                    });

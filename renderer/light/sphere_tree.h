@@ -1,4 +1,4 @@
-// Balls in space, by a ray: which of them it may meet.
+// Spheres in space, by a ray: which of them it may meet.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,17 +22,17 @@ class SphereTree {
   };
 
   SphereTree() = default;
-  explicit SphereTree(std::vector<Ball> balls);
+  explicit SphereTree(std::vector<Ball> spheres);
 
-  [[nodiscard]] bool empty() const { return balls_.empty(); }
-  [[nodiscard]] size_t memory_bytes() const { return balls_.size() * sizeof(Ball) + nodes_.size() * sizeof(Node); }
+  [[nodiscard]] bool empty() const { return spheres_.empty(); }
+  [[nodiscard]] size_t memory_bytes() const { return spheres_.size() * sizeof(Ball) + nodes_.size() * sizeof(Node); }
 
-  // Calls visit(id) for every ball that the ray may meet at a distance up to `end`, and for some others. `direction` unit.
+  // Calls visit(id) for every sphere that the ray may meet at a distance up to `end`, and for some others. `direction` unit.
   template <typename Visit>
   void visit(const V3f& origin, const V3f& direction, float end, const Visit& visit) const {
     if (nodes_.empty()) return;
     const V3f inverse(1.0f / direction.x, 1.0f / direction.y, 1.0f / direction.z);
-    std::array<uint32_t, kMostLevels> stack;
+    std::array<uint32_t, kMaxLevels> stack;
     size_t depth = 0;
     uint32_t number = 0;
     for (;;) {
@@ -43,7 +43,7 @@ class SphereTree {
           ++number;                    // the first stands next to it
           continue;
         }
-        for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(balls_[i].id);
+        for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(spheres_[i].id);
       }
       if (depth == 0) return;
       number = stack[--depth];
@@ -52,12 +52,12 @@ class SphereTree {
 
  private:
   static constexpr uint32_t kLeaf = 4;
-  static constexpr size_t kMostLevels = 40; // medians halve 2^32 balls 30 times
+  static constexpr size_t kMaxLevels = 40; // medians halve 2^32 spheres 30 times
 
   struct Node {
     V3f low, high;
-    uint32_t first = 0; // ball of a leaf, else the second child
-    uint32_t count = 0; // balls; 0: the node has children
+    uint32_t first = 0; // sphere of a leaf, else the second child
+    uint32_t count = 0; // spheres; 0: the node has children
   };
 
   // Comparisons with NaN, of a direction along the box's side, are false and leave the interval as it is.
@@ -74,7 +74,7 @@ class SphereTree {
   }
   void build(uint32_t begin, uint32_t end);
 
-  std::vector<Ball> balls_;
+  std::vector<Ball> spheres_;
   std::vector<Node> nodes_; // in depth-first order
 };
 

@@ -42,8 +42,8 @@ uint32_t seed_of(const SampleAddress& address, uint32_t dimension, size_t coordi
 } // namespace
 
 Strata strata_for(uint32_t samples) {
-  constexpr uint32_t kMostSide = 1U << 15;
-  if (samples >= kMostSide * kMostSide) return {kMostSide, kMostSide};
+  constexpr uint32_t kMaxSide = 1U << 15;
+  if (samples >= kMaxSide * kMaxSide) return {kMaxSide, kMaxSide};
   const double root = std::sqrt(static_cast<double>(std::max(samples, 1U)));
   const auto side = static_cast<uint32_t>(root + 1e-9); // of 2^30 at most: no square is missed
   for (uint32_t columns = side; columns > 0 && samples <= 2 * columns * columns; --columns)

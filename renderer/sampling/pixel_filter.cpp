@@ -43,7 +43,7 @@ std::optional<FilterKind> filter_from_name(std::string_view name) {
 float default_filter_width(FilterKind kind) { return kFilters[static_cast<size_t>(kind)].default_width; }
 
 double filter_value(FilterKind kind, double width, double x) {
-  const double t = std::abs(x) / (0.5 * width); // 0 at the centre, 1 at the edge
+  const double t = std::abs(x) / (0.5 * width); // 0 at the center, 1 at the edge
   if (!(t <= 1.0)) return 0.0;
   switch (kind) {
   case FilterKind::blackman_harris: {

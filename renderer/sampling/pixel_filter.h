@@ -19,7 +19,7 @@ enum class FilterKind : uint8_t { blackman_harris, gaussian, box, mitchell };
 [[nodiscard]] std::optional<FilterKind> filter_from_name(std::string_view name);
 // Full width in pixels: Blackman-Harris and Gaussian 1.5, box 1, Mitchell 4.
 [[nodiscard]] float default_filter_width(FilterKind kind);
-// The filter along one axis, unnormalized: 1 at the centre for all but Mitchell; 0 outside of +-width / 2. x in pixels.
+// The filter along one axis, unnormalized: 1 at the center for all but Mitchell; 0 outside of +-width / 2. x in pixels.
 //   blackman_harris  the four-term window (Harris 1978) over the width
 //   gaussian         standard deviation width / 6, cut at three of them
 //   mitchell         B = C = 1/3 (Mitchell and Netravali 1988), its four unit intervals stretched to the width
@@ -36,7 +36,7 @@ struct PixelFilterOptions {
 class PixelFilter {
  public:
   struct Sample {
-    V2f offset{0.0f}; // from the pixel's centre, in pixels, each within +-width / 2
+    V2f offset{0.0f}; // from the pixel's center, in pixels, each within +-width / 2
     float weight = 1.0f;
   };
 

@@ -15,7 +15,7 @@
 
 namespace kindling {
 
-// A draw is a multiple of 2^-24. So is every value here: then the difference of two neighbours is exactly the
+// A draw is a multiple of 2^-24. So is every value here: then the difference of two neighbors is exactly the
 // probability with which a draw falls between them, and a density computed from it is the true one, not one up to
 // rounding.
 inline constexpr uint32_t kCdfQuanta = 1U << 24;

@@ -41,7 +41,7 @@ class Sampler {
   explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1)
       : seed_(seed), kind_(kind),
         log2_samples_(static_cast<uint32_t>(std::bit_width(std::max(samples_per_pixel, 1U) - 1))),
-        log2_tile_(std::min(kMostLog2Tile, (32U - log2_samples_) / 2)),
+        log2_tile_(std::min(kMaxLog2Tile, (32U - log2_samples_) / 2)),
         strata_(kind == SamplerKind::jittered ? jittered::strata_for(samples_per_pixel) : jittered::Strata{}) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
@@ -73,7 +73,7 @@ class Sampler {
   [[nodiscard]] uint32_t pixel_key(const V2i& pixel) const;
 
   // Tiles of blue noise have at most 2^7 pixels a side: so does the lowest frequency that they can spare.
-  static constexpr uint32_t kMostLog2Tile = 7;
+  static constexpr uint32_t kMaxLog2Tile = 7;
   // Seeds of the coordinates of a set: first pair, second pair.
   static constexpr std::array<uint32_t, 4> kCoordinateSeeds{0xd1b54a33U, 0x8cb92ba7U, 0x3c6ef372U, 0x1b873593U};
 

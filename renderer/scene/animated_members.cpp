@@ -41,7 +41,7 @@ std::span<float> at_textured(Material& material) {
   return (material.*Slot).present() ? floats_of(material.*Member) : std::span<float>();
 }
 
-// With the archived workflow the base colour holds values of another object.
+// With the archived workflow the base color holds values of another object.
 template <auto Member>
 std::span<float> at_metallic(Material& material) {
   return material.specular_glossiness ? std::span<float>() : floats_of(material.*Member);

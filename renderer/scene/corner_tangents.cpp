@@ -114,7 +114,7 @@ TriangleFrame triangle_frame(const TangentInput& input, size_t triangle) {
   return frame;
 }
 
-// ---- Neighbours: which edge of which other triangle runs along each edge
+// ---- Neighbors: which edge of which other triangle runs along each edge
 // --------------------------------------------------------
 
 constexpr uint32_t next_corner(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
@@ -211,7 +211,7 @@ class CornerGrouping {
     if (edge == kNoEdge) return;
     stack.push_back(corner_vertex_[edge] == vertex ? edge : next_corner(edge));
   }
-  void reach_neighbours(uint32_t corner, std::vector<uint32_t>& stack) const {
+  void reach_neighbors(uint32_t corner, std::vector<uint32_t>& stack) const {
     reach(previous_corner(corner), corner_vertex_[corner], stack);
     reach(corner, corner_vertex_[corner], stack); // on top of the stack: first
   }
@@ -222,7 +222,7 @@ class CornerGrouping {
     if (seed_frame.degenerate || seed_frame.any_group || seed_of_[seed] != kNoGroup) return;
     const bool positive = seed_frame.positive;
     seed_of_[seed] = seed;
-    reach_neighbours(seed, stack);
+    reach_neighbors(seed, stack);
     while (!stack.empty()) {
       const uint32_t corner = stack.back();
       stack.pop_back();
@@ -236,7 +236,7 @@ class CornerGrouping {
       }
       if (frame.positive != positive) continue;
       seed_of_[corner] = seed;
-      reach_neighbours(corner, stack);
+      reach_neighbors(corner, stack);
     }
   }
 

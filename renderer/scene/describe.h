@@ -21,9 +21,9 @@ struct SceneStatistics {
   uint64_t geometry_bytes = 0; // all vertex attributes, morph targets and indices
   uint64_t materials = 0;
   uint64_t textures = 0;
-  uint64_t images = 0;              // distinct decoded pictures
-  uint64_t unreadable_textures = 0; // without a picture: could not be read, or were not asked for
-  uint64_t texture_bytes = 0;       // of the distinct pictures
+  uint64_t images = 0;              // distinct decoded images
+  uint64_t unreadable_textures = 0; // without an image: could not be read, or were not asked for
+  uint64_t texture_bytes = 0;       // of the distinct images
   uint64_t skins = 0;
   uint64_t joints = 0;
   uint64_t morph_targets = 0;

@@ -14,7 +14,7 @@ namespace {
 constexpr float kRelativeTolerance = 1e-3f; // of radii of meshes, of ways of cameras
 constexpr float kAxisTolerance = 1e-4f;
 constexpr float kRounding = 1e-6f; // of coordinates: what moves less does not move
-constexpr size_t kMostKeyframes = 256;
+constexpr size_t kMaxKeyframes = 256;
 
 // What is known of the motion of one probe.
 struct Track {
@@ -36,7 +36,7 @@ std::vector<double> keyframes_inside(const Scene& scene, const Shutter& shutter)
         if (t > shutter.open_s && t < shutter.close_s) times.insert(t);
     }
   }
-  const size_t step = (times.size() + kMostKeyframes - 1) / kMostKeyframes;
+  const size_t step = (times.size() + kMaxKeyframes - 1) / kMaxKeyframes;
   std::vector<double> fractions;
   size_t i = 0;
   for (const double t : times)
@@ -54,10 +54,10 @@ class KeyChooser {
 
   std::vector<uint32_t> choose() {
     measure();
-    std::erase_if(open_, [&](size_t i) { return is_still(i); });
+    std::erase_if(open_, [&](size_t i) { return is_static(i); });
     for (uint32_t segments = 1; !open_.empty(); segments *= 2) {
       for (const size_t i : open_) segments_[i] = segments;
-      if (segments == kMostMotionSegments) break;
+      if (segments == kMaxMotionSegments) break;
       place_keys(segments);
       compare(segments);
       std::erase_if(open_, [&](size_t i) { return !(tracks_[i].deviation > 1.0f); });
@@ -101,7 +101,7 @@ class KeyChooser {
       });
     }
   }
-  [[nodiscard]] bool is_still(size_t i) const {
+  [[nodiscard]] bool is_static(size_t i) const {
     return tracks_[i].way <= kRounding * tracks_[i].magnitude && tracks_[i].turn <= kRounding;
   }
 

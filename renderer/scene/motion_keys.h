@@ -11,7 +11,7 @@
 namespace kindling {
 
 // As many segments between keys as anything gets, in powers of two.
-inline constexpr uint32_t kMostMotionSegments = 128;
+inline constexpr uint32_t kMaxMotionSegments = 128;
 
 // The time of key `key` of `segments` + 1.
 [[nodiscard]] inline double time_of_key(const Shutter& shutter, uint32_t key, uint32_t segments) {

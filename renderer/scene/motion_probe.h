@@ -37,7 +37,7 @@ struct MotionProbe {
                                                           const PosedScene& posed, GpuInstances gpu_instances);
 
 // Keeps position, viewing axis (z) and the side that is up (y); x follows as their cross product. So scale and shear
-// are gone and the frame is right-handed: under a mirrored parent a camera looks where it is put and its picture is not
+// are gone and the frame is right-handed: under a mirrored parent a camera looks where it is put and its image is not
 // flipped.
 [[nodiscard]] M44f without_scale(const M44f& m);
 

@@ -55,7 +55,7 @@ void add_key(const Scene& scene, const MotionProbe& probe, bool first, const Ani
 
 } // namespace
 
-bool add_motion(const Scene& scene, const Shutter& shutter, GpuInstances gpu_instances, uint64_t most_vertices,
+bool add_motion(const Scene& scene, const Shutter& shutter, GpuInstances gpu_instances, uint64_t max_vertices,
                 AnimatedNodes& nodes, PosedScene& posed) {
   const std::vector<MotionProbe> probes = find_motion_probes(scene, nodes, posed, gpu_instances);
   const std::vector<uint32_t> segments = choose_motion_segments(scene, shutter, probes, nodes);
@@ -67,15 +67,15 @@ bool add_motion(const Scene& scene, const Shutter& shutter, GpuInstances gpu_ins
     for (const Primitive& primitive : scene.meshes[mesh].primitives)
       vertices += primitive.positions.size() * (segments[i] + uint64_t{1});
   }
-  if (vertices > most_vertices) return false;
+  if (vertices > max_vertices) return false;
 
   std::vector<size_t> with_key; // probes that have one at the time at hand
-  for (uint32_t key = 0; key <= kMostMotionSegments; ++key) {
+  for (uint32_t key = 0; key <= kMaxMotionSegments; ++key) {
     with_key.clear();
     for (size_t i = 0; i < probes.size(); ++i)
-      if (segments[i] > 0 && key % (kMostMotionSegments / segments[i]) == 0) with_key.push_back(i);
+      if (segments[i] > 0 && key % (kMaxMotionSegments / segments[i]) == 0) with_key.push_back(i);
     if (with_key.empty()) continue;
-    nodes.set_time(time_of_key(shutter, key, kMostMotionSegments));
+    nodes.set_time(time_of_key(shutter, key, kMaxMotionSegments));
     tbb::parallel_for(size_t{0}, with_key.size(),
                       [&](size_t i) { add_key(scene, probes[with_key[i]], key == 0, nodes, posed); });
   }

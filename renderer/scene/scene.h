@@ -21,7 +21,7 @@ namespace kindling {
 
 inline constexpr int kNone = -1; // an index that is absent
 
-// One entry of glTF's textures: a picture and how to read it. `image` is null if it could not be read: use the factor alone.
+// One entry of glTF's textures: an image and how to read it. `image` is null if it could not be read: use the factor alone.
 struct SceneTexture {
   std::shared_ptr<const Image> image;
   TextureWrap wrap_u = TextureWrap::repeat;
@@ -69,7 +69,7 @@ struct Material {
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
-  bool unlit = false; // KHR_materials_unlit: base colour is emitted, nothing is reflected
+  bool unlit = false; // KHR_materials_unlit: base color is emitted, nothing is reflected
 
   float ior = 1.5f;             // KHR_materials_ior
   float specular_factor = 1.0f; // KHR_materials_specular
@@ -252,7 +252,7 @@ struct SceneCamera {
   float znear = 0.0f;
   float zfar = std::numeric_limits<float>::infinity();
   CameraLens lens;
-  std::optional<Shutter> shutter; // relative to the time of the picture
+  std::optional<Shutter> shutter; // relative to the time of the image
 };
 
 // KHR_lights_punctual, local -z is the axis.
@@ -264,7 +264,7 @@ struct PunctualLight {
   float intensity = 1.0f;       // directional: lux; point and spot: candela
   std::optional<float> range_m; // cut-off hint of the file
   // Extras of ours; unset: the file does not say.
-  std::optional<float> radius_m;             // point and spot: of a ball that shines evenly
+  std::optional<float> radius_m;             // point and spot: of a sphere that shines evenly
   std::optional<float> angular_diameter_rad; // directional: of a disc in the sky
   float inner_cone_rad = 0.0f;               // spot, half angles
   float outer_cone_rad = kPi / 4.0f;

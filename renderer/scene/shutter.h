@@ -4,7 +4,7 @@
 
 namespace kindling {
 
-// Times of the animations; in a file, relative to the time of the picture. close_s == open_s freezes the scene.
+// Times of the animations; in a file, relative to the time of the image. close_s == open_s freezes the scene.
 struct Shutter {
   double open_s = 0.0;
   double close_s = 0.0; // >= open_s

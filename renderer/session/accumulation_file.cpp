@@ -45,9 +45,9 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
   uint64_t span_bytes = 0;
   for (size_t i = 0; i < state.coverage.block_count(); ++i)
     span_bytes += state.coverage[i].spans.size() * sizeof(SampleSpan);
-  if (span_bytes > most_coverage_bytes(planes))
+  if (span_bytes > max_coverage_bytes(planes))
     return cannot_write(path, fmt::format("its samples are in too many pieces: {} bytes of spans, at most {}",
-                                          span_bytes, most_coverage_bytes(planes)));
+                                          span_bytes, max_coverage_bytes(planes)));
   const std::string json = header_to_json(header);
   if (json.size() > std::numeric_limits<uint32_t>::max()) return cannot_write(path, "its header is beyond 4 GiB");
   const std::vector<std::span<const std::byte>> planes_bytes = plane_bytes<const std::byte>(state);

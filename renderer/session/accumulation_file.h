@@ -1,4 +1,4 @@
-// Accumulation files (.kacc): a RenderState with everything that says which picture it belongs to. Checkpoints, parts and merges of
+// Accumulation files (.kacc): a RenderState with everything that says which image it belongs to. Checkpoints, parts and merges of
 // parts are such files.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -18,11 +18,11 @@ inline constexpr std::string_view kAccumulationExtension = ".kacc";
 // FILE.kacc, or what a checkpoint leaves beside it: FILE.kacc.previous, FILE.kacc.damaged.
 [[nodiscard]] bool names_accumulation(const std::filesystem::path& file);
 
-// Which picture, and how it was asked for. All texts are UTF-8.
+// Which image, and how it was asked for. All texts are UTF-8.
 struct AccumulationIdentity {
   std::string program; // name, version and build: "Kindling 0.7.0 (...)"; files of different ones do not mix
   std::string
-      picture; // JSON object, one member for each setting that the pixels depend on, keys in order; must agree to be merged
+      image; // JSON object, one member for each setting that the pixels depend on, keys in order; must agree to be merged
   uint64_t scene_hash = 0;            // of all bytes that were read for the scene, its environment and its profiles
   std::vector<std::string> arguments; // of the command that renders it, without the program's name
   std::filesystem::path folder;       // absolute: where the arguments' relative paths begin
@@ -31,8 +31,7 @@ struct AccumulationIdentity {
   uint32_t samples_per_pixel = 0;     // wanted in the end
   uint32_t planned_samples = 0;       // that the sampling is laid out for: RenderSettings::planned_samples
   SampleSpan part;                    // the samples that this file is to hold: of a whole render [0, samples_per_pixel)
-  std::string
-      metadata; // JSON object: what pictures made of it say of the scene, the camera and the render; not compared
+  std::string metadata; // JSON object: what images made of it say of the scene, the camera and the render; not compared
 };
 
 struct Accumulation {
@@ -43,7 +42,7 @@ struct Accumulation {
 // Written beside the name, synced, renamed; what stood there before is kept as previous_accumulation(path) if `keep_previous`, and at
 // every moment one of the two names is a complete file. Removes what killed writers of the same name left. Compresses on all threads of
 // the caller's TBB arena. `state.film` must be of identity.size_px and of the area of the coverage. Fails (input_output), and then the
-// file that was there still is; also for a coverage in so many pieces that reading it would be refused (most_coverage_bytes()).
+// file that was there still is; also for a coverage in so many pieces that reading it would be refused (max_coverage_bytes()).
 [[nodiscard]] Result<void> write_accumulation(const std::filesystem::path& path, const AccumulationIdentity& identity,
                                               const RenderState& state, bool keep_previous);
 // "NAME.previous", beside what a symbolic link leads to.

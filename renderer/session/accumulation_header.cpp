@@ -219,7 +219,7 @@ size_t block_count(const PixelRect& area) {
 AccumulationIdentity identity_from_json(const Json& json) {
   AccumulationIdentity identity;
   identity.program = text(json, "program");
-  identity.picture = json_text(json, "picture");
+  identity.image = json_text(json, "image");
   const std::string hash = text(json, "scene_hash");
   const auto [end, error] = std::from_chars(hash.data(), hash.data() + hash.size(), identity.scene_hash, 16);
   if (error != std::errc{} || end != hash.data() + hash.size() || hash.size() != 16)
@@ -270,7 +270,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   }
   if (parsed.planes != planes_of(header, parsed.area)) throw Unsound("'planes' are not those of such a film");
   header.summary.sum_bytes = byte_count(parsed.planes);
-  const uint64_t most = most_coverage_bytes(parsed.planes);
+  const uint64_t most = max_coverage_bytes(parsed.planes);
   uint64_t span_bytes = 0;
   for (const ParsedHeader::CoverageRun& run : parsed.runs) {
     const uint64_t bytes = run.coverage.spans.size() * sizeof(SampleSpan);
@@ -289,7 +289,7 @@ uint64_t byte_count(std::span<const StoredPlane> planes) {
   return bytes;
 }
 
-uint64_t most_coverage_bytes(std::span<const StoredPlane> planes) {
+uint64_t max_coverage_bytes(std::span<const StoredPlane> planes) {
   return std::max(byte_count(planes), kCoverageBytes);
 }
 
@@ -315,7 +315,7 @@ std::string header_to_json(const AccumulationHeader& header) {
   const PixelRect& area = header.summary.coverage.area();
   Json json;
   json["program"] = text_to_json(identity.program);
-  json["picture"] = text_to_json(identity.picture);
+  json["image"] = text_to_json(identity.image);
   json["scene_hash"] = fmt::format("{:016x}", identity.scene_hash);
   json["arguments"] = Json::array();
   for (const std::string& argument : identity.arguments) json["arguments"].push_back(text_to_json(argument));

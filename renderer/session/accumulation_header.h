@@ -33,7 +33,7 @@ struct AccumulationHeader {
 // Of the planes together, in memory.
 [[nodiscard]] uint64_t byte_count(std::span<const StoredPlane> planes);
 // That the spans of a coverage may take beside such planes: a few bytes of JSON say for all blocks at once how many each has.
-[[nodiscard]] uint64_t most_coverage_bytes(std::span<const StoredPlane> planes);
+[[nodiscard]] uint64_t max_coverage_bytes(std::span<const StoredPlane> planes);
 
 // The planes of film and adaptive sampling that such a file has, in their order.
 [[nodiscard]] std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area);

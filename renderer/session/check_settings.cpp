@@ -54,7 +54,7 @@ Result<void> check_samples(const RenderSettings& settings) {
     return refuse(
         "samples " + text_of(*settings.samples) +
         " with a noise threshold: adaptive sampling decides by all samples before, so it cannot be divided into " +
-        "ranges of them; divide the picture");
+        "ranges of them; divide the image");
   return {};
 }
 
@@ -64,9 +64,9 @@ Result<void> check_adaptive(const RenderSettings& settings) {
     return refuse("noise threshold " + std::to_string(settings.adaptive.noise_threshold) +
                   ": a finite number that is not negative is needed");
   constexpr uint32_t kFewestSamples = 16; // halves of fewer say little
-  constexpr uint32_t kMostSamples = 1U << 30;
+  constexpr uint32_t kMaxSamples = 1U << 30;
   if (settings.adaptive.enabled() && (settings.adaptive.min_samples_per_pixel < kFewestSamples ||
-                                      settings.adaptive.min_samples_per_pixel > kMostSamples))
+                                      settings.adaptive.min_samples_per_pixel > kMaxSamples))
     return refuse("at least " + std::to_string(settings.adaptive.min_samples_per_pixel) +
                   " samples per pixel: adaptive sampling needs a minimum of 16 to 2^30");
   return {};

@@ -1,4 +1,4 @@
-// Which samples the blocks of a picture have: what is done, what is missing, and what a merge may add up.
+// Which samples the blocks of an image have: what is done, what is missing, and what a merge may add up.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,7 +16,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
 
 constexpr char kMagic[8] = {'K', 'N', 'D', 'L', 'R', 'A', 'Y', 'S'};
-constexpr uint32_t kMostSets = 64;
+constexpr uint32_t kMaxSets = 64;
 constexpr uint32_t kLargestGroup = 1U << 16;
 
 struct FileHeader {
@@ -67,8 +67,8 @@ class RayFileReader {
     if (header.version != kRayFileVersion)
       return refuse("has version " + std::to_string(header.version) + "; version " + std::to_string(kRayFileVersion) +
                     " can be read");
-    if (header.set_count < 1 || header.set_count > kMostSets)
-      return refuse("has " + std::to_string(header.set_count) + " sets of rays; 1 to " + std::to_string(kMostSets) +
+    if (header.set_count < 1 || header.set_count > kMaxSets)
+      return refuse("has " + std::to_string(header.set_count) + " sets of rays; 1 to " + std::to_string(kMaxSets) +
                     " are allowed");
     std::vector<SetHeader> sets(header.set_count);
     if (!take(sets.data(), sets.size() * sizeof(SetHeader))) return refuse("ends within its table of sets");

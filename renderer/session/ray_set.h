@@ -25,7 +25,7 @@ struct RaySet {
 // All sets of one scene.
 struct RayRecording {
   uint64_t geometry_hash = 0; // hash_geometry() of what the rays were traced through
-  V2i size_px{0, 0};          // of the picture that they were recorded for
+  V2i size_px{0, 0};          // of the image that they were recorded for
   std::vector<RaySet> sets;
 };
 

@@ -15,8 +15,8 @@ namespace kindling {
 namespace {
 
 constexpr int kTileSide = 32;
-// Passes over the picture before a kind that is still short of rays is left so.
-constexpr uint32_t kMostPasses = 64;
+// Passes over the image before a kind that is still short of rays is left so.
+constexpr uint32_t kMaxPasses = 64;
 
 // All tiles, each next one far from those before: steps of the golden ratio through the scan order.
 std::vector<PixelRect> spread_tiles(const PixelRect& area) {
@@ -41,12 +41,12 @@ class RecordingRender {
     context_ = integrator_->make_context();
   }
 
-  // Until `enough`, or a whole pass has brought none, or kMostPasses.
+  // Until `enough`, or a whole pass has brought none, or kMaxPasses.
   void run(const std::function<bool()>& enough, const std::function<size_t()>& recorded, const CancelToken* cancel) {
     const FlushDenormals flush_denormals;
     const std::vector<PixelRect> tiles = spread_tiles(film_.crop());
     const uint32_t samples = batch_size_ / (kBlockSize * kBlockSize); // of each pixel in a wave
-    for (uint32_t pass = 0; pass < kMostPasses; ++pass) {
+    for (uint32_t pass = 0; pass < kMaxPasses; ++pass) {
       const size_t before = recorded();
       for (const PixelRect& tile : tiles)
         for (const PixelRect& block : make_blocks(tile)) {

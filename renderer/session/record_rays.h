@@ -38,7 +38,9 @@ class RecordingAccelerator final : public accel::Accelerator {
   }
   [[nodiscard]] Imath::Box3f bounds() const override { return inner_->bounds(); }
   [[nodiscard]] accel::Statistics statistics() const override { return inner_->statistics(); }
-  [[nodiscard]] std::unique_ptr<accel::KeptStructures> take_structures() override { return inner_->take_structures(); }
+  [[nodiscard]] std::unique_ptr<accel::PersistentStructures> take_structures() override {
+    return inner_->take_structures();
+  }
 
  private:
   void tell(Call call, std::span<const accel::Ray> rays) const {
@@ -55,7 +57,7 @@ struct RecordSettings {
   uint32_t seed = 0;
 };
 
-// Renders on this thread, tiles spread evenly over the picture, until every kind has its rays or no more come. `recorder`
+// Renders on this thread, tiles spread evenly over the image, until every kind has its rays or no more come. `recorder`
 // must be the accelerator of `world`. Sets, some of which may be empty:
 //   camera             coherent groups of an 8 x 8 block
 //   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path tracer batches them. A partly

@@ -24,15 +24,15 @@ RenderLoop::RenderLoop(const RenderSettings& settings, const Integrator& integra
 // What the blocks have so far.
 void RenderLoop::find_levels() {
   const Coverage& coverage = state_.coverage;
-  std::optional<uint32_t> least_incomplete;
+  std::optional<uint32_t> min_incomplete;
   uint32_t most = 0;
   for (size_t i = 0; i < coverage.block_count(); ++i) {
     const uint32_t done = coverage.done(i, wanted_);
     most = std::max(most, done);
-    if (!coverage.complete(i, wanted_)) least_incomplete = std::min(least_incomplete.value_or(done), done);
+    if (!coverage.complete(i, wanted_)) min_incomplete = std::min(min_incomplete.value_or(done), done);
     if (coverage[i].stopped) converged_ += coverage.block(i).pixel_count();
   }
-  const uint32_t least = least_incomplete.value_or(most);
+  const uint32_t least = min_incomplete.value_or(most);
   samples_before_ = least;
   samples_done_ = opened_end_ = wanted_.first + least;
   level_end_ = wanted_.first + std::max(most, 1U);

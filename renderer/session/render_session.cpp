@@ -36,7 +36,7 @@ bool all_done(const RenderSettings& settings, const Coverage& coverage) {
 }
 
 // Of the blocks that want more.
-uint32_t least_samples(const RenderSettings& settings, const Coverage& coverage) {
+uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   const SampleSpan wanted = settings.wanted_samples();
   uint32_t least = wanted.count();
   for (size_t i = 0; i < coverage.block_count(); ++i)
@@ -71,7 +71,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       .at_once = [&] { return cancel && (cancel->cancelled_now() || (saves && cancel->cancelled())); },
       .after_open_passes = [&] { return cancel && cancel->cancelled(); }};
   PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
-                        state ? least_samples(settings, state->coverage) : 0);
+                        state ? min_samples(settings, state->coverage) : 0);
   TrainedGuide trained;
   if (!state || !all_done(settings, state->coverage)) {
     // More threads than cores are allowed where asked for.

@@ -63,11 +63,11 @@ struct RenderSettings {
 struct GuidingStatistics {
   double training_s = 0.0; // part of the render phase
   uint64_t paths = 0;
-  RayCounters rays;             // of the training, not in those of the render
-  double foreseen = 1.0;        // second moment of reflected light with the guide, relative to that without
-  double foreseen_lights = 1.0; // the same of light samples
-  int patches = 0;              // to which directions are guided; 0: they are not
-  int light_regions = 0;        // with shares of the kinds of light; 0: these are not learned
+  RayCounters rays;              // of the training, not in those of the render
+  double predicted = 1.0;        // second moment of reflected light with the guide, relative to that without
+  double predicted_lights = 1.0; // the same of light samples
+  int patches = 0;               // to which directions are guided; 0: they are not
+  int light_regions = 0;         // with shares of the kinds of light; 0: these are not learned
 };
 
 struct RenderStatistics {

@@ -1,4 +1,4 @@
-// All that a render has so far: what it goes on from after an interruption, and what parts of a picture are merged from.
+// All that a render has so far: what it goes on from after an interruption, and what parts of an image are merged from.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

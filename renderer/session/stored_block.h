@@ -29,7 +29,7 @@ static_assert(sizeof(BlockHeader) == 16);
 // No frame of Zstandard that gives `bytes` is smaller.
 [[nodiscard]] size_t smallest_stored_size(size_t bytes);
 
-// Transposes the records, so that bytes of the same meaning are neighbours (the upper bytes of sums are alike), and compresses them as a
+// Transposes the records, so that bytes of the same meaning are neighbors (the upper bytes of sums are alike), and compresses them as a
 // frame of Zstandard with its checksum. `records.size()` is a multiple of `record_bytes`. Empty: no memory for it.
 [[nodiscard]] std::vector<std::byte> store_block(std::span<const std::byte> records, size_t record_bytes);
 // The other way; fills `records`. Returns what is wrong with the stored bytes, or an empty text.

@@ -36,7 +36,7 @@ enum class Schedule : uint8_t {
 [[nodiscard]] size_t count_blocks(const PixelRect& tile);
 [[nodiscard]] PixelRect block_of(const PixelRect& tile, size_t index);
 
-// The next pass after `done` of `total` samples: short passes first, so that a picture exists early and a render can stop
+// The next pass after `done` of `total` samples: short passes first, so that an image exists early and a render can stop
 // early; then longer ones, so that threads seldom wait for each other. `passes_per_second`: passes of one sample that a second
 // holds, 0 if not known yet: then it is one sample. Neither changes the image.
 [[nodiscard]] SampleRange next_pass(uint32_t done, uint32_t total, double passes_per_second);

@@ -19,9 +19,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr uint64_t kLeastPart = 16;       // training takes no more than this part of the render's samples
-constexpr uint64_t kMostPaths = 1U << 18; // nor more than these: what there is to learn has an end
-constexpr uint64_t kProbePart = 8;        // of the training
+constexpr uint64_t kMinPart = 16;        // training takes no more than this part of the render's samples
+constexpr uint64_t kMaxPaths = 1U << 18; // nor more than these: what there is to learn has an end
+constexpr uint64_t kProbePart = 8;       // of the training
 // `auto` goes on if the probe, which knows little, foresees second moments of this or less, and uses what then foresees so much or
 // less. Patches make samples up to a tenth dearer, and what reflections bring is but a part of the variance; shares of lights
 // cost nothing.
@@ -68,7 +68,7 @@ class Training {
     }
     if (guide) {
       statistics_.patches = static_cast<int>(guide->patches.patches().size());
-      statistics_.light_regions = static_cast<int>(guide->light_shares.region_count());
+      statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
     }
     statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
     return {std::move(guide), statistics_, busy_s_};
@@ -77,7 +77,7 @@ class Training {
  private:
   [[nodiscard]] bool stopped() const { return stopped_ && stopped_(); }
 
-  // About `paths` more paths, as evenly over the picture as whole blocks allow.
+  // About `paths` more paths, as evenly over the image as whole blocks allow.
   void trace(uint64_t paths, const Guide* guide) {
     const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
     tbb::enumerable_thread_specific<Worker> workers([&] {
@@ -87,7 +87,7 @@ class Training {
     });
     const size_t count = blocks_.size();
     const uint64_t visits = std::max<uint64_t>(1, paths / (kBlockSize * kBlockSize));
-    // Blocks in another order, so that those that get a sample more are spread over the picture.
+    // Blocks in another order, so that those that get a sample more are spread over the image.
     size_t step = count * 618 / 1000 + 1;
     while (std::gcd(step, count) != 1) ++step;
     std::vector<BlockRecords> found(count);
@@ -119,7 +119,7 @@ class Training {
     gather(found);
   }
 
-  // Relative to the picture: what counts is the square of the error over that of the radiance. A block's mean stands for
+  // Relative to the image: what counts is the square of the error over that of the radiance. A block's mean stands for
   // its pixels.
   void gather(std::span<BlockRecords> found) {
     double sum = 0.0;
@@ -167,11 +167,11 @@ class Training {
   // Keeps what foresees second moments below these; null if that is nothing.
   std::unique_ptr<const Guide> learn(const Limits& limits) {
     LearnedGuide learned = learn_guide(records_, light_records_);
-    statistics_.foreseen = learned.second_moment;
-    statistics_.foreseen_lights = learned.light_second_moment;
+    statistics_.predicted = learned.second_moment;
+    statistics_.predicted_lights = learned.light_second_moment;
     if (!(learned.second_moment < limits.patches)) learned.guide.patches = {};
-    if (!(learned.light_second_moment < limits.lights)) learned.guide.light_shares = {};
-    if (learned.guide.patches.empty() && learned.guide.light_shares.empty()) return nullptr;
+    if (!(learned.light_second_moment < limits.lights)) learned.guide.light_probabilities = {};
+    if (learned.guide.patches.empty() && learned.guide.light_probabilities.empty()) return nullptr;
     return std::make_unique<Guide>(std::move(learned.guide));
   }
 
@@ -181,7 +181,7 @@ class Training {
   const std::function<bool()>& stopped_;
   const std::function<void(uint64_t)>& on_done_;
   Sampler sampler_;
-  std::vector<PixelRect> blocks_; // of the whole picture
+  std::vector<PixelRect> blocks_; // of the whole image
   uint32_t next_sample_ = 0;
   std::vector<GuideRecord> records_;
   std::vector<LightRecord> light_records_;
@@ -194,7 +194,7 @@ class Training {
 uint64_t training_paths(const RenderSettings& settings) {
   if (settings.guiding == Guiding::off || settings.integrator.kind != IntegratorKind::path) return 0;
   const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
-  return std::min(pixels * settings.planned() / kLeastPart, kMostPaths);
+  return std::min(pixels * settings.planned() / kMinPart, kMaxPaths);
 }
 
 TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,

@@ -1,4 +1,4 @@
-// Trains a guide for a render: paths of their own, ahead of the picture.
+// Trains a guide for a render: paths of their own, ahead of the image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +21,8 @@ struct TrainedGuide {
 // Paths that training takes at most for these settings; 0 if nothing is to be trained.
 [[nodiscard]] uint64_t training_paths(const RenderSettings& settings);
 
-// A function of scene, camera, the size of the whole picture, the samples per pixel that are planned and the seed: not of
-// the crop, threads or tiles. Takes paths of its own, independent of the picture's, from all over it: an eighth of them first,
+// A function of scene, camera, the size of the whole image, the samples per pixel that are planned and the seed: not of
+// the crop, threads or tiles. Takes paths of its own, independent of the image's, from all over it: an eighth of them first,
 // which tell whether to go on, then the others, guided by these. Works on the threads of the current arena. Once `stopped`, which is
 // asked between blocks and may be empty, it returns no guide. on_done(paths so far): from any thread, may be empty.
 [[nodiscard]] TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,

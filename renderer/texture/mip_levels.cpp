@@ -17,8 +17,8 @@ using texture_detail::for_each_layout;
 using texture_detail::make_layout;
 using texture_detail::store_texel;
 
-// Where all of a mean is transparent its colour is the plain mean: the weight of a texel is its alpha and this.
-constexpr float kLeastWeight = 0x1p-20f;
+// Where all of a mean is transparent its color is the plain mean: the weight of a texel is its alpha and this.
+constexpr float kMinWeight = 0x1p-20f;
 
 // How many of the units [index * next, (index + 1) * next) lie in [other * size, (other + 1) * size): texels of a level of
 // `size` and of one of `next` texels, on one axis in common units.
@@ -81,13 +81,13 @@ class Pyramid {
     stored_.resize(row_.size());
   }
 
-  void push_picture_row(int y, const std::byte* texels) {
+  void push_image_row(int y, const std::byte* texels) {
     code_.decode(texels, row_.size(), row_.data());
     if (has_alpha_)
       result_.opaque &= std::all_of(row_.begin(), row_.end(), [](const Float4& t) { return t[3] == 1.0f; });
     if (weigh_by_alpha_) {
       for (Float4& texel : row_) {
-        const float weight = texel[3] + kLeastWeight;
+        const float weight = texel[3] + kMinWeight;
         texel = Float4{texel[0] * weight, texel[1] * weight, texel[2] * weight, weight};
       }
     }
@@ -162,7 +162,7 @@ class Pyramid {
         stored_[x] = Float4{0.5f * sum[0] + 0.5f, 0.5f * sum[1] + 0.5f, 0.5f * sum[2] + 0.5f, sum[3]};
       } else {
         const float scale = 1.0f / sum[3];
-        stored_[x] = Float4{sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] - kLeastWeight};
+        stored_[x] = Float4{sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] - kMinWeight};
       }
     }
     code_.encode(stored_.data(), count, out);
@@ -184,7 +184,7 @@ class Pyramid {
 MipLevels build_mip_levels(const Image& format, TextureContent content, const ReadRow& read_row) {
   MipLevels result;
   Pyramid pyramid(format, content, result);
-  for (int y = 0; y < format.height; ++y) pyramid.push_picture_row(y, read_row(y));
+  for (int y = 0; y < format.height; ++y) pyramid.push_image_row(y, read_row(y));
   return result;
 }
 

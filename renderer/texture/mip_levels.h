@@ -1,4 +1,4 @@
-// Smaller versions of a picture, each texel the mean of what it covers.
+// Smaller versions of an image, each texel the mean of what it covers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ enum class TextureContent : uint8_t {
   tangent_normal, // 2 rgb - 1 is a direction: the mean of unit vectors, which is shorter the more they differ
 };
 
-// Level 0 is the picture itself and not held here. Level l + 1 has half the width and height of level l, rounded down, at least 1;
+// Level 0 is the image itself and not held here. Level l + 1 has half the width and height of level l, rounded down, at least 1;
 // the last is one texel.
 struct MipLevels {
   struct Level {
@@ -30,21 +30,21 @@ struct MipLevels {
     size_t offset = 0; // into `pixels`
   };
   std::vector<Level> levels;     // 1 and up
-  std::vector<std::byte> pixels; // of the picture's type and channels, laid out as Image
-  bool opaque = true;            // of the picture: alpha is 1 everywhere, or absent
+  std::vector<std::byte> pixels; // of the image's type and channels, laid out as Image
+  bool opaque = true;            // of the image: alpha is 1 everywhere, or absent
 };
 
 inline constexpr int kMaxMipLevels = 16; // with level 0: a side has at most 32768 pixels
 
-// A row of the picture, valid until the next call.
+// A row of the image, valid until the next call.
 using ReadRow = std::function<const std::byte*(int row)>;
 
 // Exact box filter: where a size is odd, texels of the next level share the texels between them (Guthe and Heckbert 2005,
 // "Non-Power-of-Two Mipmapping"). Sums are of floats, all levels from the unrounded one before; a level is rounded to the type of
-// the picture when it is stored. One pass over the rows, with a few rows of floats as memory. The result depends on
+// the image when it is stored. One pass over the rows, with a few rows of floats as memory. The result depends on
 // the arguments alone.
 [[nodiscard]] MipLevels build_mip_levels(const Image& format, TextureContent content, const ReadRow& read_row);
-// The same of a picture in memory.
+// The same of an image in memory.
 [[nodiscard]] MipLevels build_mip_levels(const Image& image, TextureContent content);
 
 } // namespace kindling

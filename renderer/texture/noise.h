@@ -30,7 +30,7 @@ namespace kindling::noise {
 [[nodiscard]] V3f cell_rgb(const V3f& p);
 
 // Distances to the nearest, second and third of points that stand one in each unit cell, in its middle for jitter 0, anywhere in it for 1
-// (Worley 1996, "A Cellular Texture Basis Function"). Only neighbouring cells are searched, as MaterialX has it. `nearest` gets the nearest
+// (Worley 1996, "A Cellular Texture Basis Function"). Only neighboring cells are searched, as MaterialX has it. `nearest` gets the nearest
 // point.
 [[nodiscard]] V3f worley(const V2f& p, float jitter, V2f& nearest);
 [[nodiscard]] V3f worley(const V3f& p, float jitter, V3f& nearest);

@@ -113,7 +113,7 @@ struct ProceduralInput {
   int16_t node = -1;  // source node: an earlier one
   int8_t output = 0;  // source node: which of its outputs
   int8_t variant = 0; // type string: the number of the word among those that the node accepts
-  int texture = -1;   // type file: index of the picture's texture
+  int texture = -1;   // type file: index of the image's texture
   V4f value{0.0f};    // a number fills all channels
 };
 

@@ -115,7 +115,7 @@ float duty(float x, float period, float below, const Extent& extent) {
 }
 
 // Of a sine, exactly.
-float kept_of_wave(const Extent& extent) {
+float kept_of_batch(const Extent& extent) {
   const auto sinc = [](float x) { return std::abs(x) < 1e-3f ? 1.0f : std::sin(x) / x; };
   return sinc(0.5f * extent.along[0].x) * sinc(0.5f * extent.along[1].x);
 }
@@ -198,8 +198,8 @@ Float4 pattern(const ProceduralInstruction& instruction, const Float4& at, const
   case Op::worley2d: return faded(instruction, kept(kWorleyRate2d, w), [&] { return worley(xy(at), instruction); });
   case Op::worley3d: return faded(instruction, kept(kWorleyRate3d, w), [&] { return worley(xyz(at), instruction); });
   case Op::checker: return fill(checker(at, extent));
-  case Op::sin: return fill(std::sin(at[0]) * kept_of_wave(extent));
-  case Op::cos: return fill(std::cos(at[0]) * kept_of_wave(extent));
+  case Op::sin: return fill(std::sin(at[0]) * kept_of_batch(extent));
+  case Op::cos: return fill(std::cos(at[0]) * kept_of_batch(extent));
   default: return fill(duty(at[0], instruction.f[0], instruction.f[1], extent));
   }
 }

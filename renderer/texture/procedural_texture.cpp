@@ -15,7 +15,7 @@ Float4 to_float4(const V4f& v) { return Float4{v.x, v.y, v.z, v.w}; }
 
 float length3(const V4f& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
-// What a texel could be: colours and factors are not negative. 65504 is the largest half.
+// What a texel could be: colors and factors are not negative. 65504 is the largest half.
 float in_range(float x) { return x > 0.0f ? std::min(x, 65504.0f) : 0.0f; }
 
 // Point k of a set of 4 or 16 in [0, 1)^2, one in each row, column and square of a grid (Hammersley).
@@ -50,7 +50,7 @@ int ProceduralTexture::point_count(std::span<const ProceduralSample> streams) co
 }
 
 V4f ProceduralTexture::evaluate(std::span<const ProceduralSample> streams, std::span<const Texture> textures,
-                                const V2f& shift, int most_points) const {
+                                const V2f& shift, int max_points) const {
   std::array<Float4, kProceduralStreams> values;
   std::array<std::array<Float4, 2>, kProceduralStreams> across;
   bool filtered = false;
@@ -61,7 +61,7 @@ V4f ProceduralTexture::evaluate(std::span<const ProceduralSample> streams, std::
       filtered |= length3(streams[s].across[axis]) > 0.0f;
     }
   }
-  const int count = filtered ? std::min(point_count(streams), most_points) : 1;
+  const int count = filtered ? std::min(point_count(streams), max_points) : 1;
   Float4 sum = {0.0f, 0.0f, 0.0f, 0.0f};
   for (int k = 0; k < count; ++k) {
     ProceduralPoint point{

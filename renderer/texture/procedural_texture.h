@@ -13,7 +13,7 @@
 
 namespace kindling {
 
-// What a graph reads of the surface: texture coordinates by set, positions and normals, the vertex colour.
+// What a graph reads of the surface: texture coordinates by set, positions and normals, the vertex color.
 enum class ProceduralStream : uint8_t {
   texcoord, // and texcoord + 1, ... for set 1, ...
   position_object = kMaxProceduralTexcoordSets,
@@ -34,7 +34,7 @@ struct ProceduralSample {
 // Immutable, thread-safe.
 class ProceduralTexture {
  public:
-  // The number of a picture among the textures that evaluate() is given; -1: not there. `color`: sRGB.
+  // The number of an image among the textures that evaluate() is given; -1: not there. `color`: sRGB.
   using TextureNumber = std::function<int(int texture, bool color)>;
 
   // Output number `output` of the graph, which must be sound.
@@ -44,9 +44,9 @@ class ProceduralTexture {
   [[nodiscard]] std::span<const ProceduralStream> streams() const { return streams_; }
   // The mean over the footprint, each channel from 0 to 65504; what is not finite is 0. A single channel fills red, green and blue; alpha is 1
   // where the output has none. `shift` in [0, 1)^2 moves the points at which a footprint is sampled, so that over many shifts the mean
-  // is that of the footprint; at most `most_points` points, 1, 4 or 16. Does not allocate.
+  // is that of the footprint; at most `max_points` points, 1, 4 or 16. Does not allocate.
   [[nodiscard]] V4f evaluate(std::span<const ProceduralSample> streams, std::span<const Texture> textures,
-                             const V2f& shift, int most_points = 16) const;
+                             const V2f& shift, int max_points = 16) const;
 
   [[nodiscard]] bool has_alpha() const { return type_ == ProceduralType::color4 || type_ == ProceduralType::vector4; }
   [[nodiscard]] size_t instruction_count() const { return program_.instructions.size(); }

@@ -39,7 +39,7 @@ float wrap_coordinate(float u, TextureWrap wrap) {
   return std::clamp(u, 0.0f, 1.0f);
 }
 
-// A neighbour may be one step outside. The mirror image of the texel at an edge is that texel.
+// A neighbor may be one step outside. The mirror image of the texel at an edge is that texel.
 int wrap_index(int index, int size, TextureWrap wrap) {
   if (wrap != TextureWrap::repeat) return std::clamp(index, 0, size - 1);
   return index < 0 ? index + size : index >= size ? index - size : index;
@@ -50,7 +50,7 @@ struct Axis {
   float t;
 };
 
-// `unit` in [0, 1]; texel i has its centre at (i + 0.5) / size.
+// `unit` in [0, 1]; texel i has its center at (i + 0.5) / size.
 template <bool kRepeats>
 inline Axis locate_axis(float unit, int size, TextureWrap wrap) {
   const float x = unit * static_cast<float>(size) - 0.5f;
@@ -202,7 +202,7 @@ Texture::Texture(std::shared_ptr<const Image> image, const TextureSettings& sett
   }
 }
 
-Texture::Texture(std::shared_ptr<const TiledPicture> pages, const Image& format, const TextureSettings& settings,
+Texture::Texture(std::shared_ptr<const TiledImage> pages, const Image& format, const TextureSettings& settings,
                  const MipLevels& sizes)
     : Texture(format, settings) {
   pages_ = std::move(pages);
@@ -227,7 +227,7 @@ float Texture::sample_channel(const V2f& uv, int channel, int level) const {
   return kSampleChannel[layout_](*this, uv, channel, level);
 }
 
-// As if it repeated, at the upper left of the four texels and the one below: their right neighbours are nearly always in the same lines.
+// As if it repeated, at the upper left of the four texels and the one below: their right neighbors are nearly always in the same lines.
 // Where that is wrong, a request is wasted.
 void Texture::prefetch(const V2f& uv, int level) const {
   const Level& from = levels_[static_cast<size_t>(level)];
@@ -245,7 +245,7 @@ Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {
   const double texels = 0.5 *
                         std::abs(static_cast<double>(edge1.x) * edge2.y - static_cast<double>(edge1.y) * edge2.x) *
                         levels_[0].width * levels_[0].height;
-  // Two points a texel, so that a small lamp in a large dark picture is not missed.
+  // Two points a texel, so that a small lamp in a large dark image is not missed.
   constexpr double kMinPoints = 16, kMaxPoints = 65536;
   const int count = static_cast<int>(texels > 0.0 ? std::clamp(2.0 * texels, kMinPoints, kMaxPoints) : kMinPoints);
   // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), in 32-bit fixed point,

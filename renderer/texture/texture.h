@@ -16,7 +16,7 @@
 
 namespace kindling {
 
-// Immutable, thread-safe, cheap to copy: pixels are shared (one picture used as colour and as data is held once).
+// Immutable, thread-safe, cheap to copy: pixels are shared (one image used as color and as data is held once).
 class Texture {
  public:
   // The image is complete: at least one pixel, 1 to 4 channels, byte_count() bytes. `levels` are those of the image; null: it has
@@ -24,7 +24,7 @@ class Texture {
   Texture(std::shared_ptr<const Image> image, const TextureSettings& settings,
           std::shared_ptr<const MipLevels> levels = nullptr);
   // Texels are read from `pages`, of all levels. `format` tells size and type of level 0, its pixels are not looked at.
-  Texture(std::shared_ptr<const TiledPicture> pages, const Image& format, const TextureSettings& settings,
+  Texture(std::shared_ptr<const TiledImage> pages, const Image& format, const TextureSettings& settings,
           const MipLevels& sizes);
 
   // uv as glTF has it: (0, 0) is the corner of the top-left texel. Non-finite uv reads as (0, 0).
@@ -69,8 +69,8 @@ class Texture {
 
   std::shared_ptr<const Image> image_;
   std::shared_ptr<const MipLevels> mip_levels_;
-  std::shared_ptr<const TiledPicture> pages_; // where the levels have no pixels
-  float texel_count_;                         // of level 0
+  std::shared_ptr<const TiledImage> pages_; // where the levels have no pixels
+  float texel_count_;                       // of level 0
   int level_count_ = 1;
   uint8_t layout_;      // make_layout() of texel_fetch.h: which code reads a texel
   uint8_t pixel_bytes_; // of one texel

@@ -21,7 +21,7 @@ Error failed(const fs::path& file, const std::string& what) {
   return Error{ErrorKind::input_output, "textures on disc: " + file.string() + ": " + what};
 }
 
-// The rows of a picture from top to bottom, from memory or from its file.
+// The rows of an image from top to bottom, from memory or from its file.
 class Rows {
  public:
   Rows(const Image& image, const fs::path* file)
@@ -113,14 +113,14 @@ Result<TextureMemory::Paged> TextureMemory::page(const Image& image, TextureCont
   const size_t texel_bytes = bytes_per_channel(image.type) * static_cast<size_t>(image.channels);
   Result<fs::path> file = new_file(".tif");
   if (!file) return file.error();
-  auto picture = cache_->add(file.value(), image, sizes, [&](int level, int row) {
+  auto tiled = cache_->add(file.value(), image, sizes, [&](int level, int row) {
     if (level == 0) return rows.at(row);
     const MipLevels::Level& from = levels.levels[static_cast<size_t>(level - 1)];
     return static_cast<const std::byte*>(levels.pixels.data() + from.offset +
                                          static_cast<size_t>(row) * static_cast<size_t>(from.width) * texel_bytes);
   });
-  if (!picture) return picture.error();
-  paged.picture = std::move(picture).value();
+  if (!tiled) return tiled.error();
+  paged.tiled = std::move(tiled).value();
   levels.pixels = std::vector<std::byte>();
   return paged;
 }

@@ -18,7 +18,7 @@
 
 namespace kindling {
 
-// Pictures pass by as they are decoded. As long as all of them and their levels fit, nothing happens. From the first that does not fit,
+// Images pass by as they are decoded. As long as all of them and their levels fit, nothing happens. From the first that does not fit,
 // pixels go to a file each, in a folder of their own below that for temporary files; and once all have been seen, every texture is
 // paged: its levels are written in tiles, and read through OpenImageIO's cache, which holds no more than the bound. The texels
 // are the same to the bit.
@@ -31,18 +31,18 @@ class TextureMemory {
   TextureMemory(const TextureMemory&) = delete;
   TextureMemory& operator=(const TextureMemory&) = delete;
 
-  // What to keep of a decoded picture: all of it, or what it is without its pixels. Fails (input_output) where these cannot be written.
+  // What to keep of a decoded image: all of it, or what it is without its pixels. Fails (input_output) where these cannot be written.
   [[nodiscard]] Result<std::shared_ptr<const Image>> keep(Image&& image);
 
-  // Of the pictures that were kept, with levels for one use of each.
+  // Of the images that were kept, with levels for one use of each.
   [[nodiscard]] uint64_t needed_bytes() const { return needed_bytes_.load(); }
   [[nodiscard]] bool exceeded() const { return needed_bytes() > max_bytes_; }
 
   struct Paged {
-    std::shared_ptr<const TiledPicture> picture;
+    std::shared_ptr<const TiledImage> tiled;
     MipLevels levels; // without pixels
   };
-  // A picture that keep() returned, or one in memory. Fails (input_output) without the module of OpenImageIO, or where files cannot be
+  // An image that keep() returned, or one in memory. Fails (input_output) without the module of OpenImageIO, or where files cannot be
   // written.
   [[nodiscard]] Result<Paged> page(const Image& image, TextureContent content);
 

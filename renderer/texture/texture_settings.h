@@ -1,4 +1,4 @@
-// How a picture is read as a texture: the words of glTF's samplers.
+// How an image is read as a texture: the words of glTF's samplers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,8 +8,8 @@ namespace kindling {
 
 enum class TextureWrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 enum class TextureFilter : uint8_t { nearest, linear };
-// How stored values become linear ones: colour textures of glTF are sRGB (RGB only; alpha is always linear), others
-// linear. Pictures with float texels are linear already and read as such with either.
+// How stored values become linear ones: color textures of glTF are sRGB (RGB only; alpha is always linear), others
+// linear. Images with float texels are linear already and read as such with either.
 enum class TextureEncoding : uint8_t { linear, srgb };
 
 struct TextureSettings {

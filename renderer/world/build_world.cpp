@@ -3,9 +3,9 @@
 #include "renderer/world/build_world.h"
 
 #include "renderer/world/builtin_environment.h"
-#include "renderer/world/emitter_limit.h"
+#include "renderer/world/emitter_budget.h"
 #include "renderer/world/image_light_environment.h"
-#include "renderer/world/lasting_meshes.h"
+#include "renderer/world/persistent_meshes.h"
 #include "renderer/world/prepare_geometry.h"
 #include "renderer/world/prepare_material.h"
 #include "renderer/world/punctual_lights.h"
@@ -64,7 +64,7 @@ class WorldBuilder {
       PreparedMaterial prepared = prepare_material(material, textures_);
       if (prepared.layers) {
         prepared.shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
-        world_->has_panes_ |= prepared.shading.pane;
+        world_->has_thin_walls_ |= prepared.shading.thin_wall;
         world_->layer_materials_.push_back(*prepared.layers);
         world_->media_.push_back(make_medium(material));
       }
@@ -90,7 +90,7 @@ class WorldBuilder {
   // Whether rays need not ask the filter at this geometry.
   [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
     const ShadingMaterial& material = world_->materials_[geometry.material];
-    if (material.pane) return false;
+    if (material.thin_wall) return false;
     if (material.alpha_mode == AlphaMode::opaque) return true;
     if (geometry.color_offset != Geometry::kAbsent) {
       for (size_t v = 0; v < geometry.position_count; ++v)
@@ -126,8 +126,8 @@ class WorldBuilder {
         keys.push_back(geometry.later_position_span(key));
       accel_meshes_.back().later_positions = keys; // of a vector that may move, but not what is in it
     }
-    mark_lasting({world_->geometries_, prepared.nodes, world_->instances_, groups_}, changes,
-                 least_lasting_triangles(options_.least_lasting_triangles, options_.picture_samples), accel_meshes_);
+    mark_persistent({world_->geometries_, prepared.nodes, world_->instances_, groups_}, changes,
+                    min_persistent_triangles(options_.min_persistent_triangles, options_.image_samples), accel_meshes_);
     for (const WorldInstance& instance : world_->instances_) world_->has_motion_ |= instance.moving;
     for (const PosedLight& light : posed_.lights) world_->has_motion_ |= !light.later_transforms.empty();
   }
@@ -321,19 +321,19 @@ class WorldBuilder {
 
   void finish_statistics() {
     WorldStatistics& statistics = world_->statistics_;
-    world_->procedurals_.pictures = world_->textures_;
+    world_->procedurals_.images = world_->textures_;
     world_->procedurals_.instances = world_->instances_;
     MotionStatistics& motion = statistics.motion;
     for (const Geometry& geometry : world_->geometries_) {
       statistics.geometry_bytes += geometry.memory_bytes();
       if (geometry.later_positions.empty()) continue;
       ++motion.deforming_mesh_count;
-      motion.most_keys = std::max(motion.most_keys, geometry.later_positions.size() + 1);
+      motion.max_keys = std::max(motion.max_keys, geometry.later_positions.size() + 1);
       motion.key_bytes += geometry.key_bytes();
     }
     for (const std::vector<M44f>& keys : world_->motions_) {
       ++motion.moving_instance_count;
-      motion.most_keys = std::max(motion.most_keys, keys.size());
+      motion.max_keys = std::max(motion.max_keys, keys.size());
       motion.key_bytes += keys.capacity() * sizeof(M44f);
     }
     statistics.light_bytes = world_->lights_->memory_bytes();

@@ -23,9 +23,9 @@ struct WorldOptions {
   bool robust = true;                             // of Embree
   std::optional<accel::SimdTarget> simd;          // of the kd-tree's kernels; none: the best that the processor runs
   std::shared_ptr<const Environment> environment; // null: none, or the built-in one if the scene has no lights
-  // When triangles that stand for good have a tree of their own (lasting_meshes.h): so many, and more for a picture of more samples.
-  size_t least_lasting_triangles = 100'000;
-  uint64_t picture_samples = 0;            // planned for the whole picture: pixels times samples of each
+  // When triangles that stand for good have a tree of their own (persistent_meshes.h): so many, and more for an image of more samples.
+  size_t min_persistent_triangles = 100'000;
+  uint64_t image_samples = 0;              // planned for the whole image: pixels times samples of each
   TextureMemory* texture_memory = nullptr; // what the scene was loaded with; must outlive the World; may be null
   bool builtin_environment = true;         // a scene without any light gets a neutral one
   // Called once with the accelerator; what it returns is used in its place (a recorder of rays around it). May be null.

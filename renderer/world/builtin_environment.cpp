@@ -34,14 +34,14 @@ float studio_radiance(const V3f& d) {
 } // namespace
 
 std::shared_ptr<const Environment> builtin_environment() {
-  auto picture = std::make_shared<Image>();
-  picture->width = kWidth;
-  picture->height = kHeight;
-  picture->channels = 3;
-  picture->type = PixelType::f32;
-  picture->pixels.resize(picture->byte_count());
+  auto image = std::make_shared<Image>();
+  image->width = kWidth;
+  image->height = kHeight;
+  image->channels = 3;
+  image->type = PixelType::f32;
+  image->pixels.resize(image->byte_count());
   tbb::parallel_for(0, kHeight, [&](int y) {
-    std::byte* out = picture->pixels.data() + static_cast<size_t>(y) * kWidth * 3 * sizeof(float);
+    std::byte* out = image->pixels.data() + static_cast<size_t>(y) * kWidth * 3 * sizeof(float);
     const float theta = (static_cast<float>(y) + 0.5f) / kHeight * kPi;
     for (int x = 0; x < kWidth; ++x) {
       const float phi = ((static_cast<float>(x) + 0.5f) / kWidth - 0.5f) * 2.0f * kPi;
@@ -52,7 +52,7 @@ std::shared_ptr<const Environment> builtin_environment() {
       out += sizeof rgb;
     }
   });
-  return std::make_shared<Environment>(std::move(picture), 0.0f, 1.0f);
+  return std::make_shared<Environment>(std::move(image), 0.0f, 1.0f);
 }
 
 } // namespace kindling

@@ -9,10 +9,10 @@
 namespace kindling {
 namespace {
 
-constexpr int kMostWidth = 8192;
+constexpr int kMaxWidth = 8192;
 constexpr int kCoefficientWidth = 64; // harmonics up to l = 2 vary slowly
 
-// The directions in which a face looks, and in which columns and rows of its picture run. OpenGL's (specification of OpenGL 4.6, table 8.19),
+// The directions in which a face looks, and in which columns and rows of its image run. OpenGL's (specification of OpenGL 4.6, table 8.19),
 // mirrored left to right: "each saved image must be flipped about its vertical axis", which makes them views from within a
 // right-handed world.
 struct FaceAxes {
@@ -40,14 +40,14 @@ CubePoint locate(const V3f& d, int size) {
 }
 
 Rgb texel(const ImageLight& light, size_t face, int x, int y) {
-  const Image& picture = *light.faces[face];
+  const Image& image = *light.faces[face];
   float rgb[3];
-  const size_t index = static_cast<size_t>(y) * static_cast<size_t>(picture.width) + static_cast<size_t>(x);
-  std::memcpy(rgb, picture.pixels.data() + index * sizeof rgb, sizeof rgb);
+  const size_t index = static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x);
+  std::memcpy(rgb, image.pixels.data() + index * sizeof rgb, sizeof rgb);
   return {rgb[0], rgb[1], rgb[2]};
 }
 
-// The texel at (x, y) of a face, or the one of the neighbour that is there when the face goes on flat beyond its edge.
+// The texel at (x, y) of a face, or the one of the neighbor that is there when the face goes on flat beyond its edge.
 Rgb texel_across_edges(const ImageLight& light, size_t face, int x, int y) {
   const int size = light.faces[0]->width;
   if (x >= 0 && y >= 0 && x < size && y < size) return texel(light, face, x, y);
@@ -102,19 +102,18 @@ Rgb image_light_radiance(const ImageLight& light, const V3f& wi) {
 }
 
 std::shared_ptr<const Environment> image_light_environment(const ImageLight& light) {
-  auto picture = std::make_shared<Image>();
-  picture->width =
-      light.faces[0] ? std::clamp(4 * light.faces[0]->width, kCoefficientWidth, kMostWidth) : kCoefficientWidth;
-  picture->height = picture->width / 2;
-  picture->channels = 3;
-  picture->type = PixelType::f32;
-  picture->pixels.resize(picture->byte_count());
-  const float step_u = 1.0f / static_cast<float>(picture->width);
-  const float step_v = 1.0f / static_cast<float>(picture->height);
-  tbb::parallel_for(0, picture->height, [&](int y) {
-    std::byte* out =
-        picture->pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(picture->width) * sizeof(Rgb);
-    for (int x = 0; x < picture->width; ++x) {
+  auto image = std::make_shared<Image>();
+  image->width =
+      light.faces[0] ? std::clamp(4 * light.faces[0]->width, kCoefficientWidth, kMaxWidth) : kCoefficientWidth;
+  image->height = image->width / 2;
+  image->channels = 3;
+  image->type = PixelType::f32;
+  image->pixels.resize(image->byte_count());
+  const float step_u = 1.0f / static_cast<float>(image->width);
+  const float step_v = 1.0f / static_cast<float>(image->height);
+  tbb::parallel_for(0, image->height, [&](int y) {
+    std::byte* out = image->pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(image->width) * sizeof(Rgb);
+    for (int x = 0; x < image->width; ++x) {
       Rgb sum(0.0f);
       for (const float dy : {0.25f, 0.75f}) {
         const float theta = (static_cast<float>(y) + dy) * step_v * kPi;
@@ -128,7 +127,7 @@ std::shared_ptr<const Environment> image_light_environment(const ImageLight& lig
       std::memcpy(out + static_cast<size_t>(x) * sizeof sum, &sum, sizeof sum);
     }
   });
-  return std::make_shared<Environment>(std::move(picture), 0.0f, light.intensity);
+  return std::make_shared<Environment>(std::move(image), 0.0f, light.intensity);
 }
 
 } // namespace kindling

@@ -38,10 +38,10 @@ struct LayerMaterial {
   TextureBinding diffuse_transmission_color;
 
   // Light may pass in a straight line where the surface is smooth enough.
-  [[nodiscard]] bool pane() const { return transmission_factor > 0.0f && !volume; }
+  [[nodiscard]] bool thin_wall() const { return transmission_factor > 0.0f && !volume; }
 };
 
-// Homogeneous, inside of a closed mesh (KHR_materials_volume). Coefficients are per metre of world space.
+// Homogeneous, inside of a closed mesh (KHR_materials_volume). Coefficients are per meter of world space.
 struct Medium {
   float ior = 1.5f;
   float dispersion = 0.0f; // 20 / Abbe number
@@ -56,8 +56,8 @@ struct Medium {
 // All but the bindings.
 [[nodiscard]] LayerMaterial make_layer_material(const Material& material);
 
-// Extinction = -ln(attenuation colour) / attenuation distance (KHR_materials_volume, "Attenuation"). Scattering is what
-// gives a half space of it the multiscatter colour: single-scattering albedo
+// Extinction = -ln(attenuation color) / attenuation distance (KHR_materials_volume, "Attenuation"). Scattering is what
+// gives a half space of it the multiscatter color: single-scattering albedo
 //   (1 - s^2) / (1 - g s^2),  s = 4.09712 + 4.20863 c - sqrt(9.59217 + 41.6808 c + 17.7126 c^2)
 // (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks"; KHR_materials_volume_scatter).
 [[nodiscard]] Medium make_medium(const Material& material);

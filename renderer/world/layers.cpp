@@ -70,13 +70,13 @@ void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, 
   layers.bsdf.diffuse_transmission = material.diffuse_transmission_factor * channel(material.diffuse_transmission, 3);
   layers.bsdf.diffuse_transmission_color =
       material.diffuse_transmission_color_factor * rgb(material.diffuse_transmission_color);
-  layers.pane = false;
-  if (material.pane()) { // as shadow rays see it: at the finest level
+  layers.thin_wall = false;
+  if (material.thin_wall()) { // as shadow rays see it: at the finest level
     float roughness = shading.roughness_factor;
     if (shading.metallic_roughness.present())
       roughness *= textures.sample_channel_finest(shading.metallic_roughness, 1);
-    layers.pane = roughness <= kStraightRoughness;
-    if (layers.pane) surface.bsdf.roughness = std::min(surface.bsdf.roughness, kStraightRoughness);
+    layers.thin_wall = roughness <= kStraightRoughness;
+    if (layers.thin_wall) surface.bsdf.roughness = std::min(surface.bsdf.roughness, kStraightRoughness);
   }
   layers.transmits = layers.bsdf.diffuse_transmission > 0.0f ||
                      (layers.bsdf.transmission > 0.0f && surface.bsdf.roughness > kStraightRoughness);

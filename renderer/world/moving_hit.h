@@ -14,13 +14,13 @@ namespace kindling {
 
 // In place of what still geometry has in its arrays.
 struct MovingHit {
-  static constexpr size_t kMostFloats = 3 + 4 + 4 + 2 * Geometry::kMaxTexcoordSets; // of a record
+  static constexpr size_t kMaxFloats = 3 + 4 + 4 + 2 * Geometry::kMaxTexcoordSets; // of a record
 
-  WorldInstance instance;                               // as it is at that time
-  std::array<V3f, 3> positions;                         // in the space of the instance
-  std::array<std::array<float, kMostFloats>, 3> copies; // of the records of a mesh that deforms
-  std::array<const float*, 3> records;                  // these, or the geometry's own
-  float error = 0.0f; // bound of what interpolation adds to the error of a position, metres
+  WorldInstance instance;                              // as it is at that time
+  std::array<V3f, 3> positions;                        // in the space of the instance
+  std::array<std::array<float, kMaxFloats>, 3> copies; // of the records of a mesh that deforms
+  std::array<const float*, 3> records;                 // these, or the geometry's own
+  float error = 0.0f; // bound of what interpolation adds to the error of a position, meters
 };
 
 // `motions`: PreparedGeometry::motions. Between keys positions, normals, tangents and the entries of matrices are interpolated linearly;

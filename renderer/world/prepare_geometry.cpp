@@ -267,9 +267,9 @@ bool BakeChoice::is_baked(const PosedMesh& posed) const {
 }
 
 // Meshes that stand once are; of the others, those of which copies cost least, as long as all copies together stay within
-// kMostCopiedTriangles: a second level costs every ray that comes near.
+// kMaxCopiedTriangles: a second level costs every ray that comes near.
 BakeChoice choose_baked(const std::vector<Mesh>& meshes, const PosedScene& posed) {
-  constexpr uint64_t kMostCopiedTriangles = 1U << 18;
+  constexpr uint64_t kMaxCopiedTriangles = 1U << 18;
   std::vector<uint32_t> uses(meshes.size(), 0); // that can be baked
   for (const PosedMesh& mesh : posed.meshes)
     if (mesh.deformed.empty() && !moves(mesh)) ++uses[static_cast<size_t>(mesh.mesh)];
@@ -284,7 +284,7 @@ BakeChoice choose_baked(const std::vector<Mesh>& meshes, const PosedScene& posed
   uint64_t total = 0;
   for (const auto& [triangles, mesh] : copies) {
     total += triangles;
-    if (total > kMostCopiedTriangles) break;
+    if (total > kMaxCopiedTriangles) break;
     choice.meshes[mesh] = 1;
   }
   return choice;

@@ -66,12 +66,12 @@ PreparedMaterial prepare_material(const Material& material, TextureTable& textur
   for (const TextureSlot* slot : texture_slots(material)) shading.textured |= slot->present();
   if (material.specular_glossiness) {
     shading.specular_glossiness = true;
-    shading.ior = 0.0f; // the colour is F0 itself
+    shading.ior = 0.0f; // the color is F0 itself
     shading.roughness_factor = 1.0f - material.glossiness_factor;
   }
   if (has_layers(material) && !material.unlit) {
     prepared.layers = prepare_layers(material, bind);
-    shading.pane = prepared.layers->pane();
+    shading.thin_wall = prepared.layers->thin_wall();
   }
   shading.constant = !shading.textured && !shading.unlit && !shading.emissive && !prepared.layers &&
                      !shading.specular_glossiness && shading.alpha_mode != AlphaMode::blend;

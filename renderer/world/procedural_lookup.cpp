@@ -13,8 +13,8 @@ namespace {
 
 using Stream = ProceduralStream;
 
-constexpr int kMostPoints = 4; // of a footprint: with 16 noise is the same for more time (renderer/texture/README.md)
-constexpr float kMostStretch = 16.0f; // a footprint's longer axis against its shorter one
+constexpr int kMaxPoints = 4; // of a footprint: with 16 noise is the same for more time (renderer/texture/README.md)
+constexpr float kMaxStretch = 16.0f; // a footprint's longer axis against its shorter one
 
 V4f extended(const V3f& v, float w = 1.0f) { return {v.x, v.y, v.z, w}; }
 
@@ -54,7 +54,7 @@ void footprint_axes(const V3f (&corners)[3], const SurfaceFootprint& seen, V2f (
   const V3f minor = n.cross(major).normalized();
   const float cosine = std::abs(along) / std::sqrt(n2);
   const float width = seen.footprint.width_m;
-  const V3f axes[2] = {major * (width / std::max(cosine, 1.0f / kMostStretch)), minor * width};
+  const V3f axes[2] = {major * (width / std::max(cosine, 1.0f / kMaxStretch)), minor * width};
   for (int axis = 0; axis < 2; ++axis)
     across[axis] = V2f(axes[axis].cross(e2).dot(n) / n2, e1.cross(axes[axis]).dot(n) / n2);
 }
@@ -127,7 +127,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
   const uint32_t key = footprint.ray.key, number_of_sample = footprint.ray.index;
   const V2f shift(to_unit_float(hash_u32(key) + number_of_sample * 0xc13fa9a9U),
                   to_unit_float(hash_u32(key ^ 0x68bc21ebU) + number_of_sample * 0x91e10da5U));
-  return texture.evaluate({samples.data(), count}, pictures, shift, kMostPoints);
+  return texture.evaluate({samples.data(), count}, images, shift, kMaxPoints);
 }
 
 } // namespace kindling

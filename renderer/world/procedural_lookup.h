@@ -16,7 +16,7 @@ struct SurfaceFootprint;
 // All that is read of a World. Positions and normals are those of the moment at which the shutter opens, so that a pattern stays on what moves.
 struct ProceduralScene {
   std::vector<ProceduralTexture> textures;
-  std::span<const Texture> pictures;
+  std::span<const Texture> images;
   std::span<const WorldInstance> instances;
 
   // Texture number `number` at a hit: averaged over the footprint, or at the point alone.

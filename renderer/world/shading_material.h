@@ -43,9 +43,9 @@ struct ShadingMaterial {
   bool emissive = false;
   bool specular_glossiness = false; // roughness is 1 - (1 - roughness_factor) * A of specular_color
   int32_t layers = kNone;           // index into World's layer materials
-  bool pane = false;                // thin-walled and transmissive: LayerMaterial::pane()
+  bool thin_wall = false;           // thin-walled and transmissive: LayerMaterial::thin wall()
   bool textured = false;            // some binding is present
-  // Nothing but a BSDF, the same everywhere, where there are no vertex colours: constant_bsdf.
+  // Nothing but a BSDF, the same everywhere, where there are no vertex colors: constant_bsdf.
   bool constant = false;
   BsdfParameters constant_bsdf;
 

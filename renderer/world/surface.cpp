@@ -39,7 +39,7 @@ float widened(float roughness, float slope_variance) {
   return std::sqrt(std::sqrt(std::min(alpha2, 1.0f)));
 }
 
-// Alpha of a base colour at the finest level: what rays are tested against.
+// Alpha of a base color at the finest level: what rays are tested against.
 float coverage(const ShadingMaterial& material, const HitRecords& records, const TextureLookup& textures) {
   float alpha = material.base_color_factor.w;
   if (material.base_color.present()) alpha *= textures.sample_channel_finest(material.base_color, 3);
@@ -241,10 +241,10 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   const float alpha = coverage(material, records, textures);
 
   if (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) return false;
-  if (material.pane && (ray.flags & (kPassPanes | kHitPanes)) != 0) {
+  if (material.thin_wall && (ray.flags & (kPassThinWalls | kHitThinWalls)) != 0) {
     float roughness = material.roughness_factor;
     if (material.metallic_roughness.present()) roughness *= textures.sample_channel(material.metallic_roughness, 1);
-    if (roughness <= kStraightRoughness) return (ray.flags & kHitPanes) != 0;
+    if (roughness <= kStraightRoughness) return (ray.flags & kHitThinWalls) != 0;
   }
   if (material.alpha_mode != AlphaMode::blend) return true;
   if ((ray.flags & kHitPartlyTransparent) != 0) return alpha > 0.0f;

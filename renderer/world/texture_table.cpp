@@ -1,4 +1,4 @@
-// Pictures and their levels are shared by all textures that read them alike.
+// Images and their levels are shared by all textures that read them alike.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/texture_table.h"
 
@@ -14,7 +14,7 @@ bool is_color(TextureContent content) {
   return content == TextureContent::color || content == TextureContent::cutout_color;
 }
 
-// A picture without alpha has nothing to weigh by: it needs no levels of its own.
+// An image without alpha has nothing to weigh by: it needs no levels of its own.
 TextureContent kind_of_levels(const Image& image, TextureContent content) {
   const bool has_alpha = image.channels == 2 || image.channels == 4;
   return content == TextureContent::cutout_color && !has_alpha ? TextureContent::color : content;
@@ -49,7 +49,7 @@ Result<std::vector<Texture>> TextureTable::build(TextureMemory* memory, size_t& 
   const bool pages = memory && memory->exceeded();
   std::vector<Job> jobs; // each once
   std::map<std::pair<const Image*, TextureContent>, size_t> job_of;
-  std::set<const Image*> pictures;
+  std::set<const Image*> images;
   bytes = 0;
   std::vector<std::pair<const std::pair<int, TextureContent>*, size_t>> in_order(numbers_.size()); // key, job
   for (const auto& [key, number] : numbers_) {
@@ -57,11 +57,11 @@ Result<std::vector<Texture>> TextureTable::build(TextureMemory* memory, size_t& 
     const TextureContent content = kind_of_levels(*image, key.second);
     const auto [entry, inserted] = job_of.try_emplace({image, content}, jobs.size());
     if (inserted) jobs.push_back({image, content, nullptr, {}});
-    if (pictures.insert(image).second && !pages) bytes += image->byte_count();
+    if (images.insert(image).second && !pages) bytes += image->byte_count();
     in_order[static_cast<size_t>(number)] = {&key, entry->second};
   }
   if (pages) {
-    // One after the other: the levels of one picture at a time are in memory.
+    // One after the other: the levels of one image at a time are in memory.
     for (Job& job : jobs) {
       Result<TextureMemory::Paged> paged = memory->page(*job.image, job.content);
       if (!paged) return paged.error();
@@ -81,7 +81,7 @@ Result<std::vector<Texture>> TextureTable::build(TextureMemory* memory, size_t& 
     const TextureSettings settings{source.wrap_u, source.wrap_v, source.filter,
                                    is_color(key->second) ? TextureEncoding::srgb : TextureEncoding::linear};
     if (pages)
-      textures.emplace_back(jobs[job].paged.picture, *source.image, settings, jobs[job].paged.levels);
+      textures.emplace_back(jobs[job].paged.tiled, *source.image, settings, jobs[job].paged.levels);
     else
       textures.emplace_back(source.image, settings, jobs[job].levels);
   }

@@ -1,4 +1,4 @@
-// The textures that the materials of a scene refer to, each picture prepared once for each thing it stands for.
+// The textures that the materials of a scene refer to, each image prepared once for each thing it stands for.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,12 +27,12 @@ class TextureTable {
   explicit TextureTable(std::span<const SceneTexture> sources, std::span<const ProceduralGraph> graphs = {})
       : sources_(sources), graphs_(graphs) {}
 
-  // Where texture `source` of the scene, read as `content`, will stand in what build() gives; kNone if it has no picture.
+  // Where texture `source` of the scene, read as `content`, will stand in what build() gives; kNone if it has no image.
   [[nodiscard]] int32_t number_of(int source, TextureContent content);
   // The same for an output of a graph: below kNone (TextureBinding::procedural()).
   [[nodiscard]] int32_t number_of_procedural(int graph, int output);
 
-  // `bytes`: of all pictures and their levels in memory, shared ones once. The result does not depend on the number of threads.
+  // `bytes`: of all images and their levels in memory, shared ones once. The result does not depend on the number of threads.
   // Where `memory` (may be null) is exceeded, all are paged: it must outlive the textures, and may fail.
   [[nodiscard]] Result<std::vector<Texture>> build(TextureMemory* memory, size_t& bytes) const;
   // The same numbers of the same scene give the same textures.

@@ -26,9 +26,9 @@ namespace kindling {
 // it their coverage is decided at random on the way, as occlusion needs it.
 inline constexpr uint32_t kHitPartlyTransparent = 1;
 // Ray::flags: surfaces that light passes in a straight line are not hit where they are smooth enough for it.
-inline constexpr uint32_t kPassPanes = 2;
+inline constexpr uint32_t kPassThinWalls = 2;
 // Ray::flags: these alone are hit, wherever their coverage is above 0, and whatever else needs no filter.
-inline constexpr uint32_t kHitPanes = 4;
+inline constexpr uint32_t kHitThinWalls = 4;
 
 class TextureLookup;
 
@@ -39,14 +39,14 @@ struct SurfaceLayers {
   V3f clearcoat_normal{0.0f}; // world space, unit, on the side of wo; only where there is a coat
   bool boundary = false;      // of a medium: World::medium()
   bool entering = false;      // wo is on its outer side
-  bool pane = false;          // light may pass in a straight line: LayeredBsdf::straight_transmittance()
+  bool thin_wall = false;     // light may pass in a straight line: LayeredBsdf::straight_transmittance()
   bool transmits = false;     // light comes through it on other ways that can be evaluated
 };
 
 // A point on a surface, in world space, as an integrator needs it.
 struct SurfacePoint {
   V3f position;
-  float position_error = 0.0f;               // bound of the distance between `position` and the true hit, metres
+  float position_error = 0.0f;               // bound of the distance between `position` and the true hit, meters
   V3f geometric_normal;                      // unit, on the side of wo
   V3f shading_normal;                        // unit, on the side of wo: normal-mapped, bent where it would face away
   float alpha = 1.0f;                        // coverage, below 1 for BLEND materials alone
@@ -58,7 +58,7 @@ struct SurfacePoint {
   BsdfParameters bsdf;
   SurfaceLayers layers;
 
-  [[nodiscard]] bool has_pane() const { return layered && layers.pane; }
+  [[nodiscard]] bool has_thin_wall() const { return layered && layers.thin_wall; }
   // For light sampling: zero where light from all around is wanted.
   [[nodiscard]] V3f light_normal() const { return layered && layers.transmits ? V3f(0.0f) : geometric_normal; }
 };
@@ -77,7 +77,7 @@ struct RayFootprint {
 struct MotionStatistics {
   size_t moving_instance_count = 0;
   size_t deforming_mesh_count = 0;
-  size_t most_keys = 0; // of any of them
+  size_t max_keys = 0;  // of any of them
   size_t key_bytes = 0; // of matrices, and of vertices after the opening
 };
 
@@ -125,7 +125,7 @@ class World {
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint = {}) const;
 
-  // Whether the parameters of its BSDF and layers are the same all over the mesh that was hit: no textures, no colours at vertices.
+  // Whether the parameters of its BSDF and layers are the same all over the mesh that was hit: no textures, no colors at vertices.
   [[nodiscard]] bool is_uniform(const accel::Hit& hit) const {
     const Geometry& geometry = geometries_[hit.mesh];
     return geometry.color_offset == Geometry::kAbsent && !materials_[geometry.material].textured;
@@ -140,7 +140,7 @@ class World {
     return media_[static_cast<size_t>(materials_[material].layers)];
   }
   // Whether any surface may let light pass in a straight line.
-  [[nodiscard]] bool has_panes() const { return has_panes_; }
+  [[nodiscard]] bool has_thin_walls() const { return has_thin_walls_; }
 
   [[nodiscard]] const std::string& material_name(uint32_t material) const;
   [[nodiscard]] const WorldStatistics& statistics() const { return statistics_; }
@@ -169,7 +169,7 @@ class World {
   std::vector<ShadingMaterial> materials_;
   std::vector<LayerMaterial> layer_materials_; // by ShadingMaterial::layers
   std::vector<Medium> media_;                  // likewise
-  bool has_panes_ = false;
+  bool has_thin_walls_ = false;
   bool has_motion_ = false;
   std::vector<Texture> textures_;
   ProceduralScene procedurals_;
@@ -193,7 +193,7 @@ class World {
 [[nodiscard]] V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction);
 
 // The shadow ray from a surface to a light sample: starts off the surface, aims at the sampled point from there, and ends just
-// before the light's own surface, by the error bounds of both. t counts in metres. `time`: of the ray that met the surface.
+// before the light's own surface, by the error bounds of both. t counts in meters. `time`: of the ray that met the surface.
 [[nodiscard]] accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key,
                                          uint32_t index, float time);
 

@@ -53,8 +53,8 @@ struct WorldParts {
 
   std::vector<GeometryKey> keys; // of the World's geometries
   GeometryStore geometries;
-  uint64_t geometry_count = 0;                         // made so far
-  std::unique_ptr<accel::KeptStructures> accelerators; // over them; null: none
+  uint64_t geometry_count = 0;                               // made so far
+  std::unique_ptr<accel::PersistentStructures> accelerators; // over them; null: none
   TextureTable::Numbers texture_numbers;
   std::optional<std::vector<Texture>> textures; // with these numbers
   size_t texture_bytes = 0;

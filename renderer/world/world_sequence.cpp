@@ -42,7 +42,7 @@ std::vector<float> animated_numbers(Scene& scene) {
 
 } // namespace
 
-std::vector<uint8_t> find_still_meshes(const Scene& scene) {
+std::vector<uint8_t> find_static_meshes(const Scene& scene) {
   const SceneChanges changes(scene);
   std::vector<uint8_t> still(scene.meshes.size());
   for (size_t mesh = 0; mesh < still.size(); ++mesh) still[mesh] = changes.meshes[mesh] == 0 ? 1 : 0;
@@ -81,7 +81,7 @@ Result<const World*> WorldSequence::next(Scene& scene, PosedScene posed, const W
   if (more && std::none_of(posed.meshes.begin(), posed.meshes.end(), deforms))
     shown_ = {posed.meshes, posed.lights, members};
   parts_->keep_scene = more;
-  if (more && parts_->still.empty()) parts_->still = find_still_meshes(scene);
+  if (more && parts_->still.empty()) parts_->still = find_static_meshes(scene);
   Scene last; // its nodes and all else go when the World is there
   if (!more) last = std::move(scene);
   Result<std::unique_ptr<World>> world =

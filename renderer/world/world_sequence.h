@@ -25,9 +25,9 @@ class WorldSequence {
   WorldSequence& operator=(const WorldSequence&) = delete;
 
   // The World that build_world() would make, to the bit; it lives until the next call. The scene and the options are the same each time,
-  // but for what animations change. `more`: there will be a next call, and the scene keeps what that may need: its pictures, and the
+  // but for what animations change. `more`: there will be a next call, and the scene keeps what that may need: its images, and the
   // vertices of all meshes but those that stand in one place for good. Else the scene is consumed.
-  // If nothing but cameras has changed the World is the one before. Else pictures and their levels, and the vertices of what stands where
+  // If nothing but cameras has changed the World is the one before. Else images and their levels, and the vertices of what stands where
   // it stood, are handed on. Reports Phase::build. Fails as build_world() does; then the sequence is over.
   [[nodiscard]] Result<const World*> next(Scene& scene, PosedScene posed, const WorldOptions& options, bool more,
                                           const CancelToken* cancel, ProgressListener* listener);
@@ -48,6 +48,6 @@ class WorldSequence {
 
 // By mesh: it stands in one place for good, where one node that no animation moves, hides or deforms has it, of materials that no
 // animation changes.
-[[nodiscard]] std::vector<uint8_t> find_still_meshes(const Scene& scene);
+[[nodiscard]] std::vector<uint8_t> find_static_meshes(const Scene& scene);
 
 } // namespace kindling

@@ -2,7 +2,7 @@
 """The gallery's rows: one extension each, its parameters from left to right."""
 import math
 
-from . import pictures
+from . import images
 
 GOLD, COPPER = (1.000, 0.766, 0.336), (0.955, 0.638, 0.538)
 
@@ -89,7 +89,7 @@ def iridescence(stage):
             "iridescenceFactor": 1.0, "iridescenceIor": 1.4, "iridescenceThicknessMaximum": thickness}), "textured")
     stage.place(5, make(g, "350 nm ior 2", base, 1.0, 0.12, iridescence={
         "iridescenceFactor": 1.0, "iridescenceIor": 2.0, "iridescenceThicknessMaximum": 350}), "textured")
-    ramp = g.add_texture("ramp", pictures.paint(1, 64, 3, lambda x, y: (0.0, (63 - y) / 63, 0.0)), wrap=33071)
+    ramp = g.add_texture("ramp", images.paint(1, 64, 3, lambda x, y: (0.0, (63 - y) / 63, 0.0)), wrap=33071)
     stage.place(6, make(g, "100-900 nm", (0.01, 0.01, 0.012), 0.0, 0.02, iridescence={
         "iridescenceFactor": 1.0, "iridescenceIor": 1.33, "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 900,
         "iridescenceThicknessTexture": {"index": ramp}}, ior={"ior": 1.8}), "textured")
@@ -120,7 +120,7 @@ def diffuse_transmission(stage):
 
 def emissive_strength(stage):
     for i, strength in enumerate([0.05, 0.15, 0.5, 1.0, 2.0, 4.0, 8.0]):
-        hue = pictures.mix((1.0, 0.16, 0.02), (0.10, 0.30, 1.0), i / 6)
+        hue = images.mix((1.0, 0.16, 0.02), (0.10, 0.30, 1.0), i / 6)
         stage.g.use("KHR_materials_emissive_strength")
         stage.place(i, stage.g.add_material("strength %g" % strength, (0.02, 0.02, 0.02), 0.0, 0.5, emissiveFactor=list(hue), extensions={
             "KHR_materials_emissive_strength": {"emissiveStrength": strength}}))
@@ -157,7 +157,7 @@ def volume_scatter(stage):
 
 
 def bumps(size, cells, strength):
-    return pictures.normal_map(size, size, lambda x, y: pictures.noise(x * cells / size, y * cells / size, cells, cells, 4), strength)
+    return images.normal_map(size, size, lambda x, y: images.noise(x * cells / size, y * cells / size, cells, cells, 4), strength)
 
 
 def turns():
@@ -166,7 +166,7 @@ def turns():
         angle = 2.0 * math.pi * (x + 0.5) / 32.0 * 2.0
         return (0.5 + 0.5 * math.cos(angle), 0.5 + 0.5 * math.sin(angle), 1.0)
 
-    return pictures.paint(32, 1, 3, pixel)
+    return images.paint(32, 1, 3, pixel)
 
 
 ROWS = {  # name: (function, card behind, factor of the stage's light)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """All extensions in one picture: fifteen spheres on three steps, each with what its row of the gallery shows at its best."""
 from . import gallery_materials as materials
-from . import pictures
+from . import images
 from .gallery_stage import RADIUS, Stage
 from .shapes import beveled_box, sphere
 
@@ -40,7 +40,7 @@ def _balls(g):
     make, glass = materials.make, materials.glass
     bulb = g.add_material("bulb", (0, 0, 0), emission=(12, 9.6, 7), diffuse_only=True)
     hammered = {"index": g.add_texture("hammered", materials.bumps(64, 5, 3.0))}
-    ramp = g.add_texture("ramp", pictures.paint(1, 64, 3, lambda x, y: (0.0, (63 - y) / 63, 0.0)), wrap=33071)
+    ramp = g.add_texture("ramp", images.paint(1, 64, 3, lambda x, y: (0.0, (63 - y) / 63, 0.0)), wrap=33071)
     soap = {"iridescenceFactor": 1.0, "iridescenceIor": 1.33, "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 800,
             "iridescenceThicknessTexture": {"index": ramp}}
     return [
@@ -70,4 +70,4 @@ def _balls(g):
 
 
 def _stripes():
-    return pictures.paint(16, 16, 3, lambda x, y: (0.86, 0.85, 0.82) if x // 8 == 0 else (0.20, 0.24, 0.30))
+    return images.paint(16, 16, 3, lambda x, y: (0.86, 0.85, 0.82) if x // 8 == 0 else (0.20, 0.24, 0.30))

@@ -2,7 +2,7 @@
 """Where the gallery's spheres stand: a dome of soft light, a large soft lamp and a small bright one, a floor, a card to look through."""
 import math
 
-from . import pictures
+from . import images
 from .gltf import Gltf, cross, normalize, subtract
 from .shapes import Mesh, quad, sphere
 
@@ -75,18 +75,18 @@ def _dome_picture():
         height = 1.0 - (y + 0.5) / 16.0  # 1 at the zenith, -1 at the nadir
         side = 0.5 + 0.5 * math.cos(2.0 * math.pi * (x + 0.5) / 32.0)
         level = 0.10 + 0.55 * math.exp(-((height - 0.12) / 0.28) ** 2) if height > 0 else 0.3
-        return pictures.srgb(tuple(level * c for c in pictures.mix((0.80, 0.92, 1.08), (1.08, 0.98, 0.84), side)))
+        return images.srgb(tuple(level * c for c in images.mix((0.80, 0.92, 1.08), (1.08, 0.98, 0.84), side)))
 
-    return pictures.paint(32, 32, 3, pixel)
+    return images.paint(32, 32, 3, pixel)
 
 
 def _floor_picture():
     def pixel(x, y):
         line = min(x, 63 - x, y, 63 - y) < 1
-        tone = 0.57 + 0.03 * pictures.hash_unit(x // 2, y // 2, 11)
+        tone = 0.57 + 0.03 * images.hash_unit(x // 2, y // 2, 11)
         return (0.42, 0.42, 0.43) if line else (tone, tone * 0.99, tone * 0.97)
 
-    return pictures.paint(64, 64, 3, pixel, 64)
+    return images.paint(64, 64, 3, pixel, 64)
 
 
 def _card_picture():
@@ -101,4 +101,4 @@ def _card_picture():
             return white if column % 2 else black
         return white if (column + row) % 2 else black
 
-    return pictures.paint(64, 64, 3, pixel)
+    return images.paint(64, 64, 3, pixel)

@@ -3,7 +3,7 @@
 import math
 
 from .gltf import BYTE, FLOAT, Gltf
-from .pictures import hash_unit
+from .images import hash_unit
 from .shapes import beveled_box, joined, lathe, quad, sphere
 
 PEBBLES = 2000

@@ -6,10 +6,10 @@ comes through; a pendant, a table lamp and a candle.
 """
 import math
 
-from . import interior_pictures as pictures
+from . import interior_images as images
 from . import interior_things as things
 from .gltf import Gltf, look_at, normalize
-from .pictures import hash_unit
+from .images import hash_unit
 from .shapes import beveled_box, box, joined, quad, sphere
 
 # The room in metres; the floor is y = 0, the camera looks towards -z, the window is in the wall at x = LEFT.
@@ -53,18 +53,18 @@ class _Room:
 
 def _materials(room):
     g = room.g
-    color, rough = pictures.floor_boards()
+    color, rough = images.floor_boards()
     boards = g.add_texture("oak floor", color)
     board_roughness = g.add_texture("oak floor roughness", rough)
-    walnut = g.add_texture("walnut", pictures.walnut())
-    hammered = {"index": g.add_texture("hammered", pictures.hammered())}
-    peel = {"index": g.add_texture("peel", pictures.peel())}
-    plaster = {"index": g.add_texture("plaster", pictures.plaster()), "scale": 0.5}
+    walnut = g.add_texture("walnut", images.walnut())
+    hammered = {"index": g.add_texture("hammered", images.hammered())}
+    peel = {"index": g.add_texture("peel", images.peel())}
+    plaster = {"index": g.add_texture("plaster", images.plaster()), "scale": 0.5}
     room.define("oak floor", boards, 0.0, 1.0, pbr={"metallicRoughnessTexture": {"index": board_roughness}})
     room.define("walnut", walnut, 0.0, 0.34)
     room.define("dark wood", (0.060, 0.028, 0.014), 0.0, 0.38)
-    room.define("rug", g.add_texture("rug", pictures.rug(), 33071), 0.0, 0.95)
-    room.define("painting", g.add_texture("painting", pictures.painting(), 33071), 0.0, 0.6)
+    room.define("rug", g.add_texture("rug", images.rug(), 33071), 0.0, 0.95)
+    room.define("painting", g.add_texture("painting", images.painting(), 33071), 0.0, 0.6)
     room.define("plaster", (0.74, 0.67, 0.56), 0.0, 0.92, normalTexture=plaster)
     room.define("white paint", (0.78, 0.76, 0.72), 0.0, 0.45)
     room.define("ceiling", (0.80, 0.78, 0.74), 0.0, 0.95)
@@ -88,11 +88,11 @@ def _materials(room):
     for name, c in (("red cloth", (0.32, 0.030, 0.024)), ("blue cloth", (0.030, 0.060, 0.16)), ("ochre cloth", (0.50, 0.28, 0.055)),
                     ("green cloth", (0.035, 0.10, 0.052))):
         room.define(name, c, 0.0, 0.6)
-    room.define("leaf", g.add_texture("leaf", pictures.leaf(), 33071), 0.0, 0.36, alphaMode="MASK", doubleSided=True)
+    room.define("leaf", g.add_texture("leaf", images.leaf(), 33071), 0.0, 0.36, alphaMode="MASK", doubleSided=True)
     room.define("glow", (0, 0, 0), emission=(11.0, 7.2, 3.7))
-    shade = g.add_texture("lamp shade", pictures.lamp_shade(), 33071)
+    shade = g.add_texture("lamp shade", images.lamp_shade(), 33071)
     room.define("shade", (0.7, 0.6, 0.45), 0.0, 0.9, emission=(9.0, 9.0, 9.0), emissiveTexture={"index": shade})
-    sky = g.add_texture("outside", pictures.outside(), 33071)
+    sky = g.add_texture("outside", images.outside(), 33071)
     room.define("overcast", (0, 0, 0), emission=(4.5, 4.7, 5.0))
     room.define("outside", (0, 0, 0), emission=(6.0, 6.0, 6.0), emissiveTexture={"index": sky})
 

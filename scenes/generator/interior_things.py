@@ -2,7 +2,7 @@
 """The things of the interior as meshes, each standing on y = 0 around the origin."""
 import math
 
-from .pictures import hash_unit
+from .images import hash_unit
 from .shapes import beveled_box, box, joined, lathe, outward, sheet, sphere, torus, tube
 
 

@@ -2,7 +2,7 @@
 """Spheres over roughness (left to right, 0 to 1) and kind of surface (front to back: from dielectric to metal)."""
 import math
 
-from . import pictures
+from . import images
 from .gltf import Gltf
 from .shapes import lathe, quad, sphere
 
@@ -22,11 +22,11 @@ ROWS = [
 def _ground_picture():
     def pixel(x, y):
         line = min(x % 32, 31 - x % 32, y % 32, 31 - y % 32)
-        tone = 0.30 + 0.10 * pictures.hash_unit(x // 32, y // 32, 3) + 0.05 * pictures.fractal(x / 8, y / 8, 16, 16, 3, 5)
+        tone = 0.30 + 0.10 * images.hash_unit(x // 32, y // 32, 3) + 0.05 * images.fractal(x / 8, y / 8, 16, 16, 3, 5)
         tone *= 0.55 if line < 1 else 1.0
         return (tone, tone * 0.985, tone * 0.96)
 
-    return pictures.paint(128, 128, 3, pixel, 64)
+    return images.paint(128, 128, 3, pixel, 64)
 
 
 def build():

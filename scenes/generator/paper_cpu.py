@@ -2,7 +2,7 @@
 """Figures 1 and 5 to 8: what a ray tracer of one's own shows, from mirrors over a checkerboard to depth of field and soft shadows."""
 import math
 
-from . import pictures
+from . import images
 from .paper_stage import AMBER, CORAL, GOLD, IVORY, PAPER_ASPECT, ROSE, STEEL_BLUE, TEAL, Studio, checkers
 from .shapes import Mesh, beveled_box, torus
 
@@ -55,7 +55,7 @@ def figure_06():
     s.ball("red ball", (-0.25, 0.14, 0.14), 0.14, s.lacquer("red", (0.62, 0.05, 0.04), 0.2))
     for i in range(9):
         bar = beveled_box((-0.0022, 0, -0.0022), (0.0022, 0.62, 0.0022), 0.0002).without_uvs()
-        s.add("rod %d" % i, bar.rotated("z", 14 - 3.6 * i), s.matte("rod %d" % i, pictures.mix(TEAL, (0.02, 0.05, 0.12), i / 8)), translation=[-0.50 + 0.026 * i, 0, -0.16])
+        s.add("rod %d" % i, bar.rotated("z", 14 - 3.6 * i), s.matte("rod %d" % i, images.mix(TEAL, (0.02, 0.05, 0.12), i / 8)), translation=[-0.50 + 0.026 * i, 0, -0.16])
     s.soft_box("key", (-1.0, 2.2, 1.6), (0, 0.1, 0), 0.7, 0.7, (24.0, 22.0, 19.0))
     return s.finish("figure 6", (-0.02, 0.42, 1.75), (-0.06, 0.25, 0.0), 28, PAPER_ASPECT)
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures 9 to 14: Whitted and glossy reflection, refraction and translucency, a lens."""
-from . import pictures
+from . import images
 from .paper_stage import CORAL, GOLD, GPU_ASPECT, IVORY, SILVER, Studio
 from .shapes import beveled_box, quad
 
@@ -32,7 +32,7 @@ def _stripes(name, roughness):
     s = Studio(MORNING)
     s.sweep(s.matte("sweep", (0.36, 0.38, 0.40)), back=-1.4, bend=0.5)
     colors = [IVORY, (0.028, 0.06, 0.13), IVORY, CORAL]
-    stripes = s.picture("stripes", pictures.paint(32, 1, 3, lambda x, _: pictures.srgb(colors[x % 4])))
+    stripes = s.picture("stripes", images.paint(32, 1, 3, lambda x, _: images.srgb(colors[x % 4])))
     patch = quad((-1.0, 0.0, -0.85), (2.0, 0, 0), (0, 1.0, 0))
     s.add("striped patch", patch, s.g.add_material("stripes", stripes, 0.0, 0.8))
     s.ball("glass sphere", (0.0, 0.252, 0.0), 0.25, s.glass("glass", (0.80, 0.93, 0.95), 0.6, roughness))
@@ -73,7 +73,7 @@ def _lights_behind(s):
     hues = [(16.0, 8.0, 2.6), (14.0, 12.0, 8.6), (14.0, 3.2, 1.8), (3.4, 10.0, 14.0)]
     bulbs = [s.g.add_material("bulb %d" % i, (0, 0, 0), emission=hue, diffuse_only=True) for i, hue in enumerate(hues)]
     for i in range(40):
-        u, v, w = (pictures.hash_unit(i, k, 14) for k in range(3))
+        u, v, w = (images.hash_unit(i, k, 14) for k in range(3))
         depth = -2.6 - 3.4 * w
         across = 0.60 * (1.6 - depth) * (u - 0.5)
         s.ball("bulb %d" % i, (across, 0.10 + 0.17 * v * (1.6 - depth), depth), 0.018, bulbs[i % 4], level=2)

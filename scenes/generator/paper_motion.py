@@ -2,7 +2,7 @@
 """Figures 11, 15 and 16: turbulence and checkers on glossy spheres, spheres in motion, and all effects of the paper in one picture."""
 import math
 
-from . import pictures, procedurals
+from . import images, procedurals
 from .paper_stage import AMBER, CORAL, GOLD, GPU_ASPECT, IVORY, SILVER, Studio
 from .paper_textures import textured, turbulence
 from .shapes import beveled_box, quad
@@ -62,7 +62,7 @@ def figure_16():
     s = Studio(EVENING, 0.4)
     s.add("parallelogram", quad((-1.5, 0, 0.75), (2.7, 0, 0.0), (0.30, 0, -1.75)).without_uvs(), s.metal("plate", (0.15, 0.18, 0.24), 0.10))
     colors = [IVORY, (0.028, 0.06, 0.13), IVORY, CORAL]
-    stripes = s.picture("stripes", pictures.paint(24, 1, 3, lambda x, _: pictures.srgb(colors[x % 4])))
+    stripes = s.picture("stripes", images.paint(24, 1, 3, lambda x, _: images.srgb(colors[x % 4])))
     s.add("striped patch", quad((-0.98, 0.0, -0.62), (0.96, 0, 0.0), (0, 0.56, 0)), s.g.add_material("stripes", stripes, 0.0, 0.7))
     patch = turbulence("patch", NIGHT, 2.8, 5.1, 7, 1.1)
     s.add("patch", quad((0.02, 0.0, -0.62), (0.96, 0, 0.0), (0, 0.56, 0)).without_uvs(), textured(s.g, "patch", patch, (0.03, 0.05, 0.1), 0.0, 0.6))

@@ -5,7 +5,7 @@ The measures are those of a table: spheres of 5 to 15 cm, a camera a metre or tw
 """
 import math
 
-from . import pictures
+from . import images
 from .gltf import SHORT, USHORT, Gltf, cross, normalize, subtract
 from .shapes import Mesh, quad, sheet, sphere
 
@@ -113,12 +113,12 @@ class Studio:
 
         def pixel(_, y):
             height = 1.0 - (y + 0.5) / 64.0
-            color = pictures.mix(horizon, zenith, pictures.smooth(0.0, fade, height)) if height > 0 else pictures.mix(
-                horizon, below, pictures.smooth(0.0, 0.25, -height))
-            return pictures.srgb(color)
+            color = images.mix(horizon, zenith, images.smooth(0.0, fade, height)) if height > 0 else images.mix(
+                horizon, below, images.smooth(0.0, 0.25, -height))
+            return images.srgb(color)
 
         self.g.use("KHR_materials_unlit")
-        material = self.g.add_material("sky", self.g.add_texture("sky", pictures.paint(1, 128, 3, pixel), wrap=33071),
+        material = self.g.add_material("sky", self.g.add_texture("sky", images.paint(1, 128, 3, pixel), wrap=33071),
                                        extensions={"KHR_materials_unlit": {}})
         self.add("sky", mesh, material)
 
@@ -179,4 +179,4 @@ def icosphere(level):
 
 def checkers(first, second):
     """Squares of two colours, linear RGB; 2 x 2 of them, with texture coordinates 0 to 1 over all."""
-    return pictures.paint(2, 2, 3, lambda x, y: pictures.srgb(first if (x + y) % 2 == 0 else second))
+    return images.paint(2, 2, 3, lambda x, y: images.srgb(first if (x + y) % 2 == 0 else second))

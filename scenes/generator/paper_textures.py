@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Procedural surfaces of the figures: turbulence and checkers as graphs of KHR_texture_procedurals, in front of one flat colour."""
-from . import pictures, procedurals
+from . import images, procedurals
 from .procedurals import Graph
 
 
@@ -9,7 +9,7 @@ def textured(g, name, graph, mean, metallic=0.0, roughness=0.5, **fields):
     root = g.json.get("extensions", {}).get("KHR_texture_procedurals", {"procedurals": []})
     number = len(root["procedurals"])
     procedurals.add(g, [graph])
-    fallback = g.add_texture(name, pictures.paint(1, 1, 3, lambda x, y: pictures.srgb(mean)), nearest=True)
+    fallback = g.add_texture(name, images.paint(1, 1, 3, lambda x, y: images.srgb(mean)), nearest=True)
     return g.add_material(name, (1, 1, 1), metallic, roughness, pbr={"baseColorTexture": procedurals.slot(number, fallback)}, **fields)
 
 

@@ -3,7 +3,7 @@
 import math
 import struct
 
-from . import pictures, procedurals
+from . import images, procedurals
 from .gltf import BYTE, FLOAT, SHORT, UBYTE, USHORT, Gltf, dump
 from .shapes import Mesh, box, quad, sphere
 
@@ -14,7 +14,7 @@ def _leaf_picture(alpha):
         color = (0.85, 0.35, 0.20) if (x + y) % 2 else (0.95, 0.85, 0.60)
         return color + (((x + 0.5) / 8,) if alpha else ())
 
-    return pictures.paint(8, 8, 4 if alpha else 3, pixel)
+    return images.paint(8, 8, 4 if alpha else 3, pixel)
 
 
 def _checker_texture(g, alpha=False, nearest=True):

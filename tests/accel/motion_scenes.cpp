@@ -99,26 +99,26 @@ TestScene moving_instances() {
   Rng rng(601);
   TestScene scene;
   const uint32_t soup = scene.add_group({triangle_soup(rng, 60, 1.0f, 0.3f), sphere(6, 12, 0.5f, V3f(0))});
-  const uint32_t ball = scene.add_group({sphere(8, 16, 1.0f, V3f(0))});
+  const uint32_t globe = scene.add_group({sphere(8, 16, 1.0f, V3f(0))});
   const uint32_t empty = scene.add_group({});
   const uint32_t broken = scene.add_group({degenerate(rng, 12)});
   scene.add_instance(soup, M44f());
-  scene.add_instance(ball, placed({0.5f, 1, 2}, {1, 2, 3}, 0.7f, {3, 0, 0}));
-  scene.add_instance(ball, keys_of(2, M44f(), {0, 0, 1}, 0.0f, 1.0f, {40, -20, 10})); // far
+  scene.add_instance(globe, placed({0.5f, 1, 2}, {1, 2, 3}, 0.7f, {3, 0, 0}));
+  scene.add_instance(globe, keys_of(2, M44f(), {0, 0, 1}, 0.0f, 1.0f, {40, -20, 10})); // far
   for (const uint32_t keys : kKeyCounts)
     scene.add_instance(soup, keys_of(keys, placed(V3f(0.7f), {1, 0, 0}, 1.0f, {2, 2, 0}), {1, 2, -1}, 5.0f, 1.5f,
                                      {-3, static_cast<float>(keys % 5), 1}));
-  scene.add_instance(ball, keys_of(2, placed(V3f(0.5f), {0, 1, 0}, 0.3f, {0, 3, 0}), {0, 1, 0}, 0.0f, -1.0f, V3f(1)));
-  scene.add_instance(ball, keys_of(2, M44f(), {0, 0, 1}, 3.14159265f, 1.0f, {-3, -3, 0})); // flat at the middle
+  scene.add_instance(globe, keys_of(2, placed(V3f(0.5f), {0, 1, 0}, 0.3f, {0, 3, 0}), {0, 1, 0}, 0.0f, -1.0f, V3f(1)));
+  scene.add_instance(globe, keys_of(2, M44f(), {0, 0, 1}, 3.14159265f, 1.0f, {-3, -3, 0})); // flat at the middle
   scene.add_instance(soup, {M44f(0.0f), placed(V3f(2), {0, 0, 1}, 0.5f, {-4, 0, 0}), M44f(0.0f)});
   scene.add_instance(soup, {M44f(), M44f(), M44f()}); // does not move
   M44f not_finite;
   not_finite[1][1] = std::numeric_limits<float>::quiet_NaN();
-  scene.add_instance(ball, {M44f(), not_finite, M44f()});
+  scene.add_instance(globe, {M44f(), not_finite, M44f()});
   scene.add_instance(empty, keys_of(3, M44f(), {0, 0, 1}, 1.0f, 1.0f, V3f(1)));
   scene.add_instance(broken, keys_of(3, M44f(), {0, 0, 1}, 1.0f, 1.0f, V3f(1)));
   for (int i = 0; i < 60; ++i)
-    scene.add_instance(i % 2 == 0 ? ball : soup,
+    scene.add_instance(i % 2 == 0 ? globe : soup,
                        keys_of(2 + rng() % 4,
                                placed(V3f(uniform(rng, 0.1f, 0.5f)), uniform_direction(rng), uniform(rng, 0.0f, 6.0f),
                                       uniform_direction(rng) * 5.0f),
@@ -130,12 +130,12 @@ TestScene moving_instances() {
 TestScene deforming_meshes() {
   Rng rng(607);
   TestScene scene;
-  const auto ball = [](const V3f& center) { return sphere(10, 20, 0.8f, center); };
+  const auto sphere_at = [](const V3f& center) { return sphere(10, 20, 0.8f, center); };
   size_t i = 0;
   for (const Deformation how : kDeformations) {
     const auto x = static_cast<float>(i) * 2.5f - 5.0f;
     const uint32_t keys = kKeyCounts[i % 4];
-    std::vector<Mesh> meshes = {deformed(ball({x, 0, 0}), keys, how, 0.8f), sphere(6, 12, 0.3f, {x, 1.5f, 0}),
+    std::vector<Mesh> meshes = {deformed(sphere_at({x, 0, 0}), keys, how, 0.8f), sphere(6, 12, 0.3f, {x, 1.5f, 0}),
                                 deformed(triangle_soup(rng, 50, 0.6f, 0.3f), 2 + static_cast<uint32_t>(i), how, 1.0f)};
     const uint32_t group = scene.add_group(std::move(meshes));
     scene.add_instance(group, M44f());
@@ -145,9 +145,9 @@ TestScene deforming_meshes() {
   }
   // Still but for one vertex; the same at all keys; not finite at some; flat at the first and last.
   scene.add_instance(
-      scene.add_group({deformed(ball({0, -3, 0}), 5,
+      scene.add_group({deformed(sphere_at({0, -3, 0}), 5,
                                 [](const V3f& p, float time) { return p.z < -0.79f ? p + V3f(0, 0, time) : p; }),
-                       deformed(ball({3, -3, 0}), 3, [](const V3f& p, float) { return p; }),
+                       deformed(sphere_at({3, -3, 0}), 3, [](const V3f& p, float) { return p; }),
                        deformed(triangle_soup(rng, 60, 2.0f, 0.5f), 4,
                                 [&](const V3f& p, float time) {
                                   const bool breaks = p.x > 0.0f && time > 0.5f;

@@ -145,9 +145,9 @@ bool accept_odd(const void*, const Ray& ray, const Hit& candidate) {
 TEST_P(EmbreeEdges, FarRaysHitWhatTheyPointAt) {
   for (const bool cut_out : {false, true}) {
     TestScene scene;
-    Mesh ball = sphere(16, 32, 1e5f, V3f(0));
-    ball.opaque = !cut_out;
-    const uint32_t group = scene.add_group({ball});
+    Mesh globe = sphere(16, 32, 1e5f, V3f(0));
+    globe.opaque = !cut_out;
+    const uint32_t group = scene.add_group({globe});
     if (cut_out) scene.set_filter({accept_odd, nullptr});
     M44f small; // so that Embree's instance takes rays up to 1e13
     small.setScale(1e-5f);

@@ -38,13 +38,13 @@ TestScene layered_scene() {
   Mesh glass = sphere(8, 16, 0.8f, V3f(0));
   glass.opaque = false;
   const uint32_t tree = scene.add_group({leaves, solid});
-  const uint32_t ball = scene.add_group({glass});
+  const uint32_t sphere = scene.add_group({glass});
   scene.add_instance(tree, M44f());
-  scene.add_instance(ball, M44f());
+  scene.add_instance(sphere, M44f());
   scene.add_instance(tree, moved_by({2, 0, 0}));
   M44f mirrored = moved_by({0, 2, 0});
   mirrored[2][2] = -1.5f;
-  scene.add_instance(ball, mirrored);
+  scene.add_instance(sphere, mirrored);
   return scene;
 }
 

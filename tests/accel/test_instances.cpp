@@ -17,14 +17,14 @@ TestScene instanced_scene() {
   Rng rng(31);
   TestScene scene;
   const uint32_t soup = scene.add_group({triangle_soup(rng, 200, 1.0f, 0.3f), sphere(8, 16, 0.5f, V3f(0))});
-  const uint32_t ball = scene.add_group({sphere(12, 24, 1.0f, V3f(0))});
+  const uint32_t globe = scene.add_group({sphere(12, 24, 1.0f, V3f(0))});
   const uint32_t empty = scene.add_group({});
   const uint32_t hollow = scene.add_group({Mesh(), gridded_box(3, V3f(-0.5f), V3f(0.5f)), Mesh()});
   const uint32_t broken = scene.add_group({degenerate(rng, 12)});
-  scene.add_instance(ball, placed({1, 1, 1}, {1, 2, 3}, 0.7f, {3, 0, 0}));
+  scene.add_instance(globe, placed({1, 1, 1}, {1, 2, 3}, 0.7f, {3, 0, 0}));
   scene.add_instance(soup, M44f());
   scene.add_instance(soup, placed({-1, 1, 1}, {0, 1, 0}, 0.3f, {0, 3, 0})); // mirrored
-  scene.add_instance(ball, placed({0.2f, 3.0f, 1.0f}, {0, 0, 1}, 1.1f, {-3, 1, 0}));
+  scene.add_instance(globe, placed({0.2f, 3.0f, 1.0f}, {0, 0, 1}, 1.1f, {-3, 1, 0}));
   scene.add_instance(empty, M44f());
   scene.add_instance(empty, placed({2, 2, 2}, {0, 0, 1}, 0.5f, {0, 0, 0}));
   scene.add_instance(hollow, M44f());
@@ -35,10 +35,10 @@ TestScene instanced_scene() {
   shear[1][0] = 0.8f;
   shear[3][2] = 4.0f;
   scene.add_instance(soup, shear);
-  scene.add_instance(ball, placed({1e-3f, 1e-3f, 1e-3f}, {1, 0, 0}, 0.2f, {0, 2, 2}));
+  scene.add_instance(globe, placed({1e-3f, 1e-3f, 1e-3f}, {1, 0, 0}, 0.2f, {0, 2, 2}));
   scene.add_instance(soup, placed({100, 100, 100}, {1, 1, 0}, 0.9f, {10, 20, 300}));
   for (int i = 0; i < 60; ++i)
-    scene.add_instance(i % 2 == 0 ? ball : hollow,
+    scene.add_instance(i % 2 == 0 ? globe : hollow,
                        placed(V3f(uniform(rng, 0.1f, 0.6f), uniform(rng, 0.1f, 0.6f), uniform(rng, 0.1f, 0.6f)),
                               uniform_direction(rng), uniform(rng, 0.0f, 6.0f), uniform_direction(rng) * 6.0f));
   return scene;

@@ -188,7 +188,7 @@ TEST(Split, CountingFindsTheCheapestPlane) {
   cheap_leaves.triangle_cost = 0.05;
   const Box3f box(V3f(0.1f, 0, 0), V3f(1, 0.9f, 1)); // some bounds lie outside: no planes there
   for (const Config& config : {dear_leaves, cheap_leaves})
-    for (const size_t count : {size_t{1}, size_t{2}, size_t{7}, size_t{8}, size_t{33}, kMostCounted})
+    for (const size_t count : {size_t{1}, size_t{2}, size_t{7}, size_t{8}, size_t{33}, kMaxCounted})
       for (const bool planars : {false, true}) {
         const std::vector<Reference> references = random_references(rng, static_cast<int>(count), planars);
         const auto split = best_split_counted(config, box, references);

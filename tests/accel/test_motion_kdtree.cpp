@@ -122,7 +122,7 @@ TEST_P(MovingKernels, AreWatertight) {
 
 INSTANTIATE_TEST_SUITE_P(All, MovingKernels, ::testing::ValuesIn(simd_targets()), simd_label);
 
-// A ball that turns, swells and moves on: many triangles, and a few that go their own ways.
+// A sphere that turns, swells and moves on: many triangles, and a few that go their own ways.
 TestScene large_motion() {
   Rng rng(643);
   TestScene scene;
@@ -152,9 +152,9 @@ TEST(MovingKdTree, IsTheSameForAnyNumberOfThreads) {
 
 // What moves together, however far, needs no more references than at rest, and hardly more visits.
 TEST(MovingKdTree, PlanesMoveWithTheMesh) {
-  const Mesh ball = sphere(60, 120, 1.0f, V3f(0));
-  const TestScene still(ball),
-      moving(deformed(ball, 2, [](const V3f&p, float time) { return p + V3f(5, -3, 2) * time; }));
+  const Mesh globe = sphere(60, 120, 1.0f, V3f(0));
+  const TestScene still(globe),
+      moving(deformed(globe, 2, [](const V3f&p, float time) { return p + V3f(5, -3, 2) * time; }));
   const auto at_rest = build(Kind::kdtree, still), in_motion = build(Kind::kdtree, moving);
   const Statistics a = at_rest->statistics(), b = in_motion->statistics();
   EXPECT_EQ(a.triangle_count, b.triangle_count);

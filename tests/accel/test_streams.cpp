@@ -53,8 +53,8 @@ std::deque<NamedScene> all_scenes() {
   add_filtered_scenes(scenes);
   Rng rng(103);
   TestScene only_moved;
-  const uint32_t ball = only_moved.add_group({sphere(12, 24, 1.0f, V3f(0))});
-  for (int i = 0; i < 20; ++i) only_moved.add_instance(ball, moved(rng));
+  const uint32_t globe = only_moved.add_group({sphere(12, 24, 1.0f, V3f(0))});
+  for (int i = 0; i < 20; ++i) only_moved.add_instance(globe, moved(rng));
   scenes.push_back({"moved instances alone", std::move(only_moved)});
   return scenes;
 }

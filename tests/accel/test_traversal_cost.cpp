@@ -24,10 +24,11 @@ bool record(const void* context, const Ray&, const Hit& candidate) {
 TestScene asking_scene() {
   Rng rng(307);
   TestScene scene;
-  Mesh soup = triangle_soup(rng, 900, 1.0f, 0.25f), pile = coplanar_pile(rng, 100), ball = sphere(12, 24, 0.7f, V3f(0));
-  soup.opaque = pile.opaque = ball.opaque = false;
+  Mesh soup = triangle_soup(rng, 900, 1.0f, 0.25f), pile = coplanar_pile(rng, 100),
+       globe = sphere(12, 24, 0.7f, V3f(0));
+  soup.opaque = pile.opaque = globe.opaque = false;
   const uint32_t still = scene.add_group({soup, pile});
-  const uint32_t moving = scene.add_group({ball});
+  const uint32_t moving = scene.add_group({globe});
   scene.add_instance(still, M44f());
   for (int i = 0; i < 12; ++i) {
     M44f moved;
@@ -35,7 +36,7 @@ TestScene asking_scene() {
     scene.add_instance(moving, moved);
   }
   scene.add_instance(moving, keys_of(3, M44f(), {0, 1, 0}, 1.0f, 0.5f, {4, 1, 2}));
-  const uint32_t deforming = scene.add_group({deformed(soup, 3, Deformation::twist, 1.0f), ball});
+  const uint32_t deforming = scene.add_group({deformed(soup, 3, Deformation::twist, 1.0f), globe});
   scene.add_instance(deforming, M44f());
   scene.add_instance(deforming, keys_of(2, M44f(), {1, 1, 0}, 0.5f, 1.0f, {2, 0, 1}));
   return scene;

@@ -29,10 +29,10 @@ std::vector<Ray> rays_from_inside(const Mesh& mesh, const V3f& center, float inn
       ray.origin[axis] = center[axis];
       ray.direction = V3f((i / 7) % 2 == 0 ? 0.0f : -0.0f);
       ray.direction[axis] = (i / 14) % 2 == 0 ? 1.0f : -1.0f;
-      // Vertices at the rim do not lie above the inside of the mesh: step towards the centre, staying in a plane of the grid.
+      // Vertices at the rim do not lie above the inside of the mesh: step towards the center, staying in a plane of the grid.
       ray.origin += (center - ray.origin) * ((i / 28) % 2 == 0 ? 0.5f : 0.25f);
     }
-    if (i % 11 == 0) { // from the exact centre, in one or two of the planes through it
+    if (i % 11 == 0) { // from the exact center, in one or two of the planes through it
       const int axis = i % 3;
       ray.origin = center;
       ray.direction = V3f((i / 11) % 2 == 0 ? 0.0f : -0.0f);

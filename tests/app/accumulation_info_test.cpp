@@ -20,7 +20,7 @@ class AccumulationInfoCommand : public SceneFolder {
     write_scene();
   }
   [[nodiscard]] ProgramResult run(const Words& arguments) const { return run_program(arguments, folder_); }
-  // A render of a 40 x 36 picture with these flags; succeeds.
+  // A render of a 40 x 36 image with these flags; succeeds.
   void render(Words flags) const {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--quiet"});
     const ProgramResult result = run(flags);

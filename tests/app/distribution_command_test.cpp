@@ -1,4 +1,4 @@
-// Several processes, as several machines would, each with a rectangle of one picture: together they make what one process makes.
+// Several processes, as several machines would, each with a rectangle of one image: together they make what one process makes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -34,7 +34,7 @@ class Distribution : public SceneFolder {
   }
 };
 
-TEST_F(Distribution, ProcessesWithCropsMakeTheWholePicture) {
+TEST_F(Distribution, ProcessesWithCropsMakeTheWholeImage) {
   for (const std::string integrator : {"whitted", "path"}) {
     // The regions of four workers, as a coordinator would give them away.
     const std::vector<std::string> crops = {"0,0,48,32", "0,32,48,67", "48,0,90,32", "48,32,90,67"};
@@ -57,7 +57,7 @@ TEST_F(Distribution, ProcessesWithCropsMakeTheWholePicture) {
   }
 }
 
-TEST_F(Distribution, RegionsForThreadsMakeTheSamePictureAndTellWhoWaited) {
+TEST_F(Distribution, RegionsForThreadsMakeTheSameImageAndTellWhoWaited) {
   ASSERT_EQ(run_program(arguments("whitted", {"-o", "tiles.exr", "--threads", "2", "--stats", "tiles.json"}), folder_)
                 .exit_code,
             0);

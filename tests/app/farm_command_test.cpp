@@ -78,7 +78,7 @@ TEST_F(FarmCommand, WhatCanBeKnownIsSaidBeforeAnyMachineBegins) {
   EXPECT_EQ(run({"farm", "submit", "--help"}).exit_code, 0);
 }
 
-TEST_F(FarmCommand, WorkedOffByHandGivesThePictureOfOneProcess) {
+TEST_F(FarmCommand, WorkedOffByHandGivesTheImageOfOneProcess) {
   const std::string scene = write_scene();
   const std::vector<std::string> flags{"--spp", "7", "--size", "24x16", "--exr-float"};
   const ProgramResult submitted = submit(scene, {"--parts", "2", "-o", "a.exr"}, flags);
@@ -113,8 +113,8 @@ TEST_F(FarmCommand, NamesAreTakenAsTheyAre) {
   const std::string scene = write_scene();
   for (const std::string name : {"a farm", "it's", "line\nline", "a#b", "a%A", "red\x1b[31m"}) {
     SCOPED_TRACE(name);
-    ASSERT_EQ(run({"farm", "submit", scene, "--parts", "1", "--folder", name, "-o", name + "/picture.exr", "--",
-                   "--spp", "2", "--size", "8x8"})
+    ASSERT_EQ(run({"farm", "submit", scene, "--parts", "1", "--folder", name, "-o", name + "/image.exr", "--", "--spp",
+                   "2", "--size", "8x8"})
                   .exit_code,
               0);
     std::filesystem::remove(folder_ / "link");
@@ -125,7 +125,7 @@ TEST_F(FarmCommand, NamesAreTakenAsTheyAre) {
     ASSERT_EQ(worked.finish().exit_code, 0);
     const ProgramResult merged = run({"farm", "merge", name});
     EXPECT_EQ(merged.exit_code, 0) << merged.err;
-    EXPECT_TRUE(exists(name + "/picture.exr"));
+    EXPECT_TRUE(exists(name + "/image.exr"));
     const ProgramResult status = run({"farm", "status", name});
     EXPECT_EQ(status.exit_code, 0);
     EXPECT_EQ((status.out + status.err + merged.err).find('\x1b'), std::string::npos);

@@ -176,7 +176,7 @@ TEST(Report, SaysWhatMoves) {
   EXPECT_EQ(shutter["close_s"], 2.0);
   EXPECT_EQ(shutter["moving_instances"], 3);
   EXPECT_EQ(shutter["deforming_meshes"], 1);
-  EXPECT_EQ(shutter["most_keys"], 9);
+  EXPECT_EQ(shutter["max_keys"], 9);
   EXPECT_EQ(shutter["key_bytes"], 2 << 20);
 }
 

@@ -79,7 +79,7 @@ TEST(FrameFlags, AFrameIsASingleRender) {
   EXPECT_EQ(*plain.time_s, -0.5);
   EXPECT_EQ(plain.outputs, (std::vector<std::filesystem::path>{"a--0012.png"}));
   EXPECT_TRUE(plain.stats_file.empty());
-  // A picture of some of the samples would pass for the frame.
+  // An image of some of the samples would pass for the frame.
   const RenderOptions part = options_of_frame(options_of({"--frames=12", "--part", "2/3", "--tile-part", "1/4"}), 12);
   EXPECT_EQ(part.outputs, (std::vector<std::filesystem::path>{"a-0012-part-2-of-3-tiles-1-of-4.kacc"}));
 }

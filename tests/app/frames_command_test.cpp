@@ -1,4 +1,4 @@
-// Frames of an animation by the kindling program: the pictures of single renders, and what is skipped, ended and refused.
+// Frames of an animation by the kindling program: the images of single renders, and what is skipped, ended and refused.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -63,7 +63,7 @@ TEST_F(FramesCommand, FramesWithAShutterAreSingleRenders) {
   expect_single_renders(tiny("morph_targets.gltf"), {1, 4}, {"--shutter", "0,0.1", "--accel", "embree"});
 }
 
-// A colour, a lamp whose outer cone pushes its inner one, and a camera that moves: members and nodes that no vertex depends on.
+// A color, a lamp whose outer cone pushes its inner one, and a camera that moves: members and nodes that no vertex depends on.
 TEST_F(FramesCommand, AnimatedMembersStartFromTheFile) {
   TestSceneOptions options;
   const auto pointer = [&](int sampler, const std::string& to) {
@@ -176,13 +176,13 @@ TEST_F(FramesCommand, WhatIsThereIsSkippedUnlessForced) {
   const std::string scene = tiny("animation.gltf");
   ASSERT_EQ(render(scene, {"--frames", "2", "-o", "a_#.exr", "-o", "a_#.png"}).exit_code, 0);
   std::filesystem::remove(folder_ / "a_2.png");
-  write_file("a_3.exr", "a picture");
+  write_file("a_3.exr", "an image");
   ProgramResult result = render(scene, {"--frames", "1-3", "-o", "a_#.exr"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.out, "a_1.exr\n");
   EXPECT_NE(result.err.find("rendered 1 of 3 frames"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("skipped 2 frames that were there: 2, 3"), std::string::npos) << result.err;
-  EXPECT_EQ(read_file("a_3.exr"), "a picture");
+  EXPECT_EQ(read_file("a_3.exr"), "an image");
   // One of two files is missing.
   EXPECT_EQ(render(scene, {"--frames", "1-2", "-o", "a_#.exr", "-o", "a_#.png"}).out,
             "a_1.exr\na_1.png\na_2.exr\na_2.png\n");
@@ -256,7 +256,7 @@ TEST_F(FramesCommand, ASignalEndsTheFrameInHandAndItIsRenderedAgain) {
   }
 }
 
-// The folder of the second frame's picture turns into a file while the first is rendered: frames that come after an error are not begun.
+// The folder of the second frame's image turns into a file while the first is rendered: frames that come after an error are not begun.
 TEST_F(FramesCommand, AnErrorEndsAll) {
   const std::string scene = tiny("animation.gltf");
   for (const char* folder : {"1", "2", "3"}) std::filesystem::create_directory(folder_ / folder);
@@ -277,7 +277,7 @@ TEST_F(FramesCommand, NamesAreCheckedBeforeTheWork) {
   EXPECT_NE(missing.err.find("folder '1' does not exist"), std::string::npos) << missing.err;
   const ProgramResult twice = render(tiny("animation.gltf"), {"--frames", "1,11", "-o", "a_#.png", "-o", "a_#1.png"});
   EXPECT_EQ(twice.exit_code, 2);
-  EXPECT_NE(twice.err.find("a_11.png: would be the name of two pictures"), std::string::npos) << twice.err;
+  EXPECT_NE(twice.err.find("a_11.png: would be the name of two images"), std::string::npos) << twice.err;
   EXPECT_EQ(render(tiny("animation.gltf"), {"--frames", "1-2", "-o", "a.png"}).exit_code, 2);
   EXPECT_FALSE(exists("a_1.png"));
 }

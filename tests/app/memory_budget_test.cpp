@@ -44,7 +44,7 @@ TEST(MemoryBudget, GrowsWithWhatIsAskedFor) {
 }
 
 TEST(MemoryBudget, TextureMemoryIsABound) {
-  const MemoryDemand demand{.texture_bytes = 300 * kMiB, .level_bytes = 100 * kMiB, .largest_picture_bytes = 10 * kMiB};
+  const MemoryDemand demand{.texture_bytes = 300 * kMiB, .level_bytes = 100 * kMiB, .largest_image_bytes = 10 * kMiB};
   MemoryRequest request;
   EXPECT_EQ(part(memory_budget(demand, request), "textures"), 400 * kMiB);
   request.texture_memory_bytes = 400 * kMiB;

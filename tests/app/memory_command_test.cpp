@@ -37,9 +37,9 @@ class MemoryCommand : public SceneFolder {
     asked.insert(asked.end(), flags.begin(), flags.end());
     const ProgramResult info = run_program(asked, folder_);
     EXPECT_EQ(info.exit_code, 0) << info.err;
-    std::vector<std::string> done{"render",  scene,        "--size", "64x36",       "--spp",
-                                  "1",       "--threads",  "2",      "--accel",     accelerator,
-                                  "--stats", "stats.json", "-o",     "picture.png", "--quiet"};
+    std::vector<std::string> done{"render",  scene,        "--size", "64x36",     "--spp",
+                                  "1",       "--threads",  "2",      "--accel",   accelerator,
+                                  "--stats", "stats.json", "-o",     "image.png", "--quiet"};
     done.insert(done.end(), flags.begin(), flags.end());
     const ProgramResult render = run_program(done, folder_);
     EXPECT_EQ(render.exit_code, 0) << render.err;
@@ -129,7 +129,7 @@ TEST_F(MemoryCommand, BudgetHoldsForShippedScenes) {
   }
 }
 
-// The pictures of an environment are read by OpenImageIO, and by a reader of our own.
+// The images of an environment are read by OpenImageIO, and by a reader of our own.
 TEST_F(MemoryCommand, BudgetHoldsWithAnEnvironment) {
   for (const char* const name : {"sky.exr", "sky.png"})
     ASSERT_EQ(run_program({"render", KINDLING_SCENES "/cornell_box.glb", "--size", "2048x1024", "--integrator",
@@ -159,10 +159,10 @@ TEST_F(MemoryCommand, BudgetHoldsForManyTrianglesAndInstances) {
   }
 }
 
-// It is said before the work begins, and the picture is not begun.
-TEST_F(MemoryCommand, RenderWarnsOfAPictureThatNoMachineHolds) {
+// It is said before the work begins, and the image is not begun.
+TEST_F(MemoryCommand, RenderWarnsOfAImageThatNoMachineHolds) {
   const std::string scene = write_hills("small", 1, 0);
-  const std::vector<std::string> render = {"render", scene, "--spp", "1", "-o", "picture.png"};
+  const std::vector<std::string> render = {"render", scene, "--spp", "1", "-o", "image.png"};
   const auto with = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = render;
     all.insert(all.end(), more.begin(), more.end());

@@ -1,4 +1,4 @@
-// `render --part`, `render --tile-part` and `merge` by the kindling program: the picture of one process, and what is refused with which code.
+// `render --part`, `render --tile-part` and `merge` by the kindling program: the image of one process, and what is refused with which code.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -23,7 +23,7 @@ class MergeCommand : public SceneFolder {
     write_scene();
   }
   [[nodiscard]] ProgramResult run(const Words& arguments) const { return run_program(arguments, folder_); }
-  // A render of a 40 x 36 picture with these flags; succeeds.
+  // A render of a 40 x 36 image with these flags; succeeds.
   void render(Words flags) const {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--exr-float", "--quiet"});
     const ProgramResult result = run(flags);
@@ -45,7 +45,7 @@ class MergeCommand : public SceneFolder {
   }
 };
 
-TEST_F(MergeCommand, PartsInAnyOrderAreTheUnsplitPicture) {
+TEST_F(MergeCommand, PartsInAnyOrderAreTheUnsplitImage) {
   std::mt19937 random(5);
   for (const char* accelerator : {"kdtree", "embree"}) {
     const Words common{"--spp", "8", "--accel", accelerator, "--aov", "albedo,variance", "--outliers", "trim"};
@@ -72,7 +72,7 @@ TEST_F(MergeCommand, PartsInAnyOrderAreTheUnsplitPicture) {
   }
 }
 
-TEST_F(MergeCommand, TilePartsAndSamplesOfThemAreTheUnsplitPicture) {
+TEST_F(MergeCommand, TilePartsAndSamplesOfThemAreTheUnsplitImage) {
   render({"--spp", "6", "-o", "whole.exr", "--crop", "3,2,39,35"});
   Words parts;
   for (const char* tile : {"1/3", "2/3", "3/3"})
@@ -98,7 +98,7 @@ TEST_F(MergeCommand, TilePartsAndSamplesOfThemAreTheUnsplitPicture) {
   EXPECT_EQ(pixels("again.exr"), pixels("whole.exr"));
 }
 
-TEST_F(MergeCommand, AdaptiveTilePartsAreTheUnsplitPicture) {
+TEST_F(MergeCommand, AdaptiveTilePartsAreTheUnsplitImage) {
   const Words adaptive{"--spp", "64", "--min-spp", "16", "--noise-threshold", "0.1"};
   const auto with = [&](Words more) {
     more.insert(more.begin(), adaptive.begin(), adaptive.end());
@@ -125,7 +125,7 @@ TEST_F(MergeCommand, WhatIsMergedCanBeGoneOnWith) {
   EXPECT_EQ(pixels("more.exr"), pixels("whole.exr"));
 }
 
-TEST_F(MergeCommand, PicturesSayWhatTheyAreOf) {
+TEST_F(MergeCommand, ImagesSayWhatTheyAreOf) {
   for (const char* part : {"2/2", "1/2"})
     render({"--spp", "4", "--seed", "7", "--part", part, "-o", std::string("p") + part[0] + ".kacc"});
   const ProgramResult merged = merge({"p2.kacc", "p1.kacc"}, {"-o", "m.exr", "-o", "m.png", "--stats", "m.json"});
@@ -166,7 +166,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogetherIsRefused) {
   render({"--spp", "6", "--part", "2/2", "-o", "spp.kacc"});
   render({"--spp", "4", "-o", "whole.kacc"});
   const Words out{"-o", "m.png"};
-  expect_refusal(merge({"p1.kacc", "seed.kacc"}, out), 2, {"seed.kacc is of another picture than p1.kacc", "seed"});
+  expect_refusal(merge({"p1.kacc", "seed.kacc"}, out), 2, {"seed.kacc is of another image than p1.kacc", "seed"});
   expect_refusal(merge({"p1.kacc", "bounces.kacc"}, out), 2, {"bounces.kacc", "bounces"});
   expect_refusal(merge({"p1.kacc", "size.kacc"}, out), 2, {"--size: [40,36] and [48,36]"});
   expect_refusal(merge({"p1.kacc", "spp.kacc"}, out), 2, {"--planned-spp: 4 and 6"});
@@ -192,7 +192,7 @@ TEST_F(MergeCommand, DuplicatesAndAnEarlierMergeAreLeftOut) {
       again, 0,
       {"all.kacc: is an output", "p1.kacc: has the samples of copy.kacc", "p2.kacc: is given twice", "merged 2 parts"});
   EXPECT_EQ(pixels("a.exr"), pixels("b.exr"));
-  // A finished merge gives pictures by itself.
+  // A finished merge gives images by itself.
   EXPECT_EQ(merge({"all.kacc"}, {"-o", "c.exr", "--exr-float"}).exit_code, 0);
   EXPECT_EQ(pixels("a.exr"), pixels("c.exr"));
 }

@@ -67,7 +67,7 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
                                                 "--clamp-indirect",
                                                 "10",
                                                 "--caustics",
-                                                "regularised",
+                                                "regularized",
                                                 "--outliers",
                                                 "trim",
                                                 "--seed",
@@ -114,7 +114,7 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(options.quality, accel::Quality::best);
   EXPECT_EQ(options.integrator.kind, IntegratorKind::ambient_occlusion);
   EXPECT_EQ(options.integrator.clamp_indirect, 10.0f);
-  EXPECT_EQ(options.integrator.caustics, Caustics::regularised);
+  EXPECT_EQ(options.integrator.caustics, Caustics::regularized);
   EXPECT_EQ(options.outliers, Outliers::trim);
   EXPECT_EQ(options.sampler, SamplerKind::sobol);
   EXPECT_EQ(options.filter.kind, FilterKind::mitchell);
@@ -166,7 +166,7 @@ TEST(Options, AdaptiveSampling) {
   const RenderOptions options = render_options({"--noise-threshold", "0.05", "--min-spp", "64"});
   EXPECT_EQ(options.adaptive.noise_threshold, 0.05);
   EXPECT_EQ(options.adaptive.min_samples_per_pixel, 64U);
-  EXPECT_EQ(options.samples_per_pixel(), kDefaultMostSamplesPerPixel);
+  EXPECT_EQ(options.samples_per_pixel(), kDefaultMaxSamplesPerPixel);
 }
 
 TEST(Options, AdaptiveSamplingRefusals) {

@@ -57,7 +57,7 @@ TEST_F(RenderCommand, WritesWhatIsAskedAndNamesItOnStandardOutput) {
 }
 
 // Textures of a megabyte within 64 KiB of memory: read from disc, which the report shows, to the same bits.
-TEST_F(RenderCommand, TexturesThatDoNotFitGiveTheSamePicture) {
+TEST_F(RenderCommand, TexturesThatDoNotFitGiveTheSameImage) {
   const std::vector<std::string> arguments = {
       "render", KINDLING_SCENES "/interior.glb", "--spp", "4", "--size", "64x36", "--exr-float", "--verbose"};
   const auto with = [&](std::vector<std::string> more) {
@@ -158,10 +158,10 @@ TEST_F(RenderCommand, Backgrounds) {
                  "b.exr"})
                 .exit_code,
             0);
-  const std::vector<float> coloured = read_exr("b.exr", size);
-  EXPECT_FLOAT_EQ(coloured[0], 0.1f);
-  EXPECT_FLOAT_EQ(coloured[2], 0.3f);
-  EXPECT_EQ(coloured[3], 1.0f);
+  const std::vector<float> colored = read_exr("b.exr", size);
+  EXPECT_FLOAT_EQ(colored[0], 0.1f);
+  EXPECT_FLOAT_EQ(colored[2], 0.3f);
+  EXPECT_EQ(colored[3], 1.0f);
 }
 
 TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
@@ -296,7 +296,7 @@ TEST_F(RenderCommand, TimeLimitEndsARenderWithoutSpp) {
   EXPECT_GE(json["phases"]["render"], 0.5);
 }
 
-// One sample per pixel through a box filter: the picture's pixel is that sample.
+// One sample per pixel through a box filter: the image's pixel is that sample.
 TEST_F(RenderCommand, ReplayGivesTheSampleOfTheRender) {
   const std::string scene = write_scene();
   ASSERT_EQ(run({"render", scene, "--spp", "1", "--size", "16x16", "--filter", "box", "--exr-float", "-o", "a.exr"})
@@ -315,7 +315,7 @@ TEST_F(RenderCommand, ReplayGivesTheSampleOfTheRender) {
   EXPECT_GT(pixel[0], 0.0f);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(rgb[c], pixel[c], 1e-4f * pixel[c]); // five digits are printed
   EXPECT_NE(replay.out.find("surface"), std::string::npos) << replay.out;
-  EXPECT_NE(replay.out.find("grey"), std::string::npos) << replay.out;
+  EXPECT_NE(replay.out.find("gray"), std::string::npos) << replay.out;
 }
 
 TEST_F(RenderCommand, InterruptedRenderWritesItsImages) {

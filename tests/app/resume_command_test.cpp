@@ -22,7 +22,7 @@ class ResumeCommand : public SceneFolder {
     EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
     return image.ok() ? image.value().pixels : std::vector<std::byte>();
   }
-  // A render of a 40 x 36 picture with these flags.
+  // A render of a 40 x 36 image with these flags.
   [[nodiscard]] ProgramResult render(std::vector<std::string> flags) const {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--exr-float"});
     return run(flags);
@@ -49,7 +49,7 @@ TEST_F(ResumeCommand, AddsSamplesAsIfTheyHadBeenAskedForAtOnce) {
   EXPECT_EQ(stats["checkpoint"]["spp_before"], 8.0);
   EXPECT_EQ(stats["checkpoint"]["saves"], 1);
   EXPECT_EQ(stats["spp"], 20);
-  // Once more: nothing to add, the pictures again.
+  // Once more: nothing to add, the images again.
   std::filesystem::remove(folder_ / "a.exr");
   EXPECT_EQ(run({"resume", "a.kacc"}).exit_code, 0);
   EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
@@ -87,7 +87,7 @@ TEST_F(ResumeCommand, TheSameRenderAgainGoesOnAndAnotherIsRefused) {
   EXPECT_NE(again.err.find("going on from a.kacc"), std::string::npos) << again.err;
   std::vector<std::string> other = flags;
   other.insert(other.end(), {"--seed", "5"});
-  expect_refusal(render(other), 2, "a.kacc: is of another picture (--seed: 0 in it, 5 here)");
+  expect_refusal(render(other), 2, "a.kacc: is of another image (--seed: 0 in it, 5 here)");
 }
 
 TEST_F(ResumeCommand, AFolderThatIsNotThereIsNamedAsItWasGiven) {
@@ -145,7 +145,7 @@ TEST_F(ResumeCommand, ANewEnvironmentOrSceneIsNoticed) {
   std::filesystem::copy_file(folder_ / "a.exr", folder_ / "env.exr");
   ASSERT_EQ(render({"--spp", "2", "-o", "b.exr", "--env", "env.exr", "--checkpoint", "b.kacc"}).exit_code, 0);
   ASSERT_EQ(render({"--spp", "3", "-o", "env.exr"}).exit_code, 0);
-  expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: is of another picture (--env: ");
+  expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: is of another image (--env: ");
 }
 
 // Also where it is complete, so that nothing is rendered and saved.

@@ -80,7 +80,7 @@ TEST(Resume, MoreSamplesKeepThePlan) {
   const AccumulationIdentity longer = identity_of(resumed_arguments(identity, more));
   EXPECT_EQ(longer.samples_per_pixel, 48U);
   EXPECT_EQ(longer.planned_samples, 32U);
-  EXPECT_EQ(longer.picture, identity.picture);
+  EXPECT_EQ(longer.image, identity.image);
   EXPECT_TRUE(check_same_render(identity, "a.kacc", longer).ok());
   more.spp = 64;
   EXPECT_EQ(identity_of(resumed_arguments(longer, more)).planned_samples, 32U);
@@ -117,7 +117,7 @@ TEST(Resume, RefusesWhatIsNotTheSame) {
   };
   EXPECT_EQ(refusal(now), "accepted");
   EXPECT_EQ(refusal(identity_of({"render", "s.glb", "--seed", "1"})),
-            "a.kacc: is of another picture (--seed: 1 in it, 2 here); make it as it was, or use another name");
+            "a.kacc: is of another image (--seed: 1 in it, 2 here); make it as it was, or use another name");
   EXPECT_NE(refusal(identity_of({"render", "s.glb", "--seed", "2", "--spp", "8"}))
                 .find("(to add samples: kindling resume a.kacc --spp N)"),
             std::string::npos);

@@ -1,4 +1,4 @@
-// `kindling scaling` from end to end, with tiny pictures.
+// `kindling scaling` from end to end, with tiny images.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/app/run_program.h"
 #include "tests/app/test_scene.h"
@@ -34,7 +34,7 @@ TEST_F(Scaling, MeasuresEveryCombination) {
   EXPECT_EQ(result.err, "");
   for (const char* words :
        {"cornell_box.glb", "efficiency", "regions", "Amdahl's law", "the paper's regions 1.2 to 1.4",
-        "24 pictures; those of one accelerator are the same to the bit", "memory: geometry"})
+        "24 images; those of one accelerator are the same to the bit", "memory: geometry"})
     EXPECT_NE(result.out.find(words), std::string::npos) << words << "\n" << result.out;
 
   const Json report = json("a.json");
@@ -52,7 +52,7 @@ TEST_F(Scaling, MeasuresEveryCombination) {
   for (const Json& accelerator : scene["accelerators"]) {
     EXPECT_GT(accelerator["memory_bytes"], 0);
     ASSERT_EQ(accelerator["render"].size(), 6U);
-    std::set<std::string> pictures;
+    std::set<std::string> images;
     for (const Json& row : accelerator["render"]) {
       EXPECT_EQ(row["times_s"].size(), 2U);
       EXPECT_GT(row["rays_per_s"], 0.0);
@@ -61,9 +61,9 @@ TEST_F(Scaling, MeasuresEveryCombination) {
       if (row["threads"] == 1) {
         EXPECT_DOUBLE_EQ(row["speedup"], 1.0);
       }
-      for (const Json& picture : row["pictures"]) pictures.insert(picture.get<std::string>());
+      for (const Json& image : row["images"]) images.insert(image.get<std::string>());
     }
-    EXPECT_EQ(pictures.size(), 1U);
+    EXPECT_EQ(images.size(), 1U);
   }
   std::set<std::string> phases;
   for (const Json& phase : scene["preparation"]) {

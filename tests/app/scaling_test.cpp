@@ -193,13 +193,13 @@ TEST(ScalingReport, PhasesOfPreparation) {
   EXPECT_DOUBLE_EQ(phases[2].points[2].speedup, 3.0);
 }
 
-TEST(ScalingReport, OtherPicturesAreFound) {
+TEST(ScalingReport, OtherImagesAreFound) {
   ScalingReport report = report_of_four();
   EXPECT_TRUE(find_mismatches(report.scenes[0]).empty());
-  EXPECT_NE(format_scaling_tables(report, report.scenes[0]).find("12 pictures; those of one accelerator are the same"),
+  EXPECT_NE(format_scaling_tables(report, report.scenes[0]).find("12 images; those of one accelerator are the same"),
             std::string::npos);
   report.scenes[0].accelerators[0].renders[4].samples[1].hash = 8;
-  const std::vector<PictureMismatch> found = find_mismatches(report.scenes[0]);
+  const std::vector<ImageMismatch> found = find_mismatches(report.scenes[0]);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].schedule, Schedule::regions);
   EXPECT_EQ(found[0].threads, 2);
@@ -256,7 +256,7 @@ TEST(ScalingReport, JsonAndCsvHaveAllRows) {
   EXPECT_EQ(row["threads"], 4);
   EXPECT_DOUBLE_EQ(row["efficiency"], 0.8);
   EXPECT_EQ(row["times_s"].size(), 2U);
-  EXPECT_EQ(row["pictures"][0], "0000000000000007");
+  EXPECT_EQ(row["images"][0], "0000000000000007");
   EXPECT_EQ(scene["accelerators"][0]["amdahl"]["tiles"]["counts"], 2);
   EXPECT_EQ(scene["preparation"].size(), 3U);
   EXPECT_EQ(json["paper"][0]["speedup_high"], 1.4);
@@ -306,7 +306,7 @@ TEST(ScalingFlags, AreParsed) {
   EXPECT_EQ(plain.seconds, 5.0);
   ASSERT_EQ(plain.accelerators.size(), 2U);
   EXPECT_EQ(plain.accelerators[0].kind, accel::Kind::kdtree);
-  EXPECT_EQ(options({"a.glb", "--threads", "7"}).most_threads, 7);
+  EXPECT_EQ(options({"a.glb", "--threads", "7"}).max_threads, 7);
   EXPECT_EQ(options({"a.glb", "--threads", "7,2,7"}).thread_counts, (std::vector<int>{1, 2, 7}));
   EXPECT_EQ(options({"a.glb", "--schedule", "regions"}).schedules, std::vector<Schedule>{Schedule::regions});
   const ScalingOptions quick = options({"a.glb", "--quick"});
@@ -314,14 +314,14 @@ TEST(ScalingFlags, AreParsed) {
   EXPECT_EQ(quick.seconds, 2.0);
   const ScalingOptions fixed = options({"a.glb", "--spp", "9", "--quick", "--repeat", "2"});
   EXPECT_FALSE(fixed.seconds);
-  EXPECT_EQ(fixed.picture.samples_per_pixel(), 9U);
+  EXPECT_EQ(fixed.image.samples_per_pixel(), 9U);
   EXPECT_EQ(fixed.repeat, 2U);
   EXPECT_FALSE(options({"a.glb", "--noise-threshold", "0.1"}).seconds);
   const ScalingOptions tracer = options({"a.glb", "--tracer", "none", "--max-bounces", "3"});
   ASSERT_EQ(tracer.accelerators.size(), 1U);
   EXPECT_EQ(tracer.accelerators[0].kind, accel::Kind::brute_force);
-  EXPECT_EQ(tracer.picture.integrator.kind, IntegratorKind::whitted);
-  EXPECT_EQ(tracer.picture.integrator.max_bounces, 3U);
+  EXPECT_EQ(tracer.image.integrator.kind, IntegratorKind::whitted);
+  EXPECT_EQ(tracer.image.integrator.max_bounces, 3U);
 
   const auto expect_refused = [&](std::vector<const char*> words, const std::string& message) {
     const Result<CommandLine> line = parse(std::move(words));

@@ -1,4 +1,4 @@
-// The parts of a shootout: statistics, names of accelerators, the race itself with accelerators that lie, plots and pictures.
+// The parts of a shootout: statistics, names of accelerators, the race itself with accelerators that lie, plots and images.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/measure/indexed_png.h"
 #include "renderer/app/measure/measurement.h"
@@ -178,7 +178,7 @@ TEST(Race, DisagreementsAreCounted) {
 }
 
 // A ray that leaves a sliver and that the watertight test lets hit it again: an accelerator that misses it is no worse. The same
-// ray from a centimetre behind must hit.
+// ray from a centimeter behind must hit.
 TEST(Race, RoundingIsNoDisagreement) {
   const std::vector<V3f> positions{{-2.19400001f, 0.109999999f, -2.19400001f},
                                    {-2.19400001f, 0.109999999f, 2.99399996f},
@@ -475,9 +475,9 @@ TEST(Plots, AxisSteps) {
   }
 }
 
-class Pictures : public SceneFolder {};
+class Images : public SceneFolder {};
 
-TEST_F(Pictures, PngIsReadBack) {
+TEST_F(Images, PngIsReadBack) {
   // Larger than one stored block of 65535 bytes.
   const int width = 301, height = 257;
   std::vector<uint8_t> pixels;
@@ -497,7 +497,7 @@ TEST_F(Pictures, PngIsReadBack) {
       ASSERT_EQ(static_cast<uint8_t>(image.value().pixels[3 * i + k]), palette[pixels[i]][k]) << i;
 }
 
-TEST(Pictures64, Base64) {
+TEST(Images64, Base64) {
   EXPECT_EQ(encode_base64(""), "");
   EXPECT_EQ(encode_base64("f"), "Zg==");
   EXPECT_EQ(encode_base64("fo"), "Zm8=");

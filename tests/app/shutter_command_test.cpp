@@ -11,7 +11,7 @@ namespace {
 
 class ShutterCommand : public SceneFolder {
  protected:
-  // The picture, to the bit.
+  // The image, to the bit.
   [[nodiscard]] std::vector<std::byte> render(const std::string& scene, std::vector<std::string> flags) const {
     flags.insert(flags.begin(), {"render", KINDLING_SCENES "/tiny/" + scene, "--size", "16x16", "--spp", "4",
                                  "--exr-float", "-o", "a.exr", "--stats", "s.json", "-v", "--progress", "none"});
@@ -33,7 +33,7 @@ TEST_F(ShutterCommand, ThingsMoveOnlyWithAShutter) {
   EXPECT_EQ(shutter()["close_s"], 0.75);
   EXPECT_GE(shutter()["moving_instances"], 3);
   EXPECT_EQ(shutter()["deforming_meshes"], 0);
-  EXPECT_GE(shutter()["most_keys"], 3);
+  EXPECT_GE(shutter()["max_keys"], 3);
   EXPECT_NE(err_.find("motion: "), std::string::npos) << err_;
   (void)render("morph_targets.gltf", {"--shutter-angle", "360", "--fps", "2"});
   EXPECT_EQ(shutter()["close_s"], 0.5);

@@ -32,7 +32,7 @@ TEST(ShutterFlags, AreRelativeToTheTime) {
   ASSERT_TRUE(shutter);
   EXPECT_EQ(shutter->open_s, 1.5);
   EXPECT_EQ(shutter->close_s, 2.25);
-  EXPECT_EQ(*time_of_picture(shutter, {}), 1.875);
+  EXPECT_EQ(*time_of_image(shutter, {}), 1.875);
   shutter = shutter_of({}, {"--shutter", "0.1,0.1"});
   ASSERT_TRUE(shutter);
   EXPECT_EQ(shutter->open_s, 0.1);
@@ -46,10 +46,10 @@ TEST(ShutterFlags, AreRelativeToTheTime) {
 TEST(ShutterFlags, WithoutThereIsNone) {
   EXPECT_FALSE(shutter_of({}, {}));
   EXPECT_FALSE(shutter_of({}, {"--time", "3"}));
-  EXPECT_FALSE(time_of_picture(std::nullopt, {}));
+  EXPECT_FALSE(time_of_image(std::nullopt, {}));
   RenderOptions options;
   options.time_s = 3.0;
-  EXPECT_EQ(*time_of_picture(std::nullopt, options), 3.0);
+  EXPECT_EQ(*time_of_image(std::nullopt, options), 3.0);
 }
 
 TEST(ShutterFlags, TheChosenCameraHasItsOwnAndFlagsWin) {

@@ -73,7 +73,7 @@ std::string SceneFolder::write_scene(const std::string& name, const TestSceneOpt
   write_file(
       name + ".gltf",
       R"({"asset": {"version": "2.0", "generator": "test"}, "scene": 0, "scenes": [{"name": "Stage", "nodes": [)" +
-          roots + R"(]}], "nodes": [)" + nodes + R"(], "materials": [{"name": "grey",
+          roots + R"(]}], "nodes": [)" + nodes + R"(], "materials": [{"name": "gray",
       "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0}}],
     "meshes": [{"name": "grid", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
     "buffers": [{"uri": ")" +

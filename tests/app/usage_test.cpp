@@ -137,7 +137,7 @@ TEST_F(Usage, InfoPrintsTablesAndJson) {
   const std::string scene = write_scene();
   const ProgramResult tables = run_program({"info", scene}, folder_);
   EXPECT_EQ(tables.exit_code, 0) << tables.err;
-  for (const char* words : {"2 in the file, 2 in the scene by 1 placed mesh", "Front", "perspective", "grey", "point",
+  for (const char* words : {"2 in the file, 2 in the scene by 1 placed mesh", "Front", "perspective", "gray", "point",
                             "20 candela", "KHR_lights_punctual"})
     EXPECT_NE(tables.out.find(words), std::string::npos) << words << " in\n" << tables.out;
 

@@ -49,7 +49,7 @@ TEST(Transform, AgreesWithImath) {
   }
 }
 
-TEST(Hash, SpreadsNeighbours) {
+TEST(Hash, SpreadsNeighbors) {
   std::set<uint32_t> seen;
   for (uint32_t i = 0; i < 4096; ++i) seen.insert(hash_combine(17, i));
   EXPECT_EQ(seen.size(), 4096U);

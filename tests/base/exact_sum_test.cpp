@@ -20,12 +20,12 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 // Of all sizes up to 2^largest_exponent, with all bits in use.
-std::vector<double> random_terms(size_t count, int least_exponent, int largest_exponent, bool with_signs) {
+std::vector<double> random_terms(size_t count, int min_exponent, int largest_exponent, bool with_signs) {
   std::mt19937_64 random(5);
   std::vector<double> terms(count);
   for (double& x : terms) {
-    const auto span = static_cast<uint64_t>(largest_exponent - least_exponent);
-    const int exponent = least_exponent + static_cast<int>(random() % span);
+    const auto span = static_cast<uint64_t>(largest_exponent - min_exponent);
+    const int exponent = min_exponent + static_cast<int>(random() % span);
     x = std::ldexp(1.0 + static_cast<double>(random() >> 12) * 0x1p-52, exponent);
     if (with_signs && random() % 2 == 0) x = -x;
   }

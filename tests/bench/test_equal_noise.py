@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/equal_noise.py on pictures whose noise is known, and whole runs of it on a tiny scene.
+"""bench/equal_noise.py on images whose noise is known, and whole runs of it on a tiny scene.
 
 test_equal_noise.py BENCH_FOLDER SCENES_FOLDER [kindling]
 """
@@ -23,37 +23,37 @@ import pixels
 
 
 def constant(value, size=64):
-    return pixels.Picture(size, size, array.array("f", [value]) * (size * size * 3))
+    return pixels.Image(size, size, array.array("f", [value]) * (size * size * 3))
 
 
 def noisy(value, deviation, seed, size=64):
     generator = random.Random(seed)
-    return pixels.Picture(size, size, array.array("f", (generator.gauss(value, deviation) for _ in range(size * size * 3))))
+    return pixels.Image(size, size, array.array("f", (generator.gauss(value, deviation) for _ in range(size * size * 3))))
 
 
 class Noise(unittest.TestCase):
     """Gaussian noise of standard deviation 0.5 around 2, as a relative variance 0.0625 / 1.01."""
     EXPECTED = 0.25 / 4.0 / 1.01
-    # The relative standard error of a variance from n numbers is sqrt(2 / n); a picture has 64 x 64 x 3 numbers.
+    # The relative standard error of a variance from n numbers is sqrt(2 / n); an image has 64 x 64 x 3 numbers.
     TOLERANCE = 4.5 * (2 / (3 * 64 * 64 * 3)) ** 0.5
 
     def test_of_seeds(self):
-        pictures = [noisy(2.0, 0.5, seed) for seed in range(4)]
-        found = pixels.rel_mse(pixels.noise(pictures, constant(2.0)), dropped=0.0)
+        images = [noisy(2.0, 0.5, seed) for seed in range(4)]
+        found = pixels.rel_mse(pixels.noise(images, constant(2.0)), dropped=0.0)
         self.assertLess(abs(found / self.EXPECTED - 1.0), self.TOLERANCE)
 
     def test_bias_is_error_but_not_noise(self):
-        pictures = [noisy(3.0, 0.5, seed) for seed in range(4)]
-        noise = pixels.rel_mse(pixels.noise(pictures, constant(2.0)), dropped=0.0)
-        error = pixels.rel_mse(pixels.error(pictures, constant(2.0)), dropped=0.0)
+        images = [noisy(3.0, 0.5, seed) for seed in range(4)]
+        noise = pixels.rel_mse(pixels.noise(images, constant(2.0)), dropped=0.0)
+        error = pixels.rel_mse(pixels.error(images, constant(2.0)), dropped=0.0)
         self.assertLess(abs(noise / self.EXPECTED - 1.0), self.TOLERANCE)
         bias = 1.0 / 4.0 / 1.01
         self.assertLess(abs(error / (self.EXPECTED + bias) - 1.0), 4 * self.TOLERANCE)
 
     def test_worst_pixels_are_dropped(self):
-        pictures = [constant(1.0), constant(1.0)]
-        pictures[0].rgb[0:9] = array.array("f", [1e6] * 9)  # three of 4096 pixels
-        ascending = pixels.noise(pictures, constant(1.0))
+        images = [constant(1.0), constant(1.0)]
+        images[0].rgb[0:9] = array.array("f", [1e6] * 9)  # three of 4096 pixels
+        ascending = pixels.noise(images, constant(1.0))
         self.assertEqual(pixels.rel_mse(ascending), 0.0)
         self.assertGreater(pixels.rel_mse(ascending, dropped=0.0), 1e6)
 
@@ -67,7 +67,7 @@ class Telling(unittest.TestCase):
             for spp in (4, 16):
                 rows.append({"setting": name, "spp": spp, "mpaths_per_s": 1.0, "path_tracing_s": spp * 0.1, "peak_mb": 50.0,
                              "noise": factor / spp, "noise_x_s": factor * 0.1, "first_sample_s": 0.2})
-        scene = {"name": "a <b>", "rows": rows, "reference": None, "pictures": [("plain, 4 samples", "plain", 4, b"PNG")]}
+        scene = {"name": "a <b>", "rows": rows, "reference": None, "images": [("plain, 4 samples", "plain", 4, b"PNG")]}
         self.result = {"threads": 2, "seeds": 3, "clock": "wall", "common_flags": [], "settings": {"plain": [], "better": ["--x"]}, "scenes": [scene]}
 
     def test_table(self):

@@ -23,10 +23,10 @@ import numpy as np
 
 import color_difference
 import fidelity
-import fidelity_pictures
+import fidelity_images
 import fidelity_scenarios
 import flip
-import gallery_pictures
+import gallery_images
 
 
 def constant(color, size=32):
@@ -35,24 +35,24 @@ def constant(color, size=32):
 
 class Flip(unittest.TestCase):
     def test_same_is_zero(self):
-        picture = np.random.default_rng(1).random((24, 40, 3))
-        self.assertEqual(flip.flip(picture, picture).max(), 0.0)
+        image = np.random.default_rng(1).random((24, 40, 3))
+        self.assertEqual(flip.flip(image, image).max(), 0.0)
 
     def test_extremes(self):
-        """Filters leave constant pictures as they are, so FLIP is the remapped HyAB distance alone. Green to blue is the farthest: 1.
+        """Filters leave constant images as they are, so FLIP is the remapped HyAB distance alone. Green to blue is the farthest: 1.
         White to black is 100 in lightness alone; L* a* b* of sRGB's green and blue are (87.73, -86.18, 83.18), (32.30, 79.19, -107.86)."""
         green_blue = 87.73 - 32.30 + np.hypot(0.8773 * -86.18 - 0.3230 * 79.19, 0.8773 * 83.18 - 0.3230 * -107.86)
         largest, black_white = green_blue ** 0.7, 100 ** 0.7
         expected = 0.95 + (black_white - 0.4 * largest) / (0.6 * largest) * 0.05
         np.testing.assert_allclose(flip.flip(constant((0, 1, 0)), constant((0, 0, 1))), 1.0, atol=1e-9)
         np.testing.assert_allclose(flip.flip(constant(0.0), constant(1.0)), expected, atol=2e-4)
-        # A small step of grey is in the first, proportional part. L* = 116 Y^(1/3) - 16.
+        # A small step of gray is in the first, proportional part. L* = 116 Y^(1/3) - 16.
         lightness = [116 * ((v + 0.055) / 1.055) ** (2.4 / 3) - 16 for v in (0.5, 0.52)]
         np.testing.assert_allclose(flip.flip(constant(0.5), constant(0.52)), 0.95 * (lightness[1] - lightness[0]) ** 0.7 / (0.4 * largest),
                                    rtol=2e-4)
 
     def test_features_raise_it(self):
-        """A thin line that only one picture has costs more than its filtered colour does."""
+        """A thin line that only one image has costs more than its filtered color does."""
         plain, line = constant(0.5, 48), constant(0.5, 48)
         line[:, 24] = 0.7
         opponent = [flip.rgb_to_opponent(flip.srgb_to_linear(p)) for p in (plain, line)]
@@ -87,7 +87,7 @@ class Color(unittest.TestCase):
         """Black stays black, much light is white, and what was not clipped comes back."""
         self.assertEqual(color_difference.aces_8bit(np.zeros(3)).tolist(), [0, 0, 0])
         self.assertGreaterEqual(color_difference.aces_8bit(np.full(3, 1000.0)).min(), 254)
-        # By hand for grey 0.6: c = 1, rows of the matrices sum to 1 (to 1e-4): (1.0245786 - 0.000090537) / 1.654761 = 0.61911.
+        # By hand for gray 0.6: c = 1, rows of the matrices sum to 1 (to 1e-4): (1.0245786 - 0.000090537) / 1.654761 = 0.61911.
         self.assertLessEqual(abs(int(color_difference.aces_8bit(np.full(3, 0.6))[0]) - int(255 * 0.61911 ** (1 / 2.2))), 1)
         linear = np.array([[0.1, 0.2, 0.3], [0.5, 0.5, 0.5], [0.7, 0.4, 0.1], [0.05, 0.06, 0.04]])
         again = color_difference.inverse_aces((color_difference.aces_8bit(linear) + 0.5) / 255.0)
@@ -96,32 +96,32 @@ class Color(unittest.TestCase):
 
 class Compare(unittest.TestCase):
     def test_counts_opaque_pixels_alone(self):
-        """Where either picture is not opaque nothing counts; where both are, all of the difference does."""
+        """Where either image is not opaque nothing counts; where both are, all of the difference does."""
         alpha = np.ones((32, 32))
         alpha[:, :16] = 0.5
-        ours = fidelity_pictures.Image(np.full((32, 32, 3), 128, np.uint8), np.ones((32, 32)))
+        ours = fidelity_images.Image(np.full((32, 32, 3), 128, np.uint8), np.ones((32, 32)))
         wrong_outside = np.full((32, 32, 3), 128 / 255.0)
         wrong_outside[:, :16] = 1.0
-        figures, error = fidelity_pictures.compare(ours, fidelity_pictures.Image(wrong_outside, alpha), False)
+        figures, error = fidelity_images.compare(ours, fidelity_images.Image(wrong_outside, alpha), False)
         self.assertEqual((figures["flip"], figures["delta_e"], figures["pixels"]), (0.0, 0.0, 512))
         self.assertEqual(figures["ratio"], [1.0, 1.0, 1.0])
         self.assertEqual(error.max(), 0.0)
-        figures, _ = fidelity_pictures.compare(ours, fidelity_pictures.Image(wrong_outside, alpha), True)
+        figures, _ = fidelity_images.compare(ours, fidelity_images.Image(wrong_outside, alpha), True)
         self.assertGreater(figures["flip"], 0.1)
         self.assertEqual(figures["pixels"], 1024)
 
     def test_silhouette(self):
         ours, golden = np.zeros((10, 10)), np.zeros((10, 10))
         ours[:, 2:6], golden[:, 3:8] = 1.0, 1.0
-        grey = np.full((10, 10, 3), 128, np.uint8)
-        figures, _ = fidelity_pictures.compare(fidelity_pictures.Image(grey, ours), fidelity_pictures.Image(grey / 255.0, golden), False)
+        gray = np.full((10, 10, 3), 128, np.uint8)
+        figures, _ = fidelity_images.compare(fidelity_images.Image(gray, ours), fidelity_images.Image(gray / 255.0, golden), False)
         self.assertAlmostEqual(figures["silhouette"], 30 / 50)
 
     def test_exposure(self):
         linear = np.full((16, 16, 3), 0.2) * [1.0, 0.8, 1.2]
         ours, golden = color_difference.aces_8bit(1.1 * linear), color_difference.aces_8bit(linear)
         opaque = np.ones((16, 16))
-        figures, _ = fidelity_pictures.compare(fidelity_pictures.Image(ours, opaque), fidelity_pictures.Image(golden / 255.0, opaque), False)
+        figures, _ = fidelity_images.compare(fidelity_images.Image(ours, opaque), fidelity_images.Image(golden / 255.0, opaque), False)
         np.testing.assert_allclose(figures["ratio"], 1.1, rtol=0.03)
 
 
@@ -156,15 +156,15 @@ class Scenarios(unittest.TestCase):
 
     def test_path_tracers_weigh(self):
         figures = {name: {"flip": f, "delta_e": 10 * f} for name, f in (("vray", 0.1), ("blender-cycles", 0.3), ("filament", 0.9))}
-        self.assertEqual(fidelity.summarise(figures)["flip_median"], 0.2)
-        self.assertEqual(fidelity.summarise({"filament": figures["filament"]})["delta_e_min"], 9.0)
+        self.assertEqual(fidelity.summarize(figures)["flip_median"], 0.2)
+        self.assertEqual(fidelity.summarize({"filament": figures["filament"]})["delta_e_min"], 9.0)
 
 
 class Gallery(unittest.TestCase):
     def test_names_stand_below_spheres(self):
         for scene in sorted((SCENES / "gallery").glob("*.glb")):
             if scene.stem != "material_gallery":
-                places = list(gallery_pictures.spheres(scene))
+                places = list(gallery_images.spheres(scene))
                 self.assertEqual(len(places), 7, scene)
                 self.assertTrue(all(0.05 < x < 0.95 and name for x, name in places), scene)
                 self.assertEqual(places, sorted(places, key=lambda place: place[0]))
@@ -185,11 +185,11 @@ class WholeRuns(unittest.TestCase):
         (cls.folder / "Broken").mkdir()
         (cls.folder / "Broken" / "Broken.gltf").write_text("{}")
         (cls.folder / "environments").mkdir()
-        subprocess.run(["oiiotool", "--pattern", "constant:color=0.6,0.6,0.6", "8x4", "3", "-o", cls.folder / "environments" / "grey.hdr"], check=True)
+        subprocess.run(["oiiotool", "--pattern", "constant:color=0.6,0.6,0.6", "8x4", "3", "-o", cls.folder / "environments" / "gray.hdr"], check=True)
         (cls.folder / "render-fidelity.json").write_text(json.dumps({"scenarios": [
-            {"name": "own-Lit", "model": "Models/Lit/glTF/Lit.gltf", "lighting": "grey.hdr", "orbit": {"radius": 3}, "dimensions": {"height": 384}},
+            {"name": "own-Lit", "model": "Models/Lit/glTF/Lit.gltf", "lighting": "gray.hdr", "orbit": {"radius": 3}, "dimensions": {"height": 384}},
             {"name": "own-Absent", "model": "Models/Absent/glTF/Absent.gltf"}]}))
-        cls.run_program("--only", "own-Lit", "--pictures", cls.folder / "out")
+        cls.run_program("--only", "own-Lit", "--images", cls.folder / "out")
         goldens = cls.folder / "Lit" / "goldens" / "own-Lit"
         goldens.mkdir(parents=True)
         shutil.copy(cls.folder / "out" / "own-Lit.png", goldens / "vray-golden.png")

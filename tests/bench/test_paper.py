@@ -74,7 +74,7 @@ class Regions(unittest.TestCase):
 class Page(unittest.TestCase):
     def result(self):
         saving = (0.1, 0.2, 0.3)
-        render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "picture": b"WEBP", "thumbnail": b"small",
+        render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "image": b"WEBP", "thumbnail": b"small",
                   "command": ["kindling", "render"], "warnings": ["warning: a & b"]}
         figure = {"number": "5", "title": "Depth", "paper": "What.", "machine": "A <machine>", "size_stated": False, "shown_px": 300,
                   "scenes": [{"caption": "", "then": "35.616 s", "renders": [render]}]}
@@ -86,8 +86,8 @@ class Page(unittest.TestCase):
         return {"about": {"machine": "A & B", "cores": 2, "version": "1", "when": "today", "clock": "wall", "note": "quick"}, "figures": [figure],
                 "tracers": {"by_depth": {1: TIMES, 2: TIMES}, "contributions": [contribution]},
                 "quality": {"depth": 12, "spp": 1, "seconds": {"unlimited": 2.0, "3": 1.0}, "flip_mean": 0.01, "flip_max": 0.5, "psnr_db": 40.0,
-                            "changed": 0.02, "pictures": {"unlimited": b"A", "3": b"B"}, "difference": b"C"},
-                "edges": [{"name": "one sample", "spp": 1, "seconds": 0.1, "rmse": 0.1, "crops": [b"D", b"E"], "picture": b"F"}],
+                            "changed": 0.02, "images": {"unlimited": b"A", "3": b"B"}, "difference": b"C"},
+                "edges": [{"name": "one sample", "spp": 1, "seconds": 0.1, "rmse": 0.1, "crops": [b"D", b"E"], "image": b"F"}],
                 "threads": {"Whitted": schedules}, "processes": {"count": 2, "whole_s": 2.0, "wall_s": 1.1, "render_s": [1.0, 0.9], "same": True}}
 
     def test_is_complete_in_itself(self):

@@ -150,7 +150,7 @@ TEST(DielectricLobeStatistical, WhiteFurnace) {
   }
 }
 
-// Tinted, coloured and with a film: never above 1; the estimates are near what is sampled.
+// Tinted, colored and with a film: never above 1; the estimates are near what is sampled.
 TEST(DielectricLobeStatistical, NothingGivesMoreThanItReceives) {
   Random random(9);
   for (uint64_t i = 0; i < 300; ++i) {

@@ -1,4 +1,4 @@
-// Exact properties of the dielectric lobe: reciprocity, deltas, total reflection, thin panes, agreement of eval and sample, bad input.
+// Exact properties of the dielectric lobe: reciprocity, deltas, total reflection, thin thin walls, agreement of eval and sample, bad input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_lobe.h"
 
@@ -173,9 +173,9 @@ TEST(DielectricLobe, SpecularZeroLeavesNoReflection) {
   }
 }
 
-// One surface of a thin wall stands for both of its interfaces and lets 1 - F pass; a pane modelled as two such surfaces lets (1 - F)^2
+// One surface of a thin wall stands for both of its interfaces and lets 1 - F pass; a thin wall modelled as two such surfaces lets (1 - F)^2
 // pass, tinted twice, and with the light that goes to and fro between them (1 - F) / (1 + F).
-TEST(DielectricLobe, ThinPanesTransmitAsTheExtensionSays) {
+TEST(DielectricLobe, ThinThinWallsTransmitAsTheExtensionSays) {
   DielectricParameters p;
   p.thin_walled = true;
   p.tint = {1.0f, 0.5f, 0.25f};
@@ -194,12 +194,12 @@ TEST(DielectricLobe, ThinPanesTransmitAsTheExtensionSays) {
     p.eta = 1.5f;
     // Two surfaces, ten reflections between them.
     const float r = lobe.reflected_albedo().x;
-    float pane = 0.0f, between = straight.x;
+    float thin_wall = 0.0f, between = straight.x;
     for (int i = 0; i < 10; ++i) {
-      pane += between * straight.x;
+      thin_wall += between * straight.x;
       between *= r * r;
     }
-    EXPECT_NEAR(pane, (1.0f - f) / (1.0f + f), 1e-5f);
+    EXPECT_NEAR(thin_wall, (1.0f - f) / (1.0f + f), 1e-5f);
     // What is sampled is the reflection alone, with the same albedo.
     Random random(5);
     double sum = 0.0;

@@ -68,7 +68,7 @@ TEST(Dispersion, TheMeanWeightIsWhite) {
   for (const double s : sum) EXPECT_NEAR(s / kSteps, 1.0, 1e-6);
 }
 
-TEST(Dispersion, WavelengthsFallAndColoursRunFromRedToViolet) {
+TEST(Dispersion, WavelengthsFallAndColorsRunFromRedToViolet) {
   float previous = 1000.0f;
   for (int i = 0; i < 1000; ++i) {
     const float nm = sample_wavelength(static_cast<float>(i) / 1000.0f).nm;

@@ -12,7 +12,7 @@
 namespace kindling {
 namespace {
 
-using test::colour;
+using test::color;
 using test::describe;
 using test::LayeredMaterial;
 using test::pick;
@@ -138,9 +138,9 @@ TEST(LayeredBsdf, CoatReflectsFourPercentAndDimsTheRest) {
   EXPECT_NEAR(LayeredBsdf(black, layers, n).coat_transmittance(), 0.96f, 1e-4f);
   layers.clearcoat = 0.5f;
   EXPECT_NEAR(LayeredBsdf(black, layers, n).albedo().x, 0.02f, 1e-4f);
-  BsdfParameters grey = black;
-  grey.base_color = Rgb(0.5f);
-  EXPECT_NEAR(LayeredBsdf(grey, layers, n).albedo().x, 0.02f + 0.98f * 0.5f, 1e-4f);
+  BsdfParameters gray = black;
+  gray.base_color = Rgb(0.5f);
+  EXPECT_NEAR(LayeredBsdf(gray, layers, n).albedo().x, 0.02f + 0.98f * 0.5f, 1e-4f);
   // Along its own normal, wherever the base looks to.
   layers.clearcoat = 1.0f;
   layers.clearcoat_normal = view(0.7f, 0.2f);
@@ -185,7 +185,7 @@ TEST(LayeredBsdf, DiffuseTransmissionIsLambertBelow) {
   EXPECT_NEAR(above.pdf + below.pdf, 0.7f * kInvPi, 1e-6f);
 }
 
-// A mirror with a film shows the film's own colour, at any angle: on metal, and on a dielectric without its body. Under a clear coat the film is
+// A mirror with a film shows the film's own color, at any angle: on metal, and on a dielectric without its body. Under a clear coat the film is
 // lit from within that.
 TEST(LayeredBsdf, MirrorShowsTheFilm) {
   BsdfParameters p;
@@ -261,19 +261,19 @@ TEST(LayeredBsdf, TransmissionIsTheGlassUnderItsLayers) {
     const float layers = LayeredBsdf(white, bare, wo).eval({0.0f, 0.0f, -1.0f}).value.x * kPi;
     ASSERT_LT((layered - expected * layers).length(), 1e-5f + 1e-4f * expected.length()) << describe(m, wo.z);
   }
-  BsdfParameters pane;
-  pane.base_color = {0.9f, 0.8f, 0.7f};
-  pane.metallic = 0.0f;
-  pane.roughness = 0.0f;
+  BsdfParameters thin_wall;
+  thin_wall.base_color = {0.9f, 0.8f, 0.7f};
+  thin_wall.metallic = 0.0f;
+  thin_wall.roughness = 0.0f;
   LayerParameters layers;
   layers.transmission = 0.8f;
-  const Rgb straight = LayeredBsdf(pane, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance();
-  EXPECT_LT((straight - pane.base_color * (0.8f * 0.96f)).length(), 1e-4f);
+  const Rgb straight = LayeredBsdf(thin_wall, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance();
+  EXPECT_LT((straight - thin_wall.base_color * (0.8f * 0.96f)).length(), 1e-4f);
   layers.clearcoat = 1.0f;
-  const Rgb coated = LayeredBsdf(pane, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance();
+  const Rgb coated = LayeredBsdf(thin_wall, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance();
   EXPECT_LT((coated - straight * 0.96f).length(), 1e-4f);
   layers.thin_walled = false;
-  EXPECT_EQ(LayeredBsdf(pane, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance(), Rgb(0.0f));
+  EXPECT_EQ(LayeredBsdf(thin_wall, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance(), Rgb(0.0f));
 }
 
 TEST(LayeredBsdf, GrazingInvertedAndBadInputIsFinite) {

@@ -25,13 +25,13 @@ inline V3f view(float mu, float azimuth_turns) {
 
 // The ends of the range are as common as what lies between.
 inline float pick(Random& random) { return saturate(2.0f * random.next_1d() - 0.5f); }
-inline Rgb colour(Random& random) {
+inline Rgb color(Random& random) {
   const float r = random.next_1d();
   const float g = random.next_1d();
   return {r, g, random.next_1d()};
 }
 
-// All parameters at random. Roughness is at least least_roughness.
+// All parameters at random. Roughness is at least min_roughness.
 // Above the surface, at 0.01 degrees from it at least.
 inline V3f random_direction(Random& random) {
   V3f w = sample_uniform_hemisphere(random.next_2d());
@@ -39,20 +39,20 @@ inline V3f random_direction(Random& random) {
   return w.normalized();
 }
 
-inline LayeredMaterial random_material(Random& random, float least_roughness) {
-  const auto rough = [&] { return std::max(pick(random), least_roughness); };
+inline LayeredMaterial random_material(Random& random, float min_roughness) {
+  const auto rough = [&] { return std::max(pick(random), min_roughness); };
   LayeredMaterial m;
-  m.base.base_color = colour(random);
+  m.base.base_color = color(random);
   m.base.metallic = random.next_1d() < 0.5f ? 0.0f : pick(random);
   m.base.roughness = rough();
   m.base.ior = 1.0f + 1.5f * random.next_1d();
   m.base.specular = pick(random);
-  m.base.specular_color = colour(random) * 2.0f;
+  m.base.specular_color = color(random) * 2.0f;
   LayerParameters& l = m.layers;
   l.clearcoat = pick(random);
   l.clearcoat_roughness = rough();
   l.clearcoat_normal = view(0.8f + 0.2f * random.next_1d(), random.next_1d());
-  l.sheen_color = pick(random) * colour(random);
+  l.sheen_color = pick(random) * color(random);
   l.sheen_roughness = random.next_1d();
   l.anisotropy = pick(random);
   l.iridescence = pick(random);
@@ -62,11 +62,11 @@ inline LayeredMaterial random_material(Random& random, float least_roughness) {
   l.thin_walled = random.next_1d() < 0.5f;
   l.eta = random.next_1d() < 0.5f ? m.base.ior : 1.0f / m.base.ior;
   l.diffuse_transmission = pick(random);
-  l.diffuse_transmission_color = colour(random);
+  l.diffuse_transmission_color = color(random);
   return m;
 }
 
-// Every colour 1, so that a furnace shows each loss.
+// Every color 1, so that a furnace shows each loss.
 inline LayeredMaterial whitened(LayeredMaterial m) {
   m.base.base_color = m.base.specular_color = m.layers.diffuse_transmission_color = Rgb(1.0f);
   if (max_component(m.layers.sheen_color) > 0.0f) m.layers.sheen_color = Rgb(max_component(m.layers.sheen_color));

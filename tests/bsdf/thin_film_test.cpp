@@ -1,4 +1,4 @@
-// The thin film against Airy's formula integrated over the spectrum; Newton's colours; limits; bad input.
+// The thin film against Airy's formula integrated over the spectrum; Newton's colors; limits; bad input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/thin_film.h"
@@ -85,7 +85,7 @@ struct Film {
   }
 };
 
-// The reflectance's mean stays neutral and only what the interference adds is coloured by the observer: so does the extension. (The
+// The reflectance's mean stays neutral and only what the interference adds is colored by the observer: so does the extension. (The
 // equal-energy white is no neutral of Rec. 709, so this is not the same as to integrate all of it.)
 Vec reference(const Film& film) {
   const double mean = film.mean();
@@ -155,7 +155,7 @@ TEST(ThinFilm, AgreesWithTheSpectralIntegralWithinTheErrorOfTheFit) {
   RecordProperty("rms", std::to_string(std::sqrt(squares / count)));
 }
 
-// At normal incidence Schlick and Fresnel agree: the film is Airy's, by path differences that everybody has seen. Newton's colours
+// At normal incidence Schlick and Fresnel agree: the film is Airy's, by path differences that everybody has seen. Newton's colors
 // of a soap film, from black: yellow, purple, blue, green, yellow, purple (Michel-Levy's chart at these retardations).
 TEST(ThinFilm, HuesOfASoapFilmComeInNewtonsOrder) {
   const auto seen = [](float opd_nm) { return thin_film_fresnel(1.0f, 1.0f, 1.33f, Rgb(0.0f), opd_nm / 2.66f); };
@@ -189,7 +189,7 @@ TEST(ThinFilm, WithoutAFilmItIsSchlick) {
   }
 }
 
-TEST(ThinFilm, AThickFilmHasNoColour) {
+TEST(ThinFilm, AThickFilmHasNoColor) {
   const Film film(0.7, 1.4, 0.04, 1.0);
   const Rgb f = thin_film_fresnel(0.7f, 1.0f, 1.4f, Rgb(0.04f), 20000.0f);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c], static_cast<float>(film.mean()), 1e-5f);

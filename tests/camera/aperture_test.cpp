@@ -22,7 +22,7 @@ CameraLens lens_of(int blades, float rotation, float ratio, float cats_eye) {
   return lens;
 }
 
-// Of two disks of radius 1 whose centres are `distance` apart: what they share.
+// Of two disks of radius 1 whose centers are `distance` apart: what they share.
 double common_area(double distance) {
   return 2.0 * std::acos(0.5 * distance) - 0.5 * distance * std::sqrt(4.0 - distance * distance);
 }

@@ -103,7 +103,7 @@ TEST(Lens, OfOrthographicCamerasBlursAlikeEverywhere) {
   }
 }
 
-// Highlights behind the focus look like the aperture as the camera sees it: a corner at the top is at the top of the picture.
+// Highlights behind the focus look like the aperture as the camera sees it: a corner at the top is at the top of the image.
 TEST(Lens, ShowsApertureUprightBehindTheFocus) {
   SceneCamera file = with_lens(1.0f, 0.05f, 1.0f);
   file.lens.aperture_blades = 3;
@@ -120,7 +120,7 @@ TEST(Lens, ShowsApertureUprightBehindTheFocus) {
     highest = std::max(highest, y);
     lowest = std::min(lowest, y);
   }
-  EXPECT_GT(-lowest, 1.8f * highest); // of a point's picture the other way round
+  EXPECT_GT(-lowest, 1.8f * highest); // of a point's image the other way round
 }
 
 TEST(MovingCamera, IsAtItsKeysAndBetweenThem) {

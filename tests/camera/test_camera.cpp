@@ -36,16 +36,16 @@ CameraRay ray(const Camera& camera, float x, float y) { return camera.generate_r
 
 TEST(Camera, LooksAlongMinusZThroughTheCentre) {
   const Camera camera(perspective(60), M44f(), {400, 200});
-  const CameraRay centre = ray(camera, 200, 100);
-  expect_near(centre.origin, {0, 0, 0});
-  expect_near(centre.direction, {0, 0, -1});
+  const CameraRay center = ray(camera, 200, 100);
+  expect_near(center.origin, {0, 0, 0});
+  expect_near(center.direction, {0, 0, -1});
 }
 
 TEST(Camera, KeepsTheVerticalFieldOfViewForEveryAspect) {
   const float t = std::tan(30.0f * kPi / 180.0f);
   for (const V2i& size : {V2i(400, 200), V2i(200, 200), V2i(100, 200)}) {
     SceneCamera file = perspective(60);
-    file.aspect_ratio = 7.0f; // the size of the picture wins
+    file.aspect_ratio = 7.0f; // the size of the image wins
     const Camera camera(file, M44f(), size);
     const auto width = static_cast<float>(size.x);
     expect_near(ray(camera, 0.5f * width, 0).direction, V3f(0, t, -1).normalized()); // the top edge
@@ -57,7 +57,7 @@ TEST(Camera, KeepsTheVerticalFieldOfViewForEveryAspect) {
 }
 
 TEST(Camera, PixelCentresAreAtHalves) {
-  // 2 x 2 pixels, 90 degrees: the centre of the first pixel is half-way to the corner.
+  // 2 x 2 pixels, 90 degrees: the center of the first pixel is half-way to the corner.
   const Camera camera(perspective(90), M44f(), {2, 2});
   expect_near(ray(camera, 0.5f, 0.5f).direction, V3f(-0.5f, 0.5f, -1).normalized());
 }

@@ -1,8 +1,8 @@
-// Whatever a picture is divided into and however the parts are merged: the bits of one render; and what is no picture together is refused.
+// Whatever an image is divided into and however the parts are merged: the bits of one render; and what is no image together is refused.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 #include "renderer/distributed/work_parts.h"
-#include "tests/session/divided_renders.h"
+#include "tests/session/split_renders.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -28,7 +28,7 @@ class Merge : public testing::Test {
   static AccumulationIdentity identity_of(const RenderSettings& settings, const WorkPart& part = {}) {
     AccumulationIdentity identity;
     identity.program = "Kindling test";
-    identity.picture = R"({"seed":)" + std::to_string(settings.seed) + "}";
+    identity.image = R"({"seed":)" + std::to_string(settings.seed) + "}";
     identity.scene_hash = 0x1234;
     identity.arguments = {"render", "scene.gltf"};
     if (part.samples) identity.arguments.insert(identity.arguments.end(), {"--part", part_number_text(*part.samples)});
@@ -43,7 +43,7 @@ class Merge : public testing::Test {
   }
 
   // Renders one part to NAME.kacc.
-  fs::path render_part(const DividedScene& scene, RenderSettings settings, const std::string& name,
+  fs::path render_part(const SplitScene& scene, RenderSettings settings, const std::string& name,
                        const WorkPart& part = {}) const {
     if (part.samples) settings.samples = part_samples(settings.samples_per_pixel, *part.samples).value();
     if (part.tiles)
@@ -58,8 +58,8 @@ class Merge : public testing::Test {
     return file;
   }
 
-  // All parts of a picture that is divided by samples and by pixels; 1: not.
-  std::vector<fs::path> render_parts(const DividedScene& scene, const RenderSettings& settings, uint32_t sample_parts,
+  // All parts of an image that is divided by samples and by pixels; 1: not.
+  std::vector<fs::path> render_parts(const SplitScene& scene, const RenderSettings& settings, uint32_t sample_parts,
                                      uint32_t tile_parts, std::mt19937& random) const {
     std::vector<fs::path> files;
     for (uint32_t k = 1; k <= sample_parts; ++k)
@@ -100,10 +100,10 @@ class Merge : public testing::Test {
 
 // --- the sum ------------------------------------------------------------------------------------------------------------------
 
-class MergeOf : public Merge, public testing::WithParamInterface<DividedCase> {};
+class MergeOf : public Merge, public testing::WithParamInterface<SplitCase> {};
 
 TEST_P(MergeOf, AnyPartsInAnyOrderAreTheWhole) {
-  const DividedScene scene(GetParam());
+  const SplitScene scene(GetParam());
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.planned();
   settings.crop = PixelRect{V2i(5, 3), V2i(41, 27)};
@@ -111,7 +111,7 @@ TEST_P(MergeOf, AnyPartsInAnyOrderAreTheWhole) {
   const Film whole = scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }}).film;
   std::mt19937 random(7);
   const bool adaptive = settings.adaptive.enabled();
-  const bool slow = GetParam().kind == DividedKind::guided; // who trains for every part
+  const bool slow = GetParam().kind == SplitKind::guided; // who trains for every part
   std::vector<std::pair<uint32_t, uint32_t>> divisions{{1, 1}, {3, 1}, {1, 3}, {8, 1}, {3, 2}};
   if (slow) divisions = {{3, 1}, {1, 2}};
   if (adaptive) divisions = {{1, 1}, {1, 3}, {1, 8}};
@@ -124,7 +124,7 @@ TEST_P(MergeOf, AnyPartsInAnyOrderAreTheWhole) {
     EXPECT_TRUE(merged.state.film.crop() == kept->film.crop());
     expect_same_bits(merged.state.film.cut(*settings.crop), whole, what);
     EXPECT_EQ(merged.state.film.planes().size(), kept->film.planes().size());
-    for (size_t i = 0; i < merged.state.film.planes().size(); ++i) // not the pictures alone: every sum
+    for (size_t i = 0; i < merged.state.film.planes().size(); ++i) // not the images alone: every sum
       EXPECT_TRUE(std::ranges::equal(merged.state.film.planes()[i].bytes, kept->film.planes()[i].bytes))
           << merged.state.film.planes()[i].name << " differs with " << what;
     EXPECT_EQ(merged.state.coverage, kept->coverage) << what;
@@ -136,11 +136,11 @@ TEST_P(MergeOf, AnyPartsInAnyOrderAreTheWhole) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, MergeOf, testing::ValuesIn(all_divided_cases()), divided_case_name);
+INSTANTIATE_TEST_SUITE_P(Cases, MergeOf, testing::ValuesIn(all_split_cases()), split_case_name);
 
-const DividedCase kPath{DividedKind::path, accel::Kind::kdtree};
+const SplitCase kPath{SplitKind::path, accel::Kind::kdtree};
 
-RenderSettings quick_settings(const DividedScene& scene) {
+RenderSettings quick_settings(const SplitScene& scene) {
   RenderSettings settings = scene.settings();
   settings.samples_per_pixel = 6;
   settings.aovs = {};
@@ -150,7 +150,7 @@ RenderSettings quick_settings(const DividedScene& scene) {
 }
 
 TEST_F(Merge, MergesOfMergesAreTheWhole) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   std::mt19937 random(8);
   const std::vector<fs::path> parts = render_parts(scene, settings, 3, 2, random);
@@ -168,9 +168,9 @@ TEST_F(Merge, MergesOfMergesAreTheWhole) {
   expect_same_bits(merge({even, odd, parts[2]}).state.film, scene.render(settings).film, "merges of merges");
 }
 
-// More samples for a picture that is finished, by parts of their own.
+// More samples for an image that is finished, by parts of their own.
 TEST_F(Merge, FurtherSamplesOfTheSamePlanAreAdded) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   settings.planned_samples = 6;
   const fs::path first = render_part(scene, settings, "first");
@@ -183,7 +183,7 @@ TEST_F(Merge, FurtherSamplesOfTheSamePlanAreAdded) {
 
 // What was merged can be gone on with.
 TEST_F(Merge, AMergedStateIsGoneOnWith) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   settings.planned_samples = 6;
   std::mt19937 random(9);
@@ -202,7 +202,7 @@ TEST_F(Merge, AMergedStateIsGoneOnWith) {
 // --- what is left out ----------------------------------------------------------------------------------------------------------
 
 TEST_F(Merge, DuplicatesCountOnce) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
   const fs::path b = render_part(scene, settings, "b", {PartNumber{2, 2}, {}});
@@ -226,7 +226,7 @@ TEST_F(Merge, DuplicatesCountOnce) {
 }
 
 TEST_F(Merge, DuplicatesWithOtherSumsAreALoudError) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a");
   settings.seed = 1; // a machine that computes otherwise and does not know it
@@ -246,7 +246,7 @@ TEST_F(Merge, DuplicatesWithOtherSumsAreALoudError) {
 }
 
 TEST_F(Merge, WhatAWildcardFindsBesidesIsLeftOut) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
   const fs::path b = render_part(scene, settings, "b", {PartNumber{2, 2}, {}});
@@ -286,7 +286,7 @@ TEST_F(Merge, NothingAndNoFilesAreRefused) {
 }
 
 TEST_F(Merge, OverlapsAreRefused) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path half = render_part(scene, settings, "half", {PartNumber{1, 2}, {}});
   const fs::path second = render_part(scene, settings, "second", {PartNumber{2, 3}, {}});
@@ -297,8 +297,8 @@ TEST_F(Merge, OverlapsAreRefused) {
   expect_refused({third, tile}, ErrorKind::usage, {"tile.kacc", "third.kacc", "samples 4-5 of pixel (0, 16)"});
 }
 
-TEST_F(Merge, OtherPicturesAreRefused) {
-  const DividedScene scene(kPath);
+TEST_F(Merge, OtherImagesAreRefused) {
+  const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
   RenderSettings other = settings;
@@ -328,7 +328,7 @@ TEST_F(Merge, OtherPicturesAreRefused) {
 }
 
 TEST_F(Merge, DamageIsSeenWhereverItIs) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
   const fs::path b = render_part(scene, settings, "b", {PartNumber{2, 2}, {}});
@@ -347,7 +347,7 @@ TEST_F(Merge, DamageIsSeenWhereverItIs) {
 }
 
 TEST_F(Merge, GapsAreListed) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   std::mt19937 random(10);
   const std::vector<fs::path> parts = render_parts(scene, settings, 3, 1, random);

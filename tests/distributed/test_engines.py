@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs what renderer/distributed/engines submits to Kubernetes and OpenCue, with the numbers put in as these would, and compares the merged pictures with
+"""Runs what renderer/distributed/engines submits to Kubernetes and OpenCue, with the numbers put in as these would, and compares the merged images with
 those of one process."""
 # SPDX-License-Identifier: Apache-2.0
 import os
@@ -24,7 +24,7 @@ class EngineTest(unittest.TestCase):
     def setUp(self):
         self.scratch = tempfile.TemporaryDirectory()
         self.folder = pathlib.Path(self.scratch.name)
-        # The snippets call `kindling`; that it renders a small picture is all that the test adds.
+        # The snippets call `kindling`; that it renders a small image is all that the test adds.
         wrapper = self.folder / "bin/kindling"
         wrapper.parent.mkdir()
         wrapper.write_text('#!/bin/sh\ncommand=$1\nshift\n'

@@ -1,4 +1,4 @@
-// Parts cover a picture once, and are known by their names.
+// Parts cover an image once, and are known by their names.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/work_parts.h"
 
@@ -68,16 +68,16 @@ TEST(WorkParts, FilesAreNamedByTheirParts) {
   EXPECT_EQ(part_file_name("forest", {PartNumber{3, 8}, PartNumber{1, 4}}), "forest-part-3-of-8-tiles-1-of-4.kacc");
 }
 
-TEST(WorkParts, ArgumentsTellThePartAndTheWholePicture) {
+TEST(WorkParts, ArgumentsTellThePartAndTheWholeImage) {
   const std::vector<std::string> arguments{
       "render",         "scene.gltf", "--part",       "3/8",    "--spp",   "64",     "--tile-part=2/4", "-o", "p.kacc",
       "--output=p.png", "-op.exr",    "--checkpoint", "p.kacc", "--stats", "p.json", "--seed",          "4"};
   EXPECT_EQ(part_of_arguments(arguments), (WorkPart{PartNumber{3, 8}, PartNumber{2, 4}}));
-  EXPECT_EQ(whole_picture_arguments(arguments),
+  EXPECT_EQ(whole_image_arguments(arguments),
             (std::vector<std::string>{"render", "scene.gltf", "--spp", "64", "--seed", "4"}));
   const std::vector<std::string> whole{"render", "a.glb", "--orbit", "1,2,3", "-q"};
   EXPECT_EQ(part_of_arguments(whole), WorkPart{});
-  EXPECT_EQ(whole_picture_arguments(whole), whole);
+  EXPECT_EQ(whole_image_arguments(whole), whole);
 }
 
 } // namespace

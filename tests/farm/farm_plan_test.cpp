@@ -20,15 +20,15 @@ TEST_F(Plan, TasksGoFrameByFrame) {
   EXPECT_EQ(plan.task(3).part, 1);
   EXPECT_EQ(plan.task(3).frame, 12);
   EXPECT_EQ(plan.part_file(plan.task(5)).filename(), "frame-0012-part-003.kacc");
-  EXPECT_EQ(plan.outputs_of(1)[0].filename(), "picture.0012.exr");
+  EXPECT_EQ(plan.outputs_of(1)[0].filename(), "image.0012.exr");
 }
 
-TEST_F(Plan, WithoutFramesThereIsOnePicture) {
+TEST_F(Plan, WithoutFramesThereIsOneImage) {
   const FarmPlan plan = make_plan("", 4);
   EXPECT_EQ(plan.task_count(), 4);
   EXPECT_FALSE(plan.task(3).frame);
   EXPECT_EQ(plan.part_file(plan.task(3)).filename(), "part-004.kacc");
-  EXPECT_EQ(plan.outputs_of(0)[0], folder_ / "picture.exr");
+  EXPECT_EQ(plan.outputs_of(0)[0], folder_ / "image.exr");
 }
 
 TEST_F(Plan, IsReadAsItWasWritten) {
@@ -88,7 +88,7 @@ TEST_F(Plan, CommandsHoldWhatTheyNeed) {
         "/frame-####-part-002.checkpoint.kacc ", "--part 2/2 ", "--threads 4 "})
     EXPECT_NE(render.find(wanted), std::string::npos) << render;
   const std::string merge = joined(merge_command(plan, 0));
-  for (const char* wanted : {"part-001.kacc", "part-002.kacc", "picture.0005.exr --view Raw --exposure=1 --exr-float "})
+  for (const char* wanted : {"part-001.kacc", "part-002.kacc", "image.0005.exr --view Raw --exposure=1 --exr-float "})
     EXPECT_NE(merge.find(wanted), std::string::npos) << merge;
   EXPECT_EQ(merge.find("--spp"), std::string::npos) << merge;
 }

@@ -266,7 +266,7 @@ TEST_F(Worker, MergesTheFramesThatAreWhole) {
   ASSERT_EQ(report.value().bad.size(), 1u);
   EXPECT_NE(report.value().bad[0].find("frame 2: part 2/2 poisoned: failed 3 times"), std::string::npos)
       << report.value().bad[0];
-  EXPECT_EQ(read_text(folder_ / "picture.0001.exr"), "merged\n");
+  EXPECT_EQ(read_text(folder_ / "image.0001.exr"), "merged\n");
 
   std::ofstream(plan.part_file(plan.task(3))) << "part";
   report = merge_frames(plan, nothing);
@@ -274,7 +274,7 @@ TEST_F(Worker, MergesTheFramesThatAreWhole) {
   EXPECT_EQ(report.value().merged, 1);
   EXPECT_EQ(report.value().already, 1);
   EXPECT_TRUE(report.value().bad.empty());
-  EXPECT_EQ(read_text(folder_ / "picture.0001.exr"), "merged\n"); // once
+  EXPECT_EQ(read_text(folder_ / "image.0001.exr"), "merged\n"); // once
 }
 
 TEST_F(Worker, AMergeThatFailsIsTold) {

@@ -25,7 +25,7 @@ from slurm_bed import SlurmBed  # pylint: disable=wrong-import-position
 
 PROGRAM = SCENES = None
 GOES_ON, INCOMPLETE, SCENE_INVALID = 6, 5, 3
-# A picture of some 15 processor seconds, learned ahead and all.
+# An image of some 15 processor seconds, learned ahead and all.
 FLAGS = ["--size", "320x180", "--spp", "192", "--seed", "5", "--exr-float", "--checkpoint-every", "1"]
 
 
@@ -93,7 +93,7 @@ class SlurmFarm(unittest.TestCase):
         return [task for task in self.running(status) if (self.farm / f"parts/part-{task['part']:03}.checkpoint.kacc").exists()]
 
     def reference(self, scene, flags):
-        """The picture of one process, with all its threads; rendered once."""
+        """The image of one process, with all its threads; rendered once."""
         path = self.references / (re.sub(r"\W+", "-", " ".join([Path(scene).stem, *flags])) + ".exr")
         if not path.exists():
             words = [flag for flag in flags if flag not in ("--checkpoint-every", "1")]

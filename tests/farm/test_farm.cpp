@@ -33,7 +33,7 @@ done
   plan.working_folder = folder_;
   plan.frames = std::move(frames);
   plan.parts = parts;
-  plan.outputs = {folder_ / (plan.frames.empty() ? "picture.exr" : "picture.####.exr")};
+  plan.outputs = {folder_ / (plan.frames.empty() ? "image.exr" : "image.####.exr")};
   const Result<void> written = write_new_plan(plan);
   EXPECT_TRUE(written.ok()) << (written.ok() ? "" : written.error().message);
   return plan;

@@ -19,7 +19,7 @@ class FarmFolder : public testing::Test {
   ~FarmFolder() override;
 
   // A plan of `parts` parts in folder_/farm, written, whose program is a script with this body. In it, $out is the part's or the
-  // picture's file and $checkpoint the checkpoint.
+  // image's file and $checkpoint the checkpoint.
   [[nodiscard]] FarmPlan make_plan(const std::string& body, int parts = 2, std::vector<int> frames = {}) const;
   void write_script(const std::string& name, const std::string& body) const;
   [[nodiscard]] std::string read_text(const std::filesystem::path& path) const;

@@ -95,7 +95,7 @@ class Job:
     def __init__(self, program, folder, scene, flags, every_s):
         self.program, self.folder, self.every_s = program, Path(folder), every_s
         self.folder.mkdir(parents=True)
-        self.picture = ["render", str(scene), "--exr-float", "--progress", "none", *flags]
+        self.image = ["render", str(scene), "--exr-float", "--progress", "none", *flags]
         self.checkpoint = self.folder / "c.kacc"
         self.previous = self.folder / "c.kacc.previous"
 
@@ -103,12 +103,12 @@ class Job:
         """The pixels of the render that nothing disturbs, and the seconds that its samples take."""
         whole = self.folder / "whole"
         whole.mkdir()
-        Run(self.program, [*self.picture, "-o", "whole.exr", "--stats", "stats.json"], whole).finish(0)
+        Run(self.program, [*self.image, "-o", "whole.exr", "--stats", "stats.json"], whole).finish(0)
         stats = json.loads((whole / "stats.json").read_text())
         return pixels(whole / "whole.exr"), stats["phases"]["render"]
 
     def begin(self, *more, **options):
-        return Run(self.program, [*self.picture, "-o", "a.exr", "--checkpoint", self.checkpoint.name, "--checkpoint-every",
+        return Run(self.program, [*self.image, "-o", "a.exr", "--checkpoint", self.checkpoint.name, "--checkpoint-every",
                                   self.every_s, *more], self.folder, **options)
 
     def resume(self, *more, **options):

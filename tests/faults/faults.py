@@ -43,7 +43,7 @@ class Bench:
         return Job(self.program, (folder or self.folder) / f"job{self.jobs}", scene, [*size, *flags], every_s)
 
     def reference(self, job):
-        key = tuple(job.picture)
+        key = tuple(job.image)
         if key not in self.references:
             self.references[key] = job.reference()
         return self.references[key]
@@ -229,10 +229,10 @@ def damage(bench):
         damages.append(("cut off", good[:bench.random.randrange(1, len(good))]))
         at, bit = bench.random.randrange(len(good)), 1 << bench.random.randrange(8)
         damages.append((f"bit {bit} of byte {at}", good[:at] + bytes([good[at] ^ bit]) + good[at + 1:]))
-    picture = done.folder / "a.exr"
+    image = done.folder / "a.exr"
     for i, (what, bytes_) in enumerate(damages):
         done.checkpoint.write_bytes(bytes_)
-        picture.unlink(missing_ok=True)
+        image.unlink(missing_ok=True)
         if i % 2 == 0:
             text = done.resume().finish(0)
             require("warning" in text and "going on from" in text, f"{what}: not told:\n{text}")
@@ -247,9 +247,9 @@ def damage(bench):
             code = run.process.wait(60)
             text = run.error_text()
             require(code in (2, 4) and text.count("\n") == 1, f"{what}: exit code {code}, not one line:\n{text}")
-            require(not picture.exists(), f"{what}: a picture was written")
+            require(not image.exists(), f"{what}: an image was written")
             kept.rename(done.previous)
-    yield f"{len(damages)} files", "what came after the previous generation; without one: exit code 4, no picture"
+    yield f"{len(damages)} files", "what came after the previous generation; without one: exit code 4, no image"
 
 
 @fault
@@ -287,7 +287,7 @@ def folder_that_cannot_be_written(bench):
             job = bench.job()
             job.folder.chmod(0o555)
             cwd = bench.folder
-        run = Run(bench.program, [*job.picture, "-o", "a.exr", "--checkpoint", job.checkpoint], cwd)
+        run = Run(bench.program, [*job.image, "-o", "a.exr", "--checkpoint", job.checkpoint], cwd)
         begun = time.time()
         text = run.finish(4)
         require("--checkpoint" in text and text.count("\n") == 1, text)

@@ -213,8 +213,8 @@ TEST(ExactFilm, MeansAreRight) {
   }
 }
 
-// A constant picture is constant to the bit, whatever the filter's lobes leave: down to 2^-30.
-TEST(ExactFilm, ConstantPicturesAreExact) {
+// A constant image is constant to the bit, whatever the filter's lobes leave: down to 2^-30.
+TEST(ExactFilm, ConstantImagesAreExact) {
   std::mt19937 random(4);
   for (int round = 0; round < 2000; ++round) {
     const float uniform = static_cast<float>(random() >> 8) * 0x1p-24f;

@@ -25,7 +25,7 @@ AovSet every_aov() {
 
 Film one_pixel_film(AovSet aovs = every_aov()) { return Film({1, 1}, {{0, 0}, {1, 1}}, aovs); }
 
-FilmSample grey(float value, float weight = 1.0f) { return {Rgb(value), 1.0f, weight}; }
+FilmSample gray(float value, float weight = 1.0f) { return {Rgb(value), 1.0f, weight}; }
 
 TEST(Film, MeanOfSamples) {
   Film film = one_pixel_film({});
@@ -39,16 +39,16 @@ TEST(Film, MeanOfSamples) {
 
 TEST(Film, NegativeWeightsDivideByTheirSum) {
   Film film = one_pixel_film({});
-  film.add({0, 0}, grey(4.0f));
-  film.add({0, 0}, grey(2.0f));
-  film.add({0, 0}, grey(1.0f, -1.0f));
+  film.add({0, 0}, gray(4.0f));
+  film.add({0, 0}, gray(2.0f));
+  film.add({0, 0}, gray(1.0f, -1.0f));
   EXPECT_FLOAT_EQ(film.resolve(Aov::beauty)[0], 5.0f);
 }
 
 TEST(Film, WeightsWithoutPositiveSumDivideByTheCount) {
   Film film = one_pixel_film({});
-  film.add({0, 0}, grey(4.0f));
-  film.add({0, 0}, grey(1.0f, -1.0f));
+  film.add({0, 0}, gray(4.0f));
+  film.add({0, 0}, gray(1.0f, -1.0f));
   EXPECT_FLOAT_EQ(film.resolve(Aov::beauty)[0], 1.5f);
 }
 
@@ -62,14 +62,14 @@ TEST(Film, AlphaStaysInItsRange) {
 
 TEST(Film, VarianceOfTheMean) {
   Film film = one_pixel_film();
-  for (const float y : {1.0f, 2.0f, 3.0f, 6.0f}) film.add({0, 0}, grey(y));
+  for (const float y : {1.0f, 2.0f, 3.0f, 6.0f}) film.add({0, 0}, gray(y));
   // s^2 = (4 + 1 + 0 + 9) / 3, of the mean: / 4.
   EXPECT_NEAR(film.resolve(Aov::variance)[0], 14.0 / 12.0, 1e-6);
 }
 
 TEST(Film, VarianceNeedsTwoSamples) {
   Film film = one_pixel_film();
-  film.add({0, 0}, grey(5.0f));
+  film.add({0, 0}, gray(5.0f));
   EXPECT_EQ(film.resolve(Aov::variance)[0], 0.0f);
 }
 
@@ -81,7 +81,7 @@ TEST(Film, VarianceIsUnbiased) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   for (int x = 0; x < kPixels; ++x)
-    for (int s = 0; s < kSamples; ++s) film.add({x, 0}, grey(uniform(random)));
+    for (int s = 0; s < kSamples; ++s) film.add({x, 0}, gray(uniform(random)));
   double sum = 0.0;
   for (const float v : film.resolve(Aov::variance)) sum += v;
   // Uniform: sigma^2 = 1/12, fourth central moment 1/80. Var(s^2) = (m4 - sigma^4 (n - 3) / (n - 1)) / n; 5 standard
@@ -102,7 +102,7 @@ TEST(Film, VarianceUnderNegativeLobes) {
   for (int x = 0; x < kPixels; ++x)
     for (int s = 0; s < kSamples; ++s) {
       const float weight = uniform(random) < 0.1f ? -1.0f : 1.0f;
-      film.add({x, 0}, grey(uniform(random) + (weight < 0.0f ? 0.5f : 0.0f), weight));
+      film.add({x, 0}, gray(uniform(random) + (weight < 0.0f ? 0.5f : 0.0f), weight));
     }
   const std::vector<float> means = film.resolve(Aov::beauty);
   double sum = 0.0;
@@ -136,7 +136,7 @@ TEST(Film, APartKeepsItsPixels) {
   for (int y = 2; y < 6; ++y)
     for (int x = 1; x < 7; ++x)
       for (int i = 0; i < x; ++i) {
-        film.add({x, y}, grey(static_cast<float>(10 * x + y + i)));
+        film.add({x, y}, gray(static_cast<float>(10 * x + y + i)));
         FilmSurface hit;
         hit.hit = true;
         hit.depth = static_cast<float>(x + 10 * y);
@@ -167,12 +167,12 @@ TEST(Film, SurfaceMeans) {
   hit.position = V3f(1.0f, 2.0f, 3.0f);
   hit.emission = Rgb(1.0f);
   hit.direct = Rgb(2.0f);
-  film.add({0, 0}, grey(7.0f));
+  film.add({0, 0}, gray(7.0f));
   film.add_surface({0, 0}, hit, 1.0f);
   FilmSurface miss;
   miss.emission = Rgb(3.0f);
   miss.depth = 100.0f; // of no account: nothing was hit
-  film.add({0, 0}, grey(3.0f));
+  film.add({0, 0}, gray(3.0f));
   film.add_surface({0, 0}, miss, 1.0f);
 
   EXPECT_EQ(film.resolve(Aov::albedo), (std::vector<float>{0.25f, 0.125f, 0.5f}));
@@ -199,7 +199,7 @@ TEST(Film, IndirectOfDirectLightAloneIsZero) {
 
 TEST(Film, NothingHitLeavesZeros) {
   Film film = one_pixel_film();
-  film.add({0, 0}, grey(1.0f));
+  film.add({0, 0}, gray(1.0f));
   film.add_surface({0, 0}, FilmSurface{}, 1.0f);
   EXPECT_EQ(film.resolve(Aov::depth), (std::vector<float>{0.0f}));
   EXPECT_EQ(film.resolve(Aov::position), (std::vector<float>{0.0f, 0.0f, 0.0f}));
@@ -213,9 +213,9 @@ TEST(Film, PixelsWithoutSamplesAreBlackAndTransparent) {
 
 TEST(Film, CropAddressesPixelsOfTheWholeImage) {
   Film film({100, 80}, {{10, 20}, {13, 22}}, {});
-  film.add({10, 20}, grey(1.0f));
-  film.add({12, 20}, grey(2.0f));
-  film.add({11, 21}, grey(3.0f));
+  film.add({10, 20}, gray(1.0f));
+  film.add({12, 20}, gray(2.0f));
+  film.add({11, 21}, gray(3.0f));
   const std::vector<float> rgb = film.resolve(Aov::beauty);
   ASSERT_EQ(rgb.size(), 3U * 2U * 3U);
   EXPECT_EQ(rgb[0], 1.0f);

@@ -19,7 +19,7 @@ void add_to_block(BlockSum& block, const Rgb& radiance, double weight) {
   block.weight += weight;
 }
 
-Blocks grey_blocks(const std::array<float, kOutlierBlocks>& means) {
+Blocks gray_blocks(const std::array<float, kOutlierBlocks>& means) {
   Blocks blocks;
   for (size_t i = 0; i < means.size(); ++i) add_to_block(blocks[i], Rgb(means[i]), 1.0);
   return blocks;
@@ -32,18 +32,18 @@ TEST(Outliers, NamesComeBack) {
 }
 
 TEST(Outliers, AlikeBlocksAreKept) {
-  EXPECT_FALSE(outliers_trimmed(grey_blocks({2, 2, 2, 2, 2})));
+  EXPECT_FALSE(outliers_trimmed(gray_blocks({2, 2, 2, 2, 2})));
   // 1 to 5: G = 20 / (5 15) = 0.27 and k = floor(0.67) = 0.
-  EXPECT_FALSE(outliers_trimmed(grey_blocks({5, 3, 1, 2, 4})));
+  EXPECT_FALSE(outliers_trimmed(gray_blocks({5, 3, 1, 2, 4})));
 }
 
 // Of 1 to 4 and 14: G = 56 / (5 24) = 0.47 and k = floor(1.17) = 1.
 TEST(Outliers, BrightBlockIsLeftOut) {
-  Blocks blocks = grey_blocks({4, 3, 1, 14, 2});
+  Blocks blocks = gray_blocks({4, 3, 1, 14, 2});
   const std::optional<Rgb> trimmed = outliers_trimmed(blocks);
   ASSERT_TRUE(trimmed);
   EXPECT_FLOAT_EQ(trimmed->x, 3.0f);
-  // Its colour goes with it.
+  // Its color goes with it.
   blocks[3].rgb[0] = 0.0;
   blocks[3].rgb[2] = 100.0;
   ASSERT_TRUE(outliers_trimmed(blocks));
@@ -55,19 +55,19 @@ TEST(Outliers, BrightBlockIsLeftOut) {
 
 // All the light in one block: G = 0.8, k = 2, the median.
 TEST(Outliers, AllLightInOneBlockIsLost) {
-  const std::optional<Rgb> trimmed = outliers_trimmed(grey_blocks({0, 0, 7, 0, 0}));
+  const std::optional<Rgb> trimmed = outliers_trimmed(gray_blocks({0, 0, 7, 0, 0}));
   ASSERT_TRUE(trimmed);
   EXPECT_EQ(*trimmed, Rgb(0.0f));
 }
 
 TEST(Outliers, WhatCannotBeJudgedIsKept) {
   EXPECT_FALSE(outliers_trimmed(Blocks{}));
-  EXPECT_FALSE(outliers_trimmed(grey_blocks({0, 0, 0, 0, 0})));
+  EXPECT_FALSE(outliers_trimmed(gray_blocks({0, 0, 0, 0, 0})));
   Blocks two{};
   add_to_block(two[0], Rgb(1.0f), 1.0);
   add_to_block(two[4], Rgb(1000.0f), 1.0);
   EXPECT_FALSE(outliers_trimmed(two));
-  Blocks negative = grey_blocks({1, 1, 1, 1, 1000});
+  Blocks negative = gray_blocks({1, 1, 1, 1, 1000});
   EXPECT_TRUE(outliers_trimmed(negative));
   add_to_block(negative[3], Rgb(1.0f), -2.0); // of a filter's negative lobe
   EXPECT_FALSE(outliers_trimmed(negative));
@@ -115,7 +115,7 @@ TEST(Outliers, FirefliesLeaveAFilm) {
   EXPECT_EQ(trimmed.memory_bytes() - kept.memory_bytes(), size_t{kPixels} * 224);
 }
 
-// What was a firefly at few samples is part of the picture at many: the estimator is consistent.
+// What was a firefly at few samples is part of the image at many: the estimator is consistent.
 TEST(Outliers, ManySamplesAreKept) {
   std::mt19937 random(11);
   std::bernoulli_distribution often(0.1);

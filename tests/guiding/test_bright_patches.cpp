@@ -52,7 +52,7 @@ TEST(BrightPatches, ChancesFollowFormFactors) {
     BrightPatches::Chances chances;
     patches.chances(place.position, place.normal, chances);
     EXPECT_GT(chances.sum, 0.01f);
-    EXPECT_LE(chances.sum, 1.0f - BrightPatches::kLeastRest + 1e-6f);
+    EXPECT_LE(chances.sum, 1.0f - BrightPatches::kMinRest + 1e-6f);
     float sum = 0.0f;
     for (size_t j = 0; j < patches.patches().size(); ++j) {
       const BrightPatch& patch = patches.patches()[j];
@@ -68,7 +68,7 @@ TEST(BrightPatches, ChancesFollowFormFactors) {
   const BrightPatch ceiling{V3f(0, 1, 0), V3f(5, 0, 5), 3, 1e6f};
   BrightPatches::Chances chances;
   BrightPatches(std::span(&ceiling, 1)).chances(V3f(0.0f), V3f(0, 1, 0), chances);
-  EXPECT_NEAR(chances.sum, 1.0f - BrightPatches::kLeastRest, 1e-5f);
+  EXPECT_NEAR(chances.sum, 1.0f - BrightPatches::kMinRest, 1e-5f);
   // Seen from behind, and with none at all, there is nothing to aim at.
   BrightPatches(std::span(&ceiling, 1)).chances(V3f(0, 2, 0), V3f(0, -1, 0), chances);
   EXPECT_EQ(chances.sum, 0.0f);

@@ -94,7 +94,7 @@ TEST(LearnGuide, StrengthsAreAMinimum) {
     }
 }
 
-// To the bit: the guide decides which samples a picture has.
+// To the bit: the guide decides which samples an image has.
 TEST(LearnGuide, ThreadsDoNotMatter) {
   const std::vector<GuideRecord> records = room_records(100000, 7, 3.0f);
   LearnedGuide alone;

@@ -35,11 +35,11 @@ TEST(ShareTree, LearnsWhatArrives) {
   std::vector<LightRecord> records = floor_records(20000, 1);
   const ShareTree shares(records);
   EXPECT_GT(shares.region_count(), 50U);
-  const LightShares& left = shares.find(V3f(-0.5f, 0, 0.5f), V3f(0, 1, 0));
-  const LightShares& right = shares.find(V3f(0.5f, 0, 0.5f), V3f(0, 1, 0));
+  const LightProbabilities& left = shares.find(V3f(-0.5f, 0, 0.5f), V3f(0, 1, 0));
+  const LightProbabilities& right = shares.find(V3f(0.5f, 0, 0.5f), V3f(0, 1, 0));
   EXPECT_NEAR(left[1] / left[0], 9.0f, 1.0f); // roots of the moments
   EXPECT_GT(right[0], 0.8f);
-  for (const LightShares& here : {left, right})
+  for (const LightProbabilities& here : {left, right})
     for (const float share : here) EXPECT_GE(share, 0.05f); // nothing starves
   const std::vector<LightRecord> others = floor_records(20000, 2);
   EXPECT_LT(second_moment(others, shares), 0.7);
@@ -62,7 +62,7 @@ TEST(ShareTree, ThreadsDoNotMatter) {
     for (uint32_t facing = 0; facing < kFacings; ++facing)
       ASSERT_EQ(alone.find(position, facing), together.find(position, facing));
     // The sun, and only on the left.
-    const LightShares& up = together.find(position, V3f(0, 1, 0));
+    const LightProbabilities& up = together.find(position, V3f(0, 1, 0));
     if (std::abs(position.x) > 0.2f) {
       EXPECT_EQ(up[1] > 0.3f, position.x < 0.0f) << position;
     }
@@ -79,7 +79,8 @@ TEST(ShareTree, LightSetSharesAsLearned) {
   input.environment = std::make_shared<Environment>(Rgb(0.5f));
   const LightSet lights(input);
   const V3f point(0.2f, 0, 0.1f), normal(0, 1, 0);
-  for (const LightShares& learned : {LightShares{0.2f, 0.5f, 0.3f}, LightShares{2.0f, 0.05f, 0.4f}}) {
+  for (const LightProbabilities& learned :
+       {LightProbabilities{0.2f, 0.5f, 0.3f}, LightProbabilities{2.0f, 0.05f, 0.4f}}) {
     Random random(3);
     constexpr int kSamples = 100000;
     std::array<int, kLightKinds> counts{};
@@ -112,7 +113,7 @@ TEST(ShareTree, AbsentKinds) {
   input.directionals = {{V3f(0, -1, 0), Rgb(2.0f)}};
   input.environment = std::make_shared<Environment>(Rgb(0.5f));
   const LightSet lights(input);
-  const LightShares learned{0.6f, 0.3f, 0.1f};
+  const LightProbabilities learned{0.6f, 0.3f, 0.1f};
   Random random(4);
   int suns = 0;
   constexpr int kSamples = 20000;

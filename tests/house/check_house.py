@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the rules of the house that a machine can see: include and link direction, adapters, printing, licence lines, READMEs.
+"""Checks the rules of the house that a machine can see: include and link direction, adapters, printing, license lines, READMEs.
 
 usage: check_house.py --root REPOSITORY [--targets FILE] [--rule NAME]...
 Exit code 0 if nothing was found, 1 with one line for each finding, 2 on bad usage.
@@ -28,13 +28,13 @@ class Layers:
         with open(path, "rb") as file:
             table = tomllib.load(file)
         self.levels = table["levels"]
-        self.neighbours = table["neighbours"]
+        self.neighbors = table["neighbors"]
         self.adapters = table["adapters"]
         self.printing = table["printing"]["folders"]
 
     def may_use(self, folder, other):
         """Whether code of one folder may include headers of, or link, another."""
-        return other == folder or self.levels[other] < self.levels[folder] or other in self.neighbours.get(folder, ())
+        return other == folder or self.levels[other] < self.levels[folder] or other in self.neighbors.get(folder, ())
 
     def folder_of(self, path):
         """The folder of the table that a path from the root lies in, or None."""
@@ -101,7 +101,7 @@ def check_printing(root, layers):
 
 
 def check_files(root, layers):
-    """Each source opens with the sentence of what lives in it, carries the licence line, and a header its #pragma once."""
+    """Each source opens with the sentence of what lives in it, carries the license line, and a header its #pragma once."""
     for path, text in sources(root, layers):
         if not text.startswith("//"):
             yield f"{path}: the first line is not the sentence that says what lives here"

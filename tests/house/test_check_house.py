@@ -51,12 +51,12 @@ class CheckHouse(unittest.TestCase):
         self.write("renderer/base/bad.h", HEAD + "#pragma once\n#include \"renderer/film/film.h\"\n")
         self.expect_one("includes", "renderer/base/bad.h:4", "level 2")
 
-    def test_include_of_a_neighbour(self):
+    def test_include_of_a_neighbor(self):
         self.write("renderer/bsdf/bad.cpp", HEAD + "  #  include \"renderer/film/film.h\"\n")
         self.expect_one("includes", "renderer/bsdf/bad.cpp:3")
 
-    def test_neighbours_are_never_a_circle(self):
-        for folder, others in self.layers.neighbours.items():
+    def test_neighbors_are_never_a_circle(self):
+        for folder, others in self.layers.neighbors.items():
             for other in others:
                 self.assertFalse(self.layers.may_use(other, folder), f"{folder} and {other}")
 
@@ -93,7 +93,7 @@ class CheckHouse(unittest.TestCase):
             self.write("renderer/film/bad.cpp", HEAD + f"void f() {{ {call} }}\n")
             self.expect_one("printing", "renderer/film/bad.cpp:3")
 
-    def test_missing_licence_sentence_and_guard(self):
+    def test_missing_license_sentence_and_guard(self):
         self.write("renderer/film/bad.h", "int x;\n")
         self.assertEqual(len(self.findings("files")), 3)
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 
-#include "tests/image/test_pictures.h"
+#include "tests/image/test_images.h"
 
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ TEST(DecodeImage, DetectsFormatsByTheirMagicBytes) {
 
 TEST(DecodeImage, RefusesForeignFormatsByName) {
   const std::string message = decode_error(bytes_of("GIF89a...."));
-  EXPECT_EQ(message, "some name: not a picture that can be read (it starts with 47 49 46 38 39 61 2e 2e); "
+  EXPECT_EQ(message, "some name: not an image that can be read (it starts with 47 49 46 38 39 61 2e 2e); "
                      "use PNG, JPEG, WebP, KTX2, HDR or EXR");
   EXPECT_NE(decode_error({}).find("it starts with nothing"), std::string::npos);
 }
@@ -101,7 +101,7 @@ TEST(DecodeImage, PngFewBitsAreSpreadOverEight) {
   EXPECT_EQ(values_u8(decoded(test::make_png(2, 1, 4, 0, {{0x1f}}))), (std::vector<int>{17, 255}));
 }
 
-TEST(DecodeImage, PngTransparentGreyBecomesGreyWithAlpha) {
+TEST(DecodeImage, PngTransparentGrayBecomesGrayWithAlpha) {
   const Image image = decoded(test::make_png(2, 1, 8, 0, {{7, 9}}, {{"tRNS", {0, 9}}}));
   EXPECT_EQ(image.channels, 2);
   EXPECT_EQ(values_u8(image), (std::vector<int>{7, 255, 9, 0}));
@@ -114,8 +114,8 @@ TEST(DecodeImage, PngGammaAndUnknownProfilesChangeNothing) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-// Lossy: a smooth picture comes back within a few code values.
-TEST(DecodeImage, JpegGreyRgbAndProgressive) {
+// Lossy: a smooth image comes back within a few code values.
+TEST(DecodeImage, JpegGrayRgbAndProgressive) {
   for (const int channels : {1, 3}) {
     for (const bool progressive : {false, true}) {
       Image image{32, 24, channels, PixelType::u8, {}};
@@ -135,7 +135,7 @@ TEST(DecodeImage, JpegGreyRgbAndProgressive) {
   }
 }
 
-// Adobe's ink is stored inverted: 255 is none. Full paper gives the ink's colour; black dims it.
+// Adobe's ink is stored inverted: 255 is none. Full paper gives the ink's color; black dims it.
 TEST(DecodeImage, JpegCmykBecomesRgb) {
   std::vector<uint8_t> samples;
   for (int i = 0; i < 16 * 16; ++i) samples.insert(samples.end(), {200, 100, 50, 128});
@@ -213,13 +213,13 @@ TEST(DecodeImage, ExrOfTiles) {
   }
 }
 
-TEST(DecodeImage, ExrOfPartsGivesTheFirstWithColour) {
-  const Image picture = test::make_noise_image(20, 11, 3, PixelType::f16);
+TEST(DecodeImage, ExrOfPartsGivesTheFirstWithColor) {
+  const Image image = test::make_noise_image(20, 11, 3, PixelType::f16);
   const Image mask = test::make_noise_image(20, 11, 1, PixelType::f32);
-  expect_same(decoded(test::encode_exr_mask_and_picture(mask, picture)), picture);
+  expect_same(decoded(test::encode_exr_mask_and_image(mask, image)), image);
 }
 
-TEST(DecodeImage, ExrTakesColourByNameAmongOthers) {
+TEST(DecodeImage, ExrTakesColorByNameAmongOthers) {
   const Image image = test::make_noise_image(9, 5, 6, PixelType::f32);
   const Image read = decoded(test::encode_with_oiio(image, "openexr", {"Z", "B", "albedo.R", "G", "R", "mask"}));
   ASSERT_EQ(read.channels, 3);
@@ -267,7 +267,7 @@ TEST(DecodeImage, ExrFillsItsDisplayWindow) {
   }
 }
 
-TEST(DecodeImage, ExrWithoutColourIsRefusedWithItsChannels) {
+TEST(DecodeImage, ExrWithoutColorIsRefusedWithItsChannels) {
   const Image image = test::make_noise_image(4, 4, 2, PixelType::f16);
   EXPECT_NE(decode_error(test::encode_with_oiio(image, "openexr", {"Z", "mask"})).find("its channels are"),
             std::string::npos);
@@ -286,8 +286,8 @@ std::vector<FileBytes> all_samples() {
           test::encode_with_oiio(test::make_noise_image(24, 16, 3, PixelType::f32), "hdr"),
           test::encode_with_oiio(test::make_noise_image(24, 40, 3, PixelType::f16), "openexr"),
           test::encode_exr_tiled(test::make_noise_image(24, 20, 3, PixelType::f16), 16),
-          test::encode_exr_mask_and_picture(test::make_noise_image(24, 16, 1, PixelType::f32),
-                                            test::make_noise_image(24, 16, 3, PixelType::f16)),
+          test::encode_exr_mask_and_image(test::make_noise_image(24, 16, 1, PixelType::f32),
+                                          test::make_noise_image(24, 16, 3, PixelType::f16)),
           test::encode_exr_window(test::make_noise_image(8, 8, 4, PixelType::f32), 2, 2, 12, 12)};
 }
 
@@ -303,13 +303,13 @@ TEST(DecodeImage, LimitsAreEnforcedForEveryFormat) {
 }
 
 // A few bytes that promise gigabytes are refused before the memory is asked for.
-TEST(DecodeImage, SmallFilesThatPromiseHugePicturesAreRefused) {
+TEST(DecodeImage, SmallFilesThatPromiseHugeImagesAreRefused) {
   EXPECT_NE(decode_error(test::make_png(16000, 16000, 16, 6, {{1, 2, 3}})).find("cannot hold"), std::string::npos);
   EXPECT_NE(decode_error(test::make_png(0x7fffffff, 0x7fffffff, 8, 2, {{1}})).find("a side may have"),
             std::string::npos);
   EXPECT_NE(decode_error(test::make_png(0, 4, 8, 2, {{1}})).find("at least 1 x 1"), std::string::npos);
-  std::vector<uint8_t> grey(16 * 16, 99);
-  FileBytes jpeg = test::encode_jpeg(grey, 16, 16, 1, false);
+  std::vector<uint8_t> gray(16 * 16, 99);
+  FileBytes jpeg = test::encode_jpeg(gray, 16, 16, 1, false);
   // Height and width follow the start-of-frame marker by five bytes: 15872 each.
   for (size_t i = 0; i + 9 < jpeg.size(); ++i) {
     if (jpeg[i] != std::byte{0xff} || jpeg[i + 1] != std::byte{0xc0}) continue;

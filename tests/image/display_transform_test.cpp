@@ -117,12 +117,12 @@ TEST_F(Display, RawIsIdentityBitForBit) {
 
 // Values from the formula of the specification, worked by hand.
 TEST_F(Display, NeutralHasItsPublishedValues) {
-  // Between 0.08 and 0.8 base colours come out less 0.04.
+  // Between 0.08 and 0.8 base colors come out less 0.04.
   expect_near(tone_map_pbr_neutral({0.5f, 0.08f, 0.8f}), {0.46f, 0.04f, 0.76f}, 1e-7f);
   // Near black: x - (x - x^2 / 0.16) = x^2 / 0.16.
   expect_near(tone_map_pbr_neutral(Rgb(0.02f)), Rgb(0.0025f), 1e-7f);
   expect_near(tone_map_pbr_neutral(Rgb(0.0f)), Rgb(0.0f), 0.0f);
-  // Greys above: p = 9.96, 1 - 0.0576 / (p - 0.52).
+  // Grays above: p = 9.96, 1 - 0.0576 / (p - 0.52).
   expect_near(tone_map_pbr_neutral(Rgb(10.0f)), Rgb(1.0f - 0.0576f / 9.44f), 1e-6f);
   // Pure red 2: f = 0, p = 2, p_n = 1 - 0.0576 / 1.48, g = 1 / (0.15 (p - p_n) + 1).
   const float new_peak = 1.0f - 0.0576f / 1.48f;
@@ -153,14 +153,14 @@ TEST_F(Display, NeutralViewEndsInTheSrgbCurve) {
 
 // ---- ACES
 
-// The reference rendering transform shows a scene grey of 0.18 at 4.8 of 48 nits; the SDR video transform then raises
+// The reference rendering transform shows a scene gray of 0.18 at 4.8 of 48 nits; the SDR video transform then raises
 // luminance to 0.9811 for dim surroundings.
-TEST_F(Display, AcesShowsMidGreyAtATenth) {
-  const Rgb grey = apply(make("ACES 1.0 SDR"), Rgb(0.18f));
-  EXPECT_NEAR(grey.x, encode_srgb(std::pow(0.1f, 0.9811f)), 1e-3f);
+TEST_F(Display, AcesShowsMidGrayAtATenth) {
+  const Rgb gray = apply(make("ACES 1.0 SDR"), Rgb(0.18f));
+  EXPECT_NEAR(gray.x, encode_srgb(std::pow(0.1f, 0.9811f)), 1e-3f);
   // The white of Rec. 709 stays neutral through AP0 and back.
-  EXPECT_NEAR(grey.x, grey.y, 1e-3f);
-  EXPECT_NEAR(grey.x, grey.z, 1e-3f);
+  EXPECT_NEAR(gray.x, gray.y, 1e-3f);
+  EXPECT_NEAR(gray.x, gray.z, 1e-3f);
 }
 
 TEST_F(Display, AcesIsMonotonicAndReachesWhite) {
@@ -171,12 +171,12 @@ TEST_F(Display, AcesIsMonotonicAndReachesWhite) {
     EXPECT_GE(shown, last - 1e-6f);
     last = shown;
   }
-  // A scene value of 16.3, 6.5 stops above grey, is the display's white.
+  // A scene value of 16.3, 6.5 stops above gray, is the display's white.
   EXPECT_NEAR(apply(aces, Rgb(16.3f)).x, 1.0f, 0.01f);
 }
 
 // Long spans are worked on in pieces: each pixel is as if alone.
-TEST_F(Display, PixelsDoNotDependOnTheirNeighbours) {
+TEST_F(Display, PixelsDoNotDependOnTheirNeighbors) {
   for (const char* view : {"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral"}) {
     const DisplayTransform transform = make(view);
     std::vector<float> pixels(4 * 5003);
@@ -220,7 +220,7 @@ TEST_F(Display, EnvironmentVariableNamesTheConfiguration) {
   EXPECT_EQ(make("").view(), "Standard");
 }
 
-// Where only ACES2065-1 is named, colours are converted to it: AP0 components of Rec. 709 red (Bradford) are below 1.
+// Where only ACES2065-1 is named, colors are converted to it: AP0 components of Rec. 709 red (Bradford) are below 1.
 TEST_F(Display, AcesInterchangeIsUsedWhereRec709IsNotNamed) {
   write_config("ap0", "scene_linear: half, aces_interchange: ap0");
   const Rgb red = apply(make("Plain", 0.0f, path_), Rgb(1.0f, 0.0f, 0.0f));

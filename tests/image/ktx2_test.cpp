@@ -5,7 +5,7 @@
 #include "renderer/image/uastc_block.h"
 #include "renderer/image/uastc_tables.h"
 
-#include "tests/image/test_pictures.h"
+#include "tests/image/test_images.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -61,7 +61,7 @@ constexpr size_t kVkFormat = 12, kWidth = 20, kHeight = 24, kDepth = 28, kLayers
                  kScheme = 44, kDescriptorOffset = 48, kKeyValueOffset = 56, kKeyValueLength = 60, kGlobalsOffset = 64,
                  kLevelOffset = 80, kLevelLength = 88, kInflatedLength = 96;
 
-// Byte of the basic descriptor block: 8 colour model, 11 flags, 27 and 43 the channels of the two samples.
+// Byte of the basic descriptor block: 8 color model, 11 flags, 27 and 43 the channels of the two samples.
 std::byte& descriptor(FileBytes& file, size_t at) { return file[get_u32(file, kDescriptorOffset) + 4 + at]; }
 
 FileBytes with_key_value(FileBytes file, std::string_view key, std::string_view value) {
@@ -84,7 +84,7 @@ FileBytes patched(FileBytes file, size_t at, uint32_t value) {
 }
 
 const std::vector<std::string> kAllFixtures = {"uastc_modes", "uastc_zstd_rgba", "uastc_zstd_rgb", "etc1s_rgba",
-                                               "etc1s_rgb",   "etc1s_flat",      "etc1s_grey"};
+                                               "etc1s_rgb",   "etc1s_flat",      "etc1s_gray"};
 
 // ---- agreement
 
@@ -100,7 +100,7 @@ TEST(Ktx2, MatchesTheReferenceTranscoderToTheBit) {
                                      {"etc1s_rgba", 37, 22, 4, 0x2fd7db61fc8d6bb0},
                                      {"etc1s_rgb", 64, 64, 3, 0x61051101c44a70a4},
                                      {"etc1s_flat", 256, 256, 3, 0xf26fa72049f81aa5},
-                                     {"etc1s_grey", 48, 48, 3, 0x74ff937e6e891d63}}) {
+                                     {"etc1s_gray", 48, 48, 3, 0x74ff937e6e891d63}}) {
     const Image image = decoded_ktx2(fixture(reference.name));
     EXPECT_EQ(image.width, reference.width) << reference.name;
     EXPECT_EQ(image.height, reference.height) << reference.name;
@@ -257,7 +257,7 @@ TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
   refused(patched(uastc, kVkFormat, 37), "its vkFormat is 37, a plain or GPU format; accepted is 0 (ETC1S or UASTC)");
-  refused(patched(uastc, kFaces, 6), "6 faces; accepted is a single 2-D picture");
+  refused(patched(uastc, kFaces, 6), "6 faces; accepted is a single 2-D image");
   refused(patched(uastc, kLayers, 2), "2 layers");
   refused(patched(uastc, kDepth, 4), "it has depth 4");
   refused(patched(uastc, kHeight, 0), "level 0 has 4896 bytes where 72 x 0 pixels need 0");
@@ -267,7 +267,7 @@ TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
   refused(patched(uastc, kScheme, 9), "its supercompression scheme is 9");
   FileBytes file = uastc;
   descriptor(file, 8) = std::byte{167};
-  refused(file, "its colour model is 167; accepted are 163 (ETC1S) and 166 (UASTC LDR)");
+  refused(file, "its color model is 167; accepted are 163 (ETC1S) and 166 (UASTC LDR)");
   file = uastc;
   descriptor(file, 11) = std::byte{1};
   refused(file, "its alpha is premultiplied; accepted is straight alpha");
@@ -302,7 +302,7 @@ TEST(Ktx2, PartsOutsideTheFileAreRefused) {
 }
 
 // A few bytes that promise gigabytes are refused before the memory is asked for.
-TEST(Ktx2, SmallFilesThatPromiseHugePicturesAreRefused) {
+TEST(Ktx2, SmallFilesThatPromiseHugeImagesAreRefused) {
   FileBytes file = fixture("uastc_zstd_rgb");
   put_u32(file, kWidth, 16384);
   put_u32(file, kHeight, 16384);

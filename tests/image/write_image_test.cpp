@@ -3,7 +3,7 @@
 #include "renderer/image/write_image.h"
 
 #include "renderer/image/decode_image.h"
-#include "tests/image/test_pictures.h"
+#include "tests/image/test_images.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ std::vector<float> noise(size_t count, uint32_t seed) {
   return values;
 }
 
-// A crop of a 12 x 9 picture with four layers of different depth, in an order that is not that of their names.
+// A crop of a 12 x 9 image with four layers of different depth, in an order that is not that of their names.
 ExrImage make_layers() {
   ExrImage image;
   image.display_size_px = {12, 9};
@@ -201,8 +201,8 @@ TEST_F(WriteImage, PngRoundsToTheNearestStepAndClamps) {
   }
 }
 
-// Straight alpha: a transparent pixel keeps its colour.
-TEST_F(WriteImage, PngKeepsColourUnderTransparency) {
+// Straight alpha: a transparent pixel keeps its color.
+TEST_F(WriteImage, PngKeepsColorUnderTransparency) {
   ASSERT_TRUE(write_png(at("a.png"), std::vector<float>{1.0f, 0.2f, 0.4f, 0.0f}, {1, 1}, 8).ok());
   const Image image = read_image_file(at("a.png")).value();
   EXPECT_EQ(static_cast<int>(image.pixels[0]), 255);

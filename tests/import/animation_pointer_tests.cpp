@@ -35,7 +35,7 @@ Scene at_half(const GltfBuilder& builder) {
 TEST(AnimationPointer, ReachesMaterials) {
   const Scene factor =
       at_half(pointing("/materials/0/pbrMetallicRoughness/baseColorFactor", {0, 0, 0, 1}, {1, 0.5f, 0, 0}, "VEC4"));
-  EXPECT_EQ(factor.materials[0].base_color_factor, V4f(0.5f, 0.25f, 0, 0.5f)); // a colour: no quaternion
+  EXPECT_EQ(factor.materials[0].base_color_factor, V4f(0.5f, 0.25f, 0, 0.5f)); // a color: no quaternion
   const Scene strength =
       at_half(pointing("/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength", {0}, {8}, "SCALAR"));
   EXPECT_EQ(strength.materials[0].emissive_strength, 4.0f);

@@ -60,7 +60,7 @@ TEST(CameraExtras, WarnOfWhatTheyIgnore) {
   for (const Broken& broken : {
            Broken{R"({"fStop": 0})", "fStop: '0' is ignored, accepted is a number from 0.001 to 1e6"},
            Broken{R"({"fStop": "2.8"})", R"(fStop: '"2.8"' is ignored, accepted is a number from 0.001 to 1e6)"},
-           Broken{R"({"focalLength": -1})", "focalLength: '-1' is ignored, accepted is a length above 0, in metres"},
+           Broken{R"({"focalLength": -1})", "focalLength: '-1' is ignored, accepted is a length above 0, in meters"},
            Broken{R"({"focusDistance": null})", "focusDistance: 'null' is ignored, accepted is a length above 0"},
            Broken{R"({"focusPoint": [0.5]})", "focusPoint: '[0.5]' is ignored, accepted is [x, y]"},
            Broken{R"({"focusPoint": [0.5, 2]})", "focusPoint: '[0.5,2]' is ignored, accepted is [x, y]"},

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 
-# What the validator calls an error but leaves a picture well defined, and why.
+# What the validator calls an error but leaves an image well defined, and why.
 HARMLESS = {
     "declared bounds are not used": [
         "ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "ACCESSOR_MAX_MISMATCH",
@@ -37,10 +37,10 @@ HARMLESS = {
     "points are not rendered; triangles with these joints are refused or repaired": [
         "ACCESSOR_JOINTS_INDEX_OOB", "ACCESSOR_JOINTS_INDEX_DUPLICATE"],
     "the last one counts": ["ANIMATION_DUPLICATE_TARGETS"],
-    "MIME types are not believed, pictures are recognised by their bytes": [
+    "MIME types are not believed, images are recognized by their bytes": [
         "BUFFER_DATA_URI_MIME_TYPE_INVALID", "IMAGE_MIME_TYPE_INVALID", "IMAGE_NON_ENABLED_MIME_TYPE",
         "TEXTURE_INVALID_IMAGE_MIME_TYPE"],
-    "a picture that cannot be read is a warning": [
+    "an image that cannot be read is a warning": [
         "IMAGE_DATA_INVALID", "IMAGE_UNEXPECTED_EOS", "IO_ERROR", "INVALID_URI"],
     "nothing, or the same twice": ["EMPTY_ENTITY", "DUPLICATE_ELEMENTS"],
     "a byte order mark is skipped": ["INVALID_JSON"],
@@ -113,9 +113,9 @@ def unexplained(file):
     codes = set()
     for message in messages:
         unread = any("/extensions/" + name in message.get("pointer", "") for name in UNREAD)
-        # The picture of a texture that is not there is one that cannot be read.
-        no_picture = message["code"] == "UNRESOLVED_REFERENCE" and message.get("pointer", "").endswith("/source")
-        if message["severity"] == 0 and message["code"] not in HARMLESS_CODES and not unread and not no_picture:
+        # The image of a texture that is not there is one that cannot be read.
+        no_image = message["code"] == "UNRESOLVED_REFERENCE" and message.get("pointer", "").endswith("/source")
+        if message["severity"] == 0 and message["code"] not in HARMLESS_CODES and not unread and not no_image:
             codes.add(message["code"])
     return sorted(codes)
 

@@ -87,7 +87,7 @@ struct Loaded {
                                const char* name = "test.gltf");
 [[nodiscard]] Loaded load(const GltfBuilder& builder, const ImportOptions& options = {});
 
-// Pictures of one pixel.
+// Images of one pixel.
 extern const std::string_view kPngBase64;
 extern const std::string_view kWebpBase64;
 [[nodiscard]] std::string from_base64(std::string_view text);

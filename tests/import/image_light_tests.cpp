@@ -1,4 +1,4 @@
-// EXT_lights_image_based: numbers, pictures and their encodings, and what is refused.
+// EXT_lights_image_based: numbers, images and their encodings, and what is refused.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animated_members.h"
 #include "tests/import/gltf_builder.h"
@@ -68,7 +68,7 @@ TEST(ImageLights, OfNoSceneAreNotDecoded) {
   EXPECT_EQ(loaded.scene->scenes[0].image_light, kNone);
 }
 
-TEST(ImageLights, PicturesThatDoNotFitLeaveTheCoefficients) {
+TEST(ImageLights, ImagesThatDoNotFitLeaveTheCoefficients) {
   for (const auto& [first, others] : {std::pair(kWide, kRgb), std::pair(kRgb, std::string_view("AAAA"))}) {
     const Loaded loaded = load(lit_by(first, others));
     ASSERT_TRUE(loaded.scene) << loaded.error;

@@ -38,7 +38,7 @@ TEST(LightExtras, WarnOfWhatTheyIgnore) {
     const char* warning;
   };
   for (const BrokenLight& broken : {
-           BrokenLight{"point", R"({"radius": -1})", "radius: '-1' is ignored, accepted is a length from 0, in metres"},
+           BrokenLight{"point", R"({"radius": -1})", "radius: '-1' is ignored, accepted is a length from 0, in meters"},
            BrokenLight{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
            BrokenLight{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, accepted are radius"},
            BrokenLight{"directional", R"({"angularDiameter": 4})",

@@ -32,10 +32,10 @@ add('floats of whole numbers', floats(2 * 33, i => 3 * (i >> 1) * (1 + (i & 1)))
 add('two blocks', bytes(4 * 300, i => (i >> 2) * (i & 1) / 5), 300, 4);
 add('blocks of 16 elements', bytes(256 * 20, i => (i >> 8) + (i & 3)), 20, 256);
 const colors = Float32Array.from({length: 4 * 18}, (_, i) => i % 4 == 3 ? 1 - (i >> 2) / 17 : random());
-add('colours of 8 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 4, 8), 18, 4, 'COLOR');
-add('colours of 6 of 8 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 4, 6), 18, 4, 'COLOR');
-add('colours of 16 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 8, 16), 18, 8, 'COLOR');
-add('colours of 11 of 16 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 8, 11), 18, 8, 'COLOR');
+add('colors of 8 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 4, 8), 18, 4, 'COLOR');
+add('colors of 6 of 8 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 4, 6), 18, 4, 'COLOR');
+add('colors of 16 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 8, 16), 18, 8, 'COLOR');
+add('colors of 11 of 16 bits', MeshoptEncoder.encodeFilterColor(colors, 18, 8, 11), 18, 8, 'COLOR');
 
 const text = data => {
   const base64 = Buffer.from(data).toString('base64');

@@ -12,7 +12,7 @@
 namespace kindling::test {
 namespace {
 
-// One triangle with two sets of texture coordinates and this material; four textures of one picture.
+// One triangle with two sets of texture coordinates and this material; four textures of one image.
 Loaded on_a_triangle(const json& material) {
   GltfBuilder builder;
   const json attributes = {{"POSITION", builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, kFloat, "VEC3")},
@@ -135,7 +135,7 @@ TEST(MaterialExtensions, SheenIsRead) {
 TEST(MaterialExtensions, SpecularIsRead) {
   const Material material = read("KHR_materials_specular", R"({"specularColorFactor": [2, 1, 0]})");
   EXPECT_EQ(material.specular_factor, 1.0f);
-  EXPECT_EQ(material.specular_color_factor, Rgb(2, 1, 0)) << "a colour above 1 is right";
+  EXPECT_EQ(material.specular_color_factor, Rgb(2, 1, 0)) << "a color above 1 is right";
   expect_refused("KHR_materials_specular", "specularFactor", 1.5, "from 0 to 1");
   expect_refused("KHR_materials_specular", "specularColorFactor", {-1.5, 0, 0}, "from 0 finite");
 }
@@ -170,7 +170,7 @@ TEST(MaterialExtensions, VolumeIsRead) {
   expect_refused("KHR_materials_volume", "attenuationColor", {0.5, 1.5, 0}, "from 0 to 1");
 }
 
-TEST(MaterialExtensions, ThePictureOfAThicknessIsNotLoaded) {
+TEST(MaterialExtensions, TheImageOfAThicknessIsNotLoaded) {
   const Loaded loaded =
       with_extension("KHR_materials_volume", {{"thicknessTexture", {{"index", 1}}}, {"thicknessFactor", 1}});
   ASSERT_TRUE(loaded.scene) << loaded.error;
@@ -240,7 +240,7 @@ TEST(MaterialExtensions, ScatterInAVolumeIsItsAlbedo) {
   EXPECT_EQ(material.transmission_factor, 1.0f) << "the surface stays as it is";
   const Loaded textured =
       on_a_triangle(scattering(R"({"scatterFactor": 1, "multiscatterColorTexture": {"index": 0}})", 1.0, 1.0));
-  EXPECT_TRUE(textured.warned("textures of the strength of scattering and of a volume's colour have no effect yet"));
+  EXPECT_TRUE(textured.warned("textures of the strength of scattering and of a volume's color have no effect yet"));
   EXPECT_EQ(textured.scene->materials[0].multiscatter_color, Rgb(1, 1, 1));
   expect_refused("KHR_materials_scatter", "scatterStrengthFactor", 1.5, "from 0 to 1");
   expect_refused("KHR_materials_scatter", "multiscatterColorFactor", {0.5}, "accepted is 3");
@@ -270,7 +270,7 @@ TEST(MaterialExtensions, ScatterAtAThinWallIsDiffuseTransmission) {
   EXPECT_NEAR((1.0f - half.transmission_factor) * half.diffuse_transmission_factor, 0.125f, 1e-6f);
 }
 
-TEST(MaterialExtensions, UnlitSetsAsideAllButColourAlphaAndSides) {
+TEST(MaterialExtensions, UnlitSetsAsideAllButColorAlphaAndSides) {
   const Loaded loaded = on_a_triangle(json::parse(R"({"name": "m", "doubleSided": true, "alphaMode": "MASK",
     "alphaCutoff": 0.25, "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0,
     "baseColorTexture": {"index": 0}}, "normalTexture": {"index": 1}, "emissiveFactor": [1, 1, 1],

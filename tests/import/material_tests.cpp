@@ -1,4 +1,4 @@
-// Materials, textures and pictures.
+// Materials, textures and images.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -131,7 +131,7 @@ TEST(Textures, ReadSamplers) {
   EXPECT_EQ(texture.wrap_v, TextureWrap::mirrored_repeat);
 }
 
-TEST(Textures, ReadPicturesFromAnywhere) {
+TEST(Textures, ReadImagesFromAnywhere) {
   const std::string png = from_base64(kPngBase64);
   const auto width = [](const Loaded& loaded) {
     EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
@@ -149,7 +149,7 @@ TEST(Textures, ReadPicturesFromAnywhere) {
 }
 
 TEST(Textures, PreferWebpWhereItIsGiven) {
-  GltfBuilder builder = textured({{"uri", data_uri("not a picture")}});
+  GltfBuilder builder = textured({{"uri", data_uri("not an image")}});
   builder.root["textures"][0]["extensions"]["EXT_texture_webp"]["source"] =
       builder.push("images", {{"uri", data_uri(from_base64(kWebpBase64))}});
   const Loaded loaded = load(builder);
@@ -174,13 +174,13 @@ TEST(Textures, UnreadableOnesAreAWarning) {
   check({{"uri", data_uri(from_base64(kPngBase64).substr(0, 50))}}, "/images/0: ");
 }
 
-TEST(Textures, WithoutPictureAreAWarning) {
+TEST(Textures, WithoutImageAreAWarning) {
   GltfBuilder builder = textured({{"uri", "a.png"}});
   builder.root["textures"][0]["source"] = 5;
   const Loaded loaded = load(builder);
   ASSERT_TRUE(loaded.scene) << loaded.error;
   EXPECT_TRUE(loaded.warned("/textures/0/source: 5"));
-  EXPECT_TRUE(loaded.warned("a texture without a picture"));
+  EXPECT_TRUE(loaded.warned("a texture without an image"));
 }
 
 TEST(Textures, RefuseImagesThatAreTwoOrNone) {
@@ -191,7 +191,7 @@ TEST(Textures, RefuseImagesThatAreTwoOrNone) {
   EXPECT_EQ(load(builder).error, "/images/0: both uri and bufferView, accepted is one (ONE_OF_MISMATCH)");
 }
 
-TEST(Textures, HoldEqualPicturesOnce) {
+TEST(Textures, HoldEqualImagesOnce) {
   const std::string uri = "data:image/png;base64," + std::string(kPngBase64);
   GltfBuilder builder = textured({{"uri", uri}});
   builder.push("images", {{"uri", uri}});
@@ -219,7 +219,7 @@ TEST(Textures, DecodeOnlyWhatIsUsedAndWanted) {
   EXPECT_EQ(load(builder, options).scene->textures[0].image, nullptr);
   options = {};
   options.limits.max_texture_bytes = 1;
-  EXPECT_NE(load(builder, options).error.find("decoded pictures of more than 1 bytes"), std::string::npos);
+  EXPECT_NE(load(builder, options).error.find("decoded images of more than 1 bytes"), std::string::npos);
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// KHR_meshopt_compression: version 1 of the attribute codec and the colour filter, against streams and answers of the reference library.
+// KHR_meshopt_compression: version 1 of the attribute codec and the color filter, against streams and answers of the reference library.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/meshopt_attributes.h"
 #include "tests/import/gltf_builder.h"
@@ -79,7 +79,7 @@ TEST(MeshoptV1, SurvivesBrokenStreams) {
   EXPECT_GT(valid, 0U); // other values in a stream of the same shape
 }
 
-TEST(MeshoptV1, ColoursOfNoEncoderBecomeSomeColour) {
+TEST(MeshoptV1, ColorsOfNoEncoderBecomeSomeColor) {
   for (const size_t stride : {4U, 8U}) {
     std::vector<std::byte> elements(stride * 3, std::byte{0});
     std::fill(elements.begin() + static_cast<std::ptrdiff_t>(stride), elements.end(), std::byte{0xff});

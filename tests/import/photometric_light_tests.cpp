@@ -130,7 +130,7 @@ TEST(PhotometricLights, StandOnNodes) {
   EXPECT_EQ(posed.lights[0].light_to_world[3][1], 2.0f);
 }
 
-TEST(PhotometricLights, MultiplierAndColourAreAnimated) {
+TEST(PhotometricLights, MultiplierAndColorAreAnimated) {
   GltfBuilder builder = with_luminaire();
   const int input = builder.accessor<float>({0, 1}, kFloat, "SCALAR");
   json target = {{"path", "pointer"}};

@@ -34,7 +34,7 @@ json graph(const List& nodes, const char* type = "color3") {
   return {{"nodetype", "nodegraph"}, {"type", type}, {"nodes", nodes}, {"outputs", json::array({output})}};
 }
 
-// A triangle of which the base colour is output `slot` of these graphs.
+// A triangle of which the base color is output `slot` of these graphs.
 Loaded with_graphs(json graphs, json slot = {{"index", 0}}, bool required = false) {
   GltfBuilder builder;
   const json attributes = {{"POSITION", builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, kFloat, "VEC3")},
@@ -132,7 +132,7 @@ TEST(Procedurals, FaultsOfNodes) {
   fault({node("constant", "color3", {input("value", "color3", {{"value", {1, 2, "x"}}})})},
         "/nodes/0/inputs/0/value: accepted are numbers");
   fault({node("constant", "color3", {input("value", "color3", json::object())})}, "/nodes/0/inputs/0: without a value");
-  fault({node("constant", "color3", {input("colour", "color3", {{"value", {1, 2, 3}}})})},
+  fault({node("constant", "color3", {input("color", "color3", {{"value", {1, 2, 3}}})})},
         "/nodes/0/inputs/0/name: not an input of constant, accepted are value");
   fault({color, node("add", "color3", {input("in1", "color3", {{"node", 0}}), input("in1", "color3", {{"node", 0}})})},
         "/nodes/1/inputs/1: input 'in1' a second time");
@@ -211,7 +211,7 @@ TEST(Procedurals, WhatTheSlotSaysBesidesHasNoEffect) {
   EXPECT_EQ(slot.texcoord_sets(), 2U);
 }
 
-TEST(Procedurals, PicturesOfGraphsAreLoaded) {
+TEST(Procedurals, ImagesOfGraphsAreLoaded) {
   json with_input = graph(List{node("image", "color3", {input("file", "filename", {{"input", 0}})})});
   with_input["inputs"] = List{{{"nodetype", "input"}, {"type", "filename"}, {"texture", 0}}};
   for (const json& each :

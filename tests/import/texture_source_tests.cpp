@@ -1,4 +1,4 @@
-// KHR_texture_basisu and EXT_texture_webp: which of a texture's pictures is used, and what happens if it cannot be read.
+// KHR_texture_basisu and EXT_texture_webp: which of a texture's images is used, and what happens if it cannot be read.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -27,7 +27,7 @@ std::string premultiplied(std::string ktx2) {
 json png() { return {{"uri", "data:image/png;base64," + std::string(kPngBase64)}}; } // 1 x 1 pixel
 json ktx2(const std::string& bytes) { return {{"uri", data_uri(bytes, "image/ktx2")}, {"name", "basis"}}; }
 
-// A material whose base colour texture has a plain source, if there is one, and others by extensions.
+// A material whose base color texture has a plain source, if there is one, and others by extensions.
 GltfBuilder textured_by(const json& plain, const std::vector<std::pair<const char*, json>>& others) {
   GltfBuilder builder;
   builder.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
@@ -62,13 +62,13 @@ TEST(TextureSources, BasisAloneIsEnoughAndMayBeRequired) {
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
 }
 
-TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainPicture) {
+TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainImage) {
   const Loaded loaded = load(textured_by(png(), {{"KHR_texture_basisu", ktx2(premultiplied(ktx2_fixture()))}}));
   EXPECT_EQ(width(loaded), 1);
   EXPECT_EQ(loaded.scene->textures[0].name, "image 0");
   EXPECT_EQ(loaded.warnings,
             (std::vector<std::string>{"/images/1: basis: cannot decode KTX2: its alpha is premultiplied; accepted is "
-                                      "straight alpha: the texture's other picture is used"}));
+                                      "straight alpha: the texture's other image is used"}));
 }
 
 TEST(TextureSources, AllAreTriedInTurn) {
@@ -76,8 +76,8 @@ TEST(TextureSources, AllAreTriedInTurn) {
       png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}, {"EXT_texture_webp", {{"uri", data_uri("GIF89a")}}}}));
   EXPECT_EQ(width(loaded), 1);
   ASSERT_EQ(loaded.warnings.size(), 2U);
-  EXPECT_TRUE(loaded.warned("/images/1: 'absent.ktx2': no such file: the texture's other picture is used"));
-  EXPECT_TRUE(loaded.warned("use PNG, JPEG, WebP, KTX2, HDR or EXR: the texture's other picture is used"));
+  EXPECT_TRUE(loaded.warned("/images/1: 'absent.ktx2': no such file: the texture's other image is used"));
+  EXPECT_TRUE(loaded.warned("use PNG, JPEG, WebP, KTX2, HDR or EXR: the texture's other image is used"));
 }
 
 TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
@@ -89,8 +89,8 @@ TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
   }
 }
 
-// One texture has another picture in reserve, one has not: the warning speaks of the loss.
-TEST(TextureSources, APictureThatSomeTexturesNeedIsMissed) {
+// One texture has another image in reserve, one has not: the warning speaks of the loss.
+TEST(TextureSources, AImageThatSomeTexturesNeedIsMissed) {
   GltfBuilder builder = textured_by(png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}});
   builder.root["materials"][0]["emissiveTexture"]["index"] = 1;
   builder.root["textures"].push_back(json::parse(R"({"extensions": {"KHR_texture_basisu": {"source": 1}}})"));

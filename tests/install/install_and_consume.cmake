@@ -23,7 +23,7 @@ run("configure the consumer" ${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${build} -G 
   -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF ${sanitizer})
 run("build the consumer" ${CMAKE_COMMAND} --build ${build} --parallel 2)
 run("trace a triangle" ${build}/trace_triangle)
-run("render a picture" ${build}/render_picture ${SCENE})
+run("render an image" ${build}/render_image ${SCENE})
 run("the installed program" ${prefix}/bin/kindling --version)
 if(NOT output MATCHES "${VERSION}")
   message(FATAL_ERROR "kindling --version printed '${output}', which does not name version ${VERSION}")

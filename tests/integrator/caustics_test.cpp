@@ -36,12 +36,12 @@ Film render_floor(const World& world, Caustics caustics, uint32_t spp, const Cam
   return std::move(outcome).value().film;
 }
 
-bool same_picture(const Film& a, const Film& b) {
+bool same_image(const Film& a, const Film& b) {
   const std::vector<float> x = a.resolve_rgba(), y = b.resolve_rgba();
   return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
 }
 
-constexpr Caustics kAll[] = {Caustics::full, Caustics::regularised, Caustics::off};
+constexpr Caustics kAll[] = {Caustics::full, Caustics::regularized, Caustics::off};
 
 TEST(Caustics, NamesComeBack) {
   for (const Caustics caustics : kAll) EXPECT_EQ(caustics_from_name(caustics_name(caustics)), caustics);
@@ -52,23 +52,23 @@ TEST(Caustics, NamesComeBack) {
 TEST(Caustics, DiffuseScenesAreTheSame) {
   const auto world = lit_floor(diffuse_material(Rgb(0.5f)));
   const Film full = render_floor(*world, Caustics::full, 16);
-  EXPECT_TRUE(same_picture(render_floor(*world, Caustics::regularised, 16), full));
-  EXPECT_TRUE(same_picture(render_floor(*world, Caustics::off, 16), full));
+  EXPECT_TRUE(same_image(render_floor(*world, Caustics::regularized, 16), full));
+  EXPECT_TRUE(same_image(render_floor(*world, Caustics::off, 16), full));
 }
 
 // Off: a metal wall is a black one to the light that a diffuse floor gathers.
 TEST(Caustics, OffMakesMetalBlack) {
   const Film off = render_floor(*lit_floor(mirror_material(0.1f)), Caustics::off, 16);
   const Film black = render_floor(*lit_floor(diffuse_material(Rgb(0.0f))), Caustics::full, 16);
-  EXPECT_TRUE(same_picture(off, black));
+  EXPECT_TRUE(same_image(off, black));
   const Film full = render_floor(*lit_floor(mirror_material(0.1f)), Caustics::full, 256);
   EXPECT_GT(mean_of(full).luminance,
             mean_of(off).luminance + 4.5 * std::hypot(mean_of(full).standard_error, mean_of(off).standard_error));
 }
 
-// Off: solid glass absorbs what a diffuse floor would see through it, and its coat is gone; a pane still lets light through in a
+// Off: solid glass absorbs what a diffuse floor would see through it, and its coat is gone; a thin wall still lets light through in a
 // straight line.
-TEST(Caustics, OffMakesGlassBlackButNotPanes) {
+TEST(Caustics, OffMakesGlassBlackButNotThinWalls) {
   Material glass = mirror_material(0.0f);
   glass.metallic_factor = 0.0f;
   glass.transmission_factor = 1.0f;
@@ -76,11 +76,11 @@ TEST(Caustics, OffMakesGlassBlackButNotPanes) {
   Material solid = glass;
   solid.thickness_factor = 1.0f;
   const Film black = render_floor(*lit_floor(diffuse_material(Rgb(0.0f))), Caustics::full, 16);
-  EXPECT_TRUE(same_picture(render_floor(*lit_floor(solid), Caustics::off, 16), black));
+  EXPECT_TRUE(same_image(render_floor(*lit_floor(solid), Caustics::off, 16), black));
 
   // Between the lamp and the floor.
-  const auto below_a_pane = [&](const Material& pane) {
-    return make_world(make_scene({diffuse_material(Rgb(0.7f)), pane, emissive_material(Rgb(40.0f))},
+  const auto below_a_thin_wall = [&](const Material& thin_wall) {
+    return make_world(make_scene({diffuse_material(Rgb(0.7f)), thin_wall, emissive_material(Rgb(40.0f))},
                                  {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
                                   quad(V3f(-2, 1, 2), V3f(4, 0, 0), V3f(0, 0, -4), 1),
                                   quad(V3f(-0.2f, 2, 0.5f), V3f(0.4f, 0, 0), V3f(0, 0, 0.4f), 2)}),
@@ -88,39 +88,40 @@ TEST(Caustics, OffMakesGlassBlackButNotPanes) {
   };
   glass.clearcoat_factor = 0.0f;
   glass.specular_factor = 0.0f; // nothing is reflected: all three are the same
-  const auto world = below_a_pane(glass);
+  const auto world = below_a_thin_wall(glass);
   const Mean full = mean_of(render_floor(*world, Caustics::full, 64));
   EXPECT_GT(full.luminance, 0.1);
-  for (const Caustics caustics : {Caustics::regularised, Caustics::off}) {
-    const Mean restrained = mean_of(render_floor(*world, caustics, 64));
-    EXPECT_NEAR(restrained.luminance, full.luminance, 4.5 * std::hypot(full.standard_error, restrained.standard_error));
+  for (const Caustics caustics : {Caustics::regularized, Caustics::off}) {
+    const Mean regularized = mean_of(render_floor(*world, caustics, 64));
+    EXPECT_NEAR(regularized.luminance, full.luminance,
+                4.5 * std::hypot(full.standard_error, regularized.standard_error));
   }
 }
 
 // The camera sees mirrors, and mirrors in mirrors, in every case.
 TEST(Caustics, OffKeepsWhatMirrorsShow) {
   const auto world = lit_floor(mirror_material(0.1f), mirror_material(0.0f));
-  EXPECT_TRUE(same_picture(render_floor(*world, Caustics::off, 16), render_floor(*world, Caustics::full, 16)));
+  EXPECT_TRUE(same_image(render_floor(*world, Caustics::off, 16), render_floor(*world, Caustics::full, 16)));
 }
 
 // Regularised: the first sample sees the wall as rough as that, 0.3 = 0.5477^2.
 TEST(Caustics, RegularisedWidensTheWall) {
-  EXPECT_FLOAT_EQ(regularised_alpha(1.0f, 0), 0.3f);
+  EXPECT_FLOAT_EQ(regularized_alpha(1.0f, 0), 0.3f);
   const auto smooth = lit_floor(mirror_material(0.1f)), rough = lit_floor(mirror_material(std::sqrt(0.3f)));
-  const Film regularised = render_floor(*smooth, Caustics::regularised, 1);
-  EXPECT_TRUE(same_picture(regularised, render_floor(*rough, Caustics::full, 1)));
-  EXPECT_FALSE(same_picture(regularised, render_floor(*smooth, Caustics::full, 1)));
+  const Film regularized = render_floor(*smooth, Caustics::regularized, 1);
+  EXPECT_TRUE(same_image(regularized, render_floor(*rough, Caustics::full, 1)));
+  EXPECT_FALSE(same_image(regularized, render_floor(*smooth, Caustics::full, 1)));
   // What is rougher already stays as it is.
   const auto rougher = lit_floor(mirror_material(0.6f));
   EXPECT_TRUE(
-      same_picture(render_floor(*rougher, Caustics::regularised, 16), render_floor(*rougher, Caustics::full, 16)));
+      same_image(render_floor(*rougher, Caustics::regularized, 16), render_floor(*rougher, Caustics::full, 16)));
 }
 
 TEST(Caustics, RegularisedWidensLessAndLess) {
-  EXPECT_NEAR(regularised_alpha(1.0f, 63), 0.15f, 1e-6f);
-  EXPECT_NEAR(regularised_alpha(1.0f, 4095), 0.075f, 1e-6f);
-  EXPECT_FLOAT_EQ(regularised_alpha(0.5f, 0), 0.15f);
-  EXPECT_EQ(regularised_alpha(0.0f, 0), 0.0f); // mirrors in mirrors stay sharp
+  EXPECT_NEAR(regularized_alpha(1.0f, 63), 0.15f, 1e-6f);
+  EXPECT_NEAR(regularized_alpha(1.0f, 4095), 0.075f, 1e-6f);
+  EXPECT_FLOAT_EQ(regularized_alpha(0.5f, 0), 0.15f);
+  EXPECT_EQ(regularized_alpha(0.0f, 0), 0.0f); // mirrors in mirrors stay sharp
   WidestLobe widest;
   widest.add(Lobe::glossy, 0.5f);
   EXPECT_NEAR(widest.alpha(), 0.25f, 0.5f / 255.0f);
@@ -138,7 +139,7 @@ TEST(Caustics, RegularisedKeepsEnergy) {
   const auto world = make_world(make_scene({white}, {sphere(V3f(0.0f), 1.0f, 32, 0)}), accel::Kind::embree,
                                 std::make_shared<Environment>(Rgb(1.0f)));
   const Film film =
-      render_floor(*world, Caustics::regularised, 64, beam_camera(V3f(1, 2, 3), V3f(0.0f), 0.5f, V2i(16, 16)));
+      render_floor(*world, Caustics::regularized, 64, beam_camera(V3f(1, 2, 3), V3f(0.0f), 0.5f, V2i(16, 16)));
   // The tables of albedos are exact to 0.2 %.
   EXPECT_NEAR(mean_of(film).luminance, 1.0, 4.5 * mean_of(film).standard_error + 2e-3);
 }

@@ -7,7 +7,7 @@
 namespace kindling::test {
 namespace {
 
-// A room of two walls and a coloured lamp, which the camera sees too.
+// A room of two walls and a colored lamp, which the camera sees too.
 std::unique_ptr<const World> corner_world() {
   return make_world(make_scene({diffuse_material(Rgb(0.8f, 0.6f, 0.4f)), emissive_material(Rgb(30.0f, 20.0f, 10.0f))},
                                {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),

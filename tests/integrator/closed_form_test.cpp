@@ -43,7 +43,7 @@ double corner_form_factor(double a, double b, double h) {
 
 TEST_P(ClosedForm, DiffusePlateUnderARectangularLight) {
   const float rho = 0.5f, emitted = 3.0f;
-  // Light 2 x 1 at height 1, facing down; plate at y = 0. The point under its centre sees four corner rectangles 1 x 0.5.
+  // Light 2 x 1 at height 1, facing down; plate at y = 0. The point under its center sees four corner rectangles 1 x 0.5.
   const auto world = make_world(make_scene({diffuse_material(Rgb(rho)), emissive_material(Rgb(emitted))},
                                            {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
                                             quad(V3f(-1, 1, -0.5f), V3f(2, 0, 0), V3f(0, 0, 1), 1)}),
@@ -54,7 +54,7 @@ TEST_P(ClosedForm, DiffusePlateUnderARectangularLight) {
   expect_mean(render_mean(*world, camera, settings), rho * emitted * 4.0 * corner_form_factor(1.0, 0.5, 1.0));
 }
 
-// A lamp that hangs a hand's breadth, a millimetre and a tenth of one below the ceiling lights it beside itself at grazing
+// A lamp that hangs a hand's breadth, a millimeter and a tenth of one below the ceiling lights it beside itself at grazing
 // angles, on coordinates far from the origin: offsets of shadow rays must not make it shadow itself.
 TEST_P(ClosedForm, CeilingBesideALamp) {
   const float rho = 0.5f, emitted = 20.0f;
@@ -83,7 +83,7 @@ TEST_P(ClosedForm, CeilingBesideALamp) {
     settings.integrator.max_bounces = 0;
     const Mean mean = render_mean(*world, camera, settings);
     const double expected = rho * emitted * form_factor;
-    // The beam's centre is off by a spacing of positions at most, the gap likewise: relative to both, three powers of each.
+    // The beam's center is off by a spacing of positions at most, the gap likewise: relative to both, three powers of each.
     EXPECT_NEAR(mean.luminance, expected, 4.5 * mean.standard_error + expected * 6.0 * 5e-7 / gap) << "gap " << gap;
   }
 }
@@ -201,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, ClosedForm, testing::ValuesIn(kAllKinds),
   return std::string(param.param == accel::Kind::brute_force ? "brute_force" : accel::kind_name(param.param));
 });
 
-// Light sampling, BSDF sampling and their combination agree: the same picture with a light too small to hit by chance, one
+// Light sampling, BSDF sampling and their combination agree: the same image with a light too small to hit by chance, one
 // large enough, and a glossy surface in between (the power heuristic must not change the mean).
 TEST(MultipleImportanceSampling, AgreesWithBsdfSamplingAlone) {
   Material glossy;

@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Poses, Emitters,
 
 // Light samples leave the even part of a sky to the BSDF; together they find all of it.
 TEST(EnvironmentLight, DiffuseFloorUnderAnUnevenSky) {
-  const auto sky = std::make_shared<Environment>(uneven_picture(24, 12), 0.7f, 0.5f);
+  const auto sky = std::make_shared<Environment>(uneven_image(24, 12), 0.7f, 0.5f);
   double expected = 0.0; // irradiance
   constexpr int kSteps = 12 * 48;
   for (int y = 0; y < kSteps / 2; ++y) { // the upper half

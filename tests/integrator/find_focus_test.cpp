@@ -10,7 +10,7 @@ namespace {
 const V2i kFocusSize(100, 80);
 
 TEST(FindFocus, IsTheDepthAlongTheAxis) {
-  // A ball before a wall; the axis does not go through the ball's middle.
+  // A sphere before a wall; the axis does not go through the sphere's middle.
   const auto world = make_world(
       make_scene({diffuse_material(Rgb(0.5f))},
                  {sphere(V3f(0, 0, -4), 1.0f, 64, 0), quad(V3f(-50, -50, -9), V3f(100, 0, 0), V3f(0, 100, 0), 0)}),
@@ -21,11 +21,11 @@ TEST(FindFocus, IsTheDepthAlongTheAxis) {
   EXPECT_NEAR(find_focus_distance(*world, camera, V2f(99, 40)).value(), 9.0f, 1e-5f); // not along the ray
 }
 
-TEST(FindFocus, SeesThroughPanesAndVeils) {
-  Material pane = diffuse_material(Rgb(1.0f));
-  pane.specular_factor = 1.0f;
-  pane.roughness_factor = 0.0f;
-  pane.transmission_factor = 1.0f;
+TEST(FindFocus, SeesThroughThinWallsAndVeils) {
+  Material thin_wall = diffuse_material(Rgb(1.0f));
+  thin_wall.specular_factor = 1.0f;
+  thin_wall.roughness_factor = 0.0f;
+  thin_wall.transmission_factor = 1.0f;
   Material veil = diffuse_material(Rgb(0.2f));
   veil.alpha_mode = AlphaMode::blend;
   veil.base_color_factor.w = 0.3f;
@@ -34,8 +34,9 @@ TEST(FindFocus, SeesThroughPanesAndVeils) {
   const auto screen = [](float depth, int material) {
     return quad(V3f(-5, -5, -depth), V3f(10, 0, 0), V3f(0, 10, 0), material);
   };
-  const auto world = make_world(
-      make_scene({pane, veil, cloth}, {screen(1, 0), screen(2, 1), screen(3, 2), screen(4, 1)}), accel::Kind::embree);
+  const auto world =
+      make_world(make_scene({thin_wall, veil, cloth}, {screen(1, 0), screen(2, 1), screen(3, 2), screen(4, 1)}),
+                 accel::Kind::embree);
   EXPECT_NEAR(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kFocusSize), V2f(50, 40)).value(), 3.0f, 1e-5f);
 }
 

@@ -7,7 +7,7 @@
 namespace kindling::test {
 namespace {
 
-// All pixels of a picture, with this guide or none.
+// All pixels of an image, with this guide or none.
 Mean guided_mean(const World& world, const Camera& camera, const RenderSettings& settings, const Guide* guide) {
   const auto integrator = make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter,
                                           settings.aovs, guide);
@@ -53,7 +53,7 @@ TEST(Guiding, ClosedSphere) {
   }
 }
 
-// Materials of every kind of lobe, against the same picture without a guide.
+// Materials of every kind of lobe, against the same image without a guide.
 TEST(Guiding, EveryLobe) {
   const auto material = [](float roughness, float metallic) {
     Material m;
@@ -109,7 +109,7 @@ TEST(Guiding, BouncesCountAlike) {
 }
 
 // Lamps, a sun through a window and the sky, with shares that no training would find, different from place to place.
-TEST(Guiding, LightShares) {
+TEST(Guiding, LightProbabilities) {
   Scene scene = make_scene({diffuse_material(Rgb(0.6f)), emissive_material(Rgb(3.0f), Rgb(0.5f))},
                            {quad(V3f(-1, -1, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0),
                             quad(V3f(-1, 1, -1), V3f(1.2f, 0, 0), V3f(0, 0, 2), 0),

@@ -1,4 +1,4 @@
-// Glass, media and panes whose answer is known on paper, through the path tracer and every accelerator.
+// Glass, media and thin walls whose answer is known on paper, through the path tracer and every accelerator.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
 #include "tests/integrator/test_scenes.h"
@@ -31,8 +31,8 @@ Material absorbing(float ior, const Rgb& color, float distance_m) {
   return material;
 }
 
-// A pane: thin-walled.
-Material pane(const Rgb& color, float specular = 1.0f) {
+// A thin wall: thin-walled.
+Material thin_wall(const Rgb& color, float specular = 1.0f) {
   Material material = glass(1.5f);
   material.thickness_factor = 0.0f;
   material.base_color_factor = V4f(color.x, color.y, color.z, 1.0f);
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, Media, testing::ValuesIn(kAllKinds), [](c
   return std::string(param.param == accel::Kind::brute_force ? "brute_force" : accel::kind_name(param.param));
 });
 
-// KHR_materials_volume: after the attenuation distance white light has the attenuation colour. Two interfaces, with all reflections
+// KHR_materials_volume: after the attenuation distance white light has the attenuation color. Two interfaces, with all reflections
 // between them: T = (1 - F)^2 a / (1 - F^2 a^2).
 TEST_P(Media, SlabFollowsBeerAndLambert) {
   const Rgb color(0.5f, 0.25f, 0.9f);
@@ -87,26 +87,26 @@ TEST_P(Media, SlabFollowsBeerAndLambert) {
   }
 }
 
-// The extension's one factor 1 - F stands for both faces of a pane; two panes, with what goes back and forth between: T^2 / (1 - F^2).
-TEST_P(Media, PanesTransmit) {
+// The extension's one factor 1 - F stands for both faces of a thin wall; two thin walls, with what goes back and forth between: T^2 / (1 - F^2).
+TEST_P(Media, ThinWallsTransmit) {
   const double f = 0.04, t = 1.0 - f;
   const std::vector<Primitive> one = {quad(V3f(-4, -4, 0), V3f(8, 0, 0), V3f(0, 8, 0), 0)};
-  const Mean single = seen_through({pane(Rgb(1.0f))}, one, Rgb(1.0f), GetParam(), 1024);
-  expect_near_mean(single.luminance, t, single.standard_error, "one pane");
+  const Mean single = seen_through({thin_wall(Rgb(1.0f))}, one, Rgb(1.0f), GetParam(), 1024);
+  expect_near_mean(single.luminance, t, single.standard_error, "one thin_wall");
   std::vector<Primitive> two = one;
   two.push_back(quad(V3f(-4, -4, -1), V3f(8, 0, 0), V3f(0, 8, 0), 0));
-  const Mean both = seen_through({pane(Rgb(1.0f))}, two, Rgb(1.0f), GetParam(), 4096);
-  expect_near_mean(both.luminance, t * t / (1.0 - f * f), both.standard_error, "two panes");
+  const Mean both = seen_through({thin_wall(Rgb(1.0f))}, two, Rgb(1.0f), GetParam(), 4096);
+  expect_near_mean(both.luminance, t * t / (1.0 - f * f), both.standard_error, "two thin_walls");
 }
 
-// Light sampled through a pane and light found through it are one estimate: the form factor of a rectangle, tinted.
-TEST_P(Media, PanesTintTheLightOfAnAreaLight) {
+// Light sampled through a thin wall and light found through it are one estimate: the form factor of a rectangle, tinted.
+TEST_P(Media, ThinWallsTintTheLightOfAnAreaLight) {
   const Rgb tint(0.9f, 0.5f, 0.1f);
-  const auto scene = [&](bool with_pane) {
+  const auto scene = [&](bool with_thin_wall) {
     std::vector<Primitive> primitives = {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
                                          quad(V3f(-1, 1, -0.5f), V3f(2, 0, 0), V3f(0, 0, 1), 2)};
-    if (with_pane) primitives.push_back(quad(V3f(-6, 0.5f, -6), V3f(12, 0, 0), V3f(0, 0, 12), 0));
-    return make_scene({pane(tint, 0.0f), diffuse_material(Rgb(0.5f)), emissive_material(Rgb(3.0f))}, primitives);
+    if (with_thin_wall) primitives.push_back(quad(V3f(-6, 0.5f, -6), V3f(12, 0, 0), V3f(0, 0, 12), 0));
+    return make_scene({thin_wall(tint, 0.0f), diffuse_material(Rgb(0.5f)), emissive_material(Rgb(3.0f))}, primitives);
   };
   const Camera camera = beam_camera(V3f(3, 0.4f, 0), V3f(0.0f), 1e-3f);
   RenderSettings settings = small_render(V2i(8, 8), 1024);
@@ -119,11 +119,11 @@ TEST_P(Media, PanesTintTheLightOfAnAreaLight) {
     EXPECT_NEAR(with.rgb[c], without.rgb[c] * tint[c], 4.5 * (with.standard_error + without.standard_error)) << c;
 }
 
-// What the camera sees behind a pane in place of an environment: tinted, or as much as it covers.
-TEST_P(Media, BackgroundIsSeenThroughPanes) {
+// What the camera sees behind a thin wall in place of an environment: tinted, or as much as it covers.
+TEST_P(Media, BackgroundIsSeenThroughThinWalls) {
   const Rgb tint(0.9f, 0.6f, 0.3f);
-  const auto world =
-      make_world(make_scene({pane(tint, 0.0f)}, {quad(V3f(-4, -4, 0), V3f(8, 0, 0), V3f(0, 8, 0), 0)}), GetParam());
+  const auto world = make_world(
+      make_scene({thin_wall(tint, 0.0f)}, {quad(V3f(-4, -4, 0), V3f(8, 0, 0), V3f(0, 8, 0), 0)}), GetParam());
   const Camera camera = beam_camera(V3f(0, 0, 3), V3f(0.0f), 1e-3f);
   RenderSettings settings = small_render(V2i(8, 8), 64);
   settings.integrator.background = Rgb(0.5f, 0.5f, 1.0f);
@@ -137,9 +137,9 @@ TEST_P(Media, BackgroundIsSeenThroughPanes) {
   EXPECT_NEAR(alpha, 0.4, 1e-4);
 }
 
-// A sun through two panes that face it: only shadow rays can find it.
-TEST_P(Media, SunShinesThroughPanes) {
-  Scene scene = make_scene({pane(Rgb(0.8f)), diffuse_material(Rgb(0.5f))},
+// A sun through two thin walls that face it: only shadow rays can find it.
+TEST_P(Media, SunShinesThroughThinWalls) {
+  Scene scene = make_scene({thin_wall(Rgb(0.8f)), diffuse_material(Rgb(0.5f))},
                            {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
                             quad(V3f(-6, 2, 6), V3f(12, 0, 0), V3f(0, 0, -12), 0),
                             quad(V3f(-6, 3, 6), V3f(12, 0, 0), V3f(0, 0, -12), 0)});
@@ -179,7 +179,7 @@ TEST_P(Media, TotalInternalReflectionLosesNothing) {
 }
 
 // A prism of 30 degrees, entered at right angles: the exit bends a wavelength by asin(n sin 30) - 30. A window behind it
-// lets through those between two angles; its colour is the mean of their weights.
+// lets through those between two angles; its color is the mean of their weights.
 TEST_P(Media, PrismDispersesByItsAbbeNumber) {
   Material flint = glass(1.6f);
   flint.dispersion = 20.0f / 30.0f; // Abbe number 30
@@ -199,7 +199,7 @@ TEST_P(Media, PrismDispersesByItsAbbeNumber) {
            std::numbers::pi / 6.0;
   };
   const double low = bend(587.6), high = bend(500.0); // more for shorter waves
-  const float distance = 1000.0f;                     // the beam is 1 mm, the window centimetres
+  const float distance = 1000.0f;                     // the beam is 1 mm, the window centimeters
   const V3f exit_point(0.0f, 0.0f, thin - t);
   const auto on_screen = [&](double angle) {
     return static_cast<float>(-std::tan(angle) * static_cast<double>(distance));
@@ -227,7 +227,7 @@ TEST_P(Media, PrismDispersesByItsAbbeNumber) {
   EXPECT_GT(mean.rgb.y, 1.5f * mean.rgb.x); // green
 }
 
-// A spectrum adds up to white: dispersion moves light but has no colour of its own.
+// A spectrum adds up to white: dispersion moves light but has no color of its own.
 TEST_P(Media, DispersiveGlassInAWhiteFurnaceIsWhite) {
   Material flint = glass(1.7f);
   flint.dispersion = 1.0f;
@@ -281,7 +281,7 @@ TEST_P(Media, ScatteringMediumInAWhiteFurnaceIsWhite) {
 
 // Chandrasekhar's half space with isotropic scattering: seen along mu under a white sky its albedo is 1 - sqrt(1 - a) H(mu).
 TEST_P(Media, DeepMediumHasTheAlbedoOfAHalfSpace) {
-  Material wax = absorbing(1.0f, Rgb(1e-3f), 0.01f); // an optical depth of 690 per metre
+  Material wax = absorbing(1.0f, Rgb(1e-3f), 0.01f); // an optical depth of 690 per meter
   wax.multiscatter_color = Rgb(0.6f);
   const auto world =
       make_world(make_scene({wax}, slab(-1.0f, 0.0f, 0)), GetParam(), std::make_shared<Environment>(Rgb(1.0f)));
@@ -304,7 +304,7 @@ TEST_P(Media, DeepMediumHasTheAlbedoOfAHalfSpace) {
   }
   const double expected = 1.0 - std::sqrt(1.0 - a) * h[kNodes];
   expect_near_mean(mean.luminance, expected, mean.standard_error, "half space");
-  // What the colour promises: the albedo for all directions together, up to the fit's error of a percent.
+  // What the color promises: the albedo for all directions together, up to the fit's error of a percent.
   double mean_h = 0.0;
   for (int j = 0; j < kNodes; ++j) mean_h += 2.0 * node(j) * h[static_cast<size_t>(j)] / kNodes;
   EXPECT_NEAR(1.0 - std::sqrt(1.0 - a) * mean_h, 0.6, 0.01);

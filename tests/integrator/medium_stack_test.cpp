@@ -51,9 +51,9 @@ TEST(MediumStack, EqualMaterialsAreCounted) {
 
 TEST(MediumStack, OfTooManyTheOutermostIsForgotten) {
   MediumStack media;
-  for (uint32_t i = 0; i <= MediumStack::kMost; ++i) media.enter(i);
-  EXPECT_EQ(media.innermost(), MediumStack::kMost);
-  for (uint32_t i = static_cast<uint32_t>(MediumStack::kMost); i > 0; --i) media.leave(i);
+  for (uint32_t i = 0; i <= MediumStack::kMax; ++i) media.enter(i);
+  EXPECT_EQ(media.innermost(), MediumStack::kMax);
+  for (uint32_t i = static_cast<uint32_t>(MediumStack::kMax); i > 0; --i) media.leave(i);
   EXPECT_TRUE(media.empty());
 }
 

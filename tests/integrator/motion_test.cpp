@@ -1,4 +1,4 @@
-// Motion blur: against coverage that is known on paper, the mean of still pictures, and a furnace.
+// Motion blur: against coverage that is known on paper, the mean of still images, and a furnace.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/motion_scenes.h"
 
@@ -32,7 +32,7 @@ double coverage(double x0, double left0, double left1, double right0, double rig
   return sum / kSteps;
 }
 
-// Columns of a picture of a glowing plate before black, seen by 8 x 8 pixels of 1 m; the box filter sees a pixel alone.
+// Columns of an image of a glowing plate before black, seen by 8 x 8 pixels of 1 m; the box filter sees a pixel alone.
 void expect_coverage(Scene scene, accel::Kind kind, double left0, double left1, double right0, double right1) {
   const auto world = make_posed_world(std::move(scene), kShutter, kind);
   const Camera camera = open_beam(V3f(0, 0, 10), V3f(0.0f), 8.0f, V2i(8, 8));
@@ -64,7 +64,7 @@ TEST_P(MotionBlur, AnEdgeThatDeformsCoversPixelsForItsTime) {
 }
 
 // Direct light alone: whoever shadows himself by rounding of his own motion is darker. White, before white: invisible.
-TEST_P(MotionBlur, AMovingWhiteBallVanishesInAFurnace) {
+TEST_P(MotionBlur, AMovingWhiteSphereVanishesInAFurnace) {
   for (const float scale : {1e-3f, 1.0f, 1e4f}) {
     for (const float offset : {0.0f, 20.0f}) {
       for (const bool deforms : {false, true}) {
@@ -89,7 +89,7 @@ TEST_P(MotionBlur, AMovingWhiteBallVanishesInAFurnace) {
   }
 }
 
-// A camera and a plate on one arm that turns: the plate stands still in the picture, but for what keys leave of arcs.
+// A camera and a plate on one arm that turns: the plate stands still in the image, but for what keys leave of arcs.
 TEST_P(MotionBlur, WhatMovesWithTheCameraIsSharp) {
   Scene scene =
       make_scene({emissive_material(Rgb(1.0f))}, {quad(V3f(-0.7f, -0.6f, -4), V3f(1, 0, 0), V3f(0, 1.4f, 0), 0)});
@@ -103,7 +103,7 @@ TEST_P(MotionBlur, WhatMovesWithTheCameraIsSharp) {
   scene.scenes[0].nodes = {1};
   animate_turn(scene, 1, V3f(0.6f, 0, 0.8f), 50.0f);
   const V2i size(16, 16);
-  const auto picture = [&](const PoseOptions& options) {
+  const auto image = [&](const PoseOptions& options) {
     const PosedScene posed = pose_scene(scene, options).value();
     const PosedCamera& placed = posed.cameras.at(0);
     const auto world = make_posed_world(scene, options, GetParam());
@@ -112,7 +112,7 @@ TEST_P(MotionBlur, WhatMovesWithTheCameraIsSharp) {
     const Result<RenderOutcome> outcome = render(*world, camera, small_render(size, 64), nullptr, nullptr);
     return outcome.value().film.resolve(Aov::beauty);
   };
-  const std::vector<float> moving = picture(kShutter), still = picture({.time_s = 0.0});
+  const std::vector<float> moving = image(kShutter), still = image({.time_s = 0.0});
   double covered = 0.0;
   for (size_t i = 0; i < still.size(); i += 3) {
     EXPECT_NEAR(moving[i], still[i], 0.05f) << "pixel " << i / 3; // of 64 samples, three
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, MotionBlur, testing::ValuesIn(kAllKinds),
   return std::string(accel::kind_name(param.param) == "brute-force" ? "brute_force" : accel::kind_name(param.param));
 });
 
-// --- against still pictures ---------------------------------------------------------------------------------------------
+// --- against still images ---------------------------------------------------------------------------------------------
 
 // Above a floor with a lamp: what moves is added by the tests.
 Scene stage() {
@@ -144,28 +144,28 @@ int add_thing(Scene& scene, Primitive primitive) {
   return index;
 }
 
-// A blade that turns and carries a pane; a ball of cloudy glass beside it that moves through the light.
+// A blade that turns and carries a thin wall; a sphere of cloudy glass beside it that moves through the light.
 Scene turning_blade() {
   Scene scene = stage();
   const int hub = add_thing(scene, quad(V3f(-0.2f, -0.8f, 0), V3f(0.4f, 0, 0), V3f(0, 2.4f, 0), 2));
-  Material pane;
-  pane.metallic_factor = pane.roughness_factor = 0.0f;
-  pane.transmission_factor = 1.0f;
-  pane.base_color_factor = V4f(0.2f, 0.6f, 0.9f, 1.0f);
-  Material cloudy = pane;
+  Material thin_wall;
+  thin_wall.metallic_factor = thin_wall.roughness_factor = 0.0f;
+  thin_wall.transmission_factor = 1.0f;
+  thin_wall.base_color_factor = V4f(0.2f, 0.6f, 0.9f, 1.0f);
+  Material cloudy = thin_wall;
   cloudy.roughness_factor = 0.4f;
   cloudy.thickness_factor = 1.0f;
   cloudy.attenuation_distance_m = 0.5f;
   cloudy.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
   cloudy.multiscatter_color = Rgb(0.4f, 0.3f, 0.2f);
-  scene.materials.push_back(pane);
+  scene.materials.push_back(thin_wall);
   scene.materials.push_back(cloudy);
   const int glass = add_thing(scene, quad(V3f(0.3f, 0.2f, 0.4f), V3f(1.2f, 0, 0), V3f(0, 0.2f, -1.2f), 3));
   scene.scenes[0].nodes.pop_back();
   scene.nodes[static_cast<size_t>(hub)].children = {glass};
   animate_turn(scene, hub, V3f(0, 0, 1), 100.0f);
-  const int ball = add_thing(scene, sphere(V3f(-1.6f, -0.3f, 1), 0.6f, 16, 4));
-  animate(scene, ball, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 0.9f, 0.5f, 0});
+  const int globe = add_thing(scene, sphere(V3f(-1.6f, -0.3f, 1), 0.6f, 16, 4));
+  animate(scene, globe, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 0.9f, 0.5f, 0});
   return scene;
 }
 Scene bending_and_swelling() {
@@ -174,18 +174,18 @@ Scene bending_and_swelling() {
   scene.materials[2].metallic_factor = 1.0f;
   const int strip = add_thing(scene, jointed_strip(12, 2));
   add_bending_skin(scene, strip, V3f(0.6f, 0, 0.8f), 120.0f);
-  const int ball = add_thing(scene, sphere(V3f(1.5f, -0.2f, 0.5f), 0.6f, 16, 2));
-  add_morph(scene, ball, [](const V3f& p) { return V3f(0.5f * p.y, 0.4f + 0.5f * p.y, 0); });
+  const int globe = add_thing(scene, sphere(V3f(1.5f, -0.2f, 0.5f), 0.6f, 16, 2));
+  add_morph(scene, globe, [](const V3f& p) { return V3f(0.5f * p.y, 0.4f + 0.5f * p.y, 0); });
   return scene;
 }
 
-// The stage with its lamp under way, and a ball of light that swells: both are sampled as lights.
+// The stage with its lamp under way, and a sphere of light that swells: both are sampled as lights.
 Scene moving_lamps() {
   Scene scene = stage();
   animate(scene, 1, AnimatedProperty::translation, {0, 1}, {-2, 0, 0, 2, -1, 0.5f});
   animate_turn(scene, 1, V3f(0, 0, 1), 60.0f);
-  const int ball = add_thing(scene, sphere(V3f(1.5f, -0.5f, 1), 0.2f, 8, 1));
-  add_morph(scene, ball, [](const V3f& p) { return (p - V3f(1.5f, -0.5f, 1)) * 1.5f; });
+  const int globe = add_thing(scene, sphere(V3f(1.5f, -0.5f, 1), 0.2f, 8, 1));
+  add_morph(scene, globe, [](const V3f& p) { return (p - V3f(1.5f, -0.5f, 1)) * 1.5f; });
   add_thing(scene, sphere(V3f(-0.4f, -0.2f, 0), 0.8f, 16, 2));
   return scene;
 }
@@ -198,8 +198,8 @@ struct Blur {
 
 class MeanOfStills : public testing::TestWithParam<Blur> {};
 
-// Blocks of 6 x 6 pixels of the blurred picture, against the mean of pictures at jittered times.
-TEST_P(MeanOfStills, IsTheBlurredPicture) {
+// Blocks of 6 x 6 pixels of the blurred image, against the mean of images at jittered times.
+TEST_P(MeanOfStills, IsTheBlurredImage) {
   constexpr int kPoses = 96, kSide = 24, kBlock = 6;
   constexpr size_t kBlocks = (kSide / kBlock) * (kSide / kBlock);
   const V2i size(kSide, kSide);
@@ -246,7 +246,7 @@ TEST_P(MeanOfStills, IsTheBlurredPicture) {
   }
   double changed = 0.0;
   for (size_t b = 0; b < kBlocks; ++b) {
-    // Between neighbouring poses a block changes by a 96th of what it does in all: half of that bounds the jitter of each, and they add as
+    // Between neighboring poses a block changes by a 96th of what it does in all: half of that bounds the jitter of each, and they add as
     // independent errors do.
     const double jitter = std::abs(open.mean[b] - blurred.mean[b]) / (kPoses * std::sqrt(kPoses));
     const double error = std::sqrt(blurred.variance[b] + stills.variance[b]) + jitter;

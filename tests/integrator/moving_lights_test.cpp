@@ -1,5 +1,5 @@
 // Lights that move while the shutter is open: light sampling and chance find the same light, and a path of many times is the mean over
-// still pictures.
+// still images.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -27,7 +27,7 @@ std::unique_ptr<const World> build(Scene scene, PosedScene posed) {
   return std::move(world).value();
 }
 
-Mean picture_of(const World& world, uint32_t spp, uint32_t seed = 0) {
+Mean image_of(const World& world, uint32_t spp, uint32_t seed = 0) {
   SceneCamera beam;
   beam.kind = SceneCamera::Kind::orthographic;
   beam.xmag = beam.ymag = 0.6f;
@@ -87,7 +87,7 @@ TEST_P(MovingEmitters, AreSampledWhereTheyAre) {
     const auto world = build(std::move(scene), std::move(posed));
     EXPECT_TRUE(world->has_motion());
     EXPECT_EQ(world->lights().light_count() > 0, sampled);
-    return picture_of(*world, spp, sampled ? 0 : 7);
+    return image_of(*world, spp, sampled ? 0 : 7);
   };
   const Mean both = mean_with(true, 128), by_chance = mean_with(false, 512);
   // A glossy floor finds the lamp by its BSDF.
@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Motions, MovingEmitters,
                          testing::Combine(testing::Values(Motion::instance, Motion::mirrored, Motion::deformation),
                                           testing::Values(1.0f, 0.3f)));
 
-// A ball of light and a point that swing, against still pictures at times between.
+// A sphere of light and a point that swing, against still images at times between.
 TEST(MovingLights, AreTheMeanOfStillOnes) {
   for (const float radius : {0.0f, 0.25f}) {
     const auto world_at = [&](std::optional<float> time) {
@@ -127,12 +127,12 @@ TEST(MovingLights, AreTheMeanOfStillOnes) {
       }
       return build(std::move(scene), std::move(posed));
     };
-    const Mean moving = picture_of(*world_at(std::nullopt), 1024);
+    const Mean moving = image_of(*world_at(std::nullopt), 1024);
     double mean = 0.0, error2 = 0.0;
     constexpr int kSlices = 16;
     for (int i = 0; i < kSlices; ++i) {
       const Mean still =
-          picture_of(*world_at((static_cast<float>(i) + 0.5f) / kSlices), 64, static_cast<uint32_t>(100 + i));
+          image_of(*world_at((static_cast<float>(i) + 0.5f) / kSlices), 64, static_cast<uint32_t>(100 + i));
       mean += still.luminance / kSlices;
       error2 += square(static_cast<float>(still.standard_error / kSlices));
     }

@@ -1,4 +1,4 @@
-// Punctual lights with a size in pictures: penumbras, mirrors, and who sees them.
+// Punctual lights with a size in images: penumbras, mirrors, and who sees them.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -14,7 +14,7 @@ void add_sized_light(Scene& scene, const PunctualLight& light, const M44f& light
   scene.nodes.push_back(node);
 }
 
-PunctualLight ball_light(float intensity, float radius) {
+PunctualLight sphere_light(float intensity, float radius) {
   PunctualLight light;
   light.intensity = intensity;
   light.radius_m = radius;
@@ -111,7 +111,7 @@ Scene edge_over_floor() {
 
 TEST(Penumbra, OfABall) {
   Scene scene = edge_over_floor();
-  add_sized_light(scene, ball_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
+  add_sized_light(scene, sphere_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
   const Profile profile = floor_profile(std::move(scene), [](const V3f& p) {
     const double d2 = static_cast<double>(square(p.x) + square(kLightHeight) + square(p.z));
     return static_cast<double>(kIntensity * kLightHeight) / (d2 * std::sqrt(d2));
@@ -166,10 +166,10 @@ TEST(SizedLights, MirrorsShowThemAndTheCameraDoesNot) {
   Material mirror;
   mirror.roughness_factor = 0.0f;
   Scene scene = make_scene({mirror}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0)});
-  add_sized_light(scene, ball_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
+  add_sized_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
   const double radiance = 1.0 / (0.5 * 0.5);
   EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), radiance, 1e-3 * radiance);
-  EXPECT_EQ(seen(scene, V3f(1, 1, 3), V3f(1, 1, 0)), 0.0);          // at the ball itself
+  EXPECT_EQ(seen(scene, V3f(1, 1, 3), V3f(1, 1, 0)), 0.0);          // at the sphere itself
   EXPECT_LT(seen(scene, V3f(-1, 1, 0), V3f(0.0f, 0, -1.5f)), 1e-4); // past it
   EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f, 0, -0.2f)), radiance, 1e-3 * radiance);
 
@@ -185,29 +185,29 @@ TEST(SizedLights, MirrorsShowThemAndTheCameraDoesNot) {
   EXPECT_NEAR(seen(scene, V3f(0.0f), V3f(1, 1, 0), sky), 0.25, 1e-5); // straight at the sun
 }
 
-// A pane between a mirror and the lamp: passed once, tinted once, and the lamp met once wherever the pane is.
-TEST(SizedLights, PassagesCountOnce) {
+// A thin wall between a mirror and the lamp: passed once, tinted once, and the lamp met once wherever the thin wall is.
+TEST(SizedLights, TransparencyCountsOnce) {
   Material mirror;
   mirror.roughness_factor = 0.0f;
   Material veil = diffuse_material(Rgb(0.0f));
   veil.alpha_mode = AlphaMode::blend;
   veil.base_color_factor.w = 0.0f + 1e-7f;          // is met, hides nothing
-  for (const float at : {0.1f, 0.9f, 1.4f, 3.0f}) { // before the ball, in it (twice), behind it
+  for (const float at : {0.1f, 0.9f, 1.4f, 3.0f}) { // before the sphere, in it (twice), behind it
     const V3f middle(at, at, 0.0f);
     Scene scene =
         make_scene({mirror, veil}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
                                     quad(middle - V3f(0.1f, -0.1f, 0.1f), V3f(0.2f, -0.2f, 0), V3f(0, 0, 0.2f), 1)});
-    add_sized_light(scene, ball_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
+    add_sized_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
     EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), 4.0, 1e-3) << at;
   }
 }
 
-// Far from a small ball nothing tells it from a point.
-TEST(SizedLights, SmallBallsArePoints) {
-  const auto picture = [](std::optional<float> radius) {
-    Scene scene = ball_lamp_and_veil(0.4f);
+// Far from a small sphere nothing tells it from a point.
+TEST(SizedLights, SmallSpheresArePoints) {
+  const auto image = [](std::optional<float> radius) {
+    Scene scene = sphere_lamp_and_veil(0.4f);
     scene.materials[2].emissive_factor = Rgb(0.0f);
-    PunctualLight light = ball_light(20.0f, 0.0f);
+    PunctualLight light = sphere_light(20.0f, 0.0f);
     light.radius_m = radius;
     add_sized_light(scene, light, look_at(V3f(1, 6, 2), V3f(0.0f)));
     const auto world = make_world(std::move(scene), accel::Kind::embree);
@@ -217,7 +217,7 @@ TEST(SizedLights, SmallBallsArePoints) {
     EXPECT_TRUE(outcome.ok());
     return std::pair(outcome.value().film.resolve(Aov::beauty), mean_of(outcome.value().film));
   };
-  const auto point = picture(std::nullopt), zero = picture(0.0f), small = picture(0.003f);
+  const auto point = image(std::nullopt), zero = image(0.0f), small = image(0.003f);
   EXPECT_EQ(point.first, zero.first);
   EXPECT_NE(point.first, small.first);
   EXPECT_NEAR(point.second.luminance, small.second.luminance,

@@ -92,11 +92,11 @@ inline void add_object(Scene& scene, const Material& material, Primitive primiti
   scene.nodes.push_back(node);
 }
 
-// A glossy ball on a floor, below a lamp, a half transparent veil beside it.
-inline Scene ball_lamp_and_veil(float ball_roughness) {
+// A glossy sphere on a floor, below a lamp, a half transparent veil beside it.
+inline Scene sphere_lamp_and_veil(float sphere_roughness) {
   Material glossy;
   glossy.base_color_factor = V4f(0.9f, 0.6f, 0.3f, 1.0f);
-  glossy.roughness_factor = ball_roughness;
+  glossy.roughness_factor = sphere_roughness;
   Material veil = diffuse_material(Rgb(0.2f, 0.4f, 0.8f));
   veil.alpha_mode = AlphaMode::blend;
   veil.base_color_factor.w = 0.5f;

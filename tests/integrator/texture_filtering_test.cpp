@@ -1,4 +1,4 @@
-// Filtered textures in pictures: few samples do not alias, many do not blur, coverage and normals keep their means.
+// Filtered textures in images: few samples do not alias, many do not blur, coverage and normals keep their means.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/sample_cone.h"
 #include "renderer/texture/texture_memory.h"
@@ -11,7 +11,7 @@
 namespace kindling::test {
 namespace {
 
-constexpr int kTexels = 1024; // a side of the picture that covers the plane
+constexpr int kTexels = 1024; // a side of the image that covers the plane
 
 enum class Pattern { chequers, noise };
 
@@ -86,7 +86,7 @@ TEST(TextureFiltering, OneSampleDoesNotAlias) {
   for (const float red : red_of(*chequers, from_above(32, 30), small_render(V2i(30), 1))) EXPECT_NEAR(red, 0.5f, 0.01f);
 }
 
-// A chequered floor up to the horizon: where a pixel covers many texels, it is nearly grey at one sample.
+// A chequered floor up to the horizon: where a pixel covers many texels, it is nearly gray at one sample.
 TEST(TextureFiltering, FloorToTheHorizonAtOneSample) {
   constexpr float kRepeats = 64.0f;
   const auto world =
@@ -209,7 +209,7 @@ TEST(TextureFiltering, MergedNormalsBecomeRoughness) {
 
 // A textured floor and wall, lit and reflecting, in parallel: the same bits.
 TEST(TextureFiltering, SameBitsForAnyThreadsTilesAndBatches) {
-  Scene scene = ball_lamp_and_veil(0.3f);
+  Scene scene = sphere_lamp_and_veil(0.3f);
   scene.textures.push_back({.image = black_and_white(Pattern::noise)});
   for (const size_t material : {1u, 3u}) {
     scene.materials[material].base_color_texture.texture = 0;
@@ -228,11 +228,11 @@ TEST(TextureFiltering, SameBitsForAnyThreadsTilesAndBatches) {
   EXPECT_EQ(std::memcmp(reference.data(), other.data(), reference.size() * sizeof(float)), 0);
 }
 
-// Colours, cut-outs and lamps from disc, through a cache that holds a part of them: the same bits.
+// Colors, cut-outs and lamps from disc, through a cache that holds a part of them: the same bits.
 TEST(TextureFiltering, SameBitsFromDisc) {
   const auto render_with = [](uint64_t max_bytes) {
     TextureMemory memory(max_bytes);
-    Scene scene = ball_lamp_and_veil(0.3f);
+    Scene scene = sphere_lamp_and_veil(0.3f);
     for (const bool as_alpha : {false, true}) {
       SceneTexture texture;
       texture.image = memory.keep(Image(*black_and_white(Pattern::noise, as_alpha))).value();

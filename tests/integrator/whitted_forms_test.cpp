@@ -13,9 +13,9 @@ namespace {
 
 const V2i kFormsSize(45, 37); // not a multiple of anything
 
-// Smooth and rough mirrors and glass, a coat, a pane, a veil, points and a lamp.
+// Smooth and rough mirrors and glass, a coat, a thin wall, a veil, points and a lamp.
 std::unique_ptr<const World> mixed_world(accel::Kind kind) {
-  Scene scene = ball_lamp_and_veil(0.2f);
+  Scene scene = sphere_lamp_and_veil(0.2f);
   Material glass;
   glass.metallic_factor = glass.roughness_factor = 0.0f;
   glass.transmission_factor = glass.thickness_factor = 1.0f;
@@ -26,11 +26,11 @@ std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   glass.dispersion = 1.0f;
   glass.clearcoat_factor = 1.0f;
   add_object(scene, glass, sphere(V3f(-1.2f, -0.4f, 1.4f), 0.6f, 16, 0));
-  Material pane;
-  pane.metallic_factor = pane.roughness_factor = 0.0f;
-  pane.transmission_factor = 1.0f;
-  pane.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
-  add_object(scene, pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
+  Material thin_wall;
+  thin_wall.metallic_factor = thin_wall.roughness_factor = 0.0f;
+  thin_wall.transmission_factor = 1.0f;
+  thin_wall.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
+  add_object(scene, thin_wall, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
   Material mirror;
   mirror.roughness_factor = 0.0f;
   mirror.double_sided = true;

@@ -292,7 +292,7 @@ TEST(Whitted, AgreesWithThePathTracerOnDiffuseSurfaces) {
   }
 }
 
-// A point light with a radius is a ball to mirrors; to the camera it is not there.
+// A point light with a radius is a sphere to mirrors; to the camera it is not there.
 TEST(Whitted, MirrorShowsALampWithASize) {
   Scene scene = make_scene({plain_mirror(Rgb(1.0f))}, {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
   PunctualLight lamp = point_light(Rgb(3.0f, 2.0f, 1.0f));

@@ -1,4 +1,4 @@
-// Pictures and estimators that the tests of lights share.
+// Images and estimators that the tests of lights share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,8 @@ inline V3f rotate_y(const V3f& d, float r) {
   return {d.x * std::cos(r) + d.z * std::sin(r), d.y, d.z * std::cos(r) - d.x * std::sin(r)};
 }
 
-// A picture of floats; `value` gives the texel at (x, y).
-inline std::shared_ptr<const Image> float_picture(int width, int height, const std::function<Rgb(int, int)>& value) {
+// An image of floats; `value` gives the texel at (x, y).
+inline std::shared_ptr<const Image> float_image(int width, int height, const std::function<Rgb(int, int)>& value) {
   auto image = std::make_shared<Image>();
   image->width = width;
   image->height = height;
@@ -37,9 +37,9 @@ inline std::shared_ptr<const Image> float_picture(int width, int height, const s
 }
 
 // Uneven on purpose: noise over three decades, a black quarter, black poles and one very bright texel.
-inline std::shared_ptr<const Image> uneven_picture(int width, int height) {
+inline std::shared_ptr<const Image> uneven_image(int width, int height) {
   Random random(7);
-  return float_picture(width, height, [&](int x, int y) {
+  return float_image(width, height, [&](int x, int y) {
     const float level = std::pow(10.0f, -1.5f + 3.0f * random.next_1d());
     const Rgb c(level, level * random.next_1d(), level * 0.5f);
     if (x == width / 3 && y == height / 3) return Rgb(4000.0f, 3000.0f, 2000.0f);

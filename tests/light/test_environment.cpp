@@ -1,4 +1,4 @@
-// The conventions of an Environment: directions, rotation, poles, and what pictures may hold.
+// The conventions of an Environment: directions, rotation, poles, and what images may hold.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/environment.h"
 #include "tests/light/light_fixtures.h"
@@ -10,7 +10,7 @@
 namespace kindling {
 namespace {
 
-using test::float_picture;
+using test::float_image;
 using test::rotate_y;
 
 V3f uniform_direction(test::Random& random) {
@@ -75,13 +75,13 @@ TEST(Equirect, SpecialValues) {
   EXPECT_NEAR(acos_half_turns(0.0f), 0.5f, 1e-7f);
 }
 
-// An 8 x 4 picture whose texels carry their own coordinates.
-std::shared_ptr<const Image> coordinate_picture() {
-  return float_picture(8, 4, [](int x, int y) { return Rgb(static_cast<float>(x), static_cast<float>(y), 1.0f); });
+// An 8 x 4 image whose texels carry their own coordinates.
+std::shared_ptr<const Image> coordinate_image() {
+  return float_image(8, 4, [](int x, int y) { return Rgb(static_cast<float>(x), static_cast<float>(y), 1.0f); });
 }
 
 TEST(Environment, DirectionsMapAsDocumented) {
-  const Environment environment(coordinate_picture(), 0.0f, 1.0f);
+  const Environment environment(coordinate_image(), 0.0f, 1.0f);
   // At u = k / 8 the texels k - 1 and k meet; v = 0.5 is between rows 1 and 2.
   EXPECT_NEAR(environment.radiance({1, 0, 0}).x, 3.5f, 1e-5f);  // u = 0.5
   EXPECT_NEAR(environment.radiance({0, 0, 1}).x, 5.5f, 1e-5f);  // u = 0.75
@@ -94,32 +94,32 @@ TEST(Environment, DirectionsMapAsDocumented) {
 }
 
 TEST(Environment, AgreesWithTheDefinition) {
-  const auto picture = test::uneven_picture(37, 19); // odd sizes: nothing falls on round numbers
-  const Environment environment(picture, 0.0f, 1.0f);
+  const auto image = test::uneven_image(37, 19); // odd sizes: nothing falls on round numbers
+  const Environment environment(image, 0.0f, 1.0f);
   test::Random random(2);
   for (int i = 0; i < 100'000; ++i) {
     const V3f d = uniform_direction(random);
-    const Rgb expected = reference_radiance(*picture, d);
+    const Rgb expected = reference_radiance(*image, d);
     const Rgb found = environment.radiance(d);
     // Stored as halves (2^-11 relative), and u off by 2e-7: 37 texels * 2e-7 * 4000 is 0.03 near the bright one.
     for (int c = 0; c < 3; ++c) ASSERT_NEAR(found[c], expected[c], 5e-4f * expected[c] + 0.06f) << d;
   }
 }
 
-TEST(Environment, HalfPicturesAreExact) {
+TEST(Environment, HalfImagesAreExact) {
   test::Random random(3);
-  const auto picture = float_picture(16, 8, [&](int, int) {
+  const auto image = float_image(16, 8, [&](int, int) {
     return Rgb(Imath::half(random.next_1d()), Imath::half(100.0f * random.next_1d()),
                Imath::half(6e4f * random.next_1d()));
   });
-  const Environment environment(picture, 0.0f, 1.0f);
+  const Environment environment(image, 0.0f, 1.0f);
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 16; ++x) {
       const double phi = 2.0 * std::numbers::pi * ((x + 0.5) / 16.0 - 0.5);
       const double theta = std::numbers::pi * (y + 0.5) / 8.0;
       const V3f d(static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::cos(theta)),
                   static_cast<float>(std::sin(theta) * std::sin(phi)));
-      const Rgb expected = reference_radiance(*picture, d);
+      const Rgb expected = reference_radiance(*image, d);
       const Rgb found = environment.radiance(d);
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 1e-5f * 6e4f * (c == 2 ? 1.0f : 1e-2f));
     }
@@ -127,10 +127,10 @@ TEST(Environment, HalfPicturesAreExact) {
 }
 
 TEST(Environment, RotationTurnsItCounterClockwiseFromAbove) {
-  const auto picture = test::uneven_picture(32, 16);
-  const Environment still(picture, 0.0f, 1.0f);
+  const auto image = test::uneven_image(32, 16);
+  const Environment still(image, 0.0f, 1.0f);
   for (const float r : {0.5f, -2.0f, 7.0f, kPi}) {
-    const Environment turned(picture, r, 1.0f);
+    const Environment turned(image, r, 1.0f);
     test::Random random(4);
     for (int i = 0; i < 1000; ++i) {
       const V3f d = uniform_direction(random);
@@ -139,16 +139,16 @@ TEST(Environment, RotationTurnsItCounterClockwiseFromAbove) {
     }
   }
   // A quarter turn takes what was at +X to -Z.
-  const auto spot = float_picture(64, 32, [](int x, int) { return x == 31 || x == 32 ? Rgb(1.0f) : Rgb(0.0f); });
+  const auto spot = float_image(64, 32, [](int x, int) { return x == 31 || x == 32 ? Rgb(1.0f) : Rgb(0.0f); });
   EXPECT_NEAR(Environment(spot, 0.0f, 1.0f).radiance({1, 0, 0}).x, 1.0f, 1e-5f);
   EXPECT_NEAR(Environment(spot, kPi / 2, 1.0f).radiance({0, 0, -1}).x, 1.0f, 1e-4f);
   EXPECT_EQ(Environment(spot, kPi / 2, 1.0f).radiance({0, 0, 1}).x, 0.0f);
 }
 
 TEST(Environment, IntensityScalesRadianceAndNotDensity) {
-  const auto picture = test::uneven_picture(32, 16);
-  const Environment one(picture, 0.3f, 1.0f);
-  const Environment three(picture, 0.3f, 3.0f);
+  const auto image = test::uneven_image(32, 16);
+  const Environment one(image, 0.3f, 1.0f);
+  const Environment three(image, 0.3f, 3.0f);
   test::Random random(5);
   for (int i = 0; i < 1000; ++i) {
     const V3f d = uniform_direction(random);
@@ -159,10 +159,10 @@ TEST(Environment, IntensityScalesRadianceAndNotDensity) {
 }
 
 TEST(Environment, BlackOnesGiveNothing) {
-  const auto black = float_picture(8, 4, [](int, int) { return Rgb(0.0f); });
+  const auto black = float_image(8, 4, [](int, int) { return Rgb(0.0f); });
   for (const Environment& environment :
        {Environment(black, 0.0f, 1.0f), Environment(Rgb(0.0f)), Environment(nullptr, 0.0f, 1.0f),
-        Environment(coordinate_picture(), 0.0f, 0.0f), Environment(std::make_shared<Image>(), 0.0f, 1.0f)}) {
+        Environment(coordinate_image(), 0.0f, 0.0f), Environment(std::make_shared<Image>(), 0.0f, 1.0f)}) {
     EXPECT_TRUE(environment.is_black());
     EXPECT_EQ(environment.radiance({0, 1, 0}), Rgb(0.0f));
     EXPECT_EQ(environment.pdf({0, 1, 0}), 0.0f);
@@ -173,7 +173,7 @@ TEST(Environment, BlackOnesGiveNothing) {
   }
 }
 
-TEST(Environment, OneColour) {
+TEST(Environment, OneColor) {
   const Environment environment(Rgb(1.0f, 2.0f, 3.0f));
   EXPECT_EQ(environment.radiance({0.6f, 0.8f, 0.0f}), Rgb(1.0f, 2.0f, 3.0f));
   EXPECT_FLOAT_EQ(environment.pdf({0.6f, 0.8f, 0.0f}), 1.0f / (4.0f * kPi));
@@ -186,8 +186,8 @@ TEST(Environment, OneColour) {
 
 TEST(Environment, BadTexelsReadAsZero) {
   const float bad[] = {-1.0f, kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN()};
-  const auto picture = float_picture(8, 4, [&](int x, int y) { return y == 1 ? Rgb(bad[x % 4]) : Rgb(2.0f); });
-  const Environment environment(picture, 0.0f, 1.0f);
+  const auto image = float_image(8, 4, [&](int x, int y) { return y == 1 ? Rgb(bad[x % 4]) : Rgb(2.0f); });
+  const Environment environment(image, 0.0f, 1.0f);
   test::Random random(6);
   for (int i = 0; i < 10'000; ++i) {
     const Rgb c = environment.radiance(uniform_direction(random));
@@ -216,24 +216,24 @@ TEST(Environment, ReadsEveryPixelType) {
 
 TEST(Environment, ExtremeRangesSurvive) {
   // A sun of 1e9 over a sky of 1: beyond what a half can hold at once.
-  const auto picture = float_picture(64, 32, [](int x, int y) { return x == 10 && y == 5 ? Rgb(1e9f) : Rgb(1.0f); });
-  const Environment environment(picture, 0.0f, 1.0f);
+  const auto image = float_image(64, 32, [](int x, int y) { return x == 10 && y == 5 ? Rgb(1e9f) : Rgb(1.0f); });
+  const Environment environment(image, 0.0f, 1.0f);
   EXPECT_NEAR(environment.radiance({0, -1, 0}).x, 1.0f, 2e-3f);
   for (const float peak : {1e-38f, 1e-20f, 3e38f}) {
-    const auto flat = float_picture(4, 2, [&](int, int) { return Rgb(peak); });
+    const auto flat = float_image(4, 2, [&](int, int) { return Rgb(peak); });
     EXPECT_NEAR(Environment(flat, 0.0f, 1.0f).radiance({0, 0, 1}).x / peak, 1.0f, 5e-4f);
   }
 }
 
 TEST(Environment, MemoryIsAsDocumented) {
-  const Environment environment(test::uneven_picture(512, 256), 0.0f, 1.0f);
+  const Environment environment(test::uneven_image(512, 256), 0.0f, 1.0f);
   EXPECT_LT(static_cast<double>(environment.memory_bytes()), 13.5 * 512 * 256);
 }
 
-// What is even over the sky is left to BSDF sampling, a sun is not, and one colour has nothing that stands out.
+// What is even over the sky is left to BSDF sampling, a sun is not, and one color has nothing that stands out.
 TEST(Environment, DensityFollowsWhatStandsOut) {
   const auto sky = [](float sun) {
-    return Environment(float_picture(64, 32, [&](int x, int y) { return Rgb(x == 20 && y == 8 ? sun : 1.0f); }), 0.0f,
+    return Environment(float_image(64, 32, [&](int x, int y) { return Rgb(x == 20 && y == 8 ? sun : 1.0f); }), 0.0f,
                        1.0f);
   };
   const Environment even = sky(1.0f);
@@ -248,7 +248,7 @@ TEST(Environment, DensityFollowsWhatStandsOut) {
 }
 
 TEST(Environment, PositiveDensityWhereverThereIsLight) {
-  const Environment environment(test::uneven_picture(37, 19), 1.0f, 1.0f);
+  const Environment environment(test::uneven_image(37, 19), 1.0f, 1.0f);
   test::Random random(8);
   for (int i = 0; i < 200'000; ++i) {
     const EnvironmentEval eval = environment.eval(uniform_direction(random));
@@ -258,7 +258,7 @@ TEST(Environment, PositiveDensityWhereverThereIsLight) {
 
 TEST(Environment, SamplesReportTheDensityThatIsLookedUp) {
   for (const int width : {37, 512}) {
-    const Environment environment(test::uneven_picture(width, width / 2), 2.0f, 1.0f);
+    const Environment environment(test::uneven_image(width, width / 2), 2.0f, 1.0f);
     test::Random random(9);
     int different = 0;
     constexpr int kSamples = 100'000;
@@ -271,7 +271,7 @@ TEST(Environment, SamplesReportTheDensityThatIsLookedUp) {
       const float tolerance = 2e-3f * max_component(sample.radiance) + 4000.0f * 4e-7f * static_cast<float>(width);
       ASSERT_NEAR(eval.radiance.x, sample.radiance.x, tolerance);
     }
-    // Only directions within about 4e-7 turns of a texel's border may read the neighbour; half of the samples are in
+    // Only directions within about 4e-7 turns of a texel's border may read the neighbor; half of the samples are in
     // one texel.
     EXPECT_LT(different, kSamples * 4e-7 * width * 20 + 10);
   }

@@ -17,7 +17,7 @@ using test::random_point;
 TEST(LightNode, RoundingKeepsWhatSpheresHold) {
   Random random(51);
   for (int round = 0; round < 500; ++round) {
-    // From clusters of a millimetre to a kilometre away from the origin, with members as large as all of it.
+    // From clusters of a millimeter to a kilometer away from the origin, with members as large as all of it.
     const float extent = std::pow(10.0f, -3.0f + 6.0f * random.next_1d());
     const V3f far = random_point(random, round % 3 == 0 ? 1000.0f : 0.0f);
     std::vector<LightFamily> families(1 + static_cast<size_t>(random.next_1d() * 7.99f));
@@ -58,7 +58,7 @@ TEST(LightNode, ProfileOfFamilies) {
     float back;
     float tolerance; // of the largest
   };
-  // Exact for planes, balls and half balls (but for rounding to bytes); close in between.
+  // Exact for planes, spheres and half spheres (but for rounding to bytes); close in between.
   for (const Kind& kind : {Kind{1.0f, 0.0f, 0.02f}, Kind{1.0f, 1.0f, 0.02f}, Kind{-1.0f, 0.0f, 0.05f},
                            Kind{-1.0f, 0.0625f, 0.05f}, Kind{0.0f, 0.0f, 0.05f}, Kind{0.7f, 0.0f, 0.1f}}) {
     const V3f axis = random_direction(random);

@@ -11,7 +11,7 @@ namespace kindling {
 namespace {
 
 using test::add_rectangle;
-using test::float_picture;
+using test::float_image;
 
 Emission white(float radiance, bool two_sided = false) { return {Rgb(radiance), nullptr, two_sided}; }
 
@@ -262,7 +262,7 @@ TEST(LightSet, EnvironmentIsSampledWithItsShare) {
   LightSetInput input;
   input.emissions = {white(1.0f, true)};
   add_rectangle(input, {0, 5, 0}, {1, 0, 0}, {0, 0, 1}, 0);
-  input.environment = std::make_shared<Environment>(test::uneven_picture(64, 32), 0.4f, 0.01f);
+  input.environment = std::make_shared<Environment>(test::uneven_image(64, 32), 0.4f, 0.01f);
   const LightSet lights(input);
   EXPECT_EQ(lights.light_count(), 3u);
   test::Random random(4);
@@ -296,9 +296,9 @@ TEST(LightSet, EnvironmentIsSampledWithItsShare) {
 
 TEST(LightSet, TextureDecidesThePower) {
   // Left half black, right half 1: the triangle that covers the left half has no power.
-  const auto picture = float_picture(64, 64, [](int x, int) { return x < 32 ? Rgb(0.0f) : Rgb(1.0f, 0.5f, 0.25f); });
-  const Texture texture(picture, {TextureWrap::clamp_to_edge, TextureWrap::clamp_to_edge, TextureFilter::nearest,
-                                  TextureEncoding::linear});
+  const auto image = float_image(64, 64, [](int x, int) { return x < 32 ? Rgb(0.0f) : Rgb(1.0f, 0.5f, 0.25f); });
+  const Texture texture(
+      image, {TextureWrap::clamp_to_edge, TextureWrap::clamp_to_edge, TextureFilter::nearest, TextureEncoding::linear});
   LightSetInput input;
   input.emissions = {{Rgb(2.0f), &texture, true}};
   for (const float x : {0.0f, 0.5f}) {

@@ -11,7 +11,7 @@ namespace {
 
 using test::add_rectangle;
 using test::Estimate;
-using test::float_picture;
+using test::float_image;
 using test::sampled_irradiance;
 
 // A sampled mean is taken as right within five standard errors: wrong by chance once in 1.7 million.
@@ -31,7 +31,7 @@ double corner_form_factor(double a, double b, double h) {
 }
 
 TEST(LightStatistics, RectangleHasItsFormFactor) {
-  // Near (by solid angle), far (by area), and from under a corner's neighbourhood.
+  // Near (by solid angle), far (by area), and from under a corner's neighborhood.
   for (const float height : {0.05f, 0.5f, 2.0f, 15.0f, 60.0f}) {
     LightSetInput input;
     input.emissions = {{Rgb(2.0f), nullptr, false}};
@@ -39,19 +39,19 @@ TEST(LightStatistics, RectangleHasItsFormFactor) {
     const LightSet lights(input);
     const double h = static_cast<double>(height);
     const double expected = 2.0 * std::numbers::pi * 4.0 * corner_form_factor(1.0, 0.5, h);
-    expect_agreement(sampled_irradiance(lights, {0, 0, 0}, {0, 1, 0}, 200'000, 1), expected, "centre");
+    expect_agreement(sampled_irradiance(lights, {0, 0, 0}, {0, 1, 0}, 200'000, 1), expected, "center");
     const double corner = 2.0 * std::numbers::pi * corner_form_factor(2.0, 1.0, h);
     expect_agreement(sampled_irradiance(lights, {-1.0f, 0, -0.5f}, {0, 1, 0}, 400'000, 2), corner, "corner");
   }
 }
 
 TEST(LightStatistics, TexturedEmission) {
-  const auto picture = float_picture(16, 16, [](int x, int y) {
+  const auto image = float_image(16, 16, [](int x, int y) {
     test::Random random(static_cast<uint64_t>(y * 16 + x));
     return x > 3 && x < 9 ? Rgb(0.0f) : Rgb(random.next_1d() * 5.0f, random.next_1d(), y == 5 ? 30.0f : 0.0f);
   });
-  const Texture texture(picture, {TextureWrap::clamp_to_edge, TextureWrap::clamp_to_edge, TextureFilter::linear,
-                                  TextureEncoding::linear});
+  const Texture texture(
+      image, {TextureWrap::clamp_to_edge, TextureWrap::clamp_to_edge, TextureFilter::linear, TextureEncoding::linear});
   LightSetInput input;
   input.emissions = {{Rgb(2.0f, 1.0f, 0.5f), &texture, true}};
   const V3f corner(-1, 1.5f, -1);
@@ -77,7 +77,7 @@ TEST(LightStatistics, TexturedEmission) {
 
 TEST(LightStatistics, EnvironmentIrradiance) {
   for (const float rotation : {0.0f, 1.1f}) {
-    const auto environment = std::make_shared<Environment>(test::uneven_picture(40, 20), rotation, 0.5f);
+    const auto environment = std::make_shared<Environment>(test::uneven_image(40, 20), rotation, 0.5f);
     LightSetInput input;
     input.environment = environment;
     const LightSet lights(input);
@@ -104,11 +104,11 @@ TEST(LightStatistics, EnvironmentIrradiance) {
 
 TEST(LightStatistics, EnvironmentTotalRadiance) {
   for (const int height : {1, 2, 3, 20}) {
-    const Environment environment(test::float_picture(2 * height + 1, height,
-                                                      [](int x, int y) {
-                                                        test::Random random(static_cast<uint64_t>(x * 100 + y));
-                                                        return Rgb(random.next_1d(), 1.0f, 0.0f);
-                                                      }),
+    const Environment environment(test::float_image(2 * height + 1, height,
+                                                    [](int x, int y) {
+                                                      test::Random random(static_cast<uint64_t>(x * 100 + y));
+                                                      return Rgb(random.next_1d(), 1.0f, 0.0f);
+                                                    }),
                                   0.7f, 2.0f);
     constexpr int kSteps = 1200;
     V3d sum(0.0);
@@ -135,7 +135,7 @@ TEST(LightStatistics, EnvironmentSamplesFollowTheDensity) {
   constexpr int kHeight = 19;
   constexpr float kRotation = 0.9f;
   constexpr int kSamples = 2'000'000;
-  const Environment environment(test::uneven_picture(kWidth, kHeight), kRotation, 1.0f);
+  const Environment environment(test::uneven_image(kWidth, kHeight), kRotation, 1.0f);
 
   std::vector<double> expected(4 * kWidth * kHeight);
   std::vector<double> observed(expected.size(), 0.0);
@@ -146,9 +146,9 @@ TEST(LightStatistics, EnvironmentSamplesFollowTheDensity) {
     const double theta = std::numbers::pi * (y + 0.5) / (2 * kHeight);
     for (int x = 0; x < 2 * kWidth; ++x) {
       const double phi = 2.0 * std::numbers::pi * ((x + 0.5) / (2 * kWidth) - 0.5) - static_cast<double>(kRotation);
-      const V3f centre(static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::cos(theta)),
+      const V3f center(static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::cos(theta)),
                        static_cast<float>(std::sin(theta) * std::sin(phi)));
-      const double mass = static_cast<double>(environment.pdf(centre)) * (top - bottom) * std::numbers::pi / kWidth;
+      const double mass = static_cast<double>(environment.pdf(center)) * (top - bottom) * std::numbers::pi / kWidth;
       expected[static_cast<size_t>(y * 2 * kWidth + x)] = mass * kSamples;
       integral += mass;
     }

@@ -106,8 +106,8 @@ Estimate light_by_light(const LightSetInput& input, const V3f& point, const V3f&
 }
 
 TEST(LightTreeStatistics, EstimatesAgreeWithLightByLight) {
-  const auto picture = test::float_picture(8, 8, [](int x, int y) { return Rgb(static_cast<float>((x ^ y) & 3)); });
-  const Texture texture(picture,
+  const auto image = test::float_image(8, 8, [](int x, int y) { return Rgb(static_cast<float>((x ^ y) & 3)); });
+  const Texture texture(image,
                         {TextureWrap::repeat, TextureWrap::repeat, TextureFilter::linear, TextureEncoding::linear});
   Random random(22);
   for (uint32_t soup = 0; soup < 6; ++soup) {

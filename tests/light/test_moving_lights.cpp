@@ -1,6 +1,6 @@
 // Lights that move over the shutter: at every time they are what a still light there would be.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/light/whole_lights.h"
+#include "renderer/light/per_light_sampling.h"
 #include "renderer/sampling/warp.h"
 #include "tests/light/light_fixtures.h"
 
@@ -219,11 +219,11 @@ TEST(MovingLights, PunctualLightsAreWhereTheyAreAtATime) {
   }
 }
 
-TEST(MovingLights, WholeLightsMoveAsWell) {
+TEST(MovingLights, PerLightSamplingMoveAsWell) {
   LightSetInput input = flock(0, 3);
   input.meshes = {{0, 3, "flock"}};
   const LightSet moving(input);
-  const WholeLights whole(moving);
+  const PerLightSampling whole(moving);
   const V3f point(0.3f, -0.5f, 0.2f), normal = V3f(0.2f, 1.0f, -0.3f).normalized();
   for (const float time : kTimes) {
     const LightSet still(frozen(input, time));

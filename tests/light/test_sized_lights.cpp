@@ -29,10 +29,10 @@ TEST(SizedLights, DirectionsToABallAreEven) {
   constexpr Case kCases[] = {{10.0f, 0.05f}, {2.0f, 1.0f}, {1.001f, 1.0f}, {0.999f, 1.0f}, {0.0f, 1.0f}};
   uint64_t seed = 1;
   for (const Case& c : kCases) {
-    const SphereSeen ball(V3f(0.36f, -0.48f, 0.8f) * c.distance, c.radius);
-    const test::ChiSquareResult result =
-        test::chi_square_sphere([&](test::Random& r) -> std::optional<V3f> { return ball.sample(r.next_2d()); },
-                                [&](const V3f& w) { return ball.distance(w) ? ball.pdf() : 0.0f; }, {.seed = seed++});
+    const SphereSeen sphere(V3f(0.36f, -0.48f, 0.8f) * c.distance, c.radius);
+    const test::ChiSquareResult result = test::chi_square_sphere(
+        [&](test::Random& r) -> std::optional<V3f> { return sphere.sample(r.next_2d()); },
+        [&](const V3f& w) { return sphere.distance(w) ? sphere.pdf() : 0.0f; }, {.seed = seed++});
     EXPECT_GT(result.p_value, test::sidak_level(1e-4, std::size(kCases))) << c.distance << ": " << result.summary;
     EXPECT_NEAR(result.integral, 1.0, 0.01) << c.distance;
   }
@@ -42,27 +42,27 @@ TEST(SizedLights, DistancesToABall) {
   test::Random random(2);
   for (const float distance : {50.0f, 3.0f, 1.1f, 0.7f, 0.0f}) {
     const V3f center = V3f(0.6f, 0.0f, -0.8f) * distance;
-    const SphereSeen ball(center, 1.0f);
+    const SphereSeen sphere(center, 1.0f);
     for (int i = 0; i < 1000; ++i) {
-      const V3f wi = ball.sample(random.next_2d());
-      const float t = ball.sampled_distance(wi);
+      const V3f wi = sphere.sample(random.next_2d());
+      const float t = sphere.sampled_distance(wi);
       // On the surface, on the near side of it; at the silhouette the root of a rounding error remains.
       EXPECT_NEAR((wi * t - center).length(), 1.0f, 2e-6f * std::max(distance, 1.0f));
       const float facing = (wi * t - center).dot(wi);
       EXPECT_TRUE(distance < 1.0f ? facing >= 0.0f : facing <= 3e-3f * distance) << facing;
-      const auto met = ball.distance(wi);
+      const auto met = sphere.distance(wi);
       EXPECT_EQ(met.value_or(t), t);
     }
   }
-  const SphereSeen ball(V3f(0, 0, 3), 1.0f);
-  EXPECT_FALSE(ball.distance(V3f(0, 0, -1))); // behind
-  EXPECT_FALSE(ball.distance(V3f(1, 0, 0)));
-  EXPECT_FLOAT_EQ(*ball.distance(V3f(0, 0, 1)), 2.0f);
+  const SphereSeen sphere(V3f(0, 0, 3), 1.0f);
+  EXPECT_FALSE(sphere.distance(V3f(0, 0, -1))); // behind
+  EXPECT_FALSE(sphere.distance(V3f(1, 0, 0)));
+  EXPECT_FLOAT_EQ(*sphere.distance(V3f(0, 0, 1)), 2.0f);
   EXPECT_FLOAT_EQ(*SphereSeen(V3f(0, 0, 0.5f), 1.0f).distance(V3f(0, 0, 1)), 1.5f); // from inside, where it leaves
 }
 
-// The whole of a uniform ball above the horizon: pi L (r / d)^2 cos, which is the point's intensity cos / d^2.
-TEST(SizedLights, BallsBringWhatThePointWould) {
+// The whole of a uniform sphere above the horizon: pi L (r / d)^2 cos, which is the point's intensity cos / d^2.
+TEST(SizedLights, SpheresBringWhatThePointWould) {
   const V3f normal = V3f(0.3f, 1.0f, 0.2f).normalized();
   const V3f to_light(0.5f, 2.0f, -0.4f);
   const double expected = 7.0 * static_cast<double>(normal.dot(to_light.normalized()) / to_light.length2());
@@ -104,13 +104,13 @@ double irradiance_of_cone(const V3d& axis, double one_minus_cos_max, const Radia
   }
   return sum * 2.0 * kPiD * one_minus_cos_max / (kSteps * kSteps);
 }
-// Of a ball around `center`, seen from the origin; from inside it is everywhere.
+// Of a sphere around `center`, seen from the origin; from inside it is everywhere.
 double one_minus_cos_of(const V3d& center, double radius) {
   const double sin2 = radius * radius / center.length2();
   return sin2 < 1.0 ? 1.0 - std::sqrt(1.0 - sin2) : 2.0;
 }
 
-TEST(SizedLights, BallsThatTheHorizonCuts) {
+TEST(SizedLights, SpheresThatTheHorizonCuts) {
   for (const float height : {0.6f, 0.0f, -0.5f, 0.9f}) {
     const V3f center(height == 0.9f ? 0.0f : 1.2f, height, 0.0f); // the last: the point is inside
     LightSetInput input;
@@ -139,7 +139,7 @@ TEST(SizedLights, SpotsKeepTheirCone) {
   input.spots.push_back(spot);
   const LightSet lights(input);
   for (const float x : {0.0f, 0.9f, 1.6f, 2.2f, 2.6f}) {
-    // Each point of the ball sends the spot's intensity over pi r^2 in every direction.
+    // Each point of the sphere sends the spot's intensity over pi r^2 in every direction.
     const V3d c(-static_cast<double>(x), 4.0, 0.0);
     const double window = 1.0 - std::pow(c.length() / 9.0, 4.0);
     const double expected = irradiance_of_cone(c.normalized(), one_minus_cos_of(c, 0.5), [&](const V3d& wi) {
@@ -208,7 +208,7 @@ LightSetInput many_kinds(size_t count) {
 }
 
 // What a ray meets is what each light by itself would show, and without a competitor nothing is weighted.
-TEST(SizedLights, RaysMeetEveryBallAndDisc) {
+TEST(SizedLights, RaysMeetEverySphereAndDisc) {
   for (const size_t count : {2U, 300U}) {
     const LightSetInput input = many_kinds(count);
     const LightSet lights(input);
@@ -262,7 +262,7 @@ TEST(SizedLights, StretchesOfARay) {
   EXPECT_FLOAT_EQ(seen(0.0f, kInfinity), 1.0f);
   EXPECT_EQ(seen(0.0f, 3.99f), 0.0f);
   EXPECT_FLOAT_EQ(seen(3.99f, 4.01f), 1.0f); // its front
-  EXPECT_EQ(seen(4.01f, kInfinity), 0.0f);   // the ball has one skin
+  EXPECT_EQ(seen(4.01f, kInfinity), 0.0f);   // the sphere has one skin
   EXPECT_FLOAT_EQ(seen(1.0f, kInfinity, 0.5f), std::exp(-1.5f));
 }
 

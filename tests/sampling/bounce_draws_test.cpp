@@ -69,8 +69,8 @@ TEST(BounceDraws, LanesAreIndependent) {
   }
 }
 
-// Neighbouring pixels' samples, paired: uncorrelated but for blue noise, where opposite halves of a pair anticorrelate.
-TEST(BounceDraws, NeighboursAreUncorrelatedOrOpposite) {
+// Neighboring pixels' samples, paired: uncorrelated but for blue noise, where opposite halves of a pair anticorrelate.
+TEST(BounceDraws, NeighborsAreUncorrelatedOrOpposite) {
   for (const SamplerKind kind : kSamplers) {
     double sum = 0.0;
     constexpr int kPairs = 20000;
@@ -115,7 +115,7 @@ Errors errors_of(SamplerKind kind, uint32_t samples) {
   return errors;
 }
 
-TEST(BounceDraws, BlueNoiseErrorsCancelAmongNeighbours) {
+TEST(BounceDraws, BlueNoiseErrorsCancelAmongNeighbors) {
   for (const uint32_t samples : {1U, 4U, 16U}) {
     const Errors own = errors_of(SamplerKind::sobol, samples);
     const Errors blue = errors_of(SamplerKind::blue_noise, samples);

@@ -132,11 +132,11 @@ TEST(Distribution2D, ProbabilitiesFollowTheWeights) {
   for (uint32_t y = 0; y < kHeight; ++y) {
     for (uint32_t x = 0; x < kWidth; ++x) {
       const float w = weights[y * kWidth + x];
-      const V2f centre((static_cast<float>(x) + 0.5f) / kWidth, (static_cast<float>(y) + 0.5f) / kHeight);
+      const V2f center((static_cast<float>(x) + 0.5f) / kWidth, (static_cast<float>(y) + 0.5f) / kHeight);
       total += static_cast<double>(d.probability(x, y));
       EXPECT_NEAR(static_cast<double>(d.probability(x, y)), static_cast<double>(w) / sum, 4.0 * 0x1p-24);
-      EXPECT_EQ(d.pdf(centre) > 0.0f, w > 0.0f);
-      EXPECT_FLOAT_EQ(d.pdf(centre), d.probability(x, y) * kWidth * kHeight);
+      EXPECT_EQ(d.pdf(center) > 0.0f, w > 0.0f);
+      EXPECT_FLOAT_EQ(d.pdf(center), d.probability(x, y) * kWidth * kHeight);
     }
   }
   EXPECT_NEAR(total, 1.0, 1e-6);

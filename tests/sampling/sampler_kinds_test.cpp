@@ -16,7 +16,7 @@ constexpr SamplerKind kStratified[] = {SamplerKind::blue_noise, SamplerKind::sob
 using Point = std::array<float, 4>;
 
 // The most points in one box of sides 2^-bits[c]; 1 for as many points as boxes means a net.
-uint32_t most_in_a_box(const std::vector<Point>& points, const std::array<uint32_t, 4>& bits) {
+uint32_t max_in_a_box(const std::vector<Point>& points, const std::array<uint32_t, 4>& bits) {
   std::vector<uint32_t> counts(size_t{1} << (bits[0] + bits[1] + bits[2] + bits[3]), 0);
   uint32_t most = 0;
   for (const Point& p : points) {
@@ -62,7 +62,7 @@ TEST(SamplerKinds, BounceSetsAreNetsOfFourDimensions) {
           for (uint32_t a = 0; a <= m; ++a)
             for (uint32_t b = 0; a + b <= m; ++b)
               for (uint32_t c = 0; a + b + c <= m; ++c)
-                ASSERT_EQ(most_in_a_box(points, {2 * a, 2 * b, 2 * c, 2 * (m - a - b - c)}), 1U)
+                ASSERT_EQ(max_in_a_box(points, {2 * a, 2 * b, 2 * c, 2 * (m - a - b - c)}), 1U)
                     << sampler_name(kind) << " m " << m << ": " << a << " " << b << " " << c;
         }
 }
@@ -76,8 +76,8 @@ TEST(SamplerKinds, BouncePairsAreNetsOfTwoDimensions) {
           const Sampler sampler(k + 7, kind, 8U << k);
           const std::vector<Point> points = bounce_points(sampler, {5, 1031}, block << k, 1U << k, 24, second);
           for (uint32_t a = 0; a <= k; ++a) {
-            ASSERT_EQ(most_in_a_box(points, {a, k - a, 0, 0}), 1U) << sampler_name(kind) << " k " << k << " a " << a;
-            ASSERT_EQ(most_in_a_box(points, {0, 0, a, k - a}), 1U) << sampler_name(kind) << " k " << k << " a " << a;
+            ASSERT_EQ(max_in_a_box(points, {a, k - a, 0, 0}), 1U) << sampler_name(kind) << " k " << k << " a " << a;
+            ASSERT_EQ(max_in_a_box(points, {0, 0, a, k - a}), 1U) << sampler_name(kind) << " k " << k << " a " << a;
           }
         }
 }
@@ -99,12 +99,12 @@ TEST(SamplerKinds, SquaresOfPixelsAreNets) {
             bounce.push_back(first_set(draw_bounce(address, 8)));
           }
       for (uint32_t a = 0; a <= k; ++a) {
-        ASSERT_EQ(most_in_a_box(film, {a, k - a, 0, 0}), 1U) << k << " " << a;
-        ASSERT_EQ(most_in_a_box(bounce, {0, 0, a, k - a}), 1U) << k << " " << a;
+        ASSERT_EQ(max_in_a_box(film, {a, k - a, 0, 0}), 1U) << k << " " << a;
+        ASSERT_EQ(max_in_a_box(bounce, {0, 0, a, k - a}), 1U) << k << " " << a;
       }
       if (k % 2 == 0) {
         for (uint32_t a = 0; a <= k / 2; ++a)
-          ASSERT_EQ(most_in_a_box(bounce, {2 * a, 0, k - 2 * a, 0}), 1U) << k << " " << a;
+          ASSERT_EQ(max_in_a_box(bounce, {2 * a, 0, k - 2 * a, 0}), 1U) << k << " " << a;
       }
     }
 }

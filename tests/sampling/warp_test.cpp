@@ -222,7 +222,7 @@ TEST(Warp, SincosIsAccurateOverManyTurns) {
   EXPECT_LT(worst, 1.5e-7);
 }
 
-// Neighbouring points of the square stay neighbours: what keeps the sampler's strata.
+// Neighboring points of the square stay neighbors: what keeps the sampler's strata.
 TEST(Warp, DiskMapIsContinuousAndCoversTheCentre) {
   EXPECT_EQ(sample_uniform_disk({0.5f, 0.5f}), V2f(0.0f, 0.0f));
   Random random(9);

@@ -57,7 +57,7 @@ RandomMesh random_mesh(uint32_t seed) {
       const bool tilted = j < 2;                              // a seam in normals
       const auto uv = [&](int x, int y) {
         const float u = static_cast<float>(mirrored ? 8 - x : x);
-        // A mild shear, so that tangents of neighbours differ.
+        // A mild shear, so that tangents of neighbors differ.
         return V2f(u + 0.2f * static_cast<float>(y * y % 3), -static_cast<float>(y)) + shift;
       };
       const auto at = [&](int x, int y) {

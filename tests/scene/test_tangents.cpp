@@ -12,7 +12,7 @@ namespace {
 using test::expect_near;
 using test::xyz;
 
-// A grid of n x n quads in [0, 1]^2 of the xy plane, facing +z, its picture upright: u = x, v = 1 - y.
+// A grid of n x n quads in [0, 1]^2 of the xy plane, facing +z, its image upright: u = x, v = 1 - y.
 Primitive plane(uint32_t n) {
   Primitive primitive;
   primitive.texcoords.resize(1);
@@ -67,7 +67,7 @@ TEST(Tangents, OfAnUprightPlanePointAlongU) {
   ASSERT_EQ(primitive.tangents.size(), 25u);
   for (const V4f& tangent : primitive.tangents) {
     expect_near(xyz(tangent), {1, 0, 0});
-    EXPECT_EQ(tangent.w, 1.0f); // cross(z, x) = y: up in the picture
+    EXPECT_EQ(tangent.w, 1.0f); // cross(z, x) = y: up in the image
   }
 }
 
@@ -96,7 +96,7 @@ TEST(Tangents, OfTheNamedSet) {
   expect_near(xyz(primitive.tangents[0]), {0, -1, 0});
 }
 
-// A picture mirrored about the middle column: u = |2x - 1|.
+// An image mirrored about the middle column: u = |2x - 1|.
 Primitive mirrored_in_the_middle(uint32_t n) {
   Primitive primitive = plane(n);
   for (size_t v = 0; v < primitive.positions.size(); ++v) {
@@ -105,19 +105,19 @@ Primitive mirrored_in_the_middle(uint32_t n) {
   return primitive;
 }
 
-TEST(Tangents, SplitVerticesWhereThePictureIsMirrored) {
+TEST(Tangents, SplitVerticesWhereTheImageIsMirrored) {
   constexpr uint32_t n = 4;
   Primitive primitive = mirrored_in_the_middle(n);
   const size_t before = primitive.positions.size();
   generate_tangents(primitive, 0);
   EXPECT_EQ(primitive.positions.size(), before + n + 1); // the middle column is there twice
   for (size_t t = 0; t < primitive.triangle_count(); ++t) {
-    float centre_x = 0;
-    for (size_t k = 0; k < 3; ++k) centre_x += primitive.positions[primitive.indices[3 * t + k]].x / 3;
+    float center_x = 0;
+    for (size_t k = 0; k < 3; ++k) center_x += primitive.positions[primitive.indices[3 * t + k]].x / 3;
     for (size_t k = 0; k < 3; ++k) {
       const V4f& tangent = primitive.tangents[primitive.indices[3 * t + k]];
-      expect_near(xyz(tangent), {centre_x < 0.5f ? -1.0f : 1.0f, 0, 0});
-      EXPECT_EQ(tangent.w, centre_x < 0.5f ? -1.0f : 1.0f);
+      expect_near(xyz(tangent), {center_x < 0.5f ? -1.0f : 1.0f, 0, 0});
+      EXPECT_EQ(tangent.w, center_x < 0.5f ? -1.0f : 1.0f);
     }
   }
 }
@@ -212,7 +212,7 @@ TEST(Tangents, EqualVerticesUnderDifferentNumbersGetEqualTangents) {
 }
 
 TEST(Tangents, TrianglesThatTouchInAPointAloneAreNotAveraged) {
-  // Two triangles with one vertex in common and pictures turned against each other by 90 degrees.
+  // Two triangles with one vertex in common and images turned against each other by 90 degrees.
   Primitive primitive;
   primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
   primitive.normals.assign(5, V3f(0, 0, 1));
@@ -240,7 +240,7 @@ TEST(Tangents, DegenerateTexcoordsGiveFiniteOrthogonalTangents) {
   }
 }
 
-TEST(Tangents, TrianglesWithoutUvAreaJoinTheirNeighbours) {
+TEST(Tangents, TrianglesWithoutUvAreaJoinTheirNeighbors) {
   // The middle quad of three in a row has one texture coordinate per column: zero area. Its corners take the groups
   // beside it.
   Primitive primitive;
@@ -339,7 +339,7 @@ TEST(Tangents, CrowdedVerticesAndEdgesTakeNoQuadraticTime) {
   }
   generate_tangents(primitive, 0);
   EXPECT_EQ(primitive.tangents.size(), primitive.positions.size());
-  EXPECT_GT(primitive.positions.size(), kTriangles); // no two triangles are neighbours
+  EXPECT_GT(primitive.positions.size(), kTriangles); // no two triangles are neighbors
 }
 
 } // namespace

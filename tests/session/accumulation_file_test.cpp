@@ -44,7 +44,7 @@ TEST_F(AccumulationFile, OfNoPixelsComesBack) {
   EXPECT_EQ(read.value().state.coverage.block_count(), 0U);
 }
 
-// A film with few samples of a smooth picture: the upper bytes of sums are alike.
+// A film with few samples of a smooth image: the upper bytes of sums are alike.
 TEST_F(AccumulationFile, IsSmallerThanTheFilm) {
   const V2i size(128, 128);
   const PixelRect area{V2i(0), size};

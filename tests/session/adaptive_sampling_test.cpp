@@ -19,7 +19,7 @@ const PixelRect kArea{V2i(8, 8), V2i(20, 16)};
 const PixelRect kLeft{V2i(8, 8), V2i(16, 16)};
 const PixelRect kRight{V2i(16, 8), V2i(20, 16)};
 
-void add_grey(Film& film, const PixelRect& block, float value) {
+void add_gray(Film& film, const PixelRect& block, float value) {
   for (int y = block.min.y; y < block.max.y; ++y)
     for (int x = block.min.x; x < block.max.x; ++x) film.add({x, y}, {Rgb(value), 1.0f, 1.0f});
 }
@@ -57,10 +57,10 @@ TEST(AdaptiveSampling, StopsAtTwiceTheSamplesThatForesawIt) {
   AdaptiveSampling sampling(kArea, {0.1, 32}, state);
   for (uint32_t n = 1; n <= 64; ++n) {
     if (sampling.wants_samples(kLeft, n - 1)) {
-      add_grey(film, kLeft, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // too late to be seen
+      add_gray(film, kLeft, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // too late to be seen
       EXPECT_EQ(decide(sampling, kLeft, n, film), n == 32 ? 64U : 0U) << n;
     }
-    add_grey(film, kRight, static_cast<float>(n)); // halves differ at all counts
+    add_gray(film, kRight, static_cast<float>(n)); // halves differ at all counts
     EXPECT_EQ(decide(sampling, kRight, n, film), 0U) << n;
     EXPECT_EQ(sampling.wants_samples(kLeft, n), n < 32);
     EXPECT_TRUE(sampling.wants_samples(kRight, n));
@@ -68,7 +68,7 @@ TEST(AdaptiveSampling, StopsAtTwiceTheSamplesThatForesawIt) {
 }
 
 // Half of the pixels are 1 -+ d in the halves of their samples, the others 1: the mean squared error of 2^k samples is d^2 / 2, that
-// foreseen for twice as many is half of it; a block that ends with n samples is held to T sqrt(n / 64).
+// predicted for twice as many is half of it; a block that ends with n samples is held to T sqrt(n / 64).
 TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
   constexpr double kDifference = 0.25;
   for (const uint32_t minimum : {32U, 64U, 128U}) {
@@ -82,7 +82,7 @@ TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
       for (uint32_t n = 1; n <= decision; ++n) {
         const float d = static_cast<float>(n <= decision / 2 ? kDifference : -kDifference);
         for (int y = kRight.min.y; y < kRight.max.y; ++y)
-          add_grey(film, {V2i(16, y), V2i(20, y + 1)}, y % 2 == 0 ? 1.0f : 1.0f + d);
+          add_gray(film, {V2i(16, y), V2i(20, y + 1)}, y % 2 == 0 ? 1.0f : 1.0f + d);
         decide(sampling, kRight, n, film);
       }
       EXPECT_EQ(sampling.wants_samples(kRight, minimum), factor < 1.0) << minimum;
@@ -94,7 +94,7 @@ TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
 // at 16 and going on to 32, which the decision knows nothing of.
 TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
   constexpr int kBlocks = 4000;
-  constexpr uint32_t kMostSamples = 128;
+  constexpr uint32_t kMaxSamples = 128;
   const PixelRect block{V2i(0, 0), V2i(8, 8)};
   std::mt19937 random(1);
   std::geometric_distribution<int> misses(1.0 / 2000.0);
@@ -108,7 +108,7 @@ TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
     bool at_32_black = true;
     int next = misses(random);
     std::optional<double> ahead;
-    for (uint32_t n = 1; n <= kMostSamples; ++n) {
+    for (uint32_t n = 1; n <= kMaxSamples; ++n) {
       double found = 0.0;
       for (int p = 0; p < 64; ++p) {
         const bool light = next-- == 0;
@@ -119,10 +119,10 @@ TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
       sums.push_back(sums.back() + found / 64.0);
       at_32_black = at_32_black && (n > 32 || found == 0.0);
       if (!ahead) decide(sampling, block, n, film);
-      if (!ahead && (!sampling.wants_samples(block, n) || n == kMostSamples)) ahead = sums[n] / n;
+      if (!ahead && (!sampling.wants_samples(block, n) || n == kMaxSamples)) ahead = sums[n] / n;
     }
     ahead_sum += *ahead;
-    at_once_sum += at_32_black ? 0.0 : sums[kMostSamples] / kMostSamples;
+    at_once_sum += at_32_black ? 0.0 : sums[kMaxSamples] / kMaxSamples;
   }
   const double ahead_bias = ahead_sum / kBlocks - 1.0;
   const double at_once_bias = at_once_sum / kBlocks - 1.0;
@@ -138,7 +138,7 @@ struct View {
   Camera camera;
 };
 
-// A matt ball on a floor under a small bright lamp and a dim sky.
+// A matt sphere on a floor under a small bright lamp and a dim sky.
 View lamp_view(const V2i& size_px) {
   Scene scene = make_scene({diffuse_material(Rgb(0.7f, 0.5f, 0.3f)), emissive_material(Rgb(20.0f))},
                            {sphere(V3f(0.0f), 1.0f, 32, 0), quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
@@ -164,8 +164,8 @@ RenderOutcome render_view(const View& view, const RenderSettings& settings) {
   return std::move(outcome).value();
 }
 
-// Mean luminance of the picture and the variance of that mean.
-std::pair<double, double> picture_mean(const Film& film) {
+// Mean luminance of the image and the variance of that mean.
+std::pair<double, double> image_mean(const Film& film) {
   const std::vector<float> rgb = film.resolve(Aov::beauty);
   const std::vector<float> variances = film.resolve(Aov::variance);
   double sum = 0.0;
@@ -188,8 +188,8 @@ TEST(AdaptiveRender, MeanIsThatOfAFixedRender) {
     settings.adaptive = {};
     settings.samples_per_pixel = 128;
     settings.seed = 1;
-    const auto [mean, variance] = picture_mean(adaptive.film);
-    const auto [fixed_mean, fixed_variance] = picture_mean(render_view(view, settings).film);
+    const auto [mean, variance] = image_mean(adaptive.film);
+    const auto [fixed_mean, fixed_variance] = image_mean(render_view(view, settings).film);
     // Two independent means; four standard errors are exceeded once in 16,000 times.
     EXPECT_NEAR(mean, fixed_mean, 4.0 * std::sqrt(variance + fixed_variance));
   }

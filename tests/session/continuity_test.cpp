@@ -1,23 +1,23 @@
 // A render that is interrupted again and again and gone on with is the undisturbed one, bit for bit.
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/session/divided_renders.h"
+#include "tests/session/split_renders.h"
 
 #include <algorithm>
 
 namespace kindling::test {
 namespace {
 
-class Continuity : public testing::TestWithParam<DividedCase> {};
+class Continuity : public testing::TestWithParam<SplitCase> {};
 
 // Each run is cancelled after some blocks and as good as killed: what the next one goes on from was saved some blocks before.
 TEST_P(Continuity, TwentyInterruptions) {
-  const DividedScene scene(GetParam());
+  const SplitScene scene(GetParam());
   const RenderOutcome undisturbed = scene.render(scene.settings());
   const Film& whole = undisturbed.film;
-  if (GetParam().kind == DividedKind::guided) {
+  if (GetParam().kind == SplitKind::guided) {
     EXPECT_GT(undisturbed.statistics.guiding.patches + undisturbed.statistics.guiding.light_regions, 0);
   }
-  const int interruptions = GetParam().kind == DividedKind::guided ? 6 : 20;
+  const int interruptions = GetParam().kind == SplitKind::guided ? 6 : 20;
   std::mt19937 random(3);
   std::optional<RenderState> kept;
   const auto go_on = [&](int cancel_after) {
@@ -48,7 +48,7 @@ TEST_P(Continuity, TwentyInterruptions) {
 }
 
 TEST_P(Continuity, MoreSamplesLater) {
-  const DividedScene scene(GetParam());
+  const SplitScene scene(GetParam());
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.planned(); // stays
   const uint32_t fewer = settings.samples_per_pixel, more = fewer * 2 + 3;
@@ -66,7 +66,7 @@ TEST_P(Continuity, MoreSamplesLater) {
 }
 
 TEST_P(Continuity, Regions) {
-  const DividedScene scene(GetParam());
+  const SplitScene scene(GetParam());
   RenderSettings settings = scene.settings();
   settings.crop = PixelRect{V2i(5, 3), V2i(41, 27)};
   const Film whole = scene.render(settings).film;
@@ -81,14 +81,14 @@ TEST_P(Continuity, Regions) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Continuity, testing::ValuesIn(all_divided_cases()), divided_case_name);
+INSTANTIATE_TEST_SUITE_P(Cases, Continuity, testing::ValuesIn(all_split_cases()), split_case_name);
 
 // --- what is counted, and when ---------------------------------------------------------------------------------------------
 
-const DividedCase kPath{DividedKind::path, accel::Kind::kdtree};
+const SplitCase kPath{SplitKind::path, accel::Kind::kdtree};
 
 TEST(RenderContinuity, WorkAddsUpOverRuns) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
   const RenderOutcome whole = scene.render(settings);
   EXPECT_EQ(whole.work.runs, 1U);
@@ -115,7 +115,7 @@ TEST(RenderContinuity, WorkAddsUpOverRuns) {
 }
 
 TEST(RenderContinuity, AFinishedRenderIsNotSavedAgain) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
   std::optional<RenderState> kept;
   int saves = 0;
@@ -136,7 +136,7 @@ TEST(RenderContinuity, AFinishedRenderIsNotSavedAgain) {
 
 // The time of all runs counts; blocks that an interruption left behind catch up all the same.
 TEST(RenderContinuity, TheTimeLimitIsOfAllRuns) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.samples_per_pixel;
   settings.samples_per_pixel = 1U << 20;
@@ -177,7 +177,7 @@ TEST(RenderContinuity, ProgressDoesNotFallBehindWhatWasDone) {
     void on_info(std::string_view) override {}
     std::vector<ProgressSnapshot> snapshots;
   };
-  const DividedScene scene({DividedKind::guided, accel::Kind::kdtree});
+  const SplitScene scene({SplitKind::guided, accel::Kind::kdtree});
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.planned();
   const uint32_t before = settings.samples_per_pixel;
@@ -197,7 +197,7 @@ TEST(RenderContinuity, ProgressDoesNotFallBehindWhatWasDone) {
 }
 
 TEST(RenderContinuity, SavesInIntervals) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   RenderSettings settings = scene.settings();
   settings.samples_per_pixel = 1U << 20;
   settings.time_limit_s = 0.25;
@@ -214,7 +214,7 @@ TEST(RenderContinuity, SavesInIntervals) {
 }
 
 TEST(RenderContinuity, RefusesWhatDoesNotFit) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
   std::optional<RenderState> kept;
   (void)scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }});
@@ -237,7 +237,7 @@ TEST(RenderContinuity, RefusesWhatDoesNotFit) {
 }
 
 TEST(RenderContinuity, RefusesImpossibleParts) {
-  const DividedScene scene(kPath);
+  const SplitScene scene(kPath);
   const auto refused = [&](auto change) {
     RenderSettings settings = scene.settings();
     settings.crop = PixelRect{V2i(5, 3), V2i(41, 27)};

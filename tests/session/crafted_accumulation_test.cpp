@@ -136,7 +136,7 @@ testing::AssertionResult says(const std::string& message, const std::string& wor
   return testing::AssertionFailure() << "'" << words << "' is not in: " << message;
 }
 
-TEST_F(CraftedAccumulation, PicturesLargerThanTheFile) {
+TEST_F(CraftedAccumulation, ImagesLargerThanTheFile) {
   EXPECT_EQ(message(json_), "");
   for (const V2i& size : {V2i(1 << 20, 1 << 20), V2i(1 << 20, 1 << 10), V2i(4096, 4096)})
     EXPECT_TRUE(says(message(of_size(size)), "is cut off: it ends at byte "));
@@ -226,7 +226,7 @@ TEST_F(CraftedAccumulation, DeepTexts) {
   const std::string deep(size_t{4} << 20, '[');
   EXPECT_TRUE(says(message(deep, blocks_), "its header makes no sense: it has more than 64 levels"));
   EXPECT_TRUE(says(message(deep + std::string(deep.size(), ']'), blocks_), "its header makes no sense: "));
-  for (const char* key : {"picture", "metadata"}) {
+  for (const char* key : {"image", "metadata"}) {
     Json json = json_;
     json[key] = R"({"a":)" + deep + std::string(deep.size(), ']') + "}";
     EXPECT_TRUE(says(message(json), "' is not JSON of at most 64 levels"));
@@ -256,7 +256,7 @@ TEST_F(CraftedAccumulation, ListsOfManyMembers) {
 
 // Each number, text and list of the header, replaced by what it might be at worst.
 TEST_F(CraftedAccumulation, EachMemberAtItsExtremes) {
-  constexpr uint64_t kMost = std::numeric_limits<uint64_t>::max();
+  constexpr uint64_t kMax = std::numeric_limits<uint64_t>::max();
   const std::vector<Json> extremes{0,
                                    1,
                                    7,
@@ -266,8 +266,8 @@ TEST_F(CraftedAccumulation, EachMemberAtItsExtremes) {
                                    2147483648U,
                                    4294967295U,
                                    uint64_t{1} << 34,
-                                   kMost,
-                                   kMost / 2 + 1,
+                                   kMax,
+                                   kMax / 2 + 1,
                                    0.5,
                                    1e308,
                                    -1e308,
@@ -278,7 +278,7 @@ TEST_F(CraftedAccumulation, EachMemberAtItsExtremes) {
                                    false,
                                    Json::array(),
                                    Json::object(),
-                                   Json::array({kMost, 1, kMost, kMost})};
+                                   Json::array({kMax, 1, kMax, kMax})};
   size_t good = 0, bad = 0;
   const Json flat = json_.flatten();
   for (const auto& [pointer, value] : flat.items())

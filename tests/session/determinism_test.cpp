@@ -67,7 +67,7 @@ TEST_P(Determinism, FirefliesAway) {
   settings.outliers = Outliers::trim;
   settings.threads = 1;
   const std::vector<float> kept = render_film(*world, small_render(kSize, 23)).resolve_rgba();
-  for (const Caustics caustics : {Caustics::regularised, Caustics::off}) {
+  for (const Caustics caustics : {Caustics::regularized, Caustics::off}) {
     settings.integrator.caustics = caustics;
     settings.crop.reset();
     const Film whole = render_film(*world, settings);
@@ -185,14 +185,14 @@ TEST_P(Determinism, ReplayGivesTheSameSample) {
 INSTANTIATE_TEST_SUITE_P(Accelerators, Determinism, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
                          [](const auto& param) { return std::string(accel::kind_name(param.param)); });
 
-// The accelerators see the same scene: pictures differ by rounding only.
-TEST(Accelerators, AgreeOnThePicture) {
+// The accelerators see the same scene: images differ by rounding only.
+TEST(Accelerators, AgreeOnTheImage) {
   RenderSettings settings = small_render(kSize, 8);
   const std::vector<float> oracle = render_film(*mixed_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
-    const std::vector<float> picture = render_film(*mixed_world(kind), settings).resolve_rgba();
+    const std::vector<float> image = render_film(*mixed_world(kind), settings).resolve_rgba();
     // A path whose hit moves by rounding may take another branch at an edge: rare.
-    EXPECT_LE(different_pixels(picture, oracle), oracle.size() / 4 / 100) << accel::kind_name(kind);
+    EXPECT_LE(different_pixels(image, oracle), oracle.size() / 4 / 100) << accel::kind_name(kind);
   }
 }
 

@@ -1,4 +1,4 @@
-// How far pictures agree that differ by rounding.
+// How far images agree that differ by rounding.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,11 +8,11 @@
 
 namespace kindling::test {
 
-// Pixels of two RGBA pictures whose red differs by more than rounding: paths that took another branch.
-inline size_t different_pixels(const std::vector<float>& picture, const std::vector<float>& oracle) {
+// Pixels of two RGBA images whose red differs by more than rounding: paths that took another branch.
+inline size_t different_pixels(const std::vector<float>& image, const std::vector<float>& oracle) {
   size_t different = 0;
   for (size_t i = 0; i < oracle.size(); i += 4)
-    different += std::abs(picture[i] - oracle[i]) > 1e-3f * (1.0f + oracle[i]) ? 1 : 0;
+    different += std::abs(image[i] - oracle[i]) > 1e-3f * (1.0f + oracle[i]) ? 1 : 0;
   return different;
 }
 

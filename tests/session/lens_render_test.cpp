@@ -1,4 +1,4 @@
-// Pictures through lenses and of moving cameras against what geometry says of them.
+// Images through lenses and of moving cameras against what geometry says of them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/aperture.h"
 #include "tests/integrator/test_scenes.h"
@@ -52,7 +52,7 @@ RenderSettings box_render(uint32_t samples = kSamples) {
   return settings;
 }
 
-std::vector<float> picture(const World& world, const Camera& camera, const RenderSettings& settings) {
+std::vector<float> image(const World& world, const Camera& camera, const RenderSettings& settings) {
   const Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
   const std::vector<float> rgb = outcome.value().film.resolve(Aov::beauty);
@@ -61,21 +61,21 @@ std::vector<float> picture(const World& world, const Camera& camera, const Rende
   return red;
 }
 
-float at(const std::vector<float>& picture, int x, int y) { return picture[static_cast<size_t>(y * kLensSize.x + x)]; }
+float at(const std::vector<float>& image, int x, int y) { return image[static_cast<size_t>(y * kLensSize.x + x)]; }
 
 struct Blob {
   double sum = 0.0; // in pixels
   double x = 0.0, y = 0.0;
   double variance_x = 0.0, variance_y = 0.0;
-  double reach = 0.0; // of the centre of the farthest pixel with light, from the middle of the picture
+  double reach = 0.0; // of the center of the farthest pixel with light, from the middle of the image
 };
 
-Blob measure(const std::vector<float>& picture) {
+Blob measure(const std::vector<float>& image) {
   Blob blob;
   double xx = 0.0, yy = 0.0;
   for (int j = 0; j < kLensSize.y; ++j)
     for (int i = 0; i < kLensSize.x; ++i) {
-      const double value = at(picture, i, j), x = i + 0.5, y = j + 0.5;
+      const double value = at(image, i, j), x = i + 0.5, y = j + 0.5;
       blob.sum += value;
       blob.x += value * x;
       blob.y += value * y;
@@ -92,19 +92,19 @@ Blob measure(const std::vector<float>& picture) {
   return blob;
 }
 
-// The picture of a square of s pixels through a round lens is the square blurred by a disk of diameter c = A |1/f - 1/d| in pixels of a film at distance 1,
+// The image of a square of s pixels through a round lens is the square blurred by a disk of diameter c = A |1/f - 1/d| in pixels of a film at distance 1,
 // which is the circle of confusion A f' |d - f| / (d (f - f')) of a film behind a lens of focal length f'. Along an axis such a disk has the variance
 // c^2 / 16 (and the fourth moment twice its square), the square s^2 / 12, the box filter 1/12. N = s^2 samples hit the lamp: the sum is known to
 // 1 / sqrt(N), the variance to 1 / sqrt(N) as well; Sobol points know both better.
-TEST(LensPictures, BlurIsTheCircleOfConfusion) {
+TEST(LensImages, BlurIsTheCircleOfConfusion) {
   for (const float aperture : {0.3f, 0.9f})
     for (const float depth : {1.2f, 6.0f, 1e4f}) { // before and behind the focus, and far away
       SCOPED_TRACE(std::to_string(aperture) + " " + std::to_string(depth));
       constexpr float kSide = 6.0f;
       const auto world = lamps({lamp(V2f(kMiddle), kSide, depth)});
       const double c = aperture * std::abs(1.0 / kFocus - 1.0 / depth) / kPixel;
-      const Blob sharp = measure(picture(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(32)));
-      const Blob blob = measure(picture(*world, Camera(with_lens(aperture), M44f(), kLensSize), box_render()));
+      const Blob sharp = measure(image(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(32)));
+      const Blob blob = measure(image(*world, Camera(with_lens(aperture), M44f(), kLensSize), box_render()));
       const double error = kLevel / std::sqrt(kSamples * square(kSide));
       EXPECT_NEAR(sharp.sum, square(kSide), 1e-3 * square(kSide));
       EXPECT_NEAR(blob.sum, square(kSide), error * square(kSide)); // no light is lost, none is won
@@ -119,14 +119,14 @@ TEST(LensPictures, BlurIsTheCircleOfConfusion) {
 }
 
 // Film positions are the same with and without a lens; rays of one meet in the plane of focus.
-TEST(LensPictures, ThePlaneOfFocusIsAsSharpAsAPinhole) {
+TEST(LensImages, ThePlaneOfFocusIsAsSharpAsAPinhole) {
   std::vector<Primitive> squares;
   for (int i = 0; i < 25; ++i)
     squares.push_back(lamp(V2f(5.3f + 9.0f * static_cast<float>(i % 5), 5.9f + 9.0f * static_cast<float>(i / 5)),
                            1.0f + 0.3f * static_cast<float>(i), kFocus));
   const auto world = lamps(std::move(squares));
-  const std::vector<float> pinhole = picture(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(64));
-  const std::vector<float> lens = picture(*world, Camera(with_lens(0.2f, 5), M44f(), kLensSize), box_render(64));
+  const std::vector<float> pinhole = image(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(64));
+  const std::vector<float> lens = image(*world, Camera(with_lens(0.2f, 5), M44f(), kLensSize), box_render(64));
   // A sample changes sides where it is within rounding of an edge: 25 squares, 4 edges of some 6 pixels, 64 samples, 1e-5 of a pixel.
   double difference = 0.0;
   for (size_t i = 0; i < pinhole.size(); ++i) difference += std::abs(static_cast<double>(pinhole[i]) - lens[i]);
@@ -138,21 +138,21 @@ TEST(LensPictures, ThePlaneOfFocusIsAsSharpAsAPinhole) {
 void expect_shape(const SceneCamera& camera, const V2f& lamp_px, float depth) {
   constexpr float kSide = 3.0f;
   const auto world = lamps({lamp(lamp_px, kSide, depth)});
-  const std::vector<float> found = picture(*world, Camera(camera, M44f(), kLensSize), box_render(512));
+  const std::vector<float> found = image(*world, Camera(camera, M44f(), kLensSize), box_render(512));
   const float radius = 0.5f * *camera.lens.focal_length_m / *camera.lens.f_stop;
   const Aperture aperture(camera.lens, radius);
-  const float scale = (1.0f / kFocus - 1.0f / depth) / kPixel; // pixels per metre of lens; negative: upside down
+  const float scale = (1.0f / kFocus - 1.0f / depth) / kPixel; // pixels per meter of lens; negative: upside down
   constexpr float kGrown = kSide + 1.6f; // the lamp, a pixel, and what the barrel moves by within it
   int inside = 0, outside = 0;
   for (int y = 0; y < kLensSize.y; ++y)
     for (int x = 0; x < kLensSize.x; ++x) {
-      const V2f centre(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      const V2f field = V2f(centre.x - kMiddle, kMiddle - centre.y) / (kMiddle * std::sqrt(2.0f));
+      const V2f center(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const V2f field = V2f(center.x - kMiddle, kMiddle - center.y) / (kMiddle * std::sqrt(2.0f));
       bool all = true, any = false;
       for (int j = -4; j <= 4; ++j)
         for (int i = -4; i <= 4; ++i) {
           const V2f off(static_cast<float>(i) * kGrown / 8.0f, static_cast<float>(j) * kGrown / 8.0f);
-          const V2f from_lamp = centre + off - lamp_px;
+          const V2f from_lamp = center + off - lamp_px;
           const bool here = aperture.contains(V2f(from_lamp.x, -from_lamp.y) / scale, field);
           all = all && here;
           any = any || here;
@@ -171,7 +171,7 @@ void expect_shape(const SceneCamera& camera, const V2f& lamp_px, float depth) {
   EXPECT_GT(outside, 800);
 }
 
-TEST(LensPictures, HighlightsHaveTheShapeOfTheAperture) {
+TEST(LensImages, HighlightsHaveTheShapeOfTheAperture) {
   SceneCamera triangle = with_lens(1.5f, 3);
   expect_shape(triangle, V2f(kMiddle), 6.0f);
   expect_shape(triangle, V2f(kMiddle), 1.2f); // upside down
@@ -184,22 +184,22 @@ TEST(LensPictures, HighlightsHaveTheShapeOfTheAperture) {
 }
 
 // The barrel changes shapes, not brightness: light from all around stays as it is everywhere.
-TEST(LensPictures, NothingGetsDarkerBehindABarrel) {
+TEST(LensImages, NothingGetsDarkerBehindABarrel) {
   SceneCamera camera = with_lens(0.9f, 6);
   camera.lens.cats_eye = 1.0f;
   const auto world = lamps({quad(V3f(-50, -50, -6), V3f(100, 0, 0), V3f(0, 100, 0), 0)});
-  for (const float value : picture(*world, Camera(camera, M44f(), kLensSize), box_render(16))) EXPECT_EQ(value, 1.0f);
+  for (const float value : image(*world, Camera(camera, M44f(), kLensSize), box_render(16))) EXPECT_EQ(value, 1.0f);
 }
 
 // A camera that slides sideways by 12 pixels over the edge of a bright half plane: coverage is a ramp, column by column.
-TEST(MovingCameraPictures, AMovingEdgeIsARamp) {
+TEST(MovingCameraImages, AMovingEdgeIsARamp) {
   const float depth = 3.0f;
   const auto world = lamps({quad(V3f(0, -50, -depth), V3f(50, 0, 0), V3f(0, 100, 0), 0)});
   M44f there;
   there[3][0] = 12.0f * kPixel * depth;
   const std::vector<M44f> later{there};
   const Camera camera(half_unit_camera(), M44f(), kLensSize, {.later_transforms = later});
-  const std::vector<float> found = picture(*world, camera, box_render(256));
+  const std::vector<float> found = image(*world, camera, box_render(256));
   for (int x = 0; x < kLensSize.x; ++x) {
     double mean = 0.0, expected = 0.0;
     for (int y = 0; y < kLensSize.y; ++y) mean += static_cast<double>(at(found, x, y)) / kLensSize.y;
@@ -211,10 +211,10 @@ TEST(MovingCameraPictures, AMovingEdgeIsARamp) {
   }
 }
 
-// Whole pictures: a camera that moves and turns is the mean of cameras that stand at 24 moments in between.
-TEST(MovingCameraPictures, AreTheMeanOfStillOnes) {
+// Whole images: a camera that moves and turns is the mean of cameras that stand at 24 moments in between.
+TEST(MovingCameraImages, AreTheMeanOfStillOnes) {
   const auto world =
-      make_world(ball_lamp_and_veil(0.4f), accel::Kind::embree, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+      make_world(sphere_lamp_and_veil(0.4f), accel::Kind::embree, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
   const M44f from = look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), to = look_at(V3f(-0.5f, 2.6f, 4.0f), V3f(0.2f, -0.3f, 0));
   const std::vector<M44f> later{to};
   const V2i size(24, 18);
@@ -245,7 +245,7 @@ TEST(MovingCameraPictures, AreTheMeanOfStillOnes) {
   EXPECT_GT(std::abs(start.luminance - still), 2.0 * kLevel * error); // it does move
 }
 
-TEST(LensPictures, ThreadsTilesBatchesAndCropsShowTheSameBits) {
+TEST(LensImages, ThreadsTilesBatchesAndCropsShowTheSameBits) {
   const M44f from = look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), to = look_at(V3f(0.5f, 1.6f, 5), V3f(0.4f, 0, 0));
   const std::vector<M44f> later{to};
   SceneCamera file;
@@ -257,7 +257,8 @@ TEST(LensPictures, ThreadsTilesBatchesAndCropsShowTheSameBits) {
   const Camera camera(file, from, size, {.later_transforms = later});
   ASSERT_TRUE(camera.has_lens() && camera.shutter_open());
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
-    const auto world = make_world(ball_lamp_and_veil(0.3f), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
+    const auto world =
+        make_world(sphere_lamp_and_veil(0.3f), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
     RenderSettings settings = small_render(size, 5);
     settings.threads = 1;
     const std::vector<float> whole = render(*world, camera, settings, nullptr, nullptr).value().film.resolve_rgba();

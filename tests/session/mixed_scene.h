@@ -7,14 +7,14 @@
 namespace kindling::test {
 
 inline Scene mixed_scene() {
-  Scene scene = ball_lamp_and_veil(0.3f);
-  // A second ball by instancing.
+  Scene scene = sphere_lamp_and_veil(0.3f);
+  // A second sphere by instancing.
   Node copy = scene.nodes[0];
   copy.local.translation = V3f(-2.2f, 0, 0.3f);
   copy.local.scale = V3f(1.0f, 0.5f, -1.0f);
   scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
   scene.nodes.push_back(copy);
-  // A dispersive, cloudy ball and a pane before everything.
+  // A dispersive, cloudy sphere and a thin wall before everything.
   Material opal;
   opal.metallic_factor = 0.0f;
   opal.roughness_factor = 0.2f;
@@ -22,12 +22,12 @@ inline Scene mixed_scene() {
   opal.attenuation_distance_m = 0.5f;
   opal.attenuation_color = Rgb(0.9f, 0.7f, 0.4f);
   opal.multiscatter_color = Rgb(0.4f, 0.3f, 0.2f);
-  Material pane;
-  pane.metallic_factor = pane.roughness_factor = 0.0f;
-  pane.transmission_factor = 1.0f;
-  pane.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
+  Material thin_wall;
+  thin_wall.metallic_factor = thin_wall.roughness_factor = 0.0f;
+  thin_wall.transmission_factor = 1.0f;
+  thin_wall.base_color_factor = V4f(0.8f, 0.9f, 0.7f, 1.0f);
   add_object(scene, opal, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
-  add_object(scene, pane, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
+  add_object(scene, thin_wall, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
   return scene;
 }
 
@@ -35,9 +35,9 @@ inline std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
-// A turning ball, a second one of the same mesh that stands still, a lamp that swings, a bending strip, and a moving veil.
+// A turning sphere, a second one of the same mesh that stands still, a lamp that swings, a bending strip, and a moving veil.
 inline std::unique_ptr<const World> moving_world(accel::Kind kind) {
-  Scene scene = ball_lamp_and_veil(0.3f);
+  Scene scene = sphere_lamp_and_veil(0.3f);
   Node copy = scene.nodes[0];
   copy.local.translation = V3f(-2.2f, 0, 0.3f);
   scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));

@@ -62,14 +62,14 @@ TEST_P(MovingDeterminism, ReplayGivesTheSameSample) {
 INSTANTIATE_TEST_SUITE_P(Accelerators, MovingDeterminism, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
                          [](const auto& param) { return std::string(accel::kind_name(param.param)); });
 
-// The accelerators see the same scene at the same time: pictures differ by rounding only.
-TEST(MovingAccelerators, AgreeOnThePicture) {
+// The accelerators see the same scene at the same time: images differ by rounding only.
+TEST(MovingAccelerators, AgreeOnTheImage) {
   RenderSettings settings = small_render(kMovingSize, 8);
   const std::vector<float> oracle = render_moving(*moving_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
-    const std::vector<float> picture = render_moving(*moving_world(kind), settings).resolve_rgba();
+    const std::vector<float> image = render_moving(*moving_world(kind), settings).resolve_rgba();
     // A path whose hit moves by rounding may take another branch at an edge: rare.
-    EXPECT_LE(different_pixels(picture, oracle), oracle.size() / 4 / 50) << accel::kind_name(kind);
+    EXPECT_LE(different_pixels(image, oracle), oracle.size() / 4 / 50) << accel::kind_name(kind);
   }
 }
 

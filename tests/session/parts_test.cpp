@@ -1,13 +1,13 @@
-// Ranges of samples and parts of the picture, rendered apart and added up in any order: the undivided render, bit for bit.
+// Ranges of samples and parts of the image, rendered apart and added up in any order: the undivided render, bit for bit.
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/session/divided_renders.h"
+#include "tests/session/split_renders.h"
 
 #include <algorithm>
 
 namespace kindling::test {
 namespace {
 
-class Parts : public testing::TestWithParam<DividedCase> {};
+class Parts : public testing::TestWithParam<SplitCase> {};
 
 RenderState empty_state(const Film& whole, bool trim) {
   RenderState state{Film(whole.size_px(), whole.crop(), whole.aovs()), Coverage(whole.crop()), {}, {}};
@@ -23,7 +23,7 @@ void merge(RenderState& sum, const RenderState& part) {
 }
 
 TEST_P(Parts, SamplesAndRegionsInAnyOrder) {
-  const DividedScene scene(GetParam());
+  const SplitScene scene(GetParam());
   const RenderSettings whole_settings = scene.settings();
   const bool divides_samples = !whole_settings.adaptive.enabled();
   const Film whole = scene.render(whole_settings).film;
@@ -49,11 +49,11 @@ TEST_P(Parts, SamplesAndRegionsInAnyOrder) {
   }
 }
 
-// Gaps in the middle are found and filled, of samples and of the picture.
+// Gaps in the middle are found and filled, of samples and of the image.
 class Gaps : public Parts {};
 
 TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
-  const DividedScene scene(GetParam());
+  const SplitScene scene(GetParam());
   const RenderSettings settings = scene.settings();
   const Film whole = scene.render(settings).film;
   RenderState sum = empty_state(whole, true);
@@ -76,15 +76,15 @@ TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
   expect_same_bits(outcome.film, whole, "gaps filled");
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Parts, testing::ValuesIn(all_divided_cases()), divided_case_name);
+INSTANTIATE_TEST_SUITE_P(Cases, Parts, testing::ValuesIn(all_split_cases()), split_case_name);
 
 // Those whose samples can be divided.
-std::vector<DividedCase> cases_with_gaps() {
-  std::vector<DividedCase> cases = all_divided_cases();
-  std::erase_if(cases, [](const DividedCase& c) { return c.kind == DividedKind::adaptive; });
+std::vector<SplitCase> cases_with_gaps() {
+  std::vector<SplitCase> cases = all_split_cases();
+  std::erase_if(cases, [](const SplitCase& c) { return c.kind == SplitKind::adaptive; });
   return cases;
 }
-INSTANTIATE_TEST_SUITE_P(Cases, Gaps, testing::ValuesIn(cases_with_gaps()), divided_case_name);
+INSTANTIATE_TEST_SUITE_P(Cases, Gaps, testing::ValuesIn(cases_with_gaps()), split_case_name);
 
 } // namespace
 } // namespace kindling::test

@@ -1,4 +1,4 @@
-// Whether pictures agree to the bit.
+// Whether images agree to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

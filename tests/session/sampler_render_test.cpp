@@ -12,8 +12,8 @@ constexpr SamplerKind kKinds[] = {SamplerKind::blue_noise, SamplerKind::sobol, S
                                   SamplerKind::independent};
 const V2i kSamplerSize(40, 30);
 
-std::unique_ptr<const World> lit_ball() {
-  return make_world(ball_lamp_and_veil(0.4f), accel::Kind::embree,
+std::unique_ptr<const World> lit_sphere() {
+  return make_world(sphere_lamp_and_veil(0.4f), accel::Kind::embree,
                     std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
@@ -39,9 +39,9 @@ double mean_of(const Film& film) {
   return sum / static_cast<double>(rgb.size());
 }
 
-// Means over pictures of several seeds; their spread is the standard error, whatever correlates pixels. 6 samples: no power of two.
+// Means over images of several seeds; their spread is the standard error, whatever correlates pixels. 6 samples: no power of two.
 TEST(SamplerRender, AllHaveTheSameMean) {
-  const auto world = lit_ball();
+  const auto world = lit_sphere();
   constexpr uint32_t kSeeds = 16;
   std::array<double, 4> means{}, errors{};
   for (size_t k = 0; k < 4; ++k) {
@@ -61,7 +61,7 @@ TEST(SamplerRender, AllHaveTheSameMean) {
 }
 
 TEST(SamplerRender, ThreadsTilesAndCropsShowTheSameBits) {
-  const auto world = lit_ball();
+  const auto world = lit_sphere();
   for (const SamplerKind kind : kKinds) {
     RenderSettings settings = settings_of(kind, 5, 1);
     settings.threads = 1;
@@ -82,7 +82,7 @@ TEST(SamplerRender, ThreadsTilesAndCropsShowTheSameBits) {
 
 // The mean of the replayed samples is the pixel.
 TEST(SamplerRender, SamplesReplay) {
-  const auto world = lit_ball();
+  const auto world = lit_sphere();
   for (const SamplerKind kind : kKinds) {
     const RenderSettings settings = settings_of(kind, 3, 9);
     const V2i pixel(17, 14);

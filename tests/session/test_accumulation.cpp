@@ -28,7 +28,7 @@ size_t AccumulationFolder::files_in_folder() const {
 AccumulationIdentity identity_of(const V2i& size_px, const PixelRect& crop) {
   AccumulationIdentity identity;
   identity.program = "Kindling 9.9 (test)";
-  identity.picture = R"({"seed":7,"tracer":"path"})";
+  identity.image = R"({"seed":7,"tracer":"path"})";
   identity.scene_hash = 0xfedcba9876543210;
   identity.arguments = {"render", "scène.gltf", "--spp", "64", std::string("name\xff\0.exr", 10)};
   identity.folder = "/somewhere/else";
@@ -95,7 +95,7 @@ void expect_same(const RenderState& a, const RenderState& b) {
 
 void expect_same(const AccumulationIdentity& a, const AccumulationIdentity& b) {
   EXPECT_EQ(a.program, b.program);
-  EXPECT_EQ(a.picture, b.picture);
+  EXPECT_EQ(a.image, b.image);
   EXPECT_EQ(a.scene_hash, b.scene_hash);
   EXPECT_EQ(a.arguments, b.arguments);
   EXPECT_EQ(a.folder, b.folder);

@@ -45,7 +45,7 @@ TEST(TileQueue, EveryBlockOfEveryPassOnce) {
         std::atomic<int> wrong{0};
         std::mutex mutex;
         uint32_t last_finished = 0;
-        double most_samples = 0.0;
+        double max_samples = 0.0;
         for (uint32_t round = 0; queue.live_tiles() > 0 && round < 10000; ++round) {
           std::atomic<uint32_t> left{1 + (round * 7919) % 29}; // blocks until the next pause
           run_workers(
@@ -63,7 +63,7 @@ TEST(TileQueue, EveryBlockOfEveryPassOnce) {
                   }
                   const TileQueue::Left found = queue.leave(*visit);
                   const std::lock_guard lock(mutex);
-                  most_samples = std::max(most_samples, found.samples);
+                  max_samples = std::max(max_samples, found.samples);
                   if (found.finished_pass) last_finished = std::max(last_finished, found.finished_pass->end);
                 }
               },
@@ -74,7 +74,7 @@ TEST(TileQueue, EveryBlockOfEveryPassOnce) {
         EXPECT_EQ(queue.live_tiles(), 0U);
         EXPECT_EQ(opened, kPasses);
         EXPECT_EQ(last_finished, kPasses);
-        EXPECT_NEAR(most_samples, kPasses, 1e-9);
+        EXPECT_NEAR(max_samples, kPasses, 1e-9);
         for (size_t i = 0; i < coverage.block_count(); ++i) EXPECT_TRUE(coverage.complete(i, {0, kPasses})) << i;
       }
 }

@@ -84,7 +84,7 @@ TEST(TileScheduler, PassesTakeEverySampleOnce) {
         done += pass.count;
       }
     }
-  EXPECT_EQ(next_pass(0, 100, 0.0).count, 1U);    // a picture early
+  EXPECT_EQ(next_pass(0, 100, 0.0).count, 1U);    // an image early
   EXPECT_EQ(next_pass(50, 1000, 0.01).count, 1U); // slow: one at a time
   EXPECT_GE(next_pass(64, 1000, 1e6).count, 32U); // fast: long passes
 }

@@ -1,4 +1,4 @@
-// Guides from training: the same for any division of the work, better pictures of the same mean, and none where they do not pay.
+// Guides from training: the same for any division of the work, better images of the same mean, and none where they do not pay.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/train_guide.h"
 #include "tests/integrator/test_scenes.h"
@@ -47,9 +47,9 @@ TEST(TrainGuide, ThreadsTilesBatchesAndCrops) {
   settings.threads = 1;
   const std::vector<float> reference = render_room(*world, settings).resolve_rgba();
   const auto differs = [&](const RenderSettings& other) {
-    const std::vector<float> picture = render_room(*world, other).resolve_rgba();
-    return picture.size() != reference.size() ||
-           std::memcmp(picture.data(), reference.data(), picture.size() * sizeof(float)) != 0;
+    const std::vector<float> image = render_room(*world, other).resolve_rgba();
+    return image.size() != reference.size() ||
+           std::memcmp(image.data(), reference.data(), image.size() * sizeof(float)) != 0;
   };
   for (const int threads : {2, 7}) {
     settings.threads = threads;

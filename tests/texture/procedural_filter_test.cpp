@@ -160,7 +160,7 @@ TEST(ProceduralFilter, IsNearTheMeanOverTheFootprint) {
 TEST(ProceduralFilter, ChecksAndStripesAreExact) {
   GraphBuilder g;
   const ProceduralTexture board = g.texture(patterns()[0].make(g));
-  // A square of side 1 around (1, 0.5): half of each colour.
+  // A square of side 1 around (1, 0.5): half of each color.
   EXPECT_NEAR(value_at(board, V3f(1.0f, 0.5f, 0.0f), 1.0f).x, 0.5f, 1e-5f);
   // Of side 0.5 around (0.9, 0.5): 0.35 of 0.5 in the cell (0, 0).
   EXPECT_NEAR(value_at(board, V3f(0.9f, 0.5f, 0.0f), 0.5f).x, 0.1f + 0.8f * 0.3f, 1e-5f);

@@ -55,7 +55,7 @@ TEST(TextureAverage, AgreesWithAFineGrid) {
   }
 }
 
-// One bright texel of a dark 512 x 512 picture is neither missed nor counted twice over.
+// One bright texel of a dark 512 x 512 image is neither missed nor counted twice over.
 TEST(TextureAverage, FindsASmallLamp) {
   std::vector<int> values(512 * 512, 0);
   for (int y = 300; y < 308; ++y) {

@@ -1,4 +1,4 @@
-// Pictures that do not fit: read back from disc they are the same to the bit, for all layouts, levels and threads; and nothing is left behind.
+// Images that do not fit: read back from disc they are the same to the bit, for all layouts, levels and threads; and nothing is left behind.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture_memory.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Image noise_picture(int width, int height, int channels, PixelType type) {
+Image noise_image(int width, int height, int channels, PixelType type) {
   Image image{width, height, channels, type, {}};
   image.pixels.resize(image.byte_count());
   std::mt19937 random(static_cast<uint32_t>(width + channels));
@@ -78,7 +78,7 @@ Pair make_pair(TextureMemory& memory, Image image, TextureContent content, const
   Result<TextureMemory::Paged> paged = memory.page(*kept.value(), content);
   EXPECT_TRUE(paged.ok()) << paged.error().message;
   return {Texture(whole, settings, levels),
-          Texture(paged.value().picture, *kept.value(), settings, paged.value().levels)};
+          Texture(paged.value().tiled, *kept.value(), settings, paged.value().levels)};
 }
 
 int differences(const Pair& pair, int count) {
@@ -101,7 +101,7 @@ TEST_F(TextureMemoryTest, EveryLayoutIsReadBackToTheBit) {
       const TextureSettings settings{.wrap_u = TextureWrap::mirrored_repeat,
                                      .filter = channels == 2 ? TextureFilter::nearest : TextureFilter::linear,
                                      .encoding = color ? TextureEncoding::srgb : TextureEncoding::linear};
-      const Pair pair = make_pair(memory, noise_picture(150, 77, channels, type),
+      const Pair pair = make_pair(memory, noise_image(150, 77, channels, type),
                                   color ? TextureContent::cutout_color : TextureContent::tangent_normal, settings);
       EXPECT_EQ(pair.in_memory.has_alpha(), pair.paged.has_alpha());
       EXPECT_EQ(differences(pair, 300), 0) << static_cast<int>(type) << " x " << channels;
@@ -115,7 +115,7 @@ TEST_F(TextureMemoryTest, EveryLayoutIsReadBackToTheBit) {
 // Sixteen times what the cache may hold, by four threads that read all over it.
 TEST_F(TextureMemoryTest, ManyThreadsShareASmallCache) {
   TextureMemory memory(256 * 1024);
-  const Pair pair = make_pair(memory, noise_picture(1024, 1024, 4, PixelType::u8), TextureContent::color,
+  const Pair pair = make_pair(memory, noise_image(1024, 1024, 4, PixelType::u8), TextureContent::color,
                               {.encoding = TextureEncoding::srgb});
   std::vector<int> found(4, -1);
   {
@@ -128,7 +128,7 @@ TEST_F(TextureMemoryTest, ManyThreadsShareASmallCache) {
 
 TEST_F(TextureMemoryTest, WhatFitsStaysInMemory) {
   TextureMemory memory(1 << 20);
-  const auto kept = memory.keep(noise_picture(256, 256, 4, PixelType::u8));
+  const auto kept = memory.keep(noise_image(256, 256, 4, PixelType::u8));
   ASSERT_TRUE(kept.ok());
   EXPECT_EQ(kept.value()->pixels.size(), kept.value()->byte_count());
   EXPECT_FALSE(memory.exceeded());
@@ -140,7 +140,7 @@ TEST_F(TextureMemoryTest, WhatFitsStaysInMemory) {
 TEST_F(TextureMemoryTest, FilesGoWithIt) {
   {
     TextureMemory memory(1);
-    const Pair pair = make_pair(memory, noise_picture(100, 100, 3, PixelType::u8), TextureContent::data, {});
+    const Pair pair = make_pair(memory, noise_image(100, 100, 3, PixelType::u8), TextureContent::data, {});
     EXPECT_GT(bytes_on_disc(), 2U * 30000);
   }
   EXPECT_TRUE(fs::is_empty(folder_));
@@ -150,16 +150,16 @@ TEST_F(TextureMemoryTest, SaysWhereItCannotWrite) {
   const fs::path missing = folder_ / "no" / "such";
   setenv("TMPDIR", missing.c_str(), 1);
   TextureMemory memory(1);
-  const auto kept = memory.keep(noise_picture(8, 8, 1, PixelType::u8));
+  const auto kept = memory.keep(noise_image(8, 8, 1, PixelType::u8));
   ASSERT_FALSE(kept.ok());
   EXPECT_EQ(kept.error().kind, ErrorKind::input_output);
   EXPECT_NE(kept.error().message.find("folder for temporary files"), std::string::npos) << kept.error().message;
 }
 
-// A raw file that was cut short while nobody looked is an error, not a picture.
+// A raw file that was cut short while nobody looked is an error, not an image.
 TEST_F(TextureMemoryTest, LostFilesAreErrors) {
   TextureMemory memory(1);
-  const auto kept = memory.keep(noise_picture(64, 64, 4, PixelType::u8));
+  const auto kept = memory.keep(noise_image(64, 64, 4, PixelType::u8));
   ASSERT_TRUE(kept.ok());
   for (const auto& entry : fs::recursive_directory_iterator(folder_))
     if (entry.is_regular_file()) fs::resize_file(entry.path(), 100);

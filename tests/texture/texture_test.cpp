@@ -179,7 +179,7 @@ TEST(Texture, NearestMatchesTheReference) {
 TEST(Texture, TexelCentresGiveTheTexelExactly) {
   for (const PixelType type : kTypes) {
     for (int channels = 1; channels <= 4; ++channels) {
-      // Sizes that are powers of two: the centres have exact coordinates.
+      // Sizes that are powers of two: the centers have exact coordinates.
       const auto image = make_noise(16, 8, channels, type);
       for (const TextureWrap wrap : kWraps) {
         for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::linear}) {

@@ -23,14 +23,14 @@ Moments moments_of(std::span<const double> values) {
   return moments;
 }
 
-// Sums of floats are no more exact than this, and pictures without noise have no other error.
+// Sums of floats are no more exact than this, and images without noise have no other error.
 constexpr double kRounding = 2e-6;
 
 double upper_tail(double z) { return 0.5 * std::erfc(z / std::sqrt(2.0)); }
 
 } // namespace
 
-void Pictures::add(std::span<const float> rgb) {
+void Images::add(std::span<const float> rgb) {
   const int columns = size_px_.x / kBlock;
   std::vector<double> blocks(this->blocks());
   double whole = 0.0;
@@ -45,7 +45,7 @@ void Pictures::add(std::span<const float> rgb) {
   blocks_.push_back(std::move(blocks));
 }
 
-void Pictures::add_light(const Pictures& part) {
+void Images::add_light(const Images& part) {
   if (whole_.empty()) {
     *this = part;
     return;
@@ -56,15 +56,15 @@ void Pictures::add_light(const Pictures& part) {
   }
 }
 
-size_t Pictures::blocks() const { return static_cast<size_t>((size_px_.x / kBlock) * (size_px_.y / kBlock)); }
+size_t Images::blocks() const { return static_cast<size_t>((size_px_.x / kBlock) * (size_px_.y / kBlock)); }
 
-std::vector<double> Pictures::block(size_t index) const {
+std::vector<double> Images::block(size_t index) const {
   std::vector<double> values;
-  for (const std::vector<double>& picture : blocks_) values.push_back(picture[index]);
+  for (const std::vector<double>& image : blocks_) values.push_back(image[index]);
   return values;
 }
 
-double Pictures::mean() const { return moments_of(whole_).mean; }
+double Images::mean() const { return moments_of(whole_).mean; }
 
 // Wallace 1959, "Bounds on Normal Approximations to Student's and the Chi-Square Distributions": within 0.02 for all t from
 // 10 degrees of freedom on.
@@ -108,7 +108,7 @@ double two_sided_z(double probability) {
   return high;
 }
 
-Verdict compare(const Pictures& tested, const Pictures& plain, bool paired, const Family& family) {
+Verdict compare(const Images& tested, const Images& plain, bool paired, const Family& family) {
   const auto difference = paired ? paired_difference_of : difference_of;
   const double mean = plain.mean();
   const Difference whole = difference(tested.whole(), plain.whole());

@@ -1,4 +1,4 @@
-// Whether two ways to render a scene have the same expectation, told from pictures of many seeds: per block and as a whole.
+// Whether two ways to render a scene have the same expectation, told from images of many seeds: per block and as a whole.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,18 +11,18 @@
 
 namespace kindling::test {
 
-// Pictures of one way to render, one for each seed, as means over 8 x 8 blocks. A value is the mean of the three components.
-class Pictures {
+// Images of one way to render, one for each seed, as means over 8 x 8 blocks. A value is the mean of the three components.
+class Images {
  public:
   static constexpr int kBlock = 8;
 
   // Both sides of the size are multiples of kBlock.
-  explicit Pictures(const V2i& size_px) : size_px_(size_px) {}
+  explicit Images(const V2i& size_px) : size_px_(size_px) {}
 
   // Three floats for each pixel, row by row.
   void add(std::span<const float> rgb);
   // Adds those of `part` to these, seed by seed: light adds up. An empty collection takes them as they are.
-  void add_light(const Pictures& part);
+  void add_light(const Images& part);
 
   [[nodiscard]] size_t seeds() const { return whole_.size(); }
   [[nodiscard]] size_t blocks() const;
@@ -56,7 +56,7 @@ struct Difference {
 [[nodiscard]] double two_sided_z(double probability);
 
 // One comparison of many. The family's level is the probability that any comparison of it fails although nothing is wrong;
-// half of it is for pictures as a whole, half for blocks, each shared evenly (Bonferroni).
+// half of it is for images as a whole, half for blocks, each shared evenly (Bonferroni).
 struct Family {
   double level = 1e-5; // of one test program's test: a scene, a known answer
   size_t comparisons = 1;
@@ -74,13 +74,13 @@ struct Verdict {
   double worst_block_z = 0.0;
   size_t worst_block = 0;
   bool agrees = false;
-  double power = 0.0; // probability that a bias of kBias of the mean would have been seen in the picture as a whole
+  double power = 0.0; // probability that a bias of kBias of the mean would have been seen in the image as a whole
 
   static constexpr double kBias = 0.01;
-  static constexpr double kLeastPower = 0.9; // a test that is noisier says too little
-  [[nodiscard]] std::string text() const;    // one line
+  static constexpr double kMinPower = 0.9; // a test that is noisier says too little
+  [[nodiscard]] std::string text() const;  // one line
 };
-// Pictures of one size.
-[[nodiscard]] Verdict compare(const Pictures& tested, const Pictures& plain, bool paired, const Family& family);
+// Images of one size.
+[[nodiscard]] Verdict compare(const Images& tested, const Images& plain, bool paired, const Family& family);
 
 } // namespace kindling::test

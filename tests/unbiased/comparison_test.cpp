@@ -20,14 +20,14 @@ float normal(Random& random) {
 }
 
 // Pixels of mean `mean` and standard deviation `noise`.
-Pictures noisy_pictures(Random& random, size_t seeds, float mean, float noise) {
-  Pictures pictures(kSize);
+Images noisy_images(Random& random, size_t seeds, float mean, float noise) {
+  Images images(kSize);
   std::vector<float> rgb(static_cast<size_t>(kSize.x) * static_cast<size_t>(kSize.y) * 3);
   for (size_t seed = 0; seed < seeds; ++seed) {
     for (size_t i = 0; i < rgb.size(); i += 3) rgb[i] = rgb[i + 1] = rgb[i + 2] = mean + noise * normal(random);
-    pictures.add(rgb);
+    images.add(rgb);
   }
-  return pictures;
+  return images;
 }
 
 TEST(Comparison, QuantilesAreThoseOfTheTables) {
@@ -50,9 +50,9 @@ TEST(Comparison, FalseAlarmsAndPowerAreAsStated) {
   int alarms = 0, found = 0;
   double power = 0.0;
   for (int i = 0; i < kTrials; ++i) {
-    const Pictures base = noisy_pictures(random, 32, 1.0f, 0.4f);
-    alarms += compare(noisy_pictures(random, 24, 1.0f, 0.5f), base, false, family).agrees ? 0 : 1;
-    const Verdict biased = compare(noisy_pictures(random, 24, 0.99f, 0.5f), base, false, family);
+    const Images base = noisy_images(random, 32, 1.0f, 0.4f);
+    alarms += compare(noisy_images(random, 24, 1.0f, 0.5f), base, false, family).agrees ? 0 : 1;
+    const Verdict biased = compare(noisy_images(random, 24, 0.99f, 0.5f), base, false, family);
     found += std::fabs(biased.whole_z) > family.whole_threshold() ? 1 : 0;
     power += biased.power / kTrials;
   }
@@ -64,8 +64,8 @@ TEST(Comparison, FalseAlarmsAndPowerAreAsStated) {
 
 TEST(Comparison, FindsWhatOneBlockLoses) {
   Random random(3);
-  const Pictures base = noisy_pictures(random, 32, 1.0f, 0.3f);
-  Pictures tested(kSize);
+  const Images base = noisy_images(random, 32, 1.0f, 0.3f);
+  Images tested(kSize);
   for (int seed = 0; seed < 32; ++seed) {
     std::vector<float> rgb(static_cast<size_t>(kSize.x) * static_cast<size_t>(kSize.y) * 3);
     for (size_t i = 0; i < rgb.size(); ++i) {
@@ -86,12 +86,12 @@ TEST(Comparison, PairsCancelWhatTheyShare) {
 }
 
 TEST(Comparison, LightAddsUp) {
-  Pictures sum(kSize);
+  Images sum(kSize);
   const std::vector<float> ones(static_cast<size_t>(kSize.x * kSize.y) * 3, 1.0f);
   for (int part = 0; part < 3; ++part) {
-    Pictures pictures(kSize);
-    pictures.add(ones);
-    sum.add_light(pictures);
+    Images images(kSize);
+    images.add(ones);
+    sum.add_light(images);
   }
   EXPECT_EQ(sum.seeds(), 1U);
   EXPECT_NEAR(sum.mean(), 3.0, 1e-12);

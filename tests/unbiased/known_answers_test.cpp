@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
-#include "tests/unbiased/render_pictures.h"
+#include "tests/unbiased/render_images.h"
 
 #include <cstdio>
 
@@ -29,9 +29,9 @@ void expect_by_every_strategy(const KnownScene& known) {
     RenderSettings settings = base_settings(known.camera.size_px(), known.max_bounces, known.samples);
     const auto guide = strategy.guided ? train_one_guide(*world, known.camera, settings) : nullptr;
     strategy.apply(settings);
-    const Pictures pictures = render_pictures(*world, known.camera, settings, 0, kSeeds, guide.get());
+    const Images images = render_images(*world, known.camera, settings, 0, kSeeds, guide.get());
     const std::vector<double> expected(kSeeds, known.expected);
-    const Difference difference = paired_difference_of(pictures.whole(), expected);
+    const Difference difference = paired_difference_of(images.whole(), expected);
     std::printf("  %-24s %+.4f %% +- %.4f %%, z %+.2f\n", strategy.name, 100.0 * difference.value / known.expected,
                 100.0 * difference.standard_error / known.expected, difference.z());
     const double beyond_rounding = std::max(std::fabs(difference.value) - kRounding * known.expected, 0.0);
@@ -88,13 +88,13 @@ TEST(KnownAnswers, ManyRectangles) {
                             rho * irradiance / std::numbers::pi});
 }
 
-// A matt plane under a sky of one colour, and under one that is brightest around a zenith angle of 45 degrees: rows of a
-// picture are interpolated linearly, so the irradiance is an integral over the zenith angle alone.
+// A matt plane under a sky of one color, and under one that is brightest around a zenith angle of 45 degrees: rows of a
+// image are interpolated linearly, so the irradiance is an integral over the zenith angle alone.
 TEST(KnownAnswers, PlaneUnderASky) {
   const float rho = 0.8f;
   constexpr int kRows = 16;
   const auto level = [](int row) { return row == 3 || row == 4 ? 2.0f : row < 8 ? 0.5f : 1.0f; };
-  const auto rings = float_picture(2 * kRows, kRows, [&](int, int y) { return Rgb(level(y)); });
+  const auto rings = float_image(2 * kRows, kRows, [&](int, int y) { return Rgb(level(y)); });
   double irradiance = 0.0;
   constexpr int kSteps = 100000;
   for (int i = 0; i < kSteps; ++i) {

@@ -16,13 +16,13 @@ V3f sample_aim(const AimCone& aim, const V3f& /*point*/, const V2f& u) {
 }
 
 // Empty where the point is inside.
-std::optional<AimCone> cone_of(const AimBall& aim, const V3f& point) {
+std::optional<AimCone> cone_of(const AimSphere& aim, const V3f& point) {
   const V3f to_center = aim.center - point;
   const float sin2 = square(aim.radius) / to_center.length2();
   if (!(sin2 < 1.0f)) return std::nullopt;
   return AimCone{to_center.normalized(), sin2 / (1.0f + std::sqrt(1.0f - sin2))};
 }
-V3f sample_aim(const AimBall& aim, const V3f& point, const V2f& u) {
+V3f sample_aim(const AimSphere& aim, const V3f& point, const V2f& u) {
   const std::optional<AimCone> cone = cone_of(aim, point);
   return cone ? sample_aim(*cone, point, u) : sample_uniform_sphere(u);
 }
@@ -42,7 +42,7 @@ float density_of(const AimRectangle& aim, const V3f& point, const V3f& wi) {
 float density_of(const AimCone& aim, const V3f& /*point*/, const V3f& wi) {
   return 1.0f - wi.dot(aim.axis) <= aim.one_minus_cos ? 1.0f / (2.0f * kPi * aim.one_minus_cos) : 0.0f;
 }
-float density_of(const AimBall& aim, const V3f& point, const V3f& wi) {
+float density_of(const AimSphere& aim, const V3f& point, const V3f& wi) {
   const std::optional<AimCone> cone = cone_of(aim, point);
   return cone ? density_of(*cone, point, wi) : uniform_sphere_pdf(wi);
 }
@@ -119,7 +119,7 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
       layers.bsdf.eta = layers.boundary && !layers.entering ? 1.0f / surface.bsdf.ior : surface.bsdf.ior;
     }
     const SurfaceBsdf bsdf(surface.bsdf, surface.layered ? &layers.bsdf : nullptr, frame.to_local(-ray.direction));
-    if (surface.has_pane()) { // half of the paths go straight on
+    if (surface.has_thin_wall()) { // half of the paths go straight on
       throughput *= 2.0f;
       if (random.next_1d() < 0.5f) {
         throughput *= bsdf.straight_transmittance();
@@ -140,7 +140,7 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
   return sum;
 }
 
-std::vector<float> PlainTracer::picture(const Camera& camera, uint32_t samples, uint64_t seed) const {
+std::vector<float> PlainTracer::image(const Camera& camera, uint32_t samples, uint64_t seed) const {
   Random random(seed * 0x2545f4914f6cdd1dULL + 0x9e3779b97f4a7c15ULL);
   std::vector<float> rgb;
   for (int y = 0; y < camera.size_px().y; ++y)

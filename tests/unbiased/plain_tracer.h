@@ -22,11 +22,11 @@ struct AimCone {
   V3f axis; // unit
   float one_minus_cos = 0.0f;
 };
-struct AimBall {
+struct AimSphere {
   V3f center;
   float radius = 0.0f;
 };
-using Aim = std::variant<AimRectangle, AimCone, AimBall>;
+using Aim = std::variant<AimRectangle, AimCone, AimSphere>;
 
 // Shares with the renderer what turns a ray into a surface, the BSDF and the radiance of lights; has its own random numbers
 // (none stratified), chooses directions by itself, and knows nothing of the choice of lights, multiple importance sampling, roulette or
@@ -39,7 +39,7 @@ class PlainTracer {
 
   [[nodiscard]] Rgb radiance(accel::Ray ray, Random& random) const;
   // Three floats for each pixel: means of `samples` of them, evenly spread over the pixel's square.
-  [[nodiscard]] std::vector<float> picture(const Camera& camera, uint32_t samples, uint64_t seed) const;
+  [[nodiscard]] std::vector<float> image(const Camera& camera, uint32_t samples, uint64_t seed) const;
 
  private:
   struct Direction {

@@ -65,11 +65,11 @@ std::vector<Part> light_by_light(const Part& whole) {
   return parts;
 }
 
-// Uneven texels, coloured.
+// Uneven texels, colored.
 SceneTexture patchy_texture() {
   Random random(11);
   SceneTexture texture;
-  texture.image = float_picture(8, 8, [&](int x, int y) {
+  texture.image = float_image(8, 8, [&](int x, int y) {
     const float level = (x + y) % 3 == 0 ? 0.2f : 0.5f + 0.5f * random.next_1d();
     return Rgb(level, level * 0.8f, level * random.next_1d());
   });
@@ -103,17 +103,17 @@ TestScene hall_of_lamps() {
   Scene scene = make_scene(std::move(materials), {quad(V3f(-8, 0, 4), V3f(16, 0, 0), V3f(0, 0, -12), 0),
                                                   quad(V3f(-8, 0, -8), V3f(16, 0, 0), V3f(0, 4, 0), 1)});
   scene.textures.push_back(patchy_texture());
-  int ball[4];
+  int spheres[4];
   for (int kind = 0; kind < 4; ++kind) {
     Primitive primitive = sphere(V3f(0.0f), 0.3f, 8, 2 + kind);
     primitive.texcoords.emplace_back();
     for (const V3f& p : primitive.positions) primitive.texcoords[0].emplace_back(p.x * 2.0f, p.y * 3.0f);
-    ball[kind] = add_mesh(scene, std::move(primitive));
+    spheres[kind] = add_mesh(scene, std::move(primitive));
   }
   for (int i = 0; i < 18; ++i)
     for (int j = 0; j < 12; ++j) {
       Node node;
-      node.mesh = ball[(i * 5 + j * 3) % 7 % 4];
+      node.mesh = spheres[(i * 5 + j * 3) % 7 % 4];
       node.local.translation = V3f(-6.8f + 0.8f * static_cast<float>(i), 2.6f + 0.3f * static_cast<float>((i + j) % 3),
                                    2.0f - 0.8f * static_cast<float>(j));
       scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
@@ -143,7 +143,7 @@ TestScene room_with_window() {
        quad(V3f(2, 0.2f, -3), V3f(0, 0, 0.3f), V3f(0, 2.1f, 0), 0),
        quad(V3f(2, 0.2f, 0.5f), V3f(0, 0, 0.5f), V3f(0, 2.1f, 0), 0), sphere(V3f(0.2f, 0.5f, -1.5f), 0.5f, 24, 2)});
   // Bright above the horizon towards +x, where the window is.
-  const auto sky = float_picture(32, 16, [](int x, int y) {
+  const auto sky = float_image(32, 16, [](int x, int y) {
     if (y >= 8 || x < 11 || x > 21) return Rgb(0.2f, 0.2f, 0.15f);
     return x >= 17 && x < 20 && y >= 4 && y < 7 ? Rgb(9.0f, 8.0f, 6.0f) : Rgb(1.6f, 2.0f, 2.4f);
   });
@@ -168,14 +168,14 @@ TestScene metal_under_sun() {
   // The sun: 2 x 2 texels around (41, 8) of 64 x 32, so at u = 41/64 and 45 degrees above the horizon. All values are halves, so
   // that skies add up exactly.
   const auto sky_with = [](float sky, float sun) {
-    return std::make_shared<Environment>(float_picture(64, 32,
-                                                       [=](int x, int y) {
-                                                         if (x >= 40 && x < 42 && y >= 7 && y < 9)
-                                                           return Rgb(1.0f, 0.875f, 0.75f) * (sun + sky);
-                                                         const float level =
-                                                             y < 16 ? 1.0f - static_cast<float>(y) / 32.0f : 0.25f;
-                                                         return Rgb(0.5f, 0.75f, 1.0f) * (sky * level);
-                                                       }),
+    return std::make_shared<Environment>(float_image(64, 32,
+                                                     [=](int x, int y) {
+                                                       if (x >= 40 && x < 42 && y >= 7 && y < 9)
+                                                         return Rgb(1.0f, 0.875f, 0.75f) * (sun + sky);
+                                                       const float level =
+                                                           y < 16 ? 1.0f - static_cast<float>(y) / 32.0f : 0.25f;
+                                                       return Rgb(0.5f, 0.75f, 1.0f) * (sky * level);
+                                                     }),
                                          0.0f, 1.0f);
   };
   const float phi = 2.0f * kPi * (41.0f / 64.0f - 0.5f), s = std::sqrt(0.5f);
@@ -347,7 +347,7 @@ TestScene cornell_box() {
 // Every roughness from 0 to 1, on metals and dielectrics.
 TestScene material_grid() {
   TestScene test = shipped("material_grid.glb");
-  const auto sky = float_picture(32, 16, [](int x, int y) {
+  const auto sky = float_image(32, 16, [](int x, int y) {
     if (x >= 20 && x < 23 && y >= 3 && y < 6) return Rgb(2.0f, 1.7f, 1.4f);
     return Rgb(0.6f, 0.8f, 1.0f) * (y < 8 ? 1.0f : 0.5f);
   });

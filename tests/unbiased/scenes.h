@@ -48,14 +48,14 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 // Procedural ones and shipped ones.
 [[nodiscard]] std::span<const NamedScene> all_scenes();
 
-[[nodiscard]] TestScene hall_of_lamps();     // two hundred balls of several kinds over a floor
+[[nodiscard]] TestScene hall_of_lamps();     // two hundred spheres of several kinds over a floor
 [[nodiscard]] TestScene room_with_window();  // closed but for a window to an uneven sky
 [[nodiscard]] TestScene metal_under_sun();   // glossy metal under a sky with a small sun
 [[nodiscard]] TestScene textured_emitters(); // instances of textured lamps, seen from both sides
 [[nodiscard]] TestScene veils();             // layers of BLEND surfaces, some of which shine
 [[nodiscard]] TestScene kinds_of_lights();   // rectangles, point, spot and directional lights
-[[nodiscard]] TestScene sized_lights();      // a ball, a spot and a disc in the sky
-[[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and panes before a sky and a lamp
+[[nodiscard]] TestScene sized_lights();      // a sphere, a spot and a disc in the sky
+[[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and thin walls before a sky and a lamp
 [[nodiscard]] TestScene cornell_box();
 [[nodiscard]] TestScene material_grid();
 [[nodiscard]] TestScene interior();

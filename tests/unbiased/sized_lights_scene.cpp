@@ -1,4 +1,4 @@
-// Lights with a size: a ball, a spot and a disc in the sky, over rough and glossy surfaces, through a veil and a pane.
+// Lights with a size: a sphere, a spot and a disc in the sky, over rough and glossy surfaces, through a veil and a thin wall.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/unbiased/scenes.h"
@@ -16,12 +16,12 @@ TestScene sized_lights() {
   Material veil = surface(Rgb(0.4f, 0.6f, 0.8f), 0.5f, 0.0f);
   veil.alpha_mode = AlphaMode::blend;
   veil.base_color_factor.w = 0.5f;
-  Material pane = surface(Rgb(0.9f, 0.7f, 0.5f), 0.0f, 0.0f);
-  pane.transmission_factor = 1.0f;
-  veil.specular_factor = pane.specular_factor = 0.0f; // lamps in mirrors that are seldom followed are noise
+  Material thin_wall = surface(Rgb(0.9f, 0.7f, 0.5f), 0.0f, 0.0f);
+  thin_wall.transmission_factor = 1.0f;
+  veil.specular_factor = thin_wall.specular_factor = 0.0f; // lamps in mirrors that are seldom followed are noise
   TestScene test;
   Scene scene = make_scene(
-      {surface(Rgb(0.7f, 0.6f, 0.5f), 0.4f, 0.5f), surface(Rgb(0.5f, 0.6f, 0.7f), 0.6f, 0.0f), veil, pane},
+      {surface(Rgb(0.7f, 0.6f, 0.5f), 0.4f, 0.5f), surface(Rgb(0.5f, 0.6f, 0.7f), 0.6f, 0.0f), veil, thin_wall},
       {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 1),
        quad(V3f(-1.8f, 0.1f, -0.6f), V3f(1.2f, 0, 0.3f), V3f(0, 0.9f, 0), 2),
        quad(V3f(0.6f, 0.1f, 0.2f), V3f(1.0f, 0, 0.2f), V3f(0, 0.8f, 0), 3),
@@ -34,11 +34,11 @@ TestScene sized_lights() {
     scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
     scene.nodes.push_back(node);
   };
-  PunctualLight ball;
-  ball.intensity = 5.0f; // two emitters are chosen by intensity alone
-  ball.radius_m = 0.4f;
-  const V3f ball_at(-1.2f, 1.3f, -2.0f);
-  add(ball, ball_at, V3f(0.0f));
+  PunctualLight sphere;
+  sphere.intensity = 5.0f; // two emitters are chosen by intensity alone
+  sphere.radius_m = 0.4f;
+  const V3f sphere_at(-1.2f, 1.3f, -2.0f);
+  add(sphere, sphere_at, V3f(0.0f));
   PunctualLight spot;
   spot.kind = PunctualLight::Kind::spot;
   spot.intensity = 8.0f;
@@ -67,7 +67,7 @@ TestScene sized_lights() {
   test.samples = 28;
   test.traced_bounces = {0};
   test.traced_samples = 80;
-  test.aims = {AimBall{ball_at, 0.4f}, AimBall{spot_at, 0.45f},
+  test.aims = {AimSphere{sphere_at, 0.4f}, AimSphere{spot_at, 0.45f},
                AimCone{V3f(-2, 3, 4).normalized(), 2.0f * square(std::sin(0.125f))}};
   test.bias = [](IntegratorSettings& settings) { settings.clamp_direct = 1.5f; };
   return test;

@@ -13,7 +13,7 @@ struct Strategy {
   void (*apply)(RenderSettings& settings); // to the base settings
   accel::Kind accelerator = accel::Kind::embree;
   bool same_numbers = false; // takes the random numbers of the base: the difference has less noise than either
-  uint32_t seeds = 48;       // pictures
+  uint32_t seeds = 48;       // images
   bool guided = false;       // by what training learns of the scene, if anything
 };
 

@@ -1,7 +1,7 @@
 // Every strategy on every scene against one of them, and that against a tracer that shares none of the techniques.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
-#include "tests/unbiased/render_pictures.h"
+#include "tests/unbiased/render_images.h"
 #include "tests/unbiased/scenes.h"
 
 #include <cstdio>
@@ -29,11 +29,11 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
     return make_world(part.scene, kind, part.environment);
   }
 
-  [[nodiscard]] Pictures rendered(const World& world, const RenderSettings& settings, uint32_t first_seed,
-                                  uint32_t seeds, const Guide* guide = nullptr) const {
-    return render_pictures(world, scene_.make_camera(), settings, first_seed, seeds, guide);
+  [[nodiscard]] Images rendered(const World& world, const RenderSettings& settings, uint32_t first_seed, uint32_t seeds,
+                                const Guide* guide = nullptr) const {
+    return render_images(world, scene_.make_camera(), settings, first_seed, seeds, guide);
   }
-  [[nodiscard]] Pictures rendered_by(const Strategy& strategy) const {
+  [[nodiscard]] Images rendered_by(const Strategy& strategy) const {
     RenderSettings settings = base(scene_.max_bounces);
     strategy.apply(settings);
     if (settings.sampler == SamplerKind::independent)
@@ -42,36 +42,35 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
                     strategy.same_numbers ? 0 : kOtherSeeds, strategy.seeds, strategy.guided ? guide_.get() : nullptr);
   }
   // Light adds up: fewer lights are other trees, other shares and, in the end, no choice at all.
-  [[nodiscard]] Pictures rendered_by_parts() const {
-    Pictures sum(scene_.size_px);
+  [[nodiscard]] Images rendered_by_parts() const {
+    Images sum(scene_.size_px);
     for (size_t i = 0; i < scene_.parts.size(); ++i)
       sum.add_light(rendered(*world_of(scene_.parts[i], accel::Kind::embree), base(scene_.max_bounces),
                              static_cast<uint32_t>(2 + i) * kOtherSeeds, kPartSeeds));
     return sum;
   }
-  [[nodiscard]] Pictures traced(int max_bounces) const {
-    Pictures pictures(scene_.size_px);
+  [[nodiscard]] Images traced(int max_bounces) const {
+    Images images(scene_.size_px);
     const PlainTracer tracer(*worlds_[0], scene_.aims, max_bounces);
     for (uint32_t seed = 0; seed < kTracerSeeds; ++seed)
-      pictures.add(tracer.picture(scene_.make_camera(), scene_.traced_samples, seed));
-    return pictures;
+      images.add(tracer.image(scene_.make_camera(), scene_.traced_samples, seed));
+    return images;
   }
   [[nodiscard]] RenderSettings base(int max_bounces) const {
     return base_settings(scene_.size_px, max_bounces, scene_.samples);
   }
 
   // Says so and returns it.
-  [[nodiscard]] Verdict judge(const std::string& name, const Pictures& tested, const Pictures& base,
+  [[nodiscard]] Verdict judge(const std::string& name, const Images& tested, const Images& base,
                               bool paired = false) const {
     const Verdict verdict = compare(tested, base, paired, family_);
     std::printf("  %-24s %s\n", name.c_str(), verdict.text().c_str());
     return verdict;
   }
-  void expect_agreement(const std::string& name, const Pictures& tested, const Pictures& base,
-                        bool paired = false) const {
+  void expect_agreement(const std::string& name, const Images& tested, const Images& base, bool paired = false) const {
     const Verdict verdict = judge(name, tested, base, paired);
     EXPECT_TRUE(verdict.agrees) << name << ": " << verdict.text();
-    EXPECT_GE(verdict.power, Verdict::kLeastPower) << name << " is too noisy to tell";
+    EXPECT_GE(verdict.power, Verdict::kMinPower) << name << " is too noisy to tell";
   }
 
   TestScene scene_;
@@ -81,9 +80,9 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
 };
 
 TEST_P(Unbiased, EveryStrategyHasTheSameMean) {
-  const Pictures reference = rendered(*worlds_[0], base(scene_.max_bounces), 0, kBaseSeeds);
+  const Images reference = rendered(*worlds_[0], base(scene_.max_bounces), 0, kBaseSeeds);
   std::printf(
-      "  seeds from 0 and, where random numbers differ, from %u on; z of a whole picture up to %.2f, of a block %.2f\n",
+      "  seeds from 0 and, where random numbers differ, from %u on; z of a whole image up to %.2f, of a block %.2f\n",
       kOtherSeeds, family_.whole_threshold(), family_.block_threshold(reference.blocks()));
   EXPECT_TRUE(guide_ || scene_.max_bounces == 0) << "nothing to learn: guiding does nothing here";
   for (const Strategy& strategy : kStrategies)
@@ -105,7 +104,7 @@ TEST(Adaptive, BiasIsBounded) {
   constexpr double kBound = 0.01;
   const TestScene scene = cornell_box();
   const auto world = make_world(scene.whole.scene, accel::Kind::embree);
-  std::array<Pictures, 2> pictures{Pictures(scene.size_px), Pictures(scene.size_px)};
+  std::array<Images, 2> images{Images(scene.size_px), Images(scene.size_px)};
   for (uint32_t i = 0; i < 24; ++i) {
     const bool adaptive = i % 2 == 1;
     RenderSettings settings = base_settings(scene.size_px, scene.max_bounces, adaptive ? 256 : 32);
@@ -114,10 +113,10 @@ TEST(Adaptive, BiasIsBounded) {
     const Result<RenderOutcome> outcome = render(*world, scene.make_camera(), settings, nullptr, nullptr);
     ASSERT_TRUE(outcome.ok());
     EXPECT_EQ(outcome.value().statistics.converged_share > 0.5, adaptive);
-    pictures[i % 2].add(outcome.value().film.resolve(Aov::beauty));
+    images[i % 2].add(outcome.value().film.resolve(Aov::beauty));
   }
   const Family family;
-  const Verdict verdict = compare(pictures[1], pictures[0], false, family);
+  const Verdict verdict = compare(images[1], images[0], false, family);
   std::printf("  %s\n", verdict.text().c_str());
   EXPECT_LT(verdict.relative, 4.0 * verdict.error);
   EXPECT_GT(verdict.relative, -kBound - 4.0 * verdict.error); // once in 30,000 times beyond either

@@ -9,7 +9,7 @@
 namespace kindling::test {
 namespace {
 
-// What a camera within the cube sees through each face: where it looks, and which way is up in its picture.
+// What a camera within the cube sees through each face: where it looks, and which way is up in its image.
 struct View {
   V3f forward, up;
 };
@@ -78,7 +78,7 @@ TEST(ImageLight, RotationTurnsTheEnvironment) {
   EXPECT_LT((image_light_radiance(light, {0, 0, -1}) - pattern({1, 0, 0})).length(), 6e-3f);
 }
 
-TEST(ImageLight, EnvironmentIsThePictureTimesItsIntensity) {
+TEST(ImageLight, EnvironmentIsTheImageTimesItsIntensity) {
   ImageLight light = cube_of(32, pattern);
   light.intensity = 3.0f;
   const auto environment = image_light_environment(light);

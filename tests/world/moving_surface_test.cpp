@@ -7,7 +7,7 @@ namespace {
 
 constexpr float kTimes[] = {0.0f, 0.13f, 0.5f, 0.77f, 1.0f};
 
-Scene turning_ball() {
+Scene turning_sphere() {
   Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0.0f), 1.0f, 24, 0)});
   scene.nodes[0].local.scale = V3f(1.0f, 0.6f, -1.5f);
   animate_turn(scene, 0, V3f(0, 0, 1), 40.0f);
@@ -21,7 +21,7 @@ Scene bending_strip() {
   return scene;
 }
 
-Scene swelling_ball() {
+Scene swelling_sphere() {
   Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0.0f), 1.0f, 24, 0)});
   add_morph(scene, 0, [](const V3f& p) { return V3f(p.x, 0.3f * p.y, 0.0f); });
   scene.nodes[0].local.scale = V3f(-1.0f, 1.0f, 1.0f); // mirrored
@@ -35,9 +35,9 @@ struct Case {
   bool deforms;
   float tolerance_m; // of keys: a thousandth of the radius, and what that does to positions seen at a slant
 };
-const Case kCases[] = {{"ball", turning_ball, false, 4e-3f},
+const Case kCases[] = {{"sphere", turning_sphere, false, 4e-3f},
                        {"strip", bending_strip, true, 4e-3f},
-                       {"swelling", swelling_ball, true, 6e-3f}};
+                       {"swelling", swelling_sphere, true, 6e-3f}};
 
 TEST(MovingSurface, IsWhereItIsAtTheTimeOfTheRay) {
   for (const Case& c : kCases) {
@@ -78,7 +78,7 @@ TEST(MovingSurface, IsWhereItIsAtTheTimeOfTheRay) {
 
 // The front of a mirrored, deforming mesh is where it is without a shutter: emission of one-sided material shows it.
 TEST(MovingSurface, FrontsStayFronts) {
-  for (Scene (*make)() : {turning_ball, swelling_ball}) {
+  for (Scene (*make)() : {turning_sphere, swelling_sphere}) {
     Scene scene = make();
     scene.materials[0].emissive_factor = Rgb(1.0f);
     scene.materials[0].double_sided = false;
@@ -105,7 +105,7 @@ TEST(MovingSurface, FrontsStayFronts) {
 TEST(MovingWorld, StillThingsStayBakedAndMovingOnesShareTheirMesh) {
   Scene scene = make_scene({diffuse_material(Rgb(0.5f))},
                            {sphere(V3f(0.0f), 1.0f, 8, 0), quad(V3f(-1, -1, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
-  for (const float x : {3.0f, 6.0f}) { // two more balls, of which one moves
+  for (const float x : {3.0f, 6.0f}) { // two more spheres, of which one moves
     Node node = scene.nodes[0];
     node.local.translation = V3f(x, 0, 0);
     scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
@@ -115,7 +115,7 @@ TEST(MovingWorld, StillThingsStayBakedAndMovingOnesShareTheirMesh) {
   animate(scene, 3, AnimatedProperty::translation, {0, 1}, {6, 0, 0, 6, 7, 0});
   const auto world = make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, accel::Kind::embree);
   const accel::BuildInput input = world->accelerator_input();
-  EXPECT_EQ(input.meshes.size(), 3U); // baked: a ball and the floor; the ball that moves
+  EXPECT_EQ(input.meshes.size(), 3U); // baked: a sphere and the floor; the sphere that moves
   ASSERT_EQ(input.groups.size(), 2U);
   ASSERT_EQ(input.instances.size(), 3U);
   EXPECT_EQ(input.instances[0].motion, accel::kNoId);
@@ -123,11 +123,11 @@ TEST(MovingWorld, StillThingsStayBakedAndMovingOnesShareTheirMesh) {
   ASSERT_EQ(input.motions.size(), 2U);
   EXPECT_EQ(input.motions[0].size(), 2U);
   EXPECT_EQ(input.motions[0][0], input.instances[1].object_to_world);
-  // Over the shutter: the balls come down to z = -10 and up to y = 8.
+  // Over the shutter: the spheres come down to z = -10 and up to y = 8.
   EXPECT_NEAR(world->bounds().min.z, -10.0f, 1e-4f);
   EXPECT_NEAR(world->bounds().max.y, 8.0f, 1e-4f);
   EXPECT_EQ(world->statistics().motion.moving_instance_count, 2U);
-  EXPECT_EQ(world->statistics().motion.most_keys, 2U);
+  EXPECT_EQ(world->statistics().motion.max_keys, 2U);
 }
 
 TEST(MovingWorld, DeformingMeshesAreGroupsOfTheirOwn) {
@@ -142,7 +142,7 @@ TEST(MovingWorld, DeformingMeshesAreGroupsOfTheirOwn) {
 }
 
 TEST(MovingWorld, MovingLampsAreLamps) {
-  Scene scene = turning_ball();
+  Scene scene = turning_sphere();
   scene.materials[0].emissive_factor = Rgb(1.0f);
   PosedScene posed = pose_scene(scene, {.shutter = Shutter{0.0, 1.0}}).value();
   const auto world = build_world(std::move(scene), std::move(posed), {}, nullptr, nullptr);

@@ -154,21 +154,21 @@ TEST(Surface, ShadingNormalsReflectUpwards) {
 }
 
 TEST(Surface, NormalMapBendsTowardsTheTangent) {
-  auto image = std::make_shared<Image>();
-  image->width = image->height = 1;
-  image->channels = 3;
-  image->pixels = {std::byte{230}, std::byte{128}, std::byte{220}}; // x positive, y ~ 0, z positive
+  auto flat = std::make_shared<Image>();
+  flat->width = flat->height = 1;
+  flat->channels = 3;
+  flat->pixels = {std::byte{230}, std::byte{128}, std::byte{220}}; // x positive, y ~ 0, z positive
   const auto normal_with = [&](float tangent_x, float w, uint8_t green) {
     Material material = diffuse_material(Rgb(1.0f));
     material.normal_texture.texture = 0;
-    auto picture = std::make_shared<Image>(*image);
-    picture->pixels[1] = std::byte{green};
+    auto image = std::make_shared<Image>(*flat);
+    image->pixels[1] = std::byte{green};
     Primitive primitive = floor_quad(0);
     primitive.normals.assign(4, V3f(0, 1, 0));
     primitive.tangents.assign(4, V4f(tangent_x, 0, 0, w));
     Scene scene = make_scene({material}, {primitive});
     SceneTexture texture;
-    texture.image = picture;
+    texture.image = image;
     scene.textures.push_back(texture);
     return surface_below(*make_world(std::move(scene), accel::Kind::embree), 0.2f, 0.2f).shading_normal;
   };

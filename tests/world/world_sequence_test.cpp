@@ -3,7 +3,7 @@
 #include "renderer/world/world_sequence.h"
 
 #include "renderer/world/build_world.h"
-#include "renderer/world/lasting_meshes.h"
+#include "renderer/world/persistent_meshes.h"
 
 #include <gtest/gtest.h>
 
@@ -155,7 +155,7 @@ TEST(WorldSequence, WhatStandsIsHandedOn) {
 }
 
 // Meshes that an accelerator is told to last, by node.
-std::vector<uint8_t> lasting_nodes(const Scene& scene, double time_s, const WorldOptions& options) {
+std::vector<uint8_t> persistent_nodes(const Scene& scene, double time_s, const WorldOptions& options) {
   Scene consumed = scene;
   const PosedScene posed = pose(scene, time_s);
   const auto world = build_world(std::move(consumed), posed, options, nullptr, nullptr).value();
@@ -171,26 +171,27 @@ TEST(WorldSequence, WhatLasts) {
   for (int i = 0; i < 30; ++i)
     for (const uint32_t corner : {0U, 1U, 2U}) large.indices.push_back(corner);
   WorldOptions options;
-  options.least_lasting_triangles = 0;
+  options.min_persistent_triangles = 0;
   using Nodes = std::vector<uint8_t>;
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1})); // the last one could be deformed, but is not
-  options.least_lasting_triangles = 34;
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
-  options.least_lasting_triangles = 33;
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
-  // The same 33 for a picture of many samples.
-  options.least_lasting_triangles = 0;
-  options.picture_samples = 34 * kMostSamplesPerLastingTriangle;
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
-  --options.picture_samples;
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
-  options.picture_samples = 0;
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options),
+            (Nodes{1, 0, 1, 0, 1})); // the last one could be deformed, but is not
+  options.min_persistent_triangles = 34;
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  options.min_persistent_triangles = 33;
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  // The same 33 for an image of many samples.
+  options.min_persistent_triangles = 0;
+  options.image_samples = 34 * kMaxSamplesPerPersistentTriangle;
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  --options.image_samples;
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  options.image_samples = 0;
   // Two triangles do not last: eight must.
   large.indices.resize(3 * 5);
-  options.least_lasting_triangles = 0;
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  options.min_persistent_triangles = 0;
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
   large.indices.resize(3 * 6, 1);
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
   // Hidden at some time, even if not at this one.
   AnimationChannel channel;
   channel.node = 2;
@@ -201,33 +202,33 @@ TEST(WorldSequence, WhatLasts) {
   channel.values = {1.0f, 0.0f};
   scene.animations[0].channels.push_back(channel);
   large.indices.resize(3 * 31, 1);
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{1, 0, 0, 0, 1}));
-  EXPECT_EQ(lasting_nodes(scene, 1.0, options), (Nodes{1, 0, 0, 1}));
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{1, 0, 0, 0, 1}));
+  EXPECT_EQ(persistent_nodes(scene, 1.0, options), (Nodes{1, 0, 0, 1}));
   // Of a material that changes.
   channel.property = AnimatedProperty::member;
   channel.node = kNone;
   channel.member = {AnimatedMember::Of::material, false, 0, 1};
   scene.animations[0].channels.push_back(channel);
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
   // At rest, and without animations.
   scene = make_scene();
   EXPECT_FALSE(pose_scene(scene, {}).value().animated);
   scene.animations.clear();
-  EXPECT_EQ(lasting_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
+  EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
 }
 
 TEST(WorldSequence, StillMeshes) {
   Scene scene = make_scene();
-  EXPECT_EQ(find_still_meshes(scene), (std::vector<uint8_t>{1, 0, 0, 0}));
+  EXPECT_EQ(find_static_meshes(scene), (std::vector<uint8_t>{1, 0, 0, 0}));
   scene.nodes[1].children = {0}; // which moves
-  EXPECT_EQ(find_still_meshes(scene)[0], 0);
+  EXPECT_EQ(find_static_meshes(scene)[0], 0);
   scene.nodes[1].children = {};
-  EXPECT_EQ(find_still_meshes(scene)[0], 1);
+  EXPECT_EQ(find_static_meshes(scene)[0], 1);
   AnimationChannel channel;
   channel.property = AnimatedProperty::member;
   channel.member = {AnimatedMember::Of::material, false, 0, 1};
   scene.animations[0].channels.push_back(channel);
-  EXPECT_EQ(find_still_meshes(scene)[0], 0);
+  EXPECT_EQ(find_static_meshes(scene)[0], 0);
 }
 
 } // namespace

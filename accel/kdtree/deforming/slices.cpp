@@ -11,10 +11,10 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kSample = 4096, kRun = 1024; // triangles; those that follow each other in a mesh are neighbours
+constexpr size_t kSample = 4096, kRun = 1024; // triangles; those that follow each other in a mesh are neighbors
 constexpr double kWorthwhile = 0.8;
-constexpr double kMostReferences = 32.0;           // per triangle, in all slices together
-constexpr size_t kMostTriangles = size_t{1} << 22; // in all slices together
+constexpr double kMaxReferences = 32.0;           // per triangle, in all slices together
+constexpr size_t kMaxTriangles = size_t{1} << 22; // in all slices together
 
 std::vector<LeafReference> sample_of(const std::vector<LeafReference>& triangles) {
   if (triangles.size() <= kSample) return triangles;
@@ -69,12 +69,12 @@ DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>
   const std::vector<LeafReference> triangles = triangles_to_sweep(geometries);
   out.triangle_count = triangles.size();
   if (triangles.empty()) return out;
-  uint32_t most = DeformingTrees::kMostSlices;
-  while (most > 1 && most * triangles.size() > kMostTriangles) most /= 2;
+  uint32_t most = DeformingTrees::kMaxSlices;
+  while (most > 1 && most * triangles.size() > kMaxTriangles) most /= 2;
   const std::vector<TimeSlice> slices = SliceChooser(config, geometries, sample_of(triangles), most, monitor).run();
   Config of_slice = config;
   of_slice.references_per_triangle =
-      std::min(config.references_per_triangle, kMostReferences / static_cast<double>(slices.size()));
+      std::min(config.references_per_triangle, kMaxReferences / static_cast<double>(slices.size()));
   out.slices.resize(slices.size());
   const double weight = static_cast<double>(triangles.size()) / static_cast<double>(slices.size());
   tbb::parallel_for(size_t{0}, slices.size(), [&](size_t i) {
@@ -88,8 +88,8 @@ DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>
   if (monitor.cancelled()) return out;
   for (size_t i = 0; i < slices.size(); ++i) {
     out.bounds.extendBy(out.slices[i].tree.bounds);
-    for (uint32_t part = 0; part < DeformingTrees::kMostSlices; ++part)
-      if (static_cast<float>(part) >= slices[i].begin * DeformingTrees::kMostSlices)
+    for (uint32_t part = 0; part < DeformingTrees::kMaxSlices; ++part)
+      if (static_cast<float>(part) >= slices[i].begin * DeformingTrees::kMaxSlices)
         out.slice_of[part] = static_cast<uint8_t>(i);
   }
   return out;

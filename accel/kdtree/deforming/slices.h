@@ -19,22 +19,22 @@ struct DeformingSlice {
 };
 
 struct DeformingTrees {
-  static constexpr uint32_t kMostSlices = 8;
+  static constexpr uint32_t kMaxSlices = 8;
 
-  std::vector<DeformingSlice> slices;          // in the order of time; none if nothing can be hit
-  std::array<uint8_t, kMostSlices> slice_of{}; // by eighths of the shutter
-  Imath::Box3f bounds;                         // over the whole shutter
+  std::vector<DeformingSlice> slices;         // in the order of time; none if nothing can be hit
+  std::array<uint8_t, kMaxSlices> slice_of{}; // by eighths of the shutter
+  Imath::Box3f bounds;                        // over the whole shutter
   size_t triangle_count = 0;
 
   // `time` in [0, 1].
   [[nodiscard]] const DeformingSlice& slice_at(float time) const {
-    const auto part = static_cast<uint32_t>(time * static_cast<float>(kMostSlices));
-    return slices[slice_of[std::min(part, kMostSlices - 1)]];
+    const auto part = static_cast<uint32_t>(time * static_cast<float>(kMaxSlices));
+    return slices[slice_of[std::min(part, kMaxSlices - 1)]];
   }
 };
 
 // A slice is halved as long as the trees of its halves are expected to be cheaper by a fifth or more, which small trees over a sample
-// of the triangles tell; not where neighbours move alike, however fast. At most kMostSlices slices, fewer for large meshes, and 32
+// of the triangles tell; not where neighbors move alike, however fast. At most kMaxSlices slices, fewer for large meshes, and 32
 // references per triangle in all of them. After a cancellation it is incomplete: ask the monitor. All geometries deform.
 [[nodiscard]] DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>& geometries,
                                              BuildMonitor& monitor);

@@ -18,9 +18,9 @@ using Imath::V3f;
 
 // A triangle at the ends of a slice and at the keys inside of it.
 struct Path {
-  static constexpr size_t kMost = kMostMotionKeys + 2;
-  std::array<float, kMost> fraction;
-  std::array<std::array<V3f, 3>, kMost> corners;
+  static constexpr size_t kMax = kMaxMotionKeys + 2;
+  std::array<float, kMax> fraction;
+  std::array<std::array<V3f, 3>, kMax> corners;
   size_t count = 0;
 
   Path(const Geometry& geometry, uint32_t triangle, const TimeSlice& slice) {
@@ -119,7 +119,7 @@ void narrow(MovingReference& part, const HullSide& side, const V3f& way, const V
   }
 }
 
-constexpr size_t kMostSamplesOfHull = 3; // beyond, its edges are too many
+constexpr size_t kMaxSamplesOfHull = 3; // beyond, its edges are too many
 
 } // namespace
 
@@ -199,14 +199,14 @@ SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& re
     parts.above.low[1][axis] = plane.at_end();
   }
   const Path path(meshes.geometries[reference.geometry], reference.triangle, meshes.slice);
-  if (path.count > kMostSamplesOfHull) return parts;
+  if (path.count > kMaxSamplesOfHull) return parts;
 
   V3f way(0);
   const auto& first = path.corners[0];
   const auto& last = path.corners[path.count - 1];
   for (size_t k = 0; k < 3; ++k) way += (last[k] - first[k]) * (1.0f / 3.0f);
   way[axis] = plane.way;
-  std::array<V3d, 3 * kMostSamplesOfHull> points;
+  std::array<V3d, 3 * kMaxSamplesOfHull> points;
   size_t count = 0;
   for (size_t i = 0; i < path.count; ++i)
     for (const V3f& p : path.corners[i]) points[count++] = V3d(p) - V3d(way) * static_cast<double>(path.fraction[i]);

@@ -12,6 +12,6 @@
 namespace kindling::accel::kd {
 
 const Queries kAvx2MovingQueries = moving_avx2::make_moving_queries<kAvx2Queries>();
-const Queries kAvx2DividedMovingQueries = moving_avx2::make_moving_queries<kAvx2DividedQueries>();
+const Queries kAvx2SplitMovingQueries = moving_avx2::make_moving_queries<kAvx2SplitQueries>();
 
 } // namespace kindling::accel::kd

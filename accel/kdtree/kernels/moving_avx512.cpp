@@ -18,6 +18,6 @@
 namespace kindling::accel::kd {
 
 const Queries kAvx512MovingQueries = moving_avx512::make_moving_queries<kAvx512Queries>();
-const Queries kAvx512DividedMovingQueries = moving_avx512::make_moving_queries<kAvx512DividedQueries>();
+const Queries kAvx512SplitMovingQueries = moving_avx512::make_moving_queries<kAvx512SplitQueries>();
 
 } // namespace kindling::accel::kd

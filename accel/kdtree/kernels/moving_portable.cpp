@@ -10,6 +10,6 @@
 namespace kindling::accel::kd {
 
 const Queries kPortableMovingQueries = moving_portable::make_moving_queries<kPortableQueries>();
-const Queries kPortableDividedMovingQueries = moving_portable::make_moving_queries<kPortableDividedQueries>();
+const Queries kPortableSplitMovingQueries = moving_portable::make_moving_queries<kPortableSplitQueries>();
 
 } // namespace kindling::accel::kd

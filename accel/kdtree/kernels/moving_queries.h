@@ -62,34 +62,34 @@ inline void add_moving(const Structure& s, std::span<const Ray> rays, std::span<
   }
 }
 
-template <const Queries& kStill>
+template <const Queries& kStatic>
 inline Hit intersect(const Structure& s, const Ray& ray) {
-  Hit hit = kStill.intersect(s, ray);
+  Hit hit = kStatic.intersect(s, ray);
   if (can_hit(ray)) trace_moving<false>(s, ray, hit.is_hit() ? hit.t : ray.t_max, hit);
   return hit;
 }
-template <const Queries& kStill>
+template <const Queries& kStatic>
 inline bool occluded(const Structure& s, const Ray& ray) {
   Hit hit;
-  return kStill.occluded(s, ray) || (can_hit(ray) && trace_moving<true>(s, ray, ray.t_max, hit));
+  return kStatic.occluded(s, ray) || (can_hit(ray) && trace_moving<true>(s, ray, ray.t_max, hit));
 }
 
 // A batch query of what stands still, and then what moves.
-template <const Queries& kStill, class Answer,
+template <const Queries& kStatic, class Answer,
           void (*Queries::*query)(const Structure&, std::span<const Ray>, std::span<Answer>)>
 inline void batch(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
-  (kStill.*query)(s, rays, answers);
+  (kStatic.*query)(s, rays, answers);
   add_moving(s, rays, answers);
 }
 
-template <const Queries& kStill>
+template <const Queries& kStatic>
 constexpr Queries make_moving_queries() {
-  return {intersect<kStill>,
-          occluded<kStill>,
-          batch<kStill, Hit, &Queries::intersect_stream>,
-          batch<kStill, uint8_t, &Queries::occluded_stream>,
-          batch<kStill, Hit, &Queries::intersect_coherent>,
-          batch<kStill, uint8_t, &Queries::occluded_coherent>};
+  return {intersect<kStatic>,
+          occluded<kStatic>,
+          batch<kStatic, Hit, &Queries::intersect_stream>,
+          batch<kStatic, uint8_t, &Queries::occluded_stream>,
+          batch<kStatic, Hit, &Queries::intersect_coherent>,
+          batch<kStatic, uint8_t, &Queries::occluded_coherent>};
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

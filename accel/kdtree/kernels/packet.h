@@ -250,13 +250,13 @@ class Packet {
 template <bool kAny, class Finish, class Rest>
 inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<const Ray> rays, const Finish& finish,
                           const Rest& rest) {
-  constexpr size_t kMost = 256;   // rays to sort at once: their numbers are kept in bytes
+  constexpr size_t kMax = 256;    // rays to sort at once: their numbers are kept in bytes
   constexpr uint32_t kFewest = 4; // rays that are worth a packet
   constexpr uint32_t kGroup = kPacketRegisters * kRayLanes;
   if (tree.root == kEmptyChild) return;
   Packet<kAny> packet(tree, filter);
-  for (size_t first = 0; first < rays.size(); first += kMost) {
-    const auto count = static_cast<uint32_t>(std::min(kMost, rays.size() - first));
+  for (size_t first = 0; first < rays.size(); first += kMax) {
+    const auto count = static_cast<uint32_t>(std::min(kMax, rays.size() - first));
     const Ray* part = &rays[first];
     const auto load = [&](uint32_t r, uint32_t size, const auto& ray_at) {
       if (size == kRayLanes)
@@ -268,7 +268,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
       packet.rays(r).deliver([&](uint32_t i, const TreeHit& hit) { finish(first + number(i), hit); });
     };
     packet.start_batch();
-    uint8_t classes[kMost], left[kMost]; // by number; the numbers of those still to trace
+    uint8_t classes[kMax], left[kMax]; // by number; the numbers of those still to trace
     uint32_t left_count = 0;
     for (uint32_t k = 0; k < count; k += kGroup) {
       const uint32_t registers = (std::min(kGroup, count - k) + kRayLanes - 1) / kRayLanes;
@@ -290,13 +290,13 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
       for (uint32_t i = k; i < std::min(k + kGroup, count); ++i) left[left_count++] = static_cast<uint8_t>(i);
     }
     if (left_count == 0) continue;
-    uint8_t order[kMost];
+    uint8_t order[kMax];
     std::array<uint16_t, kRayClasses + 1> start{};
     for (uint32_t i = 0; i < left_count; ++i) ++start[classes[left[i]] + 1U];
     for (uint32_t c = 0; c < kRayClasses; ++c) start[c + 1] = static_cast<uint16_t>(start[c + 1] + start[c]);
     std::array<uint16_t, kRayClasses + 1> next = start;
     for (uint32_t i = 0; i < left_count; ++i) order[next[classes[left[i]]]++] = left[i];
-    std::array<uint32_t, kMost> apart; // rays that go to `rest`
+    std::array<uint32_t, kMax> apart; // rays that go to `rest`
     uint32_t apart_count = 0;
     for (uint32_t c = 0; c < kFirstMiss; ++c) {
       const uint32_t end = start[c + 1];

@@ -37,8 +37,8 @@ struct TraversalStack {
 // the same interval, so that below the cells of one side, on the stack, stand nearer ones of the other: a cell beyond the hit is
 // passed over, and does not end the search.
 inline bool may_lie_in_plane(const Imath::V3f& direction) {
-  constexpr float kLeast = std::numeric_limits<float>::min();
-  return (std::fabs(direction.x) < kLeast) | (std::fabs(direction.y) < kLeast) | (std::fabs(direction.z) < kLeast);
+  constexpr float kMin = std::numeric_limits<float>::min();
+  return (std::fabs(direction.x) < kMin) | (std::fabs(direction.y) < kMin) | (std::fabs(direction.z) < kMin);
 }
 
 // Cuts [enter, leave] to the box; false if nothing is left. Without branches: the signs of mixed rays cannot be predicted.

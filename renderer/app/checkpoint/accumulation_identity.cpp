@@ -1,4 +1,4 @@
-// Which picture: made, and compared.
+// Which image: made, and compared.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/accumulation_identity.h"
 
@@ -6,7 +6,7 @@
 #include "renderer/app/text/text_format.h"
 #include "renderer/distributed/work_parts.h"
 #include "renderer/import/file_bytes.h"
-#include "renderer/session/one_picture.h"
+#include "renderer/session/one_image.h"
 
 #include <fmt/format.h>
 
@@ -24,24 +24,24 @@ bool is_whole(const AccumulationIdentity& identity) {
 }
 
 // "--seed: 0 in it, 2 here; --fov: ...", at most three of them; not program and scene, of which is more to say.
-std::string describe_settings(const std::vector<PictureDifference>& differences) {
-  constexpr size_t kMost = 3;
+std::string describe_settings(const std::vector<ImageDifference>& differences) {
+  constexpr size_t kMax = 3;
   std::string text;
   size_t count = 0;
   for (const auto& [what, there, here] : differences) {
-    if (what == kProgramDiffers || what == kSceneDiffers || ++count > kMost) continue;
+    if (what == kProgramDiffers || what == kSceneDiffers || ++count > kMax) continue;
     text += fmt::format("{}{}: {} in it, {} here", count > 1 ? "; " : "", what, there, here);
   }
-  if (count > kMost) text += fmt::format("; and {} more", count - kMost);
+  if (count > kMax) text += fmt::format("; and {} more", count - kMax);
   return printable(text);
 }
 
 } // namespace
 
-AccumulationIdentity make_identity(const RenderOptions& options, const ResolvedPicture& resolved, uint64_t scene_hash) {
+AccumulationIdentity make_identity(const RenderOptions& options, const ResolvedImage& resolved, uint64_t scene_hash) {
   AccumulationIdentity identity;
   identity.program = program_identity();
-  identity.picture = picture_settings(options, resolved);
+  identity.image = pixel_settings(options, resolved);
   const std::array<uint64_t, 2> hashes{scene_hash, resolved.environment_hash};
   identity.scene_hash =
       resolved.environment_hash == 0 ? scene_hash : gltf::hash_bytes(std::as_bytes(std::span(hashes)));
@@ -68,8 +68,8 @@ Result<void> check_same_render(const AccumulationIdentity& file, const fs::path&
     return refuse(
         fmt::format("was made by {}, this is {}; go on with the program that began it, or begin anew with --force",
                     printable(file.program), now.program));
-  if (const std::string what = describe_settings(picture_differences(file, now)); !what.empty())
-    return refuse(fmt::format("is of another picture ({}); make it as it was, or use another name{}", what,
+  if (const std::string what = describe_settings(image_differences(file, now)); !what.empty())
+    return refuse(fmt::format("is of another image ({}); make it as it was, or use another name{}", what,
                               file.planned_samples != now.planned_samples
                                   ? fmt::format(" (to add samples: kindling resume {} --spp N)", path.string())
                                   : ""));

@@ -27,7 +27,7 @@ class Checkpoint {
   [[nodiscard]] static Result<std::unique_ptr<Checkpoint>> open(const CheckpointOptions& options, bool replace,
                                                                 Console& console);
 
-  // Which picture it is for from now on. What was read must be of the same one and have no samples beyond those wanted; else fails
+  // Which image it is for from now on. What was read must be of the same one and have no samples beyond those wanted; else fails
   // (usage), or with `replace` is dropped with a warning.
   [[nodiscard]] Result<void> begin(const AccumulationIdentity& identity);
   // AccumulationIdentity::metadata, which is known later than the rest.

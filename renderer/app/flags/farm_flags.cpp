@@ -42,11 +42,11 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("What to render");
   flags.value("--parts", "N", "Parts of each frame, as --part of render: one task each",
               [&o](auto text) { return store(parse_integer(text, 1, 100000), o.parts); });
-  flags.value("--frames", "A-B[xSTEP]", "Frames of an animation, as --frames of render [one picture]",
+  flags.value("--frames", "A-B[xSTEP]", "Frames of an animation, as --frames of render [one image]",
               [&o](auto text) { return store(parse_frames(text), o.frames); });
   flags.value("--folder", "DIR", "A new folder that all machines share, for parts, records and logs",
               [&o](auto text) { return set_path(text, o.folder); });
-  flags.repeated("-o,--output", "FILE", "The pictures, .png, .exr or .kacc; several are allowed; #### is the frame",
+  flags.repeated("-o,--output", "FILE", "The images, .png, .exr or .kacc; several are allowed; #### is the frame",
                  [&o](auto text) {
                    std::filesystem::path path;
                    Result<void> set = set_path(text, path);
@@ -55,7 +55,7 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
                  });
   flags.value("--retries", "N", "More attempts at a part whose render fails [2]",
               [&o](auto text) { return store(parse_integer(text, 0, 100), o.retries); });
-  flags.toggle("--no-check", "Look neither at the scene nor at where pictures go: they are large, or on other machines",
+  flags.toggle("--no-check", "Look neither at the scene nor at where images go: they are large, or on other machines",
                o.check_scene, false);
   flags.group("Engine");
   flags.value("--engine", "NAME", "slurm [slurm]", [&o](auto text) -> Result<void> {
@@ -95,11 +95,11 @@ Result<void> check_submit(const FarmSubmitOptions& o) {
     return usage_error("no scene; use 'kindling farm submit SCENE --parts N --folder DIR -o FILE'");
   if (o.parts == 0) return usage_error("--parts: is missing; in how many parts is each frame rendered?");
   if (o.folder.empty()) return usage_error("--folder: is missing; a new folder that all machines share");
-  if (o.outputs.empty()) return usage_error("-o: is missing; where do the pictures go?");
-  constexpr size_t kMostTasks = 1'000'000;
-  if (std::max<size_t>(o.frames.size(), 1) * static_cast<size_t>(o.parts) > kMostTasks)
+  if (o.outputs.empty()) return usage_error("-o: is missing; where do the images go?");
+  constexpr size_t kMaxTasks = 1'000'000;
+  if (std::max<size_t>(o.frames.size(), 1) * static_cast<size_t>(o.parts) > kMaxTasks)
     return usage_error(
-        fmt::format("{} frames in {} parts are more than {} tasks", o.frames.size(), o.parts, kMostTasks));
+        fmt::format("{} frames in {} parts are more than {} tasks", o.frames.size(), o.parts, kMaxTasks));
   for (const std::filesystem::path& output : o.outputs) {
     if (const std::string sentence = is_accumulation(output) ? "" : unsupported_output(output); !sentence.empty())
       return usage_error("-o: " + sentence);

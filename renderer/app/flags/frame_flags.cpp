@@ -85,8 +85,8 @@ Result<std::vector<int>> parse_frames(std::string_view text) {
     const Result<FrameRange> range = parse_range(part);
     if (!range.ok()) return range.error();
     const FrameRange& r = range.value();
-    if (static_cast<size_t>((r.last - r.first) / r.step) + frames.size() >= kMostFrames)
-      return usage_error(fmt::format("'{}': more than {} frames", text, kMostFrames));
+    if (static_cast<size_t>((r.last - r.first) / r.step) + frames.size() >= kMaxFrames)
+      return usage_error(fmt::format("'{}': more than {} frames", text, kMaxFrames));
     for (int frame = r.first; frame <= r.last; frame += r.step)
       if (named.insert(frame).second) frames.push_back(frame);
   }
@@ -100,7 +100,7 @@ void add_frame_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_frames(text), o.frames.numbers); });
   flags.toggle(
       "--force",
-      "Render those frames too whose files are there; begin anew where a checkpoint is of another picture or damaged",
+      "Render those frames too whose files are there; begin anew where a checkpoint is of another image or damaged",
       o.frames.force);
 }
 

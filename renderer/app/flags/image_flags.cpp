@@ -22,7 +22,7 @@ void add_output_flag(FlagSet& flags, RenderOptions& o, const std::string& defaul
 }
 
 void add_image_format_flags(FlagSet& flags, RenderOptions& o) {
-  flags.toggle("--exr-float", "EXR colours in 32 bits [16]", o.exr_half, false);
+  flags.toggle("--exr-float", "EXR colors in 32 bits [16]", o.exr_half, false);
   flags.value("--png-bits", "8|16", "Bits of a PNG's channels [8]", [&o](auto text) -> Result<void> {
     if (text != "8" && text != "16") return unknown_name("depth", text, {"8", "16"});
     o.png_bits = text == "8" ? 8 : 16;

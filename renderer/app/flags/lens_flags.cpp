@@ -21,7 +21,7 @@ void add_lens_flags(FlagSet& flags, LensOptions& o) {
                 return {};
               });
   flags.value("--focal-length", "MM",
-              "Of the lens, millimetres; the field of view stays [the camera's, else that of a sensor 24 mm high]",
+              "Of the lens, millimeters; the field of view stays [the camera's, else that of a sensor 24 mm high]",
               [&o](auto text) { return store(parse_number(text, 1e-6, 1e12), o.focal_length_mm); });
   flags.value("--focus-distance", "METRES", "Depth along the axis that is sharp [the camera's, else by --focus-pixel]",
               [&o](auto text) { return store(parse_number(text, 1e-9, 1e9), o.focus_distance_m); });

@@ -30,7 +30,7 @@ Usage:
   kindling info FILE.kacc [--json]             print what a checkpoint or a part has, and whether it is sound
   kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
   kindling farm ACTION ...                     render in parts on the machines of a Slurm cluster
-  kindling scaling SCENE... [flags]            measure what more threads bring, from loading to the picture
+  kindling scaling SCENE... [flags]            measure what more threads bring, from loading to the image
   kindling info --list-extensions              print the glTF extensions that are understood
   kindling COMMAND --help                      all flags of a command
   kindling --version                           version, compiler and libraries
@@ -59,7 +59,7 @@ struct Command;
 template <>
 struct Command<RenderOptions> {
   static constexpr std::string_view kName = "render";
-  static constexpr const char* kDescription = "Renders a glTF scene to PNG and EXR pictures.";
+  static constexpr const char* kDescription = "Renders a glTF scene to PNG and EXR images.";
   static constexpr const char* kOperand = "SCENE";
   static std::filesystem::path& operand(RenderOptions& options) { return options.scene_file; }
   static void add_flags(FlagSet& flags, RenderOptions& options) { add_render_flags(flags, options); }
@@ -102,7 +102,7 @@ struct Command<ShootoutOptions> {
 template <>
 struct Command<MergeOptions> {
   static constexpr std::string_view kName = "merge";
-  static constexpr const char* kDescription = "Adds up parts of a picture that were rendered apart.";
+  static constexpr const char* kDescription = "Adds up parts of an image that were rendered apart.";
   static constexpr const char* kOperand = "PART";
   static constexpr const char* kUsage =
       "PART... -o FILE [-o FILE]... [flags]\n\nPART is a .kacc file: a part, a checkpoint or a merge of others, in any "
@@ -116,7 +116,7 @@ template <>
 struct Command<ScalingOptions> {
   static constexpr std::string_view kName = "scaling";
   static constexpr const char* kDescription =
-      "Measures what more threads bring, from loading a glTF scene to its picture.";
+      "Measures what more threads bring, from loading a glTF scene to its image.";
   static constexpr const char* kOperand = "SCENE";
   static std::vector<std::filesystem::path>& operand(ScalingOptions& options) { return options.scene_files; }
   static void add_flags(FlagSet& flags, ScalingOptions& options) { add_scaling_flags(flags, options); }

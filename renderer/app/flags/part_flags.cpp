@@ -30,7 +30,7 @@ Result<void> check_part_flags(const RenderOptions& o) {
         "--part: with --noise-threshold it depends on a pixel's first samples whether there are others; use "
         "--tile-part");
   if (o.time_limit_s)
-    return usage_error("--part, --tile-part: parts that end with the --time-limit are no picture together; use --spp");
+    return usage_error("--part, --tile-part: parts that end with the --time-limit are no image together; use --spp");
   if (o.part.samples)
     if (const Result<SampleSpan> span = part_samples(o.samples_per_pixel(), *o.part.samples); !span.ok())
       return with_flag("--part", span.error());

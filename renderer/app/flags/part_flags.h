@@ -1,4 +1,4 @@
-// The flags of who renders a part of a picture.
+// The flags of who renders a part of an image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@ void add_part_flags(FlagSet& flags, WorkPart& part);
 // What no flag can judge alone; fails (usage).
 [[nodiscard]] Result<void> check_part_flags(const RenderOptions& options);
 
-// The part's samples and pixels, for a picture of settings.size_px. Fails (usage) where there are too few of either for so many parts.
+// The part's samples and pixels, for an image of settings.size_px. Fails (usage) where there are too few of either for so many parts.
 [[nodiscard]] Result<void> set_part(const RenderOptions& options, RenderSettings& settings);
 
 } // namespace kindling::app

@@ -96,7 +96,7 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
       [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
   flags.value(
       "--planned-spp", "N",
-      "What the sampling is laid out for: who adds samples to a picture keeps it, and parts of it share it [--spp]",
+      "What the sampling is laid out for: who adds samples to an image keeps it, and parts of it share it [--spp]",
       [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.planned_spp); });
   flags.value("--noise-threshold", "T",
               "Stop sampling a block of 8 x 8 pixels once its relative error is below T, as in 0.1; 0: never [0]",
@@ -106,7 +106,7 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
   });
   flags.value("--time-limit", "TIME", "End after the pass that passes it: seconds, or 90s, 5m, 1h30m [none]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
-  flags.value("--seed", "N", "Other noise, same picture [0]",
+  flags.value("--seed", "N", "Other noise, same image [0]",
               [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
   flags.value("--sampler", "NAME",
               fmt::format("Where samples come from: {} [blue-noise]", join_choices(sampler_names())),
@@ -124,7 +124,7 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
 }
 
 // Bounces that a limit can name: a path of more would not fit its counters.
-constexpr int64_t kMostBounces = 4096;
+constexpr int64_t kMaxBounces = 4096;
 constexpr int kMoreTransmissions = 8; // than reflections, unless they have a limit of their own
 
 void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
@@ -134,33 +134,32 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
     return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names());
   });
   flags.value("--max-bounces", "N", "Reflections of a path after the first surface; 0: direct light only [8]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_bounces); });
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_bounces); });
   flags.value("--max-diffuse-bounces", "N", "Diffuse ones of them [as --max-bounces]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_diffuse_bounces); });
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_diffuse_bounces); });
   flags.value("--max-glossy-bounces", "N", "Glossy ones of them [as --max-bounces]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_glossy_bounces); });
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_glossy_bounces); });
   flags.value("--max-transmission-bounces", "N", "Transmissions, which count apart [--max-bounces + 8]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMostBounces), s.max_transmission_bounces); });
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_transmission_bounces); });
   flags.value("--roulette-start", "N", "Russian roulette from this bounce on [2]",
-              [&s](auto text) { return store(parse_integer(text, 1, kMostBounces), s.roulette_start_bounce); });
+              [&s](auto text) { return store(parse_integer(text, 1, kMaxBounces), s.roulette_start_bounce); });
   flags.value("--clamp-direct", "RADIANCE", "Largest component of a sample's directly lit part; biased [no limit]",
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
   flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
               [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
   flags.value(
-      "--caustics", "full|regularised|off",
+      "--caustics", "full|regularized|off",
       "Light found by way of smooth surfaces after a wide bounce: all of it, through widened lobes, or none; both "
       "biased [full]",
       [&s](auto text) {
         return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
-                      {"full", "regularised", "off"});
+                      {"full", "regularized", "off"});
       });
-  flags.value(
-      "--guiding", "MODE",
-      "Send paths where others found light, learned ahead of the picture: on, off, or auto, where it pays [auto]",
-      [&o](auto text) {
-        return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
-      });
+  flags.value("--guiding", "MODE",
+              "Send paths where others found light, learned ahead of the image: on, off, or auto, where it pays [auto]",
+              [&o](auto text) {
+                return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
+              });
   flags.value("--ao-distance", "METRES", "Reach of ambient occlusion [a tenth of the scene's diagonal]",
               [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
 }
@@ -277,16 +276,16 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
               [&o](auto text) { return set_text(text, o.scene_name); });
   flags.value("--variant", "NAME|INDEX", "Whose materials [the plain ones]",
               [&o](auto text) { return set_text(text, o.variant_name); });
-  flags.group("The picture whose memory is told");
-  add_size_flag(flags, o.picture);
-  flags.repeated("--aov", "NAME,...", "Its layers [none]", [&o](auto text) { return add_aovs(text, o.picture.aovs); });
-  flags.value("--env", "FILE", "Its environment picture [none]",
-              [&o](auto text) { return set_path(text, o.picture.env_file); });
+  flags.group("The image whose memory is told");
+  add_size_flag(flags, o.image);
+  flags.repeated("--aov", "NAME,...", "Its layers [none]", [&o](auto text) { return add_aovs(text, o.image.aovs); });
+  flags.value("--env", "FILE", "Its environment image [none]",
+              [&o](auto text) { return set_path(text, o.image.env_file); });
   flags.value("--texture-memory", "SIZE", "What its textures may take [all in memory]",
-              [&o](auto text) { return store(parse_bytes(text), o.picture.texture_memory_bytes); });
+              [&o](auto text) { return store(parse_bytes(text), o.image.texture_memory_bytes); });
   flags.group("How");
   flags.toggle("--json", "JSON in place of tables", o.json);
-  flags.value("--threads", "N", "For loading, and of the picture; 0: all [0]",
+  flags.value("--threads", "N", "For loading, and of the image; 0: all [0]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
 }
 

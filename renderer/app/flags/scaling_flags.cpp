@@ -15,69 +15,69 @@ namespace kindling::app {
 
 namespace {
 
-constexpr int kMostThreads = 1024;
+constexpr int kMaxThreads = 1024;
 constexpr double kSeconds = 5.0, kQuickSeconds = 2.0;
 
-// Those of `kindling render` that shape the picture or its cost, but for --spp, which has another default.
-const std::vector<std::string> kPictureFlags{"--size",
-                                             "--scale",
-                                             "--crop",
-                                             "--noise-threshold",
-                                             "--min-spp",
-                                             "--seed",
-                                             "--sampler",
-                                             "--filter",
-                                             "--filter-width",
-                                             "--outliers",
-                                             "--scene",
-                                             "--variant",
-                                             "--time",
-                                             "--camera",
-                                             "--orbit",
-                                             "--target",
-                                             "--fov",
-                                             "--env",
-                                             "--env-rotation",
-                                             "--env-intensity",
-                                             "--env-color",
-                                             "--light-radius",
-                                             "--sun-angle",
-                                             "--background",
-                                             "--f-stop",
-                                             "--focal-length",
-                                             "--focus-distance",
-                                             "--focus-pixel",
-                                             "--aperture-blades",
-                                             "--aperture-rotation",
-                                             "--anamorphic",
-                                             "--cats-eye",
-                                             "--shutter",
-                                             "--shutter-angle",
-                                             "--fps",
-                                             "--integrator",
-                                             "--max-bounces",
-                                             "--max-diffuse-bounces",
-                                             "--max-glossy-bounces",
-                                             "--max-transmission-bounces",
-                                             "--roulette-start",
-                                             "--clamp-direct",
-                                             "--clamp-indirect",
-                                             "--caustics",
-                                             "--guiding",
-                                             "--ao-distance",
-                                             "--tracer",
-                                             "--trace-depth",
-                                             "--max-reflections",
-                                             "--ambient",
-                                             "--light-samples",
-                                             "--glossy-samples",
-                                             "--whitted-cache",
-                                             "--whitted-form",
-                                             "--tile-size",
-                                             "--batch-size",
-                                             "--texture-memory",
-                                             "--quiet",
-                                             "--verbose"};
+// Those of `kindling render` that shape the image or its cost, but for --spp, which has another default.
+const std::vector<std::string> kImageFlags{"--size",
+                                           "--scale",
+                                           "--crop",
+                                           "--noise-threshold",
+                                           "--min-spp",
+                                           "--seed",
+                                           "--sampler",
+                                           "--filter",
+                                           "--filter-width",
+                                           "--outliers",
+                                           "--scene",
+                                           "--variant",
+                                           "--time",
+                                           "--camera",
+                                           "--orbit",
+                                           "--target",
+                                           "--fov",
+                                           "--env",
+                                           "--env-rotation",
+                                           "--env-intensity",
+                                           "--env-color",
+                                           "--light-radius",
+                                           "--sun-angle",
+                                           "--background",
+                                           "--f-stop",
+                                           "--focal-length",
+                                           "--focus-distance",
+                                           "--focus-pixel",
+                                           "--aperture-blades",
+                                           "--aperture-rotation",
+                                           "--anamorphic",
+                                           "--cats-eye",
+                                           "--shutter",
+                                           "--shutter-angle",
+                                           "--fps",
+                                           "--integrator",
+                                           "--max-bounces",
+                                           "--max-diffuse-bounces",
+                                           "--max-glossy-bounces",
+                                           "--max-transmission-bounces",
+                                           "--roulette-start",
+                                           "--clamp-direct",
+                                           "--clamp-indirect",
+                                           "--caustics",
+                                           "--guiding",
+                                           "--ao-distance",
+                                           "--tracer",
+                                           "--trace-depth",
+                                           "--max-reflections",
+                                           "--ambient",
+                                           "--light-samples",
+                                           "--glossy-samples",
+                                           "--whitted-cache",
+                                           "--whitted-form",
+                                           "--tile-size",
+                                           "--batch-size",
+                                           "--texture-memory",
+                                           "--quiet",
+                                           "--verbose"};
 
 // "8": up to 8; "1,2,7": these, and one.
 Result<void> set_threads(std::string_view text, ScalingOptions& o) {
@@ -85,14 +85,14 @@ Result<void> set_threads(std::string_view text, ScalingOptions& o) {
   if (!words.ok()) return words.error();
   std::vector<int> counts;
   for (const std::string& word : words.value()) {
-    Result<int64_t> count = parse_integer(word, 1, kMostThreads);
+    Result<int64_t> count = parse_integer(word, 1, kMaxThreads);
     if (!count.ok()) return count.error();
     counts.push_back(static_cast<int>(count.value()));
   }
   o.thread_counts.clear();
-  o.most_threads = 0;
+  o.max_threads = 0;
   if (counts.size() == 1) {
-    o.most_threads = counts.front();
+    o.max_threads = counts.front();
     return {};
   }
   counts.push_back(1);
@@ -140,10 +140,10 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& o) {
               [&o](auto text) { return store(parse_number(text, 0.01, 1e6), o.seconds); });
   flags.value("--spp", "N",
               "Samples per pixel, at most with --noise-threshold [by --seconds; 1024 with --noise-threshold]",
-              [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.picture.spp); });
+              [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.image.spp); });
   flags.toggle("--quick", "A first answer: --repeat 1 --seconds 2", o.quick);
-  flags.only(kPictureFlags);
-  add_render_flags(flags, o.picture);
+  flags.only(kImageFlags);
+  add_render_flags(flags, o.image);
   flags.only({});
   flags.group("Reports");
   flags.value("--json", "FILE", "Everything that was measured [none]",
@@ -157,17 +157,17 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& o) {
 Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& o) {
   if (o.scene_files.empty())
     return usage_error("no scene; use 'kindling scaling SCENE... [flags]' with .gltf or .glb files");
-  o.picture.scene_file = o.scene_files.front();
-  if (Result<void> checked = check_render_flags(flags, o.picture); !checked.ok()) return checked;
+  o.image.scene_file = o.scene_files.front();
+  if (Result<void> checked = check_render_flags(flags, o.image); !checked.ok()) return checked;
   if (flags.given("--spp") && flags.given("--seconds")) return usage_error("--spp and --seconds: give one of them");
   // The preset of a Whitted tracer has an accelerator of its own.
-  if (o.picture.tracer && !flags.given("--accel")) {
+  if (o.image.tracer && !flags.given("--accel")) {
     o.accelerators.resize(1);
-    o.accelerators.front().kind = o.picture.accelerator;
+    o.accelerators.front().kind = o.image.accelerator;
   }
   if (o.quick && !flags.given("--repeat")) o.repeat = 1;
   // How many samples adaptive sampling takes is its own affair.
-  const bool counted = flags.given("--spp") || o.picture.adaptive.enabled();
+  const bool counted = flags.given("--spp") || o.image.adaptive.enabled();
   if (counted && flags.given("--seconds")) return usage_error("--seconds: has no meaning with --noise-threshold");
   if (!counted && !o.seconds) o.seconds = o.quick ? kQuickSeconds : kSeconds;
   const std::array files{&o.json_file, &o.csv_file, &o.svg_file};

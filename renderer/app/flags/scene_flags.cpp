@@ -46,21 +46,21 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
               "One of 'info --list-cameras' [the first; fitted to the scene if there is none]",
               [&o](auto text) { return set_text(text, o.camera); });
   flags.value("--orbit", "THETA,PHI,RADIUS",
-              "A camera of its own: azimuth from +z towards +x and polar angle from +y, degrees; distance, metres",
+              "A camera of its own: azimuth from +z towards +x and polar angle from +y, degrees; distance, meters",
               [&o](auto text) { return store(parse_vector(text), o.orbit); });
-  flags.value("--target", "X,Y,Z", "What --orbit looks at, metres [0,0,0]",
+  flags.value("--target", "X,Y,Z", "What --orbit looks at, meters [0,0,0]",
               [&o](auto text) { return store(parse_vector(text), o.target); });
   flags.value("--fov", "DEG", "Vertical field of view of a perspective camera, degrees [the camera's; 45 with --orbit]",
               [&o](auto text) { return store(parse_number(text, 0.01, 179.0), o.yfov_deg); });
 
   flags.group("Light");
-  flags.value("--env", "FILE", "Environment picture, equirectangular: .hdr or .exr, also .png, .jpg, .webp [none]",
+  flags.value("--env", "FILE", "Environment image, equirectangular: .hdr or .exr, also .png, .jpg, .webp [none]",
               [&o](auto text) { return set_path(text, o.env_file); });
   flags.value("--env-rotation", "DEG", "Turn it counter-clockwise about +y, degrees [0]",
               [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
   flags.value("--env-intensity", "FACTOR", "Multiply its radiance [1]",
               [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
-  flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of a picture [none]",
+  flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of an image [none]",
               [&o](auto text) { return store(parse_color(text), o.env_color); });
   add_light_flags(flags, o.lights);
 }

@@ -59,7 +59,7 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
   flags.value("--threads", "N", "For loading, and for builds on many threads; 0: all. Rays are traced on one [0]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
   add_scene_flags(flags, o.view);
-  flags.group("Picture that the rays are recorded for");
+  flags.group("Image that the rays are recorded for");
   add_size_flag(flags, o.view);
   flags.group("Reports");
   flags.value("--json", "FILE", "Everything that was measured [none]",

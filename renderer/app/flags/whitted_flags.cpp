@@ -12,9 +12,9 @@ namespace {
 // "8x8", a square.
 Result<void> set_strata(std::string_view text, int& side) {
   const Result<V2i> size = parse_size(text);
-  if (!size.ok() || size.value().x != size.value().y || size.value().x > WhittedSettings::kMostStrata)
+  if (!size.ok() || size.value().x != size.value().y || size.value().x > WhittedSettings::kMaxStrata)
     return Error{ErrorKind::usage, fmt::format("'{}' is not a square of strata; use 1x1 to {}x{}", text,
-                                               WhittedSettings::kMostStrata, WhittedSettings::kMostStrata)};
+                                               WhittedSettings::kMaxStrata, WhittedSettings::kMaxStrata)};
   side = size.value().x;
   return {};
 }
@@ -49,10 +49,9 @@ void add_whitted_flags(FlagSet& flags, RenderOptions& o) {
         return {};
       });
   flags.value("--trace-depth", "N", "Rays in a row, the camera's included; 1: no reflections [8]",
-              [&w](auto text) { return store(parse_integer(text, 1, WhittedSettings::kMostDepth), w.trace_depth); });
-  flags.value(
-      "--max-reflections", "N", "Reflections among them, total ones not counted [as --trace-depth]",
-      [&w](auto text) { return store(parse_integer(text, 0, WhittedSettings::kMostDepth), w.max_reflections); });
+              [&w](auto text) { return store(parse_integer(text, 1, WhittedSettings::kMaxDepth), w.trace_depth); });
+  flags.value("--max-reflections", "N", "Reflections among them, total ones not counted [as --trace-depth]",
+              [&w](auto text) { return store(parse_integer(text, 0, WhittedSettings::kMaxDepth), w.max_reflections); });
   flags.value("--ambient", "env|sampled|R,G,B",
               "Light from all around in place of what diffuse surfaces send each other: the environment's mean, the "
               "environment with shadows, or this radiance [env]",
@@ -61,14 +60,14 @@ void add_whitted_flags(FlagSet& flags, RenderOptions& o) {
               [&w](auto text) { return set_strata(text, w.light_strata); });
   flags.value("--glossy-samples", "NxN", "Rays where a rough mirror or rough glass is met first, likewise [1x1]",
               [&w](auto text) { return set_strata(text, w.glossy_strata); });
-  flags.value("--whitted-cache", "on|off", "Keep what local illumination repeats, by material; same picture [on]",
+  flags.value("--whitted-cache", "on|off", "Keep what local illumination repeats, by material; same image [on]",
               [&w](auto text) -> Result<void> {
                 if (text != "on" && text != "off") return unknown_name("setting", text, {"on", "off"});
                 w.cache = text == "on";
                 return {};
               });
   flags.value("--whitted-form", "iterative|recursive",
-              "Walk the tree of rays by a list, many at once, or by recursion; same picture [iterative]",
+              "Walk the tree of rays by a list, many at once, or by recursion; same image [iterative]",
               [&w](auto text) {
                 return choose(whitted_form_from_name(text), w.form, "form", text, {"iterative", "recursive"});
               });

@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostKinds = 8; // of coverage, in the table
-constexpr size_t kMostSpans = 4; // of one of them
+constexpr size_t kMaxKinds = 8; // of coverage, in the table
+constexpr size_t kMaxSpans = 4; // of one of them
 
 std::string time_text(int64_t seconds) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(seconds)));
@@ -56,9 +56,9 @@ std::string samples_text(const AccumulationInfo& info) {
 
 std::string spans_text(const BlockCoverage& samples) {
   std::string text;
-  for (size_t i = 0; i < std::min(samples.spans.size(), kMostSpans); ++i)
+  for (size_t i = 0; i < std::min(samples.spans.size(), kMaxSpans); ++i)
     text += fmt::format("{}{} to {}", i == 0 ? "" : ", ", samples.spans[i].first, samples.spans[i].end);
-  if (samples.spans.size() > kMostSpans) text += fmt::format(" and {} more", samples.spans.size() - kMostSpans);
+  if (samples.spans.size() > kMaxSpans) text += fmt::format(" and {} more", samples.spans.size() - kMaxSpans);
   if (samples.spans.empty()) text = "none";
   return text + (samples.stopped ? ", which suffice" : "");
 }
@@ -67,17 +67,17 @@ std::string coverage_table(const AccumulationInfo& info) {
   TextTable table({{"samples"}, {"pixels", true}});
   uint64_t others = 0;
   for (size_t i = 0; i < info.coverage.size(); ++i)
-    if (i < kMostKinds || info.coverage.size() == kMostKinds + 1)
+    if (i < kMaxKinds || info.coverage.size() == kMaxKinds + 1)
       table.add({spans_text(info.coverage[i].samples), fmt::format("{}", info.coverage[i].pixels)});
     else
       others += info.coverage[i].pixels;
-  if (others > 0) table.add({fmt::format("{} others", info.coverage.size() - kMostKinds), fmt::format("{}", others)});
+  if (others > 0) table.add({fmt::format("{} others", info.coverage.size() - kMaxKinds), fmt::format("{}", others)});
   return table.empty() ? std::string() : "\ncoverage\n" + table.str();
 }
 
 std::string settings_table(const AccumulationInfo& info) {
   TextTable table({{"setting"}, {"value"}});
-  const Json settings = Json::parse(info.summary.identity.picture, nullptr, false);
+  const Json settings = Json::parse(info.summary.identity.image, nullptr, false);
   if (!settings.is_object()) return {};
   for (const auto& [key, value] : settings.items())
     if (!value.is_null())
@@ -172,7 +172,7 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
                   {"rays", summary.work.rays.total()},
                   {"non_finite_samples", summary.work.rays.non_finite}};
   json["memory_bytes"] = summary.sum_bytes;
-  const Json settings = Json::parse(identity.picture, nullptr, false);
+  const Json settings = Json::parse(identity.image, nullptr, false);
   json["settings"] = settings.is_object() ? settings : Json();
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

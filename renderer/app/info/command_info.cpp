@@ -66,20 +66,20 @@ std::string list_cameras(const SceneInfo& info, bool json) {
   return text;
 }
 
-// A picture as `render` would make it.
+// An image as `render` would make it.
 Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& scene, const PosedScene& posed) {
-  const Result<std::optional<PlacedCamera>> camera = choose_camera(scene, posed, options.picture);
+  const Result<std::optional<PlacedCamera>> camera = choose_camera(scene, posed, options.image);
   if (!camera.ok()) return camera.error();
-  const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options.picture);
+  const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options.image);
   if (!size.ok()) return size.error();
-  const Result<LoadedEnvironment> environment = load_environment(options.picture);
+  const Result<LoadedEnvironment> environment = load_environment(options.image);
   if (!environment.ok()) return environment.error();
   MemoryRequest request;
-  add_environment(environment.value().environment.get(), options.picture, request);
+  add_environment(environment.value().environment.get(), options.image, request);
   request.size_px = size.value();
-  request.aovs = options.picture.aovs;
+  request.aovs = options.image.aovs;
   request.threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
-  request.texture_memory_bytes = options.picture.texture_memory_bytes;
+  request.texture_memory_bytes = options.image.texture_memory_bytes;
   return request;
 }
 

@@ -37,7 +37,7 @@ MeshInfo mesh_info(const Mesh& mesh) {
       "normals",
       "tangents",
       fmt::format("uv{}", texcoord_sets > 1 ? fmt::format(" x{}", texcoord_sets) : std::string()),
-      "colours",
+      "colors",
       "skin",
       "morph"};
   for (size_t i = 0; i < names.size(); ++i)

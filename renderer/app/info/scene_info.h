@@ -42,10 +42,10 @@ struct MaterialInfo {
 
 struct TextureInfo {
   std::string name;
-  int width = 0; // 0: the picture could not be read
+  int width = 0; // 0: the image could not be read
   int height = 0;
   std::string format; // "RGB 8 bit"
-  uint64_t bytes = 0; // 0 for a picture that an earlier texture holds
+  uint64_t bytes = 0; // 0 for an image that an earlier texture holds
 };
 
 struct CameraInfo {

@@ -1,4 +1,4 @@
-// Small PNG pictures in memory, one byte for each pixel, for pages that are complete in themselves.
+// Small PNG images in memory, one byte for each pixel, for pages that are complete in themselves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@ namespace kindling::app {
 
 using Palette = std::array<std::array<uint8_t, 3>, 256>; // sRGB
 
-// The bytes of a PNG file (PNG specification 3rd ed.; colour type 3, 8 bits). Not compressed: the deflate blocks are stored.
+// The bytes of a PNG file (PNG specification 3rd ed.; color type 3, 8 bits). Not compressed: the deflate blocks are stored.
 // pixels.size() == width * height, row by row from the top.
 [[nodiscard]] std::string encode_indexed_png(std::span<const uint8_t> pixels, int width, int height,
                                              const Palette& palette);

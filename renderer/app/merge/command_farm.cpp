@@ -63,7 +63,7 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
   return !relative.empty() && *relative.begin() != "..";
 }
 
-// That the pictures can be written where they are to go. What the farm's own folder will have is not there yet.
+// That the images can be written where they are to go. What the farm's own folder will have is not there yet.
 Result<void> check_outputs(const FarmPlan& plan) {
   for (size_t i = 0; i < plan.outputs.size(); ++i) {
     const std::filesystem::path& output = plan.outputs[i];

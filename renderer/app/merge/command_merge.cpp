@@ -4,7 +4,7 @@
 
 #include "renderer/app/merge/merge_report.h"
 #include "renderer/app/output/outputs.h"
-#include "renderer/app/output/picture_metadata.h"
+#include "renderer/app/output/render_metadata.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/process_info.h"
 #include "renderer/app/terminal/progress_display.h"
@@ -24,14 +24,14 @@ class MergeCommand {
  public:
   MergeCommand(const MergeOptions& options, const std::string& command_line, Console& console)
       : options_(options), console_(console), signals_(cancel_),
-        display_(console, options.picture.progress, {std::nullopt, &signals_}) {
+        display_(console, options.image.progress, {std::nullopt, &signals_}) {
     report_.command_line = command_line;
   }
 
   Result<int> run() {
-    Result<std::vector<fs::path>> outputs = choose_outputs(options_.picture);
+    Result<std::vector<fs::path>> outputs = choose_outputs(options_.image);
     if (!outputs.ok()) return outputs.error();
-    const Result<DisplayTransform> view = choose_view(options_.picture);
+    const Result<DisplayTransform> view = choose_view(options_.image);
     if (!view.ok()) return view.error();
 
     const Clock::time_point check_start = Clock::now();
@@ -107,8 +107,8 @@ class MergeCommand {
     const Film& film = merged.state.film;
     const bool is_whole = film.crop().min == crop.min && film.crop().max == crop.max;
     WrittenImages written =
-        is_whole ? write_images(images, film, view, metadata, options_.picture, display_, console_)
-                 : write_images(images, film.cut(crop), view, metadata, options_.picture, display_, console_);
+        is_whole ? write_images(images, film, view, metadata, options_.image, display_, console_)
+                 : write_images(images, film.cut(crop), view, metadata, options_.image, display_, console_);
     report_.outputs.insert(report_.outputs.end(), written.files.begin(), written.files.end());
     if (written.first_error && !first_error)
       first_error = written.first_error;
@@ -132,8 +132,8 @@ class MergeCommand {
   }
 
   Result<void> write_stats() {
-    if (options_.picture.stats_file.empty()) return {};
-    return write_text_file(options_.picture.stats_file, format_merge_json(report_) + "\n");
+    if (options_.image.stats_file.empty()) return {};
+    return write_text_file(options_.image.stats_file, format_merge_json(report_) + "\n");
   }
 
   const MergeOptions& options_;

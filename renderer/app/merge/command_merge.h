@@ -1,4 +1,4 @@
-// `kindling merge`: from accumulation files to one, and to pictures.
+// `kindling merge`: from accumulation files to one, and to images.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

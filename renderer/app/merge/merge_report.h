@@ -24,7 +24,7 @@ struct MergeReport {
   uint64_t peak_resident_bytes = 0;
   std::vector<std::string> outputs;
 
-  // Of all samples of the picture, in [0, 1].
+  // Of all samples of the image, in [0, 1].
   [[nodiscard]] double missing_share() const;
 };
 

@@ -11,7 +11,7 @@ struct CheckpointOptions {
   std::filesystem::path file; // .kacc; empty: none
   double every_s = kDefaultEverySeconds;
   bool must_exist = false; // of `kindling resume`
-  bool replace = false;    // one of another picture, or a damaged one
+  bool replace = false;    // one of another image, or a damaged one
   [[nodiscard]] bool enabled() const { return !file.empty(); }
 };
 

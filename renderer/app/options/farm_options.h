@@ -16,7 +16,7 @@ struct FarmSubmitOptions {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> outputs; // #### is the frame's number
   int parts = 0;
-  std::vector<int> frames; // empty: one picture
+  std::vector<int> frames; // empty: one image
   int retries = 2;
   std::string engine = "slurm";
   FarmResources resources;

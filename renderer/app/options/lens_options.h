@@ -14,7 +14,7 @@ struct LensOptions {
   std::optional<double> f_stop;
   std::optional<double> focal_length_mm;
   std::optional<double> focus_distance_m;
-  std::optional<V2i> focus_pixel; // of the whole picture
+  std::optional<V2i> focus_pixel; // of the whole image
   std::optional<int> blades;
   std::optional<double> rotation_deg;
   std::optional<double> anamorphic_ratio;

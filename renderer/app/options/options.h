@@ -32,7 +32,7 @@ namespace kindling::app {
 
 inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
 // With a noise threshold and without --spp: the most that a pixel takes.
-inline constexpr uint32_t kDefaultMostSamplesPerPixel = 1024;
+inline constexpr uint32_t kDefaultMaxSamplesPerPixel = 1024;
 // With a time limit and without --spp: more than anybody waits for.
 inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
 
@@ -58,7 +58,7 @@ struct RenderOptions {
   std::string scene_name;         // name or index; empty: the file's default scene
   std::string variant_name;       // name or index; empty: the primitives' own materials
   std::string camera;             // name or index; empty: the first
-  std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in metres
+  std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in meters
   V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
   std::optional<double> yfov_deg; // of a perspective camera
   std::optional<double> time_s;   // of the animations; unset: the rest pose
@@ -106,7 +106,7 @@ struct RenderOptions {
   [[nodiscard]] uint32_t samples_per_pixel() const {
     if (spp) return *spp;
     if (time_limit_s) return kUnlimitedSamplesPerPixel;
-    return adaptive.enabled() ? kDefaultMostSamplesPerPixel : kDefaultSamplesPerPixel;
+    return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
   }
   [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };
@@ -120,7 +120,7 @@ struct InfoOptions {
   std::string variant_name; // whose materials are counted: name or index; empty: the primitives' own
   bool json = false;
   int threads = 0;
-  RenderOptions picture; // whose memory is told: size, AOVs, textures' memory
+  RenderOptions image; // whose memory is told: size, AOVs, textures' memory
 };
 
 // `kindling shootout`.
@@ -152,20 +152,20 @@ struct ShootoutOptions {
 struct MergeOptions {
   std::vector<std::filesystem::path> parts;
   bool allow_missing = false;
-  RenderOptions picture; // of it: outputs, their formats and view, --stats, --quiet and --verbose
+  RenderOptions image; // of it: outputs, their formats and view, --stats, --quiet and --verbose
 };
 
 // `kindling scaling`.
 struct ScalingOptions {
   std::vector<std::filesystem::path> scene_files;
-  RenderOptions picture; // of it: what shapes the picture, --quiet and --verbose
+  RenderOptions image; // of it: what shapes the image, --quiet and --verbose
 
   std::vector<AcceleratorVariant> accelerators{{accel::Kind::kdtree}, {accel::Kind::embree}};
-  std::vector<int> thread_counts; // rising, the first is 1; empty: default_thread_counts() of most_threads
-  int most_threads = 0;           // 0: all cores
+  std::vector<int> thread_counts; // rising, the first is 1; empty: default_thread_counts() of max_threads
+  int max_threads = 0;            // 0: all cores
   std::vector<Schedule> schedules{Schedule::tiles, Schedule::regions};
   uint32_t repeat = 3;
-  std::optional<double> seconds; // of one thread's render, which decides on the samples per pixel; unset: the picture's
+  std::optional<double> seconds; // of one thread's render, which decides on the samples per pixel; unset: the image's
   bool quick = false;
 
   std::filesystem::path json_file;

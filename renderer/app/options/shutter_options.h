@@ -11,7 +11,7 @@ namespace kindling::app {
 // Relative to --time. At most one of the two is set.
 struct ShutterOptions {
   std::optional<Shutter> interval;
-  // Of a rotary shutter: the part of each frame for which it is open, from the time of the picture on.
+  // Of a rotary shutter: the part of each frame for which it is open, from the time of the image on.
   std::optional<double> angle_deg;
   std::optional<double> frames_per_s;
 };

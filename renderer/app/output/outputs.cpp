@@ -99,10 +99,10 @@ bool is_finished_image(const fs::path& path) {
       if (!coverage.complete(i, summary.value().identity.part)) return false;
     return coverage.block_count() > 0;
   }
-  constexpr size_t kMostMetadata = 1U << 18; // which stands at the front of EXR and PNG files, uncompressed
+  constexpr size_t kMaxMetadata = 1U << 18; // which stands at the front of EXR and PNG files, uncompressed
   std::ifstream file(path, std::ios::binary);
   if (!file) return false;
-  std::string front(kMostMetadata, '\0');
+  std::string front(kMaxMetadata, '\0');
   file.read(front.data(), static_cast<std::streamsize>(front.size()));
   front.resize(static_cast<size_t>(file.gcount()));
   return !front.empty() && front.find(kInterruptedKey) == std::string::npos;

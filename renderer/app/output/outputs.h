@@ -35,7 +35,7 @@ namespace kindling::app {
 // How --view, --exposure and --ocio show linear light in a PNG; fails (usage, input_output).
 [[nodiscard]] Result<DisplayTransform> choose_view(const RenderOptions& options);
 
-// What is stored with the pictures. Keys begin with "kindling:" where OpenEXR knows no name of its own.
+// What is stored with the images. Keys begin with "kindling:" where OpenEXR knows no name of its own.
 [[nodiscard]] ImageMetadata make_metadata(const RenderReport& report, const Camera& camera);
 
 struct WrittenImages {

@@ -8,7 +8,7 @@
 
 namespace kindling::app {
 
-// A line on the sample, then a table with one row for each vertex of the path. World space, metres, linear Rec. 709.
+// A line on the sample, then a table with one row for each vertex of the path. World space, meters, linear Rec. 709.
 [[nodiscard]] std::string format_replay(const ReplayedSample& sample, const V2i& pixel, uint32_t sample_index);
 
 } // namespace kindling::app

@@ -21,14 +21,14 @@ std::string rate(double per_second, std::string_view unit) {
 } // namespace
 
 std::string describe_motion(const MotionStatistics& motion) {
-  if (motion.most_keys == 0) return "motion: nothing moves while the shutter is open";
+  if (motion.max_keys == 0) return "motion: nothing moves while the shutter is open";
   const auto is_one = [](size_t n) { return n == 1; };
   return fmt::format(
       "motion: {} that move{}, {} that deform{}, {} keys at most, {}",
       fmt::format("{} instance{}", motion.moving_instance_count, is_one(motion.moving_instance_count) ? "" : "s"),
       is_one(motion.moving_instance_count) ? "s" : "",
       fmt::format("{} mesh{}", motion.deforming_mesh_count, is_one(motion.deforming_mesh_count) ? "" : "es"),
-      is_one(motion.deforming_mesh_count) ? "s" : "", motion.most_keys, format_bytes(motion.key_bytes));
+      is_one(motion.deforming_mesh_count) ? "s" : "", motion.max_keys, format_bytes(motion.key_bytes));
 }
 
 std::string format_summary(const RenderReport& r) {
@@ -51,10 +51,10 @@ std::string format_summary(const RenderReport& r) {
                         100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
   if (const GuidingStatistics& g = s.guiding; g.paths > 0)
     text += fmt::format(
-        "  guiding {} of training: {} ({:.2f} foreseen), {} ({:.2f} foreseen)\n", format_seconds(g.training_s),
-        g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not worth it", g.foreseen,
+        "  guiding {} of training: {} ({:.2f} predicted), {} ({:.2f} predicted)\n", format_seconds(g.training_s),
+        g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not worth it", g.predicted,
         g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not worth it",
-        g.foreseen_lights);
+        g.predicted_lights);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),

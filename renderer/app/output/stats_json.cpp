@@ -42,7 +42,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                     {"meshes", r.times.import.meshes.wall_s},
                     {"tangents", r.times.import.tangents.wall_s},
                     {"textures", r.times.import.textures.wall_s},
-                    {"environment", r.times.environment.picture.wall_s},
+                    {"environment", r.times.environment.image.wall_s},
                     {"distribution", r.times.environment.distribution.wall_s},
                     {"build", r.times.build_s},
                     {"levels", r.world.times.textures.wall_s},
@@ -57,9 +57,9 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
   json["passes"] = s.passes;
   const GuidingStatistics& g = s.guiding;
-  json["guiding"] = {{"mode", guiding_name(r.guiding)},      {"patches", g.patches},
-                     {"light_regions", g.light_regions},     {"foreseen", g.foreseen},
-                     {"foreseen_lights", g.foreseen_lights}, {"training_paths", g.paths},
+  json["guiding"] = {{"mode", guiding_name(r.guiding)},        {"patches", g.patches},
+                     {"light_regions", g.light_regions},       {"predicted", g.predicted},
+                     {"predicted_lights", g.predicted_lights}, {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
@@ -106,7 +106,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                        {"close_s", r.shutter->close_s},
                        {"moving_instances", m.moving_instance_count},
                        {"deforming_meshes", m.deforming_mesh_count},
-                       {"most_keys", m.most_keys},
+                       {"max_keys", m.max_keys},
                        {"key_bytes", m.key_bytes}};
   }
   json["emissive_triangles"] = r.world.emissive_triangle_count;

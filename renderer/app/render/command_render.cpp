@@ -1,11 +1,11 @@
-// `kindling render`, in outline: check all that can be refused, load what is read once, render the picture or the frames.
+// `kindling render`, in outline: check all that can be refused, load what is read once, render the image or the frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/command_render.h"
 
 #include "renderer/app/output/frame_names.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/render/render_frames.h"
-#include "renderer/app/render/render_picture.h"
+#include "renderer/app/render/render_image.h"
 #include "renderer/app/render/render_run.h"
 #include "renderer/app/setup/render_scene.h"
 
@@ -18,12 +18,12 @@ namespace kindling::app {
 
 namespace {
 
-Result<int> render_pictures(const RenderOptions& options, const std::string& command_line, Console& console) {
+Result<int> render_images(const RenderOptions& options, const std::string& command_line, Console& console) {
   RenderRun run(options, console);
 
   if (!options.frames.numbers.empty() && !options.replay_pixel) return render_frames(options, command_line, run);
 
-  PictureRequest request{options, command_line};
+  ImageRequest request{options, command_line};
   if (options.replay_pixel && !options.frames.numbers.empty())
     request.options = options_of_frame(options, options.frames.numbers.front());
   std::optional<DisplayTransform> view;
@@ -39,7 +39,7 @@ Result<int> render_pictures(const RenderOptions& options, const std::string& com
 
   Result<std::unique_ptr<RenderScene>> scene = load_render_scene(options, run.display);
   if (!scene.ok()) return scene.error();
-  const Result<PictureResult> result = render_picture(request, *scene.value(), run);
+  const Result<ImageResult> result = render_image(request, *scene.value(), run);
   if (!result.ok()) return result.error();
   return result.value().exit_code;
 }
@@ -50,7 +50,7 @@ Result<int> run_render(const RenderOptions& options, const std::string& command_
   std::optional<tbb::global_control> limit;
   if (options.threads > 0)
     limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(options.threads));
-  return render_pictures(options, command_line, console);
+  return render_images(options, command_line, console);
 }
 
 } // namespace kindling::app

@@ -5,7 +5,7 @@
 #include "renderer/app/output/frame_names.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/render/frame_report.h"
-#include "renderer/app/render/render_picture.h"
+#include "renderer/app/render/render_image.h"
 #include "renderer/app/setup/render_scene.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/process_info.h"
@@ -64,7 +64,7 @@ class Frames {
       for (const fs::path& output : outputs.value())
         if (!names.insert(output.lexically_normal()).second)
           return Error{ErrorKind::usage,
-                       fmt::format("--output: {}: would be the name of two pictures; use names that differ in more "
+                       fmt::format("--output: {}: would be the name of two images; use names that differ in more "
                                    "than the frame number",
                                    output.string())};
     }
@@ -93,19 +93,19 @@ class Frames {
 
   Result<void> render(size_t i, const DisplayTransform& view, bool last) {
     const int frame = numbers()[i];
-    PictureRequest request{options_of_frame(options_, frame),
-                           fmt::format("{} --frames {}", report_.command_line, frame),
-                           {},
-                           &view,
-                           frame,
-                           !last};
+    ImageRequest request{options_of_frame(options_, frame),
+                         fmt::format("{} --frames {}", report_.command_line, frame),
+                         {},
+                         &view,
+                         frame,
+                         !last};
     request.outputs = request.options.outputs;
     if (one_stats_file_) request.options.stats_file.clear();
     // The first one has what came before: its seconds are those of a single render.
     const double start_s = worked_on_ == 0 ? 0.0 : seconds_since_process_start();
     request.start_s = start_s;
     run_.start_frame(frame, i + 1, numbers().size());
-    const Result<PictureResult> result = render_picture(request, *scene_, run_);
+    const Result<ImageResult> result = render_image(request, *scene_, run_);
     ++worked_on_;
     run_.end_frame();
     if (!result.ok()) return result.error();

@@ -1,4 +1,4 @@
-// `kindling render --frames`: one picture after the other from a scene that is loaded once.
+// `kindling render --frames`: one image after the other from a scene that is loaded once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// What all pictures of one run share.
+// What all images of one run share.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_run.h"
 

@@ -1,4 +1,4 @@
-// What all pictures of one run of `kindling render` share: who is told, and who may end it.
+// What all images of one run of `kindling render` share: who is told, and who may end it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ class RenderRun {
   // A signal before a render: there is nothing to write yet. Says so.
   [[nodiscard]] bool interrupted_early();
 
-  // The picture in hand is this frame, the index-th of count; progress and messages say so.
+  // The image in hand is this frame, the index-th of count; progress and messages say so.
   void start_frame(int number, size_t index, size_t count);
   void end_frame();
 
@@ -31,7 +31,7 @@ class RenderRun {
   ProgressDisplay display;
 
  private:
-  std::string of_frame_; // " of frame 7", of the picture in hand
+  std::string of_frame_; // " of frame 7", of the image in hand
 };
 
 } // namespace kindling::app

@@ -1,6 +1,6 @@
 // From options to the session's settings.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/render/render_picture.h"
+#include "renderer/app/render/render_image.h"
 
 namespace kindling::app {
 

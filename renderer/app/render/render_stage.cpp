@@ -1,4 +1,4 @@
-// From a loaded scene to the stage of one picture.
+// From a loaded scene to the stage of one image.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_stage.h"
 
@@ -33,15 +33,15 @@ Result<PlacedCamera> fit_own_camera(const World& world, const V2i& size_px, cons
 }
 
 // Before the work begins: it would be a pity to be killed in the middle.
-void warn_of_little_memory(const RenderScene& scene, const PosedPicture& picture, const RenderOptions& options,
+void warn_of_little_memory(const RenderScene& scene, const PosedImage& image, const RenderOptions& options,
                            ProgressListener& listener) {
   MemoryRequest request;
-  request.size_px = options.crop ? options.crop->max - options.crop->min : picture.size_px;
+  request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
   request.aovs = options.aovs;
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
   add_environment(scene.environment.get(), options, request);
-  const MemoryBudget budget = memory_budget(memory_demand(scene.scene, picture.posed), request);
+  const MemoryBudget budget = memory_budget(memory_demand(scene.scene, image.posed), request);
   if (const std::optional<std::string> warning =
           warn_of_memory(budget, options.accelerator, resident_bytes(), available_memory_bytes()))
     listener.on_warning(*warning);
@@ -49,40 +49,40 @@ void warn_of_little_memory(const RenderScene& scene, const PosedPicture& picture
 
 } // namespace
 
-Result<PosedPicture> pose_picture(RenderScene& scene, const RenderOptions& options) {
+Result<PosedImage> pose_image(RenderScene& scene, const RenderOptions& options) {
   const Clock::time_point start = Clock::now();
-  PosedPicture picture;
+  PosedImage image;
   const Result<std::optional<Shutter>> shutter = choose_shutter(scene.scene, scene.root, options);
   if (!shutter.ok()) return shutter.error();
-  picture.shutter = shutter.value();
-  const std::optional<double> time_s = time_of_picture(shutter.value(), options);
+  image.shutter = shutter.value();
+  const std::optional<double> time_s = time_of_image(shutter.value(), options);
   if (scene.as_loaded) scene.as_loaded->restore(scene.scene);
   if (time_s) animate_members(scene.scene, *time_s);
   Result<PosedScene> posed = pose_scene(scene.scene, {scene.root, time_s, shutter.value()});
   if (!posed.ok()) return posed.error();
-  picture.posed = std::move(posed).value();
-  Result<std::optional<PlacedCamera>> camera = choose_camera(scene.scene, picture.posed, options);
+  image.posed = std::move(posed).value();
+  Result<std::optional<PlacedCamera>> camera = choose_camera(scene.scene, image.posed, options);
   if (!camera.ok()) return camera.error();
-  picture.camera = std::move(camera).value();
-  if (picture.camera)
-    if (Result<void> overridden = override_lens(picture.camera->camera, options.lens); !overridden.ok())
+  image.camera = std::move(camera).value();
+  if (image.camera)
+    if (Result<void> overridden = override_lens(image.camera->camera, options.lens); !overridden.ok())
       return overridden.error();
-  const Result<V2i> size = choose_size(picture.camera ? &picture.camera->camera : nullptr, options);
+  const Result<V2i> size = choose_size(image.camera ? &image.camera->camera : nullptr, options);
   if (!size.ok()) return size.error();
-  picture.size_px = size.value();
-  const Result<std::optional<int>> camera_index = choose_camera_index(scene.scene, picture.posed, options);
+  image.size_px = size.value();
+  const Result<std::optional<int>> camera_index = choose_camera_index(scene.scene, image.posed, options);
   if (!camera_index.ok()) return camera_index.error();
   const int shown = scene.root != kNone ? scene.root : std::max(0, scene.scene.default_scene); // as pose_scene() does
-  picture.resolved = {picture.size_px, camera_index.value(),  shown, scene.variant, picture.shutter,
-                      time_s,          scene.environment_hash};
-  picture.pose_s = seconds_since(start);
-  return picture;
+  image.resolved = {image.size_px, camera_index.value(),  shown, scene.variant, image.shutter,
+                    time_s,        scene.environment_hash};
+  image.pose_s = seconds_since(start);
+  return image;
 }
 
-Result<RenderStage> build_stage(RenderScene& scene, PosedPicture picture, const RenderOptions& options, bool more,
+Result<RenderStage> build_stage(RenderScene& scene, PosedImage image, const RenderOptions& options, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Clock::time_point start = Clock::now();
-  warn_of_little_memory(scene, picture, options, listener);
+  warn_of_little_memory(scene, image, options, listener);
   WorldOptions world_options;
   world_options.accelerator = options.accelerator;
   world_options.quality = options.quality;
@@ -90,18 +90,18 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedPicture picture, const 
   world_options.simd = options.simd;
   world_options.environment = scene.environment;
   world_options.texture_memory = scene.textures();
-  world_options.picture_samples =
-      static_cast<uint64_t>(picture.size_px.x) * static_cast<uint64_t>(picture.size_px.y) * options.planned_samples();
+  world_options.image_samples =
+      static_cast<uint64_t>(image.size_px.x) * static_cast<uint64_t>(image.size_px.y) * options.planned_samples();
   const Result<const World*> world =
-      scene.worlds.next(scene.scene, std::move(picture.posed), world_options, more, cancel, &listener);
+      scene.worlds.next(scene.scene, std::move(image.posed), world_options, more, cancel, &listener);
   if (!world.ok()) return world.error();
 
   RenderStage stage;
   stage.world = world.value();
-  stage.size_px = picture.size_px;
-  stage.shutter = picture.shutter;
-  if (picture.camera) {
-    stage.placed_camera = *std::move(picture.camera);
+  stage.size_px = image.size_px;
+  stage.shutter = image.shutter;
+  if (image.camera) {
+    stage.placed_camera = *std::move(image.camera);
   } else {
     Result<PlacedCamera> fitted = fit_own_camera(*stage.world, stage.size_px, options);
     if (!fitted.ok()) return fitted.error();
@@ -114,7 +114,7 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedPicture picture, const 
   stage.camera.emplace(stage.placed_camera.camera, stage.placed_camera.camera_to_world, stage.size_px,
                        CameraMotion{.later_transforms = stage.placed_camera.later_transforms,
                                     .shutter_open = stage.world->has_motion()});
-  stage.build_s = picture.pose_s + seconds_since(start);
+  stage.build_s = image.pose_s + seconds_since(start);
 
   const WorldStatistics& statistics = stage.world->statistics();
   listener.on_info(fmt::format("{}: {} triangles, {} instances, built in {:.3f} s",

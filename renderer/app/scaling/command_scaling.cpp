@@ -87,12 +87,12 @@ class ScalingCommand {
     report_.command_line = command_line;
     report_.processor = processor_name();
     report_.cores = tbb::info::default_concurrency();
-    report_.integrator = integrator_name(options.picture.integrator.kind);
+    report_.integrator = integrator_name(options.image.integrator.kind);
     report_.repeat = options.repeat;
     report_.schedules = options.schedules;
     report_.thread_counts = options.thread_counts;
     if (report_.thread_counts.empty())
-      report_.thread_counts = default_thread_counts(options.most_threads > 0 ? options.most_threads : report_.cores);
+      report_.thread_counts = default_thread_counts(options.max_threads > 0 ? options.max_threads : report_.cores);
   }
 
   Result<int> run() {
@@ -120,7 +120,7 @@ class ScalingCommand {
     for (const SceneScaling& scene : report_.scenes)
       if (!find_mismatches(scene).empty())
         return Error{ErrorKind::render_failed,
-                     scene.file + ": the picture depends on the number of threads or the schedule, which it must not"};
+                     scene.file + ": the image depends on the number of threads or the schedule, which it must not"};
     return kExitOk;
   }
 
@@ -168,14 +168,14 @@ class ScalingCommand {
     return (costs.prepare_s + costs.render_s * static_cast<double>(step.schedules.size())) / threads;
   }
 
-  [[nodiscard]] RenderOptions picture_of(const fs::path& file, const AcceleratorVariant& variant) const {
-    RenderOptions picture = options_.picture;
-    picture.scene_file = file;
-    picture.accelerator = variant.kind;
-    picture.quality = variant.quality;
-    picture.robust = variant.robust;
-    picture.simd = variant.simd;
-    return picture;
+  [[nodiscard]] RenderOptions image_of(const fs::path& file, const AcceleratorVariant& variant) const {
+    RenderOptions image = options_.image;
+    image.scene_file = file;
+    image.accelerator = variant.kind;
+    image.quality = variant.quality;
+    image.robust = variant.robust;
+    image.simd = variant.simd;
+    return image;
   }
 
   // Files come from the disk and processors wake up before anything counts; decides on the samples per pixel.
@@ -183,7 +183,7 @@ class ScalingCommand {
     const int threads = std::min(report_.thread_counts.back(), report_.cores);
     progress_.show(fmt::format("{}: warming up", file.filename().string()));
     Result<std::unique_ptr<ScalingStage>> stage =
-        prepare_stage(picture_of(file, options_.accelerators.front()), threads, &warnings_);
+        prepare_stage(image_of(file, options_.accelerators.front()), threads, &warnings_);
     if (!stage.ok()) return stage.error();
     const WorldStatistics& world = stage.value()->built.world->statistics();
     scene.size_px = stage.value()->built.size_px;
@@ -193,11 +193,11 @@ class ScalingCommand {
     scene.texture_bytes = world.texture_bytes;
     scene.light_bytes = world.light_bytes;
     Result<RenderSample> one =
-        measure_render(*stage.value(), options_.picture, 1, options_.schedules.front(), threads, &scene.film_bytes);
+        measure_render(*stage.value(), options_.image, 1, options_.schedules.front(), threads, &scene.film_bytes);
     if (!one.ok()) return one.error();
     const double sample_s = one.value().time.cpu_s;
     scene.samples_per_pixel =
-        options_.seconds ? samples_for(*options_.seconds, sample_s) : options_.picture.samples_per_pixel();
+        options_.seconds ? samples_for(*options_.seconds, sample_s) : options_.image.samples_per_pixel();
     return Costs{stage.value()->times.total().cpu_s, sample_s * scene.samples_per_pixel};
   }
 
@@ -235,15 +235,14 @@ class ScalingCommand {
                                  options_.repeat, accelerator.variant.name(), threads, threads == 1 ? "" : "s", what));
     };
     show("loading");
-    Result<std::unique_ptr<ScalingStage>> stage =
-        prepare_stage(picture_of(file, accelerator.variant), threads, nullptr);
+    Result<std::unique_ptr<ScalingStage>> stage = prepare_stage(image_of(file, accelerator.variant), threads, nullptr);
     if (!stage.ok()) return stage.error();
     accelerator.preparations[step.threads].samples.push_back(stage.value()->times);
     accelerator.accelerator_bytes = stage.value()->built.world->statistics().accelerator.memory_bytes;
     for (const size_t schedule : step.schedules) {
       if (signals_.received() != 0) break;
       show(schedule_name(report_.schedules[schedule]));
-      Result<RenderSample> sample = measure_render(*stage.value(), options_.picture, scene.samples_per_pixel,
+      Result<RenderSample> sample = measure_render(*stage.value(), options_.image, scene.samples_per_pixel,
                                                    report_.schedules[schedule], threads, nullptr);
       if (!sample.ok()) return sample.error();
       accelerator.renders[schedule * report_.thread_counts.size() + step.threads].samples.push_back(sample.value());

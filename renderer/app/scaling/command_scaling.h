@@ -1,4 +1,4 @@
-// `kindling scaling`: what more threads bring, from loading to the picture.
+// `kindling scaling`: what more threads bring, from loading to the image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kindling::app {
 
-// The exit code; 1 if pictures differ that must not. `command_line` goes into the reports.
+// The exit code; 1 if images differ that must not. `command_line` goes into the reports.
 [[nodiscard]] Result<int> run_scaling(const ScalingOptions& options, const std::string& command_line, Console& console);
 
 } // namespace kindling::app

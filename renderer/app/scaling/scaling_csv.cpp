@@ -18,7 +18,7 @@ std::string number_or_nothing(const std::optional<uint64_t>& value) {
 std::string format_scaling_csv(const ScalingReport& report) {
   std::string text =
       "scene,phase,accelerator,schedule,threads,rounds,median_s,min_s,max_s,cpu_s,speedup,efficiency,rays_per_s,"
-      "paths_per_s,idle_share,waiting_share,peak_rss_bytes,accelerator_bytes,film_bytes,picture\n";
+      "paths_per_s,idle_share,waiting_share,peak_rss_bytes,accelerator_bytes,film_bytes,image\n";
   for (const SceneScaling& scene : report.scenes) {
     for (const AcceleratorScaling& a : scene.accelerators)
       for (const RenderRow& row : a.renders) {

@@ -37,8 +37,8 @@ Json render_json(const AcceleratorScaling& accelerator, const RenderRow& row) {
   json["cpu_growth"] = r.cpu_growth;
   json["peak_rss_bytes"] = number_or_null(r.peak_bytes);
   json["render_growth_bytes"] = number_or_null(r.growth_bytes);
-  json["pictures"] = Json::array();
-  for (const RenderSample& sample : row.samples) json["pictures"].push_back(format_hash(sample.hash));
+  json["images"] = Json::array();
+  for (const RenderSample& sample : row.samples) json["images"].push_back(format_hash(sample.hash));
   return json;
 }
 
@@ -88,7 +88,7 @@ Json scaling_scene_json(const ScalingReport& report, const SceneScaling& scene) 
     json["accelerators"].push_back(scaling_accelerator_json(report, accelerator));
   json["preparation"] = phases_json(scene);
   json["mismatches"] = Json::array();
-  for (const PictureMismatch& m : find_mismatches(scene))
+  for (const ImageMismatch& m : find_mismatches(scene))
     json["mismatches"].push_back({{"accelerator", scene.accelerators[m.accelerator].variant.name()},
                                   {"schedule", schedule_name(m.schedule)},
                                   {"threads", m.threads},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/scaling_measure.h"
 
-#include "renderer/app/render/render_picture.h"
+#include "renderer/app/render/render_image.h"
 #include "renderer/app/setup/load_environment.h"
 #include "renderer/app/terminal/process_info.h"
 #include "renderer/import/load_gltf.h"
@@ -60,7 +60,7 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
 
   const Stopwatch pose_clock;
   if (Result<void> chosen = choose_shown(scene, options); !chosen.ok()) return chosen.error();
-  Result<PosedPicture> posed = pose_picture(scene, options);
+  Result<PosedImage> posed = pose_image(scene, options);
   if (!posed.ok()) return posed.error();
   const WorkTime pose_time = pose_clock.elapsed();
   Result<RenderStage> built = build_stage(scene, std::move(posed).value(), options, false, nullptr, listener);
@@ -73,7 +73,7 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   times.of(PreparationPhase::meshes) = import_times.meshes;
   times.of(PreparationPhase::tangents) = import_times.tangents;
   times.of(PreparationPhase::textures) = import_times.textures;
-  times.of(PreparationPhase::environment) = environment_times.picture;
+  times.of(PreparationPhase::environment) = environment_times.image;
   times.of(PreparationPhase::distribution) = environment_times.distribution;
   times.of(PreparationPhase::levels) = build.textures;
   times.of(PreparationPhase::pose) = pose_time;
@@ -84,7 +84,7 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   return {};
 }
 
-// Of what a picture of the film shows, by its bits (splitmix64's finalizer, Steele, Lea and Flood 2014).
+// Of what an image of the film shows, by its bits (splitmix64's finalizer, Steele, Lea and Flood 2014).
 uint64_t hash_film(const Film& film) {
   uint64_t hash = 0x9e3779b97f4a7c15ULL;
   for (const float value : film.resolve_rgba()) {
@@ -140,9 +140,9 @@ Result<RenderSample> measure_render(const ScalingStage& stage, const RenderOptio
 }
 
 uint32_t samples_for(double seconds, double sample_s) {
-  constexpr double kMost = 65536.0;
+  constexpr double kMax = 65536.0;
   if (!(sample_s > 0.0)) return 1;
-  return static_cast<uint32_t>(std::clamp(std::round(seconds / sample_s), 1.0, kMost));
+  return static_cast<uint32_t>(std::clamp(std::round(seconds / sample_s), 1.0, kMax));
 }
 
 std::vector<ScalingStep> scaling_steps(size_t rounds, size_t accelerators, size_t thread_counts, size_t schedules) {

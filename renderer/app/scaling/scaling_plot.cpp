@@ -116,8 +116,8 @@ std::string panel(const ScalingReport& report, const SceneScaling& scene, double
     std::optional<AmdahlFit> fit;
   };
   std::vector<Series> all;
-  const double most_threads = std::max(2, report.thread_counts.back());
-  double most_speedup = most_threads, most_efficiency = 1.0;
+  const double max_threads = std::max(2, report.thread_counts.back());
+  double max_speedup = max_threads, max_efficiency = 1.0;
   for (size_t a = 0; a < scene.accelerators.size(); ++a)
     for (const Schedule schedule : report.schedules) {
       const AcceleratorScaling& accelerator = scene.accelerators[a];
@@ -134,21 +134,21 @@ std::string panel(const ScalingReport& report, const SceneScaling& scene, double
         const double n = row.threads;
         series.speedups.push_back({n, s.median, s.min, s.max});
         series.efficiencies.push_back({n, s.median / n, s.min / n, s.max / n});
-        most_speedup = std::max(most_speedup, s.max);
-        most_efficiency = std::max(most_efficiency, s.max / n);
+        max_speedup = std::max(max_speedup, s.max);
+        max_efficiency = std::max(max_efficiency, s.max / n);
       }
       all.push_back(std::move(series));
     }
 
-  const Axis threads{most_threads > 8.0, 1.0, most_threads};
-  Axis speedup{threads.logarithmic, threads.logarithmic ? 0.5 : 0.0, most_speedup};
-  const Axis efficiency{false, 0.0, std::max(1.1, most_efficiency)};
+  const Axis threads{max_threads > 8.0, 1.0, max_threads};
+  Axis speedup{threads.logarithmic, threads.logarithmic ? 0.5 : 0.0, max_speedup};
+  const Axis efficiency{false, 0.0, std::max(1.1, max_efficiency)};
   std::vector<double> ticks, shares;
   if (threads.logarithmic) {
     for (double tick = speedup.first; tick <= speedup.last * 1.001; tick *= 2.0) ticks.push_back(tick);
   } else {
-    const double step = axis_step(most_speedup);
-    speedup.last = step * std::ceil(most_speedup / step - 1e-9);
+    const double step = axis_step(max_speedup);
+    speedup.last = step * std::ceil(max_speedup / step - 1e-9);
     for (double tick = 0.0; tick <= speedup.last * 1.001; tick += step) ticks.push_back(tick);
   }
   for (double share = 0.0; share <= efficiency.last + 1e-9; share += 0.2) shares.push_back(std::round(share * 10) / 10);
@@ -161,10 +161,10 @@ std::string panel(const ScalingReport& report, const SceneScaling& scene, double
       "title");
   svg += frame(fast, report.thread_counts, ticks, "speed-up") +
          frame(efficient, report.thread_counts, shares, "efficiency");
-  svg += svg_line(fast.x_of(1), fast.y_of(1), fast.x_of(most_threads), fast.y_of(most_threads), "ideal");
-  svg += svg_line(efficient.x_of(1), efficient.y_of(1), efficient.x_of(most_threads), efficient.y_of(1), "ideal");
+  svg += svg_line(fast.x_of(1), fast.y_of(1), fast.x_of(max_threads), fast.y_of(max_threads), "ideal");
+  svg += svg_line(efficient.x_of(1), efficient.y_of(1), efficient.x_of(max_threads), efficient.y_of(1), "ideal");
   for (const PaperSpeedup& paper : paper_speedups())
-    if (paper.threads <= most_threads &&
+    if (paper.threads <= max_threads &&
         std::count(report.schedules.begin(), report.schedules.end(), Schedule::regions)) {
       svg += svg_line(fast.x_of(paper.threads), fast.y_of(paper.low), fast.x_of(paper.threads), fast.y_of(paper.high),
                       "paper");

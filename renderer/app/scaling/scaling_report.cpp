@@ -49,7 +49,7 @@ const PreparationPhaseInfo& phase_info(PreparationPhase phase) {
       {{"files", "read, hashed and parsed"},
        {"meshes", "vertices decoded and checked"},
        {"tangents", "made where the file has none"},
-       {"textures", "pictures read and decoded"},
+       {"textures", "images read and decoded"},
        {"environment", "read and decoded"},
        {"distribution", "of the environment, for sampling"},
        {"levels", "mip levels of textures"},
@@ -163,8 +163,8 @@ std::vector<PhaseScaling> summarize_phases(const SceneScaling& scene) {
   return result;
 }
 
-std::vector<PictureMismatch> find_mismatches(const SceneScaling& scene) {
-  std::vector<PictureMismatch> result;
+std::vector<ImageMismatch> find_mismatches(const SceneScaling& scene) {
+  std::vector<ImageMismatch> result;
   for (size_t a = 0; a < scene.accelerators.size(); ++a) {
     std::optional<uint64_t> expected;
     for (const RenderRow& row : scene.accelerators[a].renders)

@@ -57,7 +57,7 @@ struct RenderSample {
   double training_s = 0.0;                // of a guide, part of the time
   uint64_t rays = 0;                      // of all kinds
   uint64_t paths = 0;                     // samples of pixels
-  uint64_t hash = 0;                      // of the picture
+  uint64_t hash = 0;                      // of the image
   std::optional<uint64_t> peak_bytes;     // most resident memory of the process during the render
   std::optional<uint64_t> resident_bytes; // before it
 };
@@ -136,14 +136,14 @@ struct PhaseScaling {
 // Phases that took any time, then the sum of the medians.
 [[nodiscard]] std::vector<PhaseScaling> summarize_phases(const SceneScaling& scene);
 
-// Pictures that differ from the first of their accelerator: they should not.
-struct PictureMismatch {
+// Images that differ from the first of their accelerator: they should not.
+struct ImageMismatch {
   size_t accelerator = 0;
   Schedule schedule = Schedule::tiles;
   int threads = 1;
   size_t round = 0;
 };
-[[nodiscard]] std::vector<PictureMismatch> find_mismatches(const SceneScaling& scene);
+[[nodiscard]] std::vector<ImageMismatch> find_mismatches(const SceneScaling& scene);
 
 // Over all scenes: geometric mean and worst of the efficiencies.
 struct EfficiencySummary {

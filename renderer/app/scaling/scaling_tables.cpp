@@ -127,15 +127,15 @@ std::string preparation_table(const ScalingReport& report, const SceneScaling& s
 
 std::string mismatch_lines(const SceneScaling& scene) {
   std::string text;
-  for (const PictureMismatch& m : find_mismatches(scene))
+  for (const ImageMismatch& m : find_mismatches(scene))
     text += fmt::format("  {}, {}, {} thread{}, round {}: ANOTHER PICTURE\n",
                         scene.accelerators[m.accelerator].variant.name(), schedule_name(m.schedule), m.threads,
                         m.threads == 1 ? "" : "s", m.round + 1);
   if (!text.empty()) return text;
-  size_t pictures = 0;
+  size_t images = 0;
   for (const AcceleratorScaling& accelerator : scene.accelerators)
-    for (const RenderRow& row : accelerator.renders) pictures += row.samples.size();
-  return fmt::format("  {} pictures; those of one accelerator are the same to the bit\n", pictures);
+    for (const RenderRow& row : accelerator.renders) images += row.samples.size();
+  return fmt::format("  {} images; those of one accelerator are the same to the bit\n", images);
 }
 
 } // namespace

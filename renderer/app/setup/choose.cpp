@@ -16,11 +16,11 @@ namespace {
 
 // "0 (Front), 1 (Side) or 2", at most ten.
 std::string list_choices(const std::vector<std::string>& names) {
-  constexpr size_t kMost = 10;
+  constexpr size_t kMax = 10;
   std::vector<std::string> choices;
-  for (size_t i = 0; i < std::min(names.size(), kMost); ++i)
+  for (size_t i = 0; i < std::min(names.size(), kMax); ++i)
     choices.push_back(names[i].empty() ? fmt::format("{}", i) : fmt::format("{} ({})", i, names[i]));
-  if (names.size() > kMost) choices.push_back(fmt::format("another of the {}", names.size()));
+  if (names.size() > kMax) choices.push_back(fmt::format("another of the {}", names.size()));
   return join_choices(choices);
 }
 

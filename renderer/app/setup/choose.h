@@ -1,4 +1,4 @@
-// What a person picks from a scene: one of its scenes, one of its cameras, the size of the picture.
+// What a person picks from a scene: one of its scenes, one of its cameras, the size of the image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

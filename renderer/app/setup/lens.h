@@ -18,12 +18,12 @@ namespace kindling::app {
 // Puts what the flags say over the lens of `camera`. Fails (usage) if they ask for something that has no meaning for it.
 [[nodiscard]] Result<void> override_lens(SceneCamera& camera, const LensOptions& options);
 
-// Gives a lens that has no focus distance one: that of what is seen at its focus point, or in the middle of the picture. Where nothing is seen: fails
+// Gives a lens that has no focus distance one: that of what is seen at its focus point, or in the middle of the image. Where nothing is seen: fails
 // (usage) if a flag asked for the point, else takes that of the middle of the scene. Does nothing for pinholes. What was decided, for people; empty: nothing.
 [[nodiscard]] Result<std::string> focus_lens(PlacedCamera& placed, const World& world, const V2i& size_px,
                                              const LensOptions& options);
 
-// OpenEXR's standard attributes "aperture" (f-stop) and "focus" (metres), of a lens in focus; nothing for pinholes.
+// OpenEXR's standard attributes "aperture" (f-stop) and "focus" (meters), of a lens in focus; nothing for pinholes.
 void add_lens_metadata(const CameraLens& lens, ImageMetadata& metadata);
 
 } // namespace kindling::app

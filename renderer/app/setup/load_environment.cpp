@@ -1,4 +1,4 @@
-// An environment from a picture or a colour.
+// An environment from an image or a color.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/setup/load_environment.h"
 
@@ -29,11 +29,11 @@ Result<LoadedEnvironment> load_environment(const RenderOptions& options, Environ
   Result<Image> image = read_image_file(options.env_file);
   if (!image.ok()) return Error{image.error().kind, "--env: " + image.error().message};
   const uint64_t hash = hash_image(image.value());
-  const WorkTime picture = clock.lap();
+  const WorkTime reading = clock.lap();
   const auto rotation_rad = static_cast<float>(options.env_rotation_deg * std::numbers::pi / 180.0);
   EnvironmentPointer environment =
       std::make_shared<Environment>(std::make_shared<const Image>(std::move(image).value()), rotation_rad, intensity);
-  if (times != nullptr) *times = {picture, clock.lap()};
+  if (times != nullptr) *times = {reading, clock.lap()};
   return LoadedEnvironment{std::move(environment), hash};
 }
 

@@ -16,16 +16,16 @@ namespace kindling::app {
 using EnvironmentPointer = std::shared_ptr<const Environment>;
 
 struct EnvironmentTimes {
-  WorkTime picture;      // read and decoded
+  WorkTime image;        // read and decoded
   WorkTime distribution; // made ready for sampling
 };
 
 struct LoadedEnvironment {
   EnvironmentPointer environment; // null if none was asked for
-  uint64_t content_hash = 0;      // of the picture's size and pixels; 0 without one
+  uint64_t content_hash = 0;      // of the image's size and pixels; 0 without one
 };
 
-// `times` is set for a picture; may be null.
+// `times` is set for an image; may be null.
 [[nodiscard]] Result<LoadedEnvironment> load_environment(const RenderOptions& options,
                                                          EnvironmentTimes* times = nullptr);
 

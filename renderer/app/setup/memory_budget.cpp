@@ -30,10 +30,10 @@ struct TextureBytes {
 };
 
 TextureBytes texture_bytes(const MemoryDemand& demand, const MemoryRequest& request) {
-  TextureBytes bytes{demand.texture_bytes + demand.level_bytes, demand.largest_picture_bytes, false};
+  TextureBytes bytes{demand.texture_bytes + demand.level_bytes, demand.largest_image_bytes, false};
   if (!request.texture_memory_bytes || bytes.held <= *request.texture_memory_bytes) return bytes;
-  // The levels of one picture at a time are made in memory.
-  return {*request.texture_memory_bytes, 3 * demand.largest_picture_bytes, true};
+  // The levels of one image at a time are made in memory.
+  return {*request.texture_memory_bytes, 3 * demand.largest_image_bytes, true};
 }
 
 std::string times(uint64_t count, std::string_view what) { return fmt::format("{} {}", count, what); }
@@ -62,15 +62,15 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   Part{"environment", environment, times(texels, "texels")},
                   Part{"film", film, fmt::format("{}x{}", request.size_px.x, request.size_px.y)},
                   Part{"guide", Costs::kGuide, "at most"},
-                  Part{"writing", pixels * Costs::kPixelOfPicture, "the picture, resolved and encoded"}};
+                  Part{"writing", pixels * Costs::kPixelOfImage, "the image, resolved and encoded"}};
 
-  // --- loading: the file, what is read of it, the pictures ------------------------------------------------------------
+  // --- loading: the file, what is read of it, the images ------------------------------------------------------------
   const uint64_t posing = d.placed_meshes * (sizeof(PosedMesh) + 8) + d.deformed_bytes;
   const uint64_t scene = d.scene_bytes + d.gpu_instances * sizeof(Transform);
   const uint64_t environment_loading = std::max(texels * Costs::kEnvironmentTexelInBuild, environment);
   const uint64_t reading = d.file_bytes + d.nodes * Costs::kNode + d.gpu_instances * 16 + d.largest_primitive_bytes;
-  const uint64_t pictures = d.texture_bytes == 0 ? 0 : textures.held + textures.decoding;
-  budget.loading = program + threads + environment_loading + scene + std::max(reading + pictures, pictures);
+  const uint64_t images = d.texture_bytes == 0 ? 0 : textures.held + textures.decoding;
+  budget.loading = program + threads + environment_loading + scene + std::max(reading + images, images);
 
   // --- building: first vertices and instances from what is posed, then lights, then the accelerator -------------------
   const uint64_t shared = program + threads + environment + textures.held;

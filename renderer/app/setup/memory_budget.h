@@ -27,7 +27,7 @@ struct MemoryRequest {
   int threads = 1;
   std::optional<uint64_t> texture_memory_bytes; // --texture-memory
   uint64_t environment_texels = 0;              // of --env; 0: none, or an even one
-  bool decodes_hdr = false;                     // a picture that OpenImageIO's module has to read
+  bool decodes_hdr = false;                     // an image that OpenImageIO's module has to read
 };
 
 // What a scene asks for: everything that the budget depends on, and nothing else.
@@ -45,12 +45,12 @@ struct MemoryDemand {
   uint64_t instances = 0;          // of what is not baked
   uint64_t instance_keys = 0;      // matrices of moving instances
   uint64_t emissive_triangles = 0; // that are sampled, each instance counted
-  uint64_t texture_bytes = 0;      // decoded pictures
+  uint64_t texture_bytes = 0;      // decoded images
   uint64_t level_bytes = 0;        // of their coarser levels
-  uint64_t largest_picture_bytes = 0;
+  uint64_t largest_image_bytes = 0;
   uint64_t light_texels = 0; // of EXT_lights_image_based
 };
-// Of a scene that has been loaded, its pictures included, and posed.
+// Of a scene that has been loaded, its images included, and posed.
 [[nodiscard]] MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed);
 
 // What one thing of its kind takes, in bytes: the constants of the model that are not sizes of the program's own structs.
@@ -59,7 +59,7 @@ struct MemoryCosts {
   static constexpr uint64_t kImageLibrary = 120U << 20; // OpenImageIO and what it loads, once it is asked
   static constexpr uint64_t kThread = 3U << 20;         // a thread's context, stack and arenas
   static constexpr uint64_t kGuide = 24U << 20;         // at most
-  static constexpr uint64_t kPixelOfPicture = 48;       // while it is written: the film resolved, and encoded
+  static constexpr uint64_t kPixelOfImage = 48;         // while it is written: the film resolved, and encoded
   static constexpr uint64_t kEmissiveTriangle = 90;     // held
   static constexpr uint64_t kEmissiveTriangleInBuild = 260;
   static constexpr uint64_t kEnvironmentTexel = 16;        // held

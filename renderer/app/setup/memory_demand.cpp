@@ -3,7 +3,7 @@
 #include "renderer/app/setup/memory_budget.h"
 #include "renderer/scene/describe.h"
 #include "renderer/scene/material_slots.h"
-#include "renderer/world/emitter_limit.h"
+#include "renderer/world/emitter_budget.h"
 #include "renderer/world/prepare_geometry.h"
 
 #include <algorithm>
@@ -52,14 +52,14 @@ MeshDemand demand_of(const Scene& scene, const Mesh& mesh) {
   return demand;
 }
 
-// Pictures are held once; their levels once for each kind of use.
+// Images are held once; their levels once for each kind of use.
 void count_textures(const Scene& scene, MemoryDemand& demand) {
-  std::set<const Image*> pictures;
+  std::set<const Image*> images;
   for (const SceneTexture& texture : scene.textures) {
     const Image* image = texture.image.get();
-    if (image == nullptr || !pictures.insert(image).second) continue;
+    if (image == nullptr || !images.insert(image).second) continue;
     demand.texture_bytes += image->byte_count();
-    demand.largest_picture_bytes = std::max<uint64_t>(demand.largest_picture_bytes, image->byte_count());
+    demand.largest_image_bytes = std::max<uint64_t>(demand.largest_image_bytes, image->byte_count());
   }
   constexpr int kData = 0, kNormal = 1, kColor = 2, kCutout = 3;
   std::set<std::pair<const Image*, int>> uses;
@@ -122,7 +122,7 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
   }
   uint64_t instanced_emitters = 0;
   for (size_t m = 0; m < meshes.size(); ++m) instanced_emitters += instances[m] * meshes[m].emissive_triangles;
-  demand.emissive_triangles += std::min(instanced_emitters, kMostSampledEmitters);
+  demand.emissive_triangles += std::min(instanced_emitters, kMaxSampledEmitters);
 
   count_textures(scene, demand);
   if (posed.image_light != kNone) {

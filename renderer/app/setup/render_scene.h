@@ -1,4 +1,4 @@
-// What a render reads once and keeps for all of its pictures: the scene file, its textures, the environment.
+// What a render reads once and keeps for all of its images: the scene file, its textures, the environment.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -27,7 +27,7 @@ Result<std::optional<Shutter>> choose_shutter(const Scene& scene, int root, cons
   return around(*camera.value()->camera.shutter);
 }
 
-std::optional<double> time_of_picture(const std::optional<Shutter>& shutter, const RenderOptions& options) {
+std::optional<double> time_of_image(const std::optional<Shutter>& shutter, const RenderOptions& options) {
   if (shutter) return 0.5 * (shutter->open_s + shutter->close_s);
   return options.time_s;
 }

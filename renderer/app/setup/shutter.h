@@ -14,8 +14,7 @@ namespace kindling::app {
 // Nothing: no shutter. `root`: of choose_scene(). Fails (usage) if the camera is not there.
 [[nodiscard]] Result<std::optional<Shutter>> choose_shutter(const Scene& scene, int root, const RenderOptions& options);
 
-// The time at which things are taken that have one state for the whole picture: the middle of the shutter.
-[[nodiscard]] std::optional<double> time_of_picture(const std::optional<Shutter>& shutter,
-                                                    const RenderOptions& options);
+// The time at which things are taken that have one state for the whole image: the middle of the shutter.
+[[nodiscard]] std::optional<double> time_of_image(const std::optional<Shutter>& shutter, const RenderOptions& options);
 
 } // namespace kindling::app

@@ -19,8 +19,8 @@ double clock_cost_s() {
   return median(costs);
 }
 
-// Through the pixels' centres, row by row.
-std::vector<accel::Ray> centre_rays(const Camera& camera) {
+// Through the pixels' centers, row by row.
+std::vector<accel::Ray> center_rays(const Camera& camera) {
   std::vector<accel::Ray> rays;
   for (int y = 0; y < camera.size_px().y; ++y)
     for (int x = 0; x < camera.size_px().x; ++x) {
@@ -36,7 +36,7 @@ std::vector<accel::Ray> centre_rays(const Camera& camera) {
 HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera) {
   const FlushDenormals flush_denormals;
   HeatMap map{camera.size_px(), {}};
-  const std::vector<accel::Ray> rays = centre_rays(camera);
+  const std::vector<accel::Ray> rays = center_rays(camera);
   const size_t pixels = rays.size();
   std::vector<double> times(pixels * kHeatMapRounds);
   std::vector<accel::Hit> hits(pixels); // written, so that no query can be left out
@@ -57,7 +57,7 @@ HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& ca
 HeatMap count_step_map(const accel::Accelerator& accelerator, const Camera& camera) {
   const FlushDenormals flush_denormals;
   HeatMap map{camera.size_px(), {}};
-  for (const accel::Ray& ray : centre_rays(camera)) {
+  for (const accel::Ray& ray : center_rays(camera)) {
     const auto cost = accelerator.traversal_cost(ray, false);
     if (!cost) return {};
     map.values.push_back(static_cast<float>(cost->nodes + cost->leaves));

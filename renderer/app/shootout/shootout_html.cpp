@@ -180,7 +180,7 @@ std::string all_heat_maps(const SceneResult& scene) {
   return heat_maps(
              scene, &AcceleratorResult::heat_map, "What each pixel's camera ray costs",
              "Wall time of single nearest-hit calls, less what reading the clock takes; median of repeated rounds over "
-             "the picture.",
+             "the image.",
              "ns") +
          heat_maps(scene, &AcceleratorResult::step_map, "Steps of each pixel's camera ray",
                    "Nodes and leaves that the single nearest-hit call visits, of the accelerators that tell.", "steps");
@@ -217,7 +217,7 @@ std::string cost_table_html(const SceneResult& scene) {
 
 std::string scene_section(const ShootoutReport& report, const SceneResult& scene) {
   std::string text = fmt::format(
-      "<h2>{}</h2>\n<p>{} triangles, {} instances; rays of a picture of {} x {} pixels.</p>\n",
+      "<h2>{}</h2>\n<p>{} triangles, {} instances; rays of an image of {} x {} pixels.</p>\n",
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
   text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });

@@ -73,8 +73,8 @@ inline constexpr float kDistanceTolerance = 1e-4f;
 inline constexpr size_t kCostRays = 1 << 14;
 [[nodiscard]] std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::span<const RaySet> sets);
 
-// Wall time of the single nearest-hit query of the ray through each pixel's centre, less what reading the clock takes: median of
-// kHeatMapRounds rounds over the picture.
+// Wall time of the single nearest-hit query of the ray through each pixel's center, less what reading the clock takes: median of
+// kHeatMapRounds rounds over the image.
 inline constexpr int kHeatMapRounds = 7;
 [[nodiscard]] HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera);
 // Nodes and leaves that this query visits. Empty where the library does not tell.

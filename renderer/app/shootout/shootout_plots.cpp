@@ -142,7 +142,7 @@ std::string draw_lines(const LineChart& chart) {
 }
 
 Palette heat_palette() {
-  // Between these colours in equal steps; their luminance grows all the way.
+  // Between these colors in equal steps; their luminance grows all the way.
   constexpr std::array<std::array<double, 3>, 6> kStops{
       {{0, 0, 4}, {66, 10, 104}, {147, 38, 103}, {221, 81, 58}, {252, 165, 10}, {252, 255, 164}}};
   Palette palette;

@@ -41,7 +41,7 @@ struct LineChart {
 
 // Dark to bright: black, purple, red, yellow.
 [[nodiscard]] Palette heat_palette();
-// A picture of a heat map as a data: URI; `largest` and more are the brightest.
+// An image of a heat map as a data: URI; `largest` and more are the brightest.
 [[nodiscard]] std::string heat_map_uri(const HeatMap& map, double largest);
 
 } // namespace kindling::app

@@ -149,7 +149,7 @@ struct ShootoutReport {
 // README.md describes the keys and columns.
 [[nodiscard]] std::string format_shootout_json(const ShootoutReport& report);
 [[nodiscard]] std::string format_shootout_csv(const ShootoutReport& report);
-// Complete in itself: pictures are inline, nothing is fetched.
+// Complete in itself: images are inline, nothing is fetched.
 [[nodiscard]] std::string format_shootout_html(const ShootoutReport& report);
 
 } // namespace kindling::app

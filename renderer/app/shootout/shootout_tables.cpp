@@ -204,9 +204,8 @@ std::string_view clock_description(ShootoutClock clock) {
 std::string scene_name(const SceneResult& scene) { return std::filesystem::path(scene.file).filename().string(); }
 
 std::string format_scene_tables(const ShootoutReport& report, const SceneResult& scene) {
-  std::string text =
-      fmt::format("{}\n  {} triangles, {} instances; rays of a picture of {}x{}\n", printable(scene.file),
-                  scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
+  std::string text = fmt::format("{}\n  {} triangles, {} instances; rays of an image of {}x{}\n", printable(scene.file),
+                                 scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
   for (const RaySetInfo& set : scene.sets)
     if (set.ray_count == 0) text += fmt::format("  no rays of kind {}: no path goes there\n", set.name);
   text += fmt::format("\nbuilds, median of {}\n{}", report.build_repeat, build_table(report, scene));

@@ -11,7 +11,7 @@ inline constexpr int kExitRenderFailed = 1;
 inline constexpr int kExitUsage = 2;
 inline constexpr int kExitSceneInvalid = 3;
 inline constexpr int kExitInputOutput = 4;
-inline constexpr int kExitIncomplete = 5; // parts of a picture are missing
+inline constexpr int kExitIncomplete = 5; // parts of an image are missing
 inline constexpr int kExitGoesOn = 6;     // a farm is not done yet
 // Ended by a signal: 128 + its number, 130 for SIGINT and 143 for SIGTERM. The images are written all the same.
 [[nodiscard]] constexpr int exit_code_of_signal(int signal) { return 128 + signal; }

@@ -146,7 +146,7 @@ Result<double> parse_duration(std::string_view text) {
 
 Result<uint64_t> parse_bytes(std::string_view text) {
   constexpr std::string_view kUnits = "KMGT";
-  constexpr double kMost = 0x1p60;
+  constexpr double kMax = 0x1p60;
   std::string_view number = text;
   double unit = 1.0;
   if (!text.empty()) {
@@ -159,7 +159,7 @@ Result<uint64_t> parse_bytes(std::string_view text) {
   const std::optional<double> value = to_number(number);
   if (!value) return wrong(text, "is not a size", "bytes, or a number with K, M, G or T as in 512M or 1.5G");
   const double bytes = *value * unit;
-  if (!(bytes >= 1.0 && bytes <= kMost)) return wrong(text, "is out of range", "at least one byte, as in 512M or 2G");
+  if (!(bytes >= 1.0 && bytes <= kMax)) return wrong(text, "is out of range", "at least one byte, as in 512M or 2G");
   return static_cast<uint64_t>(bytes);
 }
 
@@ -195,10 +195,10 @@ Result<Rgb> parse_color(std::string_view text) {
   constexpr std::string_view kAccepted = "R,G,B in linear light, none negative, as in 0.5,0.5,0.5";
   std::optional<Rgb> value = to_vector(text);
   if (!value)
-    if (const std::optional<double> grey = to_number(text);
-        grey && *grey <= static_cast<double>(std::numeric_limits<float>::max()))
-      value = Rgb(static_cast<float>(*grey));
-  if (!value) return wrong(text, "is not a colour", kAccepted);
+    if (const std::optional<double> gray = to_number(text);
+        gray && *gray <= static_cast<double>(std::numeric_limits<float>::max()))
+      value = Rgb(static_cast<float>(*gray));
+  if (!value) return wrong(text, "is not a color", kAccepted);
   if (min_component(*value) < 0.0f) return wrong(text, "is out of range", kAccepted);
   return *value;
 }

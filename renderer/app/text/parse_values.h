@@ -1,4 +1,4 @@
-// The values of flags, from text: sizes, durations, colours, lists and numbers. Pure functions.
+// The values of flags, from text: sizes, durations, colors, lists and numbers. Pure functions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,7 +35,7 @@ inline constexpr int kMaxSide = 65536;
 [[nodiscard]] Result<V2i> parse_pixel(std::string_view text);
 // "X,Y,Z", finite.
 [[nodiscard]] Result<V3f> parse_vector(std::string_view text);
-// "R,G,B" or one number for grey; linear, not negative.
+// "R,G,B" or one number for gray; linear, not negative.
 [[nodiscard]] Result<Rgb> parse_color(std::string_view text);
 // "a,b,c": at least one, none empty.
 [[nodiscard]] Result<std::vector<std::string>> parse_list(std::string_view text);

@@ -21,7 +21,7 @@ from outline.modules.shell import Shell
 def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=pathlib.Path)
-    parser.add_argument("output", type=pathlib.Path, help="the merged picture: .exr, .png or .kacc")
+    parser.add_argument("output", type=pathlib.Path, help="the merged image: .exr, .png or .kacc")
     parser.add_argument("--folder", type=pathlib.Path, required=True, help="for the parts")
     parser.add_argument("--parts", type=int, default=8)
     parser.add_argument("--cores", type=int, default=4, help="of a part")

@@ -1,0 +1,22 @@
+// The queries of structures whose world is divided, for AVX-512 (F, VL, BW, DQ).
+// SPDX-License-Identifier: Apache-2.0
+// GCC 12 takes the undefined operand inside its own intrinsics for a mistake (its bug 105593).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
+
+#include "accel/kdtree/kernels/includes.h"
+
+#define KINDLING_SIMD split_avx512
+#define KINDLING_SIMD_LEVEL 512
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi,bmi2,lzcnt,popcnt")
+#include "accel/kdtree/kernels/split_queries.h"
+#pragma GCC pop_options
+
+namespace kindling::accel::kd {
+
+const Queries kAvx512SplitQueries = split_avx512::make_split_queries<kAvx512Queries>();
+
+} // namespace kindling::accel::kd

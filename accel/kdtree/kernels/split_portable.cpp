@@ -1,0 +1,14 @@
+// The queries of structures whose world is divided, in plain loops, for processors without the instruction sets below and to test those against.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/kernels/includes.h"
+
+#define KINDLING_SIMD split_portable
+#define KINDLING_SIMD_LEVEL 0
+
+#include "accel/kdtree/kernels/split_queries.h"
+
+namespace kindling::accel::kd {
+
+const Queries kPortableSplitQueries = split_portable::make_split_queries<kPortableQueries>();
+
+} // namespace kindling::accel::kd

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/persistent_trees.h"
+
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace kindling::accel::kd {
+namespace {
+
+PersistentMeshes meshes_of(std::span<const Geometry> geometries) {
+  PersistentMeshes meshes;
+  for (const Geometry& geometry : geometries) meshes.add(geometry.mesh);
+  return meshes;
+}
+
+} // namespace
+
+std::unique_ptr<PersistentTrees> PersistentTrees::from(std::unique_ptr<PersistentStructures> kept, Quality quality) {
+  auto* trees = dynamic_cast<PersistentTrees*>(kept.get());
+  if (trees == nullptr || trees->quality_ != quality) return nullptr;
+  (void)kept.release();
+  return std::unique_ptr<PersistentTrees>(trees);
+}
+
+void PersistentTrees::put(Tree&& tree) { trees_.put(meshes_of(tree.geometries), std::move(tree)); }
+
+// Primitives are numbered from the sizes of the meshes, which are the same.
+bool PersistentTrees::take(std::vector<Geometry>& geometries, Tree& tree) {
+  std::optional<Tree> kept = trees_.take(meshes_of(geometries));
+  if (!kept) return false;
+  tree = *std::move(kept);
+  tree.geometries = std::move(geometries);
+  return true;
+}
+
+} // namespace kindling::accel::kd

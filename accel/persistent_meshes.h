@@ -1,0 +1,53 @@
+// Which structures are those of the same meshes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace kindling::accel {
+
+// The meshes of a structure in their order: what lasts of them, and whether the filter is asked about each. Empty: not all of them last,
+// or there are none.
+class PersistentMeshes {
+ public:
+  void add(const TriangleMesh& mesh) {
+    lasts_ = lasts_ && mesh.lasting != 0 && mesh.later_positions.empty();
+    if (!lasts_) return meshes_.clear();
+    meshes_.emplace_back(mesh.lasting, mesh.opaque);
+  }
+  [[nodiscard]] bool empty() const { return meshes_.empty(); }
+  [[nodiscard]] bool operator<(const PersistentMeshes& other) const { return meshes_ < other.meshes_; }
+
+ private:
+  bool lasts_ = true;
+  std::vector<std::pair<uint64_t, bool>> meshes_;
+};
+
+// Structures that wait for a build over the same meshes.
+template <class T>
+class KeptBy {
+ public:
+  void put(PersistentMeshes meshes, T&& structure) {
+    if (!meshes.empty()) structures_.emplace(std::move(meshes), std::move(structure));
+  }
+  [[nodiscard]] std::optional<T> take(const PersistentMeshes& meshes) {
+    const auto found = structures_.find(meshes);
+    if (found == structures_.end()) return std::nullopt;
+    std::optional<T> structure(std::move(found->second));
+    structures_.erase(found);
+    return structure;
+  }
+  [[nodiscard]] bool empty() const { return structures_.empty(); }
+  void clear() { structures_.clear(); }
+
+ private:
+  std::multimap<PersistentMeshes, T> structures_;
+};
+
+} // namespace kindling::accel

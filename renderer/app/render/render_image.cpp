@@ -1,0 +1,224 @@
+// One image, step by step: pose, build, render, write, report.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/render/render_image.h"
+
+#include "renderer/app/checkpoint/accumulation_identity.h"
+#include "renderer/app/checkpoint/accumulation_outputs.h"
+#include "renderer/app/checkpoint/checkpoint.h"
+#include "renderer/app/flags/part_flags.h"
+#include "renderer/app/output/outputs.h"
+#include "renderer/app/output/render_metadata.h"
+#include "renderer/app/output/replay.h"
+#include "renderer/app/output/report.h"
+#include "renderer/app/render/render_stage.h"
+#include "renderer/app/setup/lens.h"
+#include "renderer/app/terminal/exit_code.h"
+#include "renderer/app/terminal/process_info.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+namespace kindling::app {
+
+namespace {
+
+Result<void> print_result(const std::string& text) {
+  std::string reason;
+  if (write_standard_output(text, reason)) return {};
+  return Error{ErrorKind::input_output, "standard output: " + reason};
+}
+
+class ImageRender {
+ public:
+  ImageRender(const ImageRequest& request, RenderScene& scene, RenderRun& run)
+      : request_(request), options_(request.options), scene_(scene), run_(run),
+        accumulations_(request.outputs, request.options.checkpoint) {
+    report_.command_line = request.command_line;
+    report_.scene_file = options_.scene_file.string();
+    report_.scene_hash = scene.content_hash;
+    report_.frame = request.frame;
+    report_.time_s = options_.time_s;
+    if (request.start_s > 0.0) return; // the first frame has loaded the scene
+    report_.times.load_s = scene.load_s;
+    report_.times.import = scene.import_times;
+    report_.times.environment = scene.environment_times;
+  }
+
+  Result<ImageResult> run() {
+    if (options_.checkpoint.enabled()) {
+      const bool replace = (options_.frames.force || options_.checkpoint.replace) && !options_.checkpoint.must_exist;
+      Result<std::unique_ptr<Checkpoint>> opened = Checkpoint::open(options_.checkpoint, replace, run_.console);
+      if (!opened.ok()) return opened.error();
+      checkpoint_ = std::move(opened).value();
+    }
+    Result<PosedImage> posed = pose_image(scene_, options_);
+    if (!posed.ok()) return posed.error();
+    settings_ = make_render_settings(options_, posed.value().size_px);
+    if (Result<void> part = set_part(options_, settings_); !part.ok()) return part.error();
+    identity_ = make_identity(options_, posed.value().resolved, scene_.content_hash);
+    identity_.part = settings_.wanted_samples();
+    if (checkpoint_)
+      if (Result<void> begun = checkpoint_->begin(identity_); !begun.ok()) return begun.error();
+    if (run_.interrupted_early()) return nothing_written();
+    run_.display.start_phase(Phase::build);
+    Result<RenderStage> stage =
+        build_stage(scene_, std::move(posed).value(), options_, request_.more, &run_.cancel, run_.display);
+    run_.display.end_phase();
+    if (run_.interrupted_early()) return nothing_written();
+    if (!stage.ok()) return stage.error();
+    stage_ = std::move(stage).value();
+    return options_.replay_pixel ? replay() : render_and_write();
+  }
+
+ private:
+  [[nodiscard]] ImageResult nothing_written() const {
+    return {exit_code_of_signal(run_.signals.received()), std::nullopt};
+  }
+
+  Result<ImageResult> replay() {
+    const Result<ReplayedSample> sample =
+        replay_sample(*stage_.world, *stage_.camera, settings_, *options_.replay_pixel, options_.replay_sample);
+    if (!sample.ok()) return sample.error();
+    if (Result<void> printed =
+            print_result(format_replay(sample.value(), *options_.replay_pixel, options_.replay_sample));
+        !printed.ok())
+      return printed.error();
+    return ImageResult{};
+  }
+
+  Result<ImageResult> render_and_write() {
+    Result<RenderOutcome> outcome = render_samples();
+    if (!outcome.ok()) return outcome.error();
+    if (const std::string failure = scene_.texture_memory ? scene_.texture_memory->failure() : ""; !failure.empty())
+      return Error{ErrorKind::input_output, "--texture-memory: textures could not be read back: " + failure};
+    fill_report(outcome.value());
+    warn_of_non_finite(outcome.value().statistics.rays);
+    const int code = outcome.value().interrupted ? exit_code_of_signal(run_.signals.received()) : kExitOk;
+    if (outcome.value().statistics.samples_per_pixel == 0) {
+      run_.console.note("interrupted before every pixel had a sample: no image was written");
+      if (Result<void> sums = checkpoint_ ? last_save() : write_sums(); !sums.ok()) return sums.error();
+      return ImageResult{code, std::nullopt};
+    }
+    const Result<void> written = write(outcome.value().film);
+    report_.times.total_s = seconds_since_start();
+    report_.peak_resident_bytes = peak_resident_bytes();
+    report_.warnings = run_.console.warning_count();
+    const Result<void> stats = write_stats();
+    if (run_.console.settings().json)
+      run_.console.line(format_stats_json(report_, true));
+    else if (!request_.frame)
+      run_.console.line(format_summary(report_));
+    if (!written.ok()) return written.error();
+    if (!stats.ok()) return stats.error();
+    if (!last_save().ok()) return last_save().error();
+    return ImageResult{code, std::move(report_)};
+  }
+
+  [[nodiscard]] double seconds_since_start() const { return seconds_since_process_start() - request_.start_s; }
+
+  Result<RenderOutcome> render_samples() {
+    fill_settings();
+    identity_.metadata = metadata_to_json(metadata());
+    if (checkpoint_) checkpoint_->set_metadata(identity_.metadata);
+    RenderContinuity continuity = checkpoint_ ? checkpoint_->continuity() : RenderContinuity{};
+    accumulations_.join(identity_, continuity);
+    run_.display.start_phase(Phase::render, checkpoint_ ? checkpoint_->done_share() : 0.0);
+    report_.times.before_render_s = seconds_since_start();
+    Result<RenderOutcome> outcome =
+        render(*stage_.world, *stage_.camera, settings_, &run_.cancel, &run_.display, std::move(continuity));
+    run_.display.end_phase();
+    return outcome;
+  }
+
+  [[nodiscard]] ImageMetadata metadata() const {
+    ImageMetadata metadata = make_metadata(report_, *stage_.camera);
+    add_lens_metadata(stage_.placed_camera.camera.lens, metadata);
+    return metadata;
+  }
+
+  Result<void> write(const Film& film) {
+    WrittenImages written =
+        write_images(accumulations_.images(), film, *request_.view, metadata(), options_, run_.display, run_.console);
+    report_.times.write_s = written.write_s;
+    return finish(std::move(written));
+  }
+
+  // Files of sums hold what there is, where there is not enough for images.
+  Result<void> write_sums() { return finish({}); }
+
+  Result<void> finish(WrittenImages written) {
+    accumulations_.finish(written);
+    report_.outputs = std::move(written.files);
+    std::string names; // after the status line is gone: both streams may be the same terminal
+    for (const std::string& output : report_.outputs) names += output + "\n";
+    const Result<void> printed = print_result(names);
+    return written.first_error ? Result<void>(*written.first_error) : printed;
+  }
+
+  Result<void> write_stats() {
+    if (options_.stats_file.empty()) return {};
+    return write_text_file(options_.stats_file, format_stats_json(report_, false) + "\n");
+  }
+
+  // Where it failed the images are written first, and that is the error in the end.
+  [[nodiscard]] Result<void> last_save() const { return checkpoint_ ? checkpoint_->last_save() : Result<void>(); }
+
+  // What is known before the render.
+  void fill_settings() {
+    report_.size_px = stage_.size_px;
+    report_.shutter = stage_.shutter;
+    report_.spp_wanted = settings_.wanted_samples().count();
+    report_.adaptive = options_.adaptive;
+    report_.seed = options_.seed;
+    report_.integrator = integrator_name(options_.integrator.kind);
+    if (options_.integrator.kind == IntegratorKind::whitted) report_.whitted = options_.integrator.whitted;
+    report_.guiding = options_.guiding;
+    report_.schedule = options_.schedule;
+    report_.accelerator = accel::kind_name(options_.accelerator);
+    report_.accelerator_description = accel::kind_description(options_.accelerator);
+    report_.view = request_.view->view();
+    report_.times.build_s = stage_.build_s;
+    report_.world = stage_.world->statistics();
+  }
+
+  void fill_report(const RenderOutcome& outcome) {
+    report_.crop = outcome.film.crop();
+    report_.mean_spp =
+        static_cast<double>(outcome.film.total_samples()) / static_cast<double>(report_.crop.pixel_count());
+    report_.interrupted = outcome.interrupted;
+    if (checkpoint_) report_.checkpoint = checkpoint_->report();
+    report_.statistics = outcome.statistics;
+    report_.times.render_s = outcome.statistics.render_s;
+    report_.film_bytes = outcome.film.memory_bytes();
+  }
+
+  void warn_of_non_finite(const RayCounters& rays) {
+    if (rays.non_finite == 0 || !rays.first_non_finite) return;
+    const auto& [pixel, sample] = *rays.first_non_finite;
+    run_.display.on_warning(fmt::format("non-finite radiance at pixel ({}, {}), sample {} ({} samples dropped in all); "
+                                        "replay: {} --pixel {},{} --sample {}",
+                                        pixel.x, pixel.y, sample, rays.non_finite, report_.command_line, pixel.x,
+                                        pixel.y, sample));
+  }
+
+  const ImageRequest& request_;
+  const RenderOptions& options_;
+  RenderScene& scene_;
+  RenderRun& run_;
+  std::unique_ptr<Checkpoint> checkpoint_; // null: none is asked for
+  RenderStage stage_;
+  RenderSettings settings_;
+  AccumulationIdentity identity_;
+  AccumulationOutputs accumulations_;
+  RenderReport report_;
+};
+
+} // namespace
+
+Result<ImageResult> render_image(const ImageRequest& request, RenderScene& scene, RenderRun& run) {
+  return ImageRender(request, scene, run).run();
+}
+
+} // namespace kindling::app

@@ -1,0 +1,77 @@
+// How a wave of the path tracer starts and ends: camera rays in, samples of the film out.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/path_recorder.h"
+#include "renderer/integrator/path_trace.h"
+
+namespace kindling {
+namespace {
+
+Rgb clamped(const Rgb& radiance, float largest) {
+  const float peak = max_component(radiance);
+  return peak > largest ? radiance * (largest / peak) : radiance;
+}
+
+} // namespace
+
+void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count;
+  context.rays.resize(count);
+  context.active.resize(count);
+  generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);
+  for (size_t slot = 0; slot < count; ++slot) {
+    context.active[slot] = static_cast<uint32_t>(slot);
+    context.states[slot] = PathState{};
+    if (context.recorder) context.recorder->start_path(slot);
+  }
+  if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
+  context.counters.paths += count;
+  trace_event(context, [&](PathVertex& vertex) {
+    vertex.event = "camera";
+    vertex.position = context.rays[0].origin;
+    vertex.direction = context.rays[0].direction;
+  });
+}
+
+void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+  context.hits.resize(context.rays.size());
+  intersect_camera_rays(world_.accelerator(), camera_, sampler_, filter_, block, samples, context.rays, context.hits);
+  context.counters.camera += context.rays.size();
+}
+
+// Slots run sample by sample, so each pixel receives its samples in order.
+void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film& film) const {
+  const bool clamps = settings_.clamp_direct < kInfinity || settings_.clamp_indirect < kInfinity;
+  for (size_t slot = 0; slot < path_count; ++slot) {
+    PathState& state = context.states[slot];
+    const CameraSample& camera_sample = context.camera_samples[slot];
+    if (clamps) {
+      state.light[kDirect] = clamped(state.light[kDirect], settings_.clamp_direct);
+      state.light[kIndirect] = clamped(state.light[kIndirect], settings_.clamp_indirect);
+    }
+    const Rgb radiance = state.light[kEmission] + state.light[kDirect] + state.light[kIndirect];
+    if (context.recorder) context.recorder->finish_path(slot, radiance);
+    if (!is_finite(radiance)) {
+      context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
+      continue;
+    }
+    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
+    if (context.surfaces.empty()) continue;
+    FilmSurface& surface = context.surfaces[slot];
+    surface.emission = state.light[kEmission];
+    surface.direct = state.light[kDirect];
+    film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
+  }
+}
+
+void PathIntegrator::record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
+                                    uint32_t slot, PathContext& context) const {
+  FilmSurface& record = context.surfaces[slot];
+  record.hit = true;
+  record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
+  record.normal = surface.shading_normal;
+  record.depth = camera_.depth(surface.position, ray.time);
+  record.position = surface.position;
+}
+
+} // namespace kindling

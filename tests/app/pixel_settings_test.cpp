@@ -1,0 +1,240 @@
+// That the settings of an image name every flag that its pixels depend on, and no other.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/checkpoint/pixel_settings.h"
+#include "renderer/app/flags/parse_command_line.h"
+#include "renderer/app/setup/shutter.h"
+
+#include "renderer/app/checkpoint/accumulation_identity.h"
+#include "renderer/app/setup/choose.h"
+#include "renderer/app/terminal/version.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+#include <set>
+
+namespace kindling::app {
+namespace {
+
+using Words = std::vector<std::string>;
+
+RenderOptions parsed_options(const Words& flags) {
+  std::vector<const char*> arguments{"render", "a.glb"};
+  for (const std::string& flag : flags) arguments.push_back(flag.c_str());
+  const Result<CommandLine> line = parse_command_line(arguments);
+  EXPECT_TRUE(line.ok()) << testing::PrintToString(flags) << (line.ok() ? "" : line.error().message);
+  return line.ok() ? std::get<RenderOptions>(line.value().command) : RenderOptions{};
+}
+
+// As of a scene without cameras, scenes and shutters of its own.
+std::string settings(const Words& flags, uint64_t environment_hash = 7) {
+  const RenderOptions options = parsed_options(flags);
+  ResolvedImage resolved;
+  const Result<V2i> size = choose_size(nullptr, options);
+  EXPECT_TRUE(size.ok()) << size.error().message;
+  resolved.size_px = size.value();
+  Scene scene;
+  scene.scenes.resize(1);
+  const Result<std::optional<Shutter>> shutter = choose_shutter(scene, 0, options);
+  EXPECT_TRUE(shutter.ok());
+  resolved.shutter = shutter.value();
+  resolved.time_s = time_of_image(shutter.value(), options);
+  const auto index = [](const std::string& text) { return text.empty() ? 0 : std::stoi(text); };
+  resolved.scene = index(options.scene_name);
+  resolved.variant = index(options.variant_name);
+  if (!options.orbit) resolved.camera = index(options.camera);
+  resolved.environment_hash = environment_hash;
+  return pixel_settings(options, resolved);
+}
+
+struct FlagCase {
+  bool of_image = true;
+  Words with;    // flags that this one needs
+  Words changed; // what is added to change it; the flag itself first
+};
+
+// Every flag of `kindling render` has its line here. Who adds one decides: do pixels depend on it?
+const std::map<std::string, FlagCase>& flag_cases() {
+  static const Words kNone, kWhitted{"--integrator", "whitted"}, kLens{"--f-stop", "2"}, kEnv{"--env", "a.hdr"};
+  static const std::map<std::string, FlagCase> kCases{
+      {"--output", {false, kNone, {"--output", "b.png"}}},
+      {"--size", {true, kNone, {"--size", "640x360"}}},
+      {"--scale", {true, kNone, {"--scale", "0.5"}}},
+      {"--crop", {true, kNone, {"--crop", "0,0,8,8"}}},
+      {"--aov", {true, {"-o", "a.exr"}, {"--aov", "depth"}}},
+      {"--exr-float", {false, kNone, {"--exr-float"}}},
+      {"--png-bits", {false, kNone, {"--png-bits", "16"}}},
+      {"--view", {false, kNone, {"--view", "Raw"}}},
+      {"--exposure", {false, kNone, {"--exposure", "1"}}},
+      {"--ocio", {false, kNone, {"--ocio", "a.ocio"}}},
+      {"--spp", {false, {"--planned-spp", "16"}, {"--spp", "32"}}},
+      {"--planned-spp", {true, kNone, {"--planned-spp", "128"}}},
+      {"--noise-threshold", {true, {"--planned-spp", "64"}, {"--noise-threshold", "0.1"}}},
+      {"--min-spp", {true, {"--noise-threshold", "0.1"}, {"--min-spp", "64"}}},
+      {"--time-limit", {false, {"--spp", "64"}, {"--time-limit", "5m"}}},
+      {"--seed", {true, kNone, {"--seed", "1"}}},
+      {"--sampler", {true, kNone, {"--sampler", "sobol"}}},
+      {"--filter", {true, {"--filter-width", "2"}, {"--filter", "box"}}},
+      {"--filter-width", {true, kNone, {"--filter-width", "2"}}},
+      {"--outliers", {true, kNone, {"--outliers", "trim"}}},
+      {"--scene", {true, kNone, {"--scene", "1"}}},
+      {"--variant", {true, kNone, {"--variant", "1"}}},
+      {"--time", {true, kNone, {"--time", "1.5"}}},
+      {"--shutter", {true, kNone, {"--shutter", "0,0.02"}}},
+      {"--shutter-angle", {true, {"--shutter-angle", "90", "--fps", "24"}, {"--shutter-angle", "180"}}},
+      {"--fps", {true, {"--shutter-angle", "90", "--fps", "24"}, {"--fps", "25"}}},
+      {"--frames", {false, kNone, {"--frames", "1-2", "-o", "a##.png"}}}, // each frame is a --time of its own
+      {"--force", {false, {"--checkpoint", "a.kacc"}, {"--force"}}},
+      {"--camera", {true, kNone, {"--camera", "1"}}},
+      {"--orbit", {true, kNone, {"--orbit", "1,2,3"}}},
+      {"--target", {true, {"--orbit", "1,2,3"}, {"--target", "1,0,0"}}},
+      {"--fov", {true, kNone, {"--fov", "30"}}},
+      {"--f-stop", {true, kNone, {"--f-stop", "none"}}},
+      {"--focal-length", {true, kLens, {"--focal-length", "50"}}},
+      {"--focus-distance", {true, kLens, {"--focus-distance", "2"}}},
+      {"--focus-pixel", {true, kLens, {"--focus-pixel", "1,2"}}},
+      {"--aperture-blades", {true, kLens, {"--aperture-blades", "5"}}},
+      {"--aperture-rotation", {true, kLens, {"--aperture-rotation", "5"}}},
+      {"--anamorphic", {true, kLens, {"--anamorphic", "2"}}},
+      {"--cats-eye", {true, kLens, {"--cats-eye", "0.5"}}},
+      {"--env", {true, kNone, {"--env", "a.hdr"}}},
+      {"--env-rotation", {true, kEnv, {"--env-rotation", "5"}}},
+      {"--env-intensity", {true, kEnv, {"--env-intensity", "2"}}},
+      {"--env-color", {true, kNone, {"--env-color", "0.2"}}},
+      {"--light-radius", {true, kNone, {"--light-radius", "0.1"}}},
+      {"--sun-angle", {true, kNone, {"--sun-angle", "0.53"}}},
+      {"--background", {true, kNone, {"--background", "0.1,0.2,0.3"}}},
+      {"--integrator", {true, kNone, {"--integrator", "ambient-occlusion"}}},
+      {"--max-bounces", {true, kNone, {"--max-bounces", "3"}}},
+      {"--max-diffuse-bounces", {true, kNone, {"--max-diffuse-bounces", "3"}}},
+      {"--max-glossy-bounces", {true, kNone, {"--max-glossy-bounces", "3"}}},
+      {"--max-transmission-bounces", {true, kNone, {"--max-transmission-bounces", "3"}}},
+      {"--roulette-start", {true, kNone, {"--roulette-start", "5"}}},
+      {"--clamp-direct", {true, kNone, {"--clamp-direct", "5"}}},
+      {"--clamp-indirect", {true, kNone, {"--clamp-indirect", "5"}}},
+      {"--caustics", {true, kNone, {"--caustics", "off"}}},
+      {"--guiding", {true, kNone, {"--guiding", "off"}}},
+      {"--ao-distance", {true, kNone, {"--ao-distance", "1"}}},
+      {"--tracer", {true, kNone, {"--tracer", "none"}}},
+      {"--trace-depth", {true, kWhitted, {"--trace-depth", "3"}}},
+      {"--max-reflections", {true, kWhitted, {"--max-reflections", "2"}}},
+      {"--ambient", {true, kWhitted, {"--ambient", "sampled"}}},
+      {"--light-samples", {true, kWhitted, {"--light-samples", "2x2"}}},
+      {"--glossy-samples", {true, kWhitted, {"--glossy-samples", "2x2"}}},
+      {"--whitted-cache", {false, kWhitted, {"--whitted-cache", "off"}}},
+      {"--whitted-form", {false, kWhitted, {"--whitted-form", "recursive"}}},
+      {"--accel", {true, kNone, {"--accel", "embree"}}},
+      {"--accel-quality", {true, kNone, {"--accel-quality", "best"}}},
+      {"--threads", {false, kNone, {"--threads", "1"}}},
+      {"--tile-size", {false, kNone, {"--tile-size", "8"}}},
+      {"--schedule", {false, kNone, {"--schedule", "regions"}}},
+      {"--batch-size", {false, kNone, {"--batch-size", "64"}}},
+      {"--texture-memory", {false, kNone, {"--texture-memory", "1M"}}},
+      {"--part", {false, kNone, {"--part", "1/2"}}},
+      {"--tile-part", {false, kNone, {"--tile-part", "1/2"}}},
+      {"--checkpoint", {false, kNone, {"--checkpoint", "a.kacc"}}},
+      {"--checkpoint-every", {false, {"--checkpoint", "a.kacc"}, {"--checkpoint-every", "1m"}}},
+      {"--progress", {false, kNone, {"--progress", "none"}}},
+      {"--stats", {false, kNone, {"--stats", "a.json"}}},
+      {"--pixel", {false, kNone, {"--pixel", "1,1"}}},
+      {"--sample", {false, {"--pixel", "1,1"}, {"--sample", "1"}}},
+      {"--quiet", {false, kNone, {"--quiet"}}},
+      {"--verbose", {false, kNone, {"--verbose"}}},
+  };
+  return kCases;
+}
+
+std::set<std::string> flags_of_help() {
+  const Result<CommandLine> line = parse_command_line(std::vector<const char*>{"render", "--help"});
+  const std::string text = std::get<PrintText>(line.value().command).text;
+  const std::regex flag(R"((?:^|\n) {0,4}(?:-\w,)?(--[a-z][a-z0-9-]*))");
+  std::set<std::string> names;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), flag); it != std::sregex_iterator(); ++it)
+    names.insert((*it)[1]);
+  names.erase("--help");
+  return names;
+}
+
+TEST(PixelSettings, EveryFlagOfRenderIsDecidedUpon) {
+  const std::set<std::string> flags = flags_of_help();
+  EXPECT_GT(flags.size(), 60U);
+  for (const std::string& flag : flags)
+    EXPECT_TRUE(flag_cases().contains(flag))
+        << flag << ": do pixels depend on it? Then add it to pixel_settings(); in any case give it its line here";
+  for (const auto& [flag, flag_case] : flag_cases()) EXPECT_TRUE(flags.contains(flag)) << flag << " is no flag";
+}
+
+TEST(PixelSettings, AChangedFlagOfTheImageIsSeenAndAnyOtherIsNot) {
+  for (const auto& [flag, flag_case] : flag_cases()) {
+    SCOPED_TRACE(flag);
+    ASSERT_EQ(flag_case.changed.front(), flag);
+    Words changed = flag_case.with;
+    changed.insert(changed.end(), flag_case.changed.begin(), flag_case.changed.end());
+    const std::string before = settings(flag_case.with), after = settings(changed);
+    if (flag_case.of_image)
+      EXPECT_NE(before, after);
+    else
+      EXPECT_EQ(before, after);
+  }
+}
+
+TEST(PixelSettings, DefaultsAndTheirWordsAreTheSame) {
+  EXPECT_EQ(settings({}), settings({"--seed",
+                                    "0",
+                                    "--spp",
+                                    "64",
+                                    "--size",
+                                    "1280x720",
+                                    "--crop",
+                                    "0,0,1280,720",
+                                    "--aov",
+                                    "beauty,samples",
+                                    "--filter-width",
+                                    "1.5",
+                                    "--max-transmission-bounces",
+                                    "16",
+                                    "--accel",
+                                    "kdtree",
+                                    "--camera",
+                                    "0",
+                                    "--background",
+                                    "env",
+                                    "--guiding",
+                                    "auto"}));
+  EXPECT_EQ(settings({"--shutter-angle", "180", "--fps", "25"}), settings({"--shutter", "0,0.02"}));
+  EXPECT_EQ(settings({"--noise-threshold", "0.1"}),
+            settings({"--noise-threshold", "0.1", "--min-spp", "32", "--spp", "1024", "--aov", "samples"}));
+}
+
+TEST(PixelSettings, TheContentsOfTheEnvironmentCount) {
+  EXPECT_NE(settings({"--env", "a.hdr"}, 1), settings({"--env", "a.hdr"}, 2));
+  EXPECT_EQ(settings({"--env", "a.hdr"}, 1), settings({"--env", "elsewhere/b.hdr"}, 1));
+}
+
+TEST(PixelSettings, DifferencesAreNamed) {
+  const auto refusal = [](const std::string& before, const std::string& now) {
+    AccumulationIdentity file, here;
+    file.image = before;
+    here.image = now;
+    const Result<void> same = check_same_render(file, "a.kacc", here);
+    return same.ok() ? "" : same.error().message;
+  };
+  EXPECT_EQ(refusal(settings({}), settings({})), "");
+  EXPECT_EQ(
+      refusal(settings({"--clamp-direct", "0.1"}), settings({"--seed", "2"})),
+      "a.kacc: is of another image (--clamp-direct: 0.1 in it, none here; --seed: 0 in it, 2 here); make it as it "
+      "was, or use another name");
+  const std::string many =
+      refusal(settings({}), settings({"--seed", "2", "--fov", "3", "--light-radius", "1", "--f-stop", "4"}));
+  EXPECT_NE(many.find("; and 1 more); "), std::string::npos) << many;
+  EXPECT_NE(refusal("junk", "{}").find("settings: junk in it, {} here"), std::string::npos) << refusal("junk", "{}");
+}
+
+TEST(Version, TheProgramSaysFromWhichSourcesItIs) {
+  EXPECT_TRUE(std::regex_match(program_identity(), std::regex(R"(Kindling \S+ \(sources [0-9a-f]{16}, .+\))")))
+      << program_identity();
+}
+
+} // namespace
+} // namespace kindling::app

@@ -1,0 +1,48 @@
+// Small images in memory, in every format that is read: what the tests of this folder decode.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/image/image.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kindling::test {
+
+using FileBytes = std::vector<std::byte>;
+
+// Random values with a fixed seed; floats in [0, 4).
+[[nodiscard]] Image make_noise_image(int width, int height, int channels, PixelType type, uint32_t seed = 1);
+
+// Written by OpenImageIO as it is ("png", "hdr", "openexr"). `names`: channel names of EXR.
+[[nodiscard]] FileBytes encode_with_oiio(const Image& image, const std::string& format,
+                                         const std::vector<std::string>& names = {});
+// A part of a display window of that size, at that corner.
+[[nodiscard]] FileBytes encode_exr_window(const Image& image, int x, int y, int full_width, int full_height);
+[[nodiscard]] FileBytes encode_exr_tiled(const Image& image, int tile_side);
+// Two parts: one channel "mask", then an image.
+[[nodiscard]] FileBytes encode_exr_mask_and_image(const Image& mask, const Image& image);
+[[nodiscard]] FileBytes encode_webp_lossless(const Image& image);
+// color_components: 1, 3 or 4 (CMYK, with Adobe's marker and its inverted ink).
+[[nodiscard]] FileBytes encode_jpeg(std::span<const uint8_t> samples, int width, int height, int components,
+                                    bool progressive);
+
+// A PNG made chunk by chunk without compression: color_type, bit_depth and rows as in the specification (each row is
+// preceded here by its filter byte 0). `extra` goes between IHDR and IDAT.
+struct PngChunk {
+  std::string type;
+  std::vector<uint8_t> data;
+};
+[[nodiscard]] FileBytes make_png(uint32_t width, uint32_t height, uint8_t bit_depth, uint8_t color_type,
+                                 const std::vector<std::vector<uint8_t>>& rows,
+                                 const std::vector<PngChunk>& extra = {});
+
+// The chunks of a PNG file.
+[[nodiscard]] std::vector<PngChunk> read_png_chunks(const FileBytes& file);
+
+[[nodiscard]] FileBytes read_file(const std::string& path);
+
+} // namespace kindling::test

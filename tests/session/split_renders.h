@@ -1,0 +1,109 @@
+// What is rendered whole and in pieces that must agree to the bit: tracers, options and accelerators.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tests/session/mixed_scene.h"
+#include "tests/session/same_bits.h"
+
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kindling::test {
+
+enum class SplitKind {
+  path,     // all AOVs, outliers trimmed
+  jittered, // the same with a pattern that the number of samples shapes
+  whitted,
+  adaptive, // blocks that stop early, and others
+  guided,
+  moving, // with a lens
+};
+
+struct SplitCase {
+  SplitKind kind = SplitKind::path;
+  accel::Kind accelerator = accel::Kind::kdtree;
+};
+
+inline std::vector<SplitCase> all_split_cases() {
+  std::vector<SplitCase> cases;
+  for (const SplitKind kind : {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive,
+                               SplitKind::guided, SplitKind::moving})
+    for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
+      cases.push_back({kind, accelerator});
+  return cases;
+}
+
+inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
+  constexpr const char* kNames[] = {"path", "jittered", "whitted", "adaptive", "guided", "moving"};
+  return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
+         std::string(accel::kind_name(info.param.accelerator));
+}
+
+class SplitScene {
+ public:
+  explicit SplitScene(const SplitCase& what)
+      : kind_(what.kind),
+        world_(what.kind == SplitKind::moving ? moving_world(what.accelerator) : mixed_world(what.accelerator)) {}
+
+  [[nodiscard]] const World& world() const { return *world_; }
+  [[nodiscard]] Camera camera() const {
+    SceneCamera camera;
+    if (kind_ == SplitKind::moving) {
+      camera.lens.f_stop = 2.0f;
+      camera.lens.focus_distance_m = 6.0f;
+    }
+    return {camera, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, CameraMotion{.shutter_open = world_->has_motion()}};
+  }
+
+  [[nodiscard]] RenderSettings settings() const {
+    RenderSettings settings = small_render(kSize, 9);
+    settings.integrator.roulette_start_bounce = 2;
+    for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+    settings.outliers = Outliers::trim;
+    switch (kind_) {
+    case SplitKind::path: break;
+    case SplitKind::jittered: settings.sampler = SamplerKind::jittered; break;
+    case SplitKind::whitted:
+      settings.integrator.kind = IntegratorKind::whitted;
+      settings.integrator.whitted.trace_depth = 5;
+      break;
+    case SplitKind::adaptive:
+      settings.samples_per_pixel = 70;
+      settings.adaptive = {.noise_threshold = 0.06, .min_samples_per_pixel = 20};
+      break;
+    case SplitKind::guided:
+      settings.guiding = Guiding::on;
+      settings.planned_samples = 64; // enough to learn from
+      break;
+    case SplitKind::moving: settings.sampler = SamplerKind::sobol; break;
+    }
+    return settings;
+  }
+
+  RenderOutcome render(const RenderSettings& settings, RenderContinuity continuity = {},
+                       const CancelToken* cancel = nullptr) const {
+    Result<RenderOutcome> outcome =
+        kindling::render(*world_, camera(), settings, cancel, nullptr, std::move(continuity));
+    EXPECT_TRUE(outcome.ok()) << (outcome.ok() ? "" : outcome.error().message);
+    return std::move(outcome).value();
+  }
+
+ private:
+  static inline const V2i kSize{43, 29}; // not a multiple of anything
+
+  SplitKind kind_;
+  std::unique_ptr<const World> world_;
+};
+
+// Other threads, tiles, batches and schedules.
+inline void vary_work(RenderSettings& settings, std::mt19937& random) {
+  constexpr int kThreads[] = {1, 2, 7};
+  settings.threads = kThreads[random() % 3];
+  settings.tile_size_px = random() % 2 == 0 ? 8 : 32;
+  settings.integrator.batch_size = random() % 2 == 0 ? 64 : 256;
+  settings.schedule = random() % 4 == 0 ? Schedule::regions : Schedule::tiles;
+}
+
+} // namespace kindling::test

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/unbiased/render_images.h"
+
+#include "renderer/session/train_guide.h"
+
+#include <gtest/gtest.h>
+
+namespace kindling::test {
+
+Images render_images(const World& world, const Camera& camera, RenderSettings settings, uint32_t first_seed,
+                     uint32_t seeds, const Guide* guide) {
+  const PixelRect whole{V2i(0, 0), camera.size_px()};
+  Images images(camera.size_px());
+  for (settings.seed = first_seed; settings.seed < first_seed + seeds; ++settings.seed) {
+    const Sampler sampler(settings.seed, settings.sampler, settings.samples_per_pixel);
+    const auto integrator =
+        make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide);
+    const auto context = integrator->make_context();
+    Film film(camera.size_px(), whole, settings.aovs);
+    for (int y = 0; y < whole.max.y; y += kBlockSize)
+      for (int x = 0; x < whole.max.x; x += kBlockSize)
+        integrator->render_block(PixelRect{V2i(x, y), V2i(x + kBlockSize, y + kBlockSize)},
+                                 {0, settings.samples_per_pixel}, *context, film);
+    EXPECT_EQ(context->counters.non_finite, 0U);
+    images.add(film.resolve(Aov::beauty));
+  }
+  return images;
+}
+
+std::unique_ptr<const Guide> train_one_guide(const World& world, const Camera& camera, RenderSettings settings) {
+  settings.guiding = Guiding::on;
+  settings.samples_per_pixel = 1024;
+  settings.seed = 1U << 20; // of no image
+  return train_guide(world, camera, settings, nullptr, {}).guide;
+}
+
+} // namespace kindling::test
