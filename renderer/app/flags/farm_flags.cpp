@@ -77,6 +77,14 @@ void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("Reports");
 }
 
+FlagSet declare_submit_flags(FarmSubmitOptions& options) {
+  FlagSet flags("Hands a scene over to the machines of a farm.", "kindling farm submit");
+  flags.usage("SCENE --parts N --folder DIR -o FILE [flags] -- [flags of render]\n\nSCENE is a .gltf or .glb file. "
+              "[Defaults] stand in brackets; of a flag that is given twice the last counts.");
+  add_submit_flags(flags, options);
+  return flags;
+}
+
 // True if help was asked for.
 Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments) {
   Result<bool> help = flags.parse(arguments);
@@ -123,8 +131,7 @@ Result<FarmCommandLine> parse_submit(std::span<const char* const> arguments) {
       std::find_if(arguments.begin(), arguments.end(), [](const char* word) { return std::string_view(word) == "--"; });
   FarmSubmitOptions options;
   if (end != arguments.end()) options.render_flags.assign(end + 1, arguments.end());
-  FlagSet flags("Hands a scene over to the machines of a farm.", "kindling farm submit");
-  add_submit_flags(flags, options);
+  FlagSet flags = declare_submit_flags(options);
   std::string scene;
   flags.operand("SCENE", scene);
   Result<bool> help = parse_words(flags, arguments.first(static_cast<size_t>(end - arguments.begin())));
@@ -175,6 +182,18 @@ Result<FarmCommandLine> parse_farm_command(std::span<const char* const> argument
   if (action == "work") return parse_folder_action(FarmAction::work, rest);
   if (action == "merge") return parse_folder_action(FarmAction::merge, rest);
   return usage_error(fmt::format("farm: unknown action '{}'; use submit, status, retry, work or merge", action));
+}
+
+std::vector<CommandTable> farm_tables() {
+  FarmSubmitOptions options;
+  CommandTable submit = declare_submit_flags(options).table();
+  submit.name = "farm submit";
+  const FlagRow json{"", "--json", "", "Print JSON", "Reports"};
+  return {std::move(submit),
+          {"farm status", "DIR [--json]", "Prints the state of a farm.", {json}},
+          {"farm retry", "DIR", "Submits again the tasks that were given up or are missing.", {}},
+          {"farm work", "DIR TASK", "Renders one task; the engine runs it.", {}},
+          {"farm merge", "DIR", "Merges the frames whose parts are all there; the engine runs it.", {}}};
 }
 
 } // namespace kindling::app

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/flags/flag_table.h"
 #include "renderer/app/options/farm_options.h"
 #include "renderer/base/result.h"
 
 #include <span>
 #include <string>
+#include <vector>
 
 namespace kindling::app {
 
@@ -16,5 +18,7 @@ struct FarmCommandLine {
 };
 // `arguments` after "farm". Fails (usage).
 [[nodiscard]] Result<FarmCommandLine> parse_farm_command(std::span<const char* const> arguments);
+// "farm submit" and the other actions with their flags.
+[[nodiscard]] std::vector<CommandTable> farm_tables();
 
 } // namespace kindling::app

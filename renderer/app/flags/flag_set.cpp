@@ -36,22 +36,11 @@ std::string wrap(const std::string& text) {
   return wrapped;
 }
 
-// "Usage:" with the one positional as people write it, and no section of its own for that.
+// "Usage:" with the operands as people write them, and no section of their own for them.
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App*, std::string name) const override {
-    if (const std::string own = get_label(kUsageLabel); own != kUsageLabel)
-      return "\nUsage: " + name + " " + own + "\n\n";
-    return "\nUsage: " + name +
-           (name.ends_with("render")     ? " SCENE [-o FILE]... [flags]"
-            : name.ends_with("submit")   ? " SCENE --parts N --folder DIR -o FILE [flags] -- [flags of render]"
-            : name.ends_with("resume")   ? " FILE.kacc [flags]"
-            : name.ends_with("shootout") ? " SCENE... [flags]"
-            : name.ends_with("scaling")  ? " SCENE... [flags]"
-                                         : " SCENE [flags]") +
-           "\n\n" +
-           (name.ends_with("resume") ? "FILE.kacc is the checkpoint of a render." : "SCENE is a .gltf or .glb file.") +
-           " [Defaults] stand in brackets; of a flag that is given twice the last counts.\n\n";
+    return "\nUsage: " + name + " " + get_label(kUsageLabel) + "\n\n";
   }
   std::string make_positionals(const CLI::App*) const override { return {}; }
   std::string make_group(std::string group, bool positional, std::vector<const CLI::Option*> options) const override {
@@ -83,8 +72,7 @@ FlagSet::FlagSet(const std::string& description, const std::string& program)
 }
 
 FlagSet::~FlagSet() = default;
-
-void FlagSet::usage(const std::string& text) { app_->get_formatter()->label(kUsageLabel, text); }
+FlagSet::FlagSet(FlagSet&& other) noexcept = default;
 
 bool FlagSet::wanted(const std::string& names) const {
   return only_.empty() || std::find(only_.begin(), only_.end(), long_name(names)) != only_.end();
@@ -135,6 +123,7 @@ void FlagSet::operand(const std::string& name, std::string& word) { app_->add_op
 void FlagSet::operand(const std::string& name, std::vector<std::string>& words) { app_->add_option(name, words); }
 
 Result<bool> FlagSet::parse(std::span<const char* const> arguments) {
+  app_->get_formatter()->label(kUsageLabel, usage_);
   app_->set_help_flag("-h,--help", "Print this text")->group("Reports");
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // CLI11 wants the last one first
@@ -148,6 +137,26 @@ Result<bool> FlagSet::parse(std::span<const char* const> arguments) {
     return usage_error(error.what());
   }
   return false;
+}
+
+CommandTable FlagSet::table() const {
+  CommandTable table;
+  table.name = app_->get_name();
+  table.usage = usage_.substr(0, usage_.find('\n'));
+  table.description = app_->get_description();
+  for (const std::string& group : app_->get_groups())
+    for (const CLI::Option* option : app_->get_options()) {
+      if (option->get_group() != group || option->get_lnames().empty()) continue;
+      FlagRow row;
+      row.short_name = option->get_snames().empty() ? "" : "-" + option->get_snames().front();
+      row.long_name = "--" + option->get_lnames().front();
+      row.label = option->get_items_expected_max() > 0 ? option->get_option_text() : "";
+      row.description = option->get_description();
+      std::replace(row.description.begin(), row.description.end(), '\n', ' ');
+      row.group = group;
+      table.flags.push_back(std::move(row));
+    }
+  return table;
 }
 
 std::vector<std::string> FlagSet::extras() const { return app_->remaining(); }

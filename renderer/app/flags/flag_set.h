@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/flags/flag_table.h"
 #include "renderer/base/result.h"
 
 #include <functional>
@@ -24,9 +25,10 @@ class FlagSet {
   // `program` as the help names it: "kindling render".
   FlagSet(const std::string& description, const std::string& program);
   ~FlagSet();
+  FlagSet(FlagSet&& other) noexcept;
 
-  // What stands behind the command's name in the help, for one that is not for scenes.
-  void usage(const std::string& text);
+  // The text behind the command's name in the help: what it works on in the first line, explanations in others.
+  void usage(const std::string& text) { usage_ = text; }
 
   // The heading in the help of the flags that follow.
   void group(std::string name) { group_ = std::move(name); }
@@ -59,11 +61,14 @@ class FlagSet {
 
   // Every flag's long name, for suggestions.
   [[nodiscard]] std::vector<std::string> names() const;
+  // The flags in the order of the help, --help included.
+  [[nodiscard]] CommandTable table() const;
 
  private:
   [[nodiscard]] bool wanted(const std::string& names) const;
 
   std::unique_ptr<CLI::App> app_;
+  std::string usage_;
   std::string group_;
   std::vector<std::string> only_; // empty: all
 };

@@ -2,8 +2,10 @@
 #include "renderer/app/flags/parse_command_line.h"
 
 #include "renderer/app/flags/command_flags.h"
+#include "renderer/app/flags/completion.h"
 #include "renderer/app/flags/farm_flags.h"
 #include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/manual_page.h"
 #include "renderer/app/flags/resume_flags.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/terminal/version.h"
@@ -33,6 +35,8 @@ Usage:
   kindling scaling SCENE... [flags]            measure what more threads bring, from loading to the image
   kindling info --list-extensions              print the glTF extensions that are understood
   kindling COMMAND --help                      all flags of a command
+  kindling manual                              print the manual page
+  kindling completion bash|zsh                 print a shell's completion script
   kindling --version                           version, compiler and libraries
 
 Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file cannot be read or written,
@@ -52,7 +56,17 @@ std::string describe_extra(const std::string& word, const FlagSet& flags, std::s
                      operand_given.empty() ? "" : fmt::format("; there can be one {}", operand_given));
 }
 
-// A command of the program: its name, what it works on, and its flags. A new one has its own here and stands in Commands.
+// What a SCENE and the [defaults] of a help text are.
+constexpr const char* kSceneHelp =
+    "\n\nSCENE is a .gltf or .glb file. [Defaults] stand in brackets; of a flag that is given twice the last counts.";
+constexpr const char* kCheckpointHelp =
+    "\n\nFILE.kacc is the checkpoint of a render. [Defaults] stand in brackets; of a flag that is given twice the last "
+    "counts.";
+constexpr const char* kPartHelp =
+    "\n\nPART is a .kacc file: a part, a checkpoint or a merge of others, in any order. [Defaults] stand in brackets.";
+
+// A command of the program: its name, its operand and its flags. A new command adds its own specialization here
+// and to Commands.
 template <typename Options>
 struct Command;
 
@@ -61,6 +75,8 @@ struct Command<RenderOptions> {
   static constexpr std::string_view kName = "render";
   static constexpr const char* kDescription = "Renders a glTF scene to PNG and EXR images.";
   static constexpr const char* kOperand = "SCENE";
+  static constexpr const char* kUsage = "SCENE [-o FILE]... [flags]";
+  static constexpr const char* kOperandHelp = kSceneHelp;
   static std::filesystem::path& operand(RenderOptions& options) { return options.scene_file; }
   static void add_flags(FlagSet& flags, RenderOptions& options) { add_render_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, RenderOptions& options) { return check_render_flags(flags, options); }
@@ -71,6 +87,8 @@ struct Command<ResumeOptions> {
   static constexpr std::string_view kName = "resume";
   static constexpr const char* kDescription = "Goes on with an interrupted render, or adds samples to one.";
   static constexpr const char* kOperand = "FILE.kacc";
+  static constexpr const char* kUsage = "FILE.kacc [flags]";
+  static constexpr const char* kOperandHelp = kCheckpointHelp;
   static std::filesystem::path& operand(ResumeOptions& options) { return options.file; }
   static void add_flags(FlagSet& flags, ResumeOptions& options) { add_resume_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, ResumeOptions& options) { return check_resume_flags(flags, options); }
@@ -82,6 +100,8 @@ struct Command<InfoOptions> {
   static constexpr const char* kDescription =
       "Prints what is in a glTF file, or in a .kacc file: a checkpoint, a part, a merge.";
   static constexpr const char* kOperand = "SCENE";
+  static constexpr const char* kUsage = "SCENE [flags]";
+  static constexpr const char* kOperandHelp = kSceneHelp;
   static std::filesystem::path& operand(InfoOptions& options) { return options.scene_file; }
   static void add_flags(FlagSet& flags, InfoOptions& options) { add_info_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, InfoOptions& options) { return check_info_flags(flags, options); }
@@ -92,6 +112,8 @@ struct Command<ShootoutOptions> {
   static constexpr std::string_view kName = "shootout";
   static constexpr const char* kDescription = "Races accelerators on the rays that path tracing a glTF scene takes.";
   static constexpr const char* kOperand = "SCENE";
+  static constexpr const char* kUsage = "SCENE... [flags]";
+  static constexpr const char* kOperandHelp = kSceneHelp;
   static std::vector<std::filesystem::path>& operand(ShootoutOptions& options) { return options.scene_files; }
   static void add_flags(FlagSet& flags, ShootoutOptions& options) { add_shootout_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, ShootoutOptions& options) {
@@ -104,9 +126,8 @@ struct Command<MergeOptions> {
   static constexpr std::string_view kName = "merge";
   static constexpr const char* kDescription = "Adds up parts of an image that were rendered apart.";
   static constexpr const char* kOperand = "PART";
-  static constexpr const char* kUsage =
-      "PART... -o FILE [-o FILE]... [flags]\n\nPART is a .kacc file: a part, a checkpoint or a merge of others, in any "
-      "order. [Defaults] stand in brackets.";
+  static constexpr const char* kUsage = "PART... -o FILE [-o FILE]... [flags]";
+  static constexpr const char* kOperandHelp = kPartHelp;
   static std::vector<std::filesystem::path>& operand(MergeOptions& options) { return options.parts; }
   static void add_flags(FlagSet& flags, MergeOptions& options) { add_merge_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, MergeOptions& options) { return check_merge_flags(flags, options); }
@@ -118,6 +139,8 @@ struct Command<ScalingOptions> {
   static constexpr const char* kDescription =
       "Measures what more threads bring, from loading a glTF scene to its image.";
   static constexpr const char* kOperand = "SCENE";
+  static constexpr const char* kUsage = "SCENE... [flags]";
+  static constexpr const char* kOperandHelp = kSceneHelp;
   static std::vector<std::filesystem::path>& operand(ScalingOptions& options) { return options.scene_files; }
   static void add_flags(FlagSet& flags, ScalingOptions& options) { add_scaling_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, ScalingOptions& options) {
@@ -125,16 +148,33 @@ struct Command<ScalingOptions> {
   }
 };
 
+// A set with the flags of one command, which parse into `options`.
+template <typename Options>
+FlagSet declare_flags(Options& options) {
+  using This = Command<Options>;
+  FlagSet flags(This::kDescription, "kindling " + std::string(This::kName));
+  flags.usage(std::string(This::kUsage) + This::kOperandHelp);
+  This::add_flags(flags, options);
+  return flags;
+}
+
+// The row of one command for the manual.
+template <typename Options>
+CommandTable command_table() {
+  Options options;
+  CommandTable table = declare_flags(options).table();
+  table.name = Command<Options>::kName;
+  return table;
+}
+
 // Parses the flags of one command into `options`; a text if --help was among them.
 template <typename Options>
 Result<std::optional<PrintText>> parse_command(std::span<const char* const> arguments, Options& options) {
   using This = Command<Options>;
-  FlagSet flags(This::kDescription, "kindling " + std::string(This::kName));
-  if constexpr (requires { This::kUsage; }) flags.usage(This::kUsage);
+  FlagSet flags = declare_flags(options);
   auto& operand = This::operand(options);
   constexpr bool kSeveral = std::is_same_v<decltype(operand), std::vector<std::filesystem::path>&>;
   std::conditional_t<kSeveral, std::vector<std::string>, std::string> words;
-  This::add_flags(flags, options);
   flags.operand(This::kOperand, words);
   const Result<bool> help = flags.parse(arguments);
   if (!help.ok()) return help.error();
@@ -152,6 +192,7 @@ Result<std::optional<PrintText>> parse_command(std::span<const char* const> argu
 template <typename... Options>
 struct CommandList {
   static std::vector<std::string> names() { return {std::string(Command<Options>::kName)...}; }
+  static std::vector<CommandTable> tables() { return {command_table<Options>()...}; }
 
   // Nothing if there is no such command.
   static std::optional<Result<CommandLine>> parse(std::string_view name, std::span<const char* const> arguments) {
@@ -175,14 +216,45 @@ using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, Shootout
 
 // A command of several actions, which parses for itself.
 constexpr std::string_view kFarm = "farm";
+// Commands that print a text made of all others' flags.
+constexpr std::string_view kManual = "manual";
+constexpr std::string_view kCompletion = "completion";
 
 std::vector<std::string> command_names() {
   std::vector<std::string> names = Commands::names();
   names.emplace_back(kFarm);
+  names.emplace_back(kManual);
+  names.emplace_back(kCompletion);
   return names;
 }
 
+// The manual page or a shell's completion.
+Result<PrintText> parse_documentation(std::string_view command, std::span<const char* const> arguments) {
+  const std::string_view word = arguments.empty() ? "" : arguments.front();
+  if (command == kManual) {
+    if (word == "--help" || word == "-h")
+      return PrintText{
+          "Usage: kindling manual\n\nPrints the manual page, to be read with: kindling manual | man -l -\n"};
+    if (!word.empty()) return usage_error(fmt::format("manual: unexpected argument '{}'", word));
+    return PrintText{manual_page(command_tables(), version())};
+  }
+  if (word == "--help" || word == "-h")
+    return PrintText{
+        "Usage: kindling completion bash|zsh\n\nPrints the completion script of a shell. bash: source <(kindling "
+        "completion bash); zsh: write it to a file _kindling in a folder of $fpath.\n"};
+  if (arguments.size() > 1) return usage_error(fmt::format("completion: unexpected argument '{}'", arguments[1]));
+  if (word == "bash") return PrintText{bash_completion(command_tables())};
+  if (word == "zsh") return PrintText{zsh_completion(command_tables())};
+  return unknown_name("shell", word, {"bash", "zsh"});
+}
+
 } // namespace
+
+std::vector<CommandTable> command_tables() {
+  std::vector<CommandTable> tables = Commands::tables();
+  for (CommandTable& table : farm_tables()) tables.push_back(std::move(table));
+  return tables;
+}
 
 Result<CommandLine> parse_command_line(std::span<const char* const> arguments) {
   CommandLine line;
@@ -197,6 +269,12 @@ Result<CommandLine> parse_command_line(std::span<const char* const> arguments) {
   }
   if (command == "--version" || command == "-V") {
     line.command = PrintText{version_text()};
+    return line;
+  }
+  if (command == kManual || command == kCompletion) {
+    Result<PrintText> text = parse_documentation(command, arguments.subspan(1));
+    if (!text.ok()) return text.error();
+    line.command = std::move(text).value();
     return line;
   }
   if (command == kFarm) {

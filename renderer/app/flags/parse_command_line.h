@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/flags/flag_table.h"
 #include "renderer/app/options/farm_options.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/options/resume_options.h"
@@ -10,6 +11,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 namespace kindling::app {
 
@@ -27,6 +29,8 @@ struct CommandLine {
 
 // `arguments` without the program's name. Fails (usage).
 [[nodiscard]] Result<CommandLine> parse_command_line(std::span<const char* const> arguments);
+// Every command with its flags, for the manual and the completions.
+[[nodiscard]] std::vector<CommandTable> command_tables();
 // What ends the message of a usage error: " (try 'kindling render --help')".
 [[nodiscard]] std::string help_hint(std::span<const char* const> arguments);
 
