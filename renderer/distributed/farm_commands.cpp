@@ -12,7 +12,7 @@ namespace kindling {
 namespace {
 
 // Of the flags of a render, those that its images need again when they are made of merged sums.
-constexpr std::array<std::string_view, 4> kImageFlags = {"--view", "--exposure", "--ocio", "--png-bits"};
+constexpr std::array<std::string_view, 5> kImageFlags = {"--view", "--exposure", "--ocio", "--png-bits", "--jpeg-quality"};
 
 // A file of the task as --frames wants it: #### in place of the frame's number.
 std::string frame_pattern(const FarmTask& task, const std::filesystem::path& file) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/write_film.h"
 
+#include "renderer/image/atomic_file.h"
 #include "renderer/image/write_image.h"
 
 #include <fmt/format.h>
@@ -13,13 +14,17 @@ namespace kindling {
 
 namespace {
 
-enum class OutputFormat { unsupported, exr, png };
+enum class OutputFormat { unsupported, exr, png, jpeg };
 
 OutputFormat output_format(const std::filesystem::path& path) {
+  if (path == "-" || path == "png:-") return OutputFormat::png;
+  if (path == "exr:-") return OutputFormat::exr;
+  if (path == "jpg:-") return OutputFormat::jpeg;
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension == ".exr") return OutputFormat::exr;
   if (extension == ".png") return OutputFormat::png;
+  if (extension == ".jpg" || extension == ".jpeg") return OutputFormat::jpeg;
   return OutputFormat::unsupported;
 }
 
@@ -66,6 +71,15 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
   return write_exr(path, image);
 }
 
+// Metadata of a format that knows text alone.
+std::map<std::string, std::string> as_text(const ImageMetadata& metadata, const DisplayTransform& view) {
+  std::map<std::string, std::string> text = metadata.text;
+  for (const auto& [key, value] : metadata.numbers) text[key] = fmt::format("{:g}", value);
+  for (const auto& [key, value] : metadata.integers) text[key] = fmt::format("{}", value);
+  text["kindling:view"] = view.view();
+  return text;
+}
+
 Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                             const ImageMetadata& metadata, const WriteOptions& options) {
   std::vector<float> rgba = film.resolve_rgba();
@@ -74,31 +88,43 @@ Result<void> write_film_png(const std::filesystem::path& path, const Film& film,
     for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
   }
   view.apply(rgba);
-  std::map<std::string, std::string> text = metadata.text;
-  for (const auto& [key, value] : metadata.numbers) text[key] = fmt::format("{:g}", value);
-  for (const auto& [key, value] : metadata.integers) text[key] = fmt::format("{}", value);
-  text["kindling:view"] = view.view();
-  return write_png(path, rgba, {film.crop().width(), film.crop().height()}, options.png_bits, text);
+  return write_png(path, rgba, {film.crop().width(), film.crop().height()}, options.png_bits, as_text(metadata, view));
+}
+
+Result<void> write_film_jpeg(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
+                             const ImageMetadata& metadata, const WriteOptions& options) {
+  std::vector<float> rgba = film.resolve_rgba(); // premultiplied: over black
+  view.apply(rgba);
+  std::vector<float> rgb(rgba.size() / 4 * 3);
+  for (size_t i = 0; i < rgba.size() / 4; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
+  return write_jpeg(path, rgb, {film.crop().width(), film.crop().height()}, options.jpeg_quality,
+                    as_text(metadata, view));
 }
 
 } // namespace
 
 Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                         const ImageMetadata& metadata, const WriteOptions& options) {
+  const std::filesystem::path target = is_standard_output(path) ? std::filesystem::path(kStandardOutput) : path;
   switch (output_format(path)) {
-  case OutputFormat::exr: return write_film_exr(path, film, metadata, options);
-  case OutputFormat::png: return write_film_png(path, film, view, metadata, options);
+  case OutputFormat::exr: return write_film_exr(target, film, metadata, options);
+  case OutputFormat::png: return write_film_png(target, film, view, metadata, options);
+  case OutputFormat::jpeg: return write_film_jpeg(target, film, view, metadata, options);
   case OutputFormat::unsupported: break;
   }
   return Error{ErrorKind::usage, unsupported_output(path)};
+}
+
+bool is_standard_output(const std::filesystem::path& path) {
+  return path == "-" || path == "png:-" || path == "jpg:-" || path == "exr:-";
 }
 
 std::string unsupported_output(const std::filesystem::path& path) {
   if (output_format(path) != OutputFormat::unsupported) return {};
   const std::string extension = path.extension().string();
   if (extension.empty())
-    return fmt::format("{}: the name of an image needs an extension; use .exr or .png", path.string());
-  return fmt::format("{}: images are not written as '{}'; use .exr or .png", path.string(), extension);
+    return fmt::format("{}: the name of an image needs an extension; use .exr, .png or .jpg", path.string());
+  return fmt::format("{}: images are not written as '{}'; use .exr, .png or .jpg", path.string(), extension);
 }
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// Film to files: EXR with its layers, PNG through a view.
+// Film to files: EXR with its layers, PNG and JPEG through a view.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,14 +21,19 @@ struct ImageMetadata {
 };
 
 struct WriteOptions {
-  bool half = true; // EXR color as half; false: as float
-  int png_bits = 8; // 8 or 16
+  bool half = true;      // EXR color as half; false: as float
+  int png_bits = 8;      // 8 or 16
+  int jpeg_quality = 95; // 1 to 100
 };
 
-// By extension, .exr or .png (any case). EXR: R, G, B, A premultiplied and one layer for each further AOV, dataWindow =
-// crop. PNG: straight alpha, through `view`. An existing file is replaced only by a complete one.
+// By extension, .exr, .png, .jpg or .jpeg (any case). "-" is standard output and a PNG, "png:-", "jpg:-" and "exr:-" are standard output too.
+// EXR: R, G, B, A premultiplied and one layer for each further AOV, dataWindow = crop. PNG: straight alpha, through `view`. JPEG: over black,
+// through `view`. An existing file is replaced only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
+
+// True for "-", "png:-", "jpg:-" and "exr:-".
+[[nodiscard]] bool is_standard_output(const std::filesystem::path& path);
 
 // The sentence for a name that write_film() would refuse, empty if it would not; to be asked before a long render.
 [[nodiscard]] std::string unsupported_output(const std::filesystem::path& path);

@@ -77,6 +77,20 @@ int keep_and_rename(const fs::path& temporary, const fs::path& target, const fs:
   return error;
 }
 
+// Copies all of `file` to standard output; 0, or errno.
+int copy_to_standard_output(std::FILE* file) {
+  std::rewind(file);
+  char piece[65536];
+  for (size_t count = 0; (count = std::fread(piece, 1, sizeof piece, file)) > 0;)
+    for (size_t done = 0; done < count;) {
+      const ssize_t written = ::write(STDOUT_FILENO, piece + done, count - done);
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) return errno;
+      done += static_cast<size_t>(written);
+    }
+  return std::ferror(file) != 0 ? EIO : 0;
+}
+
 } // namespace
 
 AtomicFile::AtomicFile(std::FILE* file, int lock, fs::path target, fs::path temporary)
@@ -89,7 +103,7 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
 AtomicFile::~AtomicFile() {
   if (file_) {
     std::fclose(file_);
-    unlink(temporary_.c_str());
+    if (!temporary_.empty()) unlink(temporary_.c_str());
   }
   if (lock_ >= 0) close(lock_);
 }
@@ -103,6 +117,13 @@ fs::path AtomicFile::target_of(const fs::path& path) {
 
 Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   if (path.empty() || !path.has_filename()) return cannot_write(path, "this names no file");
+  if (path == kStandardOutput) {
+    std::FILE* file = std::tmpfile();
+    if (!file)
+      return Error{ErrorKind::input_output,
+                   fmt::format("standard output: no temporary file: {}", std::strerror(errno))};
+    return AtomicFile(file, -1, path, {});
+  }
   std::error_code code;
   const fs::path target = target_of(path);
   if (fs::exists(target, code) && !fs::is_regular_file(target, code)) {
@@ -158,6 +179,7 @@ void AtomicFile::seek(int64_t offset) {
 }
 
 Result<void> AtomicFile::commit(const fs::path& previous) {
+  if (temporary_.empty()) return commit_to_standard_output();
   const auto check = [this](bool good) {
     if (!good && error_ == 0) error_ = errno;
   };
@@ -171,6 +193,14 @@ Result<void> AtomicFile::commit(const fs::path& previous) {
   }
   sync_folder(folder_of(target_));
   return {};
+}
+
+Result<void> AtomicFile::commit_to_standard_output() {
+  if (error_ == 0 && std::fflush(file_) != 0) error_ = errno;
+  if (error_ == 0) error_ = copy_to_standard_output(file_);
+  std::fclose(std::exchange(file_, nullptr));
+  if (error_ == 0) return {};
+  return Error{ErrorKind::input_output, fmt::format("standard output: cannot write: {}", std::strerror(error_))};
 }
 
 } // namespace kindling

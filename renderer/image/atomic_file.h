@@ -11,9 +11,13 @@
 
 namespace kindling {
 
+// The path that stands for standard output; a file of this name is "./-".
+inline constexpr const char* kStandardOutput = "-";
+
 // Destroyed without commit(): the temporary file is removed and what stood under the name stays.
 class AtomicFile {
  public:
+  // The path kStandardOutput makes a temporary file without a name, which commit() copies to standard output.
   // Follows symbolic links. Refuses a target that exists and is not a regular file (a folder, a device).
   [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& path);
 
@@ -38,6 +42,8 @@ class AtomicFile {
   ~AtomicFile();
 
  private:
+  [[nodiscard]] Result<void> commit_to_standard_output();
+
   AtomicFile(std::FILE* file, int lock, std::filesystem::path target, std::filesystem::path temporary);
 
   std::FILE* file_ = nullptr;

@@ -88,6 +88,7 @@ ocio::ConstConfigRcPtr make_built_in_config() {
   add_view("Standard", "Standard");
   add_view("ACES 1.0 SDR", "ACES 1.0 SDR");
   add_view(kNeutralView, "Standard"); // after tone_map_pbr_neutral()
+  add_view(kAgxView, "Standard");     // after tone_map_agx()
   config->addDisplayView(kDisplay, "Raw", "Raw", "");
   config->validate();
   return config;

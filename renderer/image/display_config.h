@@ -14,11 +14,12 @@ namespace kindling::image_detail {
 namespace ocio = OCIO_NAMESPACE;
 
 inline constexpr const char* kNeutralView = "Khronos PBR Neutral";
+inline constexpr const char* kAgxView = "AgX";
 
 struct DisplayConfig {
   ocio::ConstConfigRcPtr config;
   std::string name;               // for errors: "the built-in configuration" or the path
-  bool built_in = false;          // its views are ours, and kNeutralView is evaluated by Kindling
+  bool built_in = false;          // its views are ours, and Kindling evaluates kNeutralView and kAgxView
   std::string display;            // the default one
   std::vector<std::string> views; // of that display, default first
   std::string source;             // color space of the pixels given

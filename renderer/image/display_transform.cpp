@@ -1,7 +1,8 @@
-// One OpenColorIO processor for exposure and view; Khronos PBR Neutral is evaluated exactly before it.
+// One OpenColorIO processor for exposure and view; Khronos PBR Neutral and AgX are evaluated exactly before it.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/display_transform.h"
 
+#include "renderer/image/agx.h"
 #include "renderer/image/decoders.h"
 #include "renderer/image/display_config.h"
 #include "renderer/image/pbr_neutral.h"
@@ -17,11 +18,25 @@ namespace kindling {
 using image_detail::DisplayConfig;
 namespace ocio = image_detail::ocio;
 
+namespace {
+
+// From scene-linear Rec. 709 to linear display Rec. 709.
+using ToneCurve = Rgb (*)(const Rgb&);
+
+// The curve of a view of the built-in configuration; null: the view is OpenColorIO's alone.
+ToneCurve built_in_curve(const std::string& view) {
+  if (view == image_detail::kNeutralView) return tone_map_pbr_neutral;
+  if (view == image_detail::kAgxView) return tone_map_agx;
+  return nullptr;
+}
+
+} // namespace
+
 struct DisplayTransform::Impl {
   std::string view;
   ocio::ConstCPUProcessorRcPtr processor; // empty where nothing is to be done
-  bool neutral = false;
-  float neutral_scale = 1.0f; // exposure, where it must come before the tone curve
+  ToneCurve curve = nullptr;              // applied before the processor; null: none
+  float curve_scale = 1.0f;               // exposure, which comes before the curve
 };
 
 namespace {
@@ -72,11 +87,11 @@ Result<DisplayTransform> DisplayTransform::create(const DisplayOptions& options)
 
   auto impl = std::make_unique<Impl>();
   impl->view = view;
-  impl->neutral = found.built_in && view == image_detail::kNeutralView;
+  if (found.built_in) impl->curve = built_in_curve(view);
   const double scale = std::exp2(static_cast<double>(options.exposure_stops));
-  if (impl->neutral) impl->neutral_scale = static_cast<float>(scale);
+  if (impl->curve != nullptr) impl->curve_scale = static_cast<float>(scale);
   try {
-    const auto processor = make_processor(found, view, impl->neutral ? 1.0 : scale);
+    const auto processor = make_processor(found, view, impl->curve != nullptr ? 1.0 : scale);
     if (!processor->isNoOp()) impl->processor = processor->getDefaultCPUProcessor();
   } catch (const std::exception& e) {
     return Error{ErrorKind::input_output,
@@ -96,9 +111,9 @@ void DisplayTransform::apply(std::span<float> rgba) const {
   constexpr size_t kPieceValues = size_t{4096} * 4;
   for (size_t first = 0; first < rgba.size(); first += kPieceValues) {
     const std::span<float> piece = rgba.subspan(first, std::min(kPieceValues, rgba.size() - first));
-    if (impl_->neutral) {
+    if (impl_->curve != nullptr) {
       for (size_t i = 0; i + 3 < piece.size(); i += 4) {
-        const Rgb mapped = tone_map_pbr_neutral(Rgb(piece[i], piece[i + 1], piece[i + 2]) * impl_->neutral_scale);
+        const Rgb mapped = impl_->curve(Rgb(piece[i], piece[i + 1], piece[i + 2]) * impl_->curve_scale);
         std::copy_n(&mapped.x, 3, &piece[i]);
       }
     }

@@ -12,7 +12,8 @@
 namespace kindling {
 
 struct DisplayOptions {
-  std::string view; // empty: the config's default; built-in: "Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "Raw"
+  std::string
+      view; // empty: the config's default; built-in: "Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "AgX", "Raw"
   float exposure_stops = 0.0f; // scene values are multiplied by 2^exposure first
   std::string ocio_config;     // path; empty: $OCIO where set, else the built-in config
 };

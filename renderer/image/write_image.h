@@ -1,4 +1,4 @@
-// Writes images: multi-layer EXR and PNG, to a temporary name that is renamed when complete.
+// Writes images: multi-layer EXR, PNG and JPEG, each complete or not at all (atomic_file.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,5 +39,10 @@ struct ExrImage {
 // applied. text: tEXt chunks, iTXt where a value is not ASCII; of a key its first 79 printable ASCII characters.
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, std::span<const float> rgba, const V2i& size_px,
                                      int bits, const std::map<std::string, std::string>& text = {});
+
+// rgb: display-referred in [0, 1] (clamped), width * height * 3 values, at most 65500 pixels a side. quality: 1 to 100 as libjpeg has it.
+// text: "key: value" in one comment each.
+[[nodiscard]] Result<void> write_jpeg(const std::filesystem::path& path, std::span<const float> rgb, const V2i& size_px,
+                                      int quality, const std::map<std::string, std::string>& text = {});
 
 } // namespace kindling

@@ -27,7 +27,7 @@ class Usage : public SceneFolder {
 
 TEST_F(Usage, WrongFlagsExitWith2) {
   const std::string scene = write_scene();
-  expect_error({}, 2, "no command; use render, resume, info, shootout, scaling, merge or farm");
+  expect_error({}, 2, "no command; use render, resume, info, shootout, scaling, merge, farm, manual or completion");
   expect_error({"bake"}, 2, "unknown command 'bake'");
   expect_error({scene}, 2, "did you mean 'kindling render scene.gltf'?");
   expect_error({"render"}, 2, "no scene");
@@ -67,8 +67,10 @@ TEST_F(Usage, WhatTheSceneLacksExitsWith2) {
 
 TEST_F(Usage, OutputsAreCheckedBeforeTheWork) {
   const std::string scene = write_scene();
-  expect_error({"render", scene, "-o", "a.jpg"}, 2, "not written as '.jpg'; use .exr or .png");
+  expect_error({"render", scene, "-o", "a.bmp"}, 2, "not written as '.bmp'; use .exr, .png or .jpg");
   expect_error({"render", scene, "-o", "a.png", "-o", "./a.png"}, 2, "given twice");
+  expect_error({"render", scene, "-o", "-", "-o", "exr:-"}, 2, "- and exr:-: standard output takes one image");
+  expect_error({"render", scene, "-o", "-", "--frames", "0-3"}, 2, "####");
   expect_error({"render", scene, "-o", "a.png", "--aov", "albedo"}, 2, "only .exr files hold further layers");
   expect_error({"render", scene, "-o", "missing/a.png"}, 4, "folder 'missing' does not exist");
   expect_error({"render", scene, "-o", "a.png", "--stats", "missing/a.json"}, 4, "--stats: missing/a.json");

@@ -139,15 +139,43 @@ TEST_F(WriteFilm, SixteenBitPng) {
   EXPECT_EQ(image.value().type, PixelType::u16);
 }
 
+// Baseline JPEG at the highest quality rounds coefficients to integers: a smooth image comes back within 2 of 255.
+TEST_F(WriteFilm, JpegOverBlackThroughTheView) {
+  const auto path = folder_ / "a.jpg";
+  WriteOptions options;
+  options.jpeg_quality = 100;
+  ImageMetadata metadata;
+  metadata.text["kindling:commandLine"] = "kindling render a.glb";
+  const Film film = gradient_film({});
+  ASSERT_TRUE(write_film(path, film, view("Standard"), metadata, options).ok());
+  Result<Image> image = read_image_file(path);
+  ASSERT_TRUE(image.ok()) << image.error().message;
+  EXPECT_EQ(image.value().channels, 3);
+  ASSERT_EQ(image.value().width, film.crop().width());
+  std::vector<float> expected = film.resolve_rgba();
+  view("Standard").apply(expected);
+  for (size_t i = 0; i < expected.size() / 4; ++i)
+    for (size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(std::to_integer<int>(image.value().pixels[3 * i + c]),
+                  255.0f * std::clamp(expected[4 * i + c], 0.0f, 1.0f), 2.5f)
+          << i;
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(bytes.find("kindling:commandLine: kindling render a.glb"), std::string::npos);
+}
+
 TEST_F(WriteFilm, OtherExtensionsAreRefusedBeforeAndAfter) {
   EXPECT_EQ(unsupported_output("a.exr"), "");
   EXPECT_EQ(unsupported_output("b.PNG"), "");
-  EXPECT_EQ(unsupported_output("c.jpg"), "c.jpg: images are not written as '.jpg'; use .exr or .png");
+  EXPECT_EQ(unsupported_output("b.JPEG"), "");
+  EXPECT_EQ(unsupported_output("-"), "");
+  EXPECT_EQ(unsupported_output("exr:-"), "");
+  EXPECT_EQ(unsupported_output("c.bmp"), "c.bmp: images are not written as '.bmp'; use .exr, .png or .jpg");
   EXPECT_NE(unsupported_output("noextension"), "");
-  const Result<void> written = write_film(folder_ / "c.jpg", gradient_film({}), view("Raw"), {}, {});
+  const Result<void> written = write_film(folder_ / "c.bmp", gradient_film({}), view("Raw"), {}, {});
   ASSERT_FALSE(written.ok());
   EXPECT_EQ(written.error().kind, ErrorKind::usage);
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "c.jpg"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "c.bmp"));
 }
 
 TEST_F(WriteFilm, MissingFolderIsAnInputOutputError) {

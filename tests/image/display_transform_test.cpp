@@ -77,7 +77,7 @@ void expect_near(const Rgb& a, const Rgb& b, float tolerance) {
 TEST_F(Display, ListsItsViewsStandardFirst) {
   const auto views = DisplayTransform::list_views("");
   ASSERT_TRUE(views.ok());
-  EXPECT_EQ(views.value(), (std::vector<std::string>{"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "Raw"}));
+  EXPECT_EQ(views.value(), (std::vector<std::string>{"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "AgX", "Raw"}));
   EXPECT_EQ(make("").view(), "Standard");
   EXPECT_EQ(make("Raw").view(), "Raw");
 }
@@ -177,7 +177,7 @@ TEST_F(Display, AcesIsMonotonicAndReachesWhite) {
 
 // Long spans are worked on in pieces: each pixel is as if alone.
 TEST_F(Display, PixelsDoNotDependOnTheirNeighbors) {
-  for (const char* view : {"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral"}) {
+  for (const char* view : {"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "AgX"}) {
     const DisplayTransform transform = make(view);
     std::vector<float> pixels(4 * 5003);
     for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<float>(i % 1009) * 0.002f;
@@ -197,7 +197,7 @@ TEST_F(Display, UnknownViewIsRefusedWithTheList) {
   ASSERT_FALSE(transform.ok());
   EXPECT_EQ(transform.error().kind, ErrorKind::usage);
   EXPECT_EQ(transform.error().message, "view 'Filmic' is not in the built-in configuration; use one of 'Standard', "
-                                       "'ACES 1.0 SDR', 'Khronos PBR Neutral', 'Raw'");
+                                       "'ACES 1.0 SDR', 'Khronos PBR Neutral', 'AgX', 'Raw'");
 }
 
 TEST_F(Display, UserConfigurationAndItsDefaultView) {

@@ -109,6 +109,7 @@ Result<void> check_submit(const FarmSubmitOptions& o) {
     return usage_error(
         fmt::format("{} frames in {} parts are more than {} tasks", o.frames.size(), o.parts, kMaxTasks));
   for (const std::filesystem::path& output : o.outputs) {
+    if (is_standard_output(output)) return usage_error(fmt::format("-o {}: a farm writes files", output.string()));
     if (const std::string sentence = is_accumulation(output) ? "" : unsupported_output(output); !sentence.empty())
       return usage_error("-o: " + sentence);
     if (o.frames.empty()) continue; // names are taken literally

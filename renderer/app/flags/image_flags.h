@@ -11,7 +11,7 @@ namespace kindling::app {
 
 // -o, for RenderOptions::outputs. `default_name` stands in the help as what is written without it.
 void add_output_flag(FlagSet& flags, RenderOptions& options, const std::string& default_name);
-// --exr-float, --png-bits, --view, --exposure, --ocio.
+// --exr-float, --png-bits, --jpeg-quality, --view, --exposure, --ocio.
 void add_image_format_flags(FlagSet& flags, RenderOptions& options);
 
 } // namespace kindling::app

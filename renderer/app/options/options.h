@@ -84,6 +84,7 @@ struct RenderOptions {
   AovSet aovs;
   bool exr_half = true;
   int png_bits = 8;
+  int jpeg_quality = 95; // 1 to 100
   std::string view;
   double exposure_stops = 0.0;
   std::string ocio_config;

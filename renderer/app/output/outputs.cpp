@@ -26,7 +26,7 @@ bool is_exr(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr";
+  return extension == ".exr" || path == "exr:-";
 }
 
 bool holds_layers(const fs::path& path) { return is_exr(path) || is_accumulation(path); }
@@ -47,6 +47,11 @@ Error input_output(std::string message) { return {ErrorKind::input_output, std::
 bool is_accumulation(const fs::path& path) { return path.extension() == kAccumulationExtension; }
 
 Result<void> check_writable(const fs::path& path) {
+  if (is_standard_output(path)) {
+    if (isatty(STDOUT_FILENO) == 0) return {};
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: standard output is a terminal; redirect it to a file or a pipe", path.string())};
+  }
   std::error_code ignored;
   if (fs::is_directory(path, ignored))
     return input_output(fmt::format("{}: is a folder; use the name of a file", path.string()));
@@ -73,9 +78,13 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
     if (const std::string sentence = is_accumulation(outputs[i]) ? "" : unsupported_output(outputs[i]);
         !sentence.empty())
       return Error{ErrorKind::usage, "--output: " + sentence};
-    for (size_t j = 0; j < i; ++j)
+    for (size_t j = 0; j < i; ++j) {
       if (outputs[i].lexically_normal() == outputs[j].lexically_normal())
         return Error{ErrorKind::usage, fmt::format("--output: {}: given twice", outputs[i].string())};
+      if (is_standard_output(outputs[i]) && is_standard_output(outputs[j]))
+        return Error{ErrorKind::usage, fmt::format("--output: {} and {}: standard output takes one image",
+                                                   outputs[j].string(), outputs[i].string())};
+    }
   }
   if (wants_layers(options.aovs) && std::none_of(outputs.begin(), outputs.end(), holds_layers))
     return Error{ErrorKind::usage, "--aov: only .exr files hold further layers; add -o FILE.exr"};
@@ -146,13 +155,14 @@ WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& fil
   WrittenImages written;
   display.start_phase(Phase::write);
   for (size_t i = 0; i < outputs.size(); ++i) {
-    Result<void> done = write_film(outputs[i], film, view, metadata, {options.exr_half, options.png_bits});
-    if (done.ok())
-      written.files.push_back(outputs[i].string());
-    else if (!written.first_error)
-      written.first_error = done.error();
-    else
+    Result<void> done =
+        write_film(outputs[i], film, view, metadata, {options.exr_half, options.png_bits, options.jpeg_quality});
+    if (!done.ok() && written.first_error)
       console.error(done.error().message);
+    else if (!done.ok())
+      written.first_error = done.error();
+    else if (!is_standard_output(outputs[i]))
+      written.files.push_back(outputs[i].string());
     display.on_progress({.phase = Phase::write, .done = i + 1.0, .total = static_cast<double>(outputs.size())});
   }
   display.end_phase();

@@ -1,0 +1,12 @@
+# Compiles for 64-bit Arm with Debian's cross compiler and the headers of this machine's libraries: enough to see that the sources need no x86.
+# Nothing can be linked: that needs the libraries, too.
+#
+#   cmake -B build/aarch64 -G Ninja --toolchain cmake/Aarch64Toolchain.cmake -DKINDLING_BUILD_TESTS=OFF -DKINDLING_BUILD_BENCH=OFF
+# SPDX-License-Identifier: Apache-2.0
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+# The generic headers of this machine, behind those of the cross compiler.
+set(CMAKE_CXX_FLAGS_INIT "-idirafter /usr/include")
+set(CMAKE_LIBRARY_ARCHITECTURE x86_64-linux-gnu) # where CMake looks for packages
