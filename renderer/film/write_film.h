@@ -1,4 +1,4 @@
-// Film to files: EXR with its layers, PNG through a view.
+// Writing of films to files: EXR with layers, or PNG through a view transform.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,16 +21,18 @@ struct ImageMetadata {
 };
 
 struct WriteOptions {
-  bool half = true; // EXR color as half; false: as float
+  bool half = true; // true: EXR colors are half; false: float
   int png_bits = 8; // 8 or 16
 };
 
-// By extension, .exr or .png (any case). EXR: R, G, B, A premultiplied and one layer for each further AOV, dataWindow =
-// crop. PNG: straight alpha, through `view`. An existing file is replaced only by a complete one.
+// Writes a film as .exr or .png (in any case). EXR files contain premultiplied R, G, B, A and a
+// layer for each further AOV; the data window is the crop. PNG files have straight alpha and colors
+// transformed by `view`. An existing file is replaced only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
 
-// The sentence for a name that write_film() would refuse, empty if it would not; to be asked before a long render.
+// Returns the error message if write_film() would reject the file name, else an empty string.
+// Intended for checks before a long render.
 [[nodiscard]] std::string unsupported_output(const std::filesystem::path& path);
 
 } // namespace kindling

@@ -142,7 +142,7 @@ TEST_F(WriteFilm, SixteenBitPng) {
 TEST_F(WriteFilm, OtherExtensionsAreRefusedBeforeAndAfter) {
   EXPECT_EQ(unsupported_output("a.exr"), "");
   EXPECT_EQ(unsupported_output("b.PNG"), "");
-  EXPECT_EQ(unsupported_output("c.jpg"), "c.jpg: images are not written as '.jpg'; use .exr or .png");
+  EXPECT_EQ(unsupported_output("c.jpg"), "c.jpg: unsupported image format '.jpg'; use .exr or .png");
   EXPECT_NE(unsupported_output("noextension"), "");
   const Result<void> written = write_film(folder_ / "c.jpg", gradient_film({}), view("Raw"), {}, {});
   ASSERT_FALSE(written.ok());
