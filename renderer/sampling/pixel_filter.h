@@ -24,7 +24,7 @@ enum class FilterKind : uint8_t { blackman_harris, gaussian, box, mitchell };
 // except for Mitchell, 0 outside of +-width / 2.
 //   blackman_harris  the four-term window (Harris 1978) over the width
 //   gaussian         standard deviation width / 6, truncated at three standard deviations
-//   mitchell         B = C = 1/3 (Mitchell and Netravali 1988), its four unit intervals stretched to the width
+//   mitchell         B = C = 1/3 (Mitchell and Netravali 1988), scaled from width 4 to the width
 [[nodiscard]] double filter_value(FilterKind kind, double width, double x);
 
 struct PixelFilterOptions {

@@ -137,7 +137,7 @@ inline SampleAddress Sampler::address_in(const PixelPoints& points, uint32_t sam
   }
   case SamplerKind::independent: break;
   }
-  return {hash_combine(points.key, sample_index), 0}; // the first point of a scrambling of its own
+  return {hash_combine(points.key, sample_index), 0}; // the first point of a separate scrambling
 }
 
 inline float Sampler::sample_1d(const SampleAddress& address, uint32_t dimension) {

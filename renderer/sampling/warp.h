@@ -96,8 +96,8 @@ struct SinCos {
   return {p.x * scale, p.y * scale, 1.0f - one_minus_cos};
 }
 
-// --- Henyey-Greenstein phase function (1941) around +z, the direction of propagation, with mean cosine
-// g in (-1, 1).
+// --- Henyey-Greenstein phase function (1941) around +z, the direction of propagation, with mean
+// cosine g in (-1, 1).
 [[nodiscard]] inline V3f sample_henyey_greenstein(const V2f& u, float g) {
   assert(!(std::abs(g) >= 1.0f));
   float cos_theta = 1.0f - 2.0f * u.x;
@@ -114,7 +114,7 @@ struct SinCos {
   return 0.25f * kInvPi * (1.0f - g * g) / (d * std::sqrt(d));
 }
 
-// --- Triangle, uniform by area. Returns barycentrics (b1, b2): p = (1 - b1 - b2) p0 + b1 p1 + b2 p2.
+// --- Triangle, uniform by area. Barycentrics are (b1, b2): p = (1 - b1 - b2) p0 + b1 p1 + b2 p2.
 [[nodiscard]] inline V2f sample_uniform_triangle(const V2f& u) {
   const float root = std::sqrt(u.x);
   return {1.0f - root, u.y * root};

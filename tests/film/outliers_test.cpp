@@ -1,5 +1,4 @@
-// Tests of outlier trimming: blocks of known Gini coefficient, and films with and without
-// fireflies.
+// Tests of outlier trimming: blocks of known Gini coefficient, films with and without fireflies.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 #include "renderer/film/outliers.h"

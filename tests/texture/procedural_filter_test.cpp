@@ -1,5 +1,4 @@
-// Tests of filtered procedural textures: correct means, less noise than single points, point
-// counts.
+// Tests of filtered procedural textures: means, variance reduction and point counts.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "tests/texture/graph_builder.h"

@@ -1,5 +1,4 @@
-// Tests of texture look-ups against a reference in double precision, for all layouts, wraps and
-// filters.
+// Tests of texture look-ups against a double-precision reference, for all layouts and settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 
