@@ -145,7 +145,7 @@ inline constexpr size_t kMaxProceduralNodes = 256;
 inline constexpr int kMaxProceduralOctaves = 16;
 inline constexpr int kMaxProceduralTexcoordSets = 8;
 
-// --- definitions ----------------------------------------------------------------------------------
+// --- definitions --------------------------------------------------------------------------------
 
 // The types accepted by an input, depending on the type of the node's output.
 enum class ProceduralRule : uint8_t {

@@ -47,7 +47,7 @@ float dot_of(const Float4& a, const Float4& b, int channels) {
   return sum;
 }
 
-// --- filters --------------------------------------------------------------------------------------
+// --- filters --------------------------------------------------------------------------------
 
 // Changes of the coordinates of a pattern along the two axes of the footprint.
 struct Extent {
@@ -122,7 +122,7 @@ float sine_attenuation(const Extent& extent) {
   return sinc(0.5f * extent.along[0].x) * sinc(0.5f * extent.along[1].x);
 }
 
-// --- patterns -------------------------------------------------------------------------------------
+// --- patterns --------------------------------------------------------------------------------
 
 // The fourth channel of noise, and the second channel of two-channel fractals, is single-channel
 // noise at an offset point, as in MaterialX's mx_noise2d_vector4 and mx_fractal3d_vector4.
