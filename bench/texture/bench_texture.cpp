@@ -1,4 +1,4 @@
-// Texture look-ups: each layout at random places (a path tracer's pattern) and along a line, small and large images.
+// Benchmarks of texture look-ups: each layout at random coordinates, in small and large images.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 
@@ -15,7 +15,7 @@ std::shared_ptr<const Image> make_image(int size, int channels, PixelType type) 
   auto image = std::make_shared<Image>(Image{size, size, channels, type, {}});
   image->pixels.resize(image->byte_count());
   std::mt19937 random(1);
-  // Float layouts read these bytes as some number or other, infinities and NaN left out.
+  // As floats these bytes are arbitrary finite numbers.
   for (std::byte& byte : image->pixels) byte = static_cast<std::byte>(random() & 0x3f);
   return image;
 }

@@ -1,4 +1,4 @@
-// Sums that depend neither on the order of their terms nor on how these were split among sums: fixed point.
+// Fixed-point sums whose results are independent of the order and the grouping of their terms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,13 +9,14 @@
 
 namespace kindling {
 
-// A term is rounded by itself to the nearest multiple of a unit (ties to even), and clamped to a largest size; what is not a number
-// counts as 0. From there on everything is integer arithmetic, and has no order. Each class leaves room for 2^32 - 1 terms of the largest
-// size; beyond, or with contents that no terms could have left, a sum wraps and is a wrong number but never undefined.
+// Each term is rounded to the nearest multiple of a unit (ties to even) and clamped to a maximum
+// magnitude; NaN counts as 0. All further arithmetic is on integers and therefore associative. Each
+// class holds 2^32 - 1 terms of the maximum magnitude. With more terms, or with invalid stored
+// bits, a sum wraps around: the value is wrong, but the behavior is defined.
 //
-// All are plain records of 64-bit words, the lowest first, in two's complement.
+// All classes are plain records of 64-bit words, lowest word first, in two's complement.
 
-// Multiples of 2^-kFractionBits, terms within +-2^kRangeBits, in 128 bits.
+// A signed 128-bit sum of terms within +-2^kRangeBits, in multiples of 2^-kFractionBits.
 template <int kFractionBits, int kRangeBits, int kCountBits = 32>
 class ExactSum {
  public:
@@ -32,7 +33,7 @@ class ExactSum {
   void add(const ExactSum& other) { add_bits(other.bits()); }
   void subtract(const ExactSum& other) { add_bits(-other.bits()); }
 
-  // The nearest double.
+  // Returns the nearest double.
   [[nodiscard]] double value() const {
     return static_cast<double>(static_cast<Int128>(bits())) * (1.0 / kFractionScale);
   }
@@ -46,8 +47,9 @@ class ExactSum {
     return std::bit_cast<double>(static_cast<uint64_t>(1023 + exponent) << 52);
   }
   static constexpr double kFractionScale = power_of_2(kFractionBits);
-  // Below it a term in units fits the processor's conversion to 64 bits. Beyond, it goes in two steps: multiples of 2^-kCoarseBits, and
-  // the exact rest, which is no more than half of one; ties still go to even.
+  // Smaller terms, in units, fit the processor's conversion to 64 bits. Larger ones are added in
+  // two steps: multiples of 2^-kCoarseBits, then the exact remainder, which is at most half of one
+  // such multiple. Ties still go to even.
   static constexpr double kOneStep = power_of_2(63 - kFractionBits);
   static constexpr int kCoarseBits = 61 - kRangeBits < 8 ? 61 - kRangeBits : 8;
   static constexpr int kRestBits = kFractionBits - kCoarseBits;
@@ -75,7 +77,7 @@ class ExactSum {
   uint64_t high_ = 0;
 };
 
-// Likewise in 64 bits, for terms whose size is known.
+// A signed 64-bit sum, for terms within a small known range.
 template <int kFractionBits, int kRangeBits>
 class ExactSmallSum {
  public:
@@ -101,8 +103,8 @@ class ExactSmallSum {
   uint64_t bits_ = 0;
 };
 
-// Terms in [0, 2^80], such as squares of what an ExactSum<55, 40> takes, in multiples of 2^-80: 192 bits. What is below a multiple is cut
-// off; negative terms count as 0.
+// A 192-bit sum of terms in [0, 2^80], such as squares of the terms of an ExactSum<55, 40>, in
+// multiples of 2^-80. Terms are truncated to a multiple; negative terms count as 0.
 class ExactSquareSum {
  public:
   static constexpr double kLargestTerm = 0x1p80;
@@ -111,8 +113,8 @@ class ExactSquareSum {
     if (!(x >= 0x1p-80)) return;
     const auto bits = std::bit_cast<uint64_t>(std::min(x, kLargestTerm));
     const uint64_t mantissa = (bits & 0xfffffffffffffU) | uint64_t{1} << 52;
-    const int shift =
-        static_cast<int>(bits >> 52) - 1023 - 52 + kFractionBits; // of the mantissa to its place: -52 to 108
+    // Left shift that brings the mantissa to its place: -52 to 108.
+    const int shift = static_cast<int>(bits >> 52) - 1023 - 52 + kFractionBits;
     const UInt128 term = shift >= 0 ? static_cast<UInt128>(mantissa) << (shift % 64) : mantissa >> -shift;
     add_at(shift >= 64 ? 1 : 0, term);
   }
@@ -131,7 +133,7 @@ class ExactSquareSum {
   __extension__ using UInt128 = unsigned __int128;
   static constexpr int kFractionBits = 80;
 
-  // `term` begins in word `first`, 0 or 1.
+  // Adds `term`, whose lowest word has index `first` (0 or 1).
   void add_at(int first, UInt128 term) {
     const auto add_word = [](uint64_t& word, uint64_t value) -> uint64_t {
       word += value;

@@ -1,5 +1,4 @@
-// Flushes denormal numbers to zero on this thread for as long as it lives: they cost a hundred times a normal operation, and
-// light carries no information in them.
+// Scoped flushing of denormal floating-point numbers to zero.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,6 +6,8 @@
 
 namespace kindling {
 
+// Flushes denormals to zero on the constructing thread for the lifetime of the object. An operation
+// on denormals takes a hundred times as long as a normal one, and they are negligible as radiance.
 class FlushDenormals {
  public:
   FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero); }

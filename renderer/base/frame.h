@@ -1,8 +1,10 @@
-// An orthonormal frame around a normal: local +z is the normal.
+// Orthonormal frame around a normal, which is its local +z axis.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
+
+#include <cassert>
 
 namespace kindling {
 
@@ -11,16 +13,20 @@ struct Frame {
   V3f bitangent; // unit, local +y
   V3f normal;    // unit, local +z
 
-  // Any frame around a unit normal, continuous but for one meridian (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+  // Returns a frame with arbitrary tangents around the unit normal n. It is continuous in n except
+  // at n.z = 0 (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
   [[nodiscard]] static Frame around(const V3f& n) {
+    assert(!(std::abs(n.length2() - 1.0f) > 1e-2f));
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z);
     const float b = n.x * n.y * a;
     return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
   }
 
-  // With local +x as close to `tangent` as the normal lets it be; any frame where they are parallel. `tangent` need not be unit.
+  // Returns the frame whose local +x axis is `tangent` projected onto the plane of the unit normal
+  // n; any frame if the two are parallel. `tangent` need not be a unit vector.
   [[nodiscard]] static Frame with_tangent(const V3f& n, const V3f& tangent) {
+    assert(!(std::abs(n.length2() - 1.0f) > 1e-2f));
     const V3f x = tangent - n * n.dot(tangent);
     const float length = x.length();
     if (!(length > 1e-6f * tangent.length())) return around(n);

@@ -1,4 +1,4 @@
-// Integer hashes for sampling and stochastic decisions: pure functions, the same on every machine.
+// Integer hashes for sampling and stochastic decisions, with equal results on every machine.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,8 @@
 
 namespace kindling {
 
-// A 32-bit finalizer with low bias (Wellons 2018, "Prospecting for Hash Functions": lowbias32).
+// Mixes 32 bits with low bias; a bijection (Wellons 2018, "Prospecting for Hash Functions":
+// lowbias32).
 [[nodiscard]] inline constexpr uint32_t hash_u32(uint32_t x) {
   x ^= x >> 16;
   x *= 0x7feb352dU;
@@ -21,7 +22,7 @@ namespace kindling {
   return hash_u32(seed ^ (value + 0x9e3779b9U + (seed << 6) + (seed >> 2)));
 }
 
-// Uniform in [0, 1) from the high 24 bits.
+// Maps the high 24 bits uniformly to [0, 1).
 [[nodiscard]] inline constexpr float to_unit_float(uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
 
 } // namespace kindling

@@ -1,5 +1,4 @@
-// Memory for large arrays that are read all over: on huge pages where the system has them, so that looking up addresses costs
-// less.
+// Allocator that places large arrays on huge pages, to reduce TLB misses of random access.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +13,8 @@
 
 namespace kindling {
 
-// An allocator for std::vector. From one megabyte up, whole huge pages are asked for (and granted or not, without notice).
+// An allocator for std::vector. Allocations of at least one megabyte are rounded up to whole huge
+// pages and request them; the system may silently fall back to small pages.
 template <typename T>
 struct HugePageAllocator {
   using value_type = T;

@@ -1,4 +1,4 @@
-// The vocabulary of vectors and the few scalar helpers that every folder shares.
+// Vector and matrix types, constants, scalar helpers and transforms shared by all folders.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +17,9 @@ namespace kindling {
 using Imath::Box3f;
 using Imath::M33f;
 using Imath::M44d;
-using Imath::
-    M44f; // row vectors: p_world = p_object * object_to_world; the memory order equals glTF's column-major matrices
+// For row vectors: p_world = p_object * object_to_world. The memory order is that of glTF's
+// matrices.
+using Imath::M44f;
 using Imath::Quatf;
 using Imath::V2f;
 using Imath::V2i;
@@ -26,13 +27,13 @@ using Imath::V3d;
 using Imath::V3f;
 using Imath::V4f;
 
-// Linear Rec. 709 radiance, reflectance or weight. Products are component by component.
+// Radiance, reflectance or weight in linear Rec. 709. Products are component-wise.
 using Rgb = Imath::V3f;
 
 inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Largest float below 1: samples live in [0, 1).
+// Largest float below 1, the upper bound of samples in [0, 1).
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 [[nodiscard]] inline constexpr float square(float x) { return x * x; }
@@ -49,10 +50,11 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Relative luminance of linear Rec. 709 (ITU-R BT.709).
+// Returns the relative luminance of linear Rec. 709 (ITU-R BT.709).
 [[nodiscard]] inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
-// Transforms for row-vector matrices without the perspective divide: the last column must be (0, 0, 0, 1).
+// Transforms by row-vector matrices, without the perspective division: the last column must be
+// (0, 0, 0, 1).
 [[nodiscard]] inline V3f transform_point(const M44f& m, const V3f& p) {
   return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
           p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
@@ -62,15 +64,17 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
   return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0], v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
           v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
-// A normal transforms by the inverse transpose: pass the inverse of the point transform. Not normalized.
+// Transforms a normal by the inverse transpose of the point transform, whose inverse is given. The
+// result is not normalized.
 [[nodiscard]] inline V3f transform_normal(const M44f& inverse, const V3f& n) {
   return {n.x * inverse[0][0] + n.y * inverse[0][1] + n.z * inverse[0][2],
           n.x * inverse[1][0] + n.y * inverse[1][1] + n.z * inverse[1][2],
           n.x * inverse[2][0] + n.y * inverse[2][1] + n.z * inverse[2][2]};
 }
 
-// The direction of a transformed normal, without an inverse: cofactors in place of the inverse transpose, so of another length.
-// A mirroring transform keeps the side that the normal points to, as the inverse transpose does.
+// Returns the direction of a transformed normal without inverting the matrix m of the point
+// transform. It uses cofactors in place of the inverse transpose, so the length differs. Like the
+// inverse transpose, a mirroring transform preserves the side that the normal points to.
 [[nodiscard]] inline V3f transform_normal_direction(const M44f& m, const V3f& n) {
   const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
   const V3f yz = y.cross(z);

@@ -1,4 +1,4 @@
-// Progress and cancellation: what long work reports through, and asks whether to go on. Only the application prints.
+// Progress reports and cancellation of long operations; only the application prints.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,12 +9,13 @@
 
 namespace kindling {
 
-// Set by a signal handler or another thread; read between units of work.
+// A cancellation request, set by a signal handler or another thread and polled between units of
+// work.
 class CancelToken {
  public:
-  // Finish what makes the result whole (a render: the pass in hand), then stop.
+  // Requests a stop after the current consistent state (in a render: after the current pass).
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
-  // Stop at the next unit of work (a render: between tiles).
+  // Requests a stop before the next unit of work (in a render: between tiles).
   void cancel_now() {
     now_.store(true, std::memory_order_relaxed);
     cancel();
@@ -30,24 +31,26 @@ class CancelToken {
 // The phases of a render, in order.
 enum class Phase { load, textures, build, render, write };
 
-// One snapshot. `done` of `total` units of the phase; the extra fields are set in the render phase only.
+// The state of an operation: `done` of `total` units of a phase. The fields after these are set in
+// the render phase only.
 struct ProgressSnapshot {
   Phase phase = Phase::load;
   double done = 0.0;
   double total = 1.0;
   double samples_per_pixel = 0.0;  // finished so far, mean over the pixels that are not converged
   uint64_t rays = 0;               // traced so far, all kinds
-  std::optional<double> converged; // share of the pixels that need no more samples, in [0, 1]; only if that is decided
+  std::optional<double> converged; // fraction of converged pixels, in [0, 1]; adaptive sampling only
 };
 
-// Called from one thread at a time, at most a few times a second in the render phase. Must not block.
+// Receiver of progress reports. Its functions are called from one thread at a time, in the render
+// phase at most a few times a second, and must not block.
 class ProgressListener {
  public:
   virtual ~ProgressListener() = default;
   virtual void on_progress(const ProgressSnapshot& snapshot) = 0;
-  // A sentence worth showing once: what was skipped or replaced, and where.
+  // Receives a warning: something was skipped or replaced, and its location.
   virtual void on_warning(std::string_view message) = 0;
-  // A sentence that only -v shows.
+  // Receives a message that is shown with -v only.
   virtual void on_info(std::string_view message) = 0;
 };
 

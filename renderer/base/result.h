@@ -1,4 +1,4 @@
-// Result<T>: a value, or the one-line error of what the world (files, flags, devices) did wrong.
+// Result<T>: a value, or a one-line error caused from outside (files, flags, devices).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,15 +9,15 @@
 
 namespace kindling {
 
-// What kind of wrong it was: decides the exit code of the command line.
+// The kind of an error; determines the exit code of the command line.
 enum class ErrorKind {
-  scene_invalid, // a scene file breaks its specification or needs what is not supported
-  input_output,  // a file cannot be read or written, or is not what it claims to be
-  usage,         // a flag or option makes no sense
-  render_failed, // the render itself could not be done (memory, cancelled build)
+  scene_invalid, // a scene file violates its specification or needs an unsupported feature
+  input_output,  // a file cannot be read or written, or does not have the claimed format
+  usage,         // an invalid flag or option
+  render_failed, // the render failed (memory, cancelled build)
 };
 
-// One line: the place, what was found and what would be accepted.
+// An error with a one-line message: the place, the value found and the accepted values.
 struct Error {
   ErrorKind kind = ErrorKind::input_output;
   std::string message;
@@ -56,7 +56,7 @@ class [[nodiscard]] Result {
   Error error_;
 };
 
-// The result of an action that yields nothing but success.
+// The result of an operation without a value.
 template <>
 class [[nodiscard]] Result<void> {
  public:

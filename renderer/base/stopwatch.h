@@ -1,4 +1,4 @@
-// How long work takes: on the wall, and of the processors.
+// Stopwatch for wall-clock time and for the processor time of all threads.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,7 +6,8 @@
 
 namespace kindling {
 
-// Seconds. cpu_s is that of all threads of the process: over wall_s, on how many cores the work ran in the mean.
+// Durations in seconds. cpu_s sums over all threads of the process; cpu_s / wall_s is the mean
+// number of busy cores.
 struct WorkTime {
   double wall_s = 0.0;
   double cpu_s = 0.0;
@@ -21,13 +22,13 @@ struct WorkTime {
   return {a.wall_s - b.wall_s, a.cpu_s - b.cpu_s};
 }
 
-// Runs from its construction on.
+// A stopwatch that starts when it is constructed.
 class Stopwatch {
  public:
   [[nodiscard]] WorkTime elapsed() const {
     return {seconds(CLOCK_MONOTONIC) - start_.wall_s, seconds(CLOCK_PROCESS_CPUTIME_ID) - start_.cpu_s};
   }
-  // elapsed(), and from now on.
+  // Returns elapsed() and restarts.
   WorkTime lap() {
     const WorkTime result = elapsed();
     start_ += result;

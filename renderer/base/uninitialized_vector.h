@@ -1,4 +1,4 @@
-// Vectors whose elements are about to be written by many threads: nobody clears them first.
+// Vectors that leave new elements uninitialized, for arrays that many threads fill.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace kindling {
 
-// As std::allocator, but elements without an initial value are default-initialized: numbers have no value until they are written.
+// Like std::allocator, but elements without an initial value are default-initialized: numbers have
+// indeterminate values until they are written.
 template <typename T>
 struct UninitializedAllocator : std::allocator<T> {
   UninitializedAllocator() = default;
@@ -29,7 +30,8 @@ struct UninitializedAllocator : std::allocator<T> {
   }
 };
 
-// resize() leaves numbers without a value; a large one is first touched by who writes it.
+// resize() leaves numbers uninitialized, so the pages of a large vector are first touched by the
+// threads that write them.
 template <typename T>
 using UninitializedVector = std::vector<T, UninitializedAllocator<T>>;
 

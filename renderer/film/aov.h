@@ -1,4 +1,4 @@
-// The arbitrary output variables (AOVs) that a render can be asked for.
+// Arbitrary output variables (AOVs) of a render: names, channels, storage and meaning.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +26,7 @@ enum class Aov : uint8_t {
 
 struct AovInfo {
   Aov aov;
-  std::string_view name; // as --aov takes it
+  std::string_view name; // argument of --aov
   int channels;
   bool half;                // stored as half in EXR, else as float
   std::string_view meaning; // one sentence with unit and space
@@ -36,16 +36,17 @@ inline constexpr std::array<AovInfo, 11> kAovs{{
     {Aov::beauty, "beauty", 3, true, "radiance, linear Rec. 709, premultiplied by alpha"},
     {Aov::alpha, "alpha", 1, true, "coverage of the pixel"},
     {Aov::albedo, "albedo", 3, true,
-     "directional albedo of the first surface; mean over all samples, those that miss count as 0"},
+     "directional albedo of the first surface; mean over all samples, misses count as 0"},
     {Aov::normal, "normal", 3, true,
      "shading normal of the first surface, world space; mean over all samples (not unit at edges), misses count as 0"},
     {Aov::depth, "depth", 1, false,
-     "distance along the camera's axis to the first surface, meters; mean over the hits, 0 without any"},
-    {Aov::position, "position", 3, false, "first surface, world space, meters; mean over the hits, 0 without any"},
-    {Aov::emission, "emission", 3, true, "light emitted by what the camera sees itself, environment included"},
-    {Aov::direct, "direct", 3, true, "light that was reflected once"},
-    {Aov::indirect, "indirect", 3, true, "light that was reflected more than once"},
-    {Aov::samples, "samples", 1, false, "samples taken"},
+     "distance along the camera's axis to the first surface, meters; mean over the hits, 0 without hits"},
+    {Aov::position, "position", 3, false,
+     "position of the first surface, world space, meters; mean over the hits, 0 without hits"},
+    {Aov::emission, "emission", 3, true, "emission seen directly by the camera, environment included"},
+    {Aov::direct, "direct", 3, true, "light reflected once"},
+    {Aov::indirect, "indirect", 3, true, "light reflected more than once"},
+    {Aov::samples, "samples", 1, false, "number of samples"},
     {Aov::variance, "variance", 1, false,
      "unbiased estimate of the variance of the pixel's mean luminance; 0 below two samples"},
 }};
@@ -61,10 +62,11 @@ class AovSet {
  public:
   constexpr void insert(Aov aov) { bits_ |= 1U << static_cast<unsigned>(aov); }
   [[nodiscard]] constexpr bool contains(Aov aov) const { return ((bits_ >> static_cast<unsigned>(aov)) & 1U) != 0; }
-  // Whether anything but beauty, alpha and the sample count is in it: then paths must record their first surface.
+  // Returns true if paths must record their first surface.
   [[nodiscard]] constexpr bool needs_surface() const {
     return contains(Aov::albedo) || contains(Aov::normal) || contains(Aov::depth) || contains(Aov::position);
   }
+  // Returns true if paths must separate emission and direct light from their radiance.
   [[nodiscard]] constexpr bool needs_components() const {
     return contains(Aov::emission) || contains(Aov::direct) || contains(Aov::indirect);
   }

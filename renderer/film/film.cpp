@@ -1,4 +1,4 @@
-// From sums of samples to means.
+// The Film: storage, merging and cutting of sums, and resolution of means.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 
@@ -15,7 +15,7 @@ namespace kindling {
 
 namespace {
 
-// What a sum of weighted values is divided by: never zero or negative.
+// Returns the divisor of a sum of weighted values, which is positive.
 double divisor(double weight, uint64_t count) { return weight > 0.0 ? weight : static_cast<double>(count); }
 
 double mean_luminance(const PixelSum& sum, double by) {
@@ -27,9 +27,9 @@ void store_mean(const Sum (&sum)[3], double by, float* out) {
   for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c].value() / by);
 }
 
-// The mean is the ratio r = sum(w y) / sum(w); to first order its variance is sum(w^2 (y - r)^2) / sum(w)^2 (Cochran,
-// "Sampling Techniques", 3rd ed., section 6.4), times n / (n - 1). With equal weights that is exactly the unbiased s^2
-// / n.
+// Returns the variance of the mean r = sum(w y) / sum(w). To first order it is
+// sum(w^2 (y - r)^2) / sum(w)^2 (Cochran, "Sampling Techniques", 3rd ed., section 6.4), times
+// n / (n - 1). With equal weights that is exactly the unbiased s^2 / n.
 double variance_of_mean(const PixelSum& sum, const MomentSum& y, double mean) {
   if (sum.samples < 2) return 0.0;
   const auto n = static_cast<double>(sum.samples);
@@ -43,22 +43,22 @@ double variance_of_mean(const PixelSum& sum, const MomentSum& y, double mean) {
          part.max.y <= whole.max.y;
 }
 
-// Records are written to files as they are.
+// Records are written to files without conversion.
 static_assert(std::endian::native == std::endian::little);
 
 } // namespace
 
 template <typename ThisFilm, typename Visit>
 void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
-  const auto visit_if_there = [&](std::string_view name, auto& records, size_t per_pixel) {
+  const auto visit_if_present = [&](std::string_view name, auto& records, size_t per_pixel) {
     static_assert(std::is_trivially_copyable_v<typename std::remove_reference_t<decltype(records)>::value_type>);
     if (!records.empty()) visit(name, records, per_pixel);
   };
-  visit_if_there("beauty", film.sums_, 1);
-  visit_if_there("variance", film.moments_, 1);
-  visit_if_there("surface", film.surfaces_, 1);
-  visit_if_there("components", film.components_, 1);
-  visit_if_there("blocks", film.blocks_, kOutlierBlocks - 1);
+  visit_if_present("beauty", film.sums_, 1);
+  visit_if_present("variance", film.moments_, 1);
+  visit_if_present("surface", film.surfaces_, 1);
+  visit_if_present("components", film.components_, 1);
+  visit_if_present("blocks", film.blocks_, kOutlierBlocks - 1);
 }
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
@@ -79,6 +79,7 @@ void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weigh
 void Film::trim_outliers() { blocks_ = ZeroedArray<ColorSum>(sums_.size() * (kOutlierBlocks - 1)); }
 
 Film Film::cut(const PixelRect& crop) const {
+  assert(crop.empty() || contains(crop_, crop));
   Film part(size_px_, crop, aovs_);
   if (trims_outliers()) part.trim_outliers();
   const std::vector<ConstPlane> from = planes();
@@ -159,7 +160,7 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
       }
     store_mean(sum.rgb, by, out);
     return;
-  // Negative lobes may push the mean past the ends at edges; coverage has none outside [0, 1].
+  // Negative lobes of the filter can move means at edges out of [0, 1].
   case Aov::alpha: out[0] = static_cast<float>(std::clamp(sum.alpha.value() / by, 0.0, 1.0)); return;
   case Aov::samples: out[0] = static_cast<float>(sum.samples); return;
   case Aov::variance:
@@ -193,7 +194,7 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
       const double beauty = sum.rgb[c].value();
       const double emission = components_[index].emission[c].value(), direct = components_[index].direct[c].value();
       const double difference = beauty - emission - direct;
-      // Radiance was added up in single precision: a difference within its rounding is none.
+      // Radiance was summed in single precision; differences within its rounding count as 0.
       const double rounding = 1e-6 * (std::abs(beauty) + std::abs(emission) + std::abs(direct));
       out[c] = std::abs(difference) <= rounding ? 0.0f : static_cast<float>(difference / by);
     }

@@ -1,4 +1,4 @@
-// The Film: sums of samples per pixel, and the images made of them.
+// The Film: sums of samples for each pixel, and the images computed from them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,11 +23,11 @@ namespace kindling {
 struct FilmSample {
   Rgb radiance{0.0f};
   float alpha = 1.0f;
-  float weight = 1.0f; // of the pixel filter, 1 in the mean; negative under a negative lobe
-  uint32_t index = 0;  // of the sample in its pixel; only trim_outliers() asks
+  float weight = 1.0f; // of the pixel filter, with mean 1; negative under a negative lobe
+  uint32_t index = 0;  // of the sample in its pixel; needed for trim_outliers() only
 };
 
-// What the AOVs want to know of the sample besides; filled only where AovSet::needs_surface() or needs_components().
+// Data of a sample for AOVs; filled only if AovSet::needs_surface() or needs_components().
 struct FilmSurface {
   Rgb albedo{0.0f};
   V3f normal{0.0f};
@@ -49,29 +49,32 @@ struct PixelRect {
   bool operator==(const PixelRect&) const = default;
 };
 
-// Every mean is sum(weight * value) / sum(weight); where the weights do not sum to more than 0 (few samples under
-// negative lobes), the count of samples takes their place.
+// Sums of samples for each pixel of a crop window. A mean is sum(weight * value) / sum(weight); if
+// the sum of weights is not positive (few samples under negative lobes), the number of samples
+// replaces it.
 //
-// All sums are exact (film_sums.h): what a pixel has is a function of the set of its samples. Their order, the threads that add them and
-// the films that they were added to first, merged by add(part), do not change a bit. A pixel is written by one thread at a time.
+// All sums are exact (film_sums.h), so the state of a pixel is a function of the set of its
+// samples. The order of samples, their distribution among threads and the merging of films by
+// add(part) do not change a bit. A pixel must be written by one thread at a time.
 class Film {
  public:
   Film(const V2i& size_px, const PixelRect& crop, AovSet aovs);
 
-  // `pixel` must be inside crop().
+  // Adds a sample; `pixel` must be inside of crop().
   void add(const V2i& pixel, const FilmSample& sample) {
     const size_t index = index_of(pixel);
     sums_[index].add(sample.radiance, sample.alpha, sample.weight);
     if (!moments_.empty()) moments_[index].add(luminance(sample.radiance), sample.weight);
     if (!blocks_.empty()) add_to_block(index, sample);
   }
-  // In addition to add(), when the set needs it; does nothing otherwise.
+  // Adds the AOV data of a sample, in addition to add(). Does nothing if no AOV needs it.
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight);
 
-  // Lets outliers_trimmed() decide on the beauty of each pixel, and on no other AOV; before the first add().
+  // Enables trimming of outliers (outliers_trimmed()) for the beauty AOV only. Must be called
+  // before the first add().
   void trim_outliers();
 
-  // What a pixel has so far: sums of weight times radiance, and of weights.
+  // Sums over the samples of a pixel: of weight times radiance, and of weights.
   struct Totals {
     std::array<double, 3> rgb{};
     double weight = 0.0;
@@ -80,16 +83,18 @@ class Film {
     const PixelSum& sum = sums_[index_of(pixel)];
     return {{sum.rgb[0].value(), sum.rgb[1].value(), sum.rgb[2].value()}, sum.weight.value()};
   }
-  // The part of this film that lies in `crop`, a rectangle inside of crop().
+  // Returns the part of this film inside of `crop`, a rectangle within crop().
   [[nodiscard]] Film cut(const PixelRect& crop) const;
 
-  // Adds what another film of the same image, AOVs and treatment of outliers has; its crop must lie inside of crop().
+  // Adds the sums of another film of the same image, AOVs and treatment of outliers, whose crop
+  // must be within crop().
   void add(const Film& part);
 
-  // The sums as they are stored, for files: arrays of fixed-size records by pixel of the crop window, rows from the top, of
-  // little-endian words. Which planes there are depends on the AOVs and on trim_outliers() alone; README.md has their layout.
+  // A plane gives access to stored sums, for files: an array of fixed-size records of little-endian
+  // words, one for each pixel of the crop window, rows from the top. The set of planes depends on
+  // the AOVs and on trim_outliers() only; README.md describes their layout.
   struct ConstPlane {
-    std::string_view name; // unique, at most 31 letters
+    std::string_view name; // unique, at most 31 characters
     size_t bytes_per_pixel = 0;
     std::span<const std::byte> bytes;
   };
@@ -102,10 +107,10 @@ class Film {
   [[nodiscard]] std::vector<Plane> planes();
   [[nodiscard]] bool trims_outliers() const { return !blocks_.empty(); }
 
-  // width * height * channels of the crop window, rows from the top. 0 everywhere for an AOV that neither the set
-  // contains nor every film has (beauty, alpha, samples).
+  // Returns width * height * channels values of the crop window, rows from the top. All are 0 for
+  // an AOV that is not in the set, except beauty, alpha and samples, which every film has.
   [[nodiscard]] std::vector<float> resolve(Aov aov) const;
-  // Interleaved premultiplied RGBA of the crop window.
+  // Returns interleaved premultiplied RGBA of the crop window.
   [[nodiscard]] std::vector<float> resolve_rgba() const;
 
   [[nodiscard]] const V2i& size_px() const { return size_px_; }
@@ -123,12 +128,12 @@ class Film {
 
   void add_to_block(size_t index, const FilmSample& sample) {
     const uint32_t block = sample.index % kOutlierBlocks;
-    if (block != kOutlierBlocks - 1) // the last one is what the others leave of the pixel
+    if (block != kOutlierBlocks - 1) // the last block is the pixel minus the other blocks
       blocks_[index * (kOutlierBlocks - 1) + block].add(sample.radiance, sample.weight);
   }
   void resolve_pixel(Aov aov, size_t index, float* out) const;
   [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
-  // Calls visit(name, array, records of it by pixel) for each array of sums that this film has.
+  // Calls visit(name, array, records per pixel) for each non-empty array of sums.
   template <typename ThisFilm, typename Visit>
   static void for_each_plane(ThisFilm& film, const Visit& visit);
 
@@ -137,9 +142,9 @@ class Film {
   AovSet aovs_;
   ZeroedArray<PixelSum> sums_;
   ZeroedArray<MomentSum> moments_;       // only with Aov::variance
-  ZeroedArray<SurfaceSum> surfaces_;     // only where the set needs it
-  ZeroedArray<ComponentSum> components_; // likewise
-  ZeroedArray<ColorSum> blocks_;         // all but the last of kOutlierBlocks for each pixel; only with trim_outliers()
+  ZeroedArray<SurfaceSum> surfaces_;     // only if AovSet::needs_surface()
+  ZeroedArray<ComponentSum> components_; // only if AovSet::needs_components()
+  ZeroedArray<ColorSum> blocks_;         // all but the last of kOutlierBlocks blocks; only with trim_outliers()
 };
 
 } // namespace kindling

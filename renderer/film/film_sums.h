@@ -1,4 +1,4 @@
-// What a pixel of the Film is made of: exact sums over its samples.
+// Exact sums over the samples of a pixel, the records of the Film.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,11 +9,14 @@
 
 namespace kindling {
 
-// Range and unit are derived in README.md. Radiance, and lengths in meters: to 2^-55, terms within +-2^40.
+// Ranges and units are derived in README.md.
+// Sums of radiance and of lengths in meters, in multiples of 2^-55; terms are within +-2^40.
 using FilmSum = ExactSum<55, 40>;
-// Weights, and what lies in [-1, 1] times a weight: to 2^-28, terms within +-8.
+// Sums of weights, and of weights times values in [-1, 1], in multiples of 2^-28; terms are within
+// +-8.
 using FilmUnitSum = ExactSmallSum<28, 3>;
 
+// Sums of every film: beauty, alpha, weights and the number of samples.
 struct PixelSum {
   FilmSum rgb[3];
   FilmUnitSum alpha;
@@ -37,7 +40,7 @@ struct PixelSum {
 };
 static_assert(sizeof(PixelSum) == 72);
 
-// Moments of a weighted value y: what the variance of the ratio sum(w y) / sum(w) needs.
+// Moments of a weighted value y, for the variance of the ratio sum(w y) / sum(w).
 struct MomentSum {
   FilmSum w2;
   FilmSum w2_y;
@@ -58,7 +61,7 @@ struct MomentSum {
 };
 static_assert(sizeof(MomentSum) == 56);
 
-// Of the first surface, over the samples that hit one.
+// Sums of the attributes of the first surface, over the samples that hit one.
 struct SurfaceSum {
   FilmSum position[3];
   FilmSum depth;
@@ -92,7 +95,7 @@ struct SurfaceSum {
 };
 static_assert(sizeof(SurfaceSum) == 128);
 
-// Parts of the radiance.
+// Sums of components of the radiance.
 struct ComponentSum {
   FilmSum emission[3];
   FilmSum direct[3];
@@ -113,7 +116,7 @@ struct ComponentSum {
 };
 static_assert(sizeof(ComponentSum) == 96);
 
-// Radiance alone: of a block of samples, outliers.h.
+// Sums of radiance and weight only, for a block of samples (outliers.h).
 struct ColorSum {
   FilmSum rgb[3];
   FilmUnitSum weight;

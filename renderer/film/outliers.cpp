@@ -1,3 +1,4 @@
+// Trimming of outlying blocks of a pixel by the Gini coefficient of their luminances.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/outliers.h"
 
@@ -29,11 +30,12 @@ std::optional<Rgb> outliers_trimmed(std::span<const BlockSum, kOutlierBlocks> bl
     sorted[count++] = {mean, &block};
   }
   const std::span<Block> used(sorted.data(), count);
-  // Blocks as bright stay in the order of their numbers.
+  // Equally bright blocks keep the order of their numbers.
   std::stable_sort(used.begin(), used.end(),
                    [](const Block& a, const Block& b) { return a.mean_luminance < b.mean_luminance; });
 
-  // Half the mean difference of two blocks, over their mean: 0 if all are alike, (n - 1) / n if one has all the light.
+  // The Gini coefficient: half the mean absolute difference of two blocks, over their mean. It is 0
+  // if all blocks are equal and (n - 1) / n if one has all the light.
   const auto n = static_cast<double>(count);
   double sum = 0.0, differences = 0.0;
   for (size_t i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// Chooses the writer by extension and hands it the film's layers.
+// Writing of films: selection of the format by extension, layers and channel names.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/write_film.h"
 
@@ -30,7 +30,7 @@ OutputFormat output_format(const std::filesystem::path& path) {
 
 constexpr float kLargestHalf = 65504.0f;
 
-// Channel names as other programs know them: Z for depth, LAYER.R/G/B for colors, LAYER.X/Y/Z for vectors.
+// Returns conventional channel names: Z for depth, LAYER.R/G/B for colors, LAYER.X/Y/Z for vectors.
 std::vector<std::string> channel_names(Aov aov) {
   const std::string name(aov_info(aov).name);
   switch (aov) {
@@ -46,7 +46,7 @@ std::vector<std::string> channel_names(Aov aov) {
 }
 
 ExrLayer make_layer(std::vector<std::string> names, bool half, std::vector<float> values) {
-  // Beyond the largest half lies infinity, which poisons every filter that meets it.
+  // Values beyond the largest half would become infinite and spoil any later filtering.
   if (half)
     for (float& value : values) value = std::clamp(value, -kLargestHalf, kLargestHalf);
   return {std::move(names), half, std::move(values)};
@@ -123,8 +123,8 @@ std::string unsupported_output(const std::filesystem::path& path) {
   if (output_format(path) != OutputFormat::unsupported) return {};
   const std::string extension = path.extension().string();
   if (extension.empty())
-    return fmt::format("{}: the name of an image needs an extension; use .exr, .png or .jpg", path.string());
-  return fmt::format("{}: images are not written as '{}'; use .exr, .png or .jpg", path.string(), extension);
+    return fmt::format("{}: the file name has no extension; use .exr, .png or .jpg", path.string());
+  return fmt::format("{}: unsupported image format '{}'; use .exr, .png or .jpg", path.string(), extension);
 }
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// Film to files: EXR with its layers, PNG and JPEG through a view.
+// Writing of films to files: EXR with layers, or PNG and JPEG through a view transform.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,21 +21,24 @@ struct ImageMetadata {
 };
 
 struct WriteOptions {
-  bool half = true;      // EXR color as half; false: as float
+  bool half = true;      // true: EXR colors are half; false: float
   int png_bits = 8;      // 8 or 16
   int jpeg_quality = 95; // 1 to 100
 };
 
-// By extension, .exr, .png, .jpg or .jpeg (any case). "-" is standard output and a PNG, "png:-", "jpg:-" and "exr:-" are standard output too.
-// EXR: R, G, B, A premultiplied and one layer for each further AOV, dataWindow = crop. PNG: straight alpha, through `view`. JPEG: over black,
-// through `view`. An existing file is replaced only by a complete one.
+// Writes a film as .exr, .png, .jpg or .jpeg (in any case). The names "-" and "png:-" are standard output
+// as PNG, "jpg:-" and "exr:-" are standard output in these formats. EXR files contain premultiplied R, G,
+// B, A and a layer for each further AOV; the data window is the crop. PNG files have straight alpha, JPEG
+// files are composited over black; their colors are transformed by `view`. An existing file is replaced
+// only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
 
-// True for "-", "png:-", "jpg:-" and "exr:-".
+// Returns true for "-", "png:-", "jpg:-" and "exr:-".
 [[nodiscard]] bool is_standard_output(const std::filesystem::path& path);
 
-// The sentence for a name that write_film() would refuse, empty if it would not; to be asked before a long render.
+// Returns the error message if write_film() would reject the file name, else an empty string.
+// Intended for checks before a long render.
 [[nodiscard]] std::string unsupported_output(const std::filesystem::path& path);
 
 } // namespace kindling

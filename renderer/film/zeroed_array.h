@@ -1,8 +1,9 @@
-// An array of sums that begins at zero without anybody clearing it.
+// Arrays that start with zero bits, taken from zeroed pages of the system.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <cstdlib>
 #include <limits>
@@ -13,8 +14,9 @@
 
 namespace kindling {
 
-// Records whose value without terms is all zero bits. A large array comes from the system as pages that are zero when they are first
-// touched: that is then the work of the threads that write to them, and what no one writes to takes no memory.
+// An array of records whose initial value is all zero bits. The system zeroes the pages of a large
+// array when they are first touched, so that work is distributed to the threads that write them,
+// and untouched pages take no memory.
 template <typename T>
 class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T> &&
@@ -48,8 +50,14 @@ class ZeroedArray {
   [[nodiscard]] const T* begin() const { return records_.get(); }
   [[nodiscard]] T* end() { return records_.get() + size_; }
   [[nodiscard]] const T* end() const { return records_.get() + size_; }
-  [[nodiscard]] T& operator[](size_t index) { return records_.get()[index]; }
-  [[nodiscard]] const T& operator[](size_t index) const { return records_.get()[index]; }
+  [[nodiscard]] T& operator[](size_t index) {
+    assert(index < size_);
+    return records_.get()[index];
+  }
+  [[nodiscard]] const T& operator[](size_t index) const {
+    assert(index < size_);
+    return records_.get()[index];
+  }
 
  private:
   struct Free {

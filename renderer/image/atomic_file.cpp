@@ -1,4 +1,4 @@
-// Temporary name, fsync, rename, fsync of the folder.
+// Atomic replacement of files: temporary name, fsync, rename, fsync of the folder.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/atomic_file.h"
 
@@ -25,7 +25,7 @@ Error cannot_write(const fs::path& path, std::string_view why) {
   return Error{ErrorKind::input_output, fmt::format("{}: cannot write: {}", path.string(), why)};
 }
 
-// The rename is only durable once the folder is.
+// Syncs a folder, without which a rename in it is not durable.
 void sync_folder(const fs::path& folder) {
   if (const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); fd >= 0) {
     fsync(fd);
@@ -35,7 +35,8 @@ void sync_folder(const fs::path& folder) {
 
 fs::path folder_of(const fs::path& target) { return target.has_parent_path() ? target.parent_path() : fs::path("."); }
 
-// Of the name (FNV-1a), so that the leftovers of one file are known.
+// Returns the prefix of temporary names for a target, from a hash of its name (FNV-1a), by which
+// leftovers are recognized.
 std::string temporary_prefix(const fs::path& target) {
   uint64_t hash = 0xcbf29ce484222325;
   const std::string name = target.filename().string();
@@ -43,12 +44,13 @@ std::string temporary_prefix(const fs::path& target) {
   return fmt::format(".kindling-{:016x}-", hash);
 }
 
-// A new file, locked for as long as a descriptor of it is open; below 0: errno says why not.
+// Creates a new file that is locked while one of its descriptors is open. Returns the descriptor;
+// negative on failure, with the reason in errno.
 int create_locked(const fs::path& path) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (fd < 0) return fd;
   struct stat status {};
-  // Who removes leftovers may have been quicker with the lock.
+  // A process that removes leftovers may have locked or removed the file first.
   const bool taken = flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   if (!taken && (fstat(fd, &status) != 0 || status.st_nlink > 0)) return fd;
   close(fd);
@@ -56,21 +58,21 @@ int create_locked(const fs::path& path) {
   return -1;
 }
 
-// As AtomicFile::commit() has it: 0, or errno.
-int keep_and_rename(const fs::path& temporary, const fs::path& target, const fs::path& previous) {
+// Renames as described at AtomicFile::commit(); returns 0 or errno.
+int rename_with_backup(const fs::path& temporary, const fs::path& target, const fs::path& previous) {
   const auto rename_to = [](const fs::path& from, const fs::path& to) {
     return std::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
   };
   if (previous.empty() || access(target.c_str(), F_OK) != 0) return rename_to(temporary, target);
-  // A second name for the old file, which then takes the place of the one before it: the target is there all the time.
+  // A second link to the old file replaces the previous backup, so the target exists at all times.
   const fs::path second = fs::path(temporary) += ".previous";
   for (int attempt = 0; attempt < 3 && link(target.c_str(), second.c_str()) == 0; ++attempt) {
     const int error = rename_to(second, previous);
-    unlink(second.c_str());        // nothing was renamed where both were the same file already
-    if (error == ENOENT) continue; // who removes leftovers was quicker
+    unlink(second.c_str());        // rename() does nothing if both names are links to one file
+    if (error == ENOENT) continue; // another process removed the link as a leftover
     return error != 0 ? error : rename_to(temporary, target);
   }
-  // No such links here: for a moment there is the previous name alone.
+  // Without hard links, only the backup exists for a moment.
   if (const int error = rename_to(target, previous); error != 0) return error;
   const int error = rename_to(temporary, target);
   if (error != 0) rename_to(previous, target);
@@ -116,7 +118,7 @@ fs::path AtomicFile::target_of(const fs::path& path) {
 }
 
 Result<AtomicFile> AtomicFile::create(const fs::path& path) {
-  if (path.empty() || !path.has_filename()) return cannot_write(path, "this names no file");
+  if (path.empty() || !path.has_filename()) return cannot_write(path, "the path has no file name");
   if (path == kStandardOutput) {
     std::FILE* file = std::tmpfile();
     if (!file)
@@ -131,12 +133,12 @@ Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   }
   const fs::path folder = folder_of(target);
   if (!fs::is_directory(folder, code))
-    return cannot_write(path, fmt::format("there is no folder '{}'", folder.string()));
+    return cannot_write(path, fmt::format("the folder '{}' does not exist", folder.string()));
 
   static std::atomic<unsigned> counter{0};
   fs::path temporary;
   int fd = -1;
-  // A process of the same number on another machine may have taken a name.
+  // A process with the same id on another machine may already use a name.
   for (int attempt = 0; attempt < 1000 && fd < 0; ++attempt) {
     temporary = folder / fmt::format("{}{}-{}.tmp", temporary_prefix(target), getpid(), counter++);
     fd = create_locked(temporary);
@@ -161,8 +163,8 @@ void AtomicFile::remove_leftovers(const fs::path& path) {
   std::error_code code;
   for (fs::directory_iterator i(folder_of(target), code), end; !code && i != end; i.increment(code)) {
     if (!i->path().filename().native().starts_with(prefix)) continue;
-    const int fd =
-        open(i->path().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC); // some file systems lock for writing only
+    // Some file systems require write access for locks.
+    const int fd = open(i->path().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
     if (fd < 0) continue;
     if (flock(fd, LOCK_EX | LOCK_NB) == 0) unlink(i->path().c_str());
     close(fd);
@@ -170,7 +172,7 @@ void AtomicFile::remove_leftovers(const fs::path& path) {
 }
 
 void AtomicFile::write(const void* data, size_t size) {
-  // fwrite() takes no null pointer, and an empty vector's data() may be one.
+  // The data() of an empty vector may be null, which fwrite() does not accept.
   if (error_ == 0 && size > 0 && std::fwrite(data, 1, size, file_) != size) error_ = errno;
 }
 
@@ -186,7 +188,7 @@ Result<void> AtomicFile::commit(const fs::path& previous) {
   check(std::fflush(file_) == 0);
   check(fsync(fileno(file_)) == 0);
   check(std::fclose(std::exchange(file_, nullptr)) == 0);
-  if (error_ == 0) error_ = keep_and_rename(temporary_, target_, previous);
+  if (error_ == 0) error_ = rename_with_backup(temporary_, target_, previous);
   if (error_ != 0) {
     unlink(temporary_.c_str());
     return cannot_write(target_, std::strerror(error_));

@@ -1,4 +1,4 @@
-// A file that appears under its name only when it is complete: written beside it, synced, then renamed.
+// Files that appear under their name only when complete: written beside it, synced, then renamed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,27 +14,31 @@ namespace kindling {
 // The path that stands for standard output; a file of this name is "./-".
 inline constexpr const char* kStandardOutput = "-";
 
-// Destroyed without commit(): the temporary file is removed and what stood under the name stays.
+// If it is destroyed without commit(), the temporary file is removed and the old file remains.
 class AtomicFile {
  public:
-  // The path kStandardOutput makes a temporary file without a name, which commit() copies to standard output.
-  // Follows symbolic links. Refuses a target that exists and is not a regular file (a folder, a device).
+  // Creates the temporary file. Symbolic links are followed. A target that exists and is not a
+  // regular file (a folder, a device) is refused. With the path kStandardOutput the temporary file
+  // has no name, and commit() copies it to standard output.
   [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& path);
 
-  // After a first failure nothing more is written; commit() then gives its reason.
+  // Write or move the position. After a first failure they do nothing, and commit() returns its
+  // reason.
   void write(const void* data, size_t size);
   void seek(int64_t offset);
 
   [[nodiscard]] bool failed() const { return error_ != 0; }
 
-  // Flushes to the disk and renames. An error leaves the old file. With `previous`, a name in the same folder, what stood under the name
-  // until then gets that name: at every moment at least one of the two is there and complete.
+  // Flushes to the disk and renames. On an error the old file remains. With `previous`, a name in
+  // the same folder, the old file is renamed to it; at any time at least one of the two names is a
+  // complete file.
   [[nodiscard]] Result<void> commit(const std::filesystem::path& previous = {});
 
-  // What a symbolic link leads to, else the name itself: where create() puts the file.
+  // Returns the path that create() writes: the target of a symbolic link, else the path itself.
   [[nodiscard]] static std::filesystem::path target_of(const std::filesystem::path& path);
-  // Removes the temporary files of writers of `path` that were killed. Those of living writers, here or on another machine, are locked
-  // and stay; where the file system knows no locks, all do.
+  // Removes temporary files that killed writers of `path` left behind. Those of live writers, on
+  // this or another machine, are locked and remain. Nothing is removed if the file system does not
+  // support locks.
   static void remove_leftovers(const std::filesystem::path& path);
 
   AtomicFile(AtomicFile&& other) noexcept;
@@ -47,7 +51,7 @@ class AtomicFile {
   AtomicFile(std::FILE* file, int lock, std::filesystem::path target, std::filesystem::path temporary);
 
   std::FILE* file_ = nullptr;
-  int lock_ = -1; // a second descriptor, which holds the lock until the name is final
+  int lock_ = -1; // a second descriptor that holds the lock until the file is renamed
   int error_ = 0; // errno of the first failure
   std::filesystem::path target_;
   std::filesystem::path temporary_;

@@ -1,23 +1,25 @@
-// BasisLZ's compressed Huffman tables, and decoding by one table look-up.
+// Bit reader and Huffman tables of BasisLZ; codes are decoded by one table look-up.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/basis_lz_bits.h"
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 namespace kindling::image_detail {
 
 namespace {
 
-constexpr int kLongestCode = 16;
+constexpr int kMaxCodeBits = 16;
 
-// Code lengths of a table: themselves run-length and Huffman coded. Empty if not valid.
+// Returns the code lengths of a table, which are run-length and Huffman coded; empty if they are
+// invalid.
 std::vector<uint8_t> read_lengths(BitReader& bits, const HuffmanTable& length_codes, size_t count) {
   std::vector<uint8_t> lengths;
   lengths.reserve(count);
   while (lengths.size() < count && bits.ok()) {
     const uint32_t symbol = length_codes.decode(bits);
-    if (symbol <= kLongestCode) {
+    if (symbol <= kMaxCodeBits) {
       lengths.push_back(static_cast<uint8_t>(symbol));
       continue;
     }
@@ -35,6 +37,7 @@ std::vector<uint8_t> read_lengths(BitReader& bits, const HuffmanTable& length_co
 } // namespace
 
 uint32_t BitReader::peek(int count) const {
+  assert(count >= 0 && count <= 24);
   uint32_t window = 0;
   const size_t first = at_ / 8;
   for (size_t i = 0; i < 4 && first + i < bytes_.size(); ++i) {
@@ -44,27 +47,27 @@ uint32_t BitReader::peek(int count) const {
 }
 
 std::optional<HuffmanTable> HuffmanTable::from_lengths(std::span<const uint8_t> lengths) {
-  std::array<uint32_t, kLongestCode + 1> of_length{};
+  std::array<uint32_t, kMaxCodeBits + 1> of_length{};
   for (const uint8_t length : lengths) {
-    if (length > kLongestCode) return std::nullopt;
+    if (length > kMaxCodeBits) return std::nullopt;
     ++of_length[length];
   }
   HuffmanTable table;
-  std::array<uint32_t, kLongestCode + 1> next{}; // code of each length, as it is given out
+  std::array<uint32_t, kMaxCodeBits + 1> next{}; // next code of each length
   uint32_t code = 0;
-  for (size_t length = 1; length <= kLongestCode; ++length) {
+  for (size_t length = 1; length <= kMaxCodeBits; ++length) {
     code = (code + (length == 1 ? 0 : of_length[length - 1])) << 1;
-    if (code + of_length[length] > 1U << length) return std::nullopt; // more codes than there is room for
+    if (code + of_length[length] > 1U << length) return std::nullopt; // too many codes of this length
     next[length] = code;
-    if (of_length[length] != 0) table.longest_ = static_cast<int>(length);
+    if (of_length[length] != 0) table.max_bits_ = static_cast<int>(length);
   }
-  if (table.longest_ == 0) return table;
+  if (table.max_bits_ == 0) return table;
 
-  table.entries_.resize(size_t{1} << table.longest_);
+  table.entries_.resize(size_t{1} << table.max_bits_);
   for (size_t symbol = 0; symbol < lengths.size(); ++symbol) {
     const uint32_t length = lengths[symbol];
     if (length == 0) continue;
-    uint32_t reversed = 0; // streams have the highest bit of a code first
+    uint32_t reversed = 0; // streams store the highest bit of a code first
     for (uint32_t i = 0; i < length; ++i) reversed |= (next[length] >> i & 1U) << (length - 1 - i);
     ++next[length];
     for (size_t at = reversed; at < table.entries_.size(); at += size_t{1} << length) {
@@ -101,7 +104,7 @@ uint32_t HuffmanTable::decode(BitReader& bits) const {
     bits.fail();
     return 0;
   }
-  const Entry entry = entries_[bits.peek(longest_)];
+  const Entry entry = entries_[bits.peek(max_bits_)];
   if (entry.bits == 0) bits.fail();
   bits.skip(entry.bits);
   return entry.symbol;

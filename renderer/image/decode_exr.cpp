@@ -1,4 +1,4 @@
-// OpenEXR through its own library: the color channels of the first part that has them, straight into the image.
+// EXR decoder based on OpenEXR: color channels of the first part that has them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -25,7 +25,7 @@ namespace imf = OPENEXR_IMF_NAMESPACE;
 using Imath::Box2i;
 
 constexpr float kHalfMax = 65504.0f;
-constexpr char kStreamName[] = "memory"; // stands in the library's messages; without_name() takes it out again
+constexpr char kStreamName[] = "memory"; // appears in the library's messages; without_name() removes it
 
 class MemoryStream final : public imf::IStream {
  public:
@@ -46,7 +46,8 @@ class MemoryStream final : public imf::IStream {
   size_t offset_ = 0;
 };
 
-// "Error reading pixel data from image file "memory". the file ends early": the last part says it.
+// Returns the last part of a message such as
+// "Error reading pixel data from image file "memory". the file ends early".
 std::string without_name(const char* message) {
   std::string_view text(message);
   constexpr std::string_view kNamed = "\"memory\". ";
@@ -56,7 +57,8 @@ std::string without_name(const char* message) {
   return std::string(text);
 }
 
-// Names of the channels that make the image, in the order of Image: R G B [A] or Y [A]. Empty: none of these.
+// Returns the names of the color channels in the order of Image: R G B [A] or Y [A]. Empty if there
+// are none.
 std::vector<std::string> image_channels(const imf::ChannelList& list) {
   const auto has = [&](const char* name) { return list.findChannel(name) != nullptr; };
   std::vector<std::string> names;
@@ -65,7 +67,7 @@ std::vector<std::string> image_channels(const imf::ChannelList& list) {
   } else if (has("Y")) {
     names = {"Y"};
   }
-  if (names.empty() || has("RY") || has("BY")) return {}; // luminance with chroma at half the resolution
+  if (names.empty() || has("RY") || has("BY")) return {}; // RY and BY are subsampled chroma
   if (has("A")) names.emplace_back("A");
   return names;
 }
@@ -80,7 +82,7 @@ std::string join_names(const imf::ChannelList& list) {
   return text;
 }
 
-// OpenEXR stores color times alpha; Image has straight alpha.
+// Converts OpenEXR's premultiplied alpha to the straight alpha of Image.
 template <typename T>
 void divide_by_alpha(std::vector<std::byte>& pixels, size_t channels) {
   T* values = reinterpret_cast<T*>(pixels.data());
@@ -99,7 +101,7 @@ void divide_by_alpha(std::vector<std::byte>& pixels, size_t channels) {
 int width_of(const Box2i& window) { return window.max.x - window.min.x + 1; }
 int height_of(const Box2i& window) { return window.max.y - window.min.y + 1; }
 
-// The data window; the library converts to the type of the image.
+// Reads the data window; the library converts to the type of the image.
 void read_pixels(imf::InputPart& part, const std::vector<std::string>& names, Image& image) {
   const Box2i window = part.header().dataWindow();
   const size_t channel_bytes = bytes_per_channel(image.type);
@@ -114,7 +116,8 @@ void read_pixels(imf::InputPart& part, const std::vector<std::string>& names, Im
   part.readPixels(window.min.y, window.max.y);
 }
 
-// The display window, cut from the data window or black where that has nothing. `image`: black, of its size.
+// Returns the display window, with pixels of the data window where it has any. `image` is black and
+// has the size of the display window.
 Image crop(const Image& data, const Box2i& from, const Box2i& to, Image image) {
   const size_t pixel_bytes = static_cast<size_t>(data.channels) * bytes_per_channel(data.type);
   const int min_x = std::max(from.min.x, to.min.x), max_x = std::min(from.max.x, to.max.x);
@@ -133,10 +136,10 @@ Image crop(const Image& data, const Box2i& from, const Box2i& to, Image image) {
 
 Result<Image> read_pixels(Bytes bytes, const ImageLimits& limits) {
   MemoryStream stream(bytes);
-  // No threads of the library's own: its pool is global. A damaged table of chunks is not repaired.
+  // 0 threads, because the library's pool is global. Damaged chunk tables are not reconstructed.
   imf::MultiPartInputFile file(stream, 0, false);
 
-  // The first part that holds an image: renderers put masks and depth in parts of their own.
+  // The first part with color is used: renderers may write masks and depth as separate parts.
   constexpr int kMaxParts = 64;
   const int part_count = std::min(file.parts(), kMaxParts);
   int index = 0;

@@ -1,4 +1,4 @@
-// Radiance HDR (RGBE): header and size are checked here, the pixels come from OpenImageIO's reader in its module.
+// Radiance HDR (RGBE) decoder: header and size checks; OpenImageIO's reader decodes the pixels.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 #include "renderer/image/oiio_loader.h"
@@ -19,7 +19,8 @@ struct HdrHeader {
   bool bottom_up = false;
 };
 
-// "-Y height +X width" after the empty line that ends the header; + before Y: rows from the bottom.
+// Reads "-Y height +X width" after the empty line that ends the header; "+Y" means rows from the
+// bottom.
 Result<HdrHeader> read_hdr_header(Bytes bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()),
                               std::min<size_t>(bytes.size(), size_t{1} << 16));
@@ -46,8 +47,9 @@ Result<HdrHeader> read_hdr_header(Bytes bytes) {
   return header;
 }
 
-// The least that an image of that size can take: rows of 8 to 32767 pixels may be run-length encoded, four bytes and then
-// for each of four components a pair of bytes for every 127 pixels; other rows hold four bytes a pixel.
+// Returns the minimum size of the pixels. Rows of 8 to 32767 pixels may be run-length encoded: four
+// bytes, and for each of four components two bytes for every 127 pixels. Other rows have four bytes
+// per pixel.
 int64_t min_hdr_bytes(const HdrHeader& header) {
   const bool may_be_encoded = header.width >= 8 && header.width <= 32767;
   return header.height * (may_be_encoded ? 4 + 4 * 2 * ((header.width + 126) / 127) : 4 * header.width);

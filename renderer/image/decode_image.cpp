@@ -1,4 +1,4 @@
-// Recognises an image by its magic bytes, checks limits and hands it to the decoder of its format.
+// Detection of image formats by magic bytes, size limits, and dispatch to the decoders.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 
@@ -60,7 +60,7 @@ std::string hex_of_start(Bytes bytes) {
   for (const std::byte b : bytes.first(std::min<size_t>(bytes.size(), 8))) {
     text += fmt::format("{}{:02x}", text.empty() ? "" : " ", static_cast<unsigned>(b));
   }
-  return text.empty() ? "nothing" : text;
+  return text.empty() ? "none" : text;
 }
 
 Result<Image> decode_format(ImageFormat format, Bytes bytes, const ImageLimits& limits) {
@@ -104,10 +104,9 @@ std::string_view image_format_name(ImageFormat format) {
 Result<Image> decode_image(Bytes bytes, std::string_view name, const ImageLimits& limits) {
   const ImageFormat format = detect_image_format(bytes);
   if (format == ImageFormat::unknown) {
-    return Error{
-        ErrorKind::input_output,
-        fmt::format("{}: not an image that can be read (it starts with {}); use PNG, JPEG, WebP, KTX2, HDR or EXR",
-                    name, hex_of_start(bytes))};
+    return Error{ErrorKind::input_output,
+                 fmt::format("{}: unknown image format (first bytes: {}); use PNG, JPEG, WebP, KTX2, HDR or EXR", name,
+                             hex_of_start(bytes))};
   }
   std::string detail;
   try {
@@ -141,7 +140,7 @@ Result<Image> read_image_file(const std::filesystem::path& path, const ImageLimi
   } catch (const std::exception&) {
     return failed("not enough memory");
   }
-  if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return failed("it ended early");
+  if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return failed("the file ended early");
   return decode_image(bytes, path.string(), limits);
 }
 

@@ -1,4 +1,4 @@
-// Reads images made by others: only formats we allow, recognized by their magic bytes, within limits.
+// Decoding of images from untrusted files: formats detected by magic bytes, sizes within limits.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ namespace kindling {
 
 enum class ImageFormat { unknown, png, jpeg, webp, ktx2, hdr, exr };
 
-// By magic bytes alone; a name or MIME type is never believed.
+// Detects a format by magic bytes only; names and MIME types are not used.
 [[nodiscard]] ImageFormat detect_image_format(std::span<const std::byte> bytes);
 [[nodiscard]] std::string_view image_format_name(ImageFormat format);
 
@@ -22,7 +22,8 @@ struct ImageLimits {
   uint64_t max_pixels = 1ULL << 28; // 268 megapixels
 };
 
-// `name` stands in the error: what a person would look for. HDR and EXR decode to f32 or f16, PNG to u8 or u16.
+// Decodes an image. `name` identifies it in error messages. HDR is decoded to f32, EXR to f32 or
+// f16, PNG to u8 or u16, other formats to u8.
 [[nodiscard]] Result<Image> decode_image(std::span<const std::byte> bytes, std::string_view name,
                                          const ImageLimits& limits = {});
 [[nodiscard]] Result<Image> read_image_file(const std::filesystem::path& path, const ImageLimits& limits = {});

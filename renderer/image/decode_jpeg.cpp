@@ -1,4 +1,4 @@
-// JPEG through libjpeg: silent, metadata unread (glTF ignores EXIF orientation), rows straight into the image.
+// JPEG decoder based on libjpeg; metadata are ignored, EXIF orientation included (as in glTF).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <vector>
 
-// After <cstdio>: jpeglib.h uses FILE without including it.
+// Included after <cstdio>, because jpeglib.h uses FILE without including it.
 #include <jpeglib.h>
 
 #include <jerror.h>
@@ -18,10 +18,11 @@ namespace kindling::image_detail {
 
 namespace {
 
-// A progressive file may repeat its scans without end, each over the whole image; real ones have about ten.
+// A progressive file may have any number of scans over the whole image; typical ones have about
+// ten.
 constexpr int kMaxScans = 256;
 
-// `base` first: libjpeg hands back a pointer to it.
+// `base` must be the first member, because libjpeg returns a pointer to it.
 struct JpegErrors {
   jpeg_error_mgr base;
   std::jmp_buf jump;
@@ -36,7 +37,7 @@ JpegErrors& errors_of(j_common_ptr codec) { return *reinterpret_cast<JpegErrors*
   std::longjmp(errors.jump, 1);
 }
 
-// Damage that costs pixels is an error here; oddities that do not are passed over in silence.
+// Treats damage that affects pixels as an error, and ignores other irregularities.
 void on_jpeg_message(j_common_ptr codec, int level) {
   if (level >= 0) return;
   switch (codec->err->msg_code) {
@@ -74,7 +75,7 @@ struct JpegDecoder {
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 };
 
-// The three steps that may longjmp: no object with a destructor may live in them.
+// The next three functions may longjmp, so they must not contain objects with destructors.
 bool read_jpeg_header(JpegDecoder& decoder, const unsigned char* data, size_t size) {
   if (setjmp(decoder.errors.jump) != 0) return false;
   jpeg_create_decompress(&decoder.codec);
@@ -90,7 +91,7 @@ bool start_jpeg(JpegDecoder& decoder) {
   return true;
 }
 
-// `row` is used for CMYK alone: four bytes for each pixel of a row.
+// `row` is the buffer of a CMYK row (four bytes for each pixel); null for other images.
 bool read_jpeg_rows(JpegDecoder& decoder, unsigned char* pixels, size_t row_bytes, unsigned char* row) {
   if (setjmp(decoder.errors.jump) != 0) return false;
   jpeg_decompress_struct& codec = decoder.codec;
@@ -99,7 +100,7 @@ bool read_jpeg_rows(JpegDecoder& decoder, unsigned char* pixels, size_t row_byte
     JSAMPROW target = row ? row : out;
     if (jpeg_read_scanlines(&codec, &target, 1) != 1) return false;
     if (!row) continue;
-    // Files with Adobe's marker store ink inverted: 255 is no ink. No profile is applied.
+    // Files with Adobe's marker store inverted ink: 255 is no ink. No profile is applied.
     const unsigned char flip = codec.saw_Adobe_marker ? 0 : 255;
     for (size_t x = 0; x < codec.output_width; ++x) {
       const int paper = row[4 * x + 3] ^ flip;
@@ -119,7 +120,7 @@ Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits) {
     return detail_error(decoder.errors.message);
   }
   if (const auto error = check_size(codec.image_width, codec.image_height, limits)) return detail_error(*error);
-  // Huffman codes spend at least one bit on each block of 64 pixels of the finest component.
+  // Huffman codes take at least one bit for each block of 64 pixels of the finest component.
   if (!codec.arith_code && uint64_t{codec.image_width} * codec.image_height / 512 > bytes.size()) {
     return detail_error(
         fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), codec.image_width, codec.image_height));
@@ -137,7 +138,7 @@ Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits) {
   case JCS_YCCK: codec.out_color_space = JCS_CMYK; break;
   default:
     return detail_error(
-        fmt::format("it has {} components of unknown meaning; use gray, RGB or CMYK", codec.num_components));
+        fmt::format("it has {} components in an unknown color space; use gray, RGB or CMYK", codec.num_components));
   }
   if (!start_jpeg(decoder)) return detail_error(decoder.errors.message);
 

@@ -1,4 +1,4 @@
-// KTX2 with Basis Universal payloads, level 0 straight to RGB or RGBA.
+// KTX2 decoder: level 0 of Basis Universal payloads, to RGB or RGBA.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 #include "renderer/image/etc1s_slices.h"
@@ -17,8 +17,9 @@ namespace kindling::image_detail {
 
 namespace {
 
-// The blocks of the level. `buffer` holds them where they were compressed. A level too small for what it promises is
-// refused before memory is asked for: deflate shrinks at most 1032 : 1, Zstandard to 4 bytes for each 128 KiB.
+// Returns the blocks of the level, in `buffer` if they were compressed. A level that is too small
+// for its decompressed size is refused before memory is allocated: deflate compresses at most 1032
+// : 1, Zstandard to 4 bytes for each 128 KiB.
 Result<Bytes> inflate_level(const Ktx2Texture& texture, std::vector<std::byte>& buffer) {
   if (texture.supercompression == Ktx2Supercompression::none) return texture.level;
   const bool zlib = texture.supercompression == Ktx2Supercompression::zlib;
@@ -41,18 +42,19 @@ Result<Bytes> inflate_level(const Ktx2Texture& texture, std::vector<std::byte>& 
     }
   }
   if (written != buffer.size()) {
-    return detail_error(fmt::format("its level 0 has {} bytes, {} were promised", written, buffer.size()));
+    return detail_error(fmt::format("its level 0 has {} bytes instead of {}", written, buffer.size()));
   }
   return Bytes(buffer);
 }
 
-// Visits the pixels of one block, as far as they lie in the image.
+// Visits the pixels of a block that are inside of the image.
 class BlockWriter {
  public:
   BlockWriter(Image& image, uint32_t block_x, uint32_t block_y)
       : image_(image), x_(4 * static_cast<int>(block_x)), y_(4 * static_cast<int>(block_y)) {}
 
-  // write(pixel, index): pixel points at the image's channels, index counts the block's pixels
+  // Calls write(pixel, index), where `pixel` points to the channels and `index` counts the block's
+  // pixels.
   template <typename Write>
   void each(const Write& write) const {
     const int columns = std::min(4, image_.width - x_), rows = std::min(4, image_.height - y_);
@@ -85,7 +87,7 @@ Result<Image> decode_uastc(const Ktx2Texture& texture) {
     for (uint32_t x = 0; x < texture.blocks_x(); ++x, at += 16) {
       BlockTexels texels;
       if (!decode_uastc_block(blocks.value().subspan(at).first<16>(), texels)) {
-        return detail_error(fmt::format("its UASTC block ({}, {}) is not a valid one", x, y));
+        return detail_error(fmt::format("its UASTC block ({}, {}) is invalid", x, y));
       }
       if (texture.channels == Ktx2Channels::green_from_alpha) {
         for (auto& texel : texels) texel = {texel[0], texel[3], 0, 255};
@@ -106,7 +108,7 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
   const auto slice = [&](const Etc1sSliceRange& range) -> Result<Bytes> {
     if (range.length == 0 || range.offset > texture.level.size() ||
         range.length > texture.level.size() - range.offset) {
-      return detail_error(fmt::format("its slice ({} bytes at {}) does not lie in level 0 of {} bytes", range.length,
+      return detail_error(fmt::format("its slice ({} bytes at {}) is not within level 0 of {} bytes", range.length,
                                       range.offset, texture.level.size()));
     }
     return texture.level.subspan(range.offset, range.length);
@@ -124,7 +126,7 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
       if (image.channels == 4) pixel[3] = 255;
     });
   };
-  // The green channel of the second slice, whatever it stands for.
+  // Alpha, or green of red-green textures, is the green channel of the second slice.
   const auto write_alpha = [&](uint32_t x, uint32_t y, const Etc1sEndpoint& endpoint, const Etc1sSelector& selector) {
     const auto colors = etc1s_colors(endpoint);
     const bool is_green = texture.channels == Ktx2Channels::green_from_alpha;

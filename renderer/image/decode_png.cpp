@@ -1,4 +1,4 @@
-// PNG through libpng: silent, only the chunks that make pixels, rows straight into the image.
+// PNG decoder based on libpng, which skips all chunks that do not define pixels.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -16,7 +16,7 @@ namespace kindling::image_detail {
 
 namespace {
 
-// What libpng's callbacks see. No destructor: longjmp passes over it.
+// Data for libpng's callbacks. It has no destructor, because longjmp would skip it.
 struct PngSource {
   const std::byte* data;
   size_t size;
@@ -56,17 +56,18 @@ class PngReadHandles {
   png_infop info = nullptr;
 };
 
-// Reads up to the pixels and asks for 8 or 16 bits a channel, palette and transparent color expanded. No object with a
-// destructor may live in the two functions that call setjmp.
+// Reads up to the pixels, and requests 8 or 16 bits per channel with expanded palette and
+// transparent color. The two functions that call setjmp must not contain objects with destructors.
 bool read_png_header(PngSource& source, png_structp png, png_infop info) {
   if (setjmp(source.jump) != 0) return false;
-  // Everything that does not change a pixel is skipped unread: profiles, gamma (glTF ignores both), texts and EXIF.
+  // Chunks that do not affect pixels are skipped: profiles and gamma (ignored by glTF), texts,
+  // EXIF.
   static constexpr png_byte kSkipped[] =
       "bKGD\0cHRM\0eXIf\0gAMA\0hIST\0iCCP\0iTXt\0oFFs\0pCAL\0pHYs\0sBIT\0sCAL\0sPLT\0"
       "sRGB\0tEXt\0tIME\0zTXt";
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, kSkipped, static_cast<int>(sizeof kSkipped / 5));
   png_set_read_fn(png, &source, read_png_bytes);
-  png_set_user_limits(png, 0x7fffffff, 0x7fffffff); // ours were checked already
+  png_set_user_limits(png, 0x7fffffff, 0x7fffffff); // ImageLimits were checked before
   png_read_info(png, info);
   png_set_expand(png);
   if constexpr (std::endian::native == std::endian::little) png_set_swap(png);
@@ -105,8 +106,8 @@ Result<Image> decode_png(Bytes bytes, const ImageLimits& limits) {
   constexpr std::array<uint64_t, 7> kChannels{1, 0, 3, 1, 2, 0, 4};
   const auto color_type = static_cast<size_t>(bytes[25]);
   if (color_type < kChannels.size()) {
-    // Deflate shrinks at most 1032 : 1, so a small file that promises a huge image is refused before its memory is
-    // asked for.
+    // Deflate compresses at most 1032 : 1, so a small file with a huge image size is refused before
+    // memory is allocated.
     const uint64_t stored_bytes = height * ((width * kChannels[color_type] * bit_depth + 7) / 8);
     if (stored_bytes / 1032 > bytes.size()) {
       return detail_error(fmt::format("{} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
@@ -122,8 +123,7 @@ Result<Image> decode_png(Bytes bytes, const ImageLimits& limits) {
   const PixelType type = png_get_bit_depth(handles.png, handles.info) == 16 ? PixelType::u16 : PixelType::u8;
   Image image = make_image(static_cast<int>(width), static_cast<int>(height), channels, type);
   const size_t row_bytes = png_get_rowbytes(handles.png, handles.info);
-  if (row_bytes * height != image.byte_count())
-    return detail_error("its rows do not have the size that its header says");
+  if (row_bytes * height != image.byte_count()) return detail_error("the size of its rows does not match its header");
   const int passes = png_get_interlace_type(handles.png, handles.info) == PNG_INTERLACE_NONE ? 1 : 7;
   if (!read_png_rows(source, handles.png, image.pixels.data(), row_bytes, image.height, passes))
     return detail_error(source.message);

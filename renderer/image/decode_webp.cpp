@@ -1,4 +1,4 @@
-// WebP through libwebp, straight into the image.
+// WebP decoder based on libwebp.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -24,7 +24,7 @@ const char* describe(VP8StatusCode status) {
 Result<Image> decode_webp(Bytes bytes, const ImageLimits& limits) {
   const auto* data = reinterpret_cast<const uint8_t*>(bytes.data());
   WebPDecoderConfig config;
-  if (!WebPInitDecoderConfig(&config)) return detail_error("libwebp has another version than its header");
+  if (!WebPInitDecoderConfig(&config)) return detail_error("the version of libwebp does not match its header");
   if (const auto status = WebPGetFeatures(data, bytes.size(), &config.input); status != VP8_STATUS_OK) {
     return detail_error(describe(status));
   }

@@ -1,4 +1,4 @@
-// The decoders behind decode_image(), one per format: each checks sizes first and fills Image::pixels in place.
+// Decoders of all image formats; each checks sizes first and decodes directly into Image::pixels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,8 @@ namespace kindling::image_detail {
 
 using Bytes = std::span<const std::byte>;
 
-// Errors carry the detail alone ("truncated data"); decode_image() puts the name and the format before it.
+// Returns an error that contains the detail only ("truncated data"); decode_image() prepends the
+// name and the format.
 [[nodiscard]] inline Error detail_error(std::string detail) { return {ErrorKind::input_output, std::move(detail)}; }
 
 [[nodiscard]] Result<Image> decode_png(Bytes bytes, const ImageLimits& limits);
@@ -25,17 +26,17 @@ using Bytes = std::span<const std::byte>;
 [[nodiscard]] Result<Image> decode_hdr(Bytes bytes, const ImageLimits& limits);
 [[nodiscard]] Result<Image> decode_exr(Bytes bytes, const ImageLimits& limits);
 
-// What an OpenEXR header promises, checked before the library allocates for it: windows within the limits, and chunk
-// tables that fit in the file. Empty when all is well, else the detail.
+// Checks OpenEXR headers before the library allocates memory: windows must be within the limits and
+// chunk tables must fit into the file. Returns nothing on success, else the detail of the error.
 [[nodiscard]] std::optional<std::string> check_exr_headers(Bytes bytes, const ImageLimits& limits);
 
-// Empty when within the limits, else the detail of the error.
+// Checks a size against the limits. Returns nothing on success, else the detail of the error.
 [[nodiscard]] std::optional<std::string> check_size(int64_t width, int64_t height, const ImageLimits& limits);
 
-// An image of that shape with its pixels allocated (zero).
+// Returns an image with allocated pixels, all zero.
 [[nodiscard]] Image make_image(int width, int height, int channels, PixelType type);
 
-// The one-line form of a library's message: cut at the first line break, trailing space removed.
+// Returns the first line of a library's message, without trailing spaces.
 [[nodiscard]] std::string first_line(std::string text);
 
 } // namespace kindling::image_detail

@@ -1,4 +1,4 @@
-// The built-in OpenColorIO configuration, made in code, and how a user's configuration is read.
+// Built-in OpenColorIO configuration, and loading of user configurations.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/display_config.h"
 
@@ -34,8 +34,8 @@ ocio::ViewTransformRcPtr view_transform(const char* name, const ocio::ConstTrans
   return view;
 }
 
-// Scene reference: linear Rec. 709. Display reference: CIE XYZ (D65), white at Y = 1, as OpenColorIO's built-ins have
-// it.
+// Creates the built-in configuration. The scene reference is linear Rec. 709; the display reference
+// is CIE XYZ (D65) with white at Y = 1, as in OpenColorIO's built-in transforms.
 ocio::ConstConfigRcPtr make_built_in_config() {
   auto config = ocio::Config::Create()->createEditableCopy();
   config->setMajorVersion(2);
@@ -57,7 +57,7 @@ ocio::ConstConfigRcPtr make_built_in_config() {
   config->setRole(ocio::ROLE_SCENE_LINEAR, kSource);
   config->setRole(ocio::ROLE_DEFAULT, kSource);
 
-  // From the primaries and white point of ITU-R BT.709, exact to double precision.
+  // Derived from the primaries and white point of ITU-R BT.709 in double precision.
   constexpr double kRec709ToXyz[16] = {0.4123907992659595,
                                        0.35758433938387796,
                                        0.1804807884018343,
@@ -99,8 +99,9 @@ bool equals_ignoring_case(std::string_view a, std::string_view b) {
                     [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
-// Linear Rec. 709 by the names it has in published configurations. Else ACES2065-1 by its role, which has one meaning.
-// Else the scene_linear role, taken at its word: it may have other primaries (ACEScg), which is why it comes last.
+// Finds the source space: linear Rec. 709 by its names in published configurations; else ACES2065-1
+// by its role, which is unambiguous; else the scene_linear role, which comes last because its
+// primaries may differ (ACEScg).
 void find_source(DisplayConfig& found) {
   constexpr std::array kNames{"Linear Rec.709 (sRGB)",
                               "Linear Rec.709",
@@ -142,7 +143,7 @@ std::optional<std::string> fill_views(DisplayConfig& found) {
   return std::nullopt;
 }
 
-// OpenColorIO logs to stderr unless told otherwise.
+// Disables logging, which OpenColorIO sends to stderr by default.
 void silence_ocio() {
   static const bool once = (ocio::SetLoggingLevel(ocio::LOGGING_LEVEL_NONE), true);
   static_cast<void>(once);

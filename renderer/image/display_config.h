@@ -1,4 +1,4 @@
-// Which OpenColorIO configuration, view and source color space a DisplayTransform uses.
+// OpenColorIO configuration of a DisplayTransform: views and source color space.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,19 +18,20 @@ inline constexpr const char* kAgxView = "AgX";
 
 struct DisplayConfig {
   ocio::ConstConfigRcPtr config;
-  std::string name;               // for errors: "the built-in configuration" or the path
-  bool built_in = false;          // its views are ours, and Kindling evaluates kNeutralView and kAgxView
-  std::string display;            // the default one
+  std::string name;      // for errors: "the built-in configuration" or the path
+  bool built_in = false; // true for Kindling's configuration, whose kNeutralView and kAgxView Kindling evaluates
+  std::string display;   // the default display
   std::vector<std::string> views; // of that display, default first
-  std::string source;             // color space of the pixels given
-  bool source_is_aces =
-      false; // the pixels must be converted to ACES2065-1 first: the only space of the config we can name
+  std::string source;             // color space of the input pixels
+  // True if pixels must first be converted to ACES2065-1, because the configuration has no Rec. 709
+  // space.
+  bool source_is_aces = false;
 };
 
-// `path` empty: $OCIO where set, else the built-in configuration.
+// Opens a configuration. If `path` is empty, $OCIO is used if set, else the built-in configuration.
 [[nodiscard]] Result<DisplayConfig> open_display_config(const std::string& path);
 
-// Linear Rec. 709 (D65) to ACES2065-1 (AP0, Bradford adaptation).
+// Returns the transform from linear Rec. 709 (D65) to ACES2065-1 (AP0, Bradford adaptation).
 [[nodiscard]] ocio::GroupTransformRcPtr rec709_to_aces2065();
 
 } // namespace kindling::image_detail

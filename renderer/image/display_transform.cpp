@@ -1,4 +1,4 @@
-// One OpenColorIO processor for exposure and view; Khronos PBR Neutral and AgX are evaluated exactly before it.
+// Display transform: an OpenColorIO processor, preceded by Khronos PBR Neutral or AgX if selected.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/display_transform.h"
 
@@ -34,9 +34,9 @@ ToneCurve built_in_curve(const std::string& view) {
 
 struct DisplayTransform::Impl {
   std::string view;
-  ocio::ConstCPUProcessorRcPtr processor; // empty where nothing is to be done
-  ToneCurve curve = nullptr;              // applied before the processor; null: none
-  float curve_scale = 1.0f;               // exposure, which comes before the curve
+  ocio::ConstCPUProcessorRcPtr processor; // null for the identity
+  ToneCurve curve = nullptr;              // applied before the processor; null for none
+  float curve_scale = 1.0f;               // exposure factor, applied before the tone curve
 };
 
 namespace {
@@ -81,7 +81,7 @@ Result<DisplayTransform> DisplayTransform::create(const DisplayOptions& options)
                  fmt::format("view '{}' is not in {}; use one of {}", view, found.name, join(found.views))};
   }
   constexpr float kMaxStops = 64.0f;
-  if (!(std::abs(options.exposure_stops) <= kMaxStops)) { // NaN too
+  if (!(std::abs(options.exposure_stops) <= kMaxStops)) { // also rejects NaN
     return Error{ErrorKind::usage, fmt::format("exposure of {} stops; use -64 to 64", options.exposure_stops)};
   }
 
@@ -107,7 +107,7 @@ Result<std::vector<std::string>> DisplayTransform::list_views(const std::string&
 }
 
 void DisplayTransform::apply(std::span<float> rgba) const {
-  // In pieces that stay in the cache between the two steps.
+  // Pieces are small enough to stay in the cache between the two steps.
   constexpr size_t kPieceValues = size_t{4096} * 4;
   for (size_t first = 0; first < rgba.size(); first += kPieceValues) {
     const std::span<float> piece = rgba.subspan(first, std::min(kPieceValues, rgba.size() - first));

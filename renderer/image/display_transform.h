@@ -1,4 +1,4 @@
-// From scene-linear Rec. 709 to display values through an OpenColorIO view.
+// Conversion of scene-linear Rec. 709 to display values by an OpenColorIO view.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,21 +12,23 @@
 namespace kindling {
 
 struct DisplayOptions {
-  std::string
-      view; // empty: the config's default; built-in: "Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "AgX", "Raw"
-  float exposure_stops = 0.0f; // scene values are multiplied by 2^exposure first
-  std::string ocio_config;     // path; empty: $OCIO where set, else the built-in config
+  // Name of the view; empty for the default. Built-in views: "Standard", "ACES 1.0 SDR", "Khronos
+  // PBR Neutral", "AgX", "Raw".
+  std::string view;
+  float exposure_stops = 0.0f; // scene values are first multiplied by 2^exposure_stops
+  std::string ocio_config;     // path; empty for $OCIO if set, else the built-in configuration
 };
 
-// Immutable and thread-safe.
+// An immutable, thread-safe display transform.
 class DisplayTransform {
  public:
-  // An unknown view is refused with the list of those that exist.
+  // Creates a transform. The error for an unknown view lists the existing views.
   [[nodiscard]] static Result<DisplayTransform> create(const DisplayOptions& options);
-  // The views of that config, default first.
+  // Returns the views of a configuration, default first.
   [[nodiscard]] static Result<std::vector<std::string>> list_views(const std::string& ocio_config);
 
-  // In place; rgba interleaved, straight alpha (alpha is untouched). Output not clamped.
+  // Transforms interleaved RGBA with straight alpha in place. Alpha is not changed; colors are not
+  // clamped.
   void apply(std::span<float> rgba) const;
 
   [[nodiscard]] const std::string& view() const; // the view in use, for metadata

@@ -1,4 +1,4 @@
-// BasisLZ global data: image descriptions, endpoints, selectors and the Huffman tables of slices.
+// Parser of BasisLZ global data: image descriptions, codebooks and Huffman tables.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/etc1s_codebooks.h"
 
@@ -12,42 +12,43 @@ namespace kindling::image_detail {
 
 namespace {
 
-// Each value as the difference to the one before.
+// Reads endpoints, which are stored as differences to the previous endpoint.
 std::vector<Etc1sEndpoint> read_endpoints(BitReader& bits, size_t count) {
-  std::array<HuffmanTable, 3> color_delta; // for dark, middle and bright values before
+  std::array<HuffmanTable, 3> color_delta; // by the previous value: dark, middle or bright
   for (HuffmanTable& table : color_delta) table = HuffmanTable::read(bits);
   const HuffmanTable intensity_delta = HuffmanTable::read(bits);
   const bool gray = bits.take(1) != 0;
   std::vector<Etc1sEndpoint> endpoints;
-  Etc1sEndpoint now{{16, 16, 16}, 0};
+  Etc1sEndpoint endpoint{{16, 16, 16}, 0};
   while (endpoints.size() < count && bits.ok()) {
-    now.intensity = static_cast<uint8_t>((now.intensity + intensity_delta.decode(bits)) & 7U);
+    endpoint.intensity = static_cast<uint8_t>((endpoint.intensity + intensity_delta.decode(bits)) & 7U);
     for (size_t c = 0; c < (gray ? 1U : 3U); ++c) {
-      const size_t which = now.color[c] < 10 ? 0 : now.color[c] < 22 ? 1 : 2;
-      now.color[c] = static_cast<uint8_t>((now.color[c] + color_delta[which].decode(bits)) & 31U);
+      const size_t range = endpoint.color[c] < 10 ? 0 : endpoint.color[c] < 22 ? 1 : 2;
+      endpoint.color[c] = static_cast<uint8_t>((endpoint.color[c] + color_delta[range].decode(bits)) & 31U);
     }
-    if (gray) now.color.fill(now.color[0]);
-    endpoints.push_back(now);
+    if (gray) endpoint.color.fill(endpoint.color[0]);
+    endpoints.push_back(endpoint);
   }
   return endpoints;
 }
 
-// Plain, or each row as the exclusive or with that of the selector before.
+// Reads selectors, which are stored plainly or as the exclusive or with the rows of the previous
+// selector.
 std::vector<Etc1sSelector> read_selectors(BitReader& bits, size_t count) {
   if (bits.take(2) != 0) bits.fail();
   const bool plain = bits.take(1) != 0;
   const HuffmanTable delta = plain ? HuffmanTable() : HuffmanTable::read(bits);
   std::vector<Etc1sSelector> selectors;
-  Etc1sSelector now;
+  Etc1sSelector selector;
   while (selectors.size() < count && bits.ok()) {
-    for (uint8_t& row : now.rows) {
+    for (uint8_t& row : selector.rows) {
       if (plain || selectors.empty()) {
         row = static_cast<uint8_t>(bits.take(8));
       } else {
         row = static_cast<uint8_t>(row ^ delta.decode(bits));
       }
     }
-    selectors.push_back(now);
+    selectors.push_back(selector);
   }
   return selectors;
 }
@@ -68,7 +69,7 @@ Result<Etc1sData> read_etc1s_data(Bytes globals, uint32_t images) {
   Etc1sData data;
   constexpr size_t at = kHeaderBytes; // the image of level 0
   if ((load_u32(globals, at) & 2U) != 0)
-    return detail_error("it is a video frame that builds on another; use a still image");
+    return detail_error("it is a video frame that depends on another; use a still image");
   data.color_slice = {load_u32(globals, at + 4), load_u32(globals, at + 8)};
   data.alpha_slice = {load_u32(globals, at + 12), load_u32(globals, at + 16)};
 

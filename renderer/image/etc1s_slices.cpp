@@ -1,4 +1,4 @@
-// Endpoint prediction, selector history and run lengths of an ETC1S slice.
+// Decoder of ETC1S slices: endpoint prediction, selector history and run lengths.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/etc1s_slices.h"
 
@@ -9,7 +9,7 @@ namespace kindling::image_detail {
 
 namespace {
 
-// A number in chunks of `bits` with one more bit that says whether another follows.
+// Reads a number in chunks of `bits`, each followed by a bit that is set if another chunk follows.
 uint32_t read_chunks(BitReader& reader, int bits) {
   uint32_t value = 0;
   for (int shift = 0; shift < 32; shift += bits) {
@@ -21,28 +21,29 @@ uint32_t read_chunks(BitReader& reader, int bits) {
   return 0;
 }
 
-// How the endpoints of blocks follow from their neighbors: 2 bits a block, in symbols for 2 x 2 blocks, with runs.
+// Predictions of endpoints from neighboring blocks: 2 bits per block, in symbols for 2 x 2 blocks,
+// with runs.
 class EndpointPredictions {
  public:
   EndpointPredictions(const Etc1sData& data, uint32_t blocks_x) : data_(data), lower_((blocks_x + 1) / 2) {}
 
   uint32_t next(BitReader& bits, uint32_t x, uint32_t y) {
-    if (x % 2 == 0) now_ = y % 2 == 0 ? upper(bits, x) : lower_[x / 2];
-    const uint32_t prediction = now_ & 3U;
-    now_ >>= 2;
+    if (x % 2 == 0) pending_ = y % 2 == 0 ? upper(bits, x) : lower_[x / 2];
+    const uint32_t prediction = pending_ & 3U;
+    pending_ >>= 2;
     return prediction;
   }
 
  private:
   uint32_t upper(BitReader& bits, uint32_t x) {
-    constexpr uint32_t kRepeat = 256, kShortestRun = 3;
+    constexpr uint32_t kRepeat = 256, kMinRun = 3;
     if (run_ > 0) {
       --run_;
     } else {
       const uint32_t symbol = data_.endpoint_prediction.decode(bits);
       if (symbol > kRepeat) bits.fail();
       if (symbol == kRepeat) {
-        run_ = uint64_t{read_chunks(bits, 4)} + kShortestRun - 1;
+        run_ = uint64_t{read_chunks(bits, 4)} + kMinRun - 1;
       } else {
         symbol_ = symbol;
       }
@@ -52,18 +53,19 @@ class EndpointPredictions {
   }
 
   const Etc1sData& data_;
-  std::vector<uint8_t> lower_; // the upper half of each symbol, for the row of blocks beneath
-  uint32_t symbol_ = 0, now_ = 0;
+  std::vector<uint8_t> lower_; // the upper half of each symbol, for the next row of blocks
+  uint32_t symbol_ = 0, pending_ = 0;
   uint64_t run_ = 0;
 };
 
-// Selectors of blocks: anew, or out of an approximate move-to-front list of recent ones, with runs of its first.
+// Selectors of blocks: new ones, or entries of an approximate move-to-front list of recent ones,
+// with runs of its first entry.
 class SelectorIndices {
  public:
   explicit SelectorIndices(const Etc1sData& data)
       : data_(data), history_(data.history_size), oldest_(data.history_size / 2) {}
 
-  // Empty for an index that does not exist.
+  // Returns the next index into the codebook; nothing if it is out of range.
   std::optional<uint32_t> next(BitReader& bits) {
     const auto count = static_cast<uint32_t>(data_.selectors.size());
     uint32_t symbol = count;
@@ -72,9 +74,9 @@ class SelectorIndices {
     } else {
       symbol = data_.selector_or_history.decode(bits);
       if (symbol == count + history_.size()) {
-        constexpr uint32_t kShortestRun = 3, kLongRun = 63;
+        constexpr uint32_t kMinRun = 3, kLongRun = 63;
         const uint32_t run = data_.selector_run.decode(bits);
-        run_ = uint64_t{run == kLongRun ? read_chunks(bits, 7) : run} + kShortestRun - 1;
+        run_ = uint64_t{run == kLongRun ? read_chunks(bits, 7) : run} + kMinRun - 1;
         symbol = count;
       }
     }
@@ -98,7 +100,7 @@ class SelectorIndices {
 
   const Etc1sData& data_;
   std::vector<uint32_t> history_;
-  size_t oldest_; // place that is given up next
+  size_t oldest_; // position that is overwritten next
   uint64_t run_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Walks the attributes of an OpenEXR header to check sizes before the library allocates for them.
+// Parser of OpenEXR headers that checks sizes before the library allocates memory.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -15,7 +15,7 @@ namespace kindling::image_detail {
 
 namespace {
 
-// Little-endian reads with a sticky failure: after the end everything is zero.
+// Reads little-endian values. After a read past the end, all reads fail and return zero.
 class Cursor {
  public:
   explicit Cursor(Bytes bytes) : bytes_(bytes) {}
@@ -26,7 +26,7 @@ class Cursor {
     if (const Bytes raw = take(4); raw.size() == 4) std::memcpy(&value, raw.data(), 4);
     return value;
   }
-  // Up to and without the terminating zero.
+  // Reads a string up to its terminating zero, which is consumed but not returned.
   std::string_view read_name() {
     const auto rest = bytes_.subspan(offset_);
     const auto end = std::find(rest.begin(), rest.end(), std::byte{0});
@@ -69,7 +69,7 @@ Window read_window(Bytes value) {
 
 int64_t ceil_div(int64_t a, int64_t b) { return (a + b - 1) / b; }
 
-// One header, up to and with its closing zero byte.
+// Checks one header and consumes it, including its closing zero byte.
 std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const ImageLimits& limits) {
   constexpr std::array<int64_t, 10> kLinesPerChunk{1, 1, 1, 16, 32, 16, 32, 32, 32, 256}; // by compression
   Window data, display;
@@ -105,12 +105,12 @@ std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const
   }
   if (cursor.failed()) return "the file ends in its header";
   if (const auto error = check_size(data.width, data.height, limits)) return error;
-  if (tile_width > limits.max_side_px || tile_height > limits.max_side_px) { // the library makes room for whole tiles
+  if (tile_width > limits.max_side_px || tile_height > limits.max_side_px) { // the library allocates whole tiles
     return fmt::format("its tiles are {} x {} pixels; a side may have at most {}", tile_width, tile_height,
                        limits.max_side_px);
   }
   if (const auto error = check_size(display.width, display.height, limits)) return error;
-  // Each chunk has an offset of eight bytes in a table that must be in the file.
+  // Each chunk has an offset of eight bytes in a table that must fit into the file.
   const int64_t chunks = tile_width > 0 ? ceil_div(data.width, tile_width) * ceil_div(data.height, tile_height)
                                         : ceil_div(data.height, lines_per_chunk);
   const auto fits = static_cast<int64_t>(file_bytes / 8);
@@ -125,7 +125,7 @@ std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const
 std::optional<std::string> check_exr_headers(Bytes bytes, const ImageLimits& limits) {
   constexpr uint32_t kDeepFlag = 0x800, kMultiPartFlag = 0x1000;
   Cursor cursor(bytes);
-  cursor.read_i32(); // the magic number, known to be right
+  cursor.read_i32(); // the magic number, checked before
   const auto version = static_cast<uint32_t>(cursor.read_i32());
   if ((version & kDeepFlag) != 0) return "it holds deep data; use a flat image";
   do {

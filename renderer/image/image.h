@@ -1,4 +1,4 @@
-// A decoded image in memory, at the bit depth of its file.
+// Decoded image in memory, at the bit depth of its file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,8 @@ enum class PixelType : uint8_t { u8, u16, f16, f32 };
   return type == PixelType::u8 ? 1 : type == PixelType::f32 ? 4 : 2;
 }
 
-// Rows from the top, pixels and channels interleaved, no padding. 1 to 4 channels: L, LA, RGB or RGBA, straight alpha.
+// An image with interleaved channels, rows from the top and no padding. 1 to 4 channels are L, LA,
+// RGB or RGBA with straight alpha.
 struct Image {
   int width = 0;
   int height = 0;

@@ -1,4 +1,4 @@
-// Header, level index, data format descriptor and key/value data of KTX 2.0.
+// Parser of KTX 2.0 containers: header, level index, data format descriptor and key/value data.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/ktx2_container.h"
 
@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -27,12 +28,13 @@ std::optional<Bytes> part(Bytes bytes, uint64_t offset, uint64_t length) {
   return bytes.subspan(offset, length);
 }
 
-Error outside(std::string_view what, uint64_t offset, uint64_t length, Bytes bytes) {
+Error outside(std::string_view name, uint64_t offset, uint64_t length, Bytes bytes) {
   return detail_error(
-      fmt::format("{} ({} bytes at {}) lies outside the file of {} bytes", what, length, offset, bytes.size()));
+      fmt::format("{} ({} bytes at {}) lies outside the file of {} bytes", name, length, offset, bytes.size()));
 }
 
-// Which channels a texture has, from the channel ids of its samples (khr_df.h: KHR_DF_CHANNEL_ETC1S_*, _UASTC_*).
+// Returns the channels of a texture by the channel ids of its samples (khr_df.h:
+// KHR_DF_CHANNEL_ETC1S_*, _UASTC_*); nothing for unsupported ids.
 std::optional<Ktx2Channels> channels_of(Ktx2Payload payload, const std::vector<uint32_t>& ids) {
   if (payload == Ktx2Payload::uastc) {
     if (ids.size() != 1) return std::nullopt;
@@ -48,7 +50,8 @@ std::optional<Ktx2Channels> channels_of(Ktx2Payload payload, const std::vector<u
   return std::nullopt;
 }
 
-// The basic data format descriptor (Khronos Data Format Specification 1.3, section 5), which comes first.
+// Reads the basic data format descriptor (Khronos Data Format Specification 1.3, section 5), which
+// is the first one.
 std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
   constexpr size_t kBasicBytes = 24, kSampleBytes = 16;
   const Bytes basic = dfd.subspan(std::min<size_t>(dfd.size(), 4)); // after the total size
@@ -56,7 +59,8 @@ std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
     return detail_error("it has no basic data format descriptor");
   const size_t block_bytes = load_u16(basic, 6);
   if (block_bytes < kBasicBytes || block_bytes > basic.size()) {
-    return detail_error(fmt::format("its data format descriptor says {} bytes and has {}", block_bytes, basic.size()));
+    return detail_error(
+        fmt::format("its data format descriptor declares {} bytes but has {}", block_bytes, basic.size()));
   }
   const auto model = static_cast<unsigned>(basic[8]);
   if (model != 163 && model != 166) {
@@ -64,7 +68,7 @@ std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
   }
   texture.payload = model == 163 ? Ktx2Payload::etc1s : Ktx2Payload::uastc;
   if ((static_cast<unsigned>(basic[11]) & 1U) != 0) {
-    return detail_error("its alpha is premultiplied; accepted is straight alpha");
+    return detail_error("its alpha is premultiplied; use straight alpha");
   }
   if (load_u32(basic, 12) != 0x00000303) return detail_error("its blocks are not 4 x 4 pixels");
   std::vector<uint32_t> ids;
@@ -80,7 +84,7 @@ std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
   return std::nullopt;
 }
 
-// The two entries that would change pixels; KHR_texture_basisu fixes their values.
+// Checks the two entries that would change pixels, whose values KHR_texture_basisu prescribes.
 std::optional<Error> check_key_values(Bytes data) {
   while (data.size() >= 4) {
     const size_t length = load_u32(data, 0);
@@ -128,15 +132,16 @@ std::optional<Error> check_level(const Ktx2Texture& texture) {
   }
   const uint64_t needed = uint64_t{16} * texture.blocks_x() * texture.blocks_y();
   const bool stored = texture.supercompression == Ktx2Supercompression::none;
-  const uint64_t promised = stored ? texture.level.size() : texture.inflated_bytes;
-  if (promised == needed) return std::nullopt;
-  return detail_error(fmt::format("its level 0 has {} bytes where {} x {} pixels need {}", promised, texture.width,
+  const uint64_t declared = stored ? texture.level.size() : texture.inflated_bytes;
+  if (declared == needed) return std::nullopt;
+  return detail_error(fmt::format("its level 0 has {} bytes where {} x {} pixels need {}", declared, texture.width,
                                   texture.height, needed));
 }
 
 } // namespace
 
 uint32_t load_u16(Bytes bytes, size_t offset) {
+  assert(offset + 2 <= bytes.size());
   return static_cast<uint32_t>(bytes[offset]) | static_cast<uint32_t>(bytes[offset + 1]) << 8;
 }
 

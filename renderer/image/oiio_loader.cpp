@@ -1,4 +1,4 @@
-// dlopen, once.
+// Search for the module kindling_oiio and loading by dlopen().
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/oiio_loader.h"
 

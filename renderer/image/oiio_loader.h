@@ -1,5 +1,4 @@
-// Finds and loads the module kindling_oiio. OpenImageIO brings some 230 shared libraries with it on common systems: they
-// would cost every start 0.2 s and 100 MB, so only those runs pay that read what it alone can decode.
+// Loader of the module kindling_oiio.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +11,9 @@
 
 namespace kindling::image_detail {
 
-// Never unloaded; valid for the rest of the process.
+// The functions of the module, which is never unloaded. OpenImageIO links about 230 shared
+// libraries on common systems, which would cost every start 0.2 s and 100 MB; a module is only
+// loaded by runs that need it.
 struct OiioModule {
   kindling_oiio_decode_hdr_function* decode_hdr = nullptr;
   kindling_oiio_write_tiled_function* write_tiled = nullptr;
@@ -22,14 +23,14 @@ struct OiioModule {
   kindling_oiio_fetch_texels_function* fetch_texels = nullptr;
 };
 
-// Loaded by the first call, which also settles failure. Thread-safe.
+// Returns the module, which the first call loads; a failure is final. Thread-safe.
 [[nodiscard]] const Result<OiioModule>& oiio_module();
 
-// The folders that oiio_module() looks in, in that order: of the running program, of an installation around it, of the
-// installation and of the build that were configured.
+// Returns the folders that oiio_module() searches, in order: that of the running program, that of
+// an installation around it, and the configured installation and build folders.
 [[nodiscard]] std::vector<std::filesystem::path> oiio_module_folders();
 
-// The module in the first of these folders that has one.
+// Loads the module from the first of these folders that has one.
 [[nodiscard]] Result<OiioModule> load_oiio_module(std::span<const std::filesystem::path> folders);
 
 } // namespace kindling::image_detail

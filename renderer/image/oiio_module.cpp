@@ -1,4 +1,4 @@
-// The module kindling_oiio, loaded when it is first needed: the only code that includes OpenImageIO.
+// Module kindling_oiio, HDR part: decoding by OpenImageIO.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/oiio_interface.h"
 
@@ -13,9 +13,9 @@
 
 namespace {
 
-// Empty when decoded, else the detail.
+// Decodes an image; returns an empty string on success, else the detail of the error.
 std::string decode_hdr(const void* bytes, size_t size, int width, int height, float* pixels) {
-  // One thread for each conversion: images are decoded in parallel by the caller.
+  // One thread for each conversion, because the caller decodes images in parallel.
   static const bool once = OIIO::attribute("threads", 1);
   static_cast<void>(once);
   OIIO::Filesystem::IOMemReader memory(const_cast<void*>(bytes), size); // outlives the input

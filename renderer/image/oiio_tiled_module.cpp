@@ -1,4 +1,4 @@
-// The part of the module kindling_oiio that keeps images on disc: tiled files with levels, and OpenImageIO's cache of their tiles.
+// Module kindling_oiio, tiled part: writing of tiled files, and OpenImageIO's cache of their tiles.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/oiio_interface.h"
 
@@ -26,7 +26,7 @@ OIIO::TypeDesc type_of(int type) {
                                      : OIIO::TypeDesc(OIIO::TypeDesc::FLOAT);
 }
 
-// Empty when written, else the detail.
+// Writes a tiled file; returns an empty string on success, else the detail of the error.
 std::string write_tiled(const char* file, const kindling_oiio_image& image, kindling_oiio_read_row* read_row,
                         void* context) {
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("tiff");
@@ -36,12 +36,12 @@ std::string write_tiled(const char* file, const kindling_oiio_image& image, kind
     const int width = image.sizes[2 * level], height = image.sizes[2 * level + 1];
     OIIO::ImageSpec spec(width, height, image.channels, type_of(image.type));
     spec.tile_width = spec.tile_height = kTileSize;
-    spec.alpha_channel = -1; // channels are numbers: nothing is multiplied by another
+    spec.alpha_channel = -1; // no channel is alpha, so nothing is premultiplied
     spec.channelnames.clear();
     for (int c = 0; c < image.channels; ++c) spec.channelnames.push_back(std::to_string(c));
     spec.attribute("compression", "none");
     spec.attribute("oiio:UnassociatedAlpha", 1);
-    spec.attribute("textureformat", "Plain Texture"); // further images of the file are levels
+    spec.attribute("textureformat", "Plain Texture"); // marks further images of the file as levels
     if (!output->open(file, spec, level == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage))
       return output->geterror();
     const size_t row_bytes = spec.scanline_bytes();
@@ -87,7 +87,7 @@ std::string fetch_texels(OIIO::ImageCache& cache, OIIO::ImageCache::ImageHandle*
   return {};
 }
 
-// Runs `work`, which returns an error or nothing; 0 when it did.
+// Runs `work`, which returns an error message or an empty string; returns 0 on success.
 template <typename Work>
 int guarded(char* message, size_t message_size, const Work& work) {
   try {
@@ -129,7 +129,7 @@ KINDLING_EXPORT void* kindling_oiio_open_cache_1(double max_mebibytes, char* mes
 KINDLING_EXPORT void kindling_oiio_close_cache_1(void* cache) {
   try {
     OIIO::ImageCache::destroy(static_cast<OIIO::ImageCache*>(cache), true);
-  } catch (...) { // it is gone as far as we are concerned
+  } catch (...) { // the cache is closed in any case
   }
 }
 

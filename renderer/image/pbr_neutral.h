@@ -1,4 +1,4 @@
-// The Khronos PBR Neutral tone mapper, exact.
+// Khronos PBR Neutral tone mapper.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,12 +6,12 @@
 
 namespace kindling {
 
-// Scene-linear Rec. 709 to display-linear Rec. 709 in [0, 1). Negative components count as 0, the domain of the
-// formula. Khronos PBR Neutral Tone Mapper, "PBR Neutral Specification" (github.com/KhronosGroup/ToneMapping,
-// PBR_Neutral).
+// Maps scene-linear Rec. 709 to display-linear Rec. 709 in [0, 1) (Khronos PBR Neutral Tone Mapper,
+// "PBR Neutral Specification", github.com/KhronosGroup/ToneMapping, PBR_Neutral). Negative
+// components are outside of the domain of the formula and count as 0.
 [[nodiscard]] inline Rgb tone_map_pbr_neutral(const Rgb& scene) {
   constexpr float kF90 = 0.04f;          // reflection at normal incidence of an index of refraction of 1.5
-  constexpr float kStart = 0.8f - kF90;  // K_s: where highlights begin to be compressed
+  constexpr float kStart = 0.8f - kF90;  // K_s: start of the compression of highlights
   constexpr float kDesaturation = 0.15f; // K_d
   const Rgb c{std::max(0.0f, scene.x), std::max(0.0f, scene.y), std::max(0.0f, scene.z)}; // NaN becomes 0
   const float x = min_component(c);

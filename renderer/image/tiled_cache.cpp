@@ -1,4 +1,4 @@
-// The cache on this side of the module kindling_oiio.
+// Tiled images and their cache, implemented by the module kindling_oiio.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/tiled_cache.h"
 
@@ -62,7 +62,7 @@ class OiioImage final : public TiledImage {
   size_t texel_bytes_;
 };
 
-// 16-bit floats travel as the integers of their bits.
+// 16-bit floats are stored as the integers of their bits.
 int type_in_file(PixelType type) {
   switch (type) {
   case PixelType::u8: return kindling_oiio_u8;
@@ -87,8 +87,8 @@ Result<std::shared_ptr<const TiledImage>> OiioCache::add(const std::filesystem::
   const kindling_oiio_image image{format.channels, type_in_file(format.type), static_cast<int>(levels.size()),
                                   sizes.data()};
   char message[256];
-  const auto failed = [&](std::string_view what) {
-    return Error{ErrorKind::input_output, fmt::format("{}: cannot {}: {}", file.string(), what, message)};
+  const auto failed = [&](std::string_view action) {
+    return Error{ErrorKind::input_output, fmt::format("{}: cannot {}: {}", file.string(), action, message)};
   };
   ReadRow read = read_row;
   if (module_.write_tiled(file.c_str(), &image, &read_row_of, &read, message, sizeof message) != 0)

@@ -1,14 +1,16 @@
-// One UASTC block after the other: endpoints, weights, interpolation.
+// Decoder of UASTC blocks: endpoints, weights, interpolation.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/uastc_block.h"
 
 #include "renderer/image/uastc_tables.h"
 
+#include <cassert>
+
 namespace kindling::image_detail {
 
 namespace {
 
-// The 128 bits of a block, taken from the lowest on.
+// Reads the 128 bits of a block, starting at the lowest.
 class BlockBits {
  public:
   explicit BlockBits(std::span<const std::byte, 16> block) {
@@ -20,8 +22,9 @@ class BlockBits {
 
   [[nodiscard]] uint32_t first(int count) const { return static_cast<uint32_t>(low_ & ((1ULL << count) - 1)); }
 
-  // count: 0 to 31
+  // Reads 0 to 31 bits.
   uint32_t take(int count) {
+    assert(count >= 0 && count < 32);
     const uint32_t value = first(count);
     skip(count);
     return value;
@@ -39,7 +42,8 @@ class BlockBits {
 
 constexpr size_t kMaxEndpointValues = 18; // 3 subsets of RGB pairs
 
-// The simplified integer sequence of UASTC: codes of up to 5 trits or 3 quints first, then the bits of each value.
+// Reads the simplified integer sequence of UASTC: codes of up to 5 trits or 3 quints, then the bits
+// of each value. Returns false if a code is out of range.
 bool read_endpoint_values(BlockBits& bits, const UastcMode& mode, size_t count,
                           std::array<uint32_t, kMaxEndpointValues>& values) {
   values.fill(0);
@@ -59,7 +63,8 @@ bool read_endpoint_values(BlockBits& bits, const UastcMode& mode, size_t count,
   return true;
 }
 
-// 0 to 64 from a weight of 1 to 5 bits: widened to 6 by replication, and the upper half moved up by one.
+// Maps a weight of 1 to 5 bits to 0 to 64: widened to 6 bits by replication, with the upper half
+// incremented.
 uint32_t unquantize_weight(uint32_t weight, int bits) {
   constexpr std::array<std::array<uint8_t, 32>, 6> kWeights = [] {
     std::array<std::array<uint8_t, 32>, 6> table{};
@@ -75,7 +80,7 @@ uint32_t unquantize_weight(uint32_t weight, int bits) {
   return kWeights[static_cast<size_t>(bits)][weight];
 }
 
-// RGBA of both ends of one subset.
+// RGBA of both endpoints of a subset.
 struct Endpoints {
   std::array<uint32_t, 4> low, high;
 };
@@ -120,7 +125,7 @@ bool decode_uastc_block(std::span<const std::byte, 16> block, BlockTexels& texel
     pattern = uastc_pattern(mode_index, bits.take(uastc_pattern_bits(mode)));
     if (pattern == nullptr) return false;
   }
-  // The channel that has the weights of the second plane: luminance-alpha has it for alpha always.
+  // The channel with the weights of the second plane; always alpha for luminance-alpha modes.
   const uint32_t second = mode.planes == 1 ? 4U : mode.components == 2 ? 3U : bits.take(2);
 
   std::array<uint32_t, kMaxEndpointValues> values;

@@ -1,4 +1,4 @@
-// The tables of UASTC: modes and pattern seeds from its specification; patterns and endpoint values computed as ASTC does.
+// Tables of UASTC: modes, partition patterns and endpoint values.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/uastc_tables.h"
 
@@ -6,6 +6,8 @@
 
 namespace kindling::image_detail {
 
+// Modes and pattern seeds are those of the UASTC specification; patterns and endpoint values are
+// computed as in ASTC.
 const std::array<UastcMode, kUastcModes> kUastcMode = {{
     // code, bits, hints, components, subsets, planes, weight bits, endpoint bits, base
     {0x01, 4, 15, 3, 1, 1, 4, 6, 3}, {0x35, 6, 15, 3, 1, 1, 2, 8, 1}, {0x1d, 5, 15, 3, 2, 1, 3, 4, 1},
@@ -59,7 +61,8 @@ std::array<uint8_t, 128> make_mode_of_bits() {
   return modes;
 }
 
-// `pattern`, from the highest of 9 bits to the lowest: 'a' to 'f' are bits 0 to 5 of the value, '0' is none.
+// Returns the 9 bits that `pattern` describes from the highest to the lowest: 'a' to 'f' are bits 0
+// to 5 of the value, '0' is zero.
 uint32_t spread(const char* pattern, uint32_t value) {
   uint32_t result = 0;
   for (const char* c = pattern; *c != '\0'; ++c) {
@@ -68,7 +71,7 @@ uint32_t spread(const char* pattern, uint32_t value) {
   return result;
 }
 
-// ASTC's endpoint unquantization parameters, for the ranges that UASTC uses.
+// Maps an endpoint value to 0 to 255 by ASTC's unquantization, for the ranges of UASTC.
 uint32_t unquantize(const UastcMode& mode, uint32_t value) {
   const uint32_t bits = mode.endpoint_bits;
   if (mode.endpoint_base == 1) { // replication of the bits
@@ -122,7 +125,7 @@ UastcPattern make_astc_pattern(uint32_t seed, int subsets) {
   const uint32_t shift_of_seed = (shifted & 2U) != 0 ? 4 : 5;
   const uint32_t shift_x = (shifted & 1U) != 0 ? shift_of_seed : shift_of_count;
   const uint32_t shift_y = (shifted & 1U) != 0 ? shift_of_count : shift_of_seed;
-  // Four bits of the hash, squared: the slope of subset `i` along x (even) or y (odd).
+  // The square of four bits of the hash: a slope along x (even i) or y (odd i).
   const auto slope = [&](uint32_t i) {
     const uint32_t bits = random >> (4 * i) & 15U;
     return bits * bits >> (i % 2 == 0 ? shift_x : shift_y);
@@ -130,7 +133,7 @@ UastcPattern make_astc_pattern(uint32_t seed, int subsets) {
   UastcPattern pattern{};
   std::array<bool, 3> seen{};
   for (uint32_t i = 0; i < 16; ++i) {
-    const uint32_t x = i % 4 * 2, y = i / 4 * 2; // blocks of fewer than 31 pixels are stretched
+    const uint32_t x = i % 4 * 2, y = i / 4 * 2; // ASTC doubles coordinates in blocks of fewer than 31 pixels
     const uint32_t a = (slope(0) * x + slope(1) * y + (random >> 14)) & 63U;
     const uint32_t b = (slope(2) * x + slope(3) * y + (random >> 10)) & 63U;
     const uint32_t c = subsets < 3 ? 0U : (slope(4) * x + slope(5) * y + (random >> 6)) & 63U;

@@ -1,4 +1,4 @@
-// Multi-layer OpenEXR: channels of all layers in one part, each at its own depth.
+// Writer of multi-layer EXR files: the channels of all layers in one part, each half or float.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/write_image.h"
 
@@ -22,7 +22,7 @@ namespace kindling {
 
 namespace {
 
-// Where one channel of the file comes from.
+// The source of one channel of the file.
 struct ChannelSource {
   std::string name;
   bool half = true;
@@ -32,7 +32,7 @@ struct ChannelSource {
   [[nodiscard]] size_t bytes() const { return half ? 2 : 4; }
 };
 
-// By name, as OpenEXR stores them.
+// Returns all channels sorted by name, as OpenEXR stores them.
 std::vector<ChannelSource> sorted_channels(const ExrImage& image) {
   std::vector<ChannelSource> channels;
   for (const ExrLayer& layer : image.layers) {
@@ -64,9 +64,9 @@ std::optional<std::string> check(const ExrImage& image, const std::vector<Channe
   return std::nullopt;
 }
 
-// ---- OpenEXR's C library: no global thread pool, silent, bytes to an AtomicFile
+// ---- OpenEXR's C library, which needs no global thread pool and writes to an AtomicFile
 
-// A failed write is not told to the library: the file keeps the reason until commit().
+// Write errors are not passed to the library; the file returns them at commit().
 int64_t write_bytes(exr_const_context_t, void* file, const void* data, uint64_t size, uint64_t offset,
                     exr_stream_error_func_ptr_t) {
   static_cast<AtomicFile*>(file)->seek(static_cast<int64_t>(offset));
@@ -74,9 +74,10 @@ int64_t write_bytes(exr_const_context_t, void* file, const void* data, uint64_t 
   return static_cast<int64_t>(size);
 }
 void keep_file(exr_const_context_t, void*, int) {}
-void ignore_message(exr_const_context_t, exr_result_t, const char*) {} // the default prints; codes are enough here
+// Replaces the default handler, which prints; result codes suffice.
+void ignore_message(exr_const_context_t, exr_result_t, const char*) {}
 
-// Empty for success.
+// Returns the message for a result code; empty on success.
 std::string explain(exr_result_t code, std::string_view what) {
   if (code == EXR_ERR_SUCCESS) return {};
   return fmt::format("{}: {}", what, exr_get_default_error_message(code));
@@ -94,7 +95,7 @@ class ExrContext {
   exr_context_t handle = nullptr;
 };
 
-// The attributes that every file needs, the channels, and those of the caller.
+// Sets the required attributes, the channels, and the attributes of the caller.
 std::string set_header(exr_context_t context, const ExrImage& image, const std::vector<ChannelSource>& channels) {
   std::string error;
   const auto done = [&error](exr_result_t code, std::string_view what) {
@@ -109,7 +110,7 @@ std::string set_header(exr_context_t context, const ExrImage& image, const std::
   measure(image.numbers);
   measure(image.integers);
   measure(image.matrices);
-  constexpr size_t kShortName = 31; // longer ones raise the file's version, so that old readers refuse it
+  constexpr size_t kShortName = 31; // longer names set a flag in the file's version, so that old readers refuse it
   if (longest > kShortName) done(exr_set_longname_support(context, 1), "long names");
 
   int part = 0;
@@ -149,13 +150,14 @@ std::string set_header(exr_context_t context, const ExrImage& image, const std::
 
 // ---- pixels
 
-// Finite values stay finite.
+// Converts to half; finite values remain finite.
 Imath::half to_half(float value) {
   constexpr float kHalfMax = 65504.0f;
   return Imath::half(std::isfinite(value) ? std::clamp(value, -kHalfMax, kHalfMax) : value);
 }
 
-// Rows [first_row, last_row) of the data window, channel after channel, each at its own depth.
+// Returns rows [first_row, last_row) of the data window, channel after channel, each in its own
+// type.
 std::vector<std::byte> pack_rows(const std::vector<ChannelSource>& channels, size_t width, size_t first_row,
                                  size_t last_row) {
   const size_t count = (last_row - first_row) * width;
@@ -184,7 +186,7 @@ class ExrEncoder {
   ExrEncoder(const ExrEncoder&) = delete;
   ExrEncoder& operator=(const ExrEncoder&) = delete;
 
-  // The compressed chunk that begins with line `y`. `packed`: its rows, from pack_rows().
+  // Compresses the chunk that starts at line `y`. `packed` are its rows from pack_rows().
   exr_result_t run(int y, const std::vector<std::byte>& packed, std::vector<std::byte>& compressed) {
     exr_chunk_info_t chunk{};
     exr_result_t code = exr_write_scanline_chunk_info(context_, 0, y, &chunk);
@@ -214,7 +216,8 @@ class ExrEncoder {
   exr_encode_pipeline_t pipeline_{};
 };
 
-// Bands of several chunks, compressed in parallel and written in order: all threads, little memory.
+// Writes bands of several chunks, which are compressed in parallel and written in order, to bound
+// memory.
 std::string write_pixels(exr_context_t context, const ExrImage& image, const std::vector<ChannelSource>& channels) {
   constexpr size_t kBandBytes = size_t{16} << 20, kChunkRows = 16; // ZIP compresses 16 rows together
   const V2i size = image.data_max_px - image.data_min_px;
@@ -249,7 +252,7 @@ std::string write_pixels(exr_context_t context, const ExrImage& image, const std
   return {};
 }
 
-// Empty when written, else the detail.
+// Writes an image; returns an empty string on success, else the detail of the error.
 std::string write_exr_to(AtomicFile& file, const ExrImage& image, const std::vector<ChannelSource>& channels) {
   exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
   options.error_handler_fn = ignore_message;

@@ -1,4 +1,4 @@
-// Writes images: multi-layer EXR, PNG and JPEG, each complete or not at all (atomic_file.h).
+// Writers of multi-layer EXR, PNG and JPEG files, which replace an existing file only when complete.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace kindling {
 
-// One channel plane group of an EXR: `values` holds channel_names.size() interleaved floats for each pixel of the data
-// window.
+// A layer of an EXR file. `values` has channel_names.size() interleaved floats for each pixel of
+// the data window.
 struct ExrLayer {
   std::vector<std::string> channel_names; // complete names as stored: "R", "albedo.R", "Z"
   bool half = true;                       // stored as half, else as float
@@ -24,7 +24,7 @@ struct ExrLayer {
 
 struct ExrImage {
   V2i display_size_px{0, 0}; // displayWindow is (0, 0) to size - 1
-  V2i data_min_px{0, 0};     // dataWindow, inclusive-exclusive: [data_min, data_max)
+  V2i data_min_px{0, 0};     // the dataWindow is the half-open range [data_min, data_max)
   V2i data_max_px{0, 0};
   std::vector<ExrLayer> layers;
   std::map<std::string, std::string> text; // string attributes: command line, version, scene hash
@@ -35,8 +35,9 @@ struct ExrImage {
 
 [[nodiscard]] Result<void> write_exr(const std::filesystem::path& path, const ExrImage& image);
 
-// rgba: straight alpha, display-referred in [0, 1] (clamped), width * height * 4 values. bits: 8 or 16. Dithering is not
-// applied. text: tEXt chunks, iTXt where a value is not ASCII; of a key its first 79 printable ASCII characters.
+// Writes width * height * 4 display-referred values with straight alpha, clamped to [0, 1], in 8 or
+// 16 bits and without dithering. `text` is written as tEXt chunks, or iTXt if a value is not ASCII;
+// keys are reduced to their first 79 printable ASCII characters.
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, std::span<const float> rgba, const V2i& size_px,
                                      int bits, const std::map<std::string, std::string>& text = {});
 

@@ -1,4 +1,4 @@
-// PNG, 8 or 16 bits, RGBA with straight alpha, with text chunks; through libpng, silent.
+// Writer of PNG files based on libpng: RGBA of 8 or 16 bits with straight alpha, and text chunks.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/write_image.h"
 
@@ -18,7 +18,7 @@ namespace kindling {
 
 namespace {
 
-// What libpng's callbacks see. No destructor: longjmp passes over it.
+// Data for libpng's callbacks. It has no destructor, because longjmp would skip it.
 struct PngSink {
   AtomicFile* file;
   std::jmp_buf jump;
@@ -33,7 +33,7 @@ struct PngSink {
 
 void on_write_warning(png_structp, png_const_charp) {}
 
-// A failed write is not told to libpng: the file keeps the reason until commit().
+// Write errors are not passed to libpng; the file returns them at commit().
 void write_png_bytes(png_structp png, png_bytep data, size_t size) {
   static_cast<PngSink*>(png_get_io_ptr(png))->file->write(data, size);
 }
@@ -56,8 +56,8 @@ class PngWriteHandles {
   png_infop info = nullptr;
 };
 
-// A PNG keyword: 1 to 79 printable ASCII characters; spaces neither at the ends nor two in a row (PNG specification,
-// 11.3.3.2). Empty: none is left.
+// Returns a PNG keyword: 1 to 79 printable ASCII characters, without spaces at the ends or two in a
+// row (PNG specification, 11.3.3.2). Empty if no character is left.
 std::string png_keyword(const std::string& name) {
   std::string keyword;
   for (const char c : name) {
@@ -81,7 +81,8 @@ std::vector<PngText> png_texts(const std::map<std::string, std::string>& text) {
   return texts;
 }
 
-// Into libpng's form: plain ASCII as tEXt (Latin-1 by its specification), anything else as iTXt (UTF-8).
+// Converts texts to libpng's form: ASCII as tEXt (Latin-1 by its specification), others as iTXt
+// (UTF-8).
 std::vector<png_text> png_text_chunks(std::vector<PngText>& texts) {
   std::vector<png_text> chunks;
   for (PngText& text : texts) {
@@ -106,7 +107,7 @@ void quantize(const float* values, size_t count, T* out) {
   }
 }
 
-// No object with a destructor may live in the function that calls setjmp. `row`: room for one row.
+// Calls setjmp, so it must not contain objects with destructors. `row` is a buffer of one row.
 template <typename T>
 bool write_rows(PngSink& sink, const PngWriteHandles& handles, const V2i& size, const png_text* texts, int text_count,
                 const float* rgba, T* row) {
@@ -127,7 +128,7 @@ bool write_rows(PngSink& sink, const PngWriteHandles& handles, const V2i& size, 
   return true;
 }
 
-// Empty when written, else the detail.
+// Writes an image; returns an empty string on success, else the detail of the error.
 template <typename T>
 std::string write_png_to(AtomicFile& file, std::span<const float> rgba, const V2i& size,
                          const std::map<std::string, std::string>& text) {

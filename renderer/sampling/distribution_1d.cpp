@@ -1,3 +1,4 @@
+// Construction of piecewise-constant 1-D distributions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/distribution_1d.h"
 

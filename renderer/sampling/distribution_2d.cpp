@@ -1,3 +1,4 @@
+// Construction of piecewise-constant 2-D distributions, with rows in parallel; prefetching.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/distribution_2d.h"
 
@@ -24,12 +25,12 @@ Distribution2D::Distribution2D(std::span<const float> weights, uint32_t width, u
     build_cdf_guide(cdf, {guides_.data() + size_t{row} * guide_size_, guide_size_});
   });
   for (const double row_sum : row_sums) sum_ += row_sum;
-  // Relative to the greatest: sums of large weights may not fit a float.
-  const double greatest = *std::max_element(row_sums.begin(), row_sums.end());
+  // Row sums are divided by their maximum, because sums of large weights may not fit a float.
+  const double max_sum = *std::max_element(row_sums.begin(), row_sums.end());
   std::vector<float> row_weights(height, 0.0f);
-  for (uint32_t row = 0; row < height && greatest > 0.0; ++row) {
-    row_weights[row] = static_cast<float>(row_sums[row] / greatest);
-    // A positive row stays positive.
+  for (uint32_t row = 0; row < height && max_sum > 0.0; ++row) {
+    row_weights[row] = static_cast<float>(row_sums[row] / max_sum);
+    // Rows of positive weight keep a positive weight despite underflow.
     if (row_sums[row] > 0.0) row_weights[row] = std::max(row_weights[row], std::numeric_limits<float>::min());
   }
   rows_ = Distribution1D(row_weights);

@@ -1,18 +1,20 @@
-// A piecewise-constant density on the unit square: how environments choose directions.
+// Piecewise-constant density on the unit square, used to sample environment maps.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/sampling/distribution_1d.h"
 
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace kindling {
 
-// The row is chosen by the marginal, the column by the row's own distribution; both by inversion, which keeps the
-// stratification of u (an alias table would not). 5 bytes per cell, two short searches behind guide tables.
-// The density is exactly that of the samples: see quantized_cdf.h.
+// The row is chosen by the marginal distribution and the column by that of the row, both by
+// inversion, which preserves the stratification of u (an alias table would not). 5 bytes per cell;
+// two short searches that start at guide tables. The reported density is exactly that of the
+// samples (see quantized_cdf.h).
 class Distribution2D {
  public:
   struct Sample {
@@ -22,13 +24,14 @@ class Distribution2D {
     uint32_t row = 0;
   };
 
-  // One cell: uniform.
+  // Constructs the uniform distribution, with one cell.
   Distribution2D();
-  // width * height weights, row after row; 1 to 2^20 in each direction. NaN, infinite and negative ones count as zero;
-  // all zero: uniform. Rows are built in parallel; the result does not depend on the number of threads.
+  // Builds a distribution of width * height weights, in row order, with 1 to 2^20 cells in each
+  // direction. NaN, infinite and negative weights count as zero. If all are zero, the distribution
+  // is uniform. Rows are built in parallel; the result is independent of the number of threads.
   Distribution2D(std::span<const float> weights, uint32_t width, uint32_t height);
 
-  // u in [0, 1)^2.
+  // Returns the sample of u in [0, 1)^2.
   [[nodiscard]] Sample sample(const V2f& u) const {
     const Distribution1D::Sample row = rows_.sample(u.y);
     const float* cdf = cdf_.data() + size_t{row.index} * (width_ + 1);
@@ -38,10 +41,10 @@ class Distribution2D {
     const float x = (static_cast<float>(cell) + (u.x - cdf[cell]) / share) / width;
     return {{std::min(x, kOneMinusEpsilon), row.x}, share * width * row.pdf, cell, row.index};
   }
-  // Asks for the memory that sample() will read for these draws, a few dozen of them: first all entries of guides, then the
-  // cumulative values they point to.
+  // Prefetches the memory that sample() reads for these draws (a few dozen): first all guide
+  // entries, then the cumulative values that they point to.
   void prefetch(std::span<const V2f> draws) const;
-  // uv in [0, 1)^2; 0 outside.
+  // Returns the density at uv; 0 outside of [0, 1)^2.
   [[nodiscard]] float pdf(const V2f& uv) const {
     if (!(uv.x >= 0.0f && uv.x < 1.0f && uv.y >= 0.0f && uv.y < 1.0f)) return 0.0f;
     const auto height = static_cast<float>(rows_.size());
@@ -50,14 +53,15 @@ class Distribution2D {
                        std::min(static_cast<uint32_t>(uv.y * height), rows_.size() - 1)) *
            width * height;
   }
-  // With which a cell is chosen.
+  // Returns the probability of a cell.
   [[nodiscard]] float probability(uint32_t column, uint32_t row) const {
+    assert(column < width_ && row < rows_.size());
     const float* cdf = cdf_.data() + size_t{row} * (width_ + 1) + column;
     return (cdf[1] - cdf[0]) * rows_.probability(row);
   }
   [[nodiscard]] uint32_t width() const { return width_; }
   [[nodiscard]] uint32_t height() const { return rows_.size(); }
-  // Sum of the accepted weights; 0 if the distribution is uniform for want of weights.
+  // Returns the sum of the accepted weights; 0 if no weight was positive.
   [[nodiscard]] double sum() const { return sum_; }
   [[nodiscard]] size_t memory_bytes() const {
     return cdf_.size() * sizeof(float) + guides_.size() * sizeof(uint32_t) + rows_.memory_bytes();
@@ -65,8 +69,8 @@ class Distribution2D {
 
  private:
   Distribution1D rows_;
-  std::vector<float> cdf_;       // height times width + 1, and the padding
-  std::vector<uint32_t> guides_; // height times guide_size_
+  std::vector<float> cdf_;       // height * (width_ + 1) values and kCdfPadding more
+  std::vector<uint32_t> guides_; // height * guide_size_ values
   uint32_t width_ = 1;
   uint32_t guide_size_ = 1;
   double sum_ = 0.0;

@@ -1,7 +1,8 @@
-// One 2-D draw of eight samples at once, in the lanes of vectors.
+// A 2-D draw of eight samples at once, in the lanes of vectors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/simd_types.h"
 #include "renderer/sampling/sampler.h"
 
 #include <array>
@@ -9,10 +10,11 @@
 
 namespace kindling {
 
-// What Sampler::sample_2d() gives for each of the addresses, to the bit.
+// Returns the bits of Sampler::sample_2d() for each address. Either all addresses in use have
+// strata or none does, and the first one is in use.
 [[nodiscard]] inline std::array<V2f, 8> draw_eight(const std::array<SampleAddress, 8>& addresses, uint32_t dimension) {
   std::array<V2f, 8> result;
-  if (addresses[0].strata != 0) [[unlikely]] { // as all of them, or of those that are used
+  if (addresses[0].strata != 0) [[unlikely]] {
     for (size_t i = 0; i < 8; ++i) result[i] = Sampler::sample_2d(addresses[i], dimension);
     return result;
   }

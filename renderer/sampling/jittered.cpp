@@ -1,4 +1,4 @@
-// Cells, their permutations, and places in them.
+// Jittered sampling: grids of cells, permutations of them, and random points in cells.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/jittered.h"
 
@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 
 namespace kindling::jittered {
@@ -15,8 +16,9 @@ namespace {
 
 Strata strata_of(const SampleAddress& address) { return {address.strata & 0xffffU, address.strata >> 16}; }
 
-// Somewhere in one of `cells` equal parts of [0, 1).
+// Returns a point in interval `cell` of the `cells` equal intervals of [0, 1).
 float place(uint32_t cell, uint32_t cells, uint32_t random) {
+  assert(cell < cells);
   const uint64_t fine = (uint64_t{cell} << 24 | random >> 8) / cells;
   return static_cast<float>(fine) * 0x1p-24f;
 }
@@ -34,7 +36,7 @@ float draw_1d(const SampleAddress& address, uint32_t seed) {
   return place(permute(address.index, count, seed), count, hash_combine(seed ^ 0x2545f491U, address.index));
 }
 
-// Of one coordinate, or of a pair, of a draw.
+// Returns the seed of a coordinate, or of a pair of coordinates, of a draw.
 uint32_t seed_of(const SampleAddress& address, uint32_t dimension, size_t coordinate) {
   return hash_u32(hash_combine(address.key, dimension) ^ Sampler::kCoordinateSeeds[coordinate]);
 }
@@ -45,17 +47,19 @@ Strata strata_for(uint32_t samples) {
   constexpr uint32_t kMaxSide = 1U << 15;
   if (samples >= kMaxSide * kMaxSide) return {kMaxSide, kMaxSide};
   const double root = std::sqrt(static_cast<double>(std::max(samples, 1U)));
-  const auto side = static_cast<uint32_t>(root + 1e-9); // of 2^30 at most: no square is missed
+  const auto side = static_cast<uint32_t>(root + 1e-9); // exact for all squares up to 2^30
   for (uint32_t columns = side; columns > 0 && samples <= 2 * columns * columns; --columns)
     if (samples % columns == 0) return {columns, samples / columns};
   const uint32_t columns = std::max(static_cast<uint32_t>(std::lround(root)), 1U);
   return {columns, std::max((samples + columns - 1) / columns, 1U)};
 }
 
-// Rounds of steps that are permutations of the numbers of so many bits; what falls beyond the count goes on until it falls within, which leaves a
-// permutation of those below it. Eight rounds with shifts of their own: with four fixed ones some permutations of a few numbers are
-// more frequent than others.
+// Applies rounds of bijections of [0, 2^bits), and repeats them while the result is not below the
+// count (cycle walking), which is a permutation of [0, count). Each of the eight rounds has shifts
+// of its own: with four rounds and fixed shifts, some permutations of a few numbers are more
+// frequent than others.
 uint32_t permute(uint32_t index, uint32_t count, uint32_t seed) {
+  assert(count <= 1U << 31 && (index < count || count <= 1));
   if (count <= 1) return 0;
   const auto bits = static_cast<uint32_t>(std::bit_width(count - 1));
   const uint32_t mask = (1U << bits) - 1U;

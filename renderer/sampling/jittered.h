@@ -1,4 +1,4 @@
-// Jittered sampling, as distributed ray tracing began with: one sample at a random place in each cell of a grid.
+// Jittered sampling: one sample at a random place in each cell of a grid.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,11 +11,14 @@ namespace kindling {
 
 struct BounceDraws;
 
-// Cook, Porter and Carpenter 1984, "Distributed Ray Tracing": each 2-D draw of the n x m samples of a pixel has one in each of n x m cells, each 1-D
-// draw one in each of n m intervals. Which sample has which cell is a permutation of its own for each draw (Kensler 2013, "Correlated
-// Multi-Jittered Sampling", has the idea of one from a hash; cells are not correlated here), so draws are independent of each other.
+// Cook, Porter and Carpenter 1984, "Distributed Ray Tracing": the n x m samples of a pixel have one
+// point in each of n x m cells in each 2-D draw, and one in each of n m intervals in each 1-D draw.
+// Every draw assigns cells to samples by its own permutation, so draws are independent of each
+// other. The permutation comes from a hash, as in Kensler 2013, "Correlated Multi-Jittered
+// Sampling"; unlike there, cells are not correlated.
 namespace jittered {
 
+// The grid of cells of a pixel's samples.
 struct Strata {
   uint32_t columns = 1;
   uint32_t rows = 1;
@@ -23,17 +26,21 @@ struct Strata {
   [[nodiscard]] uint32_t packed() const { return columns | (rows << 16); } // SampleAddress::strata
 };
 
-// For squares n x n; for products of near sides, as 6, 12 or 32, those (rows at most twice the columns); for others the smallest grid with
-// near sides that has room for all: some of its cells, other ones in each draw, stay empty. At most 2^15 columns and rows.
+// Returns the grid for a number of samples: n x n for squares; for products with at most twice as
+// many rows as columns (6, 12, 32) these factors; otherwise a slightly larger grid of nearly equal
+// sides, in which some cells stay empty, different ones in each draw. At most 2^15 columns and
+// rows.
 [[nodiscard]] Strata strata_for(uint32_t samples);
 
-// A permutation of [0, count), index < count <= 2^31.
+// Returns the image of `index` under a permutation of [0, count) given by the seed; index < count
+// <= 2^31.
 [[nodiscard]] uint32_t permute(uint32_t index, uint32_t count, uint32_t seed);
 
-// Of an address with strata: uniform in [0, 1) and [0, 1)^2, multiples of 2^-24.
+// Returns a point in [0, 1) or [0, 1)^2, in multiples of 2^-24. The address must have strata.
 [[nodiscard]] float sample_1d(const SampleAddress& address, uint32_t dimension);
 [[nodiscard]] V2f sample_2d(const SampleAddress& address, uint32_t dimension);
-// choice and light are those of sample_2d(); direction is a 2-D draw too, roulette and spare are 1-D ones.
+// Returns all draws of a path vertex. `choice` and `light` equal sample_2d(); `direction` is a 2-D
+// draw as well, `roulette` and `spare` are 1-D draws.
 [[nodiscard]] BounceDraws draw_bounce(const SampleAddress& address, uint32_t dimension);
 
 } // namespace jittered

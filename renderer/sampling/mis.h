@@ -1,16 +1,19 @@
-// How two sampling techniques share one integrand: multiple importance sampling.
+// Weights of multiple importance sampling: the power heuristic.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
 
-// Weight of a sample drawn with density pdf_a when another technique, one sample each, has density pdf_b there: the
-// power heuristic with exponent 2 (Veach 1997, section 9.2.4). Both densities >= 0 in one measure; infinite stands for
-// a delta. In [0, 1]; weights of the two techniques add up to 1 wherever one density is positive. No overflow; never
-// NaN.
+// Returns the weight of a sample drawn with density pdf_a if a second technique has density pdf_b
+// there and each takes one sample: the power heuristic with exponent 2 (Veach 1997, section 9.2.4).
+// Both densities are >= 0 and in the same measure; infinity stands for a delta distribution. The
+// weight is in [0, 1]; the weights of both techniques add up to 1 wherever a density is positive.
+// It never overflows and is never NaN.
 [[nodiscard]] inline float power_heuristic(float pdf_a, float pdf_b) {
+  assert(!(pdf_a < 0.0f) && !(pdf_b < 0.0f));
   if (!(pdf_a > 0.0f)) return 0.0f;
   const float ratio = pdf_b / pdf_a;
   if (std::isnan(ratio)) return 0.5f; // two infinities

@@ -1,16 +1,14 @@
-// What the sampler's points are made of: base-2 Owen scrambling by a hash, and generator matrices as a few bit operations.
+// Hash-based Owen scrambling in base 2, and Sobol generator matrices as a few bit operations.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 
+// A Word is a uint32_t, or a vector of them (Words4 and Words8 of renderer/base/simd_types.h).
 namespace kindling::owen_sobol {
 
-// Each function takes a Word: a uint32_t, or several at once (vectors of GCC and Clang; any target compiles them).
-using Words4 = uint32_t __attribute__((vector_size(16)));
-using Words8 = uint32_t __attribute__((vector_size(32)));
-
-// Vectors wider than the target's registers are passed in memory; all is inlined, so no binary interface depends on it.
+// Vectors wider than the target's registers are passed in memory. All functions are inlined, so no
+// binary interface depends on it.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"
 
@@ -23,9 +21,10 @@ template <typename Word>
   return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
 }
 
-// A random base-2 Owen scrambling of a number whose bits are reversed: each step lets a bit depend on itself and on the
-// bits below it alone, which are those above it in the number itself. Shape of Laine and Karras 2011; steps and
-// constants of Vegdahl 2021, "Building a Better LK Hash", which removed the visible correlations of the original ones.
+// Applies a random base-2 Owen scrambling to a number whose bits are reversed. In each step a bit
+// depends only on itself and on lower bits, which are the higher bits of the number itself. The
+// structure is that of Laine and Karras 2011; steps and constants are those of Vegdahl 2021,
+// "Building a Better LK Hash", which removed the visible correlations of the original ones.
 template <typename Word>
 [[nodiscard]] inline Word scramble_reversed(Word x, Word seed) {
   x ^= x * 0x3d20adeaU;
@@ -36,10 +35,11 @@ template <typename Word>
   return x;
 }
 
-// The first Sobol dimension is the bit reversal of the index: its reversed bits are the index itself. This is the
-// second, bits reversed. Its generator matrix is Pascal's triangle modulo 2: read as polynomials over GF(2),
-// reversed(y)(t) = index(t + 1), five butterflies instead of 32 matrix columns (see Ahmed 2024, "An Implementation
-// Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact").
+// Returns the second Sobol dimension of an index, with reversed bits. (The first dimension is the
+// bit reversal of the index, so its reversed bits are the index itself.) The generator matrix is
+// Pascal's triangle modulo 2: read as polynomials over GF(2), reversed(y)(t) = index(t + 1), which
+// takes five butterflies instead of 32 matrix columns (see Ahmed 2024, "An Implementation Algorithm
+// of 2D Sobol Sequence Fast, Elegant, and Compact").
 template <typename Word>
 [[nodiscard]] inline Word second_reversed(Word x) {
   x ^= (x >> 1) & 0x55555555U;
@@ -49,7 +49,8 @@ template <typename Word>
   return x ^ (x >> 16);
 }
 
-// All sixteen two-bit digits of x times w, or w^2 = w + 1, of GF(4) = {0, 1, w, w + 1}; digit 2 a + b stands for a w + b.
+// Multiply the sixteen two-bit digits of x by w, or by w^2 = w + 1, in GF(4) = {0, 1, w, w + 1}.
+// The digit 2 a + b stands for a w + b.
 template <typename Word>
 [[nodiscard]] inline Word times_w(Word x) {
   return ((x << 1) & 0xaaaaaaaaU) ^ (x & 0xaaaaaaaaU) ^ ((x >> 1) & 0x55555555U);
@@ -59,16 +60,19 @@ template <typename Word>
   return times_w(x) ^ x;
 }
 
-// The index whose two Sobol dimensions are the third and the fourth dimension of `index`: its base-4 digits as a
-// polynomial over GF(4), shifted by w^2: result(t) = index(t + w^2), four butterflies.
+// Returns the index whose first two Sobol dimensions are the third and fourth dimension of `index`.
+// Its base-4 digits, as a polynomial over GF(4), are shifted by w^2: result(t) = index(t + w^2),
+// which takes four butterflies.
 //
-// Why: the matrices of t -> t + a for the four a of GF(4) make a (0, 4)-sequence in base 4 (Faure 1982; Niederreiter 1987
-// for powers of primes). Shifts add up, and second_reversed() is the shift by 1 but for an invertible map within each
-// digit, which moves no interval of base 4. So with j = second_pair_index(i), the four dimensions (i, second(i), j, second(j))
-// are a (0, 4)-sequence in base 4. Its matrix is upper triangular in base 2 as well, with ones on the diagonal: j runs through
-// the same 2^k indices as i, and (j, second(j)) is a (0, 2)-sequence in base 2 as (i, second(i)) is. That two of these fit into
-// one (0, 4)-sequence is also what Ahmed et al. 2024, "SZ Sequences: Binary-Based (0, 2^q)-Sequences", find by search. Of the shifts
-// by w and by w^2, this one has the better pairs of dimensions 1 and 3 at 8 samples.
+// Proof: the matrices of t -> t + a for the four elements a of GF(4) form a (0, 4)-sequence in base
+// 4 (Faure 1982; Niederreiter 1987 for prime powers). Shifts add up, and second_reversed() is the
+// shift by 1 except for an invertible map within each digit, which moves no interval of base 4. So
+// with j = second_pair_index(i), the dimensions (i, second(i), j, second(j)) are a (0, 4)-sequence
+// in base 4. The matrix is also upper triangular in base 2, with ones on the diagonal: j runs
+// through the same 2^k indices as i, so (j, second(j)) is a (0, 2)-sequence in base 2, as (i,
+// second(i)) is. Ahmed et al. 2024, "SZ Sequences: Binary-Based (0, 2^q)-Sequences", find by search
+// that two of these fit into one (0, 4)-sequence. Of the shifts by w and by w^2, the latter has the
+// better pairs of dimensions 1 and 3 at 8 samples.
 template <typename Word>
 [[nodiscard]] inline Word second_pair_index(Word x) {
   x ^= times_w2((x >> 2) & 0x33333333U);
@@ -77,7 +81,7 @@ template <typename Word>
   return x ^ times_w(x >> 16);
 }
 
-// hash_u32() of several words.
+// hash_u32() of each lane.
 template <typename Word>
 [[nodiscard]] inline Word hash_words(Word x) {
   x ^= x >> 16;

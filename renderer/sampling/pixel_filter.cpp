@@ -1,6 +1,8 @@
+// Pixel filters: their table of names, curves, tabulated inversion and densities.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/pixel_filter.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
@@ -67,7 +69,7 @@ PixelFilter::PixelFilter(const PixelFilterOptions& options)
   double signed_sum = 0.0;
   uint32_t first_negative = kCells;
   for (uint32_t i = 0; i < kCells; ++i) {
-    // A cell counts as what its middle is: the sign changes at a border.
+    // A cell has the sign of its middle, so the sign changes at a cell border.
     const bool negative = filter_value(kind_, 2.0, (i + 0.5) * step) < 0.0;
     if (negative) first_negative = std::min(first_negative, i);
     const double mass = 0.5 * step * (std::abs(value[i]) + std::abs(value[i + 1]));
@@ -91,13 +93,16 @@ PixelFilter::PixelFilter(const PixelFilterOptions& options)
   }
 }
 
-// In units of the radius: the density of |x| is piecewise linear on [0, 1]; u below 1/2 goes to the left.
+// Samples in units of the radius, where the density of |x| is piecewise linear on [0, 1]. Values of
+// u below 1/2 map to negative x.
 PixelFilter::AxisSample PixelFilter::sample_axis(float u) const {
+  assert(u >= 0.0f && u < 1.0f);
   const float v = std::abs(2.0f * u - 1.0f);
   if (kind_ == FilterKind::box) return {(2.0f * u - 1.0f) * radius_, 1.0f};
   uint32_t cell = guide_[std::min(static_cast<uint32_t>(v * kGuideSize), kGuideSize - 1)];
   while (cell + 1 < kCells && cdf_[cell + 1] <= v) ++cell;
-  // Solve d0 s + (d1 - d0) s^2 / 2 = rest for s in [0, 1], in the form that stays sound when either is small.
+  // Solve d0 s + (d1 - d0) s^2 / 2 = rest for s in [0, 1], in the form that is stable for small
+  // coefficients.
   const float d0 = density_[cell];
   const float d1 = density_[cell + 1];
   const float rest = (v - cdf_[cell]) * kCells;

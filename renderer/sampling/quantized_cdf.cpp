@@ -1,3 +1,4 @@
+// Construction of cumulative tables on the grid of 24-bit draws, and of guide tables.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/quantized_cdf.h"
 
@@ -22,8 +23,9 @@ double build_quantized_cdf(std::span<const float> weights, std::span<float> cdf)
     return 0.0;
   }
 
-  // Values are whole numbers of quanta until the end; the running sum repeats the additions of `sum`, so it ends at all
-  // of them. First upwards: round, and at least one quantum for what is positive.
+  // Values are whole numbers of quanta until they are scaled at the end. The running sum repeats
+  // the additions of `sum`, so it ends at all quanta. The first pass, upward, rounds and gives
+  // positive weights at least one quantum.
   const double scale = kQuanta / sum;
   double running = 0.0;
   cdf[0] = 0.0f;
@@ -33,7 +35,8 @@ double build_quantized_cdf(std::span<const float> weights, std::span<float> cdf)
     const auto rounded = static_cast<float>(std::floor(running * scale + 0.5));
     cdf[i + 1] = std::max(rounded, cdf[i] + (w > 0.0f ? 1.0f : 0.0f));
   }
-  // Then downwards: what was pushed above the end gives way, again keeping a quantum for each.
+  // The second pass, downward, lowers values that were pushed beyond the end, again keeping a
+  // quantum for each positive weight.
   cdf[n] = static_cast<float>(kCdfQuanta);
   for (size_t i = n; i-- > 0;)
     cdf[i] = std::min(cdf[i], cdf[i + 1] - (accepted_weight(weights[i]) > 0.0f ? 1.0f : 0.0f));

@@ -1,4 +1,4 @@
-// The name of one sample of one pixel, by which its draws are found.
+// Address of one sample of one pixel, from which all of its draws are computed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,11 +6,11 @@
 
 namespace kindling {
 
-// Where the points of one sample of one pixel are found: `index` counts in the sequence that `key` scrambles.
+// A sample is point number `index` of the sequence that is scrambled by `key`.
 struct SampleAddress {
   uint32_t key = 0;
   uint32_t index = 0;
-  uint32_t strata = 0; // of the jittered sampler alone: columns + 2^16 rows of its cells; else 0
+  uint32_t strata = 0; // jittered sampler: columns + 2^16 rows of its grid; 0 for other samplers
 };
 
 } // namespace kindling

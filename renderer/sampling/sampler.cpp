@@ -1,4 +1,4 @@
-// The names of the samplers.
+// Table of the names of the samplers.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/sampler.h"
 

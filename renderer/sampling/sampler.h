@@ -1,4 +1,4 @@
-// The sampler: points in [0, 1)^d as a pure function of (seed, pixel, sample index, dimension).
+// Sampler: points in [0, 1)^d as a pure function of (seed, pixel, sample index, dimension).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,26 +18,28 @@
 namespace kindling {
 
 enum class SamplerKind : uint8_t {
-  blue_noise,  // Owen-scrambled Sobol points that pixels take in Z-order: the error has little of low frequencies
-  sobol,       // Owen-scrambled Sobol points, each pixel its own
-  independent, // a hash: nothing is stratified; to compare with
-  jittered,    // one sample in each cell of an n x n grid (jittered.h); to compare with
+  blue_noise,  // Owen-scrambled Sobol points in Z-order of the pixels, for errors of high frequency
+  sobol,       // Owen-scrambled Sobol points, with a scrambling for each pixel
+  independent, // hashed points without stratification, for comparison
+  jittered,    // one sample in each cell of an n x n grid (jittered.h), for comparison
 };
 
-// "blue-noise", "sobol", "independent", "jittered".
+// Returns "blue-noise", "sobol", "independent" or "jittered".
 [[nodiscard]] std::string_view sampler_name(SamplerKind kind);
-// Empty for any other name.
+// Returns the sampler of a name; empty for an unknown name.
 [[nodiscard]] std::optional<SamplerKind> sampler_from_name(std::string_view name);
 
-// A dimension names a draw, or a set of draws, of a sample. Dimensions are decorrelated by scrambling (padding; Burley 2020,
-// "Practical Hash-based Owen Scrambling"); any number is valid. The kinds differ in addresses alone; a draw has no branch but for those of
-// `jittered`, whose addresses say so.
+// A dimension identifies a draw, or a set of draws, of a sample; any number is valid. Dimensions
+// are decorrelated by scrambling (padding; Burley 2020, "Practical Hash-based Owen Scrambling").
+// The kinds of samplers differ in their addresses only; the one branch of a draw is for addresses
+// with strata, of the `jittered` sampler.
 //
-// With `sobol` and `blue_noise` the first 2^k samples of a pixel are, in a 2-D draw, a (0, k, 2)-net in base 2
-// (k <= 24: a float keeps 24 bits), and in a 1-D draw fall one into each of 2^k equal intervals; so do all later blocks of 2^k.
+// With `sobol` and `blue_noise`, the first 2^k samples of a pixel form a (0, k, 2)-net in base 2 in
+// each 2-D draw (for k <= 24, the bits of a float), and occupy each of 2^k equal intervals once in
+// each 1-D draw. So do all later blocks of 2^k samples.
 class Sampler {
  public:
-  // `samples_per_pixel`: the most that will be asked for; `blue_noise` and `jittered` depend on it.
+  // `samples_per_pixel` is the planned maximum, on which `blue_noise` and `jittered` depend.
   explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1)
       : seed_(seed), kind_(kind),
         log2_samples_(static_cast<uint32_t>(std::bit_width(std::max(samples_per_pixel, 1U) - 1))),
@@ -45,22 +47,23 @@ class Sampler {
         strata_(kind == SamplerKind::jittered ? jittered::strata_for(samples_per_pixel) : jittered::Strata{}) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
-  // The most that will be asked for, rounded up to a power of two.
+  // Returns the planned number of samples, rounded up to a power of two.
   [[nodiscard]] double samples_per_pixel() const { return static_cast<double>(uint64_t{1} << log2_samples_); }
+  // Returns the address of a sample of a pixel.
   [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const {
     return address_in(points_of(pixel), sample_index);
   }
-  // What all samples of a pixel share: compute once for many.
+  // The part of an address that all samples of a pixel have in common.
   struct PixelPoints {
     uint32_t key = 0;
-    uint64_t first = 0; // index of sample 0; blue_noise alone
+    uint64_t first = 0; // index of sample 0; blue_noise only
   };
   [[nodiscard]] PixelPoints points_of(const V2i& pixel) const;
   [[nodiscard]] SampleAddress address_in(const PixelPoints& points, uint32_t sample_index) const;
 
-  // Uniform in [0, 1).
+  // Returns a number in [0, 1), in multiples of 2^-24.
   [[nodiscard]] static float sample_1d(const SampleAddress& address, uint32_t dimension);
-  // Uniform in [0, 1)^2.
+  // Returns a point in [0, 1)^2, in multiples of 2^-24.
   [[nodiscard]] static V2f sample_2d(const SampleAddress& address, uint32_t dimension);
   [[nodiscard]] static float sample_1d(uint32_t key, uint32_t index, uint32_t dimension) {
     return sample_1d(SampleAddress{key, index}, dimension);
@@ -69,12 +72,13 @@ class Sampler {
     return sample_2d(SampleAddress{key, index}, dimension);
   }
 
-  // A hash of the coordinates and the seed: the key of a pixel with points of its own.
+  // Returns a hash of the coordinates and the seed: the key of a pixel with its own scrambling.
   [[nodiscard]] uint32_t pixel_key(const V2i& pixel) const;
 
-  // Tiles of blue noise have at most 2^7 pixels a side: so does the lowest frequency that they can spare.
+  // Tiles of blue noise have at most 2^7 pixels on a side, the period of the lowest frequency that
+  // they attenuate.
   static constexpr uint32_t kMaxLog2Tile = 7;
-  // Seeds of the coordinates of a set: first pair, second pair.
+  // Seeds of the coordinates of a set: two of the first pair, two of the second.
   static constexpr std::array<uint32_t, 4> kCoordinateSeeds{0xd1b54a33U, 0x8cb92ba7U, 0x3c6ef372U, 0x1b873593U};
 
  private:
@@ -87,7 +91,8 @@ class Sampler {
   jittered::Strata strata_;
 };
 
-// Each coordinate is hashed before they meet: chained hashes would let whole rows share their keys.
+// Coordinates are hashed separately before they are combined: chained hashes would let whole rows
+// share their keys.
 inline uint32_t Sampler::pixel_key(const V2i& pixel) const {
   const uint32_t key = hash_u32(seed_ + 0x632be5abU);
   const uint32_t column = hash_combine(key, static_cast<uint32_t>(pixel.x));
@@ -95,7 +100,7 @@ inline uint32_t Sampler::pixel_key(const V2i& pixel) const {
   return hash_u32(column + row);
 }
 
-// Bit i of the lower 16 goes to bit 2i.
+// Moves bit i of the lower 16 bits to bit 2i.
 inline uint32_t Sampler::spread_bits(uint32_t x) {
   x &= 0xffffU;
   x = (x | (x << 8)) & 0x00ff00ffU;
@@ -104,11 +109,12 @@ inline uint32_t Sampler::spread_bits(uint32_t x) {
   return (x | (x << 1)) & 0x55555555U;
 }
 
-// One sequence for the pixels of a tile along a Z-curve, 2^k consecutive samples for each (Ahmed and Wonka 2020, "Screen-Space
-// Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels"). The samples of any square of
-// 2^j x 2^j pixels aligned to its size are then a net too, so their errors cancel. The shuffle of the index, which every
-// dimension has anyway, is the random order of the quadrants at all levels (a binary one: halves stay halves).
-// A sample beyond the 2^k is taken from another scrambling.
+// The pixels of a tile share one sequence along a Z-curve, with 2^k consecutive samples for each
+// (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
+// Hierarchical Ordering of Pixels"). The samples of any aligned square of 2^j x 2^j pixels are then
+// a net as well, so their errors cancel. The shuffle of the index, which every dimension has
+// anyway, randomizes the order of the quadrants at all levels (by halves, so not all orders occur).
+// Samples beyond the 2^k come from another scrambling.
 inline Sampler::PixelPoints Sampler::points_of(const V2i& pixel) const {
   if (kind_ != SamplerKind::blue_noise) return {pixel_key(pixel), 0};
   const uint32_t within = (1U << log2_tile_) - 1U;
@@ -125,13 +131,13 @@ inline SampleAddress Sampler::address_in(const PixelPoints& points, uint32_t sam
     return {hash_combine(points.key, scrambling), static_cast<uint32_t>(points.first | (sample_index & mask))};
   }
   case SamplerKind::sobol: return {points.key, sample_index};
-  case SamplerKind::jittered: { // beyond the samples that were announced: other permutations
+  case SamplerKind::jittered: { // samples beyond the planned number use other permutations
     const uint32_t grid = sample_index / strata_.count();
     return {grid == 0 ? points.key : hash_combine(points.key, grid), sample_index % strata_.count(), strata_.packed()};
   }
   case SamplerKind::independent: break;
   }
-  return {hash_combine(points.key, sample_index), 0}; // the first point of a scrambling of its own
+  return {hash_combine(points.key, sample_index), 0}; // the first point of a separate scrambling
 }
 
 inline float Sampler::sample_1d(const SampleAddress& address, uint32_t dimension) {

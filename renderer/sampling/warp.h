@@ -1,24 +1,27 @@
-// From the unit square to the shapes of rendering: each routine has its density beside it, with the same arguments.
+// Mappings from the unit square to disks, directions and triangles, each beside its density.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
 
-// Everywhere: u is in [0, 1)^2; local directions are unit with +z as the axis; a density is in the measure of what is
-// sampled (area or solid angle) and 0 outside of the shape. All mappings are continuous where the shape allows it and
-// keep the stratification of u.
+// Conventions: u is in [0, 1)^2; local directions are unit vectors with +z as the axis; a density
+// is in the measure of the sampled quantity (area or solid angle) and 0 outside of the shape.
+// Mappings are continuous where the shape allows it and preserve the stratification of u.
 
 struct SinCos {
   float sin;
   float cos;
 };
 
-// Sine and cosine of 2 pi turns, |turns| < 2^20. Own polynomials (error below 1e-7): the same bits on every machine.
+// Returns the sine and cosine of 2 pi turns, for |turns| < 2^20. Polynomials with an error below
+// 1e-7 give the same bits on every machine, unlike the C library.
 [[nodiscard]] inline SinCos sincos_turns(float turns) {
+  assert(!(std::abs(turns) >= 0x1p20f));
   const float quarter = std::nearbyint(turns * 4.0f);
   const float a = (turns - quarter * 0.25f) * (2.0f * kPi); // in [-pi/4, pi/4]
   const float a2 = a * a;
@@ -45,7 +48,7 @@ struct SinCos {
 }
 [[nodiscard]] inline float uniform_disk_pdf(const V2f& p) { return p.length2() <= 1.0f ? kInvPi : 0.0f; }
 
-// --- Hemisphere around +z, density cos(theta) / pi by solid angle (Malley's method).
+// --- Hemisphere around +z, with density cos(theta) / pi by solid angle (Malley's method).
 [[nodiscard]] inline V3f sample_cosine_hemisphere(const V2f& u) {
   const V2f p = sample_uniform_disk(u);
   return {p.x, p.y, safe_sqrt(1.0f - p.length2())};
@@ -69,9 +72,10 @@ struct SinCos {
 }
 [[nodiscard]] inline float uniform_sphere_pdf(const V3f& /*w*/) { return 0.25f * kInvPi; }
 
-// --- Cone around +z, uniform by solid angle. The aperture is 1 - cos(theta_max) = 2 sin^2(theta_max / 2), in (0, 2]:
-// the cosine itself has no digits left for a cone as narrow as the sun's.
+// --- Cone around +z, uniform by solid angle. The aperture is given as 1 - cos(theta_max) =
+// 2 sin^2(theta_max / 2) in (0, 2]: the cosine of a cone as narrow as the sun's has no digits left.
 [[nodiscard]] inline V3f sample_uniform_cone(const V2f& u, float one_minus_cos_max) {
+  assert(!(one_minus_cos_max < 0.0f) && !(one_minus_cos_max > 2.0f));
   const float one_minus_cos = u.x * one_minus_cos_max;
   const float sin_theta = safe_sqrt(one_minus_cos * (2.0f - one_minus_cos));
   const SinCos phi = sincos_turns(u.y);
@@ -82,16 +86,20 @@ struct SinCos {
   return one_minus_cos <= one_minus_cos_max ? 0.5f * kInvPi / one_minus_cos_max : 0.0f;
 }
 
-// The same cone with less distortion, by way of the disk: strata stay compact. 1 - cos goes with the square of the disk's radius.
+// Samples the same density with less distortion, through the disk, so that strata stay compact: 1 -
+// cos is proportional to the square of the disk's radius.
 [[nodiscard]] inline V3f sample_even_cone(const V2f& u, float one_minus_cos_max) {
+  assert(!(one_minus_cos_max < 0.0f) && !(one_minus_cos_max > 2.0f));
   const V2f p = sample_uniform_disk(u);
   const float one_minus_cos = p.length2() * one_minus_cos_max;
   const float scale = safe_sqrt(one_minus_cos_max * (2.0f - one_minus_cos));
   return {p.x * scale, p.y * scale, 1.0f - one_minus_cos};
 }
 
-// --- Phase function of Henyey and Greenstein 1941 around +z, the direction of travel, with mean cosine g in (-1, 1).
+// --- Henyey-Greenstein phase function (1941) around +z, the direction of propagation, with mean
+// cosine g in (-1, 1).
 [[nodiscard]] inline V3f sample_henyey_greenstein(const V2f& u, float g) {
+  assert(!(std::abs(g) >= 1.0f));
   float cos_theta = 1.0f - 2.0f * u.x;
   if (std::abs(g) > 1e-3f) {
     const float q = (1.0f - g * g) / (1.0f + g * cos_theta);
@@ -106,12 +114,12 @@ struct SinCos {
   return 0.25f * kInvPi * (1.0f - g * g) / (d * std::sqrt(d));
 }
 
-// --- Triangle, uniform by area. Barycentric (b1, b2): p = (1 - b1 - b2) p0 + b1 p1 + b2 p2.
+// --- Triangle, uniform by area. Barycentrics are (b1, b2): p = (1 - b1 - b2) p0 + b1 p1 + b2 p2.
 [[nodiscard]] inline V2f sample_uniform_triangle(const V2f& u) {
   const float root = std::sqrt(u.x);
   return {1.0f - root, u.y * root};
 }
-// Per unit of area of the triangle itself; 0 for a triangle without area.
+// Returns the density per unit of area of the triangle; 0 for a triangle without area.
 [[nodiscard]] inline float uniform_triangle_pdf(const V3f& p0, const V3f& p1, const V3f& p2) {
   const float twice_area = (p1 - p0).cross(p2 - p0).length();
   return twice_area > 0.0f ? 2.0f / twice_area : 0.0f;
@@ -119,24 +127,26 @@ struct SinCos {
 
 // --- Triangle as seen from a point, uniform by solid angle.
 //
-// Stratified as Arvo 1995, "Stratified Sampling of Spherical Triangles": u.x cuts off a part of the solid angle, u.y
-// moves along an arc. Computed without angles as Peters 2021, "BRDF Importance Sampling for Polygonal Lights" (section
-// 4), with two changes that keep it exact for triangles of any size, so that no fallback to area sampling is needed:
-// the triple product is taken from the edges, not from the unit vectors, and barycentrics come from the sampled
-// combination of the corners, not from an intersection.
+// Stratified as in Arvo 1995, "Stratified Sampling of Spherical Triangles": u.x cuts off a part of
+// the solid angle, u.y moves along an arc. Computed without angles as in Peters 2021, "BRDF
+// Importance Sampling for Polygonal Lights" (section 4), with two changes that keep it accurate for
+// triangles of any size, so that no fallback to area sampling is needed: the triple product is
+// computed from the edges instead of the unit vectors, and barycentrics are computed from the
+// sampled combination of the corners instead of an intersection.
 class SphericalTriangle {
  public:
   struct Sample {
     V3f direction;    // unit, from the reference point
-    V2f barycentrics; // of the point on the triangle: p = (1 - x - y) p0 + x p1 + y p2
+    V2f barycentrics; // point on the triangle: p = (1 - x - y) p0 + x p1 + y p2
   };
 
   SphericalTriangle(const V3f& p0, const V3f& p1, const V3f& p2, const V3f& reference);
 
-  // In [0, 2 pi); both orientations count. 0 if degenerate or edge-on: then do not sample.
+  // Returns the solid angle in [0, 2 pi), for either orientation; 0 if degenerate or edge-on.
   [[nodiscard]] float solid_angle() const { return 2.0f * half_solid_angle_; }
+  // Returns the sample of u. The solid angle must be positive.
   [[nodiscard]] Sample sample(const V2f& u) const;
-  // By solid angle, of each direction through the triangle; 0 if degenerate.
+  // Returns the density by solid angle of each direction through the triangle; 0 if degenerate.
   [[nodiscard]] float pdf() const { return half_solid_angle_ > 0.0f ? 0.5f / half_solid_angle_ : 0.0f; }
 
  private:
@@ -158,12 +168,15 @@ inline SphericalTriangle::SphericalTriangle(const V3f& p0, const V3f& p1, const 
         inverse_distance_[2];
   g1_ = corner_[0].dot(corner_[2]) + corner_[1].dot(corner_[2]);
   g2_ = 1.0f + corner_[0].dot(corner_[1]);
-  // Van Oosterom and Strackee 1983. The comparison also turns NaN (the reference on a corner) into degenerate.
+  // Van Oosterom and Strackee 1983. The comparisons also treat NaN (the reference is a corner) as
+  // degenerate.
   if (g0_ > 0.0f && g0_ < kInfinity && g2_ > 0.0f) half_solid_angle_ = std::atan2(g0_, g1_ + g2_);
 }
 
 inline SphericalTriangle::Sample SphericalTriangle::sample(const V2f& u) const {
-  // The part with corners 0, 1 and q has the solid angle u.x * solid_angle; q is on the arc from corner 0 to corner 2.
+  assert(half_solid_angle_ > 0.0f);
+  // The triangle of corners 0, 1 and q has the solid angle u.x * solid_angle; q is on the arc from
+  // corner 0 to corner 2.
   const SinCos half = sincos_turns(u.x * half_solid_angle_ * (0.5f * kInvPi));
   const float c0 = std::max(g0_ * half.cos - g1_ * half.sin, 0.0f);
   const float c2 = g2_ * half.sin;
@@ -173,8 +186,8 @@ inline SphericalTriangle::Sample SphericalTriangle::sample(const V2f& u) const {
   const float q0 = length2 > 0.0f ? scale * c0 - 1.0f : 1.0f;
   const float q2 = scale * c2;
   const V3f q = corner_[0] * q0 + corner_[2] * q2;
-  // From corner 1 (u.y = 0) towards q: h = 1 - cos of the arc, taken from the difference so that short arcs keep
-  // digits.
+  // The direction moves from corner 1 (u.y = 0) toward q; h = 1 - cos of the arc is computed from
+  // the difference vector, which is accurate for short arcs.
   const float h = 0.5f * (corner_[1] - q).length2();
   const float step = u.y * h;
   const float t = safe_sqrt(u.y * (2.0f - step) / std::max(2.0f - h, 1e-12f));

@@ -1,4 +1,4 @@
-// Each kind of node in terms of instructions, as MaterialX 1.39 defines it.
+// Compiler of procedural graphs: translates each MaterialX 1.39 node into instructions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/compile_procedural.h"
 
@@ -16,8 +16,8 @@ using Op = ProceduralOp;
 using S = ProceduralInput::Source;
 using T = ProceduralType;
 
-constexpr int kRed = 0, kGreen = 1, kBlue = 2,
-              kAlpha = 3; // channels of operand 0 in swizzles; those of operand k are 4 k more
+// Channels of operand 0 in swizzles; those of operand k are 4 k larger.
+constexpr int kRed = 0, kGreen = 1, kBlue = 2, kAlpha = 3;
 
 class Compiler {
  public:
@@ -37,9 +37,9 @@ class Compiler {
       }
       results_.push_back(results);
     }
-    const ProceduralOutput& wanted = graph_.outputs[output];
+    const ProceduralOutput& source = graph_.outputs[output];
     CompiledProcedural compiled;
-    compiled.program = e_.finish(results_[static_cast<size_t>(wanted.node)][static_cast<size_t>(wanted.output)]);
+    compiled.program = e_.finish(results_[static_cast<size_t>(source.node)][static_cast<size_t>(source.output)]);
     compiled.streams = e_.streams();
     return compiled;
   }
@@ -47,7 +47,7 @@ class Compiler {
  private:
   using Results = std::array<int16_t, 4>;
 
-  // The operand of input `k` of the node.
+  // Returns the operand of input `k` of the current node.
   int16_t in(size_t k) {
     const ProceduralInput& input = node_->inputs[k];
     switch (input.source) {
@@ -61,12 +61,13 @@ class Compiler {
   }
   [[nodiscard]] float number(size_t k) const { return node_->inputs[k].value.x; }
   [[nodiscard]] int integer(size_t k) const { return static_cast<int>(node_->inputs[k].value.x); }
-  [[nodiscard]] int width() const { return channels_of(node_->type) == 1 ? 1 : 4; } // that operators compute
+  // Returns the number of channels that operators of the current node compute.
+  [[nodiscard]] int width() const { return channels_of(node_->type) == 1 ? 1 : 4; }
 
   int16_t binary(Op op, int16_t a, int16_t b) { return e_.emit(op, {a, b}, {.channels = width()}); }
   int16_t unary(Op op) { return e_.emit(op, {in(0)}, {.channels = width()}); }
-  int16_t mix(int16_t fg, int16_t bg, int16_t share) {
-    return e_.emit(Op::mix, {fg, bg, share}, {.channels = width()});
+  int16_t mix(int16_t fg, int16_t bg, int16_t weight) {
+    return e_.emit(Op::mix, {fg, bg, weight}, {.channels = width()});
   }
   int16_t extract(int16_t from, int channel) {
     return e_.emit(Op::swizzle, {from, from, from, from}, {.i = {channel, channel, channel, channel}});
@@ -128,8 +129,8 @@ class Compiler {
   }
 
   int16_t remap(int16_t x, int16_t in_low, int16_t in_high, int16_t out_low, int16_t out_high) {
-    const int16_t share = binary(Op::divide, binary(Op::subtract, x, in_low), binary(Op::subtract, in_high, in_low));
-    return binary(Op::add, binary(Op::multiply, share, binary(Op::subtract, out_high, out_low)), out_low);
+    const int16_t unit = binary(Op::divide, binary(Op::subtract, x, in_low), binary(Op::subtract, in_high, in_low));
+    return binary(Op::add, binary(Op::multiply, unit, binary(Op::subtract, out_high, out_low)), out_low);
   }
 
   int16_t range() {
@@ -150,22 +151,22 @@ class Compiler {
     return v[0] == 1.0f && v[1] == 1.0f && v[2] == 1.0f;
   }
 
-  // Channels beyond those of the input: z is 0, w is 1.
+  // Converts between types. Channels that the input lacks are 0, alpha or w is 1.
   int16_t convert(int16_t x, T from, T to) {
-    const int have = channels_of(from), want = channels_of(to);
-    if (have == want) return x;
-    if (have == 1) return x; // in all channels already
-    if (want == 1) return extract(x, kRed);
+    const int channels_in = channels_of(from), channels_out = channels_of(to);
+    if (channels_in == channels_out) return x;
+    if (channels_in == 1) return x; // a number fills all channels
+    if (channels_out == 1) return extract(x, kRed);
     const int16_t rest = e_.constant(Float4{0.0f, 0.0f, 0.0f, 1.0f});
-    const auto channel = [&](int k) { return k < have && k < want ? k : 4 + k; };
+    const auto channel = [&](int k) { return k < channels_in && k < channels_out ? k : 4 + k; };
     return e_.emit(Op::swizzle, {x, rest, rest, rest}, {.i = {channel(0), channel(1), channel(2), channel(3)}});
   }
 
   int16_t combine2() {
     const int first = channels_of(node_->inputs[0].type);
     const int16_t a = in(0), b = in(1), rest = e_.constant(Float4{0.0f, 0.0f, 0.0f, 1.0f});
-    const int want = channels_of(node_->type);
-    const auto channel = [&](int k) { return k < first ? k : k < want ? 4 + (k - first) : 8 + k; };
+    const int total = channels_of(node_->type);
+    const auto channel = [&](int k) { return k < first ? k : k < total ? 4 + (k - first) : 8 + k; };
     return e_.emit(Op::swizzle, {a, b, rest, rest}, {.i = {channel(0), channel(1), channel(2), channel(3)}});
   }
 
@@ -175,9 +176,9 @@ class Compiler {
   }
 
   int16_t luminance() {
-    // Of the working space, which is linear Rec. 709 here, where the file names none.
-    const bool named = node_->inputs[1].value.x + node_->inputs[1].value.y + node_->inputs[1].value.z != 0.0f;
-    const int16_t weights = named ? in(1) : e_.constant(Float4{0.2126f, 0.7152f, 0.0722f, 0.0f});
+    // Without coefficients in the file, those of the working space, linear Rec. 709, are used.
+    const bool given = node_->inputs[1].value.x + node_->inputs[1].value.y + node_->inputs[1].value.z != 0.0f;
+    const int16_t weights = given ? in(1) : e_.constant(Float4{0.2126f, 0.7152f, 0.0722f, 0.0f});
     const int16_t value = e_.emit(Op::dot, {in(0), weights}, {.channels = 1, .i = {3}});
     if (node_->type != T::color4) return value;
     return e_.emit(Op::swizzle, {value, in(0), value, value}, {.i = {kRed, kGreen, kBlue, 4 + kAlpha}});
@@ -191,7 +192,7 @@ class Compiler {
   }
 
   int16_t lower() {
-    const auto edge = [&](int channel) { // of a split
+    const auto split = [&](int channel) {
       return compare(Op::greater_equal, extract(in(3), channel), in(2), channel == kRed ? in(1) : in(0),
                      channel == kRed ? in(0) : in(1));
     };
@@ -212,8 +213,8 @@ class Compiler {
     case K::ramplr: return mix(in(1), in(0), clamp(extract(in(2), kRed), e_.number(0.0f), e_.number(1.0f)));
     case K::ramptb: // the top is at v = 1
       return mix(in(0), in(1), clamp(extract(in(2), kGreen), e_.number(0.0f), e_.number(1.0f)));
-    case K::splitlr: return edge(kRed);
-    case K::splittb: return edge(kGreen);
+    case K::splitlr: return split(kRed);
+    case K::splittb: return split(kGreen);
     case K::place2d: return place2d();
     case K::rotate2d: return rotate(in(0), in(1));
     case K::add: return binary(Op::add, in(0), in(1));
@@ -280,14 +281,15 @@ class Compiler {
   const ProceduralGraph& graph_;
   const ProceduralTexture::TextureNumber& number_of_;
   ProceduralEmitter e_;
-  const ProceduralNode* node_ = nullptr; // the one at hand
-  std::vector<Results> results_;         // of the nodes so far
+  const ProceduralNode* node_ = nullptr; // the current node
+  std::vector<Results> results_;         // of the nodes compiled so far
 };
 
 } // namespace
 
 CompiledProcedural compile_procedural(const ProceduralGraph& graph, size_t output,
                                       const ProceduralTexture::TextureNumber& number_of) {
+  assert(output < graph.outputs.size());
   return Compiler(graph, number_of).compile(output);
 }
 

@@ -1,4 +1,4 @@
-// From a graph of nodes to instructions: constants folded, dead code left out, patterns that can filter themselves marked.
+// Compiler from procedural graphs to instructions, with constant folding and dead-code elimination.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,8 @@ struct CompiledProcedural {
   std::vector<ProceduralStream> streams;
 };
 
-// Output number `output` of a sound graph.
+// Compiles output number `output` of a valid graph, and marks the patterns that are filtered
+// analytically.
 [[nodiscard]] CompiledProcedural compile_procedural(const ProceduralGraph& graph, size_t output,
                                                     const ProceduralTexture::TextureNumber& number_of);
 

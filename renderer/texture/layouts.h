@@ -1,4 +1,4 @@
-// One function for each layout of texels, in a table by the number of the layout.
+// Tables of functions with one instance for each texel layout.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kindling::texture_detail {
 
-// `pick.operator()<Reader>()` for each layout, in the order of make_layout().
+// Returns the results of `pick.operator()<Reader>()` for all layouts, indexed by make_layout().
 template <typename Pick>
 constexpr auto for_each_layout(const Pick& pick) {
   return [&]<size_t... kLayouts>(std::index_sequence<kLayouts...>) {

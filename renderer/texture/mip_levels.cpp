@@ -1,4 +1,4 @@
-// Rows go in at the top and come out at every level below, as soon as they are complete.
+// Construction of mip levels in one pass: rows of the image complete rows of all levels below.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/mip_levels.h"
 
@@ -12,23 +12,24 @@
 namespace kindling {
 namespace {
 
-using texture_detail::Float4;
 using texture_detail::for_each_layout;
 using texture_detail::make_layout;
 using texture_detail::store_texel;
 
-// Where all of a mean is transparent its color is the plain mean: the weight of a texel is its alpha and this.
+// Weight of a texel beyond its alpha, so that the color of a fully transparent mean is the plain
+// mean.
 constexpr float kMinWeight = 0x1p-20f;
 
-// How many of the units [index * next, (index + 1) * next) lie in [other * size, (other + 1) * size): texels of a level of
-// `size` and of one of `next` texels, on one axis in common units.
+// Returns the overlap of texel `index` of a level of `size` texels with texel `other` of a level of
+// `next` texels, on one axis and in common units: of [index * next, (index + 1) * next) with
+// [other * size, (other + 1) * size).
 float overlap(int index, int other, int size, int next) {
   const int64_t begin = std::max(int64_t{index} * next, int64_t{other} * size);
   const int64_t end = std::min(int64_t{index + 1} * next, int64_t{other + 1} * size);
   return static_cast<float>(std::max<int64_t>(end - begin, 0));
 }
 
-// Rows of texels to and from linear values, one pair of functions for each layout.
+// Conversion of rows of texels to and from linear values, a pair of functions for each layout.
 struct RowCode {
   void (*decode)(const std::byte* texels, size_t count, Float4* out);
   void (*encode)(const Float4* row, size_t count, std::byte* texels);
@@ -100,9 +101,9 @@ class Pyramid {
  private:
   struct Stage {
     int width, height;
-    std::vector<Float4> reduced; // the row in hand at the width of the next level
-    std::vector<Float4> sum;     // of the next level's row in work
-    std::vector<Float4> carried; // the share of the row in hand that belongs to the row after
+    std::vector<Float4> reduced; // the current row at the width of the next level
+    std::vector<Float4> sum;     // partial row of the next level
+    std::vector<Float4> carried; // the part of the current row that belongs to the row after that
   };
 
   static Float4 unit_direction(const Float4& texel) {
@@ -112,13 +113,13 @@ class Pyramid {
     return Float4{x * scale, y * scale, z * scale, texel[3]};
   }
 
-  // Exact: the overlaps of texels of one level with those of the next.
+  // Reduces a row to the width of the next level by exact box filtering.
   static void reduce_row(const Float4* row, int width, int next, Float4* out) {
     if (width == next) {
       std::copy_n(row, width, out);
     } else if (width == 2 * next) {
       for (int x = 0; x < next; ++x) out[x] = (row[2 * x] + row[2 * x + 1]) * 0.5f;
-    } else { // 2 next + 1: a texel covers 2 + 1 / next of them
+    } else { // width = 2 next + 1: a texel of the next level covers 2 + 1 / next texels
       const float scale = 1.0f / static_cast<float>(width);
       for (int x = 0; x < next; ++x) {
         const auto first = static_cast<float>(next - x), last = static_cast<float>(x + 1);
@@ -135,9 +136,9 @@ class Pyramid {
     reduce_row(row, stage.width, next.width, stage.reduced.data());
     const auto first = static_cast<int>(int64_t{y} * next.height / stage.height);
     const float scale = 1.0f / static_cast<float>(stage.height);
-    const float share = overlap(y, first, stage.height, next.height) * scale;
+    const float weight = overlap(y, first, stage.height, next.height) * scale;
     const float rest = overlap(y, first + 1, stage.height, next.height) * scale;
-    for (size_t x = 0; x < stage.sum.size(); ++x) stage.sum[x] += stage.reduced[x] * share;
+    for (size_t x = 0; x < stage.sum.size(); ++x) stage.sum[x] += stage.reduced[x] * weight;
     if (rest > 0.0f) {
       for (size_t x = 0; x < stage.sum.size(); ++x) stage.carried[x] = stage.reduced[x] * rest;
     }

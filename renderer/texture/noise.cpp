@@ -1,4 +1,4 @@
-// Hashes, gradients and blends.
+// Lattice hashes, Perlin noise, cell noise and Worley noise of MaterialX.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/noise.h"
 
@@ -9,7 +9,7 @@
 namespace kindling::noise {
 namespace {
 
-// The lattice point below, and how far x is from it.
+// The next lower lattice point, and the distance of x from it.
 struct Lattice {
   int cell;
   float t;
@@ -24,6 +24,7 @@ inline Lattice locate(float x) {
 inline float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 inline float to_unit(uint32_t bits) { return static_cast<float>(bits) / static_cast<float>(0xffffffffU); }
 
+// State of Jenkins' lookup3 for a number of words.
 struct Words {
   uint32_t a, b, c;
   explicit Words(uint32_t count) : a(0xdeadbeefU + (count << 2U) + 13U), b(a), c(a) {}
@@ -60,13 +61,13 @@ struct Words {
 
 inline float signed_by(float x, uint32_t bit) { return bit != 0 ? -x : x; }
 
-// Gradients (+-1, +-2) and (+-2, +-1).
+// Scalar product with one of the gradients (+-1, +-2) and (+-2, +-1).
 inline float gradient(uint32_t h, float x, float y) {
   const bool low = (h & 7U) < 4U;
   return signed_by(low ? x : y, h & 1U) + signed_by(2.0f * (low ? y : x), h & 2U);
 }
 
-// Gradients from the middle of a cube to those of its edges.
+// Scalar product with one of the gradients from the center of a cube to the middle of its edges.
 inline float gradient(uint32_t h, float x, float y, float z) {
   h &= 15U;
   const float u = h < 8U ? x : y;
@@ -74,7 +75,7 @@ inline float gradient(uint32_t h, float x, float y, float z) {
   return signed_by(u, h & 1U) + signed_by(v, h & 2U);
 }
 
-constexpr float kScale2d = 0.6616f; // of MaterialX: to about [-1, 1]
+constexpr float kScale2d = 0.6616f; // MaterialX's normalization to about [-1, 1]
 constexpr float kScale3d = 0.9820f;
 
 inline float blend2(const float* v, float s, float t) {
@@ -86,7 +87,8 @@ inline float blend3(const float* v, float s, float t, float r) {
   return (1.0f - r) * blend2(v, s, t) + r * blend2(v + 4, s, t);
 }
 
-// The gradients' share of channel `byte` of the hashes.
+// The corners of a cell with their hashes; value() is gradient noise by the bits of the hashes
+// above `shift`.
 struct Corners2 {
   Lattice x, y;
   uint32_t hashes[4];
@@ -121,11 +123,11 @@ struct Corners3 {
   }
 };
 
-// The three least squared distances so far, in order.
+// The three smallest squared distances so far, in ascending order.
 struct Nearest {
   float squared[3] = {1e6f, 1e6f, 1e6f};
 
-  // Whether it is the nearest of all.
+  // Adds a squared distance; returns true if it is the smallest so far.
   bool add(float d) {
     if (d < squared[0]) {
       squared[2] = squared[1];

@@ -1,4 +1,4 @@
-// The noises of MaterialX: values at a point, the same on every machine.
+// MaterialX's noise functions: Perlin, cell and Worley noise, equal on every machine.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,29 +8,32 @@
 
 namespace kindling::noise {
 
-// All follow MaterialX 1.39 (libraries/stdlib/genglsl/lib/mx_noise.glsl), which follows Open Shading Language (oslnoise.h): Perlin 2002,
-// "Improving Noise", with lattice points hashed by Jenkins' lookup3. Coordinates that are not finite or beyond 2^30 read as 0.
+// All functions follow MaterialX 1.39 (libraries/stdlib/genglsl/lib/mx_noise.glsl), which follows
+// Open Shading Language (oslnoise.h): Perlin 2002, "Improving Noise", with lattice points hashed by
+// Jenkins' lookup3. Coordinates that are not finite or beyond 2^30 count as 0.
 
-// Of integers as coordinates of a lattice (Jenkins 2006, lookup3, hashword() with 13 as start value).
+// Return the hash of integer lattice coordinates (Jenkins 2006, lookup3, hashword() with initial
+// value 13).
 [[nodiscard]] uint32_t hash(int x, int y);
 [[nodiscard]] uint32_t hash(int x, int y, int z);
 [[nodiscard]] uint32_t hash(int x, int y, int z, int w);
 
-// Gradient noise: 0 at lattice points, in [-1, 1], mean 0. The three channels of the second form share a hash, of which the first
-// has the bits of the first form.
+// Return gradient noise: in [-1, 1], with mean 0, and 0 at lattice points. The three channels of
+// the _rgb forms use different bits of one hash; the first channel equals perlin().
 [[nodiscard]] float perlin(const V2f& p);
 [[nodiscard]] float perlin(const V3f& p);
 [[nodiscard]] V3f perlin_rgb(const V2f& p);
 [[nodiscard]] V3f perlin_rgb(const V3f& p);
 
-// One number in [0, 1] for each unit cell.
+// Return a constant in [0, 1] for each unit cell.
 [[nodiscard]] float cell(const V2f& p);
 [[nodiscard]] float cell(const V3f& p);
 [[nodiscard]] V3f cell_rgb(const V2f& p);
 [[nodiscard]] V3f cell_rgb(const V3f& p);
 
-// Distances to the nearest, second and third of points that stand one in each unit cell, in its middle for jitter 0, anywhere in it for 1
-// (Worley 1996, "A Cellular Texture Basis Function"). Only neighboring cells are searched, as MaterialX has it. `nearest` gets the nearest
+// Return the distances to the three nearest feature points (Worley 1996, "A Cellular Texture Basis
+// Function"). Each unit cell has one, at its center for jitter 0 and anywhere in the cell for
+// jitter 1. Only neighboring cells are searched, as in MaterialX. `nearest` receives the nearest
 // point.
 [[nodiscard]] V3f worley(const V2f& p, float jitter, V2f& nearest);
 [[nodiscard]] V3f worley(const V3f& p, float jitter, V3f& nearest);

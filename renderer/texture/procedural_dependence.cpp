@@ -1,4 +1,4 @@
-// How values follow from the streams: linearly, or about how steeply.
+// Dependence of values on the streams: exact for linear functions, an estimated gain for others.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_emitter.h"
 
@@ -12,7 +12,7 @@ using Op = ProceduralOp;
 
 float norm(const float (&row)[3]) { return std::sqrt(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]); }
 
-float largest(const Float4& v) {
+float max_magnitude(const Float4& v) {
   return std::max(std::max(std::abs(v[0]), std::abs(v[1])), std::max(std::abs(v[2]), std::abs(v[3])));
 }
 
@@ -65,7 +65,7 @@ ProceduralDependence ProceduralEmitter::depend(const ProceduralInstruction& inst
     });
     break;
   case Op::divide:
-    if (!constant(1) || smallest(value(1)) == 0.0f) break;
+    if (!constant(1) || min_magnitude(value(1)) == 0.0f) break;
     share_stream(1);
     fill_rows([&](size_t r, size_t c) { return from[0].m[r][c] / value(1)[r]; });
     break;
@@ -92,13 +92,13 @@ ProceduralDependence ProceduralEmitter::depend(const ProceduralInstruction& inst
   }
   if (!result.affine) result.stream = -1;
   if (result.affine && result.stream >= 0) {
-    float most = 0.0f;
-    for (const auto& row : result.m) most = std::max(most, norm(row));
-    result.gain[static_cast<size_t>(result.stream)] = most;
+    float max_norm = 0.0f;
+    for (const auto& row : result.m) max_norm = std::max(max_norm, norm(row));
+    result.gain[static_cast<size_t>(result.stream)] = max_norm;
     return result;
   }
 
-  // Others: about how steep they are.
+  // Other functions: an estimate of their steepness.
   float steepness = 1.0f;
   switch (instruction.op) {
   case Op::noise2d:
@@ -114,19 +114,19 @@ ProceduralDependence ProceduralEmitter::depend(const ProceduralInstruction& inst
     break;
   }
   case Op::multiply:
-    if (constant(0) || constant(1)) steepness = largest(value(constant(0) ? 0 : 1));
+    if (constant(0) || constant(1)) steepness = max_magnitude(value(constant(0) ? 0 : 1));
     break;
   case Op::divide:
-    if (constant(1)) steepness = 1.0f / std::max(smallest(value(1)), 1e-6f);
+    if (constant(1)) steepness = 1.0f / std::max(min_magnitude(value(1)), 1e-6f);
     break;
   case Op::power:
-    if (constant(1)) steepness = std::max(1.0f, largest(value(1)));
+    if (constant(1)) steepness = std::max(1.0f, max_magnitude(value(1)));
     break;
   case Op::smoothstep:
-    if (constant(1) && constant(2)) steepness = 1.5f / std::max(largest(value(2) - value(1)), 1e-6f);
+    if (constant(1) && constant(2)) steepness = 1.5f / std::max(max_magnitude(value(2) - value(1)), 1e-6f);
     break;
   case Op::mix:
-    if (constant(0) && constant(1)) steepness = largest(value(0) - value(1));
+    if (constant(0) && constant(1)) steepness = max_magnitude(value(0) - value(1));
     break;
   default: break;
   }

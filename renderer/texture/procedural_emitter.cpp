@@ -1,4 +1,4 @@
-// Folding, fusing, and the choice of filters.
+// Emission of procedural instructions: folding, fusion, dead-code elimination, choice of filters.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_emitter.h"
 
@@ -41,7 +41,7 @@ size_t operand_count(Op op) {
   }
 }
 
-// Values over all space that are worth a filter of their own.
+// Returns true for patterns over all of space, which have filters of their own.
 bool is_pattern(const ProceduralInstruction& instruction) {
   switch (instruction.op) {
   case Op::noise2d:
@@ -62,7 +62,7 @@ bool is_pattern(const ProceduralInstruction& instruction) {
   }
 }
 
-// Whether the mean of its result is that of the result of the operand's mean.
+// Returns true if the mean of the result equals the result of the mean of the operand.
 bool is_linear_in(const ProceduralInstruction& instruction, size_t operand) {
   const auto constant = [&](size_t k) { return instruction.operands[k] < 0; };
   switch (instruction.op) {
@@ -77,7 +77,8 @@ bool is_linear_in(const ProceduralInstruction& instruction, size_t operand) {
   }
 }
 
-// Points that fill space evenly (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R3).
+// Returns point i of a low-discrepancy sequence (Roberts 2018, "The Unreasonable Effectiveness of
+// Quasirandom Sequences": R3).
 V3f spread_point(uint32_t i) {
   return V3f(to_unit_float(i * 0xd1b54a33U), to_unit_float(i * 0xabc98389U), to_unit_float(i * 0x8cb92ba7U)) * 97.0f;
 }
@@ -97,11 +98,12 @@ std::array<float, 4> mean_of_worley(const ProceduralInstruction& instruction) {
   return {mean.x, mean.y, mean.z, 1.0f};
 }
 
-// Measured over 2^24 random points each, with standard errors of 4e-5.
+// Means of |noise|, measured over 2^24 random points each, with standard errors of 4e-5.
 constexpr float kMeanAbsolute2d = 0.2598f;
 constexpr float kMeanAbsolute3d = 0.2163f;
 
-// `others`: those of the same program, of which some have theirs.
+// Sets the mean of a pattern. `others` are the instructions of the program: an equal later one
+// already has its mean.
 void set_mean(ProceduralInstruction& instruction, const std::vector<ProceduralInstruction>& others) {
   const auto all = [&](float mean) {
     instruction.mean = {mean, mean, mean, mean};
@@ -163,10 +165,11 @@ int16_t ProceduralEmitter::emit(Op op, std::initializer_list<int16_t> operands, 
   return static_cast<int16_t>(program_.instructions.size() - 1);
 }
 
-// Forms that cost less, or of which the mean is known. INT16_MIN: none.
+// Returns the result of an equivalent form that is cheaper or has a known mean; INT16_MIN if there
+// is none.
 int16_t ProceduralEmitter::fused(Op op, const std::array<int16_t, 4>& list, const Details& details) {
-  const auto made_by = [&](int16_t operand, Op wanted) {
-    return operand >= 0 && program_.instructions[static_cast<size_t>(operand)].op == wanted;
+  const auto made_by = [&](int16_t operand, Op producer) {
+    return operand >= 0 && program_.instructions[static_cast<size_t>(operand)].op == producer;
   };
   const auto instruction = [&](int16_t operand) { return program_.instructions[static_cast<size_t>(operand)]; };
   const auto is_all = [&](int16_t operand, float x) {
@@ -203,7 +206,7 @@ int16_t ProceduralEmitter::fused(Op op, const std::array<int16_t, 4>& list, cons
   }
   case Op::greater:
   case Op::greater_equal: {
-    // Stripes: a threshold on what is left of a linear function beyond multiples of a period.
+    // Stripes: a threshold on a linear function modulo a period.
     for (const size_t side : {size_t{0}, size_t{1}}) {
       const int16_t saw = list[side], threshold = list[1 - side];
       if (!is_constant(threshold) || (!made_by(saw, Op::modulo) && !made_by(saw, Op::fract))) continue;
@@ -224,7 +227,7 @@ int16_t ProceduralEmitter::fused(Op op, const std::array<int16_t, 4>& list, cons
   }
 }
 
-void ProceduralEmitter::leave_out_dead(int16_t& result) {
+void ProceduralEmitter::remove_dead_code(int16_t& result) {
   std::vector<bool> needed(program_.instructions.size(), false);
   if (result >= 0) needed[static_cast<size_t>(result)] = true;
   for (size_t k = needed.size(); k-- > 0;) {
@@ -234,24 +237,26 @@ void ProceduralEmitter::leave_out_dead(int16_t& result) {
       if (instruction.operands[o] >= 0) needed[static_cast<size_t>(instruction.operands[o])] = true;
   }
   std::vector<int16_t> moved(needed.size(), 0);
-  std::vector<ProceduralInstruction> kept;
-  std::vector<ProceduralDependence> kept_dependences;
+  std::vector<ProceduralInstruction> live;
+  std::vector<ProceduralDependence> live_dependences;
   for (size_t k = 0; k < needed.size(); ++k) {
     if (!needed[k]) continue;
-    moved[k] = static_cast<int16_t>(kept.size());
+    moved[k] = static_cast<int16_t>(live.size());
     ProceduralInstruction instruction = program_.instructions[k];
     for (int16_t& operand : instruction.operands)
       if (operand >= 0) operand = moved[static_cast<size_t>(operand)];
-    kept.push_back(instruction);
-    kept_dependences.push_back(dependences_[k]);
+    live.push_back(instruction);
+    live_dependences.push_back(dependences_[k]);
   }
-  program_.instructions = std::move(kept);
-  dependences_ = std::move(kept_dependences);
+  program_.instructions = std::move(live);
+  dependences_ = std::move(live_dependences);
   if (result >= 0) result = moved[static_cast<size_t>(result)];
 }
 
-// A pattern of which the result is a linear function, at coordinates that are linear in one stream, is filtered by itself, which is exact. What else
-// has features tells how fine they are: evaluate() samples those.
+// A pattern is filtered analytically if its coordinates are linear in one stream and the output is
+// linear in the pattern; then filtering it alone is exact. For other instructions with features the
+// spatial frequency is recorded, by which ProceduralTexture::evaluate() chooses the number of
+// points.
 void ProceduralEmitter::mark_filters() {
   std::vector<ProceduralInstruction>& list = program_.instructions;
   std::vector<bool> linear(list.size(), true);
@@ -276,7 +281,7 @@ void ProceduralEmitter::mark_filters() {
     }
     if (instruction.filtered) continue;
 
-    // Features for a change of 1 of the operands.
+    // The number of features for a change of the operands by 1.
     float rate = 0.0f;
     switch (instruction.op) {
     case Op::fractal2d:
@@ -284,8 +289,9 @@ void ProceduralEmitter::mark_filters() {
       rate = std::max(1.0f, std::pow(std::abs(instruction.f[0]), static_cast<float>(instruction.i[1] - 1)));
       break;
     case Op::modulo:
-      rate = is_constant(instruction.operands[1]) ? 1.0f / std::max(smallest(value_of(instruction.operands[1])), 1e-6f)
-                                                  : 1.0f;
+      rate = is_constant(instruction.operands[1])
+                 ? 1.0f / std::max(min_magnitude(value_of(instruction.operands[1])), 1e-6f)
+                 : 1.0f;
       break;
     case Op::duty: rate = 1.0f / instruction.f[0]; break;
     case Op::sin:
@@ -317,7 +323,7 @@ void ProceduralEmitter::mark_filters() {
 }
 
 ProceduralProgram ProceduralEmitter::finish(int16_t result) {
-  leave_out_dead(result);
+  remove_dead_code(result);
   mark_filters();
   program_.result = result;
   return std::move(program_);

@@ -1,4 +1,4 @@
-// Writes the instructions of a program and keeps book of how each value depends on the streams.
+// Emitter of procedural instructions, which tracks the dependence of each value on the streams.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,44 +6,50 @@
 #include "renderer/texture/procedural_texture.h"
 
 #include <array>
+#include <cassert>
 #include <vector>
 
 namespace kindling {
 
-// How a value follows from the streams.
+// The dependence of a value on the streams.
 struct ProceduralDependence {
-  // A linear function of one stream, plus a constant: channel k changes by the scalar product of m[k] with the stream's change.
+  // True for a linear function of one stream plus a constant: channel k changes by the scalar
+  // product of m[k] with the change of the stream.
   bool affine = false;
-  int stream = -1; // -1: of none
+  int stream = -1; // -1 for constants
   float m[4][3] = {};
-  // By stream, about how much it can change for a change of 1.
+  // For each stream, the estimated change of the value for a change of the stream by 1.
   std::array<float, kProceduralStreams> gain{};
 };
 
+// Builds a program, instruction by instruction.
 class ProceduralEmitter {
  public:
   using Op = ProceduralOp;
   struct Details {
-    int channels = 4; // 1: a single number
+    int channels = 4; // 1 for a single number
     std::array<int, 4> i{};
     std::array<float, 2> f{};
   };
 
   ProceduralEmitter();
 
-  // Operands: see ProceduralInstruction.
+  // These functions return operands (see ProceduralInstruction).
   [[nodiscard]] int16_t constant(const Float4& value);
   [[nodiscard]] int16_t number(float value) { return constant(Float4{value, value, value, value}); }
   [[nodiscard]] int16_t stream(ProceduralStream stream);
-  // What can be computed now, is.
+  // Emits an instruction, unless it can be folded to a constant or replaced by an earlier result.
   [[nodiscard]] int16_t emit(Op op, std::initializer_list<int16_t> operands, const Details& details);
 
   [[nodiscard]] static bool is_constant(int16_t operand) { return operand < 0; }
-  [[nodiscard]] const Float4& value_of(int16_t operand) const { // of a constant
+  // Returns the value of a constant operand.
+  [[nodiscard]] const Float4& value_of(int16_t operand) const {
+    assert(is_constant(operand));
     return program_.constants[static_cast<size_t>(~operand)];
   }
 
-  // Leaves out what `result` does not need, marks filters, and gives the program away.
+  // Removes instructions that `result` does not need, marks filtered patterns, and returns the
+  // program by move.
   [[nodiscard]] ProceduralProgram finish(int16_t result);
   [[nodiscard]] const std::vector<ProceduralStream>& streams() const { return streams_; }
 
@@ -51,7 +57,7 @@ class ProceduralEmitter {
   [[nodiscard]] ProceduralDependence dependence_of(int16_t operand) const;
   [[nodiscard]] ProceduralDependence depend(const ProceduralInstruction& instruction) const;
   [[nodiscard]] int16_t fused(Op op, const std::array<int16_t, 4>& operands, const Details& details);
-  void leave_out_dead(int16_t& result);
+  void remove_dead_code(int16_t& result);
   void mark_filters();
 
   ProceduralProgram program_;

@@ -1,4 +1,4 @@
-// A procedural texture as a file describes it: a graph of MaterialX nodes, as plain data.
+// Procedural textures as described by a file: graphs of MaterialX nodes, as plain data.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,8 @@
 
 namespace kindling {
 
-// Types of values that travel along a graph. Integers and booleans are numbers; strings only choose among variants of a node.
+// Types of the values of a graph. Integers and booleans are numbers; strings only select variants
+// of a node.
 enum class ProceduralType : uint8_t {
   float_,
   color3,
@@ -26,11 +27,12 @@ enum class ProceduralType : uint8_t {
   file
 };
 
-// Channels of a value; 1 for integers and booleans, 0 for strings and files.
+// Returns the number of channels of a value; 1 for integers and booleans, 0 for strings and files.
 [[nodiscard]] int channels_of(ProceduralType type);
-[[nodiscard]] std::string_view name_of(ProceduralType type); // as MaterialX spells it
+// Returns MaterialX's name of a type.
+[[nodiscard]] std::string_view name_of(ProceduralType type);
 
-// Nodes of MaterialX 1.39 ("MaterialX Standard Nodes", March 2025), named as it names them.
+// Nodes of MaterialX 1.39 ("MaterialX Standard Nodes", March 2025), with its names.
 enum class ProceduralKind : uint8_t {
   constant,
   texcoord,
@@ -104,58 +106,59 @@ enum class ProceduralKind : uint8_t {
   switch_,
 };
 
-// What a node reads at one of its inputs.
+// An input of a node.
 struct ProceduralInput {
+  // uv0, position and normal are MaterialX's default geometry properties, in object space.
   enum class Source : uint8_t { value, node, uv0, position, normal };
-  Source source =
-      Source::value; // uv0, position, normal: MaterialX's default geometry, position and normal of the object
+  Source source = Source::value;
   ProceduralType type = ProceduralType::float_;
-  int16_t node = -1;  // source node: an earlier one
-  int8_t output = 0;  // source node: which of its outputs
-  int8_t variant = 0; // type string: the number of the word among those that the node accepts
+  int16_t node = -1;  // source node: index of an earlier node
+  int8_t output = 0;  // source node: index of its output
+  int8_t variant = 0; // type string: index of the word among those that the node accepts
   int texture = -1;   // type file: index of the image's texture
   V4f value{0.0f};    // a number fills all channels
 };
 
 struct ProceduralNode {
   ProceduralKind kind = ProceduralKind::constant;
-  ProceduralType type = ProceduralType::float_; // of its output; of a separate node, of its input
-  std::vector<ProceduralInput> inputs;          // in the order of its definition, none missing
+  ProceduralType type = ProceduralType::float_; // of the output; for separate nodes, of the input
+  std::vector<ProceduralInput> inputs;          // complete, in the order of the definition
 };
 
 struct ProceduralOutput {
-  int16_t node = -1; // -1: `value`
+  int16_t node = -1; // -1 for the constant `value`
   int8_t output = 0;
   ProceduralType type = ProceduralType::color3;
   V4f value{0.0f};
 };
 
-// Without cycles: a node reads earlier ones. Types of inputs are those that definitions allow.
+// A graph without cycles: a node reads earlier nodes only. The types of inputs conform to the
+// definitions.
 struct ProceduralGraph {
   std::string name;
   std::vector<ProceduralNode> nodes;
   std::vector<ProceduralOutput> outputs;
-  uint32_t texcoord_sets = 0; // that it reads, as bits
+  uint32_t texcoord_sets = 0; // bit mask of the sets that the graph reads
 };
 
 inline constexpr size_t kMaxProceduralNodes = 256;
 inline constexpr int kMaxProceduralOctaves = 16;
 inline constexpr int kMaxProceduralTexcoordSets = 8;
 
-// --- definitions ------------------------------------------------------------------------------------------------------
+// --- definitions --------------------------------------------------------------------------------
 
-// Which types an input may have, told by the type of the node's output.
+// The types accepted by an input, depending on the type of the node's output.
 enum class ProceduralRule : uint8_t {
-  same,          // that of the output
-  same_or_float, // or one number for all channels
+  same,          // the type of the output
+  same_or_float, // the type of the output, or one number for all channels
   number,        // float
   integer,
   boolean,
   vector2,
   vector3,
   color3,
-  numeric,    // any with channels, but for integers
-  like_first, // that of the first input
+  numeric,    // any type with channels except for integers
+  like_first, // the type of the first input
   scalar,     // float or integer
   string,
   file,
@@ -165,19 +168,20 @@ struct ProceduralInputRule {
   std::string_view name;
   ProceduralRule rule = ProceduralRule::same;
   float value = 0.0f;                                              // default, for all channels
-  ProceduralInput::Source source = ProceduralInput::Source::value; // or this default
-  std::span<const std::string_view> words = {};                    // rule string: what is accepted, the default first
-  bool constant = false;                                           // must not vary over a surface
+  ProceduralInput::Source source = ProceduralInput::Source::value; // default, unless it is a value
+  std::span<const std::string_view> words = {};                    // rule string: accepted words, the default first
+  bool constant = false;                                           // true if it must not vary over a surface
 };
 
 struct ProceduralDefinition {
   ProceduralKind kind;
   std::string_view name;
-  uint32_t output_types; // bits by ProceduralType
+  uint32_t output_types; // bit mask by ProceduralType
   std::span<const ProceduralInputRule> inputs;
-  std::span<const std::string_view> outputs = {}; // names, where there are several; their type is float
+  std::span<const std::string_view> outputs = {}; // names of several outputs, all of type float
 };
 
+// Returns the definition of a node by its MaterialX name; null for an unknown name.
 [[nodiscard]] const ProceduralDefinition* find_procedural_definition(std::string_view name);
 [[nodiscard]] const ProceduralDefinition& definition_of(ProceduralKind kind);
 [[nodiscard]] std::span<const ProceduralDefinition> procedural_definitions();

@@ -1,4 +1,4 @@
-// Which inputs MaterialX's nodes have, of which types, with which defaults ("MaterialX Standard Nodes" 1.39, March 2025).
+// Tables of MaterialX node definitions: inputs, their types and defaults.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_graph.h"
 
@@ -21,10 +21,11 @@ constexpr uint32_t kColors = bit(T::color3) | bit(T::color4);
 constexpr uint32_t kVectors = bit(T::vector2) | bit(T::vector3) | bit(T::vector4);
 constexpr uint32_t kAny = kFloat | kColors | kVectors;
 
+// Source: "MaterialX Standard Nodes" 1.39, March 2025.
 constexpr std::string_view kSpaces[] = {"object", "model", "world"};
 constexpr std::string_view kAddressModes[] = {"periodic", "clamp", "mirror", "constant"};
 constexpr std::string_view kFilterTypes[] = {"linear", "closest", "cubic"};
-constexpr std::string_view kText[] = {""}; // any other is taken, too
+constexpr std::string_view kText[] = {""}; // accepts any other text as well
 
 constexpr I kValue[] = {{.name = "value"}};
 constexpr I kIndexed[] = {{.name = "index", .rule = R::integer, .constant = true}};

@@ -1,4 +1,4 @@
-// Runs a program: each instruction's value by its operands', patterns filtered where the compiler says so.
+// Interpreter of procedural programs, with analytic filters of patterns.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_program.h"
 
@@ -7,6 +7,7 @@
 #include "renderer/texture/texture.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
@@ -46,13 +47,13 @@ float dot_of(const Float4& a, const Float4& b, int channels) {
   return sum;
 }
 
-// --- filters ----------------------------------------------------------------------------------------------------------
+// --- filters --------------------------------------------------------------------------------
 
-// How far the coordinates of a pattern change along the two axes of the footprint.
+// Changes of the coordinates of a pattern along the two axes of the footprint.
 struct Extent {
   V3f along[2] = {V3f(0.0f), V3f(0.0f)};
 
-  // Side of a square of the footprint's area, in cells of the pattern.
+  // Returns the side of a square with the area of the footprint, in cells of the pattern.
   [[nodiscard]] float width() const { return std::sqrt(std::sqrt(along[0].length2() * along[1].length2())); }
 };
 
@@ -71,31 +72,32 @@ Extent extent_of(const ProceduralInstruction& instruction, const ProceduralProgr
   return extent;
 }
 
-// What is left of a pattern's deviation from its mean when it is averaged over a square of side w: the best in the sense of least squares,
-// measured (renderer/texture/README.md).
-float kept(float rate, float w) { return w > 0.0f ? std::exp(-rate * w * w) : 1.0f; }
+// Returns the factor by which the deviation of a pattern from its mean shrinks when it is averaged
+// over a square of side w. Rates are least-squares fits to measurements
+// (renderer/texture/README.md).
+float attenuation(float rate, float w) { return w > 0.0f ? std::exp(-rate * w * w) : 1.0f; }
 constexpr float kPerlin2d = 0.69f, kPerlin3d = 0.5f, kAbsolute2d = 1.5f, kAbsolute3d = 1.1f, kWorleyRate2d = 0.92f,
                 kWorleyRate3d = 0.68f;
-constexpr float kCell = 0.6f;       // exponential in w itself: cells have edges
-constexpr float kForgotten = 1e-3f; // less than this is not computed
+constexpr float kCell = 0.6f;        // for exp(-kCell w), because cells have edges
+constexpr float kNegligible = 1e-3f; // smaller factors count as 0
 
-// The mean of a function whose integral is `integral` over an interval around x.
+// Returns the mean of a function with antiderivative `integral` over an interval centered at x.
 template <typename F>
 float box_mean(float x, float width, const F& integral) {
   return (integral(x + 0.5f * width) - integral(x - 0.5f * width)) / width;
 }
 
-// +1 in even cells, -1 in odd ones, averaged over a width.
+// Returns the mean over a width of the square wave that is +1 in even cells and -1 in odd cells.
 float square_wave(float x, float width) {
   if (!(width > 1e-4f)) return modulo(std::floor(x), 2.0f) == 0.0f ? 1.0f : -1.0f;
-  x = modulo(x, 2.0f); // keeps the digits of the integral
+  x = modulo(x, 2.0f); // preserves the precision of the integral
   return box_mean(x, width, [](float y) { return 1.0f - std::abs(modulo(y, 2.0f) - 1.0f); });
 }
 
 float checker(const Float4& at, const Extent& extent) {
   float w[2];
   for (int k = 0; k < 2; ++k) w[k] = std::sqrt(square(extent.along[0][k]) + square(extent.along[1][k]));
-  // A rectangle along the pattern's axes, of the area that the footprint has.
+  // The footprint is replaced by a rectangle of equal area along the axes of the pattern.
   const float area = std::abs(extent.along[0].x * extent.along[1].y - extent.along[0].y * extent.along[1].x);
   if (w[0] * w[1] > area) {
     const float shrink = std::sqrt(area / (w[0] * w[1]));
@@ -106,26 +108,26 @@ float checker(const Float4& at, const Extent& extent) {
 }
 
 float duty(float x, float period, float below, const Extent& extent) {
-  const float share = std::clamp(below / period, 0.0f, 1.0f);
+  const float fraction = std::clamp(below / period, 0.0f, 1.0f);
   const float phase = x / period;
   const float width = std::sqrt(square(extent.along[0].x) + square(extent.along[1].x)) / std::abs(period);
-  if (!(width > 1e-4f)) return phase - std::floor(phase) < share ? 1.0f : 0.0f;
+  if (!(width > 1e-4f)) return phase - std::floor(phase) < fraction ? 1.0f : 0.0f;
   return box_mean(phase - std::floor(phase), width,
-                  [&](float y) { return std::floor(y) * share + std::min(y - std::floor(y), share); });
+                  [&](float y) { return std::floor(y) * fraction + std::min(y - std::floor(y), fraction); });
 }
 
-// Of a sine, exactly.
-float kept_of_batch(const Extent& extent) {
+// Returns the exact attenuation of a sine averaged over the footprint.
+float sine_attenuation(const Extent& extent) {
   const auto sinc = [](float x) { return std::abs(x) < 1e-3f ? 1.0f : std::sin(x) / x; };
   return sinc(0.5f * extent.along[0].x) * sinc(0.5f * extent.along[1].x);
 }
 
-// --- patterns ---------------------------------------------------------------------------------------------------------
+// --- patterns --------------------------------------------------------------------------------
 
-// The fourth channel is a single one elsewhere, as MaterialX's mx_noise2d_vector4 and mx_fractal3d_vector4 have it; so is the second of two of a
-// fractal.
-V2f elsewhere(const V2f& p, bool fractal) { return p + (fractal ? V2f(19.0f, 193.0f) : V2f(19.0f, 73.0f)); }
-V3f elsewhere(const V3f& p, bool fractal) {
+// The fourth channel of noise, and the second channel of two-channel fractals, is single-channel
+// noise at an offset point, as in MaterialX's mx_noise2d_vector4 and mx_fractal3d_vector4.
+V2f offset_point(const V2f& p, bool fractal) { return p + (fractal ? V2f(19.0f, 193.0f) : V2f(19.0f, 73.0f)); }
+V3f offset_point(const V3f& p, bool fractal) {
   return p + (fractal ? V3f(19.0f, 193.0f, 17.0f) : V3f(19.0f, 73.0f, 29.0f));
 }
 
@@ -133,7 +135,7 @@ template <typename P>
 Float4 perlin(const P& p, int channels) {
   if (channels == 1) return fill(noise::perlin(p));
   const V3f rgb = noise::perlin_rgb(p);
-  return with_alpha(rgb, channels == 4 ? noise::perlin(elsewhere(p, false)) : 1.0f);
+  return with_alpha(rgb, channels == 4 ? noise::perlin(offset_point(p, false)) : 1.0f);
 }
 
 template <typename P, typename Noise>
@@ -141,8 +143,8 @@ auto sum_of_octaves(P p, const ProceduralInstruction& instruction, float rate, f
   auto sum = noise(P(0.0f)) * 0.0f;
   float amplitude = 1.0f;
   for (int octave = 0; octave < instruction.i[1]; ++octave) {
-    const float keep = kept(rate, width);
-    if (keep > kForgotten) sum += noise(p) * (amplitude * keep);
+    const float factor = attenuation(rate, width);
+    if (factor > kNegligible) sum += noise(p) * (amplitude * factor);
     amplitude *= instruction.f[1];
     width *= std::abs(instruction.f[0]);
     p *= instruction.f[0];
@@ -156,9 +158,9 @@ Float4 fractal(const P& p, const ProceduralInstruction& instruction, float rate,
     return sum_of_octaves(at, instruction, rate, width, [](const P& q) { return noise::perlin(q); });
   };
   if (instruction.i[0] == 1) return fill(single(p));
-  if (instruction.i[0] == 2) return Float4{single(p), single(elsewhere(p, true)), 0.0f, 1.0f};
+  if (instruction.i[0] == 2) return Float4{single(p), single(offset_point(p, true)), 0.0f, 1.0f};
   const V3f rgb = sum_of_octaves(p, instruction, rate, width, [](const P& q) { return noise::perlin_rgb(q); });
-  return with_alpha(rgb, instruction.i[0] == 4 ? single(elsewhere(p, true)) : 1.0f);
+  return with_alpha(rgb, instruction.i[0] == 4 ? single(offset_point(p, true)) : 1.0f);
 }
 
 template <typename P>
@@ -174,38 +176,42 @@ Float4 worley(const P& p, const ProceduralInstruction& instruction) {
   return instruction.i[0] == 1 ? fill(distances.x) : with_alpha(distances, 1.0f);
 }
 
+// Scales the deviation of a pattern from its mean.
 template <typename F>
-Float4 faded(const ProceduralInstruction& instruction, float keep, const F& pattern) {
+Float4 faded(const ProceduralInstruction& instruction, float factor, const F& pattern) {
   const Float4 mean = {instruction.mean[0], instruction.mean[1], instruction.mean[2], instruction.mean[3]};
-  return keep > kForgotten ? mean + (pattern() - mean) * keep : mean;
+  return factor > kNegligible ? mean + (pattern() - mean) * factor : mean;
 }
 
-// A pattern at its coordinates, averaged over its extent if it is filtered.
+// Returns a pattern at its coordinates, averaged over its extent if it is filtered.
 Float4 pattern(const ProceduralInstruction& instruction, const Float4& at, const Extent& extent) {
   const float w = extent.width();
   const int channels = instruction.i[0];
   switch (instruction.op) {
-  case Op::noise2d: return faded(instruction, kept(kPerlin2d, w), [&] { return perlin(xy(at), channels); });
-  case Op::noise3d: return faded(instruction, kept(kPerlin3d, w), [&] { return perlin(xyz(at), channels); });
+  case Op::noise2d: return faded(instruction, attenuation(kPerlin2d, w), [&] { return perlin(xy(at), channels); });
+  case Op::noise3d: return faded(instruction, attenuation(kPerlin3d, w), [&] { return perlin(xyz(at), channels); });
   case Op::fractal2d: return fractal(xy(at), instruction, kPerlin2d, w);
   case Op::fractal3d: return fractal(xyz(at), instruction, kPerlin3d, w);
   case Op::abs_noise2d:
-    return faded(instruction, kept(kAbsolute2d, w), [&] { return fill(std::abs(noise::perlin(xy(at)))); });
+    return faded(instruction, attenuation(kAbsolute2d, w), [&] { return fill(std::abs(noise::perlin(xy(at)))); });
   case Op::abs_noise3d:
-    return faded(instruction, kept(kAbsolute3d, w), [&] { return fill(std::abs(noise::perlin(xyz(at)))); });
+    return faded(instruction, attenuation(kAbsolute3d, w), [&] { return fill(std::abs(noise::perlin(xyz(at)))); });
   case Op::cell2d: return faded(instruction, std::exp(-kCell * w), [&] { return cell(xy(at), channels); });
   case Op::cell3d: return faded(instruction, std::exp(-kCell * w), [&] { return cell(xyz(at), channels); });
-  case Op::worley2d: return faded(instruction, kept(kWorleyRate2d, w), [&] { return worley(xy(at), instruction); });
-  case Op::worley3d: return faded(instruction, kept(kWorleyRate3d, w), [&] { return worley(xyz(at), instruction); });
+  case Op::worley2d:
+    return faded(instruction, attenuation(kWorleyRate2d, w), [&] { return worley(xy(at), instruction); });
+  case Op::worley3d:
+    return faded(instruction, attenuation(kWorleyRate3d, w), [&] { return worley(xyz(at), instruction); });
   case Op::checker: return fill(checker(at, extent));
-  case Op::sin: return fill(std::sin(at[0]) * kept_of_batch(extent));
-  case Op::cos: return fill(std::cos(at[0]) * kept_of_batch(extent));
+  case Op::sin: return fill(std::sin(at[0]) * sine_attenuation(extent));
+  case Op::cos: return fill(std::cos(at[0]) * sine_attenuation(extent));
   default: return fill(duty(at[0], instruction.f[0], instruction.f[1], extent));
   }
 }
 
 Float4 image(const ProceduralInstruction& instruction, const Float4& at, const ProceduralProgram& program,
              const ProceduralPoint& point, std::span<const Texture> textures) {
+  assert(static_cast<size_t>(instruction.i[0]) < textures.size());
   const Texture& texture = textures[static_cast<size_t>(instruction.i[0])];
   int level = 0;
   if (instruction.footprint >= 0 && point.scale > 0.0f) {
@@ -282,7 +288,8 @@ Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>
 }
 
 Float4 run(const ProceduralProgram& program, const ProceduralPoint& point, std::span<const Texture> textures) {
-  std::array<Float4, kMaxProceduralInstructions> values; // only those that are written are touched
+  assert(program.instructions.size() <= kMaxProceduralInstructions);
+  std::array<Float4, kMaxProceduralInstructions> values; // uninitialized, so the unused rest costs nothing
   const auto value_of = [&](int16_t operand) {
     return operand >= 0 ? values[static_cast<size_t>(operand)] : program.constants[static_cast<size_t>(~operand)];
   };

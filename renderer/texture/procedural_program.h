@@ -1,8 +1,9 @@
-// The instructions of a compiled procedural texture, and how one evaluation runs.
+// Instructions of compiled procedural textures, and their evaluation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/simd_types.h"
 
 #include <algorithm>
 #include <array>
@@ -15,29 +16,29 @@ namespace kindling {
 
 class Texture;
 
-// Four channels side by side; a single number stands in all of them.
-using Float4 = float __attribute__((vector_size(16)));
-// Of its channels, without their signs.
-[[nodiscard]] inline float smallest(const Float4& v) {
+// Values are a Float4 of channels; a single number fills all of them.
+
+// Returns the minimum of the magnitudes of the channels.
+[[nodiscard]] inline float min_magnitude(const Float4& v) {
   return std::min(std::min(std::abs(v[0]), std::abs(v[1])), std::min(std::abs(v[2]), std::abs(v[3])));
 }
 
-// What an instruction does with its operands a, b, c, d.
+// The operation of an instruction on its operands a, b, c, d.
 enum class ProceduralOp : uint8_t {
-  stream,      // number i[0]
-  image,       // texture number i[0] at a; i[1]: fills all channels with red
-  noise2d,     // Perlin noise at a, of i[0] channels
+  stream,      // stream number i[0]
+  image,       // texture number i[0] at a; if i[1] is not 0, red fills all channels
+  noise2d,     // Perlin noise at a, with i[0] channels
   noise3d,     //
   fractal2d,   // i[1] octaves, f[0] lacunarity, f[1] diminish
   fractal3d,   //
-  abs_noise2d, // the absolute value of one channel of noise
+  abs_noise2d, // the absolute value of single-channel noise
   abs_noise3d,
   cell2d,
   cell3d,
   worley2d, // f[0] jitter; i[1] style
   worley3d,
-  checker, // 1 in the cells of a whose coordinates have an odd sum, else 0
-  duty,    // 1 where the part of a beyond its last multiple of f[0] is below f[1], else 0
+  checker, // 1 in unit cells at a whose coordinates have an odd sum, else 0
+  duty,    // 1 where a modulo f[0] is below f[1], else 0
   add,
   subtract,
   multiply,
@@ -62,17 +63,18 @@ enum class ProceduralOp : uint8_t {
   min,
   max,
   mix,        // b + (a - b) c
-  smoothstep, // of a between b and c
-  dot,        // of i[0] channels
+  smoothstep, // smoothstep of a from b to c
+  dot,        // scalar product of i[0] channels
   cross,
-  normalize, // of i[0] channels
+  normalize, // normalizes i[0] channels
   greater,   // a > b ? c : d
   greater_equal,
   equal,
   swizzle, // channel k is channel i[k] & 3 of operand i[k] >> 2
 };
 
-// How the coordinates of a pattern follow from one stream: channel k changes by the scalar product of m[k] with the stream's change.
+// Linear dependence of the coordinates of a pattern on one stream: channel k changes by the scalar
+// product of m[k] with the change of the stream.
 struct ProceduralFootprint {
   int stream = -1;
   float m[3][3] = {};
@@ -80,38 +82,39 @@ struct ProceduralFootprint {
 
 struct ProceduralInstruction {
   ProceduralOp op = ProceduralOp::add;
-  uint8_t channels = 4;              // 1: compute one and fill all
-  bool filtered = false;             // by `footprint`: the mean over it
-  std::array<int16_t, 4> operands{}; // >= 0: the result of that instruction; else constant ~operand
+  uint8_t channels = 4;              // 1: computes one channel and fills all
+  bool filtered = false;             // true: the result is the mean over the footprint
+  std::array<int16_t, 4> operands{}; // >= 0: result of that instruction; < 0: constant ~operand
   std::array<int16_t, 4> i{};
   std::array<float, 2> f{};
-  int16_t footprint = -1;      // index; -1: unknown
-  std::array<float, 4> mean{}; // of a pattern
+  int16_t footprint = -1;      // index into the footprints of the program; -1: unknown
+  std::array<float, 4> mean{}; // mean of the pattern over all of space
 };
 
 struct ProceduralProgram {
-  std::vector<ProceduralInstruction> instructions; // each reads earlier ones; at most kMaxProceduralInstructions
+  std::vector<ProceduralInstruction> instructions; // in order of dependence; at most kMaxProceduralInstructions
   std::vector<Float4> constants;
   std::vector<ProceduralFootprint> footprints;
-  int16_t result = 0; // operand
-  bool filters_itself = true;
-  // Of what is not filtered by itself: how many features lie along a unit of each stream.
+  int16_t result = 0;         // operand
+  bool filters_itself = true; // true: all features are filtered analytically
+  // Features without an analytic filter, for each stream their number per unit of the stream.
   std::vector<float> frequencies;
 };
 
 inline constexpr size_t kMaxProceduralInstructions = 1024;
 
-// The values of streams at one point, and their changes across the footprint times `scale`.
+// The values of all streams at a point. The footprint is given by their changes across it times
+// `scale`.
 struct ProceduralPoint {
   std::span<const Float4> values;
   std::span<const std::array<Float4, 2>> across;
-  float scale = 0.0f; // 0: unfiltered
+  float scale = 0.0f; // 0 for no filtering
 };
 
-// One evaluation. `textures` are those that images number.
+// Evaluates a program at a point. Images refer to `textures` by index.
 [[nodiscard]] Float4 run(const ProceduralProgram& program, const ProceduralPoint& point,
                          std::span<const Texture> textures);
-// One instruction; `operands` are its values.
+// Evaluates one instruction, given the values of its operands.
 [[nodiscard]] Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>& operands,
                          const ProceduralProgram& program, const ProceduralPoint& point,
                          std::span<const Texture> textures);

@@ -1,10 +1,11 @@
-// How many points of a footprint are evaluated, and what becomes of their mean.
+// Evaluation of procedural textures: averages over points of a footprint.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_texture.h"
 
 #include "renderer/texture/compile_procedural.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -15,11 +16,12 @@ Float4 to_float4(const V4f& v) { return Float4{v.x, v.y, v.z, v.w}; }
 
 float length3(const V4f& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
-// What a texel could be: colors and factors are not negative. 65504 is the largest half.
+// Clamps to the range of texels. Colors and factors are not negative; 65504 is the largest half.
 float in_range(float x) { return x > 0.0f ? std::min(x, 65504.0f) : 0.0f; }
 
-// Point k of a set of 4 or 16 in [0, 1)^2, one in each row, column and square of a grid (Hammersley).
-V2f spread(int k, int count) {
+// Returns point k of a Hammersley set of 4 or 16 points in [0, 1)^2, with one point in each row,
+// column and square of a grid.
+V2f hammersley(int k, int count) {
   int reversed = 0;
   for (int bit = 1, other = count >> 1; bit < count; bit <<= 1, other >>= 1)
     if ((k & bit) != 0) reversed |= other;
@@ -40,6 +42,7 @@ ProceduralTexture::ProceduralTexture(const ProceduralGraph& graph, size_t output
 
 int ProceduralTexture::point_count(std::span<const ProceduralSample> streams) const {
   if (program_.filters_itself) return 1;
+  assert(streams.size() >= streams_.size());
   float features = 0.0f; // along the longer axis
   for (const size_t axis : {size_t{0}, size_t{1}}) {
     float along = 0.0f;
@@ -51,6 +54,7 @@ int ProceduralTexture::point_count(std::span<const ProceduralSample> streams) co
 
 V4f ProceduralTexture::evaluate(std::span<const ProceduralSample> streams, std::span<const Texture> textures,
                                 const V2f& shift, int max_points) const {
+  assert(streams.size() >= streams_.size() && streams_.size() <= kProceduralStreams);
   std::array<Float4, kProceduralStreams> values;
   std::array<std::array<Float4, 2>, kProceduralStreams> across;
   bool filtered = false;
@@ -68,7 +72,7 @@ V4f ProceduralTexture::evaluate(std::span<const ProceduralSample> streams, std::
         .values = values, .across = across, .scale = filtered ? 1.0f / std::sqrt(static_cast<float>(count)) : 0.0f};
     std::array<Float4, kProceduralStreams> moved;
     if (count > 1) {
-      const V2f at = spread(k, count) + shift;
+      const V2f at = hammersley(k, count) + shift;
       const float x = wrapped(at.x) - 0.5f, y = wrapped(at.y) - 0.5f;
       for (size_t s = 0; s < streams_.size(); ++s) moved[s] = values[s] + across[s][0] * x + across[s][1] * y;
       point.values = moved;

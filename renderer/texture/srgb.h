@@ -1,4 +1,4 @@
-// The sRGB transfer function, and tables of it for stored integers, made at compile time.
+// sRGB transfer function, and its tables for 8-bit and 16-bit integers, computed at compile time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,8 @@
 
 namespace kindling {
 
-// IEC 61966-2-1: encoded [0, 1] to linear [0, 1]. x^2.4 as x^2 times the fifth root of x^2, by Newton's method.
+// Maps encoded [0, 1] to linear [0, 1] (IEC 61966-2-1). x^2.4 is computed as x^2 times the fifth
+// root of x^2, by Newton's method.
 [[nodiscard]] constexpr double decode_srgb(double encoded) {
   if (encoded <= 0.04045) return encoded / 12.92;
   const double x = (encoded + 0.055) / 1.055;
@@ -29,8 +30,9 @@ inline constexpr std::array<float, 256> kSrgbU8 = [] {
   return table;
 }();
 
-// 16 bits: a table of all values would push everything else out of the cache. Linear interpolation between 1025 values
-// is wrong by at most 4e-7, and by less than an eighth of a stored step near black.
+// Knots for 16-bit values, because a table of all values would evict other data from the cache.
+// Linear interpolation between the 1025 knots has an error of at most 4e-7, and less than an eighth
+// of a stored step near black.
 inline constexpr std::array<float, 1025> kSrgbU16Knots = [] {
   std::array<float, 1025> table{};
   for (size_t i = 0; i < table.size(); ++i)
@@ -46,8 +48,8 @@ inline constexpr std::array<float, 1025> kSrgbU16Knots = [] {
   return low + (high - low) * (static_cast<float>(stored & 63) * (1.0f / 64.0f));
 }
 
-// Codes whose linear values are the nearest when both are encoded: round(255 srgb(x)), and likewise for 16 bits; NaN gives 0.
-// kSrgbU8Ends[c] is where code c ends.
+// Encoding rounds in the encoded space: round(255 srgb(x)), and likewise for 16 bits; NaN gives 0.
+// kSrgbU8Ends[c] is the linear value at which code c ends.
 inline constexpr std::array<float, 256> kSrgbU8Ends = [] {
   std::array<float, 256> table{};
   for (size_t i = 0; i < table.size(); ++i)
@@ -55,7 +57,8 @@ inline constexpr std::array<float, 256> kSrgbU8Ends = [] {
   table[255] = std::numeric_limits<float>::infinity();
   return table;
 }();
-// The first code of [(i / 1024)^2, ((i + 1) / 1024)^2): no code or the next follows, as the curve is nearly a square.
+// The first code of [(i / 1024)^2, ((i + 1) / 1024)^2). The curve is nearly a square, so at most
+// the next code starts in the same interval.
 inline constexpr std::array<uint8_t, 1025> kSrgbU8Guess = [] {
   std::array<uint8_t, 1025> table{};
   size_t code = 0;
@@ -71,12 +74,12 @@ inline constexpr std::array<uint8_t, 1025> kSrgbU8Guess = [] {
   if (!(linear > 0.0f)) return 0;
   if (linear >= 1.0f) return 255;
   size_t code = kSrgbU8Guess[static_cast<size_t>(std::sqrt(linear) * 1024.0f)];
-  if (code > 0 && linear < kSrgbU8Ends[code - 1]) --code; // the root was rounded
+  if (code > 0 && linear < kSrgbU8Ends[code - 1]) --code; // corrects rounding of the root
   while (linear >= kSrgbU8Ends[code]) ++code;
   return static_cast<uint8_t>(code);
 }
 
-// By bisection of what decode_srgb_u16() gives.
+// Inverts decode_srgb_u16() by bisection.
 [[nodiscard]] inline uint16_t encode_srgb_u16(float linear) {
   if (!(linear > 0.0f)) return 0;
   if (linear >= 1.0f) return 65535;

@@ -1,10 +1,12 @@
-// Reads one texel of each layout as linear values: the innermost code of a texture look-up.
+// Readers that decode one texel of each layout to linear values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/simd_types.h"
 #include "renderer/image/image.h"
 #include "renderer/texture/srgb.h"
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,14 +18,12 @@
 
 namespace kindling::texture_detail {
 
-// Four floats that the compiler keeps in one register; arithmetic works component by component.
-using Float4 = float __attribute__((vector_size(16)));
-
 [[nodiscard]] constexpr bool is_integer(PixelType type) { return type == PixelType::u8 || type == PixelType::u16; }
 
-// A layout as a small number: type (2 bits), channels - 1 (2 bits), sRGB (1 bit; integers only).
+// Encodes a layout: type (2 bits), channels - 1 (2 bits), sRGB (1 bit; integers only).
 inline constexpr size_t kLayoutCount = 32;
 [[nodiscard]] constexpr uint8_t make_layout(PixelType type, int channels, bool srgb) {
+  assert(channels >= 1 && channels <= 4);
   return static_cast<uint8_t>(static_cast<int>(type) << 3 | (channels - 1) << 1 | (srgb ? 1 : 0));
 }
 
@@ -34,8 +34,8 @@ template <typename T>
   return value;
 }
 
-// The first three or four channels as they are stored, or decoded where kSrgb; the fourth of three is not defined.
-// Nothing past the texel is read. Raw integers are scaled by TexelReader::kScale after filtering.
+// Reads texels of one layout: stored values, or decoded ones if kSrgb. It reads no byte past the
+// texel. Raw integers must be multiplied by kScale after filtering.
 template <PixelType kPixelType, int kChannels, bool kSrgb>
 struct TexelReader {
   static constexpr PixelType kType = kPixelType;
@@ -43,11 +43,11 @@ struct TexelReader {
   static constexpr int kChannelCount = kChannels;
   static constexpr size_t kChannelBytes = bytes_per_channel(kType);
   static constexpr size_t kBytes = kChannelBytes * kChannels;
-  static constexpr bool kRaw = !kSrgb && is_integer(kType); // read as 0 to 255 or 65535
+  static constexpr bool kRaw = !kSrgb && is_integer(kType); // values are 0 to 255 or 65535
   static constexpr float kScale = !kRaw ? 1.0f : kType == PixelType::u8 ? 1.0f / 255.0f : 1.0f / 65535.0f;
   static constexpr bool kHasAlpha = kChannels == 2 || kChannels == 4;
 
-  // One stored channel, counted as in the file. Alpha is never sRGB.
+  // Returns channel `index` of the stored channels. Alpha is never sRGB.
   [[nodiscard]] static float channel(const std::byte* texel, int index) {
     const std::byte* at = texel + static_cast<size_t>(index) * kChannelBytes;
     const bool alpha = kHasAlpha && index == kChannels - 1;
@@ -66,6 +66,8 @@ struct TexelReader {
     }
   }
 
+  // Returns all channels. Luminance is replicated to three channels; without alpha the fourth
+  // channel is undefined.
   [[nodiscard]] static Float4 all(const std::byte* texel) {
     if constexpr (kChannels == 1) {
       const float l = channel(texel, 0);

@@ -1,4 +1,4 @@
-// Writes one texel of each layout from linear values: the inverse of texel_fetch.h, rounded to nearest.
+// Writers that encode linear values as one texel of each layout, the inverse of texel_fetch.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,7 @@ inline void store(T value, std::byte* to) {
   std::memcpy(to, &value, sizeof value);
 }
 
-// What Reader::channel() reads back as nearly `value`, unscaled integers apart: `value` is linear, in [0, 1] for integers.
+// Stores a linear value, in [0, 1] for integer types, rounded to nearest.
 template <typename Reader, bool kAlpha>
 inline void store_channel(float value, std::byte* to) {
   if constexpr (Reader::kType == PixelType::u8) {
@@ -36,7 +36,7 @@ inline void store_channel(float value, std::byte* to) {
   }
 }
 
-// `texel` as Reader::all() gives it, scaled.
+// Stores a texel in the format of Reader::all() times Reader::kScale.
 template <typename Reader>
 inline void store_texel(const Float4& texel, std::byte* to) {
   constexpr int kColors = Reader::kHasAlpha ? Reader::kChannelCount - 1 : Reader::kChannelCount;

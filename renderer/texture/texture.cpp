@@ -1,4 +1,4 @@
-// Texture look-up: wrap, find the texels, decode and blend them.
+// Texture look-ups: wrapping, fetching, decoding and filtering of texels.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 
@@ -16,12 +16,11 @@ namespace kindling {
 
 namespace {
 
-using texture_detail::Float4;
 using texture_detail::for_each_layout;
 using texture_detail::is_integer;
 using texture_detail::make_layout;
 
-// The four texels around a point, as indices of pixels, and how far the point is from the first towards the others.
+// Pixel indices of the four texels around a point, and the position of the point between them.
 struct Footprint {
   size_t top_left, top_right, bottom_left, bottom_right;
   float tx, ty;
@@ -29,7 +28,7 @@ struct Footprint {
 
 bool is_finite(const V2f& uv) { return (uv.x - uv.x) + (uv.y - uv.y) == 0.0f; }
 
-// To [0, 1]. 1 itself can come from rounding and is treated as the end of the axis by what follows.
+// Maps to [0, 1]. Rounding can give 1, which callers treat as the end of the axis.
 float wrap_coordinate(float u, TextureWrap wrap) {
   switch (wrap) {
   case TextureWrap::repeat: return u - std::floor(u);
@@ -39,7 +38,8 @@ float wrap_coordinate(float u, TextureWrap wrap) {
   return std::clamp(u, 0.0f, 1.0f);
 }
 
-// A neighbor may be one step outside. The mirror image of the texel at an edge is that texel.
+// Wraps an index that is at most one step outside. The mirror image of a texel at an edge is that
+// texel.
 int wrap_index(int index, int size, TextureWrap wrap) {
   if (wrap != TextureWrap::repeat) return std::clamp(index, 0, size - 1);
   return index < 0 ? index + size : index >= size ? index - size : index;
@@ -50,7 +50,7 @@ struct Axis {
   float t;
 };
 
-// `unit` in [0, 1]; texel i has its center at (i + 0.5) / size.
+// Returns the two texels around `unit` in [0, 1]; texel i has its center at (i + 0.5) / size.
 template <bool kRepeats>
 inline Axis locate_axis(float unit, int size, TextureWrap wrap) {
   const float x = unit * static_cast<float>(size) - 0.5f;
@@ -72,7 +72,7 @@ int nearest_index(float unit, int size) {
   return std::min(static_cast<int>(unit * static_cast<float>(size)), size - 1);
 }
 
-// Bilinear in the form that returns equal texels unchanged.
+// Bilinear interpolation, in a form that returns equal texels unchanged.
 template <typename T>
 inline T blend(const T& a, const T& b, const T& c, const T& d, float tx, float ty) {
   const T top = a + (b - a) * tx;
@@ -82,7 +82,7 @@ inline T blend(const T& a, const T& b, const T& c, const T& d, float tx, float t
 
 } // namespace
 
-// The look-ups, compiled once for each layout.
+// Look-ups, compiled once for each layout.
 struct Texture::Lookup {
   static Footprint locate(const Texture& t, const Level& level, V2f uv) {
     if (!is_finite(uv)) uv = {0.0f, 0.0f};
@@ -101,14 +101,14 @@ struct Texture::Lookup {
     return static_cast<size_t>(y) * static_cast<size_t>(level.width) + static_cast<size_t>(x);
   }
 
-  // The four texels side by side, from pages.
+  // Copies the four texels from pages, side by side.
   [[gnu::noinline]] static void fetch(const Texture& t, int level, const Footprint& f, std::byte* texels) {
     const auto width = static_cast<size_t>(t.levels_[static_cast<size_t>(level)].width);
     t.pages_->fetch(level, {static_cast<int>(f.top_left % width), static_cast<int>(f.top_right % width)},
                     {static_cast<int>(f.top_left / width), static_cast<int>(f.bottom_left / width)}, texels);
   }
 
-  // read(texel) filtered as the texture asks.
+  // Filters read(texel) by the filter of the texture.
   template <typename Reader, typename Read>
   static auto filter(const Texture& t, const V2f& uv, int number, const Read& read) {
     const Level& level = t.levels_[static_cast<size_t>(number)];
@@ -133,7 +133,7 @@ struct Texture::Lookup {
     return blend(at(f.top_left), at(f.top_right), at(f.bottom_left), at(f.bottom_right), f.tx, f.ty);
   }
 
-  // RGB in the first three; alpha in the last where the layout has one.
+  // Returns RGB in the first three channels, and alpha in the last if the layout has one.
   template <typename Reader>
   static Float4 all(const Texture& t, const V2f& uv, int level) {
     return filter<Reader>(t, uv, level, [](const std::byte* texel) { return Reader::all(texel); }) * Reader::kScale;
@@ -212,26 +212,30 @@ Texture::Texture(std::shared_ptr<const TiledImage> pages, const Image& format, c
 }
 
 V4f Texture::sample(const V2f& uv, int level) const {
+  assert(level >= 0 && level < level_count_);
   static constexpr auto kSample = for_each_layout([]<typename Reader>() { return &Lookup::sample<Reader>; });
   return kSample[layout_](*this, uv, level);
 }
 
 Rgb Texture::sample_rgb(const V2f& uv, int level) const {
+  assert(level >= 0 && level < level_count_);
   static constexpr auto kSampleRgb = for_each_layout([]<typename Reader>() { return &Lookup::sample_rgb<Reader>; });
   return kSampleRgb[layout_](*this, uv, level);
 }
 
 float Texture::sample_channel(const V2f& uv, int channel, int level) const {
+  assert(channel >= 0 && channel < 4 && level >= 0 && level < level_count_);
   static constexpr auto kSampleChannel =
       for_each_layout([]<typename Reader>() { return &Lookup::sample_channel<Reader>; });
   return kSampleChannel[layout_](*this, uv, channel, level);
 }
 
-// As if it repeated, at the upper left of the four texels and the one below: their right neighbors are nearly always in the same lines.
-// Where that is wrong, a request is wasted.
+// Prefetches the upper left of the four texels and the one below, with repeat wrapping. Their right
+// neighbors are nearly always in the same cache lines. A wrong guess only wastes a request.
 void Texture::prefetch(const V2f& uv, int level) const {
+  assert(level >= 0 && level < level_count_);
   const Level& from = levels_[static_cast<size_t>(level)];
-  if (!from.pixels || !is_finite(uv)) return; // what is in pages is found by its cache
+  if (!from.pixels || !is_finite(uv)) return; // tiles are not prefetched
   const auto x = static_cast<int>((uv.x - std::floor(uv.x)) * static_cast<float>(from.width) - 0.5f);
   const auto y = static_cast<int>((uv.y - std::floor(uv.y)) * static_cast<float>(from.height) - 0.5f);
   const size_t row_bytes = static_cast<size_t>(from.width) * pixel_bytes_;
@@ -245,11 +249,11 @@ Rgb Texture::average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const {
   const double texels = 0.5 *
                         std::abs(static_cast<double>(edge1.x) * edge2.y - static_cast<double>(edge1.y) * edge2.x) *
                         levels_[0].width * levels_[0].height;
-  // Two points a texel, so that a small lamp in a large dark image is not missed.
+  // Two points for each texel, so that a small lamp in a large dark image is not missed.
   constexpr double kMinPoints = 16, kMaxPoints = 65536;
   const int count = static_cast<int>(texels > 0.0 ? std::clamp(2.0 * texels, kMinPoints, kMaxPoints) : kMinPoints);
-  // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), in 32-bit fixed point,
-  // its square folded onto the triangle.
+  // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences") in
+  // 32-bit fixed point, with its square folded onto the triangle.
   constexpr uint32_t kStep1 = 3242174889U, kStep2 = 2447445414U;
   double sum[3] = {};
   uint32_t x = 0x80000000U, y = 0x80000000U;

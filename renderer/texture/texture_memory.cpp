@@ -1,4 +1,4 @@
-// Files of raw pixels and of tiles, in a folder for temporary files.
+// Temporary files of raw pixels and of tiles for textures that exceed the memory limit.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture_memory.h"
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 Error failed(const fs::path& file, const std::string& what) {
-  return Error{ErrorKind::input_output, "textures on disc: " + file.string() + ": " + what};
+  return Error{ErrorKind::input_output, "textures on disk: " + file.string() + ": " + what};
 }
 
 // The rows of an image from top to bottom, from memory or from its file.
@@ -29,7 +29,7 @@ class Rows {
         file_(file ? std::fopen(file->c_str(), "rb") : nullptr, &std::fclose) {
     if (file) row_.resize(row_bytes_);
   }
-  // Null where it cannot be read.
+  // Returns a row, valid until the next call; null if it cannot be read.
   const std::byte* at(int row) {
     const size_t offset = static_cast<size_t>(row) * row_bytes_;
     if (row_.empty()) return image_.pixels.data() + offset;
@@ -52,7 +52,7 @@ class Rows {
 TextureMemory::~TextureMemory() {
   if (folder_.empty()) return;
   std::error_code code;
-  fs::remove_all(folder_, code); // what cannot be removed is left to whoever cleans the folder for temporary files
+  fs::remove_all(folder_, code); // failures are ignored, as the folder is temporary
 }
 
 Result<fs::path> TextureMemory::new_file(const char* extension) {
@@ -60,7 +60,7 @@ Result<fs::path> TextureMemory::new_file(const char* extension) {
   if (folder_.empty()) {
     std::error_code code;
     const fs::path parent = fs::temp_directory_path(code);
-    if (code) return failed("the folder for temporary files", code.message());
+    if (code) return failed("folder for temporary files", code.message());
     std::string name = (parent / "kindling-textures-XXXXXX").string();
     if (!mkdtemp(name.data())) return failed(parent, std::strerror(errno));
     folder_ = name;
@@ -71,17 +71,17 @@ Result<fs::path> TextureMemory::new_file(const char* extension) {
 Result<std::shared_ptr<const Image>> TextureMemory::keep(Image&& image) {
   const uint64_t bytes = image.byte_count();
   const uint64_t with_levels = bytes + bytes / 3;
-  auto kept = std::make_shared<Image>(std::move(image));
-  if (needed_bytes_.fetch_add(with_levels) + with_levels <= max_bytes_) return std::shared_ptr<const Image>(kept);
+  auto stored = std::make_shared<Image>(std::move(image));
+  if (needed_bytes_.fetch_add(with_levels) + with_levels <= max_bytes_) return std::shared_ptr<const Image>(stored);
   Result<fs::path> file = new_file(".raw");
   if (!file) return file.error();
   const File out(std::fopen(file.value().c_str(), "wb"), &std::fclose);
-  if (!out || std::fwrite(kept->pixels.data(), 1, bytes, out.get()) != bytes || std::fflush(out.get()) != 0)
+  if (!out || std::fwrite(stored->pixels.data(), 1, bytes, out.get()) != bytes || std::fflush(out.get()) != 0)
     return failed(file.value(), std::strerror(errno));
-  kept->pixels = std::vector<std::byte>(); // "= {}" would keep their memory
+  stored->pixels = std::vector<std::byte>(); // "= {}" would not free the memory
   const std::lock_guard lock(mutex_);
-  spilled_.emplace(kept.get(), std::move(file).value());
-  return std::shared_ptr<const Image>(kept);
+  spilled_.emplace(stored.get(), std::move(file).value());
+  return std::shared_ptr<const Image>(stored);
 }
 
 Result<TextureMemory::Paged> TextureMemory::page(const Image& image, TextureContent content) {
@@ -91,7 +91,7 @@ Result<TextureMemory::Paged> TextureMemory::page(const Image& image, TextureCont
       return Error{cache.error().kind,
                    "textures need " + std::to_string(needed_bytes()) + " bytes, more than the " +
                        std::to_string(max_bytes_) +
-                       " of --texture-memory, and cannot be read from disc: " + cache.error().message};
+                       " of --texture-memory, and cannot be read from disk: " + cache.error().message};
     }
     cache_ = std::move(cache).value();
   }

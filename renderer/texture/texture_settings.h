@@ -1,4 +1,4 @@
-// How an image is read as a texture: the words of glTF's samplers.
+// Settings of textures, with the terms of glTF samplers: wrap, filter, encoding.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,8 +8,8 @@ namespace kindling {
 
 enum class TextureWrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 enum class TextureFilter : uint8_t { nearest, linear };
-// How stored values become linear ones: color textures of glTF are sRGB (RGB only; alpha is always linear), others
-// linear. Images with float texels are linear already and read as such with either.
+// The encoding of stored values. In glTF, color textures are sRGB (RGB only; alpha is always
+// linear) and others linear. Images of floats are always linear.
 enum class TextureEncoding : uint8_t { linear, srgb };
 
 struct TextureSettings {

@@ -67,7 +67,7 @@ TEST_F(Usage, WhatTheSceneLacksExitsWith2) {
 
 TEST_F(Usage, OutputsAreCheckedBeforeTheWork) {
   const std::string scene = write_scene();
-  expect_error({"render", scene, "-o", "a.bmp"}, 2, "not written as '.bmp'; use .exr, .png or .jpg");
+  expect_error({"render", scene, "-o", "a.bmp"}, 2, "unsupported image format '.bmp'; use .exr, .png or .jpg");
   expect_error({"render", scene, "-o", "a.png", "-o", "./a.png"}, 2, "given twice");
   expect_error({"render", scene, "-o", "-", "-o", "exr:-"}, 2, "- and exr:-: standard output takes one image");
   expect_error({"render", scene, "-o", "-", "--frames", "0-3"}, 2, "####");

@@ -1,4 +1,4 @@
-// The vocabulary: frames, transforms, hashes, Result.
+// Tests of frames, transforms, hashes, Result and CancelToken.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/frame.h"
 #include "renderer/base/hash.h"
@@ -38,7 +38,7 @@ TEST(Transform, AgreesWithImath) {
   EXPECT_NEAR((transform_point(m, p) - expected).length(), 0.0f, 1e-5f);
   m.multDirMatrix(p, expected);
   EXPECT_NEAR((transform_vector(m, p) - expected).length(), 0.0f, 1e-5f);
-  // A transformed normal stays perpendicular to transformed tangents.
+  // A transformed normal is perpendicular to transformed tangents.
   const V3f tangent(1, 2, 3), normal = tangent.cross(V3f(0, 1, 0));
   EXPECT_NEAR(transform_normal(m.inverse(), normal).dot(transform_vector(m, tangent)), 0.0f, 1e-4f);
   for (const float mirror : {1.0f, -1.0f}) {

@@ -1,4 +1,4 @@
-// Exact sums against the same sums in arithmetic that is exact by other means.
+// Tests of exact sums against 128-bit integer arithmetic.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/exact_sum.h"
 
@@ -19,12 +19,13 @@ using SmallSum = ExactSmallSum<28, 3>;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Of all sizes up to 2^largest_exponent, with all bits in use.
-std::vector<double> random_terms(size_t count, int min_exponent, int largest_exponent, bool with_signs) {
+// Returns random numbers of magnitude 2^min_exponent to 2^max_exponent, with all mantissa bits in
+// use.
+std::vector<double> random_terms(size_t count, int min_exponent, int max_exponent, bool with_signs) {
   std::mt19937_64 random(5);
   std::vector<double> terms(count);
   for (double& x : terms) {
-    const auto span = static_cast<uint64_t>(largest_exponent - min_exponent);
+    const auto span = static_cast<uint64_t>(max_exponent - min_exponent);
     const int exponent = min_exponent + static_cast<int>(random() % span);
     x = std::ldexp(1.0 + static_cast<double>(random() >> 12) * 0x1p-52, exponent);
     if (with_signs && random() % 2 == 0) x = -x;
@@ -32,9 +33,9 @@ std::vector<double> random_terms(size_t count, int min_exponent, int largest_exp
   return terms;
 }
 
-// Any order and any split: the same record.
+// Expects the same record for any order of the terms and any split into partial sums.
 template <typename AnySum>
-void expect_no_order(std::vector<double> terms) {
+void expect_order_independent(std::vector<double> terms) {
   AnySum whole;
   for (const double x : terms) whole.add(x);
   std::mt19937 random(9);
@@ -48,14 +49,14 @@ void expect_no_order(std::vector<double> terms) {
   }
 }
 
-TEST(ExactSum, HasNoOrder) {
-  expect_no_order<Sum>(random_terms(2000, -70, 40, true));
-  expect_no_order<ExactSum<64, 52, 11>>(random_terms(2000, -80, 52, true));
-  expect_no_order<SmallSum>(random_terms(2000, -40, 3, true));
-  expect_no_order<ExactSquareSum>(random_terms(2000, -100, 80, false));
+TEST(ExactSum, IsIndependentOfOrder) {
+  expect_order_independent<Sum>(random_terms(2000, -70, 40, true));
+  expect_order_independent<ExactSum<64, 52, 11>>(random_terms(2000, -80, 52, true));
+  expect_order_independent<SmallSum>(random_terms(2000, -40, 3, true));
+  expect_order_independent<ExactSquareSum>(random_terms(2000, -100, 80, false));
 }
 
-// A long double holds the multiples of the unit that a double rounds to.
+// Returns x in multiples of 2^-kFractionBits, rounded to nearest; a long double is precise enough.
 template <int kFractionBits>
 Int128 rounded(double x) {
   return static_cast<Int128>(std::nearbyint(std::ldexp(static_cast<long double>(x), kFractionBits)));
@@ -63,8 +64,8 @@ Int128 rounded(double x) {
 
 template <int kFractionBits, int kRangeBits, int kCountBits>
 void expect_exact() {
-  const std::vector<double> terms =
-      random_terms(5000, -kFractionBits - 5, kRangeBits, true); // some below the unit and half of it
+  // Some terms are below the unit, and below half of it.
+  const std::vector<double> terms = random_terms(5000, -kFractionBits - 5, kRangeBits, true);
   ExactSum<kFractionBits, kRangeBits, kCountBits> sum;
   Int128 exact = 0;
   for (const double x : terms) {
@@ -74,7 +75,7 @@ void expect_exact() {
   }
 }
 
-TEST(ExactSum, IsTheSumOfRoundedTerms) {
+TEST(ExactSum, EqualsSumOfRoundedTerms) {
   expect_exact<55, 40, 32>();
   expect_exact<64, 52, 11>();
   SmallSum sum;
@@ -94,12 +95,12 @@ TEST(ExactSum, TiesGoToEven) {
   }
 }
 
-TEST(ExactSum, ForgetsNothingBesideLargeTerms) {
+TEST(ExactSum, KeepsSmallTermsBesideLargeOnes) {
   Sum sum;
   sum.add(0x1p-55);
   sum.add(0x1p40);
   sum.add(-0x1p40);
-  EXPECT_EQ(sum.value(), 0x1p-55); // a double has long forgotten it
+  EXPECT_EQ(sum.value(), 0x1p-55); // a sum in double precision would be 0
 }
 
 TEST(ExactSum, SubtractsWhatWasAdded) {
@@ -134,26 +135,26 @@ TEST(ExactSum, TermsAreClamped) {
   EXPECT_EQ(sum_of<ExactSquareSum>(-1.0).value(), 0.0);
 }
 
-TEST(ExactSum, NotANumberCountsAsZero) {
+TEST(ExactSum, NanCountsAsZero) {
   EXPECT_EQ(sum_of<Sum>(kNan).value(), 0.0);
   EXPECT_EQ(sum_of<SmallSum>(kNan).value(), 0.0);
   EXPECT_EQ(sum_of<ExactSquareSum>(kNan).value(), 0.0);
   EXPECT_FALSE(Sum::holds(kNan));
 }
 
-// 2^n - 1 of the largest terms, by doubling.
+// Sums 2^count_bits - 1 terms of the maximum magnitude, by doubling.
 template <typename AnySum>
-void expect_room(int count_bits, double largest) {
+void expect_room(int count_bits, double max_term) {
   AnySum sum;
   for (int i = 0; i < count_bits; ++i) {
     const AnySum copy = sum;
     sum.add(copy);
-    sum.add(largest);
+    sum.add(max_term);
   }
-  EXPECT_EQ(sum.value(), (std::ldexp(1.0, count_bits) - 1.0) * largest);
+  EXPECT_EQ(sum.value(), (std::ldexp(1.0, count_bits) - 1.0) * max_term);
 }
 
-TEST(ExactSum, HasRoomForTheLargestTerms) {
+TEST(ExactSum, DoesNotOverflowWithMaxTerms) {
   expect_room<Sum>(32, 0x1p40);
   expect_room<Sum>(32, -0x1p40);
   expect_room<ExactSum<64, 52, 11>>(11, -0x1p52);
@@ -162,8 +163,8 @@ TEST(ExactSum, HasRoomForTheLargestTerms) {
   expect_room<ExactSquareSum>(32, 0x1p80);
 }
 
-// In two exact halves: what is a multiple of 2^20, and the rest.
-TEST(ExactSquareSum, IsTheSumOfCutTerms) {
+// The expected sum has two exact parts: multiples of 2^20 and the remainders.
+TEST(ExactSquareSum, EqualsSumOfTruncatedTerms) {
   for (const int largest : {-60, -20, -10, 0, 20, 45, 80}) { // carries from each word to the next
     ExactSquareSum sum;
     Int128 high = 0, low = 0; // in units of 2^20 and of 2^-80

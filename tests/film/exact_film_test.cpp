@@ -1,4 +1,4 @@
-// What a film has depends on the set of its samples alone: any order, any split into parts.
+// Tests that a film depends only on the set of its samples, not on their order or distribution.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr V2i kSize(12, 9);
 constexpr PixelRect kCrop{V2i(1, 2), V2i(11, 8)};
-constexpr float kMitchellWeight = 1.1449341f; // of the size that samples under lobes have
+constexpr float kMitchellWeight = 1.1449341f; // magnitude of all weights with Mitchell's filter
 
 AovSet all_aovs() {
   AovSet set;
@@ -35,7 +35,7 @@ struct PlacedSample {
   FilmSurface surface;
 };
 
-// Radiance of all sizes, with fireflies and lobes.
+// Returns samples with radiance of all magnitudes, fireflies, and negative weights.
 std::vector<PlacedSample> random_samples(uint32_t per_pixel) {
   std::mt19937 random(3);
   const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
@@ -99,8 +99,9 @@ TEST(ExactFilm, OrderOfSamplesDoesNotMatter) {
   }
 }
 
-// Parts by ranges of samples, by rectangles of pixels, and by chance, merged in orders by chance.
-TEST(ExactFilm, PartsAddUpToTheWhole) {
+// Samples are divided by their indices, by rectangles of pixels, and at random; parts are merged in
+// random order.
+TEST(ExactFilm, PartsAddUpToWhole) {
   const std::vector<PlacedSample> samples = random_samples(60);
   Film whole = empty_film();
   for (const PlacedSample& placed : samples) add(whole, placed);
@@ -118,17 +119,17 @@ TEST(ExactFilm, PartsAddUpToTheWhole) {
     std::shuffle(parts.begin(), parts.end(), random);
     Film merged = empty_film();
     for (const Film& part : parts) merged.add(part);
-    merged.add(empty_film({kCrop.min, kCrop.min})); // nothing
+    merged.add(empty_film({kCrop.min, kCrop.min})); // no pixels
     expect_same(whole, merged);
     EXPECT_EQ(merged.total_samples(), samples.size());
   }
-  // The parts are not all alike: a film that lacks one is another.
+  // A film that lacks a sample differs.
   Film lacking = empty_film();
   for (size_t i = 1; i < samples.size(); ++i) add(lacking, samples[i]);
   EXPECT_NE(std::memcmp(whole.planes()[0].bytes.data(), lacking.planes()[0].bytes.data(), 72), 0);
 }
 
-TEST(ExactFilm, CutsAddUpToTheWhole) {
+TEST(ExactFilm, CutsAddUpToWhole) {
   Film whole = empty_film();
   for (const PlacedSample& placed : random_samples(12)) add(whole, placed);
   Film merged = empty_film();
@@ -138,7 +139,7 @@ TEST(ExactFilm, CutsAddUpToTheWhole) {
   expect_same(whole, merged);
 }
 
-TEST(ExactFilm, PlanesComeBack) {
+TEST(ExactFilm, PlanesRoundTrip) {
   Film film = empty_film();
   for (const PlacedSample& placed : random_samples(12)) add(film, placed);
   Film copy = empty_film();
@@ -157,7 +158,7 @@ TEST(ExactFilm, PlanesComeBack) {
   EXPECT_EQ(bytes, film.memory_bytes());
 }
 
-TEST(ExactFilm, PlanesAreOfWhatIsAskedFor) {
+TEST(ExactFilm, PlanesFollowRequestedAovs) {
   const auto sizes = [](AovSet aovs, bool trim) {
     std::vector<std::pair<std::string, size_t>> of_planes;
     const Film film = empty_film(kCrop, aovs, trim);
@@ -176,8 +177,8 @@ TEST(ExactFilm, PlanesAreOfWhatIsAskedFor) {
             (Sizes{{"beauty", 72}, {"variance", 56}, {"surface", 128}, {"components", 96}, {"blocks", 224}}));
 }
 
-// The record that README.md describes.
-TEST(ExactFilm, RecordsAreWordsOfFixedPoint) {
+// The records have the layout that README.md describes.
+TEST(ExactFilm, RecordsAreFixedPointWords) {
   Film film({1, 1}, {{0, 0}, {1, 1}}, {});
   film.add({0, 0}, {Rgb(1.5f, -0x1p-55f, 0x1p40f), 0.25f, 1.0f});
   film.add({0, 0}, {Rgb(0.0f), 0.25f, 1.0f});
@@ -189,8 +190,9 @@ TEST(ExactFilm, RecordsAreWordsOfFixedPoint) {
   for (size_t i = 0; i < 9; ++i) EXPECT_EQ(words[i], expected[i]) << i;
 }
 
-// Against sums in the precision of long double: the mean is right to the last bit of a float or to a unit of the sums.
-TEST(ExactFilm, MeansAreRight) {
+// Compared with sums in long double, means are exact to the last bit of a float or to a unit of the
+// sums.
+TEST(ExactFilm, MeansMatchLongDouble) {
   const std::vector<PlacedSample> samples = random_samples(60);
   Film film = empty_film(kCrop, {}, false);
   std::vector<long double> sums(static_cast<size_t>(kCrop.pixel_count()) * 4, 0.0L);
@@ -213,7 +215,7 @@ TEST(ExactFilm, MeansAreRight) {
   }
 }
 
-// A constant image is constant to the bit, whatever the filter's lobes leave: down to 2^-30.
+// A constant image is constant to the bit with any filter weights, for values down to 2^-30.
 TEST(ExactFilm, ConstantImagesAreExact) {
   std::mt19937 random(4);
   for (int round = 0; round < 2000; ++round) {
@@ -243,8 +245,8 @@ TEST(ExactFilm, ConstantImagesAreExact) {
   }
 }
 
-// What is darker keeps an absolute precision of 2^-56 for each sample.
-TEST(ExactFilm, DarkAndBrightPixels) {
+// Darker values have an absolute precision of 2^-56 for each sample.
+TEST(ExactFilm, DarkPixelsHaveAbsolutePrecision) {
   for (const float value : {3.3e-14f, 3.3e-11f, 3.3e-9f, 3.3e9f, 0.7e12f}) {
     Film film({1, 1}, {{0, 0}, {1, 1}}, all_aovs());
     for (uint32_t i = 0; i < 100; ++i) film.add({0, 0}, {Rgb(value) * (i % 2 == 0 ? 0.5f : 1.5f), 1.0f, 1.0f, i});
@@ -257,7 +259,7 @@ TEST(ExactFilm, DarkAndBrightPixels) {
   }
 }
 
-TEST(ExactFilm, TooBrightSamplesAreClampedAndHarmNoOther) {
+TEST(ExactFilm, ClampsExcessiveSamplesWithoutSideEffects) {
   Film film({2, 1}, {{0, 0}, {2, 1}}, all_aovs());
   film.trim_outliers();
   constexpr float kHuge = std::numeric_limits<float>::max();

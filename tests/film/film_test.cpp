@@ -1,4 +1,4 @@
-// Means, moments and AOVs of the Film against numbers worked out by hand.
+// Tests of means, variances and AOVs of the Film against values computed by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 
@@ -63,7 +63,7 @@ TEST(Film, AlphaStaysInItsRange) {
 TEST(Film, VarianceOfTheMean) {
   Film film = one_pixel_film();
   for (const float y : {1.0f, 2.0f, 3.0f, 6.0f}) film.add({0, 0}, gray(y));
-  // s^2 = (4 + 1 + 0 + 9) / 3, of the mean: / 4.
+  // s^2 = (4 + 1 + 0 + 9) / 3; the variance of the mean is s^2 / 4.
   EXPECT_NEAR(film.resolve(Aov::variance)[0], 14.0 / 12.0, 1e-6);
 }
 
@@ -73,7 +73,7 @@ TEST(Film, VarianceNeedsTwoSamples) {
   EXPECT_EQ(film.resolve(Aov::variance)[0], 0.0f);
 }
 
-// The estimate is unbiased: over many pixels of n samples, its mean is sigma^2 / n.
+// Over many pixels of n samples, the mean of the estimate is sigma^2 / n.
 TEST(Film, VarianceIsUnbiased) {
   constexpr int kPixels = 20000;
   constexpr int kSamples = 4;
@@ -84,15 +84,15 @@ TEST(Film, VarianceIsUnbiased) {
     for (int s = 0; s < kSamples; ++s) film.add({x, 0}, gray(uniform(random)));
   double sum = 0.0;
   for (const float v : film.resolve(Aov::variance)) sum += v;
-  // Uniform: sigma^2 = 1/12, fourth central moment 1/80. Var(s^2) = (m4 - sigma^4 (n - 3) / (n - 1)) / n; 5 standard
-  // errors.
+  // For the uniform distribution sigma^2 = 1/12 and the fourth central moment is 1/80.
+  // Var(s^2) = (m4 - sigma^4 (n - 3) / (n - 1)) / n; the tolerance is 5 standard errors.
   const double sigma2 = 1.0 / 12.0;
   const double variance_of_s2 = (1.0 / 80.0 - sigma2 * sigma2 * (kSamples - 3.0) / (kSamples - 1.0)) / kSamples;
   const double standard_error = std::sqrt(variance_of_s2 / kPixels) / kSamples;
   EXPECT_NEAR(sum / kPixels, sigma2 / kSamples, 5.0 * standard_error);
 }
 
-// Signed weights: the estimate agrees with the spread of the means of many pixels.
+// With signed weights, the estimate agrees with the variance of the means of many pixels.
 TEST(Film, VarianceUnderNegativeLobes) {
   constexpr int kPixels = 4000;
   constexpr int kSamples = 256;
@@ -115,8 +115,8 @@ TEST(Film, VarianceUnderNegativeLobes) {
   for (const float v : film.resolve(Aov::variance)) estimate += v;
   const double mean = sum / kPixels;
   const double spread = (squares - kPixels * mean * mean) / (kPixels - 1);
-  // The standard error of a normal sample's variance is sqrt(2 / (N - 1)) of it: 2.2 %; the first-order formula adds
-  // O(1/n).
+  // The relative standard error of the variance of a normal sample is sqrt(2 / (N - 1)) = 2.2 %;
+  // the first-order formula adds O(1/n).
   EXPECT_NEAR(estimate / kPixels / spread, 1.0, 5.0 * std::sqrt(2.0 / (kPixels - 1)) + 4.0 / kSamples);
 }
 
@@ -129,7 +129,7 @@ TEST(Film, TotalsAreWeightedSums) {
   EXPECT_EQ(totals.weight, 0.5);
 }
 
-TEST(Film, APartKeepsItsPixels) {
+TEST(Film, CutKeepsItsPixels) {
   AovSet aovs;
   for (const AovInfo& info : kAovs) aovs.insert(info.aov);
   Film film(V2i(9, 8), {V2i(1, 2), V2i(7, 6)}, aovs);
@@ -171,7 +171,7 @@ TEST(Film, SurfaceMeans) {
   film.add_surface({0, 0}, hit, 1.0f);
   FilmSurface miss;
   miss.emission = Rgb(3.0f);
-  miss.depth = 100.0f; // of no account: nothing was hit
+  miss.depth = 100.0f; // ignored, because nothing was hit
   film.add({0, 0}, gray(3.0f));
   film.add_surface({0, 0}, miss, 1.0f);
 
@@ -224,7 +224,7 @@ TEST(Film, CropAddressesPixelsOfTheWholeImage) {
   EXPECT_EQ(rgb[1 * 3], 0.0f);
 }
 
-TEST(Film, MemoryGrowsOnlyWithWhatIsAskedFor) {
+TEST(Film, MemoryFollowsRequestedAovs) {
   const PixelRect whole{{0, 0}, {64, 64}};
   const Film plain({64, 64}, whole, {});
   const Film full({64, 64}, whole, every_aov());
@@ -232,7 +232,7 @@ TEST(Film, MemoryGrowsOnlyWithWhatIsAskedFor) {
   EXPECT_GT(full.memory_bytes(), plain.memory_bytes());
 }
 
-// Bytes of the film in whole pages that somebody has touched.
+// Returns the bytes of the film in whole pages that were touched.
 size_t touched_bytes(Film& film) {
   const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
   size_t touched = 0;
@@ -246,8 +246,8 @@ size_t touched_bytes(Film& film) {
   return touched;
 }
 
-// Nobody clears a film before the threads that write to it.
-TEST(Film, IsTouchedOnlyWhereSamplesAre) {
+// A film is not cleared before threads write to it.
+TEST(Film, TouchesOnlyPagesOfSamples) {
   const V2i size(2048, 2048);
   Film film(size, {{0, 0}, size}, {});
   film.trim_outliers();
@@ -255,15 +255,15 @@ TEST(Film, IsTouchedOnlyWhereSamplesAre) {
   for (int y = 0; y < 8; ++y) film.add({1000, 1000 + y}, {.radiance = Rgb(1.0f)});
   const size_t touched = touched_bytes(film);
   EXPECT_GT(touched, 0U);
-#ifndef __SANITIZE_THREAD__      // whose calloc() clears all memory itself
-  EXPECT_LT(touched, 64U << 20); // 16 records, and what pages that are huge hold besides
+#ifndef __SANITIZE_THREAD__      // its calloc() clears all memory
+  EXPECT_LT(touched, 64U << 20); // 16 records, on huge pages
 #endif
   EXPECT_EQ(film.totals({1000, 1000}).rgb[0], 1.0);
   EXPECT_EQ(film.totals({1001, 1000}).rgb[0], 0.0);
   EXPECT_EQ(film.totals({1001, 1000}).weight, 0.0);
 }
 
-TEST(ZeroedArray, BeginsAtZeroAndIsAValue) {
+TEST(ZeroedArray, StartsAtZeroAndCopiesByValue) {
   ZeroedArray<uint64_t> some(5);
   EXPECT_TRUE(std::all_of(some.begin(), some.end(), [](uint64_t x) { return x == 0; }));
   some[4] = 7;
@@ -279,7 +279,7 @@ TEST(ZeroedArray, BeginsAtZeroAndIsAValue) {
   EXPECT_THROW(ZeroedArray<uint64_t>(std::numeric_limits<size_t>::max() / 4), std::bad_alloc);
 }
 
-TEST(Aovs, NamesAreUniqueAndFound) {
+TEST(Aovs, NamesAreUniqueAndRoundTrip) {
   for (const AovInfo& info : kAovs) {
     EXPECT_EQ(aov_from_name(info.name), info.aov);
     EXPECT_EQ(aov_info(info.aov).name, info.name);

@@ -1,4 +1,4 @@
-// Trimming of outliers: the rule on blocks whose Gini coefficient is known, and what a film makes of it.
+// Tests of outlier trimming: blocks of known Gini coefficient, films with and without fireflies.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 #include "renderer/film/outliers.h"
@@ -25,42 +25,42 @@ Blocks gray_blocks(const std::array<float, kOutlierBlocks>& means) {
   return blocks;
 }
 
-TEST(Outliers, NamesComeBack) {
+TEST(Outliers, NamesRoundTrip) {
   for (const Outliers outliers : {Outliers::keep, Outliers::trim})
     EXPECT_EQ(outliers_from_name(outliers_name(outliers)), outliers);
   EXPECT_FALSE(outliers_from_name("drop"));
 }
 
-TEST(Outliers, AlikeBlocksAreKept) {
+TEST(Outliers, KeepsSimilarBlocks) {
   EXPECT_FALSE(outliers_trimmed(gray_blocks({2, 2, 2, 2, 2})));
-  // 1 to 5: G = 20 / (5 15) = 0.27 and k = floor(0.67) = 0.
+  // Blocks 1 to 5: G = 20 / (5 15) = 0.27 and k = floor(0.67) = 0.
   EXPECT_FALSE(outliers_trimmed(gray_blocks({5, 3, 1, 2, 4})));
 }
 
-// Of 1 to 4 and 14: G = 56 / (5 24) = 0.47 and k = floor(1.17) = 1.
-TEST(Outliers, BrightBlockIsLeftOut) {
+// Blocks 1 to 4 and 14: G = 56 / (5 24) = 0.47 and k = floor(1.17) = 1.
+TEST(Outliers, RemovesBrightBlock) {
   Blocks blocks = gray_blocks({4, 3, 1, 14, 2});
   const std::optional<Rgb> trimmed = outliers_trimmed(blocks);
   ASSERT_TRUE(trimmed);
   EXPECT_FLOAT_EQ(trimmed->x, 3.0f);
-  // Its color goes with it.
+  // The color of the block is removed as well.
   blocks[3].rgb[0] = 0.0;
   blocks[3].rgb[2] = 100.0;
   ASSERT_TRUE(outliers_trimmed(blocks));
   EXPECT_EQ(*outliers_trimmed(blocks), *trimmed);
-  // Blocks count by their weight.
+  // Blocks are weighted means.
   add_to_block(blocks[0], Rgb(4.0f), 1.0);
   EXPECT_FLOAT_EQ(outliers_trimmed(blocks)->x, (2.0f + 3.0f + 8.0f) / 4.0f);
 }
 
-// All the light in one block: G = 0.8, k = 2, the median.
-TEST(Outliers, AllLightInOneBlockIsLost) {
+// With all the light in one block G = 0.8 and k = 2, which gives the median.
+TEST(Outliers, RemovesAllLightInOneBlock) {
   const std::optional<Rgb> trimmed = outliers_trimmed(gray_blocks({0, 0, 7, 0, 0}));
   ASSERT_TRUE(trimmed);
   EXPECT_EQ(*trimmed, Rgb(0.0f));
 }
 
-TEST(Outliers, WhatCannotBeJudgedIsKept) {
+TEST(Outliers, KeepsUndecidableBlocks) {
   EXPECT_FALSE(outliers_trimmed(Blocks{}));
   EXPECT_FALSE(outliers_trimmed(gray_blocks({0, 0, 0, 0, 0})));
   Blocks two{};
@@ -69,13 +69,13 @@ TEST(Outliers, WhatCannotBeJudgedIsKept) {
   EXPECT_FALSE(outliers_trimmed(two));
   Blocks negative = gray_blocks({1, 1, 1, 1, 1000});
   EXPECT_TRUE(outliers_trimmed(negative));
-  add_to_block(negative[3], Rgb(1.0f), -2.0); // of a filter's negative lobe
+  add_to_block(negative[3], Rgb(1.0f), -2.0); // from a negative lobe of a filter
   EXPECT_FALSE(outliers_trimmed(negative));
 }
 
 constexpr int kPixels = 200;
 
-// Uniform noise around 1; samples of which `is_firefly(pixel, sample)` holds are 1000 times as bright.
+// Uniform noise around 1; samples with `is_firefly(pixel, sample)` are 1000 times as bright.
 template <typename IsFirefly>
 Film noisy_film(bool trim, int samples, const IsFirefly& is_firefly) {
   Film film({kPixels, 1}, {{0, 0}, {kPixels, 1}}, AovSet{});
@@ -95,14 +95,14 @@ bool same_beauty(const Film& a, const Film& b) {
   return std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
 }
 
-// Where no sample stands out, a trimmed film is the film to the bit.
-TEST(Outliers, FilmWithoutFirefliesIsTheSame) {
+// Without outliers, a trimmed film equals the untrimmed film to the bit.
+TEST(Outliers, FilmWithoutFirefliesIsUnchanged) {
   const auto none = [](int, int) { return false; };
   EXPECT_TRUE(same_beauty(noisy_film(false, 64, none), noisy_film(true, 64, none)));
 }
 
-// One firefly in each third pixel.
-TEST(Outliers, FirefliesLeaveAFilm) {
+// Every third pixel has a firefly.
+TEST(Outliers, RemovesFirefliesFromFilm) {
   const auto one = [](int x, int i) { return x % 3 == 0 && i == x * 7 % 64; };
   const Film kept = noisy_film(false, 64, one), trimmed = noisy_film(true, 64, one);
   const std::vector<float> with_fireflies = kept.resolve(Aov::beauty), beauty = trimmed.resolve(Aov::beauty);
@@ -110,13 +110,13 @@ TEST(Outliers, FirefliesLeaveAFilm) {
     EXPECT_GT(with_fireflies[i], i / 3 % 3 == 0 ? 10.0f : 0.9f);
     EXPECT_NEAR(beauty[i], 1.0f, 5.0f * 0.058f / 6.2f); // three blocks of 12 or 13 samples, or all
   }
-  // Other AOVs are means of all samples as ever.
+  // Other AOVs are means of all samples.
   EXPECT_EQ(trimmed.resolve(Aov::alpha), kept.resolve(Aov::alpha));
   EXPECT_EQ(trimmed.memory_bytes() - kept.memory_bytes(), size_t{kPixels} * 224);
 }
 
-// What was a firefly at few samples is part of the image at many: the estimator is consistent.
-TEST(Outliers, ManySamplesAreKept) {
+// With many samples, rare bright samples are part of the image: the estimator is consistent.
+TEST(Outliers, KeepsAllBlocksAtManySamples) {
   std::mt19937 random(11);
   std::bernoulli_distribution often(0.1);
   std::vector<bool> fireflies(size_t{kPixels} * 4096);

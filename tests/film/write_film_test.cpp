@@ -1,4 +1,4 @@
-// Films written to files and read back.
+// Tests of films that are written to files and read back.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/write_film.h"
 
@@ -53,7 +53,7 @@ Film gradient_film(AovSet aovs) {
   return film;
 }
 
-TEST_F(WriteFilm, ExrHoldsThePremultipliedMeans) {
+TEST_F(WriteFilm, ExrContainsPremultipliedMeans) {
   const Film film = gradient_film({});
   const auto path = folder_ / "out.exr";
   WriteOptions options;
@@ -64,7 +64,7 @@ TEST_F(WriteFilm, ExrHoldsThePremultipliedMeans) {
   ASSERT_TRUE(image.ok()) << image.error().message;
   ASSERT_EQ(image.value().type, PixelType::f32);
   ASSERT_EQ(image.value().channels, 4);
-  ASSERT_EQ(image.value().width, 8); // the display window; black outside of the data window
+  ASSERT_EQ(image.value().width, 8); // the display window, black outside of the data window
   ASSERT_EQ(image.value().height, 4);
   const std::vector<float> crop = film.resolve_rgba();
   std::vector<float> expected(8 * 4 * 4, 0.0f);
@@ -91,13 +91,13 @@ TEST_F(WriteFilm, ExrHasOneLayerForEachAov) {
     EXPECT_NE(exr.find(name), std::string::npos) << name;
 }
 
-TEST_F(WriteFilm, ExrHasNoLayerThatWasNotAskedFor) {
+TEST_F(WriteFilm, ExrHasNoUnrequestedLayers) {
   const auto path = folder_ / "plain.exr";
   ASSERT_TRUE(write_film(path, gradient_film({}), view("Raw"), {}, {}).ok());
   EXPECT_FALSE(has_channel(contents(path), "albedo.R"));
 }
 
-TEST_F(WriteFilm, HalfClampsWhatItCannotHold) {
+TEST_F(WriteFilm, HalfClampsToItsRange) {
   Film film({1, 1}, {{0, 0}, {1, 1}}, {});
   film.add({0, 0}, {Rgb(1e6f, -1e6f, 1.0f), 1.0f, 1.0f});
   const auto path = folder_ / "half.exr";
@@ -125,11 +125,11 @@ TEST_F(WriteFilm, PngIsStraightAlphaThroughTheView) {
   const auto* pixel = reinterpret_cast<const uint8_t*>(image.value().pixels.data());
   EXPECT_NEAR(pixel[0], 188, 1); // sRGB of 0.5
   EXPECT_NEAR(pixel[3], 128, 1);
-  EXPECT_EQ(pixel[4], 0); // no sample: black, transparent
+  EXPECT_EQ(pixel[4], 0); // without samples: black, transparent
   EXPECT_EQ(pixel[7], 0);
 }
 
-TEST_F(WriteFilm, SixteenBitPng) {
+TEST_F(WriteFilm, WritesSixteenBitPng) {
   const auto path = folder_ / "deep.png";
   WriteOptions options;
   options.png_bits = 16;
@@ -140,7 +140,7 @@ TEST_F(WriteFilm, SixteenBitPng) {
 }
 
 // Baseline JPEG at the highest quality rounds coefficients to integers: a smooth image comes back within 2 of 255.
-TEST_F(WriteFilm, JpegOverBlackThroughTheView) {
+TEST_F(WriteFilm, WritesJpegOverBlackThroughTheView) {
   const auto path = folder_ / "a.jpg";
   WriteOptions options;
   options.jpeg_quality = 100;
@@ -164,13 +164,13 @@ TEST_F(WriteFilm, JpegOverBlackThroughTheView) {
   EXPECT_NE(bytes.find("kindling:commandLine: kindling render a.glb"), std::string::npos);
 }
 
-TEST_F(WriteFilm, OtherExtensionsAreRefusedBeforeAndAfter) {
+TEST_F(WriteFilm, RefusesOtherExtensions) {
   EXPECT_EQ(unsupported_output("a.exr"), "");
   EXPECT_EQ(unsupported_output("b.PNG"), "");
   EXPECT_EQ(unsupported_output("b.JPEG"), "");
   EXPECT_EQ(unsupported_output("-"), "");
   EXPECT_EQ(unsupported_output("exr:-"), "");
-  EXPECT_EQ(unsupported_output("c.bmp"), "c.bmp: images are not written as '.bmp'; use .exr, .png or .jpg");
+  EXPECT_EQ(unsupported_output("c.bmp"), "c.bmp: unsupported image format '.bmp'; use .exr, .png or .jpg");
   EXPECT_NE(unsupported_output("noextension"), "");
   const Result<void> written = write_film(folder_ / "c.bmp", gradient_film({}), view("Raw"), {}, {});
   ASSERT_FALSE(written.ok());

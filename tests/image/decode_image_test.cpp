@@ -1,4 +1,4 @@
-// Every format decodes to the values and depth that its file holds; what is broken, foreign or too large is refused.
+// Tests of image decoders: exact values and depths; refusal of damaged, unknown and huge files.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 
@@ -54,7 +54,7 @@ FileBytes bytes_of(std::string_view text) {
 
 // ---- formats
 
-TEST(DecodeImage, DetectsFormatsByTheirMagicBytes) {
+TEST(DecodeImage, DetectsFormatsByMagicBytes) {
   EXPECT_EQ(detect_image_format(bytes_of("#?RADIANCE\n")), ImageFormat::hdr);
   EXPECT_EQ(detect_image_format(bytes_of("#?RGBE\n")), ImageFormat::hdr);
   EXPECT_EQ(detect_image_format(bytes_of("RIFFxxxxWEBPVP8 ")), ImageFormat::webp);
@@ -65,11 +65,11 @@ TEST(DecodeImage, DetectsFormatsByTheirMagicBytes) {
   EXPECT_EQ(image_format_name(ImageFormat::exr), "EXR");
 }
 
-TEST(DecodeImage, RefusesForeignFormatsByName) {
+TEST(DecodeImage, RefusesUnknownFormats) {
   const std::string message = decode_error(bytes_of("GIF89a...."));
-  EXPECT_EQ(message, "some name: not an image that can be read (it starts with 47 49 46 38 39 61 2e 2e); "
+  EXPECT_EQ(message, "some name: unknown image format (first bytes: 47 49 46 38 39 61 2e 2e); "
                      "use PNG, JPEG, WebP, KTX2, HDR or EXR");
-  EXPECT_NE(decode_error({}).find("it starts with nothing"), std::string::npos);
+  EXPECT_NE(decode_error({}).find("first bytes: none"), std::string::npos);
 }
 
 TEST(DecodeImage, PngKeepsItsDepthAndChannels) {
@@ -94,7 +94,7 @@ TEST(DecodeImage, PngPaletteWithTransparencyBecomesRgba) {
   EXPECT_EQ(values_u8(image), (std::vector<int>{0, 255, 0, 255, 255, 0, 0, 128}));
 }
 
-TEST(DecodeImage, PngFewBitsAreSpreadOverEight) {
+TEST(DecodeImage, PngFewBitsAreExpandedToEight) {
   EXPECT_EQ(values_u8(decoded(test::make_png(8, 1, 1, 0, {{0b10110000}}))),
             (std::vector<int>{255, 0, 255, 255, 0, 0, 0, 0}));
   EXPECT_EQ(values_u8(decoded(test::make_png(4, 1, 2, 0, {{0b00011011}}))), (std::vector<int>{0, 85, 170, 255}));
@@ -107,14 +107,14 @@ TEST(DecodeImage, PngTransparentGrayBecomesGrayWithAlpha) {
   EXPECT_EQ(values_u8(image), (std::vector<int>{7, 255, 9, 0}));
 }
 
-TEST(DecodeImage, PngGammaAndUnknownProfilesChangeNothing) {
+TEST(DecodeImage, PngIgnoresGammaAndProfiles) {
   const std::vector<test::PngChunk> chunks{{"gAMA", {0, 1, 0x86, 0xa0}}, {"iCCP", {'x', 0, 0, 1, 2, 3}}, {"tEXt", {}}};
   testing::internal::CaptureStderr();
   EXPECT_EQ(values_u8(decoded(test::make_png(2, 1, 8, 0, {{100, 200}}, chunks))), (std::vector<int>{100, 200}));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-// Lossy: a smooth image comes back within a few code values.
+// JPEG is lossy; a smooth image is reproduced within a few code values.
 TEST(DecodeImage, JpegGrayRgbAndProgressive) {
   for (const int channels : {1, 3}) {
     for (const bool progressive : {false, true}) {
@@ -135,7 +135,8 @@ TEST(DecodeImage, JpegGrayRgbAndProgressive) {
   }
 }
 
-// Adobe's ink is stored inverted: 255 is none. Full paper gives the ink's color; black dims it.
+// Adobe stores inverted ink: 255 is no ink. Without black the result has the ink's color; black
+// darkens it.
 TEST(DecodeImage, JpegCmykBecomesRgb) {
   std::vector<uint8_t> samples;
   for (int i = 0; i < 16 * 16; ++i) samples.insert(samples.end(), {200, 100, 50, 128});
@@ -153,7 +154,7 @@ TEST(DecodeImage, WebpWithAndWithoutAlpha) {
   }
 }
 
-// RGBE shares an exponent: a component is exact to 1/256 of the largest, rounded down.
+// RGBE has a shared exponent, so a component is exact to 1/256 of the maximum, rounded down.
 TEST(DecodeImage, HdrDecodesToFloat) {
   const Image image = test::make_noise_image(40, 10, 3, PixelType::f32);
   const Image read = decoded(test::encode_with_oiio(image, "hdr"));
@@ -168,7 +169,7 @@ TEST(DecodeImage, HdrDecodesToFloat) {
   }
 }
 
-TEST(DecodeImage, HdrFromTheBottomIsTurnedUp) {
+TEST(DecodeImage, HdrFromBottomIsFlipped) {
   std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 1\n";
   text += std::string("\x80\x80\x80\x81", 4) + std::string("\x20\x40\x60\x81", 4);
   const Image down = decoded(bytes_of(text));
@@ -188,8 +189,8 @@ TEST(DecodeImage, HdrRefusesOtherAxesAndXyz) {
   EXPECT_NE(decode_error(bytes_of("#?RADIANCE\n")).find("ends in its header"), std::string::npos);
 }
 
-// Rows that may be run-length encoded take four bytes and two for each 127 pixels of each component at the least.
-TEST(DecodeImage, HdrRefusesMorePixelsThanItsBytesCanHold) {
+// Run-length encoded rows take at least four bytes, and two for each 127 pixels of each component.
+TEST(DecodeImage, HdrRefusesTooFewBytesForItsSize) {
   const std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 16000\n";
   EXPECT_EQ(decode_error(bytes_of(text + "some bytes")),
             "some name: cannot decode HDR: 63 bytes cannot hold 16000 x 16000 pixels");
@@ -206,20 +207,20 @@ TEST(DecodeImage, ExrKeepsHalfAndFloat) {
   }
 }
 
-TEST(DecodeImage, ExrOfTiles) {
+TEST(DecodeImage, ExrReadsTiles) {
   for (const PixelType type : {PixelType::f16, PixelType::f32}) {
     const Image image = test::make_noise_image(21, 13, 3, type);
     expect_same(decoded(test::encode_exr_tiled(image, 8)), image);
   }
 }
 
-TEST(DecodeImage, ExrOfPartsGivesTheFirstWithColor) {
+TEST(DecodeImage, ExrReadsFirstPartWithColor) {
   const Image image = test::make_noise_image(20, 11, 3, PixelType::f16);
   const Image mask = test::make_noise_image(20, 11, 1, PixelType::f32);
   expect_same(decoded(test::encode_exr_mask_and_image(mask, image)), image);
 }
 
-TEST(DecodeImage, ExrTakesColorByNameAmongOthers) {
+TEST(DecodeImage, ExrFindsColorChannelsByName) {
   const Image image = test::make_noise_image(9, 5, 6, PixelType::f32);
   const Image read = decoded(test::encode_with_oiio(image, "openexr", {"Z", "B", "albedo.R", "G", "R", "mask"}));
   ASSERT_EQ(read.channels, 3);
@@ -242,7 +243,8 @@ TEST(DecodeImage, ExrAlphaBecomesStraight) {
   ASSERT_EQ(read.channels, 4);
   float out[8];
   std::memcpy(out, read.pixels.data(), 32);
-  const float expected[8] = {1.0f, 0.5f, 2.0f, 0.5f, 3.0f, 2.0f, 1.0f, 0.0f}; // without coverage: as stored
+  const float expected[8] = {1.0f, 0.5f, 2.0f, 0.5f,
+                             3.0f, 2.0f, 1.0f, 0.0f}; // without coverage, stored values are kept
   for (int i = 0; i < 8; ++i) EXPECT_EQ(out[i], expected[i]);
 }
 
@@ -267,7 +269,7 @@ TEST(DecodeImage, ExrFillsItsDisplayWindow) {
   }
 }
 
-TEST(DecodeImage, ExrWithoutColorIsRefusedWithItsChannels) {
+TEST(DecodeImage, ExrWithoutColorIsRefused) {
   const Image image = test::make_noise_image(4, 4, 2, PixelType::f16);
   EXPECT_NE(decode_error(test::encode_with_oiio(image, "openexr", {"Z", "mask"})).find("its channels are"),
             std::string::npos);
@@ -302,8 +304,8 @@ TEST(DecodeImage, LimitsAreEnforcedForEveryFormat) {
   }
 }
 
-// A few bytes that promise gigabytes are refused before the memory is asked for.
-TEST(DecodeImage, SmallFilesThatPromiseHugeImagesAreRefused) {
+// Small files with huge sizes are refused before memory is allocated.
+TEST(DecodeImage, RefusesSmallFilesOfHugeImages) {
   EXPECT_NE(decode_error(test::make_png(16000, 16000, 16, 6, {{1, 2, 3}})).find("cannot hold"), std::string::npos);
   EXPECT_NE(decode_error(test::make_png(0x7fffffff, 0x7fffffff, 8, 2, {{1}})).find("a side may have"),
             std::string::npos);
@@ -321,7 +323,7 @@ TEST(DecodeImage, SmallFilesThatPromiseHugeImagesAreRefused) {
 
 // ---- damage
 
-// The library may stop before the end when it has all pixels; it must never invent some.
+// A library may ignore the end of a file if it has all pixels, but it must not invent pixels.
 TEST(DecodeImage, TruncatedFilesAreRefusedOrComplete) {
   testing::internal::CaptureStderr();
   for (const FileBytes& file : all_samples()) {
@@ -343,8 +345,9 @@ TEST(DecodeImage, TruncatedFilesAreRefusedOrComplete) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-// Any result is right but a crash, a hang, noise or memory beyond the limit: run under the sanitizers too.
-TEST(DecodeImage, FlippedBytesDoNoHarm) {
+// Any result is correct except a crash, a hang, output on stderr or memory beyond the limit. This
+// test is also run with sanitizers.
+TEST(DecodeImage, SurvivesFlippedBytes) {
   testing::internal::CaptureStderr();
   ImageLimits limits;
   limits.max_pixels = 1 << 20;
@@ -354,7 +357,7 @@ TEST(DecodeImage, FlippedBytesDoNoHarm) {
     for (int round = 0; round < 1500; ++round) {
       FileBytes damaged = file;
       const int flips = 1 + static_cast<int>(random() % 4);
-      // Half of the rounds in the header, where the structure is.
+      // Half of the rounds modify the header.
       const size_t range = round % 2 == 0 ? std::min<size_t>(file.size(), 400) : file.size();
       for (int i = 0; i < flips; ++i) damaged[random() % range] = static_cast<std::byte>(random());
       const Result<Image> image = decode_image(damaged, "damaged", limits);
@@ -371,8 +374,9 @@ TEST(DecodeImage, FlippedBytesDoNoHarm) {
 
 // ---- files
 
-TEST(ReadImageFile, ReadsAndSaysWhyNot) {
-  const std::string path = testing::TempDir() + "kindling_read_image_file.dat"; // no extension that would give it away
+TEST(ReadImageFile, ReadsFilesAndReportsErrors) {
+  const std::string path =
+      testing::TempDir() + "kindling_read_image_file.dat"; // the extension does not reveal the format
   const Image image = test::make_noise_image(5, 4, 3, PixelType::u8);
   const FileBytes file = test::encode_with_oiio(image, "png");
   std::ofstream(path, std::ios::binary)

@@ -1,4 +1,4 @@
-// The views give their published values, and a user's configuration is read as it says.
+// Tests of display transforms: published values of the views, and user configurations.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/display_transform.h"
 
@@ -16,12 +16,12 @@
 namespace kindling {
 namespace {
 
-// IEC 61966-2-1.
+// The sRGB curve (IEC 61966-2-1).
 float encode_srgb(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
 }
 
-// OCIO is cleared so that the machine's setting does not matter.
+// Clears $OCIO, so that the setting of the machine has no effect.
 class Display : public testing::Test {
  protected:
   void SetUp() override {
@@ -33,7 +33,8 @@ class Display : public testing::Test {
     std::filesystem::remove(path_);
   }
 
-  // Linear Rec. 709 is called `linear_name`; view Half halves it on the way to the display.
+  // Writes a configuration in which linear Rec. 709 is named `linear_name` and the view Half halves
+  // values.
   void write_config(const std::string& linear_name, const std::string& roles) const {
     std::ofstream(path_) << "ocio_profile_version: 2\n"
                             "roles: {" +
@@ -74,7 +75,7 @@ void expect_near(const Rgb& a, const Rgb& b, float tolerance) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance);
 }
 
-TEST_F(Display, ListsItsViewsStandardFirst) {
+TEST_F(Display, ListsViewsStandardFirst) {
   const auto views = DisplayTransform::list_views("");
   ASSERT_TRUE(views.ok());
   EXPECT_EQ(views.value(), (std::vector<std::string>{"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "AgX", "Raw"}));
@@ -82,8 +83,8 @@ TEST_F(Display, ListsItsViewsStandardFirst) {
   EXPECT_EQ(make("Raw").view(), "Raw");
 }
 
-// Two single-precision matrices that undo each other, and a power.
-TEST_F(Display, StandardIsTheSrgbCurve) {
+// The tolerance allows for two inverse matrices in single precision and a power.
+TEST_F(Display, StandardMatchesSrgbCurve) {
   const DisplayTransform standard = make("Standard");
   EXPECT_NEAR(apply(standard, Rgb(0.18f)).x, 0.461356f, 1e-5f); // code value 117.6 of 255
   for (const Rgb& scene : {Rgb(0.0f), Rgb(1.0f), Rgb(0.002f), Rgb(0.9f, 0.1f, 0.5f), Rgb(0.0f, 1.0f, 0.0f)}) {
@@ -91,7 +92,7 @@ TEST_F(Display, StandardIsTheSrgbCurve) {
   }
 }
 
-TEST_F(Display, ExposureCountsStops) {
+TEST_F(Display, ExposureIsInStops) {
   expect_near(apply(make("Standard", 1.0f), Rgb(0.09f, 0.2f, 0.3f)), apply(make("Standard"), Rgb(0.18f, 0.4f, 0.6f)),
               1e-6f);
   expect_near(apply(make("Khronos PBR Neutral", -2.0f), Rgb(4.0f, 0.2f, 2.0f)),
@@ -99,7 +100,7 @@ TEST_F(Display, ExposureCountsStops) {
   expect_near(apply(make("Raw", 3.0f), Rgb(1.0f, 2.0f, 3.0f)), Rgb(8.0f, 16.0f, 24.0f), 0.0f);
 }
 
-TEST_F(Display, ExposureBeyondReasonIsRefused) {
+TEST_F(Display, RefusesExposureOutOfRange) {
   for (const float stops : {65.0f, -1e9f, std::nanf(""), kInfinity}) {
     const auto transform = DisplayTransform::create({"Standard", stops, ""});
     ASSERT_FALSE(transform.ok());
@@ -115,11 +116,11 @@ TEST_F(Display, RawIsIdentityBitForBit) {
 
 // ---- Khronos PBR Neutral
 
-// Values from the formula of the specification, worked by hand.
-TEST_F(Display, NeutralHasItsPublishedValues) {
-  // Between 0.08 and 0.8 base colors come out less 0.04.
+// Values computed by hand from the formula of the specification.
+TEST_F(Display, NeutralMatchesSpecification) {
+  // Base colors between 0.08 and 0.8 are reduced by 0.04.
   expect_near(tone_map_pbr_neutral({0.5f, 0.08f, 0.8f}), {0.46f, 0.04f, 0.76f}, 1e-7f);
-  // Near black: x - (x - x^2 / 0.16) = x^2 / 0.16.
+  // Values near black: x - (x - x^2 / 0.16) = x^2 / 0.16.
   expect_near(tone_map_pbr_neutral(Rgb(0.02f)), Rgb(0.0025f), 1e-7f);
   expect_near(tone_map_pbr_neutral(Rgb(0.0f)), Rgb(0.0f), 0.0f);
   // Grays above: p = 9.96, 1 - 0.0576 / (p - 0.52).
@@ -136,7 +137,7 @@ TEST_F(Display, NeutralIsMonotonicAndBelowOne) {
   for (int i = 0; i <= 4000; ++i) {
     const float scene = std::exp2(static_cast<float>(i) * 0.01f - 20.0f); // 2^-20 to 2^20
     const Rgb mapped = tone_map_pbr_neutral(Rgb(scene));
-    EXPECT_GE(mapped.x, last - 2e-7f); // a rounding or two
+    EXPECT_GE(mapped.x, last - 2e-7f); // allows for rounding
     EXPECT_LE(mapped.x, 1.0f);
     last = mapped.x;
   }
@@ -144,7 +145,7 @@ TEST_F(Display, NeutralIsMonotonicAndBelowOne) {
   expect_near(tone_map_pbr_neutral(Rgb(kInfinity)), Rgb(1.0f), 0.0f);
 }
 
-TEST_F(Display, NeutralViewEndsInTheSrgbCurve) {
+TEST_F(Display, NeutralViewAppliesSrgbCurve) {
   const Rgb scene(1.5f, 0.3f, 0.05f);
   const Rgb mapped = tone_map_pbr_neutral(scene);
   expect_near(apply(make("Khronos PBR Neutral"), scene),
@@ -153,12 +154,12 @@ TEST_F(Display, NeutralViewEndsInTheSrgbCurve) {
 
 // ---- ACES
 
-// The reference rendering transform shows a scene gray of 0.18 at 4.8 of 48 nits; the SDR video transform then raises
-// luminance to 0.9811 for dim surroundings.
-TEST_F(Display, AcesShowsMidGrayAtATenth) {
+// The reference rendering transform maps a scene gray of 0.18 to 4.8 of 48 nits; the SDR video
+// transform then raises luminance to the power 0.9811 for dim surroundings.
+TEST_F(Display, AcesMapsMidGrayToOneTenth) {
   const Rgb gray = apply(make("ACES 1.0 SDR"), Rgb(0.18f));
   EXPECT_NEAR(gray.x, encode_srgb(std::pow(0.1f, 0.9811f)), 1e-3f);
-  // The white of Rec. 709 stays neutral through AP0 and back.
+  // The white of Rec. 709 remains neutral through AP0 and back.
   EXPECT_NEAR(gray.x, gray.y, 1e-3f);
   EXPECT_NEAR(gray.x, gray.z, 1e-3f);
 }
@@ -175,7 +176,7 @@ TEST_F(Display, AcesIsMonotonicAndReachesWhite) {
   EXPECT_NEAR(apply(aces, Rgb(16.3f)).x, 1.0f, 0.01f);
 }
 
-// Long spans are worked on in pieces: each pixel is as if alone.
+// Long spans are processed in pieces; each pixel is transformed independently.
 TEST_F(Display, PixelsDoNotDependOnTheirNeighbors) {
   for (const char* view : {"Standard", "ACES 1.0 SDR", "Khronos PBR Neutral", "AgX"}) {
     const DisplayTransform transform = make(view);
@@ -192,7 +193,7 @@ TEST_F(Display, PixelsDoNotDependOnTheirNeighbors) {
 
 // ---- configurations of users
 
-TEST_F(Display, UnknownViewIsRefusedWithTheList) {
+TEST_F(Display, RefusesUnknownViewAndListsViews) {
   const auto transform = DisplayTransform::create({"Filmic", 0.0f, ""});
   ASSERT_FALSE(transform.ok());
   EXPECT_EQ(transform.error().kind, ErrorKind::usage);
@@ -200,17 +201,17 @@ TEST_F(Display, UnknownViewIsRefusedWithTheList) {
                                        "'ACES 1.0 SDR', 'Khronos PBR Neutral', 'AgX', 'Raw'");
 }
 
-TEST_F(Display, UserConfigurationAndItsDefaultView) {
+TEST_F(Display, UsesDefaultViewOfUserConfiguration) {
   write_config("lin_rec709", "scene_linear: half");
   const auto views = DisplayTransform::list_views(path_);
   ASSERT_TRUE(views.ok()) << views.error().message;
   EXPECT_EQ(views.value(), (std::vector<std::string>{"Half", "Plain"}));
-  // lin_rec709 by its name, not the role, which is another space here.
+  // lin_rec709 is found by its name, not by the role, which is another space here.
   expect_near(apply(make("", 0.0f, path_), Rgb(0.5f, 2.0f, -1.0f)), Rgb(0.25f, 1.0f, -0.5f), 1e-6f);
   expect_near(apply(make("Plain", 1.0f, path_), Rgb(0.5f)), Rgb(1.0f), 1e-6f);
 }
 
-TEST_F(Display, EnvironmentVariableNamesTheConfiguration) {
+TEST_F(Display, EnvironmentVariableSelectsConfiguration) {
   write_config("anything", "scene_linear: anything");
   setenv("OCIO", path_.c_str(), 1);
   const DisplayTransform transform = make("");
@@ -220,14 +221,15 @@ TEST_F(Display, EnvironmentVariableNamesTheConfiguration) {
   EXPECT_EQ(make("").view(), "Standard");
 }
 
-// Where only ACES2065-1 is named, colors are converted to it: AP0 components of Rec. 709 red (Bradford) are below 1.
-TEST_F(Display, AcesInterchangeIsUsedWhereRec709IsNotNamed) {
+// If only ACES2065-1 is available, colors are converted to it: AP0 components of Rec. 709 red
+// (Bradford) are below 1.
+TEST_F(Display, UsesAcesInterchangeWithoutRec709) {
   write_config("ap0", "scene_linear: half, aces_interchange: ap0");
   const Rgb red = apply(make("Plain", 0.0f, path_), Rgb(1.0f, 0.0f, 0.0f));
   expect_near(red, Rgb(0.4396f, 0.0898f, 0.0175f), 2e-4f);
 }
 
-TEST_F(Display, BadConfigurationsAreRefusedInOneLine) {
+TEST_F(Display, RefusesInvalidConfigurationsInOneLine) {
   const auto message = [&](const std::string& config) {
     const auto views = DisplayTransform::list_views(config);
     EXPECT_FALSE(views.ok());

@@ -1,4 +1,4 @@
-// KTX2 decodes to what the reference transcoder gives, to the bit; what glTF does not allow and what is broken is refused.
+// Tests of KTX2 decoding: agreement with the reference transcoder, refusal of invalid files.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/basis_lz_bits.h"
 #include "renderer/image/decode_image.h"
@@ -36,7 +36,7 @@ std::string ktx2_error(const FileBytes& file) {
   return image.ok() ? "" : image.error().message;
 }
 
-// Of pixels widened to RGBA.
+// Hash of the pixels, extended to RGBA.
 uint64_t hash_rgba(const Image& image) {
   uint64_t hash = 0xcbf29ce484222325;
   const auto channels = static_cast<size_t>(image.channels);
@@ -56,12 +56,13 @@ uint32_t get_u32(const FileBytes& file, size_t at) {
   return value;
 }
 
-// Places in a KTX2 file (KTX 2.0, section 3).
+// Offsets in a KTX2 file (KTX 2.0, section 3).
 constexpr size_t kVkFormat = 12, kWidth = 20, kHeight = 24, kDepth = 28, kLayers = 32, kFaces = 36, kLevels = 40,
                  kScheme = 44, kDescriptorOffset = 48, kKeyValueOffset = 56, kKeyValueLength = 60, kGlobalsOffset = 64,
                  kLevelOffset = 80, kLevelLength = 88, kInflatedLength = 96;
 
-// Byte of the basic descriptor block: 8 color model, 11 flags, 27 and 43 the channels of the two samples.
+// Offset of a byte of the basic descriptor block: 8 is the color model, 11 the flags, 27 and 43 are
+// the channels of the two samples.
 std::byte& descriptor(FileBytes& file, size_t at) { return file[get_u32(file, kDescriptorOffset) + 4 + at]; }
 
 FileBytes with_key_value(FileBytes file, std::string_view key, std::string_view value) {
@@ -88,7 +89,7 @@ const std::vector<std::string> kAllFixtures = {"uastc_modes", "uastc_zstd_rgba",
 
 // ---- agreement
 
-TEST(Ktx2, MatchesTheReferenceTranscoderToTheBit) {
+TEST(Ktx2, MatchesReferenceTranscoder) {
   struct Reference {
     const char* name;
     int width, height, channels;
@@ -110,8 +111,8 @@ TEST(Ktx2, MatchesTheReferenceTranscoderToTheBit) {
   }
 }
 
-// What the agreement above is worth.
-TEST(Ktx2, TheUastcFixtureHasAllModesAndPatterns) {
+// The coverage of the test above.
+TEST(Ktx2, UastcFixtureHasAllModesAndPatterns) {
   const FileBytes file = fixture("uastc_modes");
   std::set<int> modes;
   std::set<std::pair<int, const image_detail::UastcPattern*>> patterns;
@@ -132,8 +133,8 @@ TEST(Ktx2, TheUastcFixtureHasAllModesAndPatterns) {
 
 // ---- UASTC
 
-// The first patterns of the three tables in the UASTC specification.
-TEST(Uastc, PatternsAreThoseOfTheSpecification) {
+// Compares the first patterns of the three tables in the UASTC specification.
+TEST(Uastc, PatternsMatchSpecification) {
   using Subsets = std::array<uint8_t, 16>;
   EXPECT_EQ(image_detail::uastc_pattern(2, 0)->subset, (Subsets{0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1}));
   EXPECT_EQ(image_detail::uastc_pattern(2, 29)->subset, (Subsets{1, 0, 0, 1, 0, 0, 1, 1, 0, 1, 1, 0, 1, 1, 0, 0}));
@@ -146,7 +147,7 @@ TEST(Uastc, PatternsAreThoseOfTheSpecification) {
   EXPECT_EQ(image_detail::uastc_pattern(7, 19), nullptr);
 }
 
-// A block from fields of (value, bits), lowest first.
+// Returns a block made of fields (value, bits), lowest first.
 std::array<std::byte, 16> make_block(const std::vector<std::pair<uint32_t, int>>& fields) {
   std::array<std::byte, 16> block{};
   size_t at = 0;
@@ -156,22 +157,23 @@ std::array<std::byte, 16> make_block(const std::vector<std::pair<uint32_t, int>>
   return block;
 }
 
-TEST(Uastc, SolidBlock) {
+TEST(Uastc, DecodesSolidBlock) {
   BlockTexels texels;
   ASSERT_TRUE(image_detail::decode_uastc_block(make_block({{0x17, 5}, {1, 8}, {2, 8}, {3, 8}, {200, 8}}), texels));
   for (const auto& texel : texels) EXPECT_EQ(texel, (std::array<uint8_t, 4>{1, 2, 3, 200}));
 }
 
-// Mode 17: luminance and alpha from 8-bit endpoints, two planes of 2-bit weights, which are 0, 21, 43 and 64.
-TEST(Uastc, LuminanceAlphaInTwoPlanes) {
+// Mode 17 has luminance and alpha with 8-bit endpoints and two planes of 2-bit weights: 0, 21, 43
+// and 64.
+TEST(Uastc, DecodesLuminanceAlphaInTwoPlanes) {
   std::vector<std::pair<uint32_t, int>> fields = {{0x25, 6}, {0, 23}, {0, 8}, {255, 8}, {255, 8}, {10, 8}};
   for (uint32_t i = 0; i < 16; ++i) {
-    fields.emplace_back(i == 0 ? 1 : i % 4, i == 0 ? 1 : 2); // the first of each plane has one bit less
+    fields.emplace_back(i == 0 ? 1 : i % 4, i == 0 ? 1 : 2); // the first weight of each plane has one bit less
     fields.emplace_back(i == 0 ? 0 : 3 - i % 4, i == 0 ? 1 : 2);
   }
   BlockTexels texels;
   ASSERT_TRUE(image_detail::decode_uastc_block(make_block(fields), texels));
-  const auto blend = [](double low, double high, double weight) { // of 16 bits, upper half kept
+  const auto blend = [](double low, double high, double weight) { // in 16 bits, of which the upper half is kept
     return static_cast<uint8_t>(
         std::floor(std::floor((low * 257 * (64 - weight) + high * 257 * weight + 32) / 64) / 256));
   };
@@ -183,7 +185,7 @@ TEST(Uastc, LuminanceAlphaInTwoPlanes) {
   }
 }
 
-TEST(Uastc, BlocksThatNoEncoderWritesAreRefused) {
+TEST(Uastc, RefusesInvalidBlocks) {
   BlockTexels texels;
   EXPECT_FALSE(image_detail::decode_uastc_block(make_block({{0x45, 7}}), texels)) << "reserved mode";
   EXPECT_FALSE(image_detail::decode_uastc_block(make_block({{0x1d, 5}, {0, 15}, {30, 5}}), texels)) << "pattern";
@@ -192,10 +194,10 @@ TEST(Uastc, BlocksThatNoEncoderWritesAreRefused) {
       << "quints";
   FileBytes file = fixture("uastc_modes");
   file[get_u32(file, kLevelOffset) + 16] = std::byte{0x45};
-  EXPECT_EQ(ktx2_error(file), "some name: cannot decode KTX2: its UASTC block (1, 0) is not a valid one");
+  EXPECT_EQ(ktx2_error(file), "some name: cannot decode KTX2: its UASTC block (1, 0) is invalid");
 }
 
-TEST(Ktx2, ZlibHoldsTheSameAsNone) {
+TEST(Ktx2, ZlibEqualsUncompressed) {
   FileBytes file = fixture("uastc_modes");
   const size_t at = get_u32(file, kLevelOffset), length = get_u32(file, kLevelLength);
   std::vector<Bytef> packed(compressBound(length));
@@ -213,8 +215,8 @@ TEST(Ktx2, ZlibHoldsTheSameAsNone) {
 
 // ---- channels
 
-// Green comes from where alpha is kept: RRRG of UASTC, RRR and GGG of ETC1S.
-TEST(Ktx2, RedGreenTextures) {
+// Green is stored in place of alpha: RRRG of UASTC, RRR and GGG of ETC1S.
+TEST(Ktx2, RedGreenTexturesDecodeToTheirChannels) {
   for (const std::string name : {"uastc_modes", "etc1s_rgba"}) {
     FileBytes file = fixture(name);
     const Image rgba = decoded_ktx2(file);
@@ -247,9 +249,9 @@ TEST(Ktx2, OpaqueTexturesHaveNoAlpha) {
   EXPECT_NE(ktx2_error(file).find("its 1 samples are not those of"), std::string::npos);
 }
 
-// ---- what glTF does not allow
+// ---- features that glTF does not allow
 
-TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
+TEST(Ktx2, RefusesFeaturesBeyondGltf) {
   const FileBytes uastc = fixture("uastc_modes"), etc1s = fixture("etc1s_rgb");
   const auto refused = [](const FileBytes& file, std::string_view part) {
     const std::string message = ktx2_error(file);
@@ -270,12 +272,12 @@ TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
   refused(file, "its color model is 167; accepted are 163 (ETC1S) and 166 (UASTC LDR)");
   file = uastc;
   descriptor(file, 11) = std::byte{1};
-  refused(file, "its alpha is premultiplied; accepted is straight alpha");
+  refused(file, "its alpha is premultiplied; use straight alpha");
   refused(with_key_value(uastc, "KTXswizzle", "rrrg"), "its KTXswizzle is 'rrrg'; accepted is 'rgba'");
   refused(with_key_value(uastc, "KTXorientation", "ru"), "its KTXorientation is 'ru'; accepted is 'rd'");
   file = etc1s;
   file[get_u32(file, kGlobalsOffset) + 20] = std::byte{2};
-  refused(file, "it is a video frame that builds on another");
+  refused(file, "it is a video frame that depends on another");
 
   const Image plain = decoded_ktx2(uastc);
   EXPECT_TRUE(decoded_ktx2(with_key_value(uastc, "KTXswizzle", "rgba")).pixels == plain.pixels);
@@ -285,7 +287,7 @@ TEST(Ktx2, RefusesWhatGltfDoesNotAllow) {
 
 // ---- damage
 
-TEST(Ktx2, PartsOutsideTheFileAreRefused) {
+TEST(Ktx2, RefusesPartsOutsideOfFile) {
   const FileBytes file = fixture("uastc_modes"), etc1s = fixture("etc1s_rgba");
   for (const size_t at : {kDescriptorOffset, kKeyValueOffset, kGlobalsOffset, kLevelOffset}) {
     for (const uint32_t value : {static_cast<uint32_t>(file.size()) + 1, 0xffffffffU}) {
@@ -301,8 +303,8 @@ TEST(Ktx2, PartsOutsideTheFileAreRefused) {
   EXPECT_NE(ktx2_error(patched(etc1s, globals, 0)).find("codebooks are empty"), std::string::npos);
 }
 
-// A few bytes that promise gigabytes are refused before the memory is asked for.
-TEST(Ktx2, SmallFilesThatPromiseHugeImagesAreRefused) {
+// Small files with huge sizes are refused before memory is allocated.
+TEST(Ktx2, RefusesSmallFilesOfHugeImages) {
   FileBytes file = fixture("uastc_zstd_rgb");
   put_u32(file, kWidth, 16384);
   put_u32(file, kHeight, 16384);
@@ -314,7 +316,7 @@ TEST(Ktx2, SmallFilesThatPromiseHugeImagesAreRefused) {
   EXPECT_NE(ktx2_error(file).find("where 16384 x 16384 pixels need 268435456"), std::string::npos);
 }
 
-TEST(Ktx2, TruncatedFilesAreRefused) {
+TEST(Ktx2, RefusesTruncatedFiles) {
   for (const std::string& name : kAllFixtures) {
     const FileBytes file = fixture(name);
     for (size_t length = 0; length < file.size(); ++length) {
@@ -323,8 +325,9 @@ TEST(Ktx2, TruncatedFilesAreRefused) {
   }
 }
 
-// Any result is right but a crash, a hang or memory beyond the limit: run under the sanitizers too.
-TEST(Ktx2, FlippedBytesDoNoHarm) {
+// Any result is correct except a crash, a hang or memory beyond the limit. This test is also run
+// with sanitizers.
+TEST(Ktx2, SurvivesFlippedBytes) {
   ImageLimits limits;
   limits.max_pixels = 1 << 16;
   std::mt19937 random(7);
@@ -334,7 +337,8 @@ TEST(Ktx2, FlippedBytesDoNoHarm) {
     const int rounds = name == "etc1s_flat" ? 200 : 1000; // it has many pixels
     for (int round = 0; round < rounds; ++round) {
       FileBytes damaged = file;
-      // A third in header and descriptor, a third in the codebooks, a third anywhere.
+      // A third of the rounds modifies header and descriptor, a third the codebooks, a third any
+      // byte.
       const size_t globals = get_u32(file, kGlobalsOffset);
       const size_t from = round % 3 == 1 ? globals : 0;
       const size_t range = round % 3 == 2 ? file.size() : std::min<size_t>(file.size() - from, 300);
@@ -356,11 +360,12 @@ TEST(Ktx2, FlippedBytesDoNoHarm) {
 // ---- Huffman codes
 
 TEST(BasisLz, HuffmanCodesAreCanonical) {
-  // The example of RFC 1951, 3.2.2: A to H have 3, 3, 3, 3, 3, 2, 4 and 4 bits; codes 010 ... 110, 00, 1110, 1111.
+  // The example of RFC 1951, 3.2.2: A to H have 3, 3, 3, 3, 3, 2, 4 and 4 bits; codes 010 ... 110,
+  // 00, 1110, 1111.
   const std::array<uint8_t, 8> lengths = {3, 3, 3, 3, 3, 2, 4, 4};
   const auto table = image_detail::HuffmanTable::from_lengths(lengths);
   ASSERT_TRUE(table);
-  // H, F, A, G with the highest bit of each code first: 1111 00 010 1110, then no more than zeros.
+  // H, F, A, G with the highest bit of each code first: 1111 00 010 1110, then only zeros.
   const std::array<std::byte, 2> stream = {std::byte{0b10001111}, std::byte{0b01110}};
   image_detail::BitReader bits(stream);
   EXPECT_EQ(table->decode(bits), 7U);
@@ -373,7 +378,7 @@ TEST(BasisLz, HuffmanCodesAreCanonical) {
   EXPECT_FALSE(bits.ok()) << "past the end";
 }
 
-TEST(BasisLz, HuffmanCodesThatCannotBeAreRefused) {
+TEST(BasisLz, RefusesImpossibleHuffmanCodes) {
   const std::array<uint8_t, 3> too_many = {1, 1, 1}, one = {0, 1, 0};
   EXPECT_FALSE(image_detail::HuffmanTable::from_lengths(too_many));
   const auto table = image_detail::HuffmanTable::from_lengths(one);
@@ -383,7 +388,7 @@ TEST(BasisLz, HuffmanCodesThatCannotBeAreRefused) {
   EXPECT_EQ(table->decode(bits), 1U);
   EXPECT_TRUE(bits.ok());
   (void)table->decode(bits);
-  EXPECT_FALSE(bits.ok()) << "the code 1 is not given";
+  EXPECT_FALSE(bits.ok()) << "the code 1 is unused";
   image_detail::BitReader others(stream);
   EXPECT_EQ(image_detail::HuffmanTable().decode(others), 0U);
   EXPECT_FALSE(others.ok()) << "a table without codes";

@@ -1,4 +1,4 @@
-// The module is found where it was built, and its absence is an error that says where it was looked for.
+// Tests of the module loader: search order, and errors that list the searched folders.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/oiio_loader.h"
 
@@ -27,7 +27,7 @@ TEST(OiioLoader, LoadsOnceForAllThreads) {
   }
 }
 
-TEST(OiioLoader, LooksBesideTheProgramFirst) {
+TEST(OiioLoader, SearchesBesideProgramFirst) {
   const std::vector<fs::path> folders = oiio_module_folders();
   ASSERT_EQ(folders.size(), 4U);
   EXPECT_EQ(folders[0], fs::read_symlink("/proc/self/exe").parent_path());
@@ -35,7 +35,7 @@ TEST(OiioLoader, LooksBesideTheProgramFirst) {
   EXPECT_EQ(folders[3], fs::path(KINDLING_BINARY_DIR));
 }
 
-TEST(OiioLoader, SaysWhereItLooked) {
+TEST(OiioLoader, ReportsSearchedFolders) {
   const std::vector<fs::path> folders{"/no/such", "/nor/this"};
   const Result<OiioModule> module = load_oiio_module(folders);
   ASSERT_FALSE(module.ok());
@@ -43,7 +43,7 @@ TEST(OiioLoader, SaysWhereItLooked) {
   EXPECT_EQ(module.error().kind, ErrorKind::input_output);
 }
 
-TEST(OiioLoader, RefusesAFileThatIsNoModule) {
+TEST(OiioLoader, RefusesInvalidModule) {
   const fs::path folder = fs::path(testing::TempDir()) / ("kindling_oiio_loader" + std::to_string(getpid()));
   fs::create_directories(folder);
   std::ofstream(folder / "kindling_oiio.so") << "no library";

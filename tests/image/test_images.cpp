@@ -1,4 +1,4 @@
-// Makes the images of test_images.h.
+// Creation of small images in all formats, by OpenImageIO and by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/image/test_images.h"
 
@@ -69,7 +69,7 @@ void append_chunk(std::vector<uint8_t>& out, const PngChunk& chunk) {
   append_u32(out, crc32(body));
 }
 
-// A zlib stream of one stored block.
+// Returns a zlib stream of one stored block.
 std::vector<uint8_t> store(const std::vector<uint8_t>& data) {
   std::vector<uint8_t> out{0x78, 0x01, 0x01};
   const auto size = static_cast<uint16_t>(data.size());
@@ -138,7 +138,7 @@ FileBytes encode_exr_mask_and_image(const Image& mask, const Image& image) {
     specs[i].attribute("oiio:subimagename", i == 0 ? "mask" : "image");
   }
   specs[0].channelnames = {"mask"};
-  // Not in memory: OpenImageIO 2.4 writes several parts to named files alone.
+  // Written to a file, because OpenImageIO 2.4 cannot write several parts to memory.
   const std::string path = testing::TempDir() + "kindling_parts_" + std::to_string(getpid()) + ".exr";
   const auto output = OIIO::ImageOutput::create("openexr");
   EXPECT_TRUE(output && output->open(path, 2, specs)) << output->geterror();
@@ -158,7 +158,7 @@ FileBytes encode_webp_lossless(const Image& image) {
   WebPPicture webp;
   EXPECT_TRUE(WebPConfigInit(&config) && WebPPictureInit(&webp));
   config.lossless = 1;
-  config.exact = 1; // color under transparent pixels stays
+  config.exact = 1; // keeps the color of transparent pixels
   webp.use_argb = 1;
   webp.width = image.width;
   webp.height = image.height;

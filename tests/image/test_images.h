@@ -1,4 +1,4 @@
-// Small images in memory, in every format that is read: what the tests of this folder decode.
+// Small encoded images in memory, in every supported format, for tests of decoders.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,24 +14,26 @@ namespace kindling::test {
 
 using FileBytes = std::vector<std::byte>;
 
-// Random values with a fixed seed; floats in [0, 4).
+// Returns an image of random values with a fixed seed; floats are in [0, 4).
 [[nodiscard]] Image make_noise_image(int width, int height, int channels, PixelType type, uint32_t seed = 1);
 
-// Written by OpenImageIO as it is ("png", "hdr", "openexr"). `names`: channel names of EXR.
+// Encodes an image with OpenImageIO ("png", "hdr", "openexr"). `names` are the channel names of
+// EXR.
 [[nodiscard]] FileBytes encode_with_oiio(const Image& image, const std::string& format,
                                          const std::vector<std::string>& names = {});
-// A part of a display window of that size, at that corner.
+// Encodes an EXR whose data window is a part of a display window of the given size, at the given
+// corner.
 [[nodiscard]] FileBytes encode_exr_window(const Image& image, int x, int y, int full_width, int full_height);
 [[nodiscard]] FileBytes encode_exr_tiled(const Image& image, int tile_side);
-// Two parts: one channel "mask", then an image.
+// Encodes an EXR of two parts: one with the channel "mask", then the image.
 [[nodiscard]] FileBytes encode_exr_mask_and_image(const Image& mask, const Image& image);
 [[nodiscard]] FileBytes encode_webp_lossless(const Image& image);
-// color_components: 1, 3 or 4 (CMYK, with Adobe's marker and its inverted ink).
+// Encodes a JPEG; color_components is 1, 3 or 4 (CMYK, with Adobe's marker and inverted ink).
 [[nodiscard]] FileBytes encode_jpeg(std::span<const uint8_t> samples, int width, int height, int components,
                                     bool progressive);
 
-// A PNG made chunk by chunk without compression: color_type, bit_depth and rows as in the specification (each row is
-// preceded here by its filter byte 0). `extra` goes between IHDR and IDAT.
+// Assembles a PNG from chunks, without compression. color_type, bit_depth and rows are as in the
+// specification; the filter byte 0 is added to each row. `extra` is inserted between IHDR and IDAT.
 struct PngChunk {
   std::string type;
   std::vector<uint8_t> data;
@@ -40,7 +42,7 @@ struct PngChunk {
                                  const std::vector<std::vector<uint8_t>>& rows,
                                  const std::vector<PngChunk>& extra = {});
 
-// The chunks of a PNG file.
+// Returns the chunks of a PNG file.
 [[nodiscard]] std::vector<PngChunk> read_png_chunks(const FileBytes& file);
 
 [[nodiscard]] FileBytes read_file(const std::string& path);

@@ -1,4 +1,4 @@
-// What is written can be read back whole, and a failure leaves the old file and nothing else.
+// Tests of image writers: files can be read back, and failures leave the old file unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/write_image.h"
 
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own for each test.
+// Creates a separate folder for each test.
 class WriteImage : public testing::Test {
  protected:
   void SetUp() override {
@@ -50,7 +50,8 @@ std::vector<float> noise(size_t count, uint32_t seed) {
   return values;
 }
 
-// A crop of a 12 x 9 image with four layers of different depth, in an order that is not that of their names.
+// Returns a crop of a 12 x 9 image with four layers of different types, not in the order of their
+// names.
 ExrImage make_layers() {
   ExrImage image;
   image.display_size_px = {12, 9};
@@ -124,7 +125,7 @@ TEST_F(WriteImage, ExrKeepsLayersDepthsWindowsAndAttributes) {
   }
 }
 
-TEST_F(WriteImage, ExrOfManyBandsIsWhole) {
+TEST_F(WriteImage, ExrOfManyBandsIsComplete) {
   ExrImage image;
   image.display_size_px = image.data_max_px = {1500, 1000};
   image.layers.push_back({{"R", "G", "B"}, false, noise(size_t{1500} * 1000 * 3, 5)}); // 18 MB: more than one band
@@ -148,8 +149,9 @@ TEST_F(WriteImage, ExrHalfSaturatesInsteadOfOverflowing) {
   EXPECT_EQ(static_cast<float>(values[1]), -65504.0f);
 }
 
-// OpenEXR 2 added names of more than 31 characters; a file without them stays readable for what came before.
-TEST_F(WriteImage, ExrSaysInItsVersionWhetherNamesAreLong) {
+// OpenEXR 2 added names of more than 31 characters; files without them remain readable for older
+// readers.
+TEST_F(WriteImage, ExrVersionFlagsLongNames) {
   constexpr auto kLongNames = std::byte{0x04}; // bit 10 of the version, in its second byte
   ExrImage image = make_layers();
   ASSERT_TRUE(write_exr(at("a.exr"), image).ok());
@@ -163,7 +165,7 @@ TEST_F(WriteImage, ExrSaysInItsVersionWhetherNamesAreLong) {
   EXPECT_EQ(input->spec().get_string_attribute(name), "value");
 }
 
-TEST_F(WriteImage, ExrRefusesWhatCannotBeWritten) {
+TEST_F(WriteImage, ExrRefusesInvalidImages) {
   ExrImage image = make_layers();
   image.layers[3].values.pop_back();
   EXPECT_NE(write_exr(at("a.exr"), image).error().message.find("'P.X' has 125 values; its data window needs 126"),
@@ -175,7 +177,7 @@ TEST_F(WriteImage, ExrRefusesWhatCannotBeWritten) {
   image.data_max_px = image.data_min_px;
   EXPECT_NE(write_exr(at("a.exr"), image).error().message.find("data window is empty"), std::string::npos);
   image = make_layers();
-  image.text["compression"] = "none"; // the library's own, of another type
+  image.text["compression"] = "none"; // a standard attribute of another type
   EXPECT_NE(write_exr(at("a.exr"), image).error().message.find("attribute compression: "), std::string::npos);
   EXPECT_EQ(file_count(), 0U);
 }
@@ -201,7 +203,7 @@ TEST_F(WriteImage, PngRoundsToTheNearestStepAndClamps) {
   }
 }
 
-// Straight alpha: a transparent pixel keeps its color.
+// With straight alpha, a transparent pixel keeps its color.
 TEST_F(WriteImage, PngKeepsColorUnderTransparency) {
   ASSERT_TRUE(write_png(at("a.png"), std::vector<float>{1.0f, 0.2f, 0.4f, 0.0f}, {1, 1}, 8).ok());
   const Image image = read_image_file(at("a.png")).value();
@@ -230,7 +232,7 @@ TEST_F(WriteImage, PngTextChunksAreInTheFile) {
     const std::string body(chunk.data.begin(), chunk.data.end());
     const std::string key = body.substr(0, body.find('\0'));
     if (chunk.type == "tEXt") texts[key] = body.substr(key.size() + 1);
-    // Not compressed, then empty language and translated keyword.
+    // No compression; empty language and translated keyword.
     if (chunk.type == "iTXt") {
       EXPECT_EQ(body.substr(key.size()), std::string(5, '\0') + "ü.glb") << key;
     }
@@ -253,25 +255,25 @@ TEST_F(WriteImage, PngRefusesWrongSizesAndDepths) {
 
 // ---- failures
 
-TEST_F(WriteImage, SaysWhatIsWrongWithThePath) {
+TEST_F(WriteImage, ReportsInvalidPaths) {
   const std::vector<float> pixel(4, 1.0f);
   const auto message = [&](const fs::path& path) {
     const Result<void> written = write_png(path, pixel, {1, 1}, 8);
     EXPECT_FALSE(written.ok());
     return written.ok() ? "" : written.error().message;
   };
-  EXPECT_EQ(message(at("no/such/a.png")),
-            at("no/such/a.png").string() + ": cannot write: there is no folder '" + at("no/such").string() + "'");
+  EXPECT_EQ(message(at("no/such/a.png")), at("no/such/a.png").string() + ": cannot write: the folder '" +
+                                              at("no/such").string() + "' does not exist");
   fs::create_directory(at("folder"));
   EXPECT_NE(message(at("folder")).find("not a regular file"), std::string::npos);
   EXPECT_NE(message("/dev/null").find("not a regular file"), std::string::npos);
-  EXPECT_NE(message("").find("names no file"), std::string::npos);
+  EXPECT_NE(message("").find("has no file name"), std::string::npos);
   EXPECT_EQ(write_exr(at("no/a.exr"), make_layers()).error().kind, ErrorKind::input_output);
   std::ofstream(at("file")) << "x";
-  EXPECT_NE(message(at("file") / "a.png").find("there is no folder"), std::string::npos);
+  EXPECT_NE(message(at("file") / "a.png").find("does not exist"), std::string::npos);
 }
 
-TEST_F(WriteImage, FollowsALinkToItsTarget) {
+TEST_F(WriteImage, FollowsSymbolicLinks) {
   std::ofstream(at("real.png")) << "old";
   fs::create_symlink("real.png", at("link.png"));
   ASSERT_TRUE(write_png(at("link.png"), std::vector<float>(4, 1.0f), {1, 1}, 8).ok());
@@ -279,7 +281,7 @@ TEST_F(WriteImage, FollowsALinkToItsTarget) {
   EXPECT_TRUE(read_image_file(at("real.png")).ok());
 }
 
-// A disk that takes only some kilobytes, as a limit on the size of files.
+// A limit on the size of files simulates a full disk.
 TEST_F(WriteImage, FullDiskKeepsTheOldFile) {
   rlimit old_limit{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);

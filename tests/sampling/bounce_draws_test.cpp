@@ -1,4 +1,4 @@
-// The draws of a bounce, and of eight samples at once, in the mean: uniform and independent across pixels and seeds, for every kind of sampler; what blue noise gains.
+// Statistical tests of vector draws: uniformity, independence, and cancellation by blue noise.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/sampling/chi_square.h"
 
@@ -28,8 +28,7 @@ std::array<float, kLanes> two_bounces(const SampleAddress& address) {
   return lanes;
 }
 
-// Eight samples drawn together are those drawn one by one.
-TEST(DrawEight, IsEightDraws) {
+TEST(DrawEight, MatchesSingleDraws) {
   for (const SamplerKind kind : kSamplers) {
     const Sampler sampler(3, kind, 12);
     for (int round = 0; round < 100; ++round) {
@@ -43,7 +42,8 @@ TEST(DrawEight, IsEightDraws) {
   }
 }
 
-// Chi-square of all pairs of lanes in 8 x 8 cells, one sample from each of 8192 scramblings (seeds, and tiles for blue noise).
+// Chi-square test of all pairs of lanes in 8 x 8 cells, with one sample of each of 8192 scramblings
+// (seeds, and tiles for blue noise).
 TEST(BounceDraws, LanesAreIndependent) {
   constexpr int kCells = 8;
   constexpr int kPoints = 8192;
@@ -69,8 +69,9 @@ TEST(BounceDraws, LanesAreIndependent) {
   }
 }
 
-// Neighboring pixels' samples, paired: uncorrelated but for blue noise, where opposite halves of a pair anticorrelate.
-TEST(BounceDraws, NeighborsAreUncorrelatedOrOpposite) {
+// Samples of neighboring pixels are uncorrelated; with blue noise they lie in opposite halves, so
+// they are anticorrelated.
+TEST(BounceDraws, NeighborsAreUncorrelatedOrAnticorrelated) {
   for (const SamplerKind kind : kSamplers) {
     double sum = 0.0;
     constexpr int kPairs = 20000;
@@ -80,14 +81,15 @@ TEST(BounceDraws, NeighborsAreUncorrelatedOrOpposite) {
       const float right = draw_bounce(sampler.address({65, 40}, 0), 8).direction.x;
       sum += (static_cast<double>(left) - 0.5) * (static_cast<double>(right) - 0.5) * 12.0;
     }
-    // Independent numbers have correlation 0, with standard error 1 / sqrt(pairs); numbers independent within opposite halves
-    // have -3/4.
+    // Independent numbers have correlation 0, with standard error 1 / sqrt(pairs); numbers that are
+    // independent within opposite halves have correlation -3/4.
     EXPECT_NEAR(sum / kPairs, kind == SamplerKind::blue_noise ? -0.75 : 0.0, 4.0 / std::sqrt(kPairs))
         << sampler_name(kind);
   }
 }
 
-// Mean squared error of the mean over squares of 4 x 4 pixels, and over single ones, for an integrand of four dimensions.
+// Mean squared errors of single pixels and of the mean of squares of 4 x 4 pixels, for an integrand
+// of four dimensions.
 struct Errors {
   double pixel = 0.0;
   double square = 0.0;
@@ -119,16 +121,18 @@ TEST(BounceDraws, BlueNoiseErrorsCancelAmongNeighbors) {
   for (const uint32_t samples : {1U, 4U, 16U}) {
     const Errors own = errors_of(SamplerKind::sobol, samples);
     const Errors blue = errors_of(SamplerKind::blue_noise, samples);
-    // Pixels by themselves are as good: both are means of 16,000 squares, of which blue noise has perhaps a thousand
-    // independent ones; a squared normal has standard deviation sqrt(2): 5 * sqrt(2 / 1000).
+    // Single pixels are as good with either sampler. Both errors are means of 16,000 squares, of
+    // which about a thousand are independent with blue noise; a squared normal has standard
+    // deviation sqrt(2): 5 * sqrt(2 / 1000).
     EXPECT_NEAR(blue.pixel / own.pixel, 1.0, 0.22) << samples;
     EXPECT_NEAR(own.square / own.pixel, 1.0 / 16.0, 0.22 / 16.0) << samples;
     EXPECT_LT(blue.square, 0.3 * own.square) << samples;
   }
 }
 
-// Rates: for a smooth function of four dimensions, at a power of 4 the joint set beats independent draws by far, and padded pairs too.
-TEST(BounceDraws, FourDimensionsConvergeTogether) {
+// For a smooth function of four dimensions, at a power of 4 samples, a set of four dimensions has
+// much less error than padded pairs or independent draws.
+TEST(BounceDraws, SetOfFourConvergesFasterThanPairs) {
   const auto error_of = [](uint32_t n, int method) {
     const double exact = std::pow(0.5, 4.0);
     double sum = 0.0;

@@ -1,4 +1,4 @@
-// Pearson's chi-square test of a sampling routine against its density, for any routine of two dimensions.
+// Pearson's chi-square test of two-dimensional sampling routines against their densities.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,30 +22,33 @@ struct Rect {
 
 struct ChiSquareOptions {
   uint64_t seed = 1;
-  int pilot_samples = 16384; // place the bins
-  int samples = 200000;      // are counted
+  int pilot_samples = 16384; // number of samples that determine the bins
+  int samples = 200000;      // number of samples that are counted
   int bins = 256;
-  // Bins narrower than this are not split: where float directions have too few values for exact counts.
+  // Bins narrower than this are not split, because directions in single precision have too few
+  // values there for exact counts.
   double min_extent = 1e-5;
-  // Where a narrow lobe on top of a wide one has its peak, in the coordinates of the test (stereographic for a hemisphere).
+  // Peak of a narrow lobe on top of a wide one, in the coordinates of the test (stereographic for a
+  // hemisphere).
   std::optional<std::array<double, 2>> peak;
-  // The routine may return nothing, with the probability that the density leaves over.
+  // The routine may return nothing, with probability 1 minus the integral of the density.
   bool may_be_absorbed = false;
 };
 
 struct ChiSquareResult {
-  double p_value = 0.0;  // of the counts, if the density is right
+  double p_value = 0.0;  // of the counts, given the density
   double integral = 0.0; // of the density over the domain
-  double absorbed = 0.0; // share of draws that returned nothing
-  std::string summary;   // for the message of a failure
+  double absorbed = 0.0; // fraction of draws that returned nothing
+  std::string summary;   // message for a failure
 };
 
-// The level for each of `checks` tests such that all of them together fail by chance with probability `level` (Sidak
-// 1967).
+// Returns the level of each of `checks` tests for which at least one of them fails by chance with
+// probability `level` (Sidak 1967).
 inline double sidak_level(double level, int checks) { return 1.0 - std::pow(1.0 - level, 1.0 / checks); }
 
-// Upper tail of the chi-square distribution: the regularized incomplete gamma function Q(dof / 2, x / 2), by its series
-// below the mean and its continued fraction (modified Lentz) above.
+// Returns the upper tail of the chi-square distribution: the regularized incomplete gamma function
+// Q(dof / 2, x / 2), by its series below the mean and its continued fraction (modified Lentz)
+// above.
 inline double chi_square_tail(double x, int dof) {
   const double a = 0.5 * dof;
   const double h = 0.5 * x;
@@ -109,8 +112,8 @@ double integrate(const Rect& r, const Density& density, double estimate, double 
   return sum;
 }
 
-// Borders from x0 to x1 that include the core and lie three times farther from it with each step: a density that falls
-// off around the core is seen on its way down.
+// Returns borders from x0 to x1 that include those of the core; the distance to the core triples
+// with each step, which resolves a density that falls off around the core.
 inline std::vector<double> graded(double x0, double core0, double core1, double x1) {
   std::vector<double> borders;
   const double unit = std::max(core1 - core0, 1e-7);
@@ -123,7 +126,7 @@ inline std::vector<double> graded(double x0, double core0, double core1, double 
   return borders;
 }
 
-// More borders around a peak, where they are not yet so close.
+// Adds borders around a peak, at distances that triple with each step.
 inline void add_peak(std::vector<double>& borders, double peak) {
   const double x0 = borders.front();
   const double x1 = borders.back();
@@ -145,7 +148,8 @@ struct BinNode {
   int bin = -1;
 };
 
-// Bins of about equal probability: halved at the median of the pilot samples, across their wider spread.
+// Bins of about equal probability, made by splitting at the median of the pilot samples along the
+// axis of their wider spread.
 class AdaptiveBins {
  public:
   AdaptiveBins(const Rect& domain, std::vector<Point> pilot, int bins, double min_extent) {
@@ -161,8 +165,9 @@ class AdaptiveBins {
   }
   [[nodiscard]] size_t bin_count() const { return bin_count_; }
 
-  // Bins are split on for the quadrature, to cells of a few pilot samples each: there the density is tame. The core is
-  // the part of a cell around its samples: a lobe in the corner of a large cell is not to be missed.
+  // For quadrature, bins are split further into cells of a few pilot samples each, in which the
+  // density varies little. The core is the part of a cell around its samples, so that a lobe in the
+  // corner of a large cell is not missed.
   struct Cell {
     Rect all;
     Rect core;
@@ -185,8 +190,8 @@ class AdaptiveBins {
             std::min(box.y1 + my, all.y1)};
   }
 
-  // The axis of the wider spread between the quartiles; -1 if there are fewer than min_points or neither spreads by
-  // min_extent.
+  // Returns the axis of the wider spread between the quartiles; -1 if there are fewer than
+  // min_points or neither axis spreads by min_extent.
   template <typename Iterator>
   static int wider_axis(Iterator first, Iterator last, size_t n, size_t min_points, double min_extent) {
     if (n < min_points) return -1;
@@ -208,7 +213,7 @@ class AdaptiveBins {
     return axis;
   }
 
-  // bin: the one that the node is part of; -1 above the bins.
+  // Splits a node; `bin` is the bin that contains it, or -1 above the level of bins.
   void split(int node, std::vector<Point>& points, size_t begin, size_t end, int bin) {
     constexpr size_t kCellSize = 8;
     const auto first = points.begin() + static_cast<ptrdiff_t>(begin);
@@ -248,9 +253,9 @@ class AdaptiveBins {
 
 } // namespace detail
 
-// draw(Random&) -> std::optional<std::array<double, 2>> inside of the domain; density(x, y) per unit of x times unit of
-// y. Bins come from other samples than those that are counted; expectations from adaptive quadrature; bins that expect
-// fewer than 8 are pooled.
+// Tests draw(Random&) -> std::optional<std::array<double, 2>>, a point of the domain, against
+// density(x, y), per unit of x times unit of y. Bins are built from separate samples; expected
+// counts come from adaptive quadrature; bins that expect fewer than 8 samples are pooled.
 template <typename Draw, typename Density>
 ChiSquareResult chi_square_test(const Rect& domain, const Draw& draw, const Density& density,
                                 const ChiSquareOptions& options) {
@@ -323,7 +328,8 @@ ChiSquareResult chi_square_test(const Rect& domain, const Draw& draw, const Dens
       pool = {0.0, 0.0};
     }
   }
-  // What is left of the pool expects next to nothing; a sample where the density is zero is a failure by itself.
+  // The rest of the pool has a tiny expectation; a single sample where the density is zero is a
+  // failure.
   if (pool.expected > 0.0 || pool.observed > 0.0) close({std::max(pool.expected, 1e-3), pool.observed});
   const int dof = std::max(cells - 1, 1);
   result.p_value = chi_square_tail(statistic, dof);
@@ -334,8 +340,9 @@ ChiSquareResult chi_square_test(const Rect& domain, const Draw& draw, const Dens
   return result;
 }
 
-// Directions of the hemisphere around +z, in the stereographic plane: conformal, so that a narrow lobe stays round
-// wherever it is. draw(Random&) -> std::optional<V3f>; density(V3f) by solid angle, asked above the horizon only.
+// Tests directions of the hemisphere around +z, in the stereographic plane: the projection is
+// conformal, so a narrow lobe stays round at any place. draw(Random&) -> std::optional<V3f>;
+// density(V3f) is by solid angle and called above the horizon only.
 template <typename Draw, typename Density>
 ChiSquareResult chi_square_hemisphere(const Draw& draw, const Density& density, const ChiSquareOptions& options) {
   const auto draw_plane = [&](Random& random) -> std::optional<detail::Point> {
@@ -355,7 +362,7 @@ ChiSquareResult chi_square_hemisphere(const Draw& draw, const Density& density, 
   return chi_square_test({-1.0, 1.0, -1.0, 1.0}, draw_plane, density_plane, options);
 }
 
-// Directions of the whole sphere, by z and azimuth.
+// Tests directions of the whole sphere, by z and azimuth.
 template <typename Draw, typename Density>
 ChiSquareResult chi_square_sphere(const Draw& draw, const Density& density, const ChiSquareOptions& options) {
   constexpr double kPiDouble = std::numbers::pi;

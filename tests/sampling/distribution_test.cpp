@@ -1,4 +1,4 @@
-// Tabulated distributions: probabilities, densities, samples, and what is made of bad weights.
+// Tests of tabulated distributions: probabilities, densities, samples, and invalid weights.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/alias_table.h"
 #include "renderer/sampling/distribution_1d.h"
@@ -20,7 +20,8 @@ using test::Random;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Pearson's test of discrete counts; cells that expect fewer than 8 are pooled.
+// Returns the p-value of Pearson's test of discrete counts; cells that expect fewer than 8 are
+// pooled.
 double counts_p_value(const std::vector<double>& probabilities, const std::vector<double>& counts, double samples) {
   double statistic = 0.0;
   double pooled_expected = 0.0;
@@ -43,14 +44,14 @@ double counts_p_value(const std::vector<double>& probabilities, const std::vecto
   return test::chi_square_tail(statistic, cells - 1);
 }
 
-std::vector<float> random_weights(size_t n, uint64_t seed, float zero_share) {
+std::vector<float> random_weights(size_t n, uint64_t seed, float zero_probability) {
   Random random(seed);
   std::vector<float> weights(n);
-  for (float& w : weights) w = random.next_1d() < zero_share ? 0.0f : std::exp(6.0f * random.next_1d());
+  for (float& w : weights) w = random.next_1d() < zero_probability ? 0.0f : std::exp(6.0f * random.next_1d());
   return weights;
 }
 
-TEST(Distribution1D, ProbabilitiesFollowTheWeights) {
+TEST(Distribution1D, ProbabilitiesMatchWeights) {
   for (const size_t n : {size_t{1}, size_t{2}, size_t{7}, size_t{100}, size_t{4096}, size_t{100000}}) {
     const std::vector<float> weights = random_weights(n, n, n > 4 ? 0.3f : 0.0f);
     const Distribution1D d(weights);
@@ -63,14 +64,14 @@ TEST(Distribution1D, ProbabilitiesFollowTheWeights) {
       EXPECT_NEAR(p, static_cast<double>(weights[i]) / sum, 2.0 * 0x1p-24);
       EXPECT_EQ(p > 0.0, weights[i] > 0.0f);
     }
-    EXPECT_EQ(total, 1.0); // exact: they are multiples of 2^-24
+    EXPECT_EQ(total, 1.0); // exact, because probabilities are multiples of 2^-24
   }
 }
 
-// The inverse is exact: every 24-bit draw falls into its cell, and each cell gets just its share of all draws.
-TEST(Distribution1D, AllDrawsTogetherHitEachCellExactlyByItsProbability) {
+// The inversion is exact: of all 2^24 draws, each cell receives exactly its probability.
+TEST(Distribution1D, EnumeratedDrawsMatchProbabilitiesExactly) {
   std::vector<float> weights = random_weights(300, 5, 0.4f);
-  weights[17] = 1e9f; // a sun: the others are left with less than a quantum each
+  weights[17] = 1e9f; // like the sun: the other weights are below a quantum
   weights.front() = weights.back() = 0.0f;
   const Distribution1D d(weights);
   std::vector<uint32_t> hits(weights.size(), 0);
@@ -90,7 +91,7 @@ TEST(Distribution1D, AllDrawsTogetherHitEachCellExactlyByItsProbability) {
   }
 }
 
-TEST(Distribution1D, PdfOfASampleIsThePdfThere) {
+TEST(Distribution1D, SamplePdfMatchesPdf) {
   const Distribution1D d(random_weights(64, 6, 0.2f));
   Random random(1);
   for (int i = 0; i < 100000; ++i) {
@@ -103,7 +104,7 @@ TEST(Distribution1D, PdfOfASampleIsThePdfThere) {
   EXPECT_EQ(d.pdf(kNan), 0.0f);
 }
 
-TEST(Distribution1D, BadWeightsCountAsZeroAndNoWeightsAsUniform) {
+TEST(Distribution1D, InvalidWeightsCountAsZeroAndZeroWeightsAreUniform) {
   const std::vector<float> bad = {kNan, 1.0f, -3.0f, kInfinity, 1.0f, -kInfinity};
   const Distribution1D d(bad);
   EXPECT_EQ(d.probability(1), 0.5f);
@@ -114,17 +115,17 @@ TEST(Distribution1D, BadWeightsCountAsZeroAndNoWeightsAsUniform) {
   for (uint32_t i = 0; i < 3; ++i) EXPECT_NEAR(none.probability(i), 1.0f / 3.0f, 1e-7f);
   EXPECT_EQ(Distribution1D().sample(0.25f).x, 0.25f);
   EXPECT_EQ(Distribution1D().pdf(0.25f), 1.0f);
-  const Distribution1D large(std::vector<float>{3e38f, 3e38f, 1e38f, 3e38f}); // the sum is no float
+  const Distribution1D large(std::vector<float>{3e38f, 3e38f, 1e38f, 3e38f}); // the sum exceeds the range of floats
   EXPECT_NEAR(large.probability(2), 0.1f, 1e-6f);
   const Distribution1D small(std::vector<float>{1e-45f, 1e-45f});
   EXPECT_EQ(small.probability(0), 0.5f);
 }
 
-TEST(Distribution2D, ProbabilitiesFollowTheWeights) {
+TEST(Distribution2D, ProbabilitiesMatchWeights) {
   constexpr uint32_t kWidth = 33;
   constexpr uint32_t kHeight = 17;
   std::vector<float> weights = random_weights(kWidth * kHeight, 9, 0.3f);
-  for (uint32_t x = 0; x < kWidth; ++x) weights[5 * kWidth + x] = 0.0f; // a row of nothing
+  for (uint32_t x = 0; x < kWidth; ++x) weights[5 * kWidth + x] = 0.0f; // a row of zeros
   const Distribution2D d(weights, kWidth, kHeight);
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   EXPECT_NEAR(d.sum(), sum, 1e-6 * sum);
@@ -151,7 +152,7 @@ TEST(Distribution2D, ProbabilitiesFollowTheWeights) {
   }
 }
 
-TEST(Distribution2D, BadWeightsCountAsZeroAndNoWeightsAsUniform) {
+TEST(Distribution2D, InvalidWeightsCountAsZeroAndZeroWeightsAreUniform) {
   const Distribution2D one({{kNan, -1.0f, kInfinity, 2.0f}}, 2, 2);
   EXPECT_EQ(one.probability(1, 1), 1.0f);
   EXPECT_EQ(one.sum(), 2.0);
@@ -163,13 +164,13 @@ TEST(Distribution2D, BadWeightsCountAsZeroAndNoWeightsAsUniform) {
   EXPECT_EQ(one.pdf({0.3f, 1.0f}), 0.0f);
 }
 
-TEST(Distribution2D, KeepsItsMemoryPromise) {
+TEST(Distribution2D, TakesAboutFiveBytesPerCell) {
   const std::vector<float> weights(2048 * 1024, 1.0f);
   const Distribution2D d(weights, 2048, 1024);
   EXPECT_LT(static_cast<double>(d.memory_bytes()) / (2048.0 * 1024.0), 5.1);
 }
 
-TEST(DistributionStatistical, Distribution1DAndItsContinuousPart) {
+TEST(DistributionStatistical, Distribution1DMatchesPdf) {
   const Distribution1D d(random_weights(100, 12, 0.2f));
   const auto draw = [&](Random& random) -> std::optional<std::array<double, 2>> {
     return std::array<double, 2>{d.sample(random.next_1d()).x, random.next_double()};
@@ -181,9 +182,9 @@ TEST(DistributionStatistical, Distribution1DAndItsContinuousPart) {
   EXPECT_NEAR(result.integral, 1.0, 2e-3);
 }
 
-// An environment with a sun, a horizon and a black ground: the cells by their probabilities, the places in them as
-// uniform.
-TEST(DistributionStatistical, Distribution2DOfAnEnvironment) {
+// An environment with a sun, a horizon and a black ground. Cells are tested against their
+// probabilities, positions within cells against the uniform distribution.
+TEST(DistributionStatistical, Distribution2DMatchesProbabilities) {
   constexpr uint32_t kWidth = 64;
   constexpr uint32_t kHeight = 32;
   std::vector<float> weights = random_weights(kWidth * kHeight, 13, 0.0f);
@@ -213,7 +214,7 @@ TEST(DistributionStatistical, Distribution2DOfAnEnvironment) {
       << "seed 31";
 }
 
-TEST(AliasTable, ProbabilitiesFollowTheWeights) {
+TEST(AliasTable, ProbabilitiesMatchWeights) {
   for (const size_t n : {size_t{1}, size_t{2}, size_t{3}, size_t{80}, size_t{80000}, size_t{1000003}}) {
     const std::vector<float> weights = random_weights(n, n, n > 4 ? 0.3f : 0.0f);
     const AliasTable table(weights);
@@ -232,7 +233,7 @@ TEST(AliasTable, ProbabilitiesFollowTheWeights) {
   }
 }
 
-TEST(AliasTable, NeverPicksZeroWeightsEvenAtTheEndsOfTheDraws) {
+TEST(AliasTable, NeverChoosesZeroWeightsAtExtremeDraws) {
   std::vector<float> weights(1001, 0.0f);
   weights[500] = 1.0f;
   weights[3] = 1e-12f;
@@ -248,7 +249,7 @@ TEST(AliasTable, NeverPicksZeroWeightsEvenAtTheEndsOfTheDraws) {
   }
 }
 
-TEST(AliasTable, BadWeightsCountAsZeroAndNoWeightsAsUniform) {
+TEST(AliasTable, InvalidWeightsCountAsZeroAndZeroWeightsAreUniform) {
   const AliasTable table(std::vector<float>{kNan, 1.0f, -3.0f, kInfinity, 3.0f});
   EXPECT_EQ(table.probability(0), 0.0f);
   EXPECT_NEAR(table.probability(1), 0.25f, 1e-7f);
@@ -258,7 +259,7 @@ TEST(AliasTable, BadWeightsCountAsZeroAndNoWeightsAsUniform) {
   EXPECT_TRUE(AliasTable().empty());
 }
 
-TEST(DistributionStatistical, AliasTableCounts) {
+TEST(DistributionStatistical, AliasTableMatchesProbabilities) {
   const std::vector<float> weights = random_weights(5000, 15, 0.2f);
   const AliasTable table(weights);
   std::vector<double> counts(weights.size(), 0.0);

@@ -1,4 +1,4 @@
-// The jittered sampler: one sample in each cell, cells shuffled evenly and independently, and uniform all over.
+// Tests of the jittered sampler: stratification, uniform permutations and independent draws.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/jittered.h"
 
@@ -16,7 +16,7 @@ namespace {
 using jittered::Strata;
 using jittered::strata_for;
 
-TEST(Jittered, GridsAreSquareWhereTheyCanBe) {
+TEST(Jittered, GridsAreSquareIfPossible) {
   const auto expect = [](uint32_t samples, uint32_t columns, uint32_t rows) {
     const Strata strata = strata_for(samples);
     EXPECT_EQ(strata.columns, columns) << samples;
@@ -38,7 +38,7 @@ TEST(Jittered, GridsAreSquareWhereTheyCanBe) {
   }
 }
 
-TEST(Jittered, PermutationsArePermutations) {
+TEST(Jittered, PermuteIsBijective) {
   for (const uint32_t count : {1U, 2U, 3U, 9U, 16U, 17U, 100U, 1000U})
     for (uint32_t seed = 0; seed < 20; ++seed) {
       std::vector<int> seen(count, 0);
@@ -47,8 +47,8 @@ TEST(Jittered, PermutationsArePermutations) {
     }
 }
 
-// Where two samples go, over many seeds: all ordered pairs are as frequent.
-TEST(Jittered, PairsOfCellsAreAllAsFrequent) {
+// Over many seeds, all ordered pairs of cells of two samples are equally frequent.
+TEST(Jittered, PairsOfCellsAreEquallyFrequent) {
   const std::array<uint32_t, 7> counts{2, 3, 4, 6, 9, 16, 25};
   const double level = test::sidak_level(0.01, 3 * static_cast<int>(counts.size()));
   for (const uint32_t count : counts)
@@ -61,7 +61,7 @@ TEST(Jittered, PairsOfCellsAreAllAsFrequent) {
         ++observed[{jittered::permute(first, count, key), jittered::permute(second, count, key)}];
       }
       const double pairs = count * (count - 1.0), expected = kSeeds / pairs;
-      double statistic = (pairs - static_cast<double>(observed.size())) * expected; // those that never came
+      double statistic = (pairs - static_cast<double>(observed.size())) * expected; // pairs that never occurred
       for (const auto& [cells, n] : observed) {
         EXPECT_NE(cells.first, cells.second);
         statistic += (n - expected) * (n - expected) / expected;
@@ -76,7 +76,7 @@ TEST(Jittered, PairsOfCellsAreAllAsFrequent) {
 TEST(Jittered, EachCellHasOneSample) {
   for (const uint32_t spp : {1U, 4U, 9U, 12U, 25U, 64U}) {
     const Strata strata = strata_for(spp);
-    for (const uint32_t block : {0U, 1U, 5U}) { // also beyond the samples that were announced
+    for (const uint32_t block : {0U, 1U, 5U}) { // also beyond the planned number of samples
       const Sampler sampler(3, SamplerKind::jittered, spp);
       std::array<std::vector<int>, 3> cells_2d;
       std::array<std::vector<int>, 3> cells_1d;
@@ -108,7 +108,7 @@ TEST(Jittered, EachCellHasOneSample) {
   }
 }
 
-// Over many pixels, each sample by itself is uniform, also where cells stay empty and within cells.
+// Over many pixels, each single sample is uniform, even if some cells stay empty.
 TEST(Jittered, EachSampleIsUniform) {
   const double level = test::sidak_level(0.01, 8);
   constexpr int kGrid = 24, kPixels = 60000;
@@ -132,7 +132,7 @@ TEST(Jittered, EachSampleIsUniform) {
     }
 }
 
-// Draws of a sample do not know of each other: the cells of two draws, and the places in them.
+// The cells of two draws of a sample are independent.
 TEST(Jittered, DrawsAreIndependentOfEachOther) {
   const Sampler sampler(6, SamplerKind::jittered, 9);
   std::vector<double> observed(81, 0.0);
@@ -146,8 +146,8 @@ TEST(Jittered, DrawsAreIndependentOfEachOther) {
       };
       ++observed[cell(a) * 9 + cell(b)];
     }
-  // The 9 pairs of a pixel are a random permutation: a count has the variance 8 / 81 for each pixel, and 64 directions share
-  // the 81 (8 / 9) that they add up to in Pearson's statistic.
+  // The 9 pairs of a pixel are a random permutation: a count has the variance 8 / 81 for each
+  // pixel, so Pearson's statistic has the mean 81 (8 / 9), spread over 64 degrees of freedom.
   const double expected = kPixels / 9.0;
   double statistic = 0.0;
   for (const double n : observed) statistic += (n - expected) * (n - expected) / expected;
@@ -155,7 +155,7 @@ TEST(Jittered, DrawsAreIndependentOfEachOther) {
   EXPECT_GT(1.0 - test::chi_square_tail(statistic * 8.0 / 9.0, 64), 1e-3) << statistic;
 }
 
-TEST(Jittered, LanesAgreeWithSingleDraws) {
+TEST(Jittered, VectorDrawsMatchSingleDraws) {
   const Sampler sampler(7, SamplerKind::jittered, 12);
   std::array<SampleAddress, 8> addresses;
   for (uint32_t i = 0; i < 8; ++i) addresses[i] = sampler.address({3, 4}, i);

@@ -1,4 +1,4 @@
-// The power heuristic: a partition of one that survives every pair of floats.
+// Tests of the power heuristic: weights add up to one for all pairs of densities.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/mis.h"
 
@@ -9,7 +9,7 @@
 namespace kindling {
 namespace {
 
-TEST(Mis, FollowsItsFormula) {
+TEST(Mis, MatchesFormula) {
   EXPECT_FLOAT_EQ(power_heuristic(1.0f, 1.0f), 0.5f);
   EXPECT_FLOAT_EQ(power_heuristic(3.0f, 1.0f), 0.9f);
   EXPECT_FLOAT_EQ(power_heuristic(1.0f, 3.0f), 0.1f);

@@ -1,4 +1,4 @@
-// Pixel filters: names, moments against the filters themselves, and samples against their density.
+// Tests of pixel filters: names, moments, weights, and samples against their density.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/pixel_filter.h"
 
@@ -37,14 +37,14 @@ Moments moments(FilterKind kind, double width) {
   return m;
 }
 
-TEST(PixelFilter, NamesGoBothWays) {
+TEST(PixelFilter, NamesRoundTrip) {
   for (const FilterKind kind : kKinds) EXPECT_EQ(filter_from_name(filter_name(kind)), kind);
   EXPECT_EQ(filter_name(FilterKind::blackman_harris), "blackman-harris");
   EXPECT_EQ(filter_from_name("gauss"), std::nullopt);
   EXPECT_EQ(filter_from_name(""), std::nullopt);
 }
 
-TEST(PixelFilter, DefaultIsBlackmanHarrisOfOneAndAHalfPixels) {
+TEST(PixelFilter, HasDefaultKindAndWidths) {
   const PixelFilter filter;
   EXPECT_EQ(filter.kind(), FilterKind::blackman_harris);
   EXPECT_EQ(filter.width(), 1.5f);
@@ -52,7 +52,7 @@ TEST(PixelFilter, DefaultIsBlackmanHarrisOfOneAndAHalfPixels) {
   EXPECT_EQ(PixelFilter({FilterKind::box, 2.0f}).width(), 2.0f);
 }
 
-TEST(PixelFilter, CurvesAreTheKnownOnes) {
+TEST(PixelFilter, CurvesMatchKnownValues) {
   EXPECT_NEAR(filter_value(FilterKind::blackman_harris, 1.5, 0.0), 1.0, 1e-12);
   EXPECT_NEAR(filter_value(FilterKind::blackman_harris, 1.5, 0.75), 6e-5, 1e-9); // the window's pedestal
   EXPECT_NEAR(filter_value(FilterKind::gaussian, 6.0, 1.0), std::exp(-0.5), 1e-12);
@@ -63,10 +63,10 @@ TEST(PixelFilter, CurvesAreTheKnownOnes) {
   EXPECT_EQ(filter_value(FilterKind::box, 1.0, 0.51), 0.0);
 }
 
-// Mean, variance and mean weight by stratified draws against the integrals of the filter. 1024^2 strata leave an error
-// below 1e-5 of the width; the density's linear pieces between 129 nodes are off by up to (1 / 128)^2 / 8 times the
-// curvature.
-TEST(PixelFilter, MomentsAreThoseOfTheFilter) {
+// Mean, variance and mean weight of stratified draws match the integrals of the filter. 1024^2
+// strata leave an error below 1e-5 of the width; linear interpolation of the density between 129
+// nodes has an error of up to (1 / 128)^2 / 8 times the curvature.
+TEST(PixelFilter, SampleMomentsMatchFilter) {
   for (const FilterKind kind : kKinds) {
     for (const float width : {0.0f, 3.0f}) {
       const PixelFilter filter({kind, width});
@@ -91,7 +91,7 @@ TEST(PixelFilter, MomentsAreThoseOfTheFilter) {
         }
       }
       const double variance = exact.second / exact.total;
-      // A stratum that straddles Mitchell's change of sign has the weight of its middle.
+      // A stratum that contains Mitchell's change of sign has the weight of its middle.
       const double tolerance = kind == FilterKind::mitchell ? 4e-3 : 2e-4;
       EXPECT_NEAR(weight, 1.0, tolerance) << filter_name(kind);
       EXPECT_NEAR(mean_x, 0.0, 1e-5 * w) << filter_name(kind);
@@ -101,7 +101,7 @@ TEST(PixelFilter, MomentsAreThoseOfTheFilter) {
   }
 }
 
-TEST(PixelFilter, WeightsAreOneWithoutNegativeLobesAndOfOneMagnitudeWith) {
+TEST(PixelFilter, WeightsHaveConstantMagnitude) {
   Random random(1);
   const PixelFilter harris;
   const PixelFilter mitchell({FilterKind::mitchell});
@@ -125,7 +125,7 @@ TEST(PixelFilter, WeightsAreOneWithoutNegativeLobesAndOfOneMagnitudeWith) {
   EXPECT_NEAR(sum / kSamples, 1.0, 5.0 * std::sqrt((c * c - 1.0) / kSamples) + 1e-6);
 }
 
-TEST(PixelFilterStatistical, SamplesFollowTheFilter) {
+TEST(PixelFilterStatistical, SamplesMatchFilter) {
   const double level = test::sidak_level(0.01, 8);
   uint64_t seed = 40;
   for (const FilterKind kind : kKinds) {
@@ -137,14 +137,14 @@ TEST(PixelFilterStatistical, SamplesFollowTheFilter) {
         const PixelFilter::Sample s = filter.sample(random.next_2d());
         return std::array<double, 2>{s.offset.x, s.offset.y};
       };
-      // The filter itself, not its table.
+      // The exact filter, not its table.
       const auto density = [&](double x, double y) {
         return std::abs(filter_value(kind, 2.0 * r, x) * filter_value(kind, 2.0 * r, y)) / (m.absolute * m.absolute);
       };
       const auto result = test::chi_square_test({-r, r, -r, r}, draw, density, {.seed = seed++});
       EXPECT_GT(result.p_value, level) << filter_name(kind) << ": " << result.summary;
       EXPECT_NEAR(result.integral, 1.0, 1e-3) << filter_name(kind);
-      // And the tabulated density agrees with the filter.
+      // The tabulated density agrees with the filter as well.
       for (int i = 0; i < 100; ++i) {
         const double x = r * (i + 0.3) / 100.0;
         EXPECT_NEAR(static_cast<double>(filter.pdf({static_cast<float>(x), static_cast<float>(-0.3 * x)})),

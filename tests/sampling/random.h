@@ -1,4 +1,4 @@
-// A small generator of independent random numbers for tests: the same on every machine, never used by the renderer.
+// Pseudorandom numbers for tests, equal on every machine and not used by the renderer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@ class Random {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
     return z ^ (z >> 31);
   }
-  // In [0, 1), multiples of 2^-24 as the renderer's sampler makes them.
+  // Returns a number in [0, 1), in multiples of 2^-24 like the renderer's sampler.
   [[nodiscard]] float next_1d() { return static_cast<float>(next_u64() >> 40) * 0x1p-24f; }
   [[nodiscard]] V2f next_2d() {
     const float x = next_1d();

@@ -1,4 +1,4 @@
-// What each kind of sampler promises exactly: nets over samples and over squares of pixels, and pure functions.
+// Exact tests of each kind of sampler: nets over samples and squares of pixels, distinct addresses.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/bounce_draws.h"
 #include "renderer/sampling/sampler.h"
@@ -15,17 +15,18 @@ constexpr SamplerKind kStratified[] = {SamplerKind::blue_noise, SamplerKind::sob
 
 using Point = std::array<float, 4>;
 
-// The most points in one box of sides 2^-bits[c]; 1 for as many points as boxes means a net.
+// Returns the maximum number of points in one box of sides 2^-bits[c]. If there are as many points
+// as boxes, 1 means a net.
 uint32_t max_in_a_box(const std::vector<Point>& points, const std::array<uint32_t, 4>& bits) {
   std::vector<uint32_t> counts(size_t{1} << (bits[0] + bits[1] + bits[2] + bits[3]), 0);
-  uint32_t most = 0;
+  uint32_t result = 0;
   for (const Point& p : points) {
     size_t box = 0;
     for (size_t c = 0; c < 4; ++c)
       box = (box << bits[c]) | static_cast<size_t>(p[c] * static_cast<float>(1U << bits[c]));
-    most = std::max(most, ++counts[box]);
+    result = std::max(result, ++counts[box]);
   }
-  return most;
+  return result;
 }
 
 // Both sets of a bounce, as points of four dimensions.
@@ -42,7 +43,7 @@ std::vector<Point> bounce_points(const Sampler& sampler, const V2i& pixel, uint3
   return points;
 }
 
-TEST(SamplerKinds, NamesAreFoundAgain) {
+TEST(SamplerKinds, NamesRoundTrip) {
   for (const SamplerKind kind :
        {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent, SamplerKind::jittered})
     EXPECT_EQ(sampler_from_name(sampler_name(kind)), kind);
@@ -50,7 +51,7 @@ TEST(SamplerKinds, NamesAreFoundAgain) {
   EXPECT_FALSE(sampler_from_name(""));
 }
 
-// Any 4^m aligned samples: one in each box of every shape, in base 4.
+// Any 4^m aligned samples have one point in each box of every shape, in base 4.
 TEST(SamplerKinds, BounceSetsAreNetsOfFourDimensions) {
   for (const SamplerKind kind : kStratified)
     for (const bool second : {false, true})
@@ -67,7 +68,7 @@ TEST(SamplerKinds, BounceSetsAreNetsOfFourDimensions) {
         }
 }
 
-// Any 2^k aligned samples: a net in the pairs that are used together.
+// Any 2^k aligned samples are a net in the pairs of dimensions that are used together.
 TEST(SamplerKinds, BouncePairsAreNetsOfTwoDimensions) {
   for (const SamplerKind kind : kStratified)
     for (const bool second : {false, true})
@@ -82,7 +83,7 @@ TEST(SamplerKinds, BouncePairsAreNetsOfTwoDimensions) {
         }
 }
 
-// Blue noise: all samples of an aligned square of pixels are one net.
+// With blue noise, all samples of an aligned square of pixels are one net.
 TEST(SamplerKinds, SquaresOfPixelsAreNets) {
   for (const uint32_t log2_samples : {0U, 1U, 2U, 4U})
     for (const uint32_t log2_side : {1U, 2U, 3U}) {
@@ -109,12 +110,13 @@ TEST(SamplerKinds, SquaresOfPixelsAreNets) {
     }
 }
 
-// No two samples of a tile, and none of one pixel, share an address, also beyond the samples that were announced.
+// No two samples of a tile or of a pixel have the same address, even beyond the planned number of
+// samples.
 TEST(SamplerKinds, AddressesDiffer) {
   for (const SamplerKind kind :
        {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent, SamplerKind::jittered})
-    for (const uint32_t announced : {1U, 3U, 64U, 1U << 20, 0xffffffffU}) {
-      const Sampler sampler(1, kind, announced);
+    for (const uint32_t planned : {1U, 3U, 64U, 1U << 20, 0xffffffffU}) {
+      const Sampler sampler(1, kind, planned);
       std::vector<uint64_t> seen;
       for (int y = 0; y < 16; ++y)
         for (int x = 120; x < 136; ++x)
@@ -123,12 +125,11 @@ TEST(SamplerKinds, AddressesDiffer) {
             seen.push_back(uint64_t{address.key} << 32 | address.index);
           }
       std::sort(seen.begin(), seen.end());
-      EXPECT_EQ(std::adjacent_find(seen.begin(), seen.end()), seen.end()) << sampler_name(kind) << " " << announced;
+      EXPECT_EQ(std::adjacent_find(seen.begin(), seen.end()), seen.end()) << sampler_name(kind) << " " << planned;
     }
 }
 
-// The lanes of a bounce are the draws of one dimension at a time, where both exist.
-TEST(SamplerKinds, BounceDrawsAgreeWithSingleOnes) {
+TEST(SamplerKinds, BounceDrawsMatchSingleDraws) {
   for (uint32_t i = 0; i < 1000; ++i) {
     const SampleAddress address{i * 2654435761U, i * 40503U};
     const BounceDraws u = draw_bounce(address, i);

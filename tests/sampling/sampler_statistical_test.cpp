@@ -1,5 +1,4 @@
-// What the sampler promises in the mean: uniformity and independence across pixels and dimensions, and fast
-// convergence.
+// Statistical tests of the sampler: uniformity, independence and convergence.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/sampling/chi_square.h"
 
@@ -18,7 +17,8 @@ using test::Random;
 
 constexpr int kSide = 128; // pixels
 
-// Chi-square of points in a grid of 16 by 16 cells; draws of different pixels are independent, so the test is exact.
+// Returns the p-value of a chi-square test of points in 16 x 16 cells. Draws of different pixels
+// are independent, so the test is exact.
 double uniformity_p_value(const std::function<V2f(uint32_t key, uint32_t next_key)>& point, uint32_t seed) {
   constexpr int kCells = 16;
   std::vector<double> counts(kCells * kCells, 0.0);
@@ -81,8 +81,9 @@ TEST(SamplerStatistical, PixelsAreIndependent) {
   }
 }
 
-// Owen scrambling: two samples that a net puts into opposite halves are independent within them, as are the two coordinates.
-// A weak hash shows here first: a plain digital shift fails at once.
+// With Owen scrambling, two samples that a net places in opposite halves are independent within
+// them, and so are the two coordinates. This test is the most sensitive to weak hashes; a plain
+// digital shift fails it clearly.
 TEST(SamplerStatistical, SamplesAreIndependentWithinTheirStrata) {
   constexpr uint32_t kPairs[] = {0U, 2U, 100U, 4094U};
   const double level = test::sidak_level(0.01, 4 * 4);
@@ -109,9 +110,10 @@ TEST(SamplerStatistical, SamplesAreIndependentWithinTheirStrata) {
   }
 }
 
-// Within one pixel, draws of two dimensions are paired without correlation. The spread of the sum of products is known:
-// samples 2i and 2i + 1 are in opposite halves in every dimension, which doubles the variance of the product of the two
-// leading bits (9/16 of the whole) against independent pairs and leaves the others: 25/16.
+// Within a pixel, draws of two dimensions are uncorrelated. The variance of the sum of products is
+// known: samples 2i and 2i + 1 are in opposite halves in every dimension, which doubles the
+// variance of the product of the two leading bits (9/16 of the total) relative to independent
+// pairs: 25/16 in total.
 TEST(SamplerStatistical, DimensionsOfOnePixelAreUncorrelated) {
   constexpr uint32_t kSamples = 64;
   for (uint32_t a = 0; a < 6; ++a) {
@@ -132,13 +134,14 @@ TEST(SamplerStatistical, DimensionsOfOnePixelAreUncorrelated) {
       const double mean = sum / kPixels;
       const double error = std::sqrt((squares / kPixels - mean * mean) / kPixels);
       EXPECT_LT(std::abs(mean / error), 4.0) << a << " " << b;
-      // Four standard errors of a variance from 4096 pixels, each a sum of many terms: 4 sqrt(2 / 4096) * 25/16.
+      // Four standard errors of a variance from 4096 pixels, each a sum of many terms: 4 sqrt(2 /
+      // 4096) * 25/16.
       EXPECT_NEAR(squares / kPixels / (kSamples / 144.0), 25.0 / 16.0, 0.14) << a << " " << b;
     }
   }
 }
 
-// Mean squared error of n-sample estimates over many pixels.
+// Returns the mean squared error of n-sample estimates over many pixels.
 template <typename Integrand>
 double mean_squared_error(uint32_t n, double exact, bool independent, const Integrand& integrand) {
   constexpr int kPixels = 512;
@@ -157,8 +160,8 @@ double mean_squared_error(uint32_t n, double exact, bool independent, const Inte
   return sum / kPixels;
 }
 
-// A smooth integrand of one draw: Owen scrambling converges as n^-3 in the variance (Owen 1997), independent draws as
-// n^-1.
+// For a smooth integrand of one draw, the variance of Owen scrambling converges as n^-3 (Owen
+// 1997), that of independent draws as n^-1.
 TEST(SamplerStatistical, SmoothIntegrandsConvergeFast) {
   const auto f = [](const V2f& u, const V2f&) {
     return std::exp(-static_cast<double>(u.x) - 2.0 * static_cast<double>(u.y));
@@ -171,8 +174,9 @@ TEST(SamplerStatistical, SmoothIntegrandsConvergeFast) {
   EXPECT_LT(fine * 1000.0, mean_squared_error(1024, exact, true, f));
 }
 
-// Two padded draws: a sum converges as fast as its parts, a product never slower than independent draws.
-TEST(SamplerStatistical, PaddedDimensionsKeepWhatEachHas) {
+// With two padded draws, a sum converges as fast as its terms, and a product at least as fast as
+// with independent draws.
+TEST(SamplerStatistical, PaddedDrawsKeepTheirConvergence) {
   const auto g = [](const V2f& u) {
     return static_cast<double>(u.x) * static_cast<double>(u.x) + static_cast<double>(u.y);
   };

@@ -1,4 +1,4 @@
-// What the sampler promises exactly: nets, stratification, and that it is a pure function.
+// Exact tests of the sampler: nets, stratification, and dependence on its arguments alone.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/sampler.h"
 
@@ -36,7 +36,7 @@ TEST(Sampler, PrefixesOfPowersOfTwoAreNets) {
   }
 }
 
-// Every later block of 2^k samples is a net as well: a render that is resumed keeps its strata.
+// Every later block of 2^k samples is a net as well, so resumed renders stay stratified.
 TEST(Sampler, LaterBlocksAreNets) {
   const uint32_t key = Sampler(5).pixel_key({640, 2});
   for (const uint32_t first : {16U, 48U, 4096U, 0xfffffff0U}) {
@@ -70,7 +70,7 @@ TEST(Sampler, OneDimensionalPrefixesAreStratified) {
   }
 }
 
-TEST(Sampler, StaysInTheHalfOpenUnitInterval) {
+TEST(Sampler, SamplesAreInHalfOpenUnitInterval) {
   for (uint32_t i = 0; i < 2000000; ++i) {
     const V2f u = Sampler::sample_2d(i * 2654435761U, i, i & 31U);
     ASSERT_TRUE(u.x >= 0.0f && u.x < 1.0f && u.y >= 0.0f && u.y < 1.0f);
@@ -79,7 +79,7 @@ TEST(Sampler, StaysInTheHalfOpenUnitInterval) {
   }
 }
 
-TEST(Sampler, IsAFunctionOfItsArgumentsAndOfNothingElse) {
+TEST(Sampler, IsPureFunctionOfItsArguments) {
   const uint32_t key = Sampler(9).pixel_key({12, 34});
   EXPECT_EQ(key, Sampler(9).pixel_key({12, 34}));
   const V2f u = Sampler::sample_2d(key, 5, 6);
@@ -91,7 +91,8 @@ TEST(Sampler, IsAFunctionOfItsArgumentsAndOfNothingElse) {
   EXPECT_NE(u, Sampler::sample_2d(Sampler(9).pixel_key({34, 12}), 5, 6));
 }
 
-// 2^20 keys of 32 bits: chance collides 2^40 / 2 / 2^32 = 128 times; here in pairs (two columns in two rows), so +-16.
+// Of 2^20 random keys of 32 bits, 2^40 / 2 / 2^32 = 128 pairs collide. Here collisions occur in
+// pairs (two columns in two rows), so the standard deviation is 16.
 TEST(Sampler, PixelKeysCollideNoMoreThanChance) {
   std::set<uint32_t> keys;
   for (int y = 0; y < 1024; ++y) {

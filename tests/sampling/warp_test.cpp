@@ -1,4 +1,4 @@
-// The warps: each against its density by chi-square, and the spherical triangle against exact solid angles.
+// Tests of warps against their densities, and of spherical triangles against exact solid angles.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/warp.h"
 
@@ -59,7 +59,7 @@ TEST(WarpStatistical, UniformSphere) {
 
 TEST(WarpStatistical, UniformCone) {
   uint64_t seed = 5;
-  for (const float aperture : {1.0f - std::cos(0.00465f), 1e-3f, 0.3f, 1.0f}) { // the first is the sun
+  for (const float aperture : {1.0f - std::cos(0.00465f), 1e-3f, 0.3f, 1.0f}) { // the first is that of the sun
     expect_pass(test::chi_square_hemisphere(
                     [&](Random& r) -> std::optional<V3f> { return sample_uniform_cone(r.next_2d(), aperture); },
                     [&](const V3f& w) { return uniform_cone_pdf(w, aperture); }, {.seed = seed++}),
@@ -89,11 +89,11 @@ TEST(WarpStatistical, HenyeyGreenstein) {
                     [&](Random& r) -> std::optional<V3f> { return sample_henyey_greenstein(r.next_2d(), g); },
                     [&](const V3f& w) { return henyey_greenstein_pdf(w, g); }, {.seed = seed++}),
                 1e-3);
-    double mean_cosine = 0.0; // midpoints of u.x: g itself, for any azimuth
+    double mean_cosine = 0.0; // at midpoints of u.x; equals g for any azimuth
     constexpr int kSteps = 20000;
     for (int i = 0; i < kSteps; ++i)
       mean_cosine += sample_henyey_greenstein({(static_cast<float>(i) + 0.5f) / kSteps, 0.3f}, g).z / kSteps;
-    EXPECT_NEAR(mean_cosine, g, 6e-4); // below |g| = 1e-3 it is taken for 0
+    EXPECT_NEAR(mean_cosine, g, 6e-4); // g is treated as 0 if |g| <= 1e-3
   }
 }
 
@@ -120,7 +120,7 @@ struct TriangleCase {
   V3f p[3];
   V3f reference;
 };
-// From a few sterradians to a trillionth.
+// Triangles of several steradians down to a trillionth.
 const TriangleCase kTriangles[] = {
     {"moderate", {{1, 0, 3}, {-2, 1, 2}, {0, 2, 4}}, {0, 0, 0}},
     {"huge", {{4, 1, 1}, {-10, 3, 3}, {-2, -8, 10}}, {0.5f, -0.4f, 0.7f}},
@@ -132,7 +132,8 @@ const TriangleCase kTriangles[] = {
     {"reversed", {{0, 2, 4}, {-2, 1, 2}, {1, 0, 3}}, {0, 0, 0}},
 };
 
-// Per unit of the barycentric plane: pdf times d(solid angle) / d(barycentrics), in double precision.
+// Returns the density per unit of the barycentric plane: pdf times d(solid angle) /
+// d(barycentrics), in double precision.
 double barycentric_density(const TriangleCase& t, double pdf, double b1, double b2) {
   if (b1 < 0.0 || b2 < 0.0 || b1 + b2 > 1.0) return 0.0;
   const V3d p0(t.p[0]);
@@ -142,7 +143,8 @@ double barycentric_density(const TriangleCase& t, double pdf, double b1, double 
   return pdf * std::abs(e1.cross(e2).dot(d)) / (d.length2() * d.length());
 }
 
-// The density in barycentrics integrates to 1 and fits the samples: barycentrics, solid angle and pdf agree.
+// The density in barycentrics integrates to 1 and matches the samples: barycentrics, solid angle
+// and pdf are consistent.
 TEST(WarpStatistical, SphericalTriangle) {
   uint64_t seed = 20;
   for (const TriangleCase& t : kTriangles) {
@@ -185,7 +187,7 @@ TEST(Warp, SolidAngleOfAnOctantIsExact) {
   const SphericalTriangle octant({1, 0, 0}, {0, 2, 0}, {0, 0, 3}, {0, 0, 0});
   EXPECT_NEAR(octant.solid_angle(), 0.5f * kPi, 1e-6f);
   EXPECT_NEAR(octant.pdf(), 2.0f * kInvPi, 1e-6f);
-  // Far away it is area times cosine over the square of the distance.
+  // At a large distance the solid angle is area times cosine over the squared distance.
   const SphericalTriangle far({0, 0, 1000}, {1, 0, 1000}, {0, 1, 1000}, {0, 0, 0});
   EXPECT_NEAR(far.solid_angle(), 0.5e-6f, 1e-11f);
 }
@@ -222,8 +224,8 @@ TEST(Warp, SincosIsAccurateOverManyTurns) {
   EXPECT_LT(worst, 1.5e-7);
 }
 
-// Neighboring points of the square stay neighbors: what keeps the sampler's strata.
-TEST(Warp, DiskMapIsContinuousAndCoversTheCentre) {
+// Continuity preserves the strata of the sampler.
+TEST(Warp, DiskMapIsContinuousAndCoversTheCenter) {
   EXPECT_EQ(sample_uniform_disk({0.5f, 0.5f}), V2f(0.0f, 0.0f));
   Random random(9);
   for (int i = 0; i < 100000; ++i) {

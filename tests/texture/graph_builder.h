@@ -1,4 +1,4 @@
-// Procedural graphs for tests, written node by node.
+// Builder of procedural graphs for tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace kindling::test {
 
-// What an input is given: the node that it reads, or a constant.
+// The value of an input: the output of a node, or a constant.
 struct Given {
   ProceduralInput input;
 
@@ -40,6 +40,7 @@ struct Given {
   }
 };
 
+// Builds a graph node by node; inputs that are not given have their defaults.
 class GraphBuilder {
  public:
   using Kind = ProceduralKind;
@@ -68,7 +69,7 @@ class GraphBuilder {
     return {static_cast<int>(graph_.nodes.size()) - 1, 0};
   }
 
-  // `variant`: the number of the word of string input `name`.
+  // Sets a string input; `variant` is the index of the word.
   void set_word(Node node, size_t input, int variant) {
     graph_.nodes[static_cast<size_t>(node.number)].inputs[input].variant = static_cast<int8_t>(variant);
   }
@@ -89,7 +90,7 @@ class GraphBuilder {
   ProceduralGraph graph_;
 };
 
-// The streams of a texture at texture coordinates `uv` or a position `p`, with a footprint that is a square of these sides.
+// Returns the streams of a texture, all with the value `p` and a square footprint of side `width`.
 inline std::array<ProceduralSample, kProceduralStreams> streams_at(const ProceduralTexture& texture, const V3f& p,
                                                                    float width = 0.0f) {
   std::array<ProceduralSample, kProceduralStreams> samples;

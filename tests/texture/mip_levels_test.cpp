@@ -1,4 +1,4 @@
-// Levels against means in double precision, for all layouts and sizes; and which level a footprint gets.
+// Tests of mip levels against means in double precision, and of the selection of levels.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/mip_levels.h"
 
@@ -40,7 +40,7 @@ Image noise(int width, int height, int channels, PixelType type) {
 double to_linear(double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); }
 double to_srgb(double v) { return v <= 0.0031308 ? v * 12.92 : 1.055 * std::pow(v, 1.0 / 2.4) - 0.055; }
 
-// As the file has it: [0, 1] for integers.
+// Returns a stored value; integers are mapped to [0, 1].
 double stored(const std::byte* pixels, PixelType type, size_t index) {
   uint16_t word = 0;
   float real = 0.0f;
@@ -56,7 +56,7 @@ double stored(const std::byte* pixels, PixelType type, size_t index) {
 
 struct Plane {
   int width, height;
-  std::vector<std::array<double, 4>> texels; // what means are taken of
+  std::vector<std::array<double, 4>> texels; // linear, weighted values
 };
 
 struct Kind {
@@ -92,7 +92,7 @@ Plane plane_of(const Image& image, const Kind& kind) {
   return plane;
 }
 
-// Texel (x, y) of the level of half the size: the mean over the rectangle that it covers.
+// Returns the next level: each texel is the mean over the rectangle that it covers.
 Plane half_of(const Plane& from) {
   Plane to{std::max(from.width / 2, 1), std::max(from.height / 2, 1), {}};
   const double sx = static_cast<double>(from.width) / to.width, sy = static_cast<double>(from.height) / to.height;
@@ -111,11 +111,11 @@ Plane half_of(const Plane& from) {
   return to;
 }
 
-// Half a step of the type, as a share of [0, 1], and rounding in single precision.
+// Half a step of the type, relative to [0, 1], and rounding in single precision.
 double tolerance(PixelType type, double value) {
   switch (type) {
   case PixelType::u8: return 0.5 / 255 + 1e-6;
-  case PixelType::u16: return 0.52 / 65535 + 1e-6; // the curve is stored in knots
+  case PixelType::u16: return 0.52 / 65535 + 1e-6; // the curve is interpolated between knots
   case PixelType::f16: return 0x1p-11 * value + 1e-6;
   case PixelType::f32: return 1e-6;
   }
@@ -140,7 +140,7 @@ void check(const Image& image, TextureContent content) {
         if (kind.directions && color) mean[c] = 0.5 * mean[c] + 0.5;
         if (kind.srgb && color) mean[c] = to_srgb(mean[c]);
         const double found = stored(levels.pixels.data() + level.offset, image.type, i * channels + c);
-        // Weights of texels are 1e-6 more than alpha.
+        // The weight of a texel is its alpha plus 1e-6.
         ASSERT_NEAR(found, mean[c], tolerance(image.type, mean[c]) + (kind.weighted ? 4e-6 : 0.0))
             << image.width << " x " << image.height << " x " << channels << " type " << static_cast<int>(image.type)
             << " content " << static_cast<int>(content) << " level " << l + 1 << " texel " << i << " channel " << c;
@@ -150,20 +150,20 @@ void check(const Image& image, TextureContent content) {
   ASSERT_EQ(plane.texels.size(), 1u);
 }
 
-TEST(MipLevels, AreMeans) {
+TEST(MipLevels, TexelsAreExactMeans) {
   for (const PixelType type : kMipTypes)
     for (int channels = 1; channels <= 4; ++channels)
       for (const TextureContent content : kContents) check(noise(12, 7, channels, type), content);
 }
 
-TEST(MipLevels, OfAnySize) {
+TEST(MipLevels, TexelsAreExactMeansForAnySize) {
   for (const auto& [width, height] : {std::pair{16, 16}, {1, 1}, {1, 9}, {33, 2}, {31, 17}, {2, 3}, {5, 64}}) {
     check(noise(width, height, 4, PixelType::u8), TextureContent::cutout_color);
     check(noise(width, height, 3, PixelType::f32), TextureContent::data);
   }
 }
 
-TEST(MipLevels, TransparentTexelsLendNoColorButKeepTheirOwn) {
+TEST(MipLevels, TransparentTexelsDoNotContributeColor) {
   Image image{4, 2, 4, PixelType::u8, {}};
   const uint8_t texels[] = {255, 0, 0, 255, 0, 255, 0, 0, 9, 99, 199, 0, 9, 99, 199, 0,
                             255, 0, 0, 255, 0, 255, 0, 0, 9, 99, 199, 0, 9, 99, 199, 0};
@@ -173,7 +173,7 @@ TEST(MipLevels, TransparentTexelsLendNoColorButKeepTheirOwn) {
   const std::array<uint8_t, 8> expected{255, 0, 0, 128, 9, 99, 199, 0};
   EXPECT_EQ(std::memcmp(levels.pixels.data(), expected.data(), expected.size()), 0);
   EXPECT_FALSE(levels.opaque);
-  // Without coverage alpha is one channel of four.
+  // Without coverage, alpha is an ordinary channel.
   const MipLevels plain = build_mip_levels(image, TextureContent::color);
   EXPECT_EQ(static_cast<int>(plain.pixels[0]), 188); // half the light
   EXPECT_EQ(static_cast<int>(plain.pixels[1]), 188);
@@ -195,7 +195,7 @@ TEST(MipLevels, EncodersInvertDecoders) {
   EXPECT_EQ(encode_srgb_u8(std::nanf("")), 0);
 }
 
-TEST(MipLevels, LookUpsReadTheLevelAskedFor) {
+TEST(MipLevels, LookUpsReadTheRequestedLevel) {
   const auto image = std::make_shared<Image>(noise(13, 10, 4, PixelType::u8));
   const auto levels = std::make_shared<MipLevels>(build_mip_levels(*image, TextureContent::color));
   const TextureSettings settings{.filter = TextureFilter::linear, .encoding = TextureEncoding::srgb};
@@ -216,7 +216,7 @@ TEST(MipLevels, LookUpsReadTheLevelAskedFor) {
   }
 }
 
-TEST(MipLevels, ChosenByTheWidthOfTheFootprint) {
+TEST(MipLevels, LevelFollowsWidthOfFootprint) {
   const auto image = std::make_shared<Image>(noise(64, 64, 1, PixelType::u8));
   const Texture texture(image, {}, std::make_shared<MipLevels>(build_mip_levels(*image, TextureContent::data)));
   const auto share_above = [&](double width_texels, int level) {

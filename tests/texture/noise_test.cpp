@@ -1,4 +1,4 @@
-// Noises against values of MaterialX's formulas computed apart, and what they promise: range, mean, continuity, nearest points.
+// Tests of noise functions against MaterialX's formulas, and of their range, mean and continuity.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/noise.h"
 
@@ -26,8 +26,9 @@ class Points {
   std::mt19937 random_;
 };
 
-// Computed with mx_noise.glsl's formulas in double precision, by another program.
-TEST(Noise, IsThatOfMaterialX) {
+// The expected values were computed with the formulas of mx_noise.glsl in double precision by a
+// separate program.
+TEST(Noise, MatchesMaterialX) {
   EXPECT_EQ(noise::hash(3, -5), 327690931U);
   EXPECT_EQ(noise::hash(3, -5, 7), 1596859473U);
   EXPECT_EQ(noise::hash(3, -5, 7, 11), 2184426223U);
@@ -68,7 +69,7 @@ TEST(Noise, PerlinIsZeroOnTheLatticeAndBounded) {
   }
   EXPECT_LE(most, 1.0f);
   EXPECT_GT(most, 0.85f);
-  // Points that are far apart are independent: four standard errors.
+  // Distant points are independent; the tolerance is four standard errors.
   EXPECT_LT(std::abs(sum2 / kCount), 4.0 * std::sqrt(squares2 / kCount / kCount));
   EXPECT_LT(std::abs(sum3 / kCount), 4.0 * std::sqrt(squares3 / kCount / kCount));
 }
@@ -87,7 +88,7 @@ TEST(Noise, PerlinIsSmooth) {
   }
 }
 
-TEST(Noise, OddCoordinatesAreHarmless) {
+TEST(Noise, AcceptsHugeAndNonFiniteCoordinates) {
   for (const float x : {std::numeric_limits<float>::infinity(), -1e30f, std::numeric_limits<float>::quiet_NaN()}) {
     EXPECT_TRUE(std::isfinite(noise::perlin(V3f(x, 0.5f, 0.5f))));
     EXPECT_TRUE(std::isfinite(noise::cell(V2f(x, 0.5f))));
@@ -96,7 +97,7 @@ TEST(Noise, OddCoordinatesAreHarmless) {
   }
 }
 
-// All the points of 3^n cells, sorted.
+// Returns the sorted distances to all feature points of 3^n cells.
 template <int kDimensions>
 std::vector<float> distances_by_force(const V3f& p, float jitter) {
   std::vector<float> distances;
@@ -136,7 +137,7 @@ TEST(Noise, WorleyFindsTheNearestPoints) {
   }
 }
 
-TEST(Noise, CellsAreConstantAndEvenlySpread) {
+TEST(Noise, CellsAreConstantAndUniform) {
   Points points(4);
   std::vector<int> counts(16, 0);
   constexpr int kCount = 32000;

@@ -1,4 +1,4 @@
-// What a footprint averages: the right mean for any graph, less noise than one point, and no more than is needed.
+// Tests of filtered procedural textures: means, variance reduction and point counts.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "tests/texture/graph_builder.h"
@@ -20,7 +20,7 @@ using Node = GraphBuilder::Node;
 struct Pattern {
   std::string name;
   bool filters_itself;
-  std::function<Node(GraphBuilder&)> make; // features of about the size of 1, values from 0 to 1
+  std::function<Node(GraphBuilder&)> make; // features of about size 1, values from 0 to 1
 };
 
 Node turbulence(GraphBuilder& g, int octaves) {
@@ -89,7 +89,7 @@ std::vector<Pattern> patterns() {
 
 V2f random_shift(uint32_t k) { return {to_unit_float(hash_u32(2 * k)), to_unit_float(hash_u32(2 * k + 1))}; }
 
-// Somewhere in a plane that lies askew to the lattice.
+// Returns a random point near a plane that is not aligned with the lattice.
 V3f point(uint32_t k, float range) {
   const float x = to_unit_float(hash_u32(3 * k + 77)) * range, y = to_unit_float(hash_u32(3 * k + 78)) * range;
   return {x, y, 0.37f + 0.01f * static_cast<float>(k % 64)};
@@ -103,8 +103,8 @@ struct Moments {
   [[nodiscard]] double variance() const { return std::max(squares / count - mean() * mean(), 0.0); }
 };
 
-// From near to far the mean over all places is the same, and the spread goes down.
-TEST(ProceduralFilter, KeepsTheMeanAndLosesTheNoise) {
+// With increasing footprints the mean over all points stays constant, and the variance decreases.
+TEST(ProceduralFilter, KeepsMeanAndReducesVariance) {
   for (const Pattern& pattern : patterns()) {
     GraphBuilder g;
     const ProceduralTexture texture = g.texture(pattern.make(g));
@@ -127,8 +127,9 @@ TEST(ProceduralFilter, KeepsTheMeanAndLosesTheNoise) {
   }
 }
 
-// Against the true mean over the square, by many points: a filtered value is nearer to it than one point is.
-TEST(ProceduralFilter, IsNearTheMeanOverTheFootprint) {
+// A filtered value is closer than a single point to the true mean over the footprint, computed from
+// many points.
+TEST(ProceduralFilter, ApproximatesMeanOverFootprint) {
   for (const Pattern& pattern : patterns()) {
     GraphBuilder g;
     const ProceduralTexture texture = g.texture(pattern.make(g));
@@ -145,7 +146,7 @@ TEST(ProceduralFilter, IsNearTheMeanOverTheFootprint) {
           truth += value_at(texture, at + V3f(x * width, y * width, 0.0f)).x;
         }
         truth /= kSide * kSide;
-        // One point of the footprint, as a ray through it would have.
+        // A single random point of the footprint, like that of a ray.
         const V2f shift = random_shift(k + 999999);
         const V3f somewhere = at + V3f((shift.x - 0.5f) * width, (shift.y - 0.5f) * width, 0.0f);
         filtered_error += std::pow(value_at(texture, at, width, shift).x - truth, 2.0);
@@ -156,13 +157,13 @@ TEST(ProceduralFilter, IsNearTheMeanOverTheFootprint) {
   }
 }
 
-// Where the pattern's edges lie along the axes the integral is exact.
+// The integral is exact if the edges of the pattern are parallel to the axes.
 TEST(ProceduralFilter, ChecksAndStripesAreExact) {
   GraphBuilder g;
   const ProceduralTexture board = g.texture(patterns()[0].make(g));
-  // A square of side 1 around (1, 0.5): half of each color.
+  // A square of side 1 around (1, 0.5) has half of each color.
   EXPECT_NEAR(value_at(board, V3f(1.0f, 0.5f, 0.0f), 1.0f).x, 0.5f, 1e-5f);
-  // Of side 0.5 around (0.9, 0.5): 0.35 of 0.5 in the cell (0, 0).
+  // A square of side 0.5 around (0.9, 0.5) has 0.35 of 0.5 in cell (0, 0).
   EXPECT_NEAR(value_at(board, V3f(0.9f, 0.5f, 0.0f), 0.5f).x, 0.1f + 0.8f * 0.3f, 1e-5f);
   EXPECT_NEAR(value_at(board, V3f(0.5f, 0.5f, 0.0f), 0.5f).x, 0.1f, 1e-5f);
   EXPECT_NEAR(value_at(board, V3f(0.3f, 0.9f, 0.0f), 1e5f).x, 0.5f, 1e-3f);
@@ -172,7 +173,7 @@ TEST(ProceduralFilter, ChecksAndStripesAreExact) {
   EXPECT_NEAR(value_at(stripes, V3f(0.5f, 0.0f, 0.0f), 0.4f).x, 0.5f, 1e-5f);  // over an edge
 }
 
-TEST(ProceduralFilter, SamplesNoMoreThanIsNeeded) {
+TEST(ProceduralFilter, PointCountFollowsFootprint) {
   GraphBuilder g;
   const ProceduralTexture marble = g.texture(patterns()[9].make(g));
   const auto count = [&](float width) {

@@ -1,4 +1,4 @@
-// Nodes against values worked out by hand, and what the compiler makes of graphs.
+// Tests of procedural nodes against values computed by hand, and of their compilation.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/noise.h"
 #include "tests/texture/graph_builder.h"
@@ -19,7 +19,8 @@ using K = ProceduralKind;
 using T = ProceduralType;
 using Node = GraphBuilder::Node;
 
-// The value of one node, its first input varying over the surface; and the same with it constant, where all is folded.
+// Returns the value of a node whose first input varies over the surface, and checks that the value
+// is the same with a constant input, where the whole graph is folded.
 float scalar(K kind, float x, std::initializer_list<std::pair<std::string_view, Given>> others = {},
              std::string_view first = "in") {
   float values[2] = {};
@@ -30,7 +31,7 @@ float scalar(K kind, float x, std::initializer_list<std::pair<std::string_view, 
                            : g.add(K::constant, T::float_, {{"value", x}});
     std::vector<std::pair<std::string_view, Given>> given{{first, u}};
     given.insert(given.end(), others);
-    // Negative values would be cut off: 100 is added.
+    // 100 is added because negative values would be clamped.
     const Node sum = g.add(K::add, T::float_, {{"in1", g.add(kind, T::float_, given)}, {"in2", 100.0f}});
     const ProceduralTexture texture = g.texture(sum);
     EXPECT_EQ(texture.instruction_count() > 0, varying);
@@ -105,7 +106,7 @@ TEST(ProceduralNodes, Vectors) {
   const V4f unit = value(g.add(K::normalize, T::vector3, {{"in", p}}));
   EXPECT_NEAR(unit.z, 12.0f / 13.0f, 1e-6f);
   const V4f cross = value(g.add(K::crossproduct, T::vector3, {{"in1", p}, {"in2", V3f(0, -1, 0)}}));
-  EXPECT_EQ(V3f(cross.x, cross.y, cross.z), V3f(12.0f, 0.0f, 0.0f)); // z = -3 is cut off
+  EXPECT_EQ(V3f(cross.x, cross.y, cross.z), V3f(12.0f, 0.0f, 0.0f)); // z = -3 is clamped
   const Node separated = g.add(K::separate3, T::float_, {{"in", p}});
   EXPECT_EQ(value({separated.number, 1}).x, 4.0f);
   const Node pair =
@@ -138,9 +139,10 @@ TEST(ProceduralNodes, Placement) {
     const V4f value = value_at(g.texture(node), V3f(at.x, at.y, 0.0f));
     return V2f(value.x, value.y);
   };
-  // (0.25, 1) from the pivot; scaled (0.5, 0.5); a quarter turn (0.5, -0.5); offset taken off, pivot added.
+  // Relative to the pivot (0.25, 1); scaled (0.5, 0.5); rotated (0.5, -0.5); minus offset, plus
+  // pivot.
   EXPECT_LT((place(0.0f, V2f(0.75f, 1.5f)) - V2f(4.0f, 4.0f)).length(), 1e-5f);
-  // (3.25, 5); (5, -3.25); scaled (10, -1.625): the second is below 0, so another point.
+  // Minus pivot and offset (-1.25, 5); rotated (5, 1.25); scaled (10, 0.625); plus pivot.
   EXPECT_LT((place(1.0f, V2f(-3.75f, 1.5f)) - V2f(10.5f, 1.125f)).length(), 1e-5f);
 }
 
@@ -164,7 +166,7 @@ TEST(ProceduralNodes, Patterns) {
   GraphBuilder g;
   const V3f p(1.25f, -2.5f, 3.75f);
   const auto value = [&](Node node) { return value_at(g.texture(node), p); };
-  // Cells whose coordinates have an odd sum have color1.
+  // Cells with an odd sum of coordinates have color1.
   const Node board =
       g.add(K::checkerboard, T::color3, {{"color1", V3f(0.5f)}, {"color2", V3f(0.25f)}, {"uvtiling", V2f(2.0f)}});
   for (const auto& [u, v, color] :
@@ -190,7 +192,7 @@ TEST(ProceduralNodes, Patterns) {
               1e-6f);
 }
 
-TEST(ProceduralTexture, GivesWhatATexelCouldBe) {
+TEST(ProceduralTexture, ClampsToRangeOfTexels) {
   GraphBuilder g;
   const Node p = g.add(K::position, T::vector3);
   EXPECT_EQ(value_at(g.texture(p), V3f(-1.0f, 1e9f, 0.5f)), V4f(0.0f, 65504.0f, 0.5f, 1.0f));
@@ -202,7 +204,7 @@ TEST(ProceduralTexture, GivesWhatATexelCouldBe) {
   EXPECT_FALSE(g.texture(p).has_alpha());
 }
 
-TEST(ProceduralTexture, ComputesOnlyWhatIsNeeded) {
+TEST(ProceduralTexture, RemovesNeedlessInstructions) {
   GraphBuilder g;
   const Node a = g.add(K::constant, T::float_, {{"value", 2.0f}});
   const Node b = g.add(K::multiply, T::float_, {{"in1", a}, {"in2", 3.0f}});
@@ -210,7 +212,7 @@ TEST(ProceduralTexture, ComputesOnlyWhatIsNeeded) {
   EXPECT_EQ(g.texture(b).instruction_count(), 0U);
   EXPECT_TRUE(g.texture(b).streams().empty() || g.texture(b).instruction_count() == 0);
   EXPECT_EQ(value_at(g.texture(b), V3f(0.0f)).x, 6.0f);
-  // Amplitude 1 and pivot 0 cost nothing: position and noise.
+  // Amplitude 1 and pivot 0 are folded, which leaves position and noise.
   EXPECT_EQ(g.texture(g.add(K::noise3d, T::float_)).instruction_count(), 2U);
 }
 

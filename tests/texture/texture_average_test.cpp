@@ -1,4 +1,4 @@
-// The mean over a triangle agrees with quadrature and misses nothing small.
+// Tests of texture averages over triangles against quadrature, and with small bright features.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 
@@ -26,13 +26,14 @@ std::shared_ptr<Image> make_u8_noise(int width, int height, int channels, uint32
 TEST(TextureAverage, ConstantIsExact) {
   const Texture texture(make_small_u8(4, 4, 1, std::vector<int>(16, 51)), {});
   EXPECT_FLOAT_EQ(texture.average_rgb({0.0f, 0.0f}, {3.0f, 0.0f}, {0.0f, 3.0f}).y, 0.2f);
-  // A triangle without area is its points' mean.
+  // A triangle without area gives the mean of its points.
   EXPECT_FLOAT_EQ(texture.average_rgb({0.2f, 0.2f}, {0.2f, 0.2f}, {0.2f, 0.2f}).x, 0.2f);
 }
 
-// The reference is a fine grid; the point set has at least two points a texel of white noise (standard deviation 0.29,
-// and after bilinear filtering about 0.19): over n texels an error of about 0.19 / sqrt(2 n), taken five times.
-TEST(TextureAverage, AgreesWithAFineGrid) {
+// The reference is a fine grid. The point set has at least two points for each texel of white noise
+// (standard deviation 0.29, about 0.19 after bilinear filtering), so the error over n texels is
+// about 0.19 / sqrt(2 n); the tolerance is five times that.
+TEST(TextureAverage, MatchesFineGrid) {
   const auto image = make_u8_noise(64, 64, 3, 5);
   const Texture texture(image, {});
   const V2f corners[][3] = {
@@ -55,8 +56,8 @@ TEST(TextureAverage, AgreesWithAFineGrid) {
   }
 }
 
-// One bright texel of a dark 512 x 512 image is neither missed nor counted twice over.
-TEST(TextureAverage, FindsASmallLamp) {
+// A bright texel of a dark 512 x 512 image is neither missed nor overestimated.
+TEST(TextureAverage, FindsSmallLamp) {
   std::vector<int> values(512 * 512, 0);
   for (int y = 300; y < 308; ++y) {
     for (int x = 100; x < 108; ++x) values[static_cast<size_t>(y * 512 + x)] = 255;
@@ -66,10 +67,10 @@ TEST(TextureAverage, FindsASmallLamp) {
   const double both =
       0.5 * (texture.average_rgb({0, 0}, {1, 0}, {1, 1}).x + texture.average_rgb({0, 0}, {1, 1}, {0, 1}).x);
   EXPECT_NEAR(both, expected,
-              0.35 * expected); // 16 points of 64 texels, a quarter for each: Poisson's error at the most
+              0.35 * expected); // 16 points on 64 texels, so 1/4 for each texel: an upper bound from Poisson statistics
 }
 
-TEST(TextureAverage, IsTheSameEachTime) {
+TEST(TextureAverage, IsDeterministic) {
   const Texture texture(make_u8_noise(32, 32, 3, 6), {});
   EXPECT_EQ(texture.average_rgb({0, 0}, {1, 0.2f}, {0.3f, 1}), texture.average_rgb({0, 0}, {1, 0.2f}, {0.3f, 1}));
 }

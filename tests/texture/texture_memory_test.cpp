@@ -1,4 +1,4 @@
-// Images that do not fit: read back from disc they are the same to the bit, for all layouts, levels and threads; and nothing is left behind.
+// Tests of paged textures: bit-exact texels for all layouts and threads, and removal of files.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture_memory.h"
 
@@ -38,7 +38,7 @@ Image noise_image(int width, int height, int channels, PixelType type) {
   return image;
 }
 
-// Temporary files go to a folder of the test's own.
+// Redirects temporary files to a separate folder for each test.
 class TextureMemoryTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -54,8 +54,8 @@ class TextureMemoryTest : public testing::Test {
       setenv("TMPDIR", before_.c_str(), 1);
     fs::remove_all(folder_);
   }
-  // Bytes of all files below it.
-  [[nodiscard]] uintmax_t bytes_on_disc() const {
+  // Returns the bytes of all files in the folder.
+  [[nodiscard]] uintmax_t bytes_on_disk() const {
     uintmax_t bytes = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder_))
       if (entry.is_regular_file()) bytes += entry.file_size();
@@ -93,7 +93,7 @@ int differences(const Pair& pair, int count) {
   return different;
 }
 
-TEST_F(TextureMemoryTest, EveryLayoutIsReadBackToTheBit) {
+TEST_F(TextureMemoryTest, PagedTexelsAreBitExactForEveryLayout) {
   TextureMemory memory(16 * 1024);
   for (const PixelType type : {PixelType::u8, PixelType::u16, PixelType::f16, PixelType::f32})
     for (int channels = 1; channels <= 4; ++channels) {
@@ -112,8 +112,8 @@ TEST_F(TextureMemoryTest, EveryLayoutIsReadBackToTheBit) {
   EXPECT_EQ(memory.failure(), "");
 }
 
-// Sixteen times what the cache may hold, by four threads that read all over it.
-TEST_F(TextureMemoryTest, ManyThreadsShareASmallCache) {
+// Four threads read random texels of an image sixteen times as large as the cache.
+TEST_F(TextureMemoryTest, ManyThreadsShareSmallCache) {
   TextureMemory memory(256 * 1024);
   const Pair pair = make_pair(memory, noise_image(1024, 1024, 4, PixelType::u8), TextureContent::color,
                               {.encoding = TextureEncoding::srgb});
@@ -126,27 +126,27 @@ TEST_F(TextureMemoryTest, ManyThreadsShareASmallCache) {
   EXPECT_EQ(memory.failure(), "");
 }
 
-TEST_F(TextureMemoryTest, WhatFitsStaysInMemory) {
+TEST_F(TextureMemoryTest, FittingImagesStayInMemory) {
   TextureMemory memory(1 << 20);
   const auto kept = memory.keep(noise_image(256, 256, 4, PixelType::u8));
   ASSERT_TRUE(kept.ok());
   EXPECT_EQ(kept.value()->pixels.size(), kept.value()->byte_count());
   EXPECT_FALSE(memory.exceeded());
   EXPECT_EQ(memory.needed_bytes(), 256U * 256 * 4 * 4 / 3);
-  EXPECT_EQ(bytes_on_disc(), 0U);
+  EXPECT_EQ(bytes_on_disk(), 0U);
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST_F(TextureMemoryTest, FilesGoWithIt) {
+TEST_F(TextureMemoryTest, RemovesItsFiles) {
   {
     TextureMemory memory(1);
     const Pair pair = make_pair(memory, noise_image(100, 100, 3, PixelType::u8), TextureContent::data, {});
-    EXPECT_GT(bytes_on_disc(), 2U * 30000);
+    EXPECT_GT(bytes_on_disk(), 2U * 30000);
   }
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST_F(TextureMemoryTest, SaysWhereItCannotWrite) {
+TEST_F(TextureMemoryTest, ReportsUnwritableFolder) {
   const fs::path missing = folder_ / "no" / "such";
   setenv("TMPDIR", missing.c_str(), 1);
   TextureMemory memory(1);
@@ -156,8 +156,8 @@ TEST_F(TextureMemoryTest, SaysWhereItCannotWrite) {
   EXPECT_NE(kept.error().message.find("folder for temporary files"), std::string::npos) << kept.error().message;
 }
 
-// A raw file that was cut short while nobody looked is an error, not an image.
-TEST_F(TextureMemoryTest, LostFilesAreErrors) {
+// A raw file that was truncated in the meantime is an error, not an image.
+TEST_F(TextureMemoryTest, ReportsTruncatedFiles) {
   TextureMemory memory(1);
   const auto kept = memory.keep(noise_image(64, 64, 4, PixelType::u8));
   ASSERT_TRUE(kept.ok());

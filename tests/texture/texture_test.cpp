@@ -1,4 +1,4 @@
-// Every look-up agrees with a slow reference in double precision: all layouts, wraps, filters, and the corners of both.
+// Tests of texture look-ups against a double-precision reference, for all layouts and settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/texture.h"
 
@@ -20,7 +20,7 @@ namespace {
 constexpr std::array kTypes{PixelType::u8, PixelType::u16, PixelType::f16, PixelType::f32};
 constexpr std::array kWraps{TextureWrap::repeat, TextureWrap::mirrored_repeat, TextureWrap::clamp_to_edge};
 
-// The vector holds the pixels and not a byte more, so that the address sanitizer sees a read past the last texel.
+// The vector has no spare bytes, so that the address sanitizer detects a read past the last texel.
 std::shared_ptr<Image> make_noise(int width, int height, int channels, PixelType type, uint32_t seed = 1) {
   auto image = std::make_shared<Image>(Image{width, height, channels, type, {}});
   image->pixels.resize(image->byte_count());
@@ -45,7 +45,7 @@ std::shared_ptr<Image> make_u8(int width, int height, int channels, const std::v
   return image;
 }
 
-// ---- the reference
+// ---- reference implementation
 
 double stored_channel(const Image& image, int x, int y, int channel, bool srgb) {
   const size_t size = bytes_per_channel(image.type);
@@ -69,14 +69,14 @@ double stored_channel(const Image& image, int x, int y, int channel, bool srgb) 
   return 0.0;
 }
 
-// The channel `c` of RGBA.
+// Returns channel `c` of RGBA.
 double reference_texel(const Image& image, int x, int y, int c, TextureEncoding encoding) {
   const bool has_alpha = image.channels == 2 || image.channels == 4;
   if (c == 3) return has_alpha ? stored_channel(image, x, y, image.channels - 1, false) : 1.0;
   return stored_channel(image, x, y, image.channels >= 3 ? c : 0, encoding == TextureEncoding::srgb);
 }
 
-// Which texel an index stands for, by counting.
+// Maps an index to a texel, step by step.
 int reference_wrap(long long index, int size, TextureWrap wrap) {
   const auto modulo = [](long long a, long long b) { return ((a % b) + b) % b; };
   switch (wrap) {
@@ -111,7 +111,7 @@ std::array<double, 4> reference_sample(const Image& image, const TextureSettings
   return result;
 }
 
-// All three entry points at once. `tolerance` relative to values of 4 at most.
+// Checks all three look-up functions. `tolerance` is relative to the maximum value of 4.
 void expect_sample(const Texture& texture, const Image& image, const TextureSettings& settings, const V2f& uv,
                    double tolerance) {
   const auto expected = reference_sample(image, settings, uv.x, uv.y);
@@ -130,8 +130,8 @@ void expect_sample(const Texture& texture, const Image& image, const TextureSett
 
 // ---- look-ups
 
-// A coordinate of up to 8 in single precision is off by 2^-22 at most once scaled by 37 texels: 37 * 2^-22 of a step
-// of 4.
+// A coordinate of up to 8 in single precision has an error of at most 2^-22, times 37 texels:
+// 37 * 2^-22 of a step of 4.
 TEST(Texture, BilinearMatchesTheReference) {
   std::mt19937 random(11);
   std::uniform_real_distribution<float> coordinate(-3.0f, 4.0f);
@@ -145,7 +145,7 @@ TEST(Texture, BilinearMatchesTheReference) {
             const TextureSettings settings{wrap_u, wrap_v, TextureFilter::linear, encoding};
             const Texture texture(image, settings);
             TextureSettings meant = settings;
-            if (is_float) meant.encoding = TextureEncoding::linear; // floats are linear already
+            if (is_float) meant.encoding = TextureEncoding::linear; // floats are always linear
             for (int i = 0; i < 50; ++i) {
               expect_sample(texture, *image, meant, {coordinate(random), coordinate(random)}, is_float ? 1e-4 : 3e-5);
             }
@@ -156,7 +156,7 @@ TEST(Texture, BilinearMatchesTheReference) {
   }
 }
 
-// Away from the borders between texels, where rounding may choose either.
+// Points at the borders between texels are excluded, where rounding may choose either texel.
 TEST(Texture, NearestMatchesTheReference) {
   std::mt19937 random(12);
   for (const PixelType type : kTypes) {
@@ -176,10 +176,10 @@ TEST(Texture, NearestMatchesTheReference) {
   }
 }
 
-TEST(Texture, TexelCentresGiveTheTexelExactly) {
+TEST(Texture, TexelCentersGiveExactTexels) {
   for (const PixelType type : kTypes) {
     for (int channels = 1; channels <= 4; ++channels) {
-      // Sizes that are powers of two: the centers have exact coordinates.
+      // With sizes that are powers of two, centers have exact coordinates.
       const auto image = make_noise(16, 8, channels, type);
       for (const TextureWrap wrap : kWraps) {
         for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::linear}) {
@@ -209,8 +209,8 @@ TEST(Texture, FirstTexelIsTopLeft) {
   EXPECT_FLOAT_EQ(texture.sample_channel({0.9f, 0.9f}, 0), 1.0f);
 }
 
-// A row of 0, 51, 102, 255: what stands at the seams of each wrap mode.
-TEST(Texture, SeamsOfEachWrap) {
+// Values at the seams of each wrap mode, for a row of 0, 51, 102, 255.
+TEST(Texture, WrapModesHaveExpectedSeams) {
   const auto image = make_u8(4, 1, 1, {0, 51, 102, 255});
   const auto at = [&](TextureWrap wrap, TextureFilter filter, float u) {
     return Texture(image, {wrap, wrap, filter, TextureEncoding::linear}).sample_channel({u, 0.5f}, 0);
@@ -218,7 +218,8 @@ TEST(Texture, SeamsOfEachWrap) {
   using enum TextureWrap;
   for (const float u : {0.0f, 1.0f, -1.0f, 2.0f, -7.0f})
     EXPECT_FLOAT_EQ(at(repeat, TextureFilter::linear, u), 0.5f) << u;
-  // Even whole numbers are between the first texel and its mirror image, odd ones between the last and its.
+  // Even integers are between the first texel and its mirror image, odd ones between the last texel
+  // and its mirror image.
   for (const float u : {0.0f, 2.0f, -2.0f}) EXPECT_FLOAT_EQ(at(mirrored_repeat, TextureFilter::linear, u), 0.0f) << u;
   for (const float u : {1.0f, -1.0f, 3.0f}) EXPECT_FLOAT_EQ(at(mirrored_repeat, TextureFilter::linear, u), 1.0f) << u;
   EXPECT_FLOAT_EQ(at(mirrored_repeat, TextureFilter::linear, -0.375f), 0.2f);
@@ -227,7 +228,7 @@ TEST(Texture, SeamsOfEachWrap) {
     EXPECT_FLOAT_EQ(at(clamp_to_edge, TextureFilter::linear, u), 0.0f) << u;
   for (const float u : {0.875f, 1.0f, 1.5f, 1e30f})
     EXPECT_FLOAT_EQ(at(clamp_to_edge, TextureFilter::linear, u), 1.0f) << u;
-  // Nearest just inside and just outside.
+  // Nearest filtering just inside and just outside.
   EXPECT_FLOAT_EQ(at(repeat, TextureFilter::nearest, -1e-10f), 1.0f);
   EXPECT_FLOAT_EQ(at(repeat, TextureFilter::nearest, 1.0f), 0.0f);
   EXPECT_FLOAT_EQ(at(repeat, TextureFilter::nearest, kOneMinusEpsilon), 1.0f);
@@ -236,8 +237,8 @@ TEST(Texture, SeamsOfEachWrap) {
   EXPECT_FLOAT_EQ(at(clamp_to_edge, TextureFilter::nearest, 1.0f), 1.0f);
 }
 
-// Nothing read out of bounds (the address sanitizer watches) and nothing but finite values.
-TEST(Texture, HugeAndNonFiniteCoordinates) {
+// No read is out of bounds (checked by the address sanitizer), and all values are finite.
+TEST(Texture, AcceptsHugeAndNonFiniteCoordinates) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const int size : {1, 3, 16}) {
     for (const TextureWrap wrap : kWraps) {
@@ -262,7 +263,7 @@ TEST(Texture, HugeAndNonFiniteCoordinates) {
   }
 }
 
-// Coordinates at and beside every border between texels, over several repeats.
+// Tests coordinates at and next to every border between texels, over several repeats.
 TEST(Texture, BordersStayInBounds) {
   for (const int size : {1, 2, 3, 5, 4096, 32768}) {
     const auto image = std::make_shared<Image>(
@@ -273,7 +274,7 @@ TEST(Texture, BordersStayInBounds) {
         for (int i = -8; i <= 8; ++i) {
           const float border = static_cast<float>(i) / static_cast<float>(std::min(size, 4));
           for (const float u : {border, std::nextafter(border, -9.0f), std::nextafter(border, 9.0f)}) {
-            ASSERT_EQ(texture.sample({u, u}), V4f(1.0f)) << u << " of " << size; // constant: exact
+            ASSERT_EQ(texture.sample({u, u}), V4f(1.0f)) << u << " of " << size; // exact, because the image is constant
           }
         }
       }
@@ -295,7 +296,7 @@ TEST(Texture, OneTexelIsConstant) {
 
 // ---- encoding and alpha
 
-TEST(Texture, SrgbTablesAreTheStandardCurve) {
+TEST(Texture, SrgbTablesMatchStandardCurve) {
   for (int i = 0; i < 256; ++i) {
     const double x = i / 255.0;
     const double expected = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
@@ -315,7 +316,8 @@ TEST(Texture, SrgbTablesAreTheStandardCurve) {
   }
 }
 
-// Between black and white the linear mean, not the decoded mean of the stored values (0.214).
+// The value between black and white is the linear mean, not the decoded mean of stored values
+// (0.214).
 TEST(Texture, DecodesBeforeFiltering) {
   const Texture texture(make_u8(2, 1, 3, {0, 0, 0, 255, 255, 255}),
                         {TextureWrap::repeat, TextureWrap::repeat, TextureFilter::linear, TextureEncoding::srgb});
@@ -336,7 +338,7 @@ TEST(Texture, OpaqueAlphaIsExactlyOne) {
   for (const PixelType type : kTypes) {
     for (int channels = 1; channels <= 4; ++channels) {
       auto image = make_noise(9, 6, channels, type);
-      if (channels == 2 || channels == 4) { // all of it opaque
+      if (channels == 2 || channels == 4) { // all texels opaque
         const size_t size = bytes_per_channel(type);
         const float one = 1.0f;
         const Imath::half half_one(1.0f);
