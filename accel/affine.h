@@ -1,4 +1,4 @@
-// Instance transforms as the accelerators use them: rays to object space, boxes to world space.
+// Ray loads as SIMD vectors, and instance transforms: rays to object space, boxes to world space.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,11 +17,10 @@
 
 namespace kindling::accel {
 
-// Four floats that live in one register; lanes x, y, z and one to spare.
 using Quad = float __attribute__((vector_size(16)));
 
-// A ray is two of them: (origin, t_min) and (direction, t_max). One wide access each, since narrow stores that are soon
-// loaded as a quadword stall.
+// A ray begins with two 16-byte vectors: (origin, t_min) and (direction, t_max). Each is read by
+// one wide load, since narrow stores followed by a wide load of the same bytes stall.
 static_assert(offsetof(Ray, t_min) == 12 && offsetof(Ray, direction) == 16 && offsetof(Ray, t_max) == 28);
 [[nodiscard]] inline Quad origin_quad(const Ray& ray) {
   Quad quad;
@@ -36,11 +35,12 @@ static_assert(offsetof(Ray, t_min) == 12 && offsetof(Ray, direction) == 16 && of
 
 [[nodiscard]] inline bool is_identity(const Imath::M44f& m) { return m == Imath::M44f(); }
 
-// Takes a world ray into the object space of an instance. The direction is not normalized, so t means the same in both.
+// Transforms a world ray into the object space of an instance. The direction is not normalized, so
+// t means the same in both spaces.
 class RayToObject {
  public:
-  // Inverts in double precision. False if the matrix is not finite, singular, or shrinks by more than 1e12: nothing of that
-  // instance can be hit.
+  // Inverts in double precision. Returns false if the matrix is not finite, singular, or shrinks by
+  // more than 1e12; nothing of that instance can be hit.
   [[nodiscard]] bool set_inverse_of(const Imath::M44f& object_to_world) {
     const Imath::M44d m(object_to_world);
     const double c00 = m[1][1] * m[2][2] - m[1][2] * m[2][1], c01 = m[0][2] * m[2][1] - m[0][1] * m[2][2],
@@ -79,18 +79,19 @@ class RayToObject {
   }
 
  private:
-  // Its fourth lane has what stands behind: a finite number that is not used.
+  // The fourth lane is the first float of the next row: finite and never used.
   [[nodiscard]] Quad row(size_t number) const {
     Quad quad;
     std::memcpy(&quad, rows_.data() + 3 * number, sizeof(Quad));
     return quad;
   }
 
-  std::array<float, 13> rows_{}; // of the inverse, for row vectors: three floats each, and a zero behind the last
+  std::array<float, 13> rows_{}; // rows of the inverse for row vectors, three floats each, then a zero
 };
 static_assert(sizeof(RayToObject) == 52);
 
-// Bounds of a transformed box, a few rounding errors larger than exact. Empty stays empty.
+// Returns the bounds of a transformed box, a few rounding errors larger than exact. Empty stays
+// empty.
 [[nodiscard]] inline Imath::Box3f transform_bounds(const Imath::M44f& m, const Imath::Box3f& box) {
   Imath::Box3f out;
   if (box.isEmpty()) return out;
@@ -111,8 +112,9 @@ static_assert(sizeof(RayToObject) == 52);
   return out;
 }
 
-// Bounds of a box that moves with a matrix interpolated between keys: at any time, a few rounding errors larger than exact. Points move
-// along straight lines between keys, so that the bounds at the keys hold all. The keys are finite.
+// Returns bounds that hold at all times for a box moving with a matrix interpolated between keys, a
+// few rounding errors larger than exact. Points move along straight lines between keys, so the
+// bounds at the keys enclose all positions. The keys must be finite.
 [[nodiscard]] inline Imath::Box3f transform_bounds(std::span<const Imath::M44f> keys, const Imath::Box3f& box) {
   Imath::Box3f out;
   if (box.isEmpty()) return out;

@@ -1,3 +1,4 @@
+// The table of accelerator names and the factory that builds an accelerator by kind.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/make_accelerator.h"
 

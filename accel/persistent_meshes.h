@@ -1,4 +1,4 @@
-// Which structures are those of the same meshes.
+// Keys that identify a structure by its persistent meshes, and the store of reusable structures.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace kindling::accel {
 
-// The meshes of a structure in their order: what lasts of them, and whether the filter is asked about each. Empty: not all of them last,
-// or there are none.
+// The meshes of a structure in order: their persistent ids, and whether each is opaque. Empty if
+// the structure has no meshes or any of them is not persistent.
 class PersistentMeshes {
  public:
   void add(const TriangleMesh& mesh) {
@@ -29,7 +29,7 @@ class PersistentMeshes {
   std::vector<std::pair<uint64_t, bool>> meshes_;
 };
 
-// Structures that wait for a build over the same meshes.
+// Structures of an earlier build, stored until a build over the same meshes takes them.
 template <class T>
 class KeptBy {
  public:

@@ -1,3 +1,4 @@
+// Exact triangle crossings in double precision, with error bounds of the single-precision test.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/rounding.h"
 
@@ -14,7 +15,7 @@ namespace kindling::accel {
 namespace {
 
 constexpr double kUnit = 0x1p-24;     // half an ulp of 1
-constexpr double kFlushed = 0x1p-125; // two products, each flushed to zero below the least normal number
+constexpr double kFlushed = 0x1p-125; // two products, each flushed to zero below the smallest normal number
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct ShearedVertex {
@@ -24,8 +25,8 @@ struct ShearedVertex {
 
 struct EdgeFunction {
   double value = 0.0;
-  double rounding = 0.0; // of its own operations
-  double moved = 0.0;    // by the errors of the vertices
+  double rounding = 0.0; // error of its own operations
+  double moved = 0.0;    // change due to the errors of the vertices
 };
 
 EdgeFunction edge_function(const ShearedVertex& c, const ShearedVertex& b) {
@@ -38,7 +39,7 @@ EdgeFunction edge_function(const ShearedVertex& c, const ShearedVertex& b) {
   return e;
 }
 
-// Largest coordinate of a triangle's vertices at any key.
+// Returns the largest absolute coordinate of a triangle's vertices over all keys.
 double largest_at_keys(const TriangleMesh& mesh, const uint32_t* corner) {
   double largest = 0.0;
   for (uint32_t key = 0; key < key_count(mesh); ++key)
@@ -53,7 +54,7 @@ double largest_at_keys(const TriangleMesh& mesh, const uint32_t* corner) {
 TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction, const Imath::V3f& p0,
                                  const Imath::V3f& p1, const Imath::V3f& p2, double origin_error,
                                  double direction_error) {
-  const RayShear axes(origin, direction); // for the choice of axes alone
+  const RayShear axes(origin, direction); // only for the choice of axes
   const double dz = direction[axes.kz], sx = direction[axes.kx] / dz, sy = direction[axes.ky] / dz;
   std::array<ShearedVertex, 3> v;
   double x_error = 0.0, y_error = 0.0, z_error = 0.0, low = kInfinity, high = -kInfinity;
@@ -65,7 +66,7 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
     s.z = static_cast<double>(p[axes.kz]) - origin[axes.kz];
     s.x = px - sx * s.z;
     s.y = py - sy * s.z;
-    // The direction that is off by so much turns the shear by twice that, |sx| and |sy| being at most 1.
+    // A direction error e turns the shear by up to 2 e, since |sx| and |sy| are at most 1.
     const double turned = 2.0 * origin_error + 2.0 * direction_error / std::fabs(dz) * std::fabs(s.z);
     const double flushed = kFlushed * (1.0 + std::fabs(s.z));
     s.x_error = kUnit * (std::fabs(px) + 3.0 * std::fabs(sx * s.z) + std::fabs(s.x)) + turned + flushed;
@@ -99,9 +100,9 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
     moved += e[i].moved;
     weights += e[i].rounding * (std::fabs(v[i].z - z) + reach);
   }
-  const double det = std::fabs(nz) - moved - rounding; // the least that may have been computed
+  const double det = std::fabs(nz) - moved - rounding; // lower bound of the computed determinant
   const double largest = std::max(std::fabs(low), std::fabs(high));
-  // Distances are computed from edge functions times depths, divided by the direction, divided by det.
+  // A distance is edge functions times depths, divided by the direction and by det.
   const double numerator = (std::fabs(nz) + moved + rounding) * largest;
   const bool overflows = std::max(numerator, numerator / std::fabs(dz)) >= std::numeric_limits<float>::max() / 4.0;
   if (!(det > 2.0 * rounding) || overflows) {
@@ -119,7 +120,7 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
   const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(hit.triangle)];
   const PositionsAt positions(mesh, ray.time);
   const Imath::V3f p0 = positions[corner[0]], p1 = positions[corner[1]], p2 = positions[corner[2]];
-  // How far vertices are interpolated in another way: counted as the ray's.
+  // Vertices interpolated differently count as an error of the ray.
   double origin = 0.0, direction = 0.0;
   if (arithmetic == Arithmetic::any && deforms(mesh)) origin = largest_at_keys(mesh, corner);
   const Imath::M44f m = matrix_at(input, input.instances[hit.instance], ray.time);
@@ -129,7 +130,7 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
 
   const Ray moved = to_object(ray);
   if (arithmetic == Arithmetic::same) return judge_triangle(moved.origin, moved.direction, p0, p1, p2);
-  // Sums of the magnitudes of what is added up, by sending them through the transform one component at a time.
+  // Sums of the magnitudes of the added terms, found by transforming one component at a time.
   Ray probe;
   probe.origin = Imath::V3f(0.0f);
   probe.direction = {1, 0, 0};
@@ -162,7 +163,8 @@ bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, co
   const double t_min = std::max(ray.t_min, 0.0f);
   if (arithmetic == Arithmetic::same) {
     const double t_far = farther.is_hit() ? farther.t : ray.t_max;
-    // A cell is entered by plane distances of three roundings each, and its interval may be empty by as much.
+    // A cell is entered by plane distances with three roundings each; its interval may be empty by
+    // as much.
     constexpr double kPlanes = 8.0 * kUnit;
     return !judgement.inside || !(judgement.t > t_min * (1.0 + kPlanes) && judgement.t < t_far * (1.0 - kPlanes));
   }

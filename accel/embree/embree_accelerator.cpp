@@ -1,3 +1,4 @@
+// The Embree accelerator: single rays, packets and streams over Embree's scenes.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_accelerator.h"
 
@@ -17,18 +18,19 @@ namespace {
 using embree::GeometryNames;
 using embree::PacketOf;
 
-// What a filter callback finds behind Embree's context; the context must come first.
+// Query context read by the filter callback; Embree's context must come first.
 struct Context {
   embree::QueryContext embree;
-  const Ray* rays = nullptr; // RTCRay::id counts from here
+  const Ray* rays = nullptr; // indexed by RTCRay::id
   const GeometryNames* names = nullptr;
   HitFilter filter;
-  const embree::StartedRay* started = nullptr; // what stands for the only ray
+  const embree::StartedRay* started = nullptr; // the shortened ray traced in place of rays[0], if any
 };
 
-// Of the objects that stand for geometries, which Embree's monitor does not count: what ten million of them took, each.
+// Bytes of a geometry object, which Embree's memory monitor does not count; measured with ten
+// million of them.
 constexpr size_t kGeometryObject = 250;
-// Fewer rays are faster one by one.
+// Packets of fewer rays are slower than single rays.
 template <size_t width>
 constexpr size_t kMinPacket = width == 4 ? 3 : 5;
 constexpr bool kHasStreams = KINDLING_EMBREE_MAJOR < 4;
@@ -63,7 +65,7 @@ class EmbreeAccelerator final : public Accelerator {
     statistics_.memory_bytes = static_cast<size_t>(scenes_.on.memory_bytes->load()) +
                                (scenes_.names.top.capacity() + scenes_.names.lasting.capacity()) *
                                    (sizeof(embree::NamedGeometry) + kGeometryObject);
-    // Instances, be it one of what lasts.
+    // True if the top scene holds instances, including that of the persistent scene.
     has_moved_ = (scenes_.lasting && scenes_.own_top) ||
                  std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
     RTCBounds box;
@@ -85,14 +87,15 @@ class EmbreeAccelerator final : public Accelerator {
     return blocked != 0;
   }
 
-  // One ray at a time: for mixed rays Embree's packets gain nothing here.
+  // Traces one ray at a time: for mixed rays Embree's packets gain nothing here.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
     Context context = make_context(rays.data());
     embree::Query query(context.embree);
     intersect_singly(rays, hits, 0, query);
   }
-  // Embree 3 has streams for this: 1.1 to 1.8 times as fast as single rays. They use the same triangle test and, in robust mode,
-  // conservative box tests, so that answers are equal; packets would be as fast, but their triangle test rounds differently.
+  // Uses Embree 3's streams, 1.1 to 1.8 times as fast as single rays. They use the same triangle
+  // test and, in robust mode, conservative box tests, so that answers are equal. Packets would be
+  // as fast, but their triangle test rounds differently.
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
     if (kHasStreams) {
       occluded_by_streams(rays, blocked, false);
@@ -105,12 +108,14 @@ class EmbreeAccelerator final : public Accelerator {
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
     intersect_by_packets(rays, hits, true);
   }
-  // Without the flag: any-hit packets are 1.1 to 2 times as fast without it, even for the shadow rays of one tile.
+  // Leaves out the coherent flag: any-hit packets are 1.1 to 2 times as fast without it, even for
+  // the shadow rays of one tile.
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
     occluded_by_packets(rays, blocked, false);
   }
 
-  // A last packet of fewer than kMinPacket rays is traced one by one, and so are streams of fewer than kMinStream.
+  // Final packets of fewer than kMinPacket rays, and streams of fewer than kMinStream rays, are
+  // traced as single rays.
   void intersect_by_packets(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
     switch (packet_) {
     case 16: return intersect_by_packets_of<16>(rays, hits, coherent);
@@ -185,11 +190,11 @@ class EmbreeAccelerator final : public Accelerator {
     kept->quality = quality_;
     kept->robust = robust_;
     kept->filtered = filter_.accept != nullptr;
-    scenes_.own_top = embree::Scene(); // before what it holds instances of
+    scenes_.own_top = embree::Scene(); // before the scenes that it instances
     if (scenes_.lasting) kept->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.lasting));
     for (size_t g = 0; g < scenes_.groups.size(); ++g)
       if (scenes_.groups[g]) kept->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
-    scenes_.groups.clear(); // before the device goes
+    scenes_.groups.clear(); // before the device is released
     scenes_.lasting = embree::Scene();
     if (kept->scenes.empty()) return nullptr;
     kept->on = std::move(scenes_.on);
@@ -205,7 +210,7 @@ class EmbreeAccelerator final : public Accelerator {
     return context;
   }
 
-  // The width of its packets shows which kernels Embree chose by itself.
+  // Infers the kernels that Embree selected from the packet width of the device.
   [[nodiscard]] SimdTarget simd_of_device() const {
     if (scenes_.on.simd) return *scenes_.on.simd;
     SimdTarget found = SimdTarget::portable;
@@ -234,8 +239,9 @@ class EmbreeAccelerator final : public Accelerator {
     }
     intersect_singly(rays, hits, first, query);
   }
-  // Any-hit queries leave the coherent flag out where instances are moved: there rtcOccluded16 and rtcOccluded1M of Embree 3.13.5 do
-  // not return for some rays (tests/accel/test_embree_calls.cpp has such).
+  // Any-hit queries leave out the coherent flag in scenes with instances: there rtcOccluded16 and
+  // rtcOccluded1M of Embree 3.13.5 never return for some rays (see
+  // tests/accel/test_embree_calls.cpp).
   template <size_t width>
   void occluded_by_packets_of(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
     Context context = make_context(rays.data());
@@ -246,13 +252,13 @@ class EmbreeAccelerator final : public Accelerator {
       typename PacketOf<width>::Rays packet;
       const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet, valid);
       query.occluded_packet(valid, scene_, packet);
-      for (size_t i = 0; i < count; ++i) // Embree sets minus infinity
+      for (size_t i = 0; i < count; ++i) // Embree sets tfar to minus infinity
         blocked[first + i] = (valid[i] != 0 ? packet.tfar[i] < 0.0f : occluded_from_afar(rays[first + i])) ? 1 : 0;
     }
     occluded_singly(rays, blocked, first, query);
   }
 
-  // For rays that are not traceable: no hit, unless they begin far away.
+  // For rays that are not traceable: a miss, unless they start far away.
   [[nodiscard, gnu::noinline]] Hit intersect_from_afar(const Ray& ray) const {
     const std::optional<embree::StartedRay> started = start(ray);
     if (!started) return {};
@@ -281,11 +287,11 @@ class EmbreeAccelerator final : public Accelerator {
   [[nodiscard]] std::optional<embree::StartedRay> start(const Ray& ray) const {
     if (!can_hit(ray)) return std::nullopt;
     std::optional<embree::StartedRay> started = embree::start_at_bounds(ray, bounds_);
-    if (started && !embree::is_traceable(started->ray, scenes_.ray_extent)) started.reset(); // an empty interval
+    if (started && !embree::is_traceable(started->ray, scenes_.ray_extent)) started.reset(); // its interval is empty
     return started;
   }
 
-  // From rays[first] on.
+  // Traces rays[first] and all after it.
   void intersect_singly(std::span<const Ray> rays, std::span<Hit> hits, size_t first, embree::Query& query) const {
     RTCRayHit ray_hit;
     for (; first < rays.size(); ++first) {
@@ -319,12 +325,12 @@ class EmbreeAccelerator final : public Accelerator {
   Quality quality_ = Quality::balanced;
   bool robust_;
   bool has_moved_ = false;
-  size_t packet_ = 1; // rays that the device traces together
+  size_t packet_ = 1; // rays that the device's kernels trace together
   Imath::Box3f bounds_;
   Statistics statistics_;
 };
 
-// All batch queries by one call.
+// Adapter that answers all batch queries by one of Embree's calls.
 class OneCall final : public Accelerator {
  public:
   OneCall(const EmbreeAccelerator& embree, EmbreeCall call)

@@ -1,3 +1,4 @@
+// Builds Embree's geometries, group scenes and top scene, with progress and cancellation.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_build.h"
 
@@ -17,7 +18,7 @@
 namespace kindling::accel::embree {
 namespace {
 
-// Collects the progress of all scenes and passes it on from one thread at a time.
+// Collects the progress of all scenes and reports it from one thread at a time.
 class Monitor {
  public:
   Monitor(const BuildOptions& options, double total_weight) : options_(options), total_weight_(total_weight) {}
@@ -42,7 +43,7 @@ class Monitor {
   double done_ = 0.0, reported_ = 0.0;
 };
 
-// The part of one scene in the monitor.
+// The share of one scene in the total progress.
 struct SceneProgress {
   Monitor& monitor;
   double weight = 1.0;
@@ -89,7 +90,7 @@ class Builder {
     std::vector<uint32_t> moved = moved_groups();
     if (kept) {
       take(*kept, moved);
-      kept.reset(); // what makes room
+      kept.reset(); // frees memory before the build
     }
     make_geometries(moved);
     size_t triangles = top_triangles_ + (out_.lasting ? 0 : persistent_triangles_);
@@ -116,7 +117,8 @@ class Builder {
     return count;
   }
 
-  // Sorts instances into those whose meshes lie in the top scene and those that are moved; singular ones are left out.
+  // Sorts instances into those whose meshes go into the top scene and those with a transform. Skips
+  // singular ones. Returns the groups used by transformed instances.
   std::vector<uint32_t> moved_groups() {
     std::vector<uint8_t> used(input_.groups.size(), 0);
     for (size_t i = 0; i < input_.instances.size(); ++i) {
@@ -146,7 +148,7 @@ class Builder {
     return groups;
   }
 
-  // The meshes of an instance with identity transform.
+  // Adds the meshes of an instance with identity transform.
   void add_static(uint32_t instance) {
     const MeshGroup& group = input_.groups[input_.instances[instance].group];
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
@@ -163,7 +165,7 @@ class Builder {
     }
   }
 
-  // Scenes that are there; of the moved groups those remain that have to be built.
+  // Reuses scenes of the previous build, and removes their groups from the list of those to build.
   void take(PersistentScenes& kept, std::vector<uint32_t>& moved) {
     const auto take_scene = [&](const PersistentMeshes& meshes, Scene& scene) {
       std::optional<Scene> found = kept.scenes.take(meshes);
@@ -183,7 +185,7 @@ class Builder {
     return RTC_BUILD_QUALITY_MEDIUM;
   }
 
-  // Of what is not there yet.
+  // Creates the geometries of meshes that no reused scene contains.
   void make_geometries(const std::vector<uint32_t>& groups) {
     geometries_.resize(input_.meshes.size());
     std::vector<uint8_t> wanted(input_.meshes.size(), 0);
@@ -196,14 +198,16 @@ class Builder {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0 || wanted[m] == 0) continue;
       Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-      // Steps at equal times over [0, 1], Embree's default range, between which it interpolates linearly.
+      // Embree interpolates linearly between time steps at equal distances over [0, 1], its default
+      // range.
       rtcSetGeometryTimeStepCount(geometry.get(), key_count(mesh));
       for (uint32_t key = 0; key < key_count(mesh); ++key)
         rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3,
                                    positions_at_key(mesh, key).data(), 0, sizeof(Imath::V3f), mesh.positions.size());
       rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                                  3 * sizeof(uint32_t), mesh.triangle_count());
-      // A scene of low quality is one tree per mesh under a top tree; only this makes the lower ones cheap too.
+      // A scene of low quality has one tree per mesh under a top tree; only this setting makes the
+      // lower trees cheap too.
       if (options_.quality == Quality::fast) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_LOW);
       if (!mesh.opaque && input_.filter.accept != nullptr) {
         rtcSetGeometryIntersectFilterFunction(geometry.get(), filter_);
@@ -303,7 +307,7 @@ class Builder {
         guarded.keys.assign(keys.begin(), keys.end());
         guarded.bounds = transform_bounds(keys, bounds);
       } else {
-        (void)guarded.to_object.set_inverse_of(keys[0]); // true: see moved_groups()
+        (void)guarded.to_object.set_inverse_of(keys[0]); // invertible: see moved_groups()
         guarded.bounds = transform_bounds(keys[0], bounds);
       }
       return guarded_geometry(out_.on.device.get(), guarded);
@@ -312,7 +316,8 @@ class Builder {
     Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(geometry.get(), group);
     rtcSetGeometryTimeStepCount(geometry.get(), static_cast<unsigned>(keys.size()));
-    // Row vectors by rows are column vectors by columns; the fourth row is not read. Interpolated by entries.
+    // A matrix for row vectors stored by rows equals one for column vectors stored by columns; the
+    // fourth row is not read. Embree interpolates entries.
     for (size_t key = 0; key < keys.size(); ++key)
       rtcSetGeometryTransform(geometry.get(), static_cast<unsigned>(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                               &keys[key][0][0]);
@@ -325,7 +330,8 @@ class Builder {
     return false;
   }
 
-  // Embree reports what its tasks throw as errors of the device; valid input leaves only lack of memory.
+  // Embree reports exceptions of its tasks as device errors; with valid input only lack of memory
+  // remains.
   void check_errors() {
     if (rtcGetDeviceError(out_.on.device.get()) != RTC_ERROR_NONE) throw std::bad_alloc();
   }
@@ -334,9 +340,9 @@ class Builder {
   const BuildOptions& options_;
   RTCFilterFunctionN filter_;
   BuiltScenes& out_;
-  std::vector<Geometry> geometries_; // by mesh; empty where it has no triangles
-  std::vector<NamedGeometry> still_; // under identity transforms, but for those that last
-  std::vector<uint32_t> moved_;      // instances
+  std::vector<Geometry> geometries_; // by mesh; empty if the mesh has no triangles
+  std::vector<NamedGeometry> still_; // meshes under identity transforms that are not persistent
+  std::vector<uint32_t> moved_;      // transformed instances
   size_t top_triangles_ = 0, persistent_triangles_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Rays and hits between the contract's form and Embree's: one at a time, and sixteen as a structure of arrays.
+// Conversion of rays and hits to Embree's formats and back, singly and in packets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,29 +17,35 @@
 
 namespace kindling::accel::embree {
 
-// Anything that stays a normal number when Embree scales it: denormals cost a quarter of the speed.
+// Small enough to be negligible, but stays a normal number when Embree scales it: denormals cost a
+// quarter of the speed.
 inline constexpr float kSmallestNear = 1e-30f;
 
-// Embree's robust test accepts t >= tnear, its fast one t > tnear; we promise t > t_min.
+// Converts t_min to Embree's tnear. Embree's robust test accepts t >= tnear, its fast one t >
+// tnear; the interface promises t > t_min.
 [[nodiscard]] inline float near_distance(float t_min, bool robust) {
   if (!(t_min > 0.0f)) t_min = 0.0f;
   if (!robust) return t_min;
   return std::max(std::bit_cast<float>(std::bit_cast<uint32_t>(t_min) + 1), kSmallestNear);
 }
 
-// True if Embree can trace the ray as it is: it can_hit() and lies within safe_ray_extent() of all instances. Other rays that can_hit() begin
-// far away, see start_at_bounds().
+// Returns true if Embree can trace the ray unchanged: it satisfies can_hit() and lies within
+// safe_ray_extent() of all instances. Other rays that satisfy can_hit() start far away; see
+// start_at_bounds().
 [[nodiscard]] inline bool is_traceable(const Ray& ray, float ray_extent) { return can_hit(ray, ray_extent); }
 
-// True if the ray may join a stream, too. Streams of Embree 3.13 sort rays by the signs of their directions and take the reciprocal of a
-// component between -1e-18 and 0 for a large positive one: such a ray misses boxes that it meets, and may meet a child that is not there.
+// Returns true if the ray may join a stream too. Streams of Embree 3.13 sort rays by the signs of
+// their directions, and take the reciprocal of a component between -1e-18 and 0 for a large
+// positive one. Such a ray misses boxes that it should meet, and may visit a child that does not
+// exist.
 [[nodiscard]] inline bool is_streamable(const Ray& ray, float ray_extent) {
-  const Quad direction = direction_quad(ray), zero{}; // and t_max, which is positive for a ray that can be traced
+  const Quad direction = direction_quad(ray), zero{}; // lane 3 is t_max, positive for a traceable ray
   const auto tiny = (direction < zero) & (direction > zero - 1.1e-18f);
   return std::bit_cast<unsigned __int128>(tiny) == 0 && is_traceable(ray, ray_extent);
 }
 
-// Wide loads and stores only: Embree reads origin and direction as quadwords, and narrow stores just before that stall.
+// Fills an Embree ray by wide loads and stores only: Embree reads origin and direction as
+// quadwords, and narrow stores just before that stall.
 inline void fill(const Ray& in, bool robust, unsigned id, RTCRay& out) {
   Quad origin = origin_quad(in), direction = direction_quad(in);
   out.tfar = direction[3];
@@ -53,7 +59,6 @@ inline void fill(const Ray& in, bool robust, unsigned id, RTCRay& out) {
   out.flags = 0;
 }
 
-// Rows become columns.
 inline void transpose(Quad (&m)[4]) {
   const Quad a = __builtin_shufflevector(m[0], m[1], 0, 4, 1, 5), b = __builtin_shufflevector(m[0], m[1], 2, 6, 3, 7),
              c = __builtin_shufflevector(m[2], m[3], 0, 4, 1, 5), d = __builtin_shufflevector(m[2], m[3], 2, 6, 3, 7);
@@ -82,9 +87,9 @@ struct PacketOf<16> {
   using RayHits = RTCRayHit16;
 };
 
-// Rays [first, first + width) or as many as there are; returns how many. `valid`, aligned to 64 bytes, is -1 for those that
-// Embree can trace (is_traceable()), else 0; ids count from rays[0]. Four rays at a time by transposition, so that Embree's packets pay
-// for their form as little as they can.
+// Fills a packet with rays [first, first + width), or as many as there are; returns their number.
+// `valid`, aligned to 64 bytes, is -1 for rays that Embree can trace (is_traceable()), else 0. Ids
+// are indices into `rays`. Transposes four rays at a time to keep the conversion cheap.
 template <size_t width>
 size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, float ray_extent,
                    typename PacketOf<width>::Rays& out, int* valid) {
@@ -135,7 +140,8 @@ size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, float r
   return count;
 }
 
-// Embree's robust test lets u and v leave the triangle by rounding errors; a Hit lies inside.
+// Makes a Hit from Embree's ids. Embree's robust test lets u and v leave the triangle by rounding
+// errors; they are clamped to it.
 [[nodiscard]] inline Hit to_hit(const GeometryNames& names, float t, float u, float v, uint32_t triangle,
                                 uint32_t geometry, uint32_t instance) {
   u = std::min(std::max(u, 0.0f), 1.0f);
@@ -152,7 +158,7 @@ size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, float r
   return {t, u, v, moved.instance, moved.mesh + geometry, triangle};
 }
 
-// To be traced; no hit yet.
+// Marks a hit record as a miss before tracing.
 inline void clear(RTCHit& hit) {
   hit.geomID = RTC_INVALID_GEOMETRY_ID;
   hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -162,7 +168,7 @@ inline void clear(RTCHit& hit) {
   return to_hit(names, found.ray.tfar, found.hit.u, found.hit.v, found.hit.primID, found.hit.geomID,
                 found.hit.instID[0]);
 }
-// RTCHit4, 8 or 16, or the RTCRayHit of as many.
+// HitPacket is RTCHit4, 8 or 16; RayHitPacket the RTCRayHit of the same width.
 template <class HitPacket>
 void clear_packet(HitPacket& hit) {
   for (size_t i = 0; i < std::size(hit.geomID); ++i) hit.geomID[i] = hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;

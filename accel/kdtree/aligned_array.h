@@ -1,4 +1,4 @@
-// An array of fixed size, on huge pages where it is large and the system has them.
+// A fixed-size aligned array, on huge pages if it is large and the system supports them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace kindling::accel::kd {
 
-// Elements are not initialized. T must be trivial.
+// Elements are not initialized, and T must be trivial.
 template <class T>
 class AlignedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -45,7 +45,7 @@ class AlignedArray {
   static constexpr size_t kHugePage = size_t{2} << 20;
 
   struct Free {
-    size_t mapped_bytes = 0; // 0: from the heap
+    size_t mapped_bytes = 0; // 0 if allocated on the heap
     void operator()(T* data) const {
 #if defined(__linux__)
       if (mapped_bytes != 0) {
@@ -58,7 +58,8 @@ class AlignedArray {
   };
 
 #if defined(__linux__)
-  // Fresh pages, straight from the system: the heap would hand out used ones, which stay small whatever is advised.
+  // Maps fresh pages directly from the system: the heap would return used pages, which stay small
+  // whatever is advised.
   void map(size_t wanted) {
     const size_t bytes = (wanted + kHugePage - 1) / kHugePage * kHugePage, with_margin = bytes + kHugePage;
     void* mapping = mmap(nullptr, with_margin, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -68,7 +69,7 @@ class AlignedArray {
     if (before != 0) munmap(first, before);
     if (before != kHugePage) munmap(first + before + bytes, kHugePage - before);
     first += before;
-    madvise(first, bytes, MADV_HUGEPAGE); // a hint: failure is fine
+    madvise(first, bytes, MADV_HUGEPAGE); // a hint; failure is harmless
     data_ = {reinterpret_cast<T*>(first), Free{bytes}};
   }
 #endif

@@ -1,3 +1,4 @@
+// Builds the kd-tree accelerator from a BuildInput, and forwards its queries to the kernels.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kdtree_accelerator.h"
 
@@ -25,7 +26,7 @@ namespace {
 
 using kd::Tree;
 
-constexpr size_t kGrain = 4096; // instances of a task
+constexpr size_t kGrain = 4096; // instances per task
 
 class KdTreeAccelerator final : public Accelerator {
  public:
@@ -74,7 +75,7 @@ class KdTreeAccelerator final : public Accelerator {
   }
 
  private:
-  // False if cancelled.
+  // Returns false if cancelled.
   bool build(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> kept) {
     std::vector<kd::Geometry> still;
     std::vector<uint8_t> group_moves(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
@@ -85,7 +86,7 @@ class KdTreeAccelerator final : public Accelerator {
       const auto number = static_cast<uint32_t>(i);
       const bool moves = instance.motion != kNoId;
       if (seen[i] == 0) continue;
-      // Of a group some of which deforms the still meshes are traced as if they were alone.
+      // The static meshes of a partly deforming group are traced in a tree of their own.
       const bool deforms = has_deforming(input, input.groups[instance.group]);
       if (deforms) group_deforms[instance.group] = 1;
       if (moves || deforms) moving.push_back(number);
@@ -97,10 +98,10 @@ class KdTreeAccelerator final : public Accelerator {
       }
     }
 
-    // One list of trees to build: the world's and those of the groups that move.
+    // Trees to build: the world's and those of the groups.
     struct Job {
       std::vector<kd::Geometry> geometries;
-      Tree* tree; // or
+      Tree* tree; // set, unless `deforming` is
       kd::DeformingTrees* deforming = nullptr;
     };
     structure_.group_trees.resize(input.groups.size());
@@ -121,7 +122,7 @@ class KdTreeAccelerator final : public Accelerator {
     }
     if (kept) {
       std::erase_if(jobs, [&](Job& job) { return job.tree != nullptr && kept->take(job.geometries, *job.tree); });
-      kept.reset(); // what makes room
+      kept.reset(); // frees memory before the build
     }
     for (const Job& job : jobs)
       for (const kd::Geometry& geometry : job.geometries)
@@ -142,7 +143,7 @@ class KdTreeAccelerator final : public Accelerator {
     return true;
   }
 
-  // By instance: whether rays have a way into its space.
+  // Returns, per instance, whether its transform can be inverted or its motion keys are finite.
   static std::vector<uint8_t> find_seen(const BuildInput& input) {
     std::vector<uint8_t> seen(input.instances.size());
     tbb::parallel_for(tbb::blocked_range<size_t>(0, seen.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
@@ -162,7 +163,7 @@ class KdTreeAccelerator final : public Accelerator {
     return false;
   }
 
-  // The meshes of a group that deform, or those that do not.
+  // Appends the meshes of a group that deform, or those that do not.
   static void append_geometries(const BuildInput& input, const MeshGroup& group, uint32_t instance, bool deforming,
                                 std::vector<kd::Geometry>& out) {
     uint64_t first = out.empty() ? 0 : out.back().first_primitive + out.back().mesh.triangle_count();
@@ -175,7 +176,7 @@ class KdTreeAccelerator final : public Accelerator {
     }
   }
 
-  // Where some of the geometries of the world last and others do not, leaves the former and returns the latter.
+  // If only some geometries are persistent, keeps those and returns the others.
   static std::vector<kd::Geometry> divide(std::vector<kd::Geometry>& still) {
     const auto lasts = [](const kd::Geometry& geometry) { return geometry.mesh.lasting != 0; };
     if (std::none_of(still.begin(), still.end(), lasts)) return {};
@@ -206,7 +207,7 @@ class KdTreeAccelerator final : public Accelerator {
             kd::MovedInstance& placed = structure_.moved[i];
             placed.tree = &structure_.group_trees[instance.group];
             placed.instance = moved[i];
-            (void)placed.to_object.set_inverse_of(instance.object_to_world); // find_seen() says that it has one
+            (void)placed.to_object.set_inverse_of(instance.object_to_world); // invertible: see find_seen()
             boxes[i] = transform_bounds(instance.object_to_world, placed.tree->bounds);
           }
         });
@@ -239,7 +240,7 @@ class KdTreeAccelerator final : public Accelerator {
                                           : transform_bounds(instance.object_to_world, bounds));
         bounds_.extendBy(boxes.back());
       };
-      // The still meshes of what does not move are with those of other groups.
+      // The static meshes of an instance without motion are in the other trees.
       const Tree& tree = structure_.group_trees[instance.group];
       if (moves && tree.root != kd::kEmptyChild) {
         placed.tree = &tree;
@@ -270,7 +271,7 @@ class KdTreeAccelerator final : public Accelerator {
     for (const auto& keys : structure_.motions) s.memory_bytes += sizeof(keys) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();
-      s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // number 0 is not used
+      s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // index 0 is unused
       s.leaf_count += tree.leaf_count;
       s.reference_count += tree.reference_count;
       kd::count_leaf_sizes(tree, s.leaf_sizes);

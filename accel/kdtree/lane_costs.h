@@ -9,7 +9,8 @@
 
 namespace kindling::accel::kd {
 
-// CostModel::split_cost() without the step down, which all splits have. The axis must be longer than kShortestAxis.
+// CostModel::split_cost() without the constant traversal cost. The axis must be longer than
+// kShortestAxis.
 struct LaneCosts {
   float base, slope, box_low, box_high; // probability of a side = base + slope * extent of the side
   float leaf, triangle, bonus;
@@ -33,11 +34,11 @@ struct LaneCosts {
   }
 };
 
-// The cheapest plane of each lane; earlier ones win ties.
+// The cheapest plane of each lane; the earlier one wins ties.
 struct LaneBest {
   Float8Lanes cost = spread(std::numeric_limits<float>::infinity());
   Float8Lanes position{};
-  Int8Lanes choice{}; // what else is to be known of the plane
+  Int8Lanes choice{}; // code of the plane, chosen by the caller
 
   void offer(Float8Lanes other_cost, Float8Lanes other_position, Int8Lanes other_choice) {
     const Int8Lanes better = other_cost < cost;
@@ -45,7 +46,7 @@ struct LaneBest {
     position = better ? other_position : position;
     choice = better ? other_choice : choice;
   }
-  // Where the cheapest of all is.
+  // Returns the lane with the cheapest plane of all.
   [[nodiscard]] size_t lane() const {
     size_t lane = 0;
     for (size_t i = 1; i < 8; ++i)

@@ -1,5 +1,5 @@
-// Vectors for the builder, in the vector extensions of GCC and Clang: the compiler spreads them over whatever registers the
-// target has, with equal results.
+// Short vectors in the vector extensions of GCC and Clang, and operations on them.
+// The compiler maps them to whatever registers the target has, with equal results.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ using Float8Lanes = float __attribute__((vector_size(32)));
 using Int8Lanes = int32_t __attribute__((vector_size(32)));
 using Double4 = double __attribute__((vector_size(32)));
 
-// b where either is NaN.
+// Lane-wise minimum and maximum; return b in lanes where either is NaN.
 template <class V>
 [[nodiscard]] inline V least(V a, V b) {
   return a < b ? a : b;
@@ -23,7 +23,7 @@ template <class V>
   return a > b ? a : b;
 }
 
-// From any address.
+// Loads and stores at addresses of any alignment.
 template <class V>
 [[nodiscard]] inline V load_lanes(const void* from) {
   V v;

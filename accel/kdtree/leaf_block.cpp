@@ -1,3 +1,4 @@
+// Encodes the triangles of a leaf as blocks with shared vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/leaf_block.h"
 
@@ -7,12 +8,12 @@
 namespace kindling::accel::kd {
 namespace {
 
-// Collects triangles until one of the limits is met.
+// Collects triangles until the block is full.
 class BlockBuilder {
  public:
   BlockBuilder() { place_.fill(kFree); }
 
-  // False if the triangle does not fit any more.
+  // Returns false if the triangle does not fit.
   bool add(const Geometry& geometry, uint32_t triangle) {
     if (triangles_ == kBlockTriangles) return false;
     const uint32_t before = vertices_;
@@ -20,7 +21,8 @@ class BlockBuilder {
     for (uint32_t corner = 0; corner < 3; ++corner) {
       const uint32_t vertex = number_of(geometry.vertex(triangle, static_cast<int>(corner)));
       if (vertex == kBlockVertices) {
-        while (vertices_ > before) place_[slot_[--vertices_]] = kFree; // the last first, or others could not be found
+        while (vertices_ > before)
+          place_[slot_[--vertices_]] = kFree; // in reverse order, to keep probe sequences intact
         return false;
       }
       corners |= vertex << (4 * corner);
@@ -32,7 +34,7 @@ class BlockBuilder {
     return true;
   }
 
-  // Appends the block and starts the next.
+  // Appends the block to `out` and starts the next.
   void finish(bool more, std::vector<LeafUnit>& out) {
     const size_t first = out.size();
     out.resize(first + LeafBlock::units_for(vertices_, triangles_), LeafUnit{});
@@ -47,10 +49,10 @@ class BlockBuilder {
   }
 
  private:
-  static constexpr uint32_t kSlots = 64; // of a hash table with linear probing
+  static constexpr uint32_t kSlots = 64; // size of the hash table with linear probing
   static constexpr uint8_t kFree = 0xff;
 
-  // The place of a position among the vertices, where it is put if it is new; kBlockVertices: there is no room.
+  // Returns the index of a vertex, added if new; kBlockVertices if the block is full.
   uint32_t number_of(const Imath::V3f& p) {
     uint32_t bits[3];
     std::memcpy(bits, &p, sizeof(bits));
@@ -66,11 +68,11 @@ class BlockBuilder {
     return vertices_++;
   }
 
-  std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bits
+  std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bit patterns
   std::array<uint16_t, kBlockTriangles> corners_{};
   std::array<uint32_t, kBlockTriangles> primitives_{};
-  std::array<uint8_t, kSlots> place_;          // hash table of vertices
-  std::array<uint8_t, kBlockVertices> slot_{}; // where a vertex is in it
+  std::array<uint8_t, kSlots> place_;          // hash table of vertex indices
+  std::array<uint8_t, kBlockVertices> slot_{}; // hash table slot of each vertex
   uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
 };
 
@@ -80,7 +82,8 @@ void append_leaf(std::span<const Geometry> geometries, std::span<const LeafRefer
                  std::vector<LeafUnit>& out) {
   BlockBuilder block;
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
-  // What does not fit into a block waits for the next: later triangles may still share the vertices that are there.
+  // Triangles that do not fit wait for the next block: later ones may still share the present
+  // vertices.
   std::array<LeafReference, 64> few;
   std::vector<LeafReference> many(references.size() > few.size() ? references.size() : 0);
   LeafReference* const waiting = many.empty() ? few.data() : many.data();

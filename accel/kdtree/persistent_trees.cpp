@@ -1,3 +1,4 @@
+// Stores and finds kd-trees by their persistent meshes.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/persistent_trees.h"
 
@@ -25,7 +26,7 @@ std::unique_ptr<PersistentTrees> PersistentTrees::from(std::unique_ptr<Persisten
 
 void PersistentTrees::put(Tree&& tree) { trees_.put(meshes_of(tree.geometries), std::move(tree)); }
 
-// Primitives are numbered from the sizes of the meshes, which are the same.
+// Primitive indices depend only on mesh sizes, which are unchanged.
 bool PersistentTrees::take(std::vector<Geometry>& geometries, Tree& tree) {
   std::optional<Tree> kept = trees_.take(meshes_of(geometries));
   if (!kept) return false;

@@ -1,3 +1,4 @@
+// Selects the query table for an instruction set and a kind of structure.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/queries.h"
 

@@ -1,6 +1,7 @@
-// The binned search for nodes of many references: starts and ends are counted in bins, then swept.
-// After Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of dynamic
-// scenes", 2007 (min/max binning).
+// Binned split search for nodes of many references.
+// Min/max binning counts starts and ends of references per bin, then sweeps over the bins. After
+// Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray
+// tracing of dynamic scenes", 2007.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/lane_costs.h"
 #include "accel/kdtree/lanes.h"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
 constexpr uint32_t kFewestBins = 32, kMaxBins = 256;
-// Lanes of a Reference: lower bounds on the three axes, an id, upper bounds, an id.
+// Lanes of a Reference: lower bounds on three axes, an id, upper bounds, an id.
 constexpr size_t kStartLane = 0, kEndLane = 4;
 constexpr std::array<size_t, 6> kBoundLanes = {0, 1, 2, 4, 5, 6};
 
@@ -31,9 +32,9 @@ struct Occupied {
   Float8Lanes greatest_of = spread(std::numeric_limits<float>::lowest());
 };
 
-// Where the axes are cut into bins; every axis twice, for starts and ends.
+// The bins of the axes; every axis twice, for starts and ends.
 struct Binning {
-  Float8Lanes low{}, scale{}; // scale 0: the axis has no extent, or the lane is an id
+  Float8Lanes low{}, scale{}; // scale is 0 if the axis has no extent or the lane is an id
   std::array<float, 3> width{};
   uint32_t bins = 0;
   [[nodiscard]] float border(size_t axis, uint32_t i) const { return low[axis] + static_cast<float>(i) * width[axis]; }
@@ -41,7 +42,7 @@ struct Binning {
 
 using Histogram = std::array<std::array<uint32_t, kMaxBins>, 8>; // by lane
 
-// Ids are no floats: as such they would be slow denormals.
+// Clears the ids, which as floats would be slow denormals.
 Float8Lanes bounds_of(const Reference& reference) {
   constexpr Int8Lanes kBounds = {-1, -1, -1, 0, -1, -1, -1, 0};
   return std::bit_cast<Float8Lanes>(load_lanes<Int8Lanes>(&reference) & kBounds);
@@ -118,12 +119,12 @@ Binning make_binning(const Occupied& all, uint32_t bins) {
   return binning;
 }
 
-// Choices of LaneBest.
+// Encoding of LaneBest::choice.
 constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMaxBins);
 
 void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
                    size_t count, LaneBest& best) {
-  // References that begin before border i, and that end behind it.
+  // Numbers of references that begin before border i, and that end after it.
   alignas(32) std::array<int32_t, kMaxBins> left, right;
   int32_t before = 0, behind = static_cast<int32_t>(count);
   for (uint32_t i = 0; i < binning.bins; ++i) {

@@ -1,3 +1,4 @@
+// Encodes deforming triangles as leaf blocks with shared vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_block.h"
 
@@ -8,20 +9,21 @@
 namespace kindling::accel::kd {
 namespace {
 
-// The keys of a mesh that times in a slice lie between.
+// The keys of a mesh that the times of a slice need.
 struct KeyRange {
   uint32_t segments = 0, first = 0, count = 0;
 
   KeyRange() = default;
   KeyRange(const TriangleMesh& mesh, const TimeSlice& slice) : segments(key_count(mesh) - 1) {
     first = key_interval(slice.begin, segments).first;
-    const float last_time = slice.end < 1.0f ? std::nextafter(slice.end, 0.0f) : 1.0f; // the end is the next slice's
+    const float last_time =
+        slice.end < 1.0f ? std::nextafter(slice.end, 0.0f) : 1.0f; // the end belongs to the next slice
     count = key_interval(last_time, segments).first + 2 - first;
   }
   friend bool operator==(const KeyRange&, const KeyRange&) = default;
 };
 
-// Collects triangles until one of the limits is met, or one comes with other keys.
+// Collects triangles until the block is full or a triangle has other keys.
 class MovingBlockBuilder {
  public:
   explicit MovingBlockBuilder(const TimeSlice& slice) : slice_(slice) {}
@@ -49,7 +51,7 @@ class MovingBlockBuilder {
     return true;
   }
 
-  // Appends the block and starts the next.
+  // Appends the block to `out` and starts the next.
   void finish(bool more, std::vector<LeafUnit>& out) {
     const size_t first = out.size();
     out.resize(first + MovingBlock::units_for(vertices_, triangles_, keys_.count), LeafUnit{});
@@ -68,7 +70,7 @@ class MovingBlockBuilder {
   struct Vertex {
     const TriangleMesh* mesh;
     uint32_t number;
-    Imath::V3f at_first; // key
+    Imath::V3f at_first; // position at the first key
   };
 
   [[nodiscard]] const Imath::V3f& position(uint32_t i, uint32_t key) const {
@@ -77,8 +79,8 @@ class MovingBlockBuilder {
   [[nodiscard]] static bool is_same(const Imath::V3f& a, const Imath::V3f& b) {
     return std::memcmp(&a, &b, sizeof(Imath::V3f)) == 0;
   }
-  // The place of a vertex, where it is put if it is new; kBlockVertices: there is no room. Two that are in the same place at all keys
-  // are one.
+  // Returns the index of a vertex, added if new; kBlockVertices if the block is full. Vertices with
+  // equal positions at all keys are shared.
   uint32_t number_of(const TriangleMesh& mesh, uint32_t number) {
     for (uint32_t i = 0; i < vertices_; ++i)
       if (vertex_[i].number == number && vertex_[i].mesh == &mesh) return i;
@@ -108,7 +110,7 @@ void append_moving_leaf(std::span<const Geometry> geometries, std::span<const Le
                         const TimeSlice& slice, std::vector<LeafUnit>& out) {
   MovingBlockBuilder block(slice);
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
-  std::vector<LeafReference> waiting; // what does not fit waits for the next block
+  std::vector<LeafReference> waiting; // triangles that do not fit wait for the next block
   for (const LeafReference& reference : references)
     if (!add(reference)) waiting.push_back(reference);
   while (!waiting.empty()) {

@@ -1,5 +1,6 @@
-// The search for planes is the static builder's, on the boxes at the middle of the slice; which side a triangle is on, and what
-// of it, is decided for the whole slice.
+// Builds trees of moving planes with the static builder's split search.
+// The static builder's search finds planes on the boxes at the middle of the slice. The sides and
+// parts of triangles are determined for the whole slice.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_build.h"
 
@@ -19,14 +20,14 @@ namespace {
 
 using MovingReferences = std::vector<MovingReference>;
 
-// What a thread keeps between nodes.
+// Buffers that a thread reuses between nodes.
 struct Worker {
   TreeArena arena;
   SplitScratch scratch;
-  std::vector<LeafReference> ids; // of the nodes on the way down that may yet become leaves
+  std::vector<LeafReference> ids; // references of all ancestors that may yet become leaves
 };
 
-// The boxes at the middle of the slice, cut to that of the cell.
+// Returns the boxes at the middle of the slice, cut to that of the cell.
 std::vector<Reference> at_middle(const Imath::Box3f& box, const MovingReferences& references) {
   std::vector<Reference> out(references.size());
   for (size_t i = 0; i < references.size(); ++i) {
@@ -42,7 +43,7 @@ std::vector<Reference> at_middle(const Imath::Box3f& box, const MovingReferences
   return out;
 }
 
-// How many references are on both sides at some time, rounding apart.
+// Counts the references that are on both sides at some time, ignoring rounding.
 size_t count_crossed(const MovingPlane& plane, const MovingReferences& references) {
   size_t count = 0;
   for (const MovingReference& r : references) {
@@ -53,9 +54,10 @@ size_t count_crossed(const MovingPlane& plane, const MovingReferences& reference
   return count;
 }
 
-// How a plane that stands at split.position at the middle of the slice should move: with the bound that it was put at, which does not
-// cross the triangles that share this vertex, or on the average of the triangles near it, whichever crosses fewer. One that cuts off
-// empty space goes along the bounds of all.
+// Chooses the motion of a plane at split.position at the middle of the slice. It follows the bound
+// that it was placed at, which does not cross the triangles that share this vertex, or the average
+// of the triangles near it, whichever crosses fewer. A plane that cuts off empty space follows the
+// bounds of all references.
 MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath::Box3f& box,
                       const MovingReferences& references) {
   const int axis = split.axis;
@@ -65,7 +67,7 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
   double weights = 0.0, ways = 0.0;
   float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
   bool any_below = false, any_above = false;
-  const Imath::V3f* bound = nullptr; // two, at both ends
+  const Imath::V3f* bound = nullptr; // positions at both ends of the slice
   for (const MovingReference& r : references) {
     const float from = r.low_at_middle(axis), to = r.high_at_middle(axis);
     any_below = any_below || from < split.position;
@@ -106,7 +108,7 @@ class MovingBuilder {
   double build(const Cell& cell, MovingReferences references, BinaryNode& node) {
     if (references.size() <= context_.config.parallel_above)
       return build(cell, std::move(references), node, workers_.local());
-    SplitScratch scratch; // other tasks may run here while this one waits
+    SplitScratch scratch; // local, because other tasks may run on this thread during the wait
     Children children;
     if (!split(cell, references, scratch, node, children)) return make_leaf(cell, references, node, workers_.local());
     references = {};
@@ -138,7 +140,7 @@ class MovingBuilder {
     return pair;
   }
 
-  // On one thread.
+  // Builds a subtree on one thread.
   double build(const Cell& cell, MovingReferences references, BinaryNode& node, Worker& worker) {
     if (references.empty()) return 0.0;
     const size_t count = references.size(), first_id = worker.ids.size();
@@ -165,7 +167,7 @@ class MovingBuilder {
     return cost;
   }
 
-  // False if a leaf is better. Sets the plane of the node.
+  // Returns false if a leaf is better. Sets the plane of the node.
   bool split(const Cell& cell, const MovingReferences& references, SplitScratch& scratch, BinaryNode& node,
              Children& out) {
     if (cell.depth >= context_.max_depth || context_.monitor.cancelled()) return false;

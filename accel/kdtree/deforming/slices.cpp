@@ -1,3 +1,4 @@
+// Chooses the time slices of deforming meshes by sample trees, and builds their trees.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/slices.h"
 
@@ -11,7 +12,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kSample = 4096, kRun = 1024; // triangles; those that follow each other in a mesh are neighbors
+constexpr size_t kSample = 4096, kRun = 1024; // in triangles; consecutive triangles of a mesh are neighbors
 constexpr double kWorthwhile = 0.8;
 constexpr double kMaxReferences = 32.0;           // per triangle, in all slices together
 constexpr size_t kMaxTriangles = size_t{1} << 22; // in all slices together

@@ -1,3 +1,4 @@
+// Sweeps triangles over a time slice, classifies them against moving planes, and splits them.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/swept.h"
 
@@ -16,7 +17,7 @@ namespace {
 using Imath::V3d;
 using Imath::V3f;
 
-// A triangle at the ends of a slice and at the keys inside of it.
+// The positions of a triangle at the ends of a slice and at the keys inside it.
 struct Path {
   static constexpr size_t kMax = kMaxMotionKeys + 2;
   std::array<float, kMax> fraction;
@@ -45,7 +46,7 @@ struct Path {
   }
 };
 
-// What the margin is made of: largest coordinates and speeds, the latter per shutter, by axis.
+// The inputs of the margin by axis: largest coordinates, and speeds per shutter.
 struct Extremes {
   V3f coordinate = V3f(0), speed = V3f(0);
 
@@ -57,8 +58,9 @@ struct Extremes {
   }
 };
 
-// Lines between the bounds at both ends, moved outwards where keys between them ask for it. Between two samples the corners move along
-// straight lines, and the least of them is above the chord.
+// Bounds the triangle by lines between its bounds at both ends, moved outwards where keys between
+// require it. Between two samples the corners move along straight lines, so their minimum is above
+// the chord.
 void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extremes& extremes) {
   const size_t last = path.count - 1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -91,7 +93,7 @@ void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extre
   }
 }
 
-// Bounds of the part of a hull on one side of a plane; points are in a frame in which the plane stands still.
+// Bounds of the part of a hull on one side of a plane, in a frame in which the plane is at rest.
 struct HullSide {
   V3d low = V3d(std::numeric_limits<double>::infinity()), high = -low;
 
@@ -104,7 +106,8 @@ struct HullSide {
   [[nodiscard]] bool empty() const { return !(low.x <= high.x); }
 };
 
-// Takes, face by face, the bound that is the tighter one at the middle of the slice: each of both holds at all times.
+// Replaces each face by the bound that is tighter at the middle of the slice; both are valid at all
+// times.
 void narrow(MovingReference& part, const HullSide& side, const V3f& way, const V3f& margin) {
   for (int k = 0; k < 3; ++k) {
     const auto low = static_cast<float>(side.low[k]) - margin[k], high = static_cast<float>(side.high[k]) + margin[k];
@@ -119,7 +122,7 @@ void narrow(MovingReference& part, const HullSide& side, const V3f& way, const V
   }
 }
 
-constexpr size_t kMaxSamplesOfHull = 3; // beyond, its edges are too many
+constexpr size_t kMaxSamplesOfHull = 3; // a hull of more samples has too many edges
 
 } // namespace
 
@@ -152,8 +155,9 @@ std::vector<MovingReference> swept_references(std::span<const LeafReference> tri
   });
   Extremes all;
   for (const Extremes& e : extremes) all.extend(e);
-  // A vertex at a time is off by 5 u of the largest coordinate, a plane by twice that, since it may begin outside; the fraction of
-  // the way between two keys by u of the time that has passed, in keys, which moves the vertex by u of its speed. Builder: as much.
+  // A vertex at a given time is off by 5 u of the largest coordinate, and a plane by twice that,
+  // since it may begin outside. The fraction between two keys is off by u of the elapsed time in
+  // keys, which moves the vertex by u of its speed. The builder's errors are as large.
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
   meshes.margin =
       all.coordinate * (16.0f * kEpsilon) + all.speed * (2.0f * kEpsilon) + V3f(std::numeric_limits<float>::min());
@@ -184,9 +188,10 @@ Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const 
   return above ? Side::above : below ? Side::below : Side::both;
 }
 
-// At every time the triangle lies in the hull of its corners at all samples, in any frame that moves evenly: in that of the plane
-// along its axis, and in the triangle's own along the others. The part on one side has the corners there and the points where edges of
-// the hull, or diagonals, which do no harm, pass the plane.
+// At every time the triangle lies in the hull of its corners at all samples, in any frame of
+// constant velocity: along the plane's axis that of the plane, along the others the triangle's own.
+// The part on one side is bounded by the corners there and the points where edges of the hull cross
+// the plane; including diagonals does no harm.
 SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane) {
   SplitMoving parts{reference, reference, true, true};
   const int axis = plane.axis;

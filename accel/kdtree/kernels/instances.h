@@ -1,4 +1,4 @@
-// One ray through the hierarchy of the boxes of moved instances.
+// Traversal of the instance hierarchy by one ray.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,8 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Calls visit(number of the box) for the boxes that the ray enters in [t_min, t_far], roughly front to back. visit may
-// narrow t_far, and ends the search by returning true, which is then the result.
+// Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to
+// back. visit may narrow t_far, and ends the search by returning true, which is then the result.
 template <class Visit>
 inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_min, const float& t_far,
                             const Visit& visit) {
@@ -33,7 +33,7 @@ inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_
     }
     const InstanceLevel::Node& node = level.node(entry.child);
     const auto low = [&](int axis, bool down) { return Float8::load(down ? node.high[axis] : node.low[axis]); };
-    // As in clip_to_box(): NaN means no restriction.
+    // As in clip_to_box(), NaN imposes no restriction.
     Float8 enter = max((low(0, down_x) - ox) * rx, Float8(t_min));
     enter = max((low(1, down_y) - oy) * ry, enter);
     enter = max((low(2, down_z) - oz) * rz, enter);

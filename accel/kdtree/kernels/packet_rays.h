@@ -1,7 +1,8 @@
-// Sixteen rays of a packet: their lanes, their best hits, and the test of a leaf.
+// Sixteen rays of a packet: SIMD lanes, best hits, and the leaf test.
 //
-// In a leaf, triangles that lie to one side of all rays are sorted out first, all at once, by interval arithmetic over the rays; the
-// others are tested one by one against all rays. If only few rays have come to a leaf, they are tested one by one against all triangles.
+// In a leaf, triangles that lie to one side of all rays are culled first, all at once, by interval
+// arithmetic over the rays; the others are tested one by one against all rays. If only few rays
+// have reached a leaf, each is tested against all triangles instead.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,11 +11,11 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Rays by the signs of their directions, in bits 0 to 2, and the number of its largest axis above. Rays that hit nothing by definition
-// have classes of their own, the last from kFirstMiss on.
+// Number of ray classes. A class holds the signs of the direction in bits 0 to 2, and the index of
+// its largest axis above. Rays that miss by definition have their own classes from kFirstMiss on.
 inline constexpr uint32_t kRayClasses = 32, kFirstMiss = 24;
 
-// Byte i: bit i.
+// Byte i of an entry is bit i of its index.
 inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
   std::array<uint64_t, 256> table{};
   for (uint64_t bits = 0; bits < 256; ++bits)
@@ -22,7 +23,7 @@ inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
   return table;
 }();
 
-// The classes of sixteen rays, a bit of their numbers in each mask.
+// The classes of sixteen rays, stored as one mask per bit of the class.
 struct RayClasses {
   std::array<uint32_t, 5> bits;
   uint32_t misses;
@@ -35,7 +36,7 @@ struct RayClasses {
     bits[3] = largest.y | misses;
     bits[4] = (~(largest.x | largest.y) & kAllRays) | misses;
   }
-  // One byte for each ray.
+  // Writes the classes, one byte per ray.
   void store(uint8_t* out) const {
     for (uint32_t half = 0; half < kRayLanes; half += 8) {
       uint64_t bytes = 0;
@@ -45,7 +46,8 @@ struct RayClasses {
   }
 };
 
-// Whether several sixteens of rays are all of one class, and none misses by definition.
+// Determines whether several groups of sixteen rays are all of one class, without misses by
+// definition.
 class CommonClass {
  public:
   void add(const RayClasses& classes) {
@@ -74,16 +76,17 @@ class PacketRays {
     const HitFilter& filter;
   };
 
-  // Loads 1 to 16 rays, of which ray_at(i) refers to number i. To be traced they must be of one class, and not that of misses.
+  // Loads 1 to 16 rays; ray_at(i) refers to ray i. Rays to be traced must be of one class, and not
+  // one of misses.
   template <class RayAt>
   void load(uint32_t count, const RayAt& ray_at) {
     lanes_.load(count, ray_at);
     for (uint32_t i = 0; i < count; ++i) ray_[i] = &ray_at(i);
-    for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // empty from the start
+    for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // an empty interval
     hit_ = 0;
   }
   [[nodiscard]] RayClasses classes() const { return RayClasses(lanes_); }
-  // Calls finish(i, hit) for the rays that hit something.
+  // Calls finish(i, hit) for each ray with a hit.
   template <class Finish>
   void deliver(const Finish& finish) const {
     alignas(64) float u[kRayLanes], v[kRayLanes];
@@ -97,7 +100,8 @@ class PacketRays {
     }
   }
 
-  // As clip_to_box(); lanes that miss the box get an empty interval. Bit i: ray i enters.
+  // Clips the rays as clip_to_box() does; lanes that miss the box get an empty interval. Bit i of
+  // the result is set if ray i enters.
   uint32_t clip_to_bounds(const Imath::Box3f& box, Float16& enter, Float16& leave) {
     enter = Float16::load(lanes_.t_min);
     leave = Float16::load(lanes_.t_max);
@@ -118,7 +122,7 @@ class PacketRays {
   }
   [[nodiscard]] bool points_down(uint32_t axis) const { return std::signbit(lanes_.direction[axis][0]); }
 
-  // RayShear for all rays, and its range over them.
+  // Computes RayShear for all rays, and the ranges of its values.
   void prepare_shear() {
     const RayShear first(ray_[0]->origin, ray_[0]->direction);
     kx_ = static_cast<uint32_t>(first.kx);
@@ -137,15 +141,15 @@ class PacketRays {
     z_high_ = greatest(oz);
   }
 
-  // Distances along the rays to a plane.
+  // Returns the distances along the rays to a plane.
   [[nodiscard]] Float16 distance(const Float16& plane, uint32_t axis) const {
     return (plane - Float16::load(lanes_.origin[axis])) * Float16::load(reciprocal_[axis]);
   }
-  // Where the rays end; -1 once any hit will do.
+  // Returns the ends of the rays; -1 for any-hit rays that are blocked.
   [[nodiscard]] Float16 end() const { return Float16::load(lanes_.t_max); }
   [[nodiscard]] bool is_done() const { return at_least(end(), Float16(0.0f)) == 0; }
 
-  // Ray i alone through a cell.
+  // Traces ray i alone through a cell.
   [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
     const Ray& ray = *ray_[i];
     const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
@@ -158,10 +162,10 @@ class PacketRays {
     if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);
   }
 
-  // With fewer rays in a leaf than this, rays are tested one by one.
+  // With fewer active rays in a leaf than this, rays are tested one by one.
   static constexpr int kFewRays = 4;
 
-  // The active rays, one by one, through all blocks of a leaf.
+  // Tests the active rays one by one against all blocks of a leaf.
   void test_leaf(const Scene& scene, const LeafUnit* unit, uint32_t active) {
     for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<uint32_t>(std::countr_zero(rest));
@@ -174,7 +178,7 @@ class PacketRays {
     }
   }
 
-  // Bit i: triangle i is not to one side of all rays.
+  // Returns a mask of the triangles that do not lie to one side of all rays.
   [[nodiscard]] uint32_t possible(const LeafBlock& block) const {
     const Float16 z = Float16::load(block.row(kz_)), z_low = z - Float16(z_high_), z_high = z - Float16(z_low_);
     const Sides x = sides_of(block.row(kx_), x_range_, z_low, z_high),
@@ -191,7 +195,7 @@ class PacketRays {
     return out;
   }
 
-  // Some triangles of a block, bits of a mask, against all rays.
+  // Tests some triangles of a block, given as a mask, against all rays.
   void test_block(const Scene& scene, const LeafBlock& block, uint32_t triangles, uint32_t active) {
     const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
                   oz = Float16::load(lanes_.origin[kz_]), sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
@@ -232,12 +236,12 @@ class PacketRays {
     return shear;
   }
 
-  // Ranges over the packet of one coordinate of the origin and of the shear along it.
+  // Ranges over the packet of one coordinate of the origin and of the shear.
   struct Range {
     float origin_low, origin_high, shear_low, shear_high;
   };
-  // Bit i: sheared coordinate i is above zero for all rays, or below it. Rounding is monotonic, so these are bounds of what the
-  // rays themselves would compute, without any margin.
+  // Masks of vertices whose sheared coordinate is above or below zero for all rays. Rounding is
+  // monotonic, so these bound what the rays themselves would compute, without any margin.
   struct Sides {
     uint32_t above, below;
   };
@@ -249,11 +253,11 @@ class PacketRays {
     return {kd::KINDLING_SIMD::above(least, zero), kd::KINDLING_SIMD::above(zero, most)};
   }
 
-  // One triangle hit by the rays of the mask.
+  // Records a triangle that the rays of the mask hit.
   void take(const Scene& scene, const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t,
             const Float16& e1, const Float16& e2, const Float16& det) {
     const uint32_t primitive = block.primitive(triangle);
-    // Ties go to the smallest primitive; most are the same one again, from another leaf.
+    // Ties go to the smallest primitive; most ties are the same one, met again in another leaf.
     const uint32_t ties = kAny ? 0 : mask & hit_ & at_least(t, Float16::load(lanes_.t_max));
     if (ties != 0) mask &= ~ties | numbers_above(primitive_, primitive);
     if (mask == 0) return;
@@ -268,7 +272,7 @@ class PacketRays {
     keep(det_, det);
     keep(primitive_, Float16(std::bit_cast<float>(primitive)));
   }
-  // The rays of the mask for which the filter accepts the hit.
+  // Returns the rays of the mask for which the filter accepts the hit.
   uint32_t accepted(const Scene& scene, uint32_t primitive, uint32_t mask, const Float16& t, const Float16& u,
                     const Float16& v) const {
     alignas(64) float ts[kRayLanes], us[kRayLanes], vs[kRayLanes];
@@ -282,7 +286,7 @@ class PacketRays {
     }
     return mask;
   }
-  // The nearest hit so far.
+  // Returns the nearest hit of ray i so far.
   [[nodiscard]] TreeHit hit(uint32_t i) const {
     return {lanes_.t_max[i], e1_[i] / det_[i], e2_[i] / det_[i], std::bit_cast<uint32_t>(primitive_[i])};
   }
@@ -297,12 +301,13 @@ class PacketRays {
 
   uint32_t kx_ = 0, ky_ = 0, kz_ = 0;  // axes of the sheared space
   Range x_range_{}, y_range_{};        // in the sheared space
-  float z_low_ = 0.0f, z_high_ = 0.0f; // of the origins
-  RayLanes lanes_;                     // t_max narrows; -1 once any hit will do
+  float z_low_ = 0.0f, z_high_ = 0.0f; // range of the origins
+  RayLanes lanes_;                     // t_max is narrowed by hits; -1 for blocked any-hit rays
   alignas(64) float reciprocal_[3][kRayLanes], sx_[kRayLanes], sy_[kRayLanes], sz_[kRayLanes];
-  // Of the best hits, which lie at t_max: u is e1 / det, v is e2 / det, and of primitive numbers the bits are kept.
+  // Best hits, at distance t_max: u is e1 / det, v is e2 / det; primitive indices are stored as
+  // bits.
   alignas(64) float e1_[kRayLanes], e2_[kRayLanes], det_[kRayLanes], primitive_[kRayLanes];
-  uint32_t hit_ = 0; // bit i: ray i has one
+  uint32_t hit_ = 0; // bit i: ray i has a hit
   const Ray* ray_[kRayLanes];
 };
 

@@ -1,9 +1,11 @@
-// Lanes of float or uint32_t for one SIMD target: AVX-512, AVX2 or plain loops, with equal results. Included once for each target,
-// with KINDLING_SIMD its namespace and KINDLING_SIMD_LEVEL its level (512, 2 or 0).
+// SIMD lanes of float or uint32_t for one target: AVX-512, AVX2 or plain loops.
+// All targets give equal results. Included once per target, with KINDLING_SIMD as its namespace and
+// KINDLING_SIMD_LEVEL as its level (512, 2 or 0).
 //
-// All operations are IEEE single operations without contraction. min and max return the second operand if either is NaN.
-// Float8 and Int8 have eight lanes, which is what a wide node has; Float16 has sixteen, as many as a leaf block has vertices and a packet
-// rays, in one register or two. WideFloat and WideInt have kLanes, as many as the target handles at once: triangles of a leaf.
+// Operations are IEEE single precision without contraction. min and max return the second operand
+// if either is NaN. Float8 and Int8 have eight lanes, the children of a wide node. Float16 has
+// sixteen, the vertices of a leaf block or the rays of a packet, in one register or two. WideFloat
+// and WideInt have kLanes, the number of triangles that the target tests at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +19,7 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Four quads to four places, each of which gets one lane of all.
+// Transposes four vectors: out[i] receives lane i of each.
 inline void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4>& out) {
   const Quad ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
   const Quad cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);

@@ -1,4 +1,4 @@
-// Lanes in plain loops: the specification of those in intrinsics. See simd.h.
+// SIMD lanes as plain loops: the specification of the intrinsics versions. See simd.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Lanes in intrinsics: AVX2, and AVX-512 (F, VL, BW, DQ). See simd.h.
+// SIMD lanes in intrinsics: AVX2, and AVX-512 (F, VL, BW, DQ). See simd.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,7 +22,7 @@ inline Float8 operator*(Float8 a, Float8 b) { return _mm256_mul_ps(a.v, b.v); }
 inline Float8 operator/(Float8 a, Float8 b) { return _mm256_div_ps(a.v, b.v); }
 inline Float8 min(Float8 a, Float8 b) { return _mm256_min_ps(a.v, b.v); }
 inline Float8 max(Float8 a, Float8 b) { return _mm256_max_ps(a.v, b.v); }
-// Bit i: sign of lane i.
+// Bit i is the sign of lane i.
 inline uint32_t sign_bits(Float8 a) { return static_cast<uint32_t>(_mm256_movemask_ps(a.v)); }
 struct Int8 {
   __m256i v;
@@ -30,7 +30,7 @@ struct Int8 {
   Int8(__m256i x) : v(x) {}
   explicit Int8(uint32_t x) : v(_mm256_set1_epi32(static_cast<int>(x))) {}
   static Int8 load(const uint32_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
-  // Lane i: byte i.
+  // Lane i is byte i.
   static Int8 from_bytes(uint64_t bytes) {
     return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(bytes)));
   }
@@ -40,12 +40,12 @@ template <int kBits>
 inline Int8 shift_right(Int8 a) {
   return _mm256_srli_epi32(a.v, kBits);
 }
-// Lane i shifted by 2 i.
+// Shifts lane i right by 2 i bits.
 inline Int8 shift_by_lane(Int8 a) { return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14)); }
-// Lane i: a[low three bits of index[i]].
+// Lane i of the result is a[low three bits of index[i]].
 inline Float8 permute(Float8 a, Int8 index) { return _mm256_permutevar8x32_ps(a.v, index.v); }
 inline Int8 permute(Int8 a, Int8 index) { return _mm256_permutevar8x32_epi32(a.v, index.v); }
-// Lane kLane of a in all lanes.
+// Returns lane kLane of a in all lanes.
 template <int kLane>
 inline Float8 broadcast_lane(Float8 a) {
   return _mm256_permutevar8x32_ps(a.v, _mm256_set1_epi32(kLane));
@@ -54,7 +54,7 @@ inline void prefetch(const void* p) { _mm_prefetch(static_cast<const char*>(p), 
 
 #if KINDLING_SIMD_LEVEL == 512
 
-// a; in the lanes of the constant mask max(t, a) or min(t, a), where NaN in t leaves a.
+// Returns a or, in the lanes of the constant mask, max(t, a) or min(t, a); NaN in t leaves a.
 template <int kMask>
 inline Float8 max_where(Float8 a, Float8 t) {
   return _mm256_mask_max_ps(a.v, kMask, t.v, a.v);
@@ -63,17 +63,17 @@ template <int kMask>
 inline Float8 min_where(Float8 a, Float8 t) {
   return _mm256_mask_min_ps(a.v, kMask, t.v, a.v);
 }
-// Comparisons: bit i of the result is lane i.
+// Comparisons return a mask; bit i is lane i.
 inline uint32_t at_least(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
 inline uint32_t at_most(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
-// The low three bits of lane i equal x.
+// Bit i is set if the low three bits of lane i equal x.
 inline uint32_t low_bits_equal(Int8 a, uint32_t x) {
   const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
   return _mm256_cmpeq_epi32_mask(low, _mm256_set1_epi32(static_cast<int>(x)));
 }
 inline uint32_t nonzero_bits(Int8 a) { return _mm256_test_epi32_mask(a.v, a.v); }
 
-// Moves the lanes of a mask to the front; what stands behind them is undefined.
+// Moves the lanes of a mask to the front; the lanes after them are undefined.
 class Compress8 {
  public:
   explicit Compress8(uint32_t mask) : mask_(static_cast<__mmask8>(mask)) {}
@@ -103,9 +103,9 @@ inline WideFloat max(WideFloat a, WideFloat b) { return _mm512_max_ps(a.v, b.v);
 inline uint32_t at_least(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
 inline uint32_t at_most(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
 inline uint32_t above(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ); }
-// False if either is NaN.
+// Clears bit i if either lane is NaN.
 inline uint32_t differs(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_NEQ_OQ); }
-// Lanes of b where the bit is set, else of a.
+// Selects lanes of b where the bit is set, else of a.
 inline WideFloat select(uint32_t mask, WideFloat a, WideFloat b) {
   return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), a.v, b.v);
 }
@@ -120,7 +120,7 @@ struct WideInt {
   WideInt(__m512i x) : v(x) {}
   explicit WideInt(uint32_t x) : v(_mm512_set1_epi32(static_cast<int>(x))) {}
   static WideInt load(const uint32_t* p) { return _mm512_loadu_si512(p); }
-  // Lane i: p[i].
+  // Lane i is p[i].
   static WideInt load(const uint16_t* p) {
     return _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
   }
@@ -131,10 +131,10 @@ inline WideInt shift_right(WideInt a) {
   return _mm512_srli_epi32(a.v, kBits);
 }
 
-// Bit i: top bit of lane i.
+// Bit i is the top bit of lane i.
 inline uint32_t top_bits(WideInt a) { return _mm512_movepi32_mask(a.v); }
 
-// As Compress8, for all lanes.
+// Compression as by Compress8, for all kLanes lanes.
 class CompressWide {
  public:
   explicit CompressWide(uint32_t mask) : mask_(static_cast<__mmask16>(mask)) {}
@@ -146,16 +146,16 @@ class CompressWide {
 };
 
 using Float16 = WideFloat;
-// Lane i: table[low four bits of index[i]].
+// Lane i of the result is table[low four bits of index[i]].
 inline WideFloat pick(Float16 table, WideInt index) { return _mm512_permutexvar_ps(index.v, table.v); }
-// Lane i: the bits whose numbers are the low four bits of a[i], b[i] and c[i].
+// Lane i of the result has the bits set whose indices are the low four bits of a[i], b[i] and c[i].
 inline WideInt bits_of(WideInt a, WideInt b, WideInt c) {
   const __m512i one = _mm512_set1_epi32(1), low = _mm512_set1_epi32(15);
   return _mm512_or_si512(_mm512_or_si512(_mm512_sllv_epi32(one, _mm512_and_si512(a.v, low)),
                                          _mm512_sllv_epi32(one, _mm512_and_si512(b.v, low))),
                          _mm512_sllv_epi32(one, _mm512_and_si512(c.v, low)));
 }
-// Bit i: all bits of lane i are in the set.
+// Bit i is set if all bits of lane i are in the set.
 inline uint32_t subset_of(WideInt bits, uint32_t set) {
   return _mm512_testn_epi32_mask(bits.v, _mm512_set1_epi32(static_cast<int>(~set)));
 }
@@ -164,11 +164,11 @@ inline __m512 four_quads(Quad a, Quad b, Quad c, Quad d) {
   const __m512 ab = _mm512_castps256_ps512(_mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1));
   return _mm512_insertf32x8(ab, _mm256_insertf128_ps(_mm256_castps128_ps256(c), d, 1), 1);
 }
-// Sixteen quads, of which quad_at(i) is number i, to four places, each of which gets one lane of all. In registers: a wide load
-// would have to wait for narrow stores.
+// Transposes sixteen vectors, where quad_at(i) is vector i: out[k] receives lane k of each. Works
+// in registers, because a wide load would wait for narrow stores.
 template <class QuadAt>
 inline void transpose16(const QuadAt& quad_at, const std::array<float*, 4>& out) {
-  __m512 v[4]; // quads i, i + 4, i + 8 and i + 12
+  __m512 v[4]; // vectors i, i + 4, i + 8 and i + 12
   for (uint32_t i = 0; i < 4; ++i) v[i] = four_quads(quad_at(i), quad_at(i + 4), quad_at(i + 8), quad_at(i + 12));
   const __m512 ab_low = _mm512_unpacklo_ps(v[0], v[1]), ab_high = _mm512_unpackhi_ps(v[0], v[1]);
   const __m512 cd_low = _mm512_unpacklo_ps(v[2], v[3]), cd_high = _mm512_unpackhi_ps(v[2], v[3]);
@@ -178,7 +178,7 @@ inline void transpose16(const QuadAt& quad_at, const std::array<float*, 4>& out)
   _mm512_store_ps(out[3], _mm512_shuffle_ps(ab_high, cd_high, 0xee));
 }
 
-// Bit i: the number whose bits lane i has, of sixteen aligned ones, is above x.
+// Bit i is set if the integer whose bits are in lane i, of sixteen aligned ones, is greater than x.
 inline uint32_t numbers_above(const float* lanes, uint32_t x) {
   return _mm512_cmpgt_epu32_mask(_mm512_load_si512(lanes), _mm512_set1_epi32(static_cast<int>(x)));
 }
@@ -217,7 +217,7 @@ class Compress8 {
 
 inline constexpr uint32_t kLanes = 8;
 using WideFloat = Float8;
-// All bits of lane i: bit i.
+// Sets all bits of lane i to bit i of the mask.
 inline __m256i lanes_of(uint32_t mask) {
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
   return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bit), bit);

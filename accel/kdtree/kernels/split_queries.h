@@ -1,7 +1,8 @@
-// The queries of a structure whose world is divided into what lasts and what does not: those of the former, and behind them what is left
-// of each ray through the tree of the latter. Other structures never come here. Compiled apart from their queries, which stay as they are.
-//
-// Which tree a triangle stands in decides nothing but time: of hits at one distance the smallest ids count, as within a tree.
+// Queries for scenes split into a persistent and a transient tree.
+// Persistent meshes have a tree of their own, whose queries run first; the rest of each ray then
+// goes through the tree of the transient meshes. Other scenes never use this code. It is compiled
+// separately, so that their queries stay unchanged. The choice of tree for a triangle affects only
+// time: of hits at equal distance the smallest ids count, as within one tree.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +12,8 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// A little beyond a hit, so that rounding does not keep the ray from the cell of another triangle at the same distance.
+// Factor that extends a ray slightly beyond its hit, so that rounding does not keep it from the
+// cell of another triangle at the same distance.
 inline constexpr float kBeyondHit = 1.0f + 0x1p-18f;
 inline float end_of(const Ray& ray, const Hit& hit) { return hit.is_hit() ? hit.t * kBeyondHit : ray.t_max; }
 
@@ -22,10 +24,11 @@ inline void take_if_nearer(const Structure& s, const Ray& ray, const TreeHit& fo
 }
 inline void take_if_nearer(const Structure&, const Ray&, const TreeHit&, uint8_t& blocked) { blocked = 1; }
 
-// What is left of rays: those that may yet meet something in the other tree, up to where they have been stopped.
+// The remaining rays of a batch: those that may meet something in the other tree, cut at their
+// hits.
 class RestOfRays {
  public:
-  static constexpr size_t kMax = 256; // rays to choose from
+  static constexpr size_t kMax = 256; // size of the batch
 
   RestOfRays(const Tree& tree, std::span<const Ray> rays, std::span<const Hit> hits) {
     for (size_t i = 0; i < rays.size(); ++i) add(tree, rays, i, end_of(rays[i], hits[i]));
@@ -36,7 +39,7 @@ class RestOfRays {
   }
 
   [[nodiscard]] std::span<const Ray> rays() const { return std::span<const Ray>(rays_.data(), count_); }
-  [[nodiscard]] size_t number(size_t i) const { return numbers_[i]; } // of ray i
+  [[nodiscard]] size_t number(size_t i) const { return numbers_[i]; } // index in the batch of ray i
 
  private:
   void add(const Tree& tree, std::span<const Ray> rays, size_t i, float t_far) {
@@ -55,7 +58,7 @@ class RestOfRays {
   size_t count_ = 0;
 };
 
-// Mixed rays.
+// Traces rays in any order and direction.
 template <bool kAny, class Finish>
 [[gnu::noinline]] void trace_mixed(const Structure& s, std::span<const Ray> rays, const Finish& finish) {
   if (rays.size() < kSmallestStream) {
@@ -115,7 +118,7 @@ inline bool occluded(const Structure& s, const Ray& ray) {
   return trace_tree<true>(s.passing_tree, ray, std::max(ray.t_min, 0.0f), filter, t_far, found);
 }
 
-// A batch query of the world, and then the rest of it.
+// Answers a batch query: the persistent tree first, then the transient one.
 template <const Queries& kWorld, bool kAny, bool kCoherent, class Answer,
           void (*Queries::*query)(const Structure&, std::span<const Ray>, std::span<Answer>)>
 inline void batch_split(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {

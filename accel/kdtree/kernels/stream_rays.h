@@ -1,4 +1,4 @@
-// Rays made ready for a stream: what a ray is to a tree in one cache line, sixteen computed at a time.
+// Rays prepared for a stream: per-ray data in one cache line, computed sixteen at a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,10 +11,10 @@ struct alignas(64) PreparedRay {
   std::array<float, 3> origin;
   float t_min;
   std::array<float, 3> reciprocal;
-  float t_far; // -1 once any hit will do
+  float t_far; // -1 for blocked any-hit rays
   std::array<float, 3> shear;
-  uint32_t axes;      // of the sheared space: kx, ky, kz in a byte each from the lowest up
-  float enter, leave; // in the tree's box
+  uint32_t axes;      // axes of the sheared space: kx, ky, kz in a byte each from the lowest up
+  float enter, leave; // interval in the tree's box
   std::array<float, 2> spare;
 
   [[nodiscard]] RayShear ray_shear() const {
@@ -34,10 +34,10 @@ static_assert(sizeof(PreparedRay) == 64);
 
 struct PreparedRays {
   std::array<PreparedRay, kRayLanes> rays;
-  uint32_t enter;    // bit i: ray i can hit something and enters the box of the tree
-  uint32_t in_plane; // bit i: so does ray i, and it may_lie_in_plane()
+  uint32_t enter;    // bit i: ray i can hit something, enters the tree's box, and is not in `in_plane`
+  uint32_t in_plane; // bit i: ray i enters likewise, but may_lie_in_plane()
 
-  // 1 to 16 rays.
+  // Prepares 1 to 16 rays.
   void prepare(const Tree& tree, std::span<const Ray> from) {
     const auto count = static_cast<uint32_t>(from.size());
     RayLanes lanes;
@@ -45,7 +45,7 @@ struct PreparedRays {
     Float16 first = Float16::load(lanes.t_min), last = Float16::load(lanes.t_max);
     const Float16 zero(0.0f), one(1.0f), near = first, far = last;
     Float16 reciprocal[3];
-    for (int k = 0; k < 3; ++k) { // as clip_to_box()
+    for (int k = 0; k < 3; ++k) { // as in clip_to_box()
       const Float16 origin = Float16::load(lanes.origin[k]), direction = Float16::load(lanes.direction[k]);
       reciprocal[k] = one / direction;
       const uint32_t down = sign_bits(direction);
@@ -73,7 +73,7 @@ struct PreparedRays {
   }
 
  private:
-  // Writes four lanes of sixteen rays to a quad of each.
+  // Writes four lanes of sixteen rays, one float4 to each ray.
   void scatter(const float (&xyz)[3][kRayLanes], const Float16& w, size_t offset) {
     alignas(64) float last[kRayLanes];
     w.store(last);

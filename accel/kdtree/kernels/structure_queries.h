@@ -1,4 +1,4 @@
-// The queries of a structure: single rays, streams and coherent batches through the world's tree and its moved instances.
+// Queries of a static scene: single rays, streams and coherent batches through all trees.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ inline bool trace_moved(const Structure& s, const MovedInstance& moved, const Ra
   return false;
 }
 
-// Goes on behind the world tree, where `hit`, if any, lies at t_far.
+// Continues after the world tree; `hit`, if any, is at t_far.
 template <bool kAny>
 inline bool trace_instances(const Structure& s, const Ray& world, float t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f);
@@ -56,7 +56,7 @@ inline bool occluded(const Structure& s, const Ray& ray) {
   return trace<true>(s, ray, hit);
 }
 
-// What the batch queries do behind the world's tree: moved instances, ray by ray.
+// Traces transformed instances ray by ray after the world tree of a batch.
 inline void add_instances(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
   if (s.instance_level.empty()) return;
   for (size_t i = 0; i < rays.size(); ++i)
@@ -94,7 +94,7 @@ inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::
   add_instances(s, rays, blocked);
 }
 
-// Some rays of a coherent batch, by their numbers, that are not worth packets: at most 256.
+// Traces rays of a coherent batch that are not worth packets: at most 256, by their indices.
 template <bool kAny, class Finish>
 [[gnu::noinline]] void trace_apart(const Structure& s, std::span<const Ray> rays, std::span<const uint32_t> numbers,
                                    const Finish& finish) {
