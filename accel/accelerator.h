@@ -13,6 +13,7 @@
 #include <ImathVec.h>
 
 #include <atomic>
+#include <cassert>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -86,7 +87,7 @@ struct TriangleMesh {
   // such meshes alone are persistent (PersistentStructures); under identity transforms they are
   // traced apart from other meshes, which costs time for rays that come near both. Ignored for
   // meshes that deform.
-  uint64_t lasting = 0;
+  uint64_t persistent_id = 0;
 
   [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
 };
@@ -122,6 +123,7 @@ class InstanceList {
 
   [[nodiscard]] size_t size() const { return size_; }
   [[nodiscard]] const Instance& operator[](size_t i) const {
+    assert(i < size_);
     return *reinterpret_cast<const Instance*>(first_ + i * stride_);
   }
 
@@ -208,7 +210,7 @@ class Accelerator {
   // whenever the same rays come in the same order, so group rays by fixed blocks of the image.
   virtual void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const { intersect(rays, hits); }
   // Any-hit version with the same exception: shadow rays from a tile's first surfaces to one light.
-  // Where a ray meets an edge within rounding, its answer may differ from the single query's.
+  // The answer of a ray that meets an edge within rounding may differ from the single query's.
   virtual void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
     this->occluded(rays, occluded);
   }

@@ -3,12 +3,14 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "accel/vectors.h"
 
 #include <ImathBox.h>
 #include <ImathMatrix.h>
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -17,20 +19,18 @@
 
 namespace kindling::accel {
 
-using Quad = float __attribute__((vector_size(16)));
-
 // A ray begins with two 16-byte vectors: (origin, t_min) and (direction, t_max). Each is read by
 // one wide load, since narrow stores followed by a wide load of the same bytes stall.
 static_assert(offsetof(Ray, t_min) == 12 && offsetof(Ray, direction) == 16 && offsetof(Ray, t_max) == 28);
-[[nodiscard]] inline Quad origin_quad(const Ray& ray) {
-  Quad quad;
-  std::memcpy(&quad, reinterpret_cast<const char*>(&ray), sizeof(Quad));
-  return quad;
+[[nodiscard]] inline Float4 load_origin(const Ray& ray) {
+  Float4 vector;
+  std::memcpy(&vector, reinterpret_cast<const char*>(&ray), sizeof(Float4));
+  return vector;
 }
-[[nodiscard]] inline Quad direction_quad(const Ray& ray) {
-  Quad quad;
-  std::memcpy(&quad, reinterpret_cast<const char*>(&ray) + offsetof(Ray, direction), sizeof(Quad));
-  return quad;
+[[nodiscard]] inline Float4 load_direction(const Ray& ray) {
+  Float4 vector;
+  std::memcpy(&vector, reinterpret_cast<const char*>(&ray) + offsetof(Ray, direction), sizeof(Float4));
+  return vector;
 }
 
 [[nodiscard]] inline bool is_identity(const Imath::M44f& m) { return m == Imath::M44f(); }
@@ -60,30 +60,31 @@ class RayToObject {
         origin -= m[3][row] * value;
         finite = finite && std::fabs(value) <= 1e12;
       }
-      float& moved = rows_[static_cast<size_t>(9 + column)];
-      moved = static_cast<float>(origin);
-      finite = finite && std::isfinite(moved);
+      float& translation = rows_[static_cast<size_t>(9 + column)];
+      translation = static_cast<float>(origin);
+      finite = finite && std::isfinite(translation);
     }
     return finite;
   }
 
   [[nodiscard]] Ray operator()(const Ray& ray) const {
     Ray out = ray;
-    Quad origin = ray.origin.x * row(0) + ray.origin.y * row(1) + ray.origin.z * row(2) + row(3);
-    Quad direction = ray.direction.x * row(0) + ray.direction.y * row(1) + ray.direction.z * row(2);
+    Float4 origin = ray.origin.x * row(0) + ray.origin.y * row(1) + ray.origin.z * row(2) + row(3);
+    Float4 direction = ray.direction.x * row(0) + ray.direction.y * row(1) + ray.direction.z * row(2);
     origin[3] = ray.t_min;
     direction[3] = ray.t_max;
-    std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
-    std::memcpy(reinterpret_cast<char*>(&out) + offsetof(Ray, direction), &direction, sizeof(Quad));
+    std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Float4));
+    std::memcpy(reinterpret_cast<char*>(&out) + offsetof(Ray, direction), &direction, sizeof(Float4));
     return out;
   }
 
  private:
   // The fourth lane is the first float of the next row: finite and never used.
-  [[nodiscard]] Quad row(size_t number) const {
-    Quad quad;
-    std::memcpy(&quad, rows_.data() + 3 * number, sizeof(Quad));
-    return quad;
+  [[nodiscard]] Float4 row(size_t number) const {
+    assert(number < 4);
+    Float4 vector;
+    std::memcpy(&vector, rows_.data() + 3 * number, sizeof(Float4));
+    return vector;
   }
 
   std::array<float, 13> rows_{}; // rows of the inverse for row vectors, three floats each, then a zero

@@ -7,6 +7,7 @@
 #include "accel/triangle.h"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -97,9 +98,11 @@ class BruteForce final : public Accelerator {
   [[nodiscard]] Hit intersect(const Ray& ray) const override { return trace<false>(ray); }
   [[nodiscard]] bool occluded(const Ray& ray) const override { return trace<true>(ray).is_hit(); }
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    assert(hits.size() == rays.size());
     for (size_t i = 0; i < rays.size(); ++i) hits[i] = trace<false>(rays[i]);
   }
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    assert(blocked.size() == rays.size());
     for (size_t i = 0; i < rays.size(); ++i) blocked[i] = trace<true>(rays[i]).is_hit() ? 1 : 0;
   }
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }

@@ -16,7 +16,7 @@ namespace kindling::accel {
 // before others are built. They do not change any answer.
 [[nodiscard]] std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input,
                                                             const BuildOptions& options = {},
-                                                            std::unique_ptr<PersistentStructures> kept = nullptr);
+                                                            std::unique_ptr<PersistentStructures> previous = nullptr);
 
 // Returns "embree", "kdtree" or "brute-force".
 [[nodiscard]] std::string_view kind_name(Kind kind);

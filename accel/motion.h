@@ -10,6 +10,7 @@
 #include <ImathVec.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,7 @@ struct KeyInterval {
 // Returns the interval of `time`, in [0, 1], among `segments` >= 1 intervals between keys. Never
 // leaves the keys; `first` grows monotonically with time.
 [[nodiscard]] inline KeyInterval key_interval(float time, uint32_t segments) {
+  assert(time >= 0.0f && time <= 1.0f && segments >= 1);
   const float at = time * static_cast<float>(segments);
   const uint32_t first = std::min(static_cast<uint32_t>(at), segments - 1);
   return {first, at - static_cast<float>(first)};
@@ -49,6 +51,7 @@ struct KeyInterval {
 
 // Returns the interpolated matrix; needs at least two keys. The time is clamped.
 [[nodiscard]] inline Imath::M44f matrix_at(std::span<const Imath::M44f> keys, float time) {
+  assert(keys.size() >= 2);
   const KeyInterval at = key_interval(clamped_time(time), static_cast<uint32_t>(keys.size() - 1));
   return between(keys[at.first], keys[at.first + 1], at.fraction);
 }
@@ -70,6 +73,7 @@ struct KeyInterval {
   return static_cast<uint32_t>(mesh.later_positions.size()) + 1;
 }
 [[nodiscard]] inline std::span<const Imath::V3f> positions_at_key(const TriangleMesh& mesh, uint32_t key) {
+  assert(key < key_count(mesh));
   return key == 0 ? mesh.positions : mesh.later_positions[key - 1];
 }
 

@@ -17,21 +17,21 @@ namespace kindling::accel {
 class PersistentMeshes {
  public:
   void add(const TriangleMesh& mesh) {
-    lasts_ = lasts_ && mesh.lasting != 0 && mesh.later_positions.empty();
-    if (!lasts_) return meshes_.clear();
-    meshes_.emplace_back(mesh.lasting, mesh.opaque);
+    all_persistent_ = all_persistent_ && mesh.persistent_id != 0 && mesh.later_positions.empty();
+    if (!all_persistent_) return meshes_.clear();
+    meshes_.emplace_back(mesh.persistent_id, mesh.opaque);
   }
   [[nodiscard]] bool empty() const { return meshes_.empty(); }
   [[nodiscard]] bool operator<(const PersistentMeshes& other) const { return meshes_ < other.meshes_; }
 
  private:
-  bool lasts_ = true;
+  bool all_persistent_ = true;
   std::vector<std::pair<uint64_t, bool>> meshes_;
 };
 
 // Structures of an earlier build, stored until a build over the same meshes takes them.
 template <class T>
-class KeptBy {
+class StructureStore {
  public:
   void put(PersistentMeshes meshes, T&& structure) {
     if (!meshes.empty()) structures_.emplace(std::move(meshes), std::move(structure));

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -51,9 +52,9 @@ double largest_at_keys(const TriangleMesh& mesh, const uint32_t* corner) {
 
 } // namespace
 
-TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction, const Imath::V3f& p0,
-                                 const Imath::V3f& p1, const Imath::V3f& p2, double origin_error,
-                                 double direction_error) {
+TriangleJudgment judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction, const Imath::V3f& p0,
+                                const Imath::V3f& p1, const Imath::V3f& p2, double origin_error,
+                                double direction_error) {
   const RayShear axes(origin, direction); // only for the choice of axes
   const double dz = direction[axes.kz], sx = direction[axes.kx] / dz, sy = direction[axes.ky] / dz;
   std::array<ShearedVertex, 3> v;
@@ -84,7 +85,7 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
   const double nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx;
   const double z = (nx * v[0].x + ny * v[0].y + nz * v[0].z) / nz;
 
-  TriangleJudgement result;
+  TriangleJudgment result;
   result.t = z / dz;
   bool positive = true, negative = true;
   for (const EdgeFunction& f : e) {
@@ -115,7 +116,8 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
   return result;
 }
 
-TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
+TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
+  assert(hit.is_hit());
   const TriangleMesh& mesh = input.meshes[hit.mesh];
   const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(hit.triangle)];
   const PositionsAt positions(mesh, ray.time);
@@ -128,8 +130,8 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
   if (is_identity(m) || !to_object.set_inverse_of(m))
     return judge_triangle(ray.origin, ray.direction, p0, p1, p2, 8.0 * kUnit * origin);
 
-  const Ray moved = to_object(ray);
-  if (arithmetic == Arithmetic::same) return judge_triangle(moved.origin, moved.direction, p0, p1, p2);
+  const Ray transformed = to_object(ray);
+  if (arithmetic == Arithmetic::same) return judge_triangle(transformed.origin, transformed.direction, p0, p1, p2);
   // Sums of the magnitudes of the added terms, found by transforming one component at a time.
   Ray probe;
   probe.origin = Imath::V3f(0.0f);
@@ -144,14 +146,15 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
       direction += std::fabs(static_cast<double>(row[j]) * ray.direction[k]);
     }
   }
-  return judge_triangle(moved.origin, moved.direction, p0, p1, p2, 8.0 * kUnit * origin, 8.0 * kUnit * direction);
+  return judge_triangle(transformed.origin, transformed.direction, p0, p1, p2, 8.0 * kUnit * origin,
+                        8.0 * kUnit * direction);
 }
 
 bool is_possible_hit(const BuildInput& input, const Ray& ray, const Hit& hit) {
   if (!(hit.t > std::max(ray.t_min, 0.0f) && hit.t <= ray.t_max)) return false;
-  const TriangleJudgement judgement = judge_hit(input, ray, hit);
-  if (!judgement.inside && !judgement.at_edge) return false;
-  return judgement.t_error == kInfinity || std::fabs(hit.t - judgement.t) <= judgement.t_error;
+  const TriangleJudgment judgment = judge_hit(input, ray, hit);
+  if (!judgment.inside && !judgment.at_edge) return false;
+  return judgment.t_error == kInfinity || std::fabs(hit.t - judgment.t) <= judgment.t_error;
 }
 
 bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b, Arithmetic arithmetic) {
@@ -159,19 +162,19 @@ bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, co
   const bool a_is_nearer = a.is_hit() && (!b.is_hit() || a.t < b.t);
   const Hit &nearer = a_is_nearer ? a : b, &farther = a_is_nearer ? b : a;
   if (!is_possible_hit(input, ray, nearer)) return false;
-  const TriangleJudgement judgement = judge_hit(input, ray, nearer, arithmetic);
+  const TriangleJudgment judgment = judge_hit(input, ray, nearer, arithmetic);
   const double t_min = std::max(ray.t_min, 0.0f);
   if (arithmetic == Arithmetic::same) {
     const double t_far = farther.is_hit() ? farther.t : ray.t_max;
     // A cell is entered by plane distances with three roundings each; its interval may be empty by
     // as much.
     constexpr double kPlanes = 8.0 * kUnit;
-    return !judgement.inside || !(judgement.t > t_min * (1.0 + kPlanes) && judgement.t < t_far * (1.0 - kPlanes));
+    return !judgment.inside || !(judgment.t > t_min * (1.0 + kPlanes) && judgment.t < t_far * (1.0 - kPlanes));
   }
-  if (judgement.at_edge) return true;
-  if (!(judgement.t > t_min + judgement.t_error && judgement.t < ray.t_max - judgement.t_error)) return true;
+  if (judgment.at_edge) return true;
+  if (!(judgment.t > t_min + judgment.t_error && judgment.t < ray.t_max - judgment.t_error)) return true;
   return farther.is_hit() && static_cast<double>(farther.t) - nearer.t <=
-                                 judgement.t_error + judge_hit(input, ray, farther, arithmetic).t_error;
+                                 judgment.t_error + judge_hit(input, ray, farther, arithmetic).t_error;
 }
 
 } // namespace kindling::accel

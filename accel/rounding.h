@@ -21,7 +21,7 @@
 
 namespace kindling::accel {
 
-struct TriangleJudgement {
+struct TriangleJudgment {
   // Distance at which the line of the ray crosses the plane of the triangle, in lengths of the
   // direction.
   double t = 0.0;
@@ -35,9 +35,9 @@ struct TriangleJudgement {
 // Computes the exact crossing and its error bounds. The triangle must satisfy can_be_hit(), and the
 // direction must not be zero. `origin_error` and `direction_error` bound the errors that the
 // components of the ray already carry before the test.
-[[nodiscard]] TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction,
-                                               const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2,
-                                               double origin_error = 0.0, double direction_error = 0.0);
+[[nodiscard]] TriangleJudgment judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction,
+                                              const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2,
+                                              double origin_error = 0.0, double direction_error = 0.0);
 
 // The arithmetic that two compared implementations have in common.
 enum class Arithmetic {
@@ -47,8 +47,8 @@ enum class Arithmetic {
 
 // Applies judge_triangle() to a hit. Under an instance it judges the ray in object space and adds
 // the rounding of the transform, doubled if implementations may transform rays differently.
-[[nodiscard]] TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit,
-                                          Arithmetic arithmetic = Arithmetic::any);
+[[nodiscard]] TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit,
+                                         Arithmetic arithmetic = Arithmetic::any);
 
 // Returns true if a hit is correct within rounding: its distance lies in the ray's interval, and
 // the ray meets its triangle there or passes at an edge.

@@ -13,6 +13,7 @@
 
 #include "accel/accelerator.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace kindling::accel {
@@ -32,6 +33,7 @@ struct RayShear {
     ky = kx == 2 ? 0 : kx + 1;
     const float* dp = &d.x;
     const float* op = &o.x;
+    assert(dp[kz] != 0.0f);
     sx = dp[kx] / dp[kz];
     sy = dp[ky] / dp[kz];
     sz = 1.0f / dp[kz];
@@ -62,11 +64,10 @@ struct RayShear {
 
 // Coordinates beyond this bound count as not finite, since their products would overflow. Embree
 // uses the same bound.
-inline constexpr float kLargestCoordinate = 1.844e18f;
+inline constexpr float kMaxCoordinate = 1.844e18f;
 
 [[nodiscard]] inline bool is_finite(const Imath::V3f& p) {
-  return std::fabs(p.x) <= kLargestCoordinate && std::fabs(p.y) <= kLargestCoordinate &&
-         std::fabs(p.z) <= kLargestCoordinate;
+  return std::fabs(p.x) <= kMaxCoordinate && std::fabs(p.y) <= kMaxCoordinate && std::fabs(p.z) <= kMaxCoordinate;
 }
 
 // Returns false for triangles that are never hit: a vertex is not finite, or the area is zero
@@ -77,10 +78,10 @@ inline constexpr float kLargestCoordinate = 1.844e18f;
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }
 
-// Returns false for rays that miss by definition: not finite (see kLargestCoordinate), without
+// Returns false for rays that miss by definition: not finite (see kMaxCoordinate), without
 // direction, or with an empty or NaN interval. A t_min below 0 counts as 0. `extent`: upper bound
 // of the accepted sum of magnitudes. Free of branches.
-[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray, float extent = kLargestCoordinate) {
+[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray, float extent = kMaxCoordinate) {
   const float sum = (std::fabs(ray.origin.x) + std::fabs(ray.origin.y) + std::fabs(ray.origin.z)) +
                     (std::fabs(ray.direction.x) + std::fabs(ray.direction.y) + std::fabs(ray.direction.z));
   const bool points = (ray.direction.x != 0.0f) | (ray.direction.y != 0.0f) | (ray.direction.z != 0.0f);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <chrono>
 #include <optional>
 
@@ -63,11 +64,12 @@ class EmbreeAccelerator final : public Accelerator {
     packet_ = embree::native_packet(scenes_.on.device.get());
     statistics_.instance_count = input.instances.size();
     statistics_.memory_bytes = static_cast<size_t>(scenes_.on.memory_bytes->load()) +
-                               (scenes_.names.top.capacity() + scenes_.names.lasting.capacity()) *
+                               (scenes_.names.top.capacity() + scenes_.names.persistent.capacity()) *
                                    (sizeof(embree::NamedGeometry) + kGeometryObject);
     // True if the top scene holds instances, including that of the persistent scene.
-    has_moved_ = (scenes_.lasting && scenes_.own_top) ||
-                 std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
+    has_instances_ =
+        (scenes_.persistent && scenes_.own_top) ||
+        std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
     RTCBounds box;
     rtcGetSceneBounds(scene_, &box);
     if (box.lower_x <= box.upper_x)
@@ -89,6 +91,7 @@ class EmbreeAccelerator final : public Accelerator {
 
   // Traces one ray at a time: for mixed rays Embree's packets gain nothing here.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    assert(hits.size() == rays.size());
     Context context = make_context(rays.data());
     embree::Query query(context.embree);
     intersect_singly(rays, hits, 0, query);
@@ -117,6 +120,7 @@ class EmbreeAccelerator final : public Accelerator {
   // Final packets of fewer than kMinPacket rays, and streams of fewer than kMinStream rays, are
   // traced as single rays.
   void intersect_by_packets(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
+    assert(hits.size() == rays.size());
     switch (packet_) {
     case 16: return intersect_by_packets_of<16>(rays, hits, coherent);
     case 8: return intersect_by_packets_of<8>(rays, hits, coherent);
@@ -125,6 +129,7 @@ class EmbreeAccelerator final : public Accelerator {
     }
   }
   void occluded_by_packets(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
+    assert(blocked.size() == rays.size());
     switch (packet_) {
     case 16: return occluded_by_packets_of<16>(rays, blocked, coherent);
     case 8: return occluded_by_packets_of<8>(rays, blocked, coherent);
@@ -133,6 +138,7 @@ class EmbreeAccelerator final : public Accelerator {
     }
   }
   void intersect_by_streams(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
+    assert(hits.size() == rays.size());
     Context context = make_context(rays.data());
     embree::Query query(context.embree, coherent);
     size_t first = 0;
@@ -158,8 +164,9 @@ class EmbreeAccelerator final : public Accelerator {
     intersect_singly(rays, hits, first, query);
   }
   void occluded_by_streams(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
+    assert(blocked.size() == rays.size());
     Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent && !has_moved_);
+    embree::Query query(context.embree, coherent && !has_instances_);
     size_t first = 0;
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRay, kStream> stream;
@@ -186,19 +193,19 @@ class EmbreeAccelerator final : public Accelerator {
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
   [[nodiscard]] std::unique_ptr<PersistentStructures> take_structures() override {
-    auto kept = std::make_unique<embree::PersistentScenes>();
-    kept->quality = quality_;
-    kept->robust = robust_;
-    kept->filtered = filter_.accept != nullptr;
+    auto out = std::make_unique<embree::PersistentScenes>();
+    out->quality = quality_;
+    out->robust = robust_;
+    out->filtered = filter_.accept != nullptr;
     scenes_.own_top = embree::Scene(); // before the scenes that it instances
-    if (scenes_.lasting) kept->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.lasting));
+    if (scenes_.persistent) out->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.persistent));
     for (size_t g = 0; g < scenes_.groups.size(); ++g)
-      if (scenes_.groups[g]) kept->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
+      if (scenes_.groups[g]) out->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
     scenes_.groups.clear(); // before the device is released
-    scenes_.lasting = embree::Scene();
-    if (kept->scenes.empty()) return nullptr;
-    kept->on = std::move(scenes_.on);
-    return kept;
+    scenes_.persistent = embree::Scene();
+    if (out->scenes.empty()) return nullptr;
+    out->on = std::move(scenes_.on);
+    return out;
   }
 
  private:
@@ -234,8 +241,7 @@ class EmbreeAccelerator final : public Accelerator {
       embree::clear_packet(packet.hit);
       query.intersect_packet(valid, scene_, packet);
       for (size_t i = 0; i < count; ++i)
-        hits[first + i] =
-            valid[i] != 0 ? embree::hit_of(scenes_.names, packet, i) : intersect_from_afar(rays[first + i]);
+        hits[first + i] = valid[i] != 0 ? embree::hit_of(scenes_.names, packet, i) : intersect_distant(rays[first + i]);
     }
     intersect_singly(rays, hits, first, query);
   }
@@ -245,7 +251,7 @@ class EmbreeAccelerator final : public Accelerator {
   template <size_t width>
   void occluded_by_packets_of(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
     Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent && !has_moved_);
+    embree::Query query(context.embree, coherent && !has_instances_);
     size_t first = 0;
     for (; rays.size() - first >= kMinPacket<width>; first += std::min(width, rays.size() - first)) {
       alignas(64) int valid[width];
@@ -253,13 +259,13 @@ class EmbreeAccelerator final : public Accelerator {
       const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet, valid);
       query.occluded_packet(valid, scene_, packet);
       for (size_t i = 0; i < count; ++i) // Embree sets tfar to minus infinity
-        blocked[first + i] = (valid[i] != 0 ? packet.tfar[i] < 0.0f : occluded_from_afar(rays[first + i])) ? 1 : 0;
+        blocked[first + i] = (valid[i] != 0 ? packet.tfar[i] < 0.0f : occluded_distant(rays[first + i])) ? 1 : 0;
     }
     occluded_singly(rays, blocked, first, query);
   }
 
   // For rays that are not traceable: a miss, unless they start far away.
-  [[nodiscard, gnu::noinline]] Hit intersect_from_afar(const Ray& ray) const {
+  [[nodiscard, gnu::noinline]] Hit intersect_distant(const Ray& ray) const {
     const std::optional<embree::StartedRay> started = start(ray);
     if (!started) return {};
     Context context = make_context(&ray);
@@ -273,7 +279,7 @@ class EmbreeAccelerator final : public Accelerator {
     if (hit.is_hit()) hit.t = started->world_t(ray, hit.t);
     return hit;
   }
-  [[nodiscard, gnu::noinline]] bool occluded_from_afar(const Ray& ray) const {
+  [[nodiscard, gnu::noinline]] bool occluded_distant(const Ray& ray) const {
     const std::optional<embree::StartedRay> started = start(ray);
     if (!started) return false;
     Context context = make_context(&ray);
@@ -296,7 +302,7 @@ class EmbreeAccelerator final : public Accelerator {
     RTCRayHit ray_hit;
     for (; first < rays.size(); ++first) {
       if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
-        hits[first] = intersect_from_afar(rays[first]);
+        hits[first] = intersect_distant(rays[first]);
         continue;
       }
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray_hit.ray);
@@ -310,7 +316,7 @@ class EmbreeAccelerator final : public Accelerator {
     RTCRay ray;
     for (; first < rays.size(); ++first) {
       if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
-        blocked[first] = occluded_from_afar(rays[first]) ? 1 : 0;
+        blocked[first] = occluded_distant(rays[first]) ? 1 : 0;
         continue;
       }
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray);
@@ -324,7 +330,7 @@ class EmbreeAccelerator final : public Accelerator {
   HitFilter filter_;
   Quality quality_ = Quality::balanced;
   bool robust_;
-  bool has_moved_ = false;
+  bool has_instances_ = false;
   size_t packet_ = 1; // rays that the device's kernels trace together
   Imath::Box3f bounds_;
   Statistics statistics_;
@@ -359,18 +365,18 @@ class OneCall final : public Accelerator {
 } // namespace
 
 std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
-                                         std::unique_ptr<PersistentStructures> kept) {
+                                         std::unique_ptr<PersistentStructures> previous) {
   const auto start = std::chrono::steady_clock::now();
-  std::unique_ptr<embree::PersistentScenes> serving;
-  if (auto* scenes = dynamic_cast<embree::PersistentScenes*>(kept.get());
+  std::unique_ptr<embree::PersistentScenes> usable;
+  if (auto* scenes = dynamic_cast<embree::PersistentScenes*>(previous.get());
       scenes != nullptr && scenes->quality == options.quality && scenes->robust == options.robust &&
       scenes->on.simd == options.simd && scenes->filtered == (input.filter.accept != nullptr)) {
-    (void)kept.release();
-    serving.reset(scenes);
+    (void)previous.release();
+    usable.reset(scenes);
   }
-  kept.reset();
+  previous.reset();
   embree::BuiltScenes scenes;
-  if (!embree::build_scenes(input, options, filter_callback, std::move(serving), scenes)) return nullptr;
+  if (!embree::build_scenes(input, options, filter_callback, std::move(usable), scenes)) return nullptr;
   const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return std::make_unique<EmbreeAccelerator>(std::move(scenes), input, options, build_s);
 }

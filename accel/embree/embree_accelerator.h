@@ -12,7 +12,7 @@ namespace kindling::accel {
 // Returns null only if cancelled; throws std::bad_alloc if Embree cannot build. Parallel in the
 // caller's TBB arena.
 [[nodiscard]] std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
-                                                       std::unique_ptr<PersistentStructures> kept = nullptr);
+                                                       std::unique_ptr<PersistentStructures> previous = nullptr);
 
 // Returns the version that was compiled against, e.g. "Embree 3.13.5".
 [[nodiscard]] std::string_view embree_description();

@@ -73,9 +73,9 @@ class Builder {
   Builder(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out)
       : input_(input), options_(options), filter_(filter), out_(out) {}
 
-  bool run(std::unique_ptr<PersistentScenes> kept) {
-    if (kept) {
-      out_.on = std::move(kept->on);
+  bool run(std::unique_ptr<PersistentScenes> previous) {
+    if (previous) {
+      out_.on = std::move(previous->on);
     } else {
       out_.on.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
       out_.on.simd = options_.simd;
@@ -87,20 +87,20 @@ class Builder {
       rtcSetDeviceMemoryMonitorFunction(out_.on.device.get(), count_memory, out_.on.memory_bytes.get());
     }
 
-    std::vector<uint32_t> moved = moved_groups();
-    if (kept) {
-      take(*kept, moved);
-      kept.reset(); // frees memory before the build
+    std::vector<uint32_t> transformed = transformed_groups();
+    if (previous) {
+      take(*previous, transformed);
+      previous.reset(); // frees memory before the build
     }
-    make_geometries(moved);
-    size_t triangles = top_triangles_ + (out_.lasting ? 0 : persistent_triangles_);
-    for (const uint32_t g : moved) triangles += group_triangles(g);
+    make_geometries(transformed);
+    size_t triangles = top_triangles_ + (out_.persistent ? 0 : persistent_triangles_);
+    for (const uint32_t g : transformed) triangles += group_triangles(g);
     out_.built_triangle_count = triangles;
     Monitor monitor(options_, 1.0 + static_cast<double>(triangles + input_.instances.size()));
 
     std::atomic<bool> ok{true};
-    tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
-      if (!build_group(moved[i], monitor)) ok.store(false, std::memory_order_relaxed);
+    tbb::parallel_for(size_t{0}, transformed.size(), [&](size_t i) {
+      if (!build_group(transformed[i], monitor)) ok.store(false, std::memory_order_relaxed);
     });
     if (!ok.load()) return failed(monitor);
     if (!build_persistent(monitor) || !build_top(monitor)) return failed(monitor);
@@ -119,7 +119,7 @@ class Builder {
 
   // Sorts instances into those whose meshes go into the top scene and those with a transform. Skips
   // singular ones. Returns the groups used by transformed instances.
-  std::vector<uint32_t> moved_groups() {
+  std::vector<uint32_t> transformed_groups() {
     std::vector<uint8_t> used(input_.groups.size(), 0);
     for (size_t i = 0; i < input_.instances.size(); ++i) {
       const Instance& instance = input_.instances[i];
@@ -134,7 +134,7 @@ class Builder {
         add_static(static_cast<uint32_t>(i));
       } else {
         used[instance.group] = 1;
-        moved_.push_back(static_cast<uint32_t>(i));
+        transformed_.push_back(static_cast<uint32_t>(i));
       }
     }
     std::vector<uint32_t> groups;
@@ -154,26 +154,26 @@ class Builder {
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0) continue;
-      if (mesh.lasting != 0 && !deforms(mesh)) {
-        out_.names.lasting.push_back({instance, m});
+      if (mesh.persistent_id != 0 && !deforms(mesh)) {
+        out_.names.persistent.push_back({instance, m});
         out_.persistent_meshes.add(mesh);
         persistent_triangles_ += mesh.triangle_count();
       } else {
-        still_.push_back({instance, m});
+        static_.push_back({instance, m});
         top_triangles_ += mesh.triangle_count();
       }
     }
   }
 
   // Reuses scenes of the previous build, and removes their groups from the list of those to build.
-  void take(PersistentScenes& kept, std::vector<uint32_t>& moved) {
+  void take(PersistentScenes& previous, std::vector<uint32_t>& transformed) {
     const auto take_scene = [&](const PersistentMeshes& meshes, Scene& scene) {
-      std::optional<Scene> found = kept.scenes.take(meshes);
+      std::optional<Scene> found = previous.scenes.take(meshes);
       if (found) scene = *std::move(found);
       return found.has_value();
     };
-    if (!out_.persistent_meshes.empty()) (void)take_scene(out_.persistent_meshes, out_.lasting);
-    std::erase_if(moved, [&](uint32_t g) { return take_scene(out_.group_meshes[g], out_.groups[g]); });
+    if (!out_.persistent_meshes.empty()) (void)take_scene(out_.persistent_meshes, out_.persistent);
+    std::erase_if(transformed, [&](uint32_t g) { return take_scene(out_.group_meshes[g], out_.groups[g]); });
   }
 
   [[nodiscard]] RTCBuildQuality build_quality() const {
@@ -189,9 +189,9 @@ class Builder {
   void make_geometries(const std::vector<uint32_t>& groups) {
     geometries_.resize(input_.meshes.size());
     std::vector<uint8_t> wanted(input_.meshes.size(), 0);
-    for (const NamedGeometry& still : still_) wanted[still.mesh] = 1;
-    if (!out_.lasting)
-      for (const NamedGeometry& lasting : out_.names.lasting) wanted[lasting.mesh] = 1;
+    for (const NamedGeometry& named : static_) wanted[named.mesh] = 1;
+    if (!out_.persistent)
+      for (const NamedGeometry& named : out_.names.persistent) wanted[named.mesh] = 1;
     for (const uint32_t g : groups)
       std::fill_n(wanted.begin() + input_.groups[g].first_mesh, input_.groups[g].mesh_count, uint8_t{1});
     for (size_t m = 0; m < input_.meshes.size(); ++m) {
@@ -250,36 +250,36 @@ class Builder {
   }
 
   bool build_persistent(Monitor& monitor) {
-    if (out_.lasting || out_.names.lasting.empty()) return true;
+    if (out_.persistent || out_.names.persistent.empty()) return true;
     Scene scene = new_scene();
-    for (size_t i = 0; i < out_.names.lasting.size(); ++i)
-      rtcAttachGeometryByID(scene.get(), geometries_[out_.names.lasting[i].mesh].get(), static_cast<unsigned>(i));
+    for (size_t i = 0; i < out_.names.persistent.size(); ++i)
+      rtcAttachGeometryByID(scene.get(), geometries_[out_.names.persistent[i].mesh].get(), static_cast<unsigned>(i));
     if (!commit(scene, static_cast<double>(persistent_triangles_), monitor)) return false;
-    out_.lasting = std::move(scene);
+    out_.persistent = std::move(scene);
     return true;
   }
 
   bool build_top(Monitor& monitor) {
     std::vector<NamedGeometry>& names = out_.names.top;
-    if (out_.lasting && still_.empty() && moved_.empty()) {
-      names = out_.names.lasting;
+    if (out_.persistent && static_.empty() && transformed_.empty()) {
+      names = out_.names.persistent;
       return true;
     }
     Scene scene = new_scene();
-    names.reserve(still_.size() + moved_.size() + 1);
-    for (const NamedGeometry& still : still_) {
-      rtcAttachGeometryByID(scene.get(), geometries_[still.mesh].get(), static_cast<unsigned>(names.size()));
-      names.push_back(still);
+    names.reserve(static_.size() + transformed_.size() + 1);
+    for (const NamedGeometry& named : static_) {
+      rtcAttachGeometryByID(scene.get(), geometries_[named.mesh].get(), static_cast<unsigned>(names.size()));
+      names.push_back(named);
     }
-    if (out_.lasting) {
+    if (out_.persistent) {
       const Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
-      rtcSetGeometryInstancedScene(geometry.get(), out_.lasting.get());
+      rtcSetGeometryInstancedScene(geometry.get(), out_.persistent.get());
       rtcCommitGeometry(geometry.get());
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
       names.push_back({});
     }
-    const double required_extent = moved_.empty() ? 0.0 : required_ray_extent(largest_coordinate(input_));
-    for (const uint32_t i : moved_) {
+    const double required_extent = transformed_.empty() ? 0.0 : required_ray_extent(largest_coordinate(input_));
+    for (const uint32_t i : transformed_) {
       const Geometry geometry = instance_geometry(input_.instances[i], required_extent);
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
       names.push_back({i, input_.groups[input_.instances[i].group].first_mesh});
@@ -307,7 +307,7 @@ class Builder {
         guarded.keys.assign(keys.begin(), keys.end());
         guarded.bounds = transform_bounds(keys, bounds);
       } else {
-        (void)guarded.to_object.set_inverse_of(keys[0]); // invertible: see moved_groups()
+        (void)guarded.to_object.set_inverse_of(keys[0]); // invertible: see transformed_groups()
         guarded.bounds = transform_bounds(keys[0], bounds);
       }
       return guarded_geometry(out_.on.device.get(), guarded);
@@ -340,17 +340,17 @@ class Builder {
   const BuildOptions& options_;
   RTCFilterFunctionN filter_;
   BuiltScenes& out_;
-  std::vector<Geometry> geometries_; // by mesh; empty if the mesh has no triangles
-  std::vector<NamedGeometry> still_; // meshes under identity transforms that are not persistent
-  std::vector<uint32_t> moved_;      // transformed instances
+  std::vector<Geometry> geometries_;  // by mesh; empty if the mesh has no triangles
+  std::vector<NamedGeometry> static_; // meshes under identity transforms that are not persistent
+  std::vector<uint32_t> transformed_; // transformed instances
   size_t top_triangles_ = 0, persistent_triangles_ = 0;
 };
 
 } // namespace
 
 bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                  std::unique_ptr<PersistentScenes> kept, BuiltScenes& out) {
-  return Builder(input, options, filter, out).run(std::move(kept));
+                  std::unique_ptr<PersistentScenes> previous, BuiltScenes& out) {
+  return Builder(input, options, filter, out).run(std::move(previous));
 }
 
 } // namespace kindling::accel::embree

@@ -23,8 +23,8 @@ struct NamedGeometry {
   uint32_t mesh = kNoId;
 };
 struct GeometryNames {
-  std::vector<NamedGeometry> top;     // by geometry id in the top scene
-  std::vector<NamedGeometry> lasting; // by geometry id in the persistent scene
+  std::vector<NamedGeometry> top;        // by geometry id in the top scene
+  std::vector<NamedGeometry> persistent; // by geometry id in the persistent scene
 };
 
 // The device of the scenes.
@@ -41,7 +41,7 @@ struct PersistentScenes final : PersistentStructures {
   Quality quality = Quality::balanced;
   bool robust = true, filtered = false; // filtered: built with a hit filter
   DeviceScenes on;
-  KeptBy<Scene> scenes;
+  StructureStore<Scene> scenes;
 };
 
 struct BuiltScenes {
@@ -50,21 +50,21 @@ struct BuiltScenes {
   std::vector<PersistentMeshes> group_meshes; // by group
   // Persistent meshes under identity transforms: an instance in the top scene or, if there is
   // nothing else, the top scene itself.
-  Scene lasting;
+  Scene persistent;
   PersistentMeshes persistent_meshes;
   std::vector<std::unique_ptr<GuardedInstance>> guarded; // used by the top scene, which they must outlive
-  Scene own_top;                                         // empty if `lasting` is the top scene
-  float ray_extent = kLargestCoordinate;                 // see is_traceable()
+  Scene own_top;                                         // empty if `persistent` is the top scene
+  float ray_extent = kMaxCoordinate;                     // see is_traceable()
   GeometryNames names;
   size_t triangle_count = 0;       // counted once per instance
   size_t built_triangle_count = 0; // in scenes built this time, each counted once
 
-  [[nodiscard]] RTCScene top() const { return own_top ? own_top.get() : lasting.get(); }
+  [[nodiscard]] RTCScene top() const { return own_top ? own_top.get() : persistent.get(); }
 };
 
 // Returns false if cancelled. `filter` is attached to the meshes that are not opaque. `previous`
 // may be null. Throws std::bad_alloc.
 [[nodiscard]] bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                                std::unique_ptr<PersistentScenes> kept, BuiltScenes& out);
+                                std::unique_ptr<PersistentScenes> previous, BuiltScenes& out);
 
 } // namespace kindling::accel::embree

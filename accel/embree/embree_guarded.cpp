@@ -13,12 +13,12 @@ namespace {
 // Reports bounds clamped to Embree's limit, since Embree drops geometry beyond it. NaN means bounds
 // that overflowed.
 void bounds_callback(const RTCBoundsFunctionArguments* args) {
-  constexpr float kLargest = 0.99f * kLargestCoordinate;
+  constexpr float kMaxBound = 0.99f * kMaxCoordinate;
   const Imath::Box3f& box = static_cast<const GuardedInstance*>(args->geometryUserPtr)->bounds;
   Imath::V3f low, high;
   for (int k = 0; k < 3; ++k) {
-    low[k] = box.min[k] > -kLargest ? std::min(box.min[k], kLargest) : -kLargest;
-    high[k] = box.max[k] < kLargest ? std::max(box.max[k], -kLargest) : kLargest;
+    low[k] = box.min[k] > -kMaxBound ? std::min(box.min[k], kMaxBound) : -kMaxBound;
+    high[k] = box.max[k] < kMaxBound ? std::max(box.max[k], -kMaxBound) : kMaxBound;
   }
   *args->bounds_o = {low.x, low.y, low.z, 0.0f, high.x, high.y, high.z, 0.0f};
 }

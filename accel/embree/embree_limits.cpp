@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -20,7 +21,7 @@ namespace kindling::accel::embree {
 namespace {
 
 // Single precision overflows at 3e38 and loses bits below 1e-38; a factor of ten is left for sums.
-constexpr double kSmallestDeterminant = 1e-37, kLargestProduct = 1e37;
+constexpr double kMinDeterminant = 1e-37, kMaxProduct = 1e37;
 constexpr double kRoundings = 1e-6;   // relative error of a sum of products of three floats: sixteen roundings of 2^-24
 constexpr int kStepsBetweenKeys = 16; // cofactors are bounded per step, so that turns of a quarter circle pass
 constexpr double kMinRayExtent = 1e12; // extent that instances given to Embree must allow, for scenes of usual size
@@ -57,8 +58,7 @@ double inverse_bound(const MatrixRange& range) {
       all_terms += magnitude(0, column) * cofactor;
     }
   const double min_determinant = std::fabs(determinant) - (all_terms - exact_terms) - kRoundings * all_terms;
-  if (!(min_determinant > kSmallestDeterminant) || !(all_terms < kLargestProduct) ||
-      !(largest_cofactor < kLargestProduct))
+  if (!(min_determinant > kMinDeterminant) || !(all_terms < kMaxProduct) || !(largest_cofactor < kMaxProduct))
     return std::numeric_limits<double>::infinity();
   return largest_cofactor * (1.0 + kRoundings) / min_determinant;
 }
@@ -84,6 +84,7 @@ double largest_finite(std::span<const Imath::V3f> positions) {
 } // namespace
 
 float safe_ray_extent(std::span<const Imath::M44f> keys) {
+  assert(!keys.empty());
   double largest_inverse = 0.0, translation = sum_of_translation(keys[0]);
   if (keys.size() == 1) largest_inverse = inverse_bound(range_between(keys[0], keys[0]));
   for (size_t key = 0; key + 1 < keys.size(); ++key) {
@@ -97,16 +98,16 @@ float safe_ray_extent(std::span<const Imath::M44f> keys) {
   }
   // An object-space coordinate is at most the largest entry of the inverse times the sum of the
   // magnitudes. A tenth is left for rounding.
-  const double extent = 0.9 * kLargestCoordinate / largest_inverse - translation;
-  return static_cast<float>(std::clamp(extent, 0.0, static_cast<double>(kLargestCoordinate)));
+  const double extent = 0.9 * kMaxCoordinate / largest_inverse - translation;
+  return static_cast<float>(std::clamp(extent, 0.0, static_cast<double>(kMaxCoordinate)));
 }
 
 double largest_coordinate(const BuildInput& input) {
-  std::vector<double> of_group(input.groups.size(), -1.0);
+  std::vector<double> group_extent(input.groups.size(), -1.0);
   double largest = 0.0;
   for (size_t i = 0; i < input.instances.size(); ++i) {
     const Instance& instance = input.instances[i];
-    double& local = of_group[instance.group];
+    double& local = group_extent[instance.group];
     if (local < 0.0) {
       local = 0.0;
       const MeshGroup& group = input.groups[instance.group];
@@ -140,6 +141,7 @@ float StartedRay::world_t(const Ray& world, float t) const {
 }
 
 std::optional<StartedRay> start_at_bounds(const Ray& ray, const Imath::Box3f& bounds) {
+  assert(can_hit(ray));
   if (bounds.isEmpty()) return std::nullopt;
   double largest = 0.0;
   for (int k = 0; k < 3; ++k)

@@ -1,7 +1,7 @@
 // Limits of Embree's kernels: rays and instances that they can trace, and replacements for others.
 //
 // Embree inverts the matrix of an instance in single precision and assumes that the ray is finite
-// in object space too (below kLargestCoordinate; a build with assertions aborts otherwise).
+// in object space too (below kMaxCoordinate; a build with assertions aborts otherwise).
 // Instances whose inverse is too large or too inexact are therefore handled by embree_guarded.h,
 // and rays from far away start where they reach the scene.
 // SPDX-License-Identifier: Apache-2.0
@@ -17,7 +17,7 @@
 namespace kindling::accel::embree {
 
 // Returns the largest sum of the magnitudes of a ray's origin and direction, in world space, for
-// which Embree's object-space ray stays within kLargestCoordinate. `keys` holds the instance's
+// which Embree's object-space ray stays within kMaxCoordinate. `keys` holds the instance's
 // matrices; a single one if it is static. Returns 0 if no bound can be proven, because a matrix is
 // singular, or nearly so for single precision, at some time.
 [[nodiscard]] float safe_ray_extent(std::span<const Imath::M44f> keys);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -38,8 +39,14 @@ class AlignedArray {
   [[nodiscard]] size_t size() const { return size_; }
   [[nodiscard]] T* data() { return data_.get(); }
   [[nodiscard]] const T* data() const { return data_.get(); }
-  [[nodiscard]] T& operator[](size_t i) { return data_.get()[i]; }
-  [[nodiscard]] const T& operator[](size_t i) const { return data_.get()[i]; }
+  [[nodiscard]] T& operator[](size_t i) {
+    assert(i < size_);
+    return data_.get()[i];
+  }
+  [[nodiscard]] const T& operator[](size_t i) const {
+    assert(i < size_);
+    return data_.get()[i];
+  }
 
  private:
   static constexpr size_t kHugePage = size_t{2} << 20;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -33,8 +34,11 @@ struct BinaryNode {
   };
 
   // Displacement of an inner node's plane over its slice of the shutter; 0 in static trees.
-  [[nodiscard]] float way() const { return std::bit_cast<float>(count); }
-  void set_way(float way) { count = std::bit_cast<uint32_t>(way); }
+  [[nodiscard]] float displacement() const {
+    assert(is_inner());
+    return std::bit_cast<float>(count);
+  }
+  void set_displacement(float displacement) { count = std::bit_cast<uint32_t>(displacement); }
   [[nodiscard]] bool is_inner() const { return axis != kLeaf; }
   [[nodiscard]] bool is_empty() const { return axis == kLeaf && count == 0; }
 };
@@ -53,7 +57,7 @@ class StackArena {
   [[nodiscard]] T* allocate(size_t count) {
     while (at_.chunk < chunks_.size() && chunks_[at_.chunk].capacity - at_.used < count) at_ = {at_.chunk + 1, 0};
     if (at_.chunk == chunks_.size()) {
-      const size_t capacity = std::max(count, kSmallest << std::min<size_t>(chunks_.size(), kDoublings));
+      const size_t capacity = std::max(count, kMinCapacity << std::min<size_t>(chunks_.size(), kDoublings));
       chunks_.push_back({std::make_unique_for_overwrite<T[]>(capacity), capacity});
     }
     T* first = chunks_[at_.chunk].items.get() + at_.used;
@@ -62,10 +66,13 @@ class StackArena {
   }
   [[nodiscard]] Mark mark() const { return at_; }
   // Releases all allocations made since `mark`.
-  void rewind(const Mark& mark) { at_ = mark; }
+  void rewind(const Mark& mark) {
+    assert(mark.chunk < at_.chunk || (mark.chunk == at_.chunk && mark.used <= at_.used));
+    at_ = mark;
+  }
 
  private:
-  static constexpr size_t kSmallest = 64, kDoublings = 7;
+  static constexpr size_t kMinCapacity = 64, kDoublings = 7;
   struct Chunk {
     std::unique_ptr<T[]> items;
     size_t capacity;

@@ -29,7 +29,7 @@ class TopBuilder {
 
   double build(const Cell& cell, References references, BinaryNode& node) {
     const Config& config = context_.config;
-    if (references.count <= std::min<size_t>(config.parallel_above, kMaxOfSubtree))
+    if (references.count <= std::min<size_t>(config.parallel_above, kMaxSubtreeReferences))
       return workers_.local().build(context_, cell, references.all(), node);
     const CostModel model(config, cell.box);
     SplitScratch scratch;

@@ -5,6 +5,7 @@
 #include "accel/accelerator.h"
 #include "accel/kdtree/node.h"
 
+#include <cassert>
 #include <cstdint>
 
 namespace kindling::accel::kd {
@@ -31,7 +32,9 @@ struct CandidateFilter {
   uint32_t instance; // kNoId: taken from the geometry
 
   [[nodiscard]] Hit resolve(const TreeHit& candidate) const {
+    assert(candidate.is_hit());
     const Geometry& geometry = tree.geometry_of(candidate.primitive);
+    assert(candidate.primitive - geometry.first_primitive < geometry.mesh.triangle_count());
     return {candidate.t,         candidate.u,
             candidate.v,         instance == kNoId ? geometry.instance : instance,
             geometry.mesh_index, candidate.primitive - geometry.first_primitive};

@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/clipping.h"
 
-#include "accel/kdtree/lanes.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 
 namespace kindling::accel::kd {
@@ -37,16 +38,17 @@ void clip(const Polygon& in, size_t axis, double plane, double sign, Polygon& ou
     a = b;
     da = db;
   }
+  assert(out.count <= out.corners.size());
 }
 
 // Bounds of points in double precision.
 struct Bounds {
-  Double4 low = spread(std::numeric_limits<double>::infinity());
-  Double4 high = spread(-std::numeric_limits<double>::infinity());
+  Double4 low = splat(std::numeric_limits<double>::infinity());
+  Double4 high = splat(-std::numeric_limits<double>::infinity());
 
   void extend(Double4 p) {
-    low = least(p, low);
-    high = greatest(p, high);
+    low = vector_min(p, low);
+    high = vector_max(p, high);
   }
   // Rounds outwards by up to two ulps if a bound is not a float, and cuts to the box. Returns false
   // if nothing is left.
@@ -106,6 +108,7 @@ bool clip_bounds(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& bo
 
 SplitReference split_reference(std::span<const Geometry> geometries, const Reference& reference, int axis,
                                float position) {
+  assert(reference.min[axis] < position && position < reference.max[axis]);
   const Geometry& geometry = geometries[reference.geometry];
   const std::array<Imath::V3f, 3> triangle = {geometry.vertex(reference.triangle, 0),
                                               geometry.vertex(reference.triangle, 1),
@@ -119,23 +122,23 @@ SplitReference split_reference(std::span<const Geometry> geometries, const Refer
     // Corners and cuts are added to both sides, as infinity where they do not belong: the side
     // cannot be predicted by branches.
     const auto lane = static_cast<size_t>(axis);
-    const Double4 plane = spread(static_cast<double>(position));
+    const Double4 plane = splat(static_cast<double>(position));
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const Double4 none_low = spread(kInfinity), none_high = spread(-kInfinity);
+    const Double4 none_low = splat(kInfinity), none_high = splat(-kInfinity);
     Bounds below, above;
     Double4 a = polygon.corners[polygon.count - 1];
-    Double4 da = spread(a[lane]) - plane;
+    Double4 da = splat(a[lane]) - plane;
     for (size_t i = 0; i < polygon.count; ++i) {
-      const Double4 b = polygon.corners[i], db = spread(b[lane]) - plane;
+      const Double4 b = polygon.corners[i], db = splat(b[lane]) - plane;
       Double4 at = a + (b - a) * (da / (da - db)); // meaningless if the edge does not cross
       at[lane] = plane[lane];
       const auto crosses = ((da < 0.0) & (db > 0.0)) | ((da > 0.0) & (db < 0.0));
       const auto is_below = db <= 0.0, is_above = db >= 0.0;
       const Double4 cut_low = crosses ? at : none_low, cut_high = crosses ? at : none_high;
-      below.low = least(is_below ? b : none_low, least(cut_low, below.low));
-      below.high = greatest(is_below ? b : none_high, greatest(cut_high, below.high));
-      above.low = least(is_above ? b : none_low, least(cut_low, above.low));
-      above.high = greatest(is_above ? b : none_high, greatest(cut_high, above.high));
+      below.low = vector_min(is_below ? b : none_low, vector_min(cut_low, below.low));
+      below.high = vector_max(is_below ? b : none_high, vector_max(cut_high, below.high));
+      above.low = vector_min(is_above ? b : none_low, vector_min(cut_low, above.low));
+      above.high = vector_max(is_above ? b : none_high, vector_max(cut_high, above.high));
       a = b;
       da = db;
     }

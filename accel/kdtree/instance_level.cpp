@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -21,7 +22,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kMaxBoxesOfSubtree = 16384; // boxes
+constexpr size_t kMaxSubtreeBoxes = 16384; // boxes
 
 // A range of the array of box indices.
 struct Part {
@@ -180,7 +181,7 @@ class InstanceTop {
       whole.bounds.extendBy(box);
       whole.centers.extendBy(box.min + box.max);
     }
-    if (order_.size() <= kMaxBoxesOfSubtree)
+    if (order_.size() <= kMaxSubtreeBoxes)
       subtrees_.push_back({whole, 0, 0, 0, {}});
     else
       build(whole, 0);
@@ -318,7 +319,7 @@ class InstanceTop {
       const Part& part = parts[lane];
       if (part.size() == 1)
         nodes_[number].child[lane] = InstanceLevel::kBoxBit | order_[part.first];
-      else if (part.size() <= kMaxBoxesOfSubtree)
+      else if (part.size() <= kMaxSubtreeBoxes)
         subtrees_.push_back({part, depth + 1, number, lane, {}});
       else {
         const uint32_t child = build(part, depth + 1);
@@ -352,6 +353,7 @@ class InstanceTop {
 };
 
 InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes) {
+  assert(std::none_of(boxes.begin(), boxes.end(), [](const Imath::Box3f& box) { return box.isEmpty(); }));
   if (boxes.empty()) return;
   nodes_ = InstanceTop(std::move(boxes)).finish();
 }

@@ -12,6 +12,6 @@ namespace kindling::accel {
 // caller's TBB arena. The result, and so every answer, is the same for any number of threads. Ties
 // in t usually go to the smallest (instance, mesh, triangle).
 [[nodiscard]] std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
-                                                       std::unique_ptr<PersistentStructures> kept = nullptr);
+                                                       std::unique_ptr<PersistentStructures> previous = nullptr);
 
 } // namespace kindling::accel

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -82,11 +83,12 @@ class TreePart {
       for (ChildWord& child : node->child) child = in_tree(child);
       ++node;
     }
-    if (slice_ != nullptr) std::copy(ways_.begin(), ways_.end(), tree.ways.data() + first_node_ + 1);
+    if (slice_ != nullptr)
+      std::copy(displacements_.begin(), displacements_.end(), tree.displacements.data() + first_node_ + 1);
     std::copy(units_.begin(), units_.end(), tree.leaves.data() + first_unit_);
     // Assigning {} would keep the capacity of a vector.
     nodes_ = decltype(nodes_)();
-    ways_ = decltype(ways_)();
+    displacements_ = decltype(displacements_)();
     units_ = decltype(units_)();
   }
 
@@ -115,16 +117,17 @@ class TreePart {
       leaves_.push_back(&node);
       return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // index into leaves_ until encode_leaves()
     }
+    assert(depth.binary < kMaxDepth && depth.wide < kMaxWideDepth); // sizes the traversal stacks
     nodes_.emplace_back();
     const size_t number = nodes_.size();
-    PlaneDisplacements ways;
+    PlaneDisplacements displacements;
     WideNode wide;
     wide.planes.fill(std::numeric_limits<float>::infinity());
     wide.child.fill(kEmptyChild);
     Lanes lanes{};
     uint32_t axes = 0;
-    gather(node, depth.is_short_of_levels(), 0, 0, wide, ways, axes, lanes);
-    if (slice_ != nullptr) ways_.push_back(ways);
+    gather(node, depth.is_short_of_levels(), 0, 0, wide, displacements, axes, lanes);
+    if (slice_ != nullptr) displacements_.push_back(displacements);
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       if (lanes[lane].node == nullptr) continue;
@@ -143,17 +146,17 @@ class TreePart {
   // Takes the plane of `node`, which has the given index in its level, and then its children as far
   // as chosen by joins_parent(), or all that fit.
   static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide,
-                     PlaneDisplacements& ways, uint32_t& axes, Lanes& lanes) {
+                     PlaneDisplacements& displacements, uint32_t& axes, Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
-    ways.ways[lane] = node.way();
+    displacements.lanes[lane] = node.displacement();
     axes |= node.axis << (2 * lane);
     const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
     for (uint32_t side = 0; side < 2; ++side) {
       const BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
       if (child.is_inner() && more > 0 && (all || joins_parent(child, more))) {
-        gather(child, all, level + 1, child_index, wide, ways, axes, lanes);
+        gather(child, all, level + 1, child_index, wide, displacements, axes, lanes);
       } else {
         lanes[child_index << more] = {&child, level + 1};
       }
@@ -173,7 +176,7 @@ class TreePart {
   const TimeSlice* slice_;
   ChildWord root_ = kEmptyChild;
   std::vector<WideNode> nodes_;
-  std::vector<PlaneDisplacements> ways_; // by node, if there is a slice
+  std::vector<PlaneDisplacements> displacements_; // by node, if there is a slice
   std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
@@ -214,8 +217,8 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
   tree.nodes = AlignedArray<WideNode>(nodes + 1);
   tree.nodes[0] = {};
   if (slice != nullptr) {
-    tree.ways = AlignedArray<PlaneDisplacements>(nodes + 1);
-    tree.ways[0] = {};
+    tree.displacements = AlignedArray<PlaneDisplacements>(nodes + 1);
+    tree.displacements[0] = {};
   }
   tree.leaves = AlignedArray<LeafUnit>(units + kLeafPadding);
   std::fill_n(tree.leaves.data() + units, kLeafPadding, LeafUnit{});

@@ -3,6 +3,7 @@
 #include "accel/kdtree/leaf_block.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 
 namespace kindling::accel::kd {
@@ -29,7 +30,7 @@ class BlockBuilder {
     }
     corners_[triangles_] = static_cast<uint16_t>(corners);
     primitives_[triangles_] = geometry.first_primitive + triangle;
-    asking_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
+    filtered_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
     ++triangles_;
     return true;
   }
@@ -39,12 +40,12 @@ class BlockBuilder {
     const size_t first = out.size();
     out.resize(first + LeafBlock::units_for(vertices_, triangles_), LeafUnit{});
     uint32_t* words = out[first].words.data();
-    words[0] = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | asking_ << 16;
+    words[0] = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | filtered_ << 16;
     for (uint32_t axis = 0; axis < 3; ++axis)
       std::memcpy(words + 1 + axis * vertices_, position_[axis].data(), vertices_ * sizeof(uint32_t));
     std::memcpy(words + 1 + 3 * vertices_, corners_.data(), triangles_ * sizeof(uint16_t));
     std::memcpy(words + 1 + 3 * vertices_ + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
-    vertices_ = triangles_ = asking_ = 0;
+    vertices_ = triangles_ = filtered_ = 0;
     place_.fill(kFree);
   }
 
@@ -73,13 +74,14 @@ class BlockBuilder {
   std::array<uint32_t, kBlockTriangles> primitives_{};
   std::array<uint8_t, kSlots> place_;          // hash table of vertex indices
   std::array<uint8_t, kBlockVertices> slot_{}; // hash table slot of each vertex
-  uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
+  uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
 };
 
 } // namespace
 
 void append_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                  std::vector<LeafUnit>& out) {
+  assert(!references.empty());
   BlockBuilder block;
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
   // Triangles that do not fit wait for the next block: later ones may still share the present

@@ -22,6 +22,7 @@
 #include "accel/kdtree/reference.h"
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -47,15 +48,17 @@ class LeafBlock {
   [[nodiscard]] uint32_t triangle_count() const { return (words_[0] >> 5) & 31U; }
   [[nodiscard]] bool is_last() const { return (words_[0] & kMore) == 0; }
   // Bit i is set if the hit filter decides about triangle i.
-  [[nodiscard]] uint32_t asking() const { return words_[0] >> 16; }
+  [[nodiscard]] uint32_t filtered() const { return words_[0] >> 16; }
   // Returns vertex_count() coordinates.
   [[nodiscard]] const float* row(uint32_t axis) const {
+    assert(axis < 3);
     return reinterpret_cast<const float*>(words_ + 1 + axis * vertex_count());
   }
   [[nodiscard]] const uint16_t* corners() const {
     return reinterpret_cast<const uint16_t*>(words_ + 1 + 3 * vertex_count());
   }
   [[nodiscard]] uint32_t primitive(uint32_t triangle) const {
+    assert(triangle < triangle_count());
     return words_[1 + 3 * vertex_count() + (triangle_count() + 1) / 2 + triangle];
   }
   [[nodiscard]] uint32_t unit_count() const { return units_for(vertex_count(), triangle_count()); }

@@ -9,6 +9,7 @@
 #include <ImathBox.h>
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -41,14 +42,14 @@ inline constexpr uint32_t kAxesExponent = 0x3f800000U;
 // The displacement of each plane of a wide node over the tree's slice of the shutter; 0 in lane 2,
 // that of the axes.
 struct alignas(32) PlaneDisplacements {
-  std::array<float, kWideLanes> ways{};
+  std::array<float, kWideLanes> lanes{};
 };
 
 // A finished tree over geometries in one space.
 struct Tree {
   AlignedArray<WideNode> nodes;
-  AlignedArray<PlaneDisplacements> ways; // by node, in deforming trees; else empty
-  AlignedArray<LeafUnit> leaves;         // contiguous blocks: LeafBlock, or MovingBlock in deforming trees
+  AlignedArray<PlaneDisplacements> displacements; // by node, in deforming trees; else empty
+  AlignedArray<LeafUnit> leaves;                  // contiguous blocks: LeafBlock, or MovingBlock in deforming trees
   ChildWord root = kEmptyChild;
   Imath::Box3f bounds; // exact; of a deforming tree, slightly enlarged, for all times of its slice
   Imath::Box3f
@@ -58,13 +59,17 @@ struct Tree {
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 
   [[nodiscard]] size_t memory_bytes() const {
-    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + ways.size() * sizeof(PlaneDisplacements) +
+    return sizeof(Tree) + nodes.size() * sizeof(WideNode) + displacements.size() * sizeof(PlaneDisplacements) +
            leaves.size() * sizeof(LeafUnit) + geometries.capacity() * sizeof(Geometry);
   }
-  [[nodiscard]] bool deforms() const { return ways.size() != 0; }
+  [[nodiscard]] bool deforms() const { return displacements.size() != 0; }
   // Returns the first block of a leaf in a static tree.
-  [[nodiscard]] LeafBlock leaf_block(ChildWord leaf) const { return LeafBlock(leaves.data() + (leaf & ~kLeafBit)); }
+  [[nodiscard]] LeafBlock leaf_block(ChildWord leaf) const {
+    assert((leaf & kLeafBit) != 0 && !deforms());
+    return LeafBlock(leaves.data() + (leaf & ~kLeafBit));
+  }
   [[nodiscard]] const Geometry& geometry_of(uint32_t primitive) const {
+    assert(!geometries.empty());
     size_t first = 0, last = geometries.size();
     while (last - first > 1) {
       const size_t middle = (first + last) / 2;

@@ -3,12 +3,13 @@
 #include "accel/kdtree/partition.h"
 
 #include "accel/kdtree/clipping.h"
-#include "accel/kdtree/lanes.h"
+#include "accel/vectors.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 namespace kindling::accel::kd {
 namespace {
@@ -34,11 +35,11 @@ struct Lists {
 };
 Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
   for (size_t i = 0; i < count; ++i) {
-    const auto lanes = load_lanes<Int8Lanes>(references + i);
+    const auto lanes = load_vector<Int8>(references + i);
     const Sides side = side_of(references[i], split);
-    store_lanes(lists.left, lanes);
-    store_lanes(lists.right, lanes);
-    store_lanes(lists.cut, lanes);
+    store_vector(lists.left, lanes);
+    store_vector(lists.right, lanes);
+    store_vector(lists.cut, lanes);
     lists.left += side.left ? 1 : 0;
     lists.right += side.right ? 1 : 0;
     lists.cut += side.cut ? 1 : 0;
@@ -71,6 +72,7 @@ void cut_all(std::span<const Geometry> geometries, std::span<const Reference> re
 } // namespace
 
 void ReferenceBuffer::reserve(size_t size, size_t keep) {
+  assert(keep <= capacity_);
   if (size <= capacity_) return;
   size = std::max(size, capacity_ + capacity_ / 2);
   auto items = std::make_unique_for_overwrite<Reference[]>(size);

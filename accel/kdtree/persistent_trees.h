@@ -17,7 +17,7 @@ class PersistentTrees final : public PersistentStructures {
   explicit PersistentTrees(Quality quality) : quality_(quality) {}
 
   // Takes over the structures; null if they are of another kind or were built with another quality.
-  static std::unique_ptr<PersistentTrees> from(std::unique_ptr<PersistentStructures> kept, Quality quality);
+  static std::unique_ptr<PersistentTrees> from(std::unique_ptr<PersistentStructures> previous, Quality quality);
 
   // Stores a tree; ignored unless all its meshes are persistent.
   void put(Tree&& tree);
@@ -28,7 +28,7 @@ class PersistentTrees final : public PersistentStructures {
 
  private:
   Quality quality_;
-  KeptBy<Tree> trees_;
+  StructureStore<Tree> trees_;
 };
 
 } // namespace kindling::accel::kd

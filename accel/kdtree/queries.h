@@ -24,7 +24,7 @@ struct Queries {
 // Selects queries by structure: with moving instances, or with a world split into persistent and
 // transient trees.
 struct QueryNeeds {
-  bool moving = false, divided = false;
+  bool moving = false, split = false;
 };
 // Returns the queries of a target, which the processor must support; see simd_target.h.
 [[nodiscard]] const Queries& queries_for(SimdTarget target, QueryNeeds needs);

@@ -81,9 +81,9 @@ struct SplitScratch {
 
 // Tries every bound by counting the references on each side, in quadratic time, which is faster for
 // few references. At most kMaxCounted references. Costs are in single precision, and axes shorter
-// than kShortestAxis are not split.
+// than kMinExtent are not split.
 inline constexpr size_t kMaxCounted = 128;
-inline constexpr float kShortestAxis = 1e-30f;
+inline constexpr float kMinExtent = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
                                                       std::span<const Reference> references);
 

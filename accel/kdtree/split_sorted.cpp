@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -123,6 +124,7 @@ std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f&
 
 void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
                   float low, float high, SplitScratch& scratch, std::optional<Split>& best) {
+  assert(low <= high);
   const CostModel model(config, box);
   clear_events(scratch);
   Outside outside;

@@ -15,12 +15,12 @@
 namespace kindling::accel::kd {
 
 // The data that a ray needs of a transformed instance, in one cache line.
-struct alignas(64) MovedInstance {
+struct alignas(64) TransformedInstance {
   RayToObject to_object;
   uint32_t instance = 0;
   const Tree* tree = nullptr;
 };
-static_assert(sizeof(MovedInstance) == 64);
+static_assert(sizeof(TransformedInstance) == 64);
 
 // An instance that moves or deforms: the static meshes of a group, or its deforming ones.
 struct MovingInstance {
@@ -35,11 +35,11 @@ struct MovingInstance {
 
 struct Structure {
   HitFilter filter;
-  Tree world_tree;   // static geometry under identity transforms; if the world is split, only persistent meshes
-  Tree passing_tree; // if the world is split, its other meshes; else empty
+  Tree world_tree;     // static geometry under identity transforms; if the world is split, only persistent meshes
+  Tree transient_tree; // if the world is split, its other meshes; else empty
   std::vector<Tree>
       group_trees; // trees of static meshes by group; empty if no transformed or moving instance uses them
-  std::vector<MovedInstance> moved;
+  std::vector<TransformedInstance> transformed;
   InstanceLevel instance_level; // over `transformed`
 
   std::vector<DeformingTrees> deforming;         // by group; no slices if nothing deforms
@@ -48,7 +48,7 @@ struct Structure {
   std::vector<MovingInstance> moving;
   InstanceLevel moving_level; // over `moving`, bounds of the whole shutter
 
-  [[nodiscard]] bool is_split() const { return passing_tree.root != kEmptyChild; }
+  [[nodiscard]] bool is_split() const { return transient_tree.root != kEmptyChild; }
 };
 
 } // namespace kindling::accel::kd

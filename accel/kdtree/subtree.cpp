@@ -13,6 +13,7 @@
 namespace kindling::accel::kd {
 
 void Cell::divide(const Split& split, const HalfCounts& counts, Cell& left, Cell& right) const {
+  assert(counts.left + counts.right > 0 && counts.left + counts.right <= budget);
   const uint64_t total = counts.left + counts.right, spare = budget - total;
   const double share = static_cast<double>(counts.left) / static_cast<double>(total);
   const auto left_spare = std::min(spare, static_cast<uint64_t>(static_cast<double>(spare) * share));
@@ -51,7 +52,7 @@ BinaryNode* SubtreeBuilder::new_pair() {
 
 double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                              BinaryNode& node) {
-  assert(references.size() <= kMaxOfSubtree);
+  assert(references.size() <= kMaxSubtreeReferences);
   stack_.reserve(2 * references.size() + 1, 0);
   copy_references(references.data(), references.size(), stack_.data());
   const double cost = build(context, cell, 0, references.size(), node);
@@ -135,6 +136,7 @@ size_t SubtreeBuilder::push_ids(std::span<const Reference> references) {
 
 void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
                                BinaryNode& node) {
+  assert(!references.empty());
   LeafReference* own = arena_.references.allocate(references.size());
   std::copy(references.begin(), references.end(), own);
   // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.

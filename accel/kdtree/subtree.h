@@ -39,14 +39,14 @@ struct Cell {
 [[nodiscard]] std::optional<Split> find_split(const Config& config, const CostModel& model, const Imath::Box3f& box,
                                               std::span<const Reference> references, SplitScratch& scratch);
 
-inline constexpr size_t kMaxOfSubtree = 16384;
+inline constexpr size_t kMaxSubtreeReferences = 16384;
 
 // Builds subtrees one after the other on one thread, and owns their nodes and its buffers.
 class SubtreeBuilder {
  public:
   // Fills the node; returns the expected cost, given that the cell is entered. At most
-  // kMaxOfSubtree references: with more, the split search would wait for other threads, and this
-  // thread might re-enter meanwhile.
+  // kMaxSubtreeReferences references: with more, the split search would wait for other threads, and
+  // this thread might re-enter meanwhile.
   double build(const BuildContext& context, const Cell& cell, std::span<const Reference> references, BinaryNode& node);
   double build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                     BinaryNode& node);

@@ -91,8 +91,8 @@ class TreeWalk {
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
       if (axis > 2 || lane == kAxesLane) continue;
-      const float plane =
-          tree_.deforms() ? node.planes[lane] + tree_.ways[cell.child].ways[lane] * fraction_ : node.planes[lane];
+      const float plane = tree_.deforms() ? node.planes[lane] + tree_.displacements[cell.child].lanes[lane] * fraction_
+                                          : node.planes[lane];
       const float reciprocal = 1.0f / ray_.direction[axis];
       const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
       t[lane] = (plane - ray_.origin[axis]) * reciprocal;
@@ -158,7 +158,7 @@ class TreeWalk {
                                 vertex((corners >> 8) & 15U), t_min, t_far, candidate.t, candidate.u, candidate.v))
           continue;
         if (best_.is_hit() && candidate.t == best_.t && candidate.primitive >= best_.primitive) continue;
-        if (((block.asking() >> i) & 1U) != 0 && !filter_.accepts(candidate)) continue;
+        if (((block.filtered() >> i) & 1U) != 0 && !filter_.accepts(candidate)) continue;
         best_ = candidate;
         t_far = candidate.t;
         found = true;
@@ -231,12 +231,12 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
     return can_hit(in_tree) && TreeWalk(in_tree, in_instance, any_hit, cost, slice).run(t_min, t_far);
   };
   if (walk_instances(structure.instance_level, ray, t_min, t_far, cost, [&](uint32_t i) {
-        const MovedInstance& moved = structure.moved[i];
-        return visit(*moved.tree, moved.instance, moved.to_object(ray), nullptr);
+        const TransformedInstance& transformed = structure.transformed[i];
+        return visit(*transformed.tree, transformed.instance, transformed.to_object(ray), nullptr);
       }))
     return cost;
-  const CandidateFilter passing{structure.filter, ray, structure.passing_tree, kNoId};
-  if (structure.is_split() && TreeWalk(ray, passing, any_hit, cost).run(t_min, t_far)) return cost;
+  const CandidateFilter transient{structure.filter, ray, structure.transient_tree, kNoId};
+  if (structure.is_split() && TreeWalk(ray, transient, any_hit, cost).run(t_min, t_far)) return cost;
   walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
     const MovingInstance& moving = structure.moving[i];
     RayToObject to_object = moving.to_object;

@@ -9,12 +9,14 @@
 #include "accel/kdtree/binary_tree.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace kindling::accel::kd {
 
 // Sets cut_cost of an inner node whose children have theirs. `area` is relative to that of the
 // whole tree.
 inline void choose_cuts(BinaryNode& node, double area) {
+  assert(node.is_inner());
   const BinaryNode &below = node.children[0], &above = node.children[1];
   const float own = static_cast<float>(area) + (below.cut_cost[2] + above.cut_cost[2]);
   node.cut_cost[0] = own;
@@ -24,6 +26,7 @@ inline void choose_cuts(BinaryNode& node, double area) {
 // Returns true if an inner node joins the wide node of its parent. `levels`: levels, 1 or 2, that
 // still fit below the parent.
 [[nodiscard]] inline bool joins_parent(const BinaryNode& node, uint32_t levels) {
+  assert(node.is_inner() && (levels == 1 || levels == 2));
   return node.cut_cost[levels] < node.cut_cost[0];
 }
 

@@ -3,6 +3,7 @@
 #include "accel/kdtree/deforming/moving_block.h"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 
@@ -46,7 +47,7 @@ class MovingBlockBuilder {
     }
     corners_[triangles_] = static_cast<uint16_t>(corners);
     primitives_[triangles_] = geometry.first_primitive + triangle;
-    asking_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
+    filtered_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
     ++triangles_;
     return true;
   }
@@ -56,14 +57,14 @@ class MovingBlockBuilder {
     const size_t first = out.size();
     out.resize(first + MovingBlock::units_for(vertices_, triangles_, keys_.count), LeafUnit{});
     uint32_t* words = out[first].words.data();
-    *words++ = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | asking_ << 16;
+    *words++ = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | filtered_ << 16;
     *words++ = keys_.segments | keys_.first << 8 | keys_.count << 16;
     for (uint32_t key = 0; key < keys_.count; ++key)
       for (int axis = 0; axis < 3; ++axis)
         for (uint32_t i = 0; i < vertices_; ++i) std::memcpy(words++, &position(i, key)[axis], sizeof(float));
     std::memcpy(words, corners_.data(), triangles_ * sizeof(uint16_t));
     std::memcpy(words + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
-    vertices_ = triangles_ = asking_ = 0;
+    vertices_ = triangles_ = filtered_ = 0;
   }
 
  private:
@@ -101,13 +102,14 @@ class MovingBlockBuilder {
   std::array<Vertex, kBlockVertices> vertex_;
   std::array<uint16_t, kBlockTriangles> corners_{};
   std::array<uint32_t, kBlockTriangles> primitives_{};
-  uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
+  uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
 };
 
 } // namespace
 
 void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                         const TimeSlice& slice, std::vector<LeafUnit>& out) {
+  assert(!references.empty());
   MovingBlockBuilder block(slice);
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
   std::vector<LeafReference> waiting; // triangles that do not fit wait for the next block

@@ -15,6 +15,7 @@
 #include "accel/motion.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,7 +30,7 @@ class MovingBlock {
   [[nodiscard]] uint32_t vertex_count() const { return words_[0] & 31U; }
   [[nodiscard]] uint32_t triangle_count() const { return (words_[0] >> 5) & 31U; }
   [[nodiscard]] bool is_last() const { return (words_[0] & LeafBlock::kMore) == 0; }
-  [[nodiscard]] uint32_t asking() const { return words_[0] >> 16; }
+  [[nodiscard]] uint32_t filtered() const { return words_[0] >> 16; }
   [[nodiscard]] uint32_t key_count() const { return (words_[1] >> 16) & 255U; }
 
   // Returns the key interval of a time in the slice, with the arithmetic of key_interval() for the
@@ -37,17 +38,20 @@ class MovingBlock {
   [[nodiscard]] KeyInterval interval_at(float time) const {
     const uint32_t segments = words_[1] & 255U, first = (words_[1] >> 8) & 255U;
     KeyInterval at = key_interval(time, segments);
+    assert(at.first >= first);
     at.first = std::min(at.first - first, key_count() - 2);
     return at;
   }
   // Returns vertex_count() coordinates at a key of the block.
   [[nodiscard]] const float* row(uint32_t key, uint32_t axis) const {
+    assert(key < key_count() && axis < 3);
     return reinterpret_cast<const float*>(words_ + 2 + (3 * key + axis) * vertex_count());
   }
   [[nodiscard]] const uint16_t* corners() const {
     return reinterpret_cast<const uint16_t*>(words_ + 2 + 3 * key_count() * vertex_count());
   }
   [[nodiscard]] uint32_t primitive(uint32_t triangle) const {
+    assert(triangle < triangle_count());
     return words_[2 + 3 * key_count() * vertex_count() + (triangle_count() + 1) / 2 + triangle];
   }
   [[nodiscard]] uint32_t unit_count() const { return units_for(vertex_count(), triangle_count(), key_count()); }

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -64,7 +65,7 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const float extent = box.max[axis] - box.min[axis];
   const double near = 0.02 * extent + std::numeric_limits<float>::min();
-  double weights = 0.0, ways = 0.0;
+  double weights = 0.0, displacements = 0.0;
   float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
   bool any_below = false, any_above = false;
   const Imath::V3f* bound = nullptr; // positions at both ends of the slice
@@ -77,7 +78,8 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
     const double distance = std::max({0.0f, from - split.position, split.position - to}) + near;
     const double weight = 1.0 / (distance * distance);
     weights += weight;
-    ways += weight * 0.5 * ((r.low[1][axis] - r.low[0][axis]) + static_cast<double>(r.high[1][axis] - r.high[0][axis]));
+    displacements +=
+        weight * 0.5 * ((r.low[1][axis] - r.low[0][axis]) + static_cast<double>(r.high[1][axis] - r.high[0][axis]));
     for (int end = 0; end < 2; ++end) {
       low[end] = std::min(low[end], r.low[end][axis]);
       high[end] = std::max(high[end], r.high[end][axis]);
@@ -92,8 +94,8 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
     const MovingPlane plane{axis, edge[0] + aside, edge[1] - edge[0]};
     if (is_inside(plane)) return plane;
   }
-  const auto way = static_cast<float>(ways / weights);
-  MovingPlane average{axis, split.position - 0.5f * way, way};
+  const auto displacement = static_cast<float>(displacements / weights);
+  MovingPlane average{axis, split.position - 0.5f * displacement, displacement};
   if (!is_inside(average)) average = {axis, split.position, 0.0f};
   if (bound == nullptr) return average;
   const MovingPlane at_bound{axis, bound[0][axis], bound[1][axis] - bound[0][axis]};
@@ -198,7 +200,7 @@ class MovingBuilder {
     cell.divide(out.split, counts, out.below, out.above);
     node.position = plane.position;
     node.axis = static_cast<uint32_t>(axis);
-    node.set_way(plane.way);
+    node.set_displacement(plane.displacement);
     return true;
   }
 
@@ -219,6 +221,7 @@ class MovingBuilder {
     return CostModel(context_.config, cell.box).leaf_cost(references.size());
   }
   static void make_leaf(std::span<const LeafReference> references, BinaryNode& node, Worker& worker) {
+    assert(!references.empty());
     LeafReference* own = worker.arena.references.allocate(references.size());
     std::copy(references.begin(), references.end(), own);
     std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct DeformingTrees {
 
   // Returns the slice of a time in [0, 1].
   [[nodiscard]] const DeformingSlice& slice_at(float time) const {
+    assert(!slices.empty() && time >= 0.0f && time <= 1.0f);
     const auto part = static_cast<uint32_t>(time * static_cast<float>(kMaxSlices));
     return slices[slice_of[std::min(part, kMaxSlices - 1)]];
   }

@@ -87,8 +87,8 @@ void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extre
     for (size_t i = 0; i < last; ++i)
       for (size_t k = 0; k < 3; ++k) {
         const float time = (path.fraction[i + 1] - path.fraction[i]) * (slice.end - slice.begin);
-        const float way = std::fabs(path.corners[i + 1][k][axis] - path.corners[i][k][axis]);
-        if (time > 0.0f) extremes.speed[axis] = std::max(extremes.speed[axis], way / time);
+        const float displacement = std::fabs(path.corners[i + 1][k][axis] - path.corners[i][k][axis]);
+        if (time > 0.0f) extremes.speed[axis] = std::max(extremes.speed[axis], displacement / time);
       }
   }
 }
@@ -108,21 +108,21 @@ struct HullSide {
 
 // Replaces each face by the bound that is tighter at the middle of the slice; both are valid at all
 // times.
-void narrow(MovingReference& part, const HullSide& side, const V3f& way, const V3f& margin) {
+void narrow(MovingReference& part, const HullSide& side, const V3f& displacement, const V3f& margin) {
   for (int k = 0; k < 3; ++k) {
     const auto low = static_cast<float>(side.low[k]) - margin[k], high = static_cast<float>(side.high[k]) + margin[k];
-    if (low + 0.5f * way[k] > part.low_at_middle(k)) {
+    if (low + 0.5f * displacement[k] > part.low_at_middle(k)) {
       part.low[0][k] = low;
-      part.low[1][k] = low + way[k];
+      part.low[1][k] = low + displacement[k];
     }
-    if (high + 0.5f * way[k] < part.high_at_middle(k)) {
+    if (high + 0.5f * displacement[k] < part.high_at_middle(k)) {
       part.high[0][k] = high;
-      part.high[1][k] = high + way[k];
+      part.high[1][k] = high + displacement[k];
     }
   }
 }
 
-constexpr size_t kMaxSamplesOfHull = 3; // a hull of more samples has too many edges
+constexpr size_t kMaxHullSamples = 3; // a hull of more samples has too many edges
 
 } // namespace
 
@@ -179,10 +179,10 @@ Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const 
   bool above = true, below = true;
   for (size_t k = 0; k < 3; ++k) {
     const uint32_t vertex = mesh.indices[3 * static_cast<size_t>(reference.triangle) + k];
-    const float position = first[vertex][axis], end = second[vertex][axis], way = end - position;
-    above = above && ((position >= plane.position && way >= plane.way) ||
+    const float position = first[vertex][axis], end = second[vertex][axis], displacement = end - position;
+    above = above && ((position >= plane.position && displacement >= plane.displacement) ||
                       (position - margin >= plane.position && end - margin >= plane.at_end()));
-    below = below && ((position <= plane.position && way <= plane.way) ||
+    below = below && ((position <= plane.position && displacement <= plane.displacement) ||
                       (position + margin <= plane.position && end + margin <= plane.at_end()));
   }
   return above ? Side::above : below ? Side::below : Side::both;
@@ -204,17 +204,18 @@ SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& re
     parts.above.low[1][axis] = plane.at_end();
   }
   const Path path(meshes.geometries[reference.geometry], reference.triangle, meshes.slice);
-  if (path.count > kMaxSamplesOfHull) return parts;
+  if (path.count > kMaxHullSamples) return parts;
 
-  V3f way(0);
+  V3f displacement(0);
   const auto& first = path.corners[0];
   const auto& last = path.corners[path.count - 1];
-  for (size_t k = 0; k < 3; ++k) way += (last[k] - first[k]) * (1.0f / 3.0f);
-  way[axis] = plane.way;
-  std::array<V3d, 3 * kMaxSamplesOfHull> points;
+  for (size_t k = 0; k < 3; ++k) displacement += (last[k] - first[k]) * (1.0f / 3.0f);
+  displacement[axis] = plane.displacement;
+  std::array<V3d, 3 * kMaxHullSamples> points;
   size_t count = 0;
   for (size_t i = 0; i < path.count; ++i)
-    for (const V3f& p : path.corners[i]) points[count++] = V3d(p) - V3d(way) * static_cast<double>(path.fraction[i]);
+    for (const V3f& p : path.corners[i])
+      points[count++] = V3d(p) - V3d(displacement) * static_cast<double>(path.fraction[i]);
   HullSide below, above;
   const double at = plane.position, slack = meshes.margin[axis];
   for (size_t i = 0; i < count; ++i) {
@@ -231,8 +232,8 @@ SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& re
   }
   parts.in_below = !below.empty();
   parts.in_above = !above.empty();
-  if (parts.in_below) narrow(parts.below, below, way, meshes.margin);
-  if (parts.in_above) narrow(parts.above, above, way, meshes.margin);
+  if (parts.in_below) narrow(parts.below, below, displacement, meshes.margin);
+  if (parts.in_above) narrow(parts.above, above, displacement, meshes.margin);
   return parts;
 }
 

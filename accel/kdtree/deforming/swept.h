@@ -8,6 +8,7 @@
 #include <ImathVec.h>
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,16 +25,19 @@ struct TimeSlice {
     return which == 0 ? TimeSlice{begin, middle} : TimeSlice{middle, end};
   }
   // Exact if the ends are multiples of 1/256.
-  [[nodiscard]] float fraction_of(float time) const { return (time - begin) * (1.0f / (end - begin)); }
+  [[nodiscard]] float fraction_of(float time) const {
+    assert(begin < end);
+    return (time - begin) * (1.0f / (end - begin));
+  }
 };
 
 // A moving plane perpendicular to an axis: at fraction f of the slice it is at position +
 // displacement * f.
 struct MovingPlane {
   int axis = 0;
-  float position = 0.0f, way = 0.0f;
+  float position = 0.0f, displacement = 0.0f;
 
-  [[nodiscard]] float at_end() const { return position + way; }
+  [[nodiscard]] float at_end() const { return position + displacement; }
   [[nodiscard]] float at_middle() const { return 0.5f * (position + at_end()); }
 };
 

@@ -15,10 +15,12 @@
 #include "accel/kdtree/tables.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

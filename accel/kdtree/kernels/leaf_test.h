@@ -25,9 +25,9 @@ inline RayShear shear_of(const Ray& ray) {
   shear.ky = axes[1];
   shear.kz = axes[2];
   const float dz = d[shear.kz];
-  Quad quotients = Quad{d.x, d.y, d.z, 1.0f} / Quad{dz, dz, dz, dz};
+  Float4 quotients = Float4{d.x, d.y, d.z, 1.0f} / Float4{dz, dz, dz, dz};
   float shears[4];
-  std::memcpy(shears, &quotients, sizeof(Quad));
+  std::memcpy(shears, &quotients, sizeof(Float4));
   shear.sx = shears[shear.kx];
   shear.sy = shears[shear.ky];
   shear.sz = shears[3];
@@ -37,26 +37,26 @@ inline RayShear shear_of(const Ray& ray) {
 
 // The vertices of a block in the sheared space of a ray.
 struct ShearedVertices {
-  Float16 x, y, z;
+  Lanes16 x, y, z;
 
   ShearedVertices(const LeafBlock& block, const RayShear& ray)
-      : x(Float16::load(block.row(static_cast<uint32_t>(ray.kx))) - Float16(ray.origin.x)),
-        y(Float16::load(block.row(static_cast<uint32_t>(ray.ky))) - Float16(ray.origin.y)),
-        z(Float16::load(block.row(static_cast<uint32_t>(ray.kz))) - Float16(ray.origin.z)) {
-    x = x - Float16(ray.sx) * z;
-    y = y - Float16(ray.sy) * z;
+      : x(Lanes16::load(block.row(static_cast<uint32_t>(ray.kx))) - Lanes16(ray.origin.x)),
+        y(Lanes16::load(block.row(static_cast<uint32_t>(ray.ky))) - Lanes16(ray.origin.y)),
+        z(Lanes16::load(block.row(static_cast<uint32_t>(ray.kz))) - Lanes16(ray.origin.z)) {
+    x = x - Lanes16(ray.sx) * z;
+    y = y - Lanes16(ray.sy) * z;
   }
   // Vertices at a time, interpolated between two keys as by between() in accel/motion.h.
   ShearedVertices(const MovingBlock& block, const RayShear& ray, float time) {
     const KeyInterval at = block.interval_at(time);
     const auto row = [&](int axis, float origin) {
-      const Float16 first = Float16::load(block.row(at.first, static_cast<uint32_t>(axis))),
-                    second = Float16::load(block.row(at.first + 1, static_cast<uint32_t>(axis)));
-      return (first + (second - first) * Float16(at.fraction)) - Float16(origin);
+      const Lanes16 first = Lanes16::load(block.row(at.first, static_cast<uint32_t>(axis))),
+                    second = Lanes16::load(block.row(at.first + 1, static_cast<uint32_t>(axis)));
+      return (first + (second - first) * Lanes16(at.fraction)) - Lanes16(origin);
     };
     z = row(ray.kz, ray.origin.z);
-    x = row(ray.kx, ray.origin.x) - Float16(ray.sx) * z;
-    y = row(ray.ky, ray.origin.y) - Float16(ray.sy) * z;
+    x = row(ray.kx, ray.origin.x) - Lanes16(ray.sx) * z;
+    y = row(ray.ky, ray.origin.y) - Lanes16(ray.sy) * z;
   }
 };
 
@@ -64,17 +64,18 @@ struct ShearedVertices {
 // inside triangle i. That includes det = 0, where all three edge functions are zero: the distance
 // is 0 / 0 then, and NaN lies in no interval.
 struct TriangleTest {
-  WideFloat e0, e1, e2, det;
-  WideInt a, b, c; // corners
+  WideLanes e0, e1, e2, det;
+  WideIntLanes a, b, c; // corners
   uint32_t inside;
 
   TriangleTest(const ShearedVertices& vertices, const uint16_t* corners, uint32_t count) {
-    a = WideInt::load(corners);
+    assert(count >= 1 && count <= kLanes);
+    a = WideIntLanes::load(corners);
     b = shift_right<4>(a);
     c = shift_right<8>(a);
-    const WideFloat ax = pick(vertices.x, a), bx = pick(vertices.x, b), cx = pick(vertices.x, c);
-    const WideFloat ay = pick(vertices.y, a), by = pick(vertices.y, b), cy = pick(vertices.y, c);
-    const WideFloat zero(0.0f);
+    const WideLanes ax = pick(vertices.x, a), bx = pick(vertices.x, b), cx = pick(vertices.x, c);
+    const WideLanes ay = pick(vertices.y, a), by = pick(vertices.y, b), cy = pick(vertices.y, c);
+    const WideLanes zero(0.0f);
     e0 = cx * by - cy * bx;
     e1 = ax * cy - ay * cx;
     e2 = bx * ay - by * ax;
@@ -83,9 +84,9 @@ struct TriangleTest {
              ((1U << count) - 1U); // lanes past the last triangle are undefined
   }
   // Returns distances along the ray.
-  [[nodiscard]] WideFloat distance(const ShearedVertices& vertices, float sz) const {
-    const WideFloat az = pick(vertices.z, a), bz = pick(vertices.z, b), cz = pick(vertices.z, c);
-    return (((e0 * az + e1 * bz) + e2 * cz) * WideFloat(sz)) / det;
+  [[nodiscard]] WideLanes distance(const ShearedVertices& vertices, float sz) const {
+    const WideLanes az = pick(vertices.z, a), bz = pick(vertices.z, b), cz = pick(vertices.z, c);
+    return (((e0 * az + e1 * bz) + e2 * cz) * WideLanes(sz)) / det;
   }
 };
 
@@ -93,7 +94,7 @@ struct TriangleTest {
 struct alignas(64) TestedBlock {
   std::array<float, kBlockTriangles> t, e1, e2, det;
 
-  void store(uint32_t first, WideFloat distance, const TriangleTest& test) {
+  void store(uint32_t first, WideLanes distance, const TriangleTest& test) {
     distance.store(&t[first]);
     test.e1.store(&e1[first]);
     test.e2.store(&e2[first]);
@@ -115,7 +116,7 @@ inline bool take_candidates(const Block& block, uint32_t hit, const TestedBlock&
     // leaf.
     if (best.is_hit() && t == best.t && primitive >= best.primitive) continue;
     const TreeHit candidate{t, tested.e1[i] / tested.det[i], tested.e2[i] / tested.det[i], primitive};
-    if (((block.asking() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
+    if (((block.filtered() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
     best = candidate;
     t_far = candidate.t;
     if (kAny) return true;
@@ -135,7 +136,7 @@ inline bool for_each_group(const Block& block, const F& f) {
 }
 
 // Tag for a static tree; carries no state.
-struct Still {
+struct Static {
   using Block = LeafBlock;
   [[nodiscard]] static ShearedVertices vertices_of(const LeafBlock& block, const RayShear& ray) { return {block, ray}; }
 };
@@ -163,8 +164,8 @@ template <bool kAny, class Motion>
       const TriangleTest test(vertices, block.corners() + first, count);
       // Computed even if the line misses every triangle: that is true of half of all blocks and
       // cannot be predicted.
-      const WideFloat t = test.distance(vertices, ray.sz);
-      const uint32_t mask = test.inside & above(t, WideFloat(t_min)) & at_most(t, WideFloat(t_far));
+      const WideLanes t = test.distance(vertices, ray.sz);
+      const uint32_t mask = test.inside & above(t, WideLanes(t_min)) & at_most(t, WideLanes(t_far));
       if (mask == 0) return false;
       TestedBlock tested;
       tested.store(first, t, test);

@@ -13,8 +13,8 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 // Returns true if the ray enters the box of an instance at its time, which is far cheaper to test
 // than inverting a matrix.
 inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ray& ray, float enter, float leave) {
-  return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, origin_quad(ray),
-                     Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray), enter, leave);
+  return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, load_origin(ray),
+                     Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray), enter, leave);
 }
 
 template <bool kAny>

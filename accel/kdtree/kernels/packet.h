@@ -43,7 +43,7 @@ class Packet {
 
   // Returns true if many of the rays traced since start_batch() have left their packets, so that a
   // stream is faster.
-  [[nodiscard]] bool falls_apart() const { return kAny && lone_ * 4 > traced_; }
+  [[nodiscard]] bool is_incoherent() const { return kAny && lone_ * 4 > traced_; }
   void start_batch() { lone_ = traced_ = 0; }
 
   // Traces the first kCount registers, whose rays must be of one class.
@@ -57,7 +57,7 @@ class Packet {
       enters |= rays_[r].clip_to_bounds(scene_.tree.clip_bounds, cell.enter[r], cell.leave[r]);
     });
     for (uint32_t k = 0; k < 3; ++k) down_[k] = rays_[0].points_down(k) ? 1 : 0;
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = cell.leave[r] * Float16(kWiden); });
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = cell.leave[r] * Lanes16(kWiden); });
     if (enters != 0) walk<kCount>(rays_, cell, scene_.tree.root, 1);
   }
 
@@ -75,7 +75,7 @@ class Packet {
   // kWiden.
   template <uint32_t kCount>
   struct alignas(64) Cell {
-    Float16 enter[kCount], leave[kCount];
+    Lanes16 enter[kCount], leave[kCount];
   };
   template <uint32_t kCount>
   struct Entry {
@@ -108,7 +108,7 @@ class Packet {
         heap = 1;
       }
       if (child != kEmptyChild && test_leaf<kCount>(rays, child, cell)) return;
-      Float16 end[kCount];
+      Lanes16 end[kCount];
       for_each<kCount>([&](auto r) __attribute__((always_inline)) { end[r] = rays[r].end(); });
       uint32_t alive;
       do {
@@ -117,7 +117,7 @@ class Packet {
         alive = 0;
         for_each<kCount>([&](auto r) __attribute__((always_inline)) {
           cell.enter[r] = entry.cell.enter[r];
-          cell.leave[r] = min(entry.cell.leave[r], end[r] * Float16(kWiden));
+          cell.leave[r] = min(entry.cell.leave[r], end[r] * Lanes16(kWiden));
           alive |= at_most(cell.enter[r], end[r]);
         });
         child = entry.child;
@@ -172,12 +172,12 @@ class Packet {
         heap *= 2;
         continue;
       }
-      const Float16 at(plane);
-      Float16 near_leave[kCount], far_enter[kCount];
+      const Lanes16 at(plane);
+      Lanes16 near_leave[kCount], far_enter[kCount];
       uint32_t to_near = 0, to_far = 0;
       for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-        const Float16 t = rays[r].distance(at, axis);
-        near_leave[r] = min(t * Float16(kWiden), cell.leave[r]);
+        const Lanes16 t = rays[r].distance(at, axis);
+        near_leave[r] = min(t * Lanes16(kWiden), cell.leave[r]);
         far_enter[r] = max(t, cell.enter[r]);
         to_near |= at_most(cell.enter[r], near_leave[r]);
         to_far |= at_most(far_enter[r], cell.leave[r]);
@@ -190,6 +190,7 @@ class Packet {
         for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.enter[r] = far_enter[r]; });
         heap = far;
       } else {
+        assert(top <= kMaxDepth);
         Entry<kCount>& entry = stack[top];
         const bool outside = far >= kWideLanes;
         entry.child = outside ? node.child[far & (kWideLanes - 1)] : number;
@@ -213,7 +214,7 @@ class Packet {
     uint32_t active[kCount], all = 0; // rays of registers that are tested together
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       active[r] = at_most(cell.enter[r], cell.leave[r]) & at_most(cell.enter[r], rays[r].end());
-      if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kFewRays) {
+      if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kMinLeafRays) {
         rays[r].test_leaf(scene_, unit, active[r]);
         active[r] = 0;
       }
@@ -259,8 +260,8 @@ class Packet {
 template <bool kAny, class Finish, class Rest>
 inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<const Ray> rays, const Finish& finish,
                           const Rest& rest) {
-  constexpr size_t kMax = 256;    // rays sorted at once; their indices are stored in bytes
-  constexpr uint32_t kFewest = 4; // minimum number of rays in a packet
+  constexpr size_t kMax = 256;           // rays sorted at once; their indices are stored in bytes
+  constexpr uint32_t kMinPacketRays = 4; // minimum number of rays in a packet
   constexpr uint32_t kGroup = kPacketRegisters * kRayLanes;
   if (tree.root == kEmptyChild) return;
   Packet<kAny> packet(tree, filter);
@@ -290,7 +291,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
         found[r] = packet.rays(r).classes();
         common.add(found[r]);
       }
-      if (count - k >= kGroup && common.agree() && !packet.falls_apart()) {
+      if (count - k >= kGroup && common.agree() && !packet.is_incoherent()) {
         packet.template trace<kPacketRegisters>();
         for (uint32_t r = 0; r < kPacketRegisters; ++r) deliver(r, number(r));
         continue;
@@ -311,7 +312,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
       const uint32_t end = start[c + 1];
       for (uint32_t k = start[c]; k < end;) {
         const uint32_t size = std::min(end - k, kGroup);
-        if (size < kFewest || packet.falls_apart()) {
+        if (size < kMinPacketRays || packet.is_incoherent()) {
           for (; k < end; ++k) apart[apart_count++] = static_cast<uint32_t>(first) + order[k];
           break;
         }

@@ -3,9 +3,9 @@
 // KINDLING_SIMD_LEVEL as its level (512, 2 or 0).
 //
 // Operations are IEEE single precision without contraction. min and max return the second operand
-// if either is NaN. Float8 and Int8 have eight lanes, the children of a wide node. Float16 has
-// sixteen, the vertices of a leaf block or the rays of a packet, in one register or two. WideFloat
-// and WideInt have kLanes, the number of triangles that the target tests at once.
+// if either is NaN. Lanes8 and IntLanes8 have eight lanes, the children of a wide node. Lanes16 has
+// sixteen, the vertices of a leaf block or the rays of a packet, in one register or two. WideLanes
+// and WideIntLanes have kLanes, the number of triangles that the target tests at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,21 +20,18 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Transposes four vectors: out[i] receives lane i of each.
-inline void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4>& out) {
-  const Quad ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
-  const Quad cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-  const std::array<Quad, 4> lanes = {
-      __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5), __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7),
-      __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5), __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7)};
-  for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Quad));
+inline void transpose(Float4 a, Float4 b, Float4 c, Float4 d, const std::array<float*, 4>& out) {
+  Float4 lanes[4] = {a, b, c, d};
+  accel::transpose(lanes);
+  for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Float4));
 }
 
 #if KINDLING_SIMD_LEVEL != 512
 
-template <class QuadAt>
-inline void transpose16(const QuadAt& quad_at, const std::array<float*, 4>& out) {
+template <class VectorAt>
+inline void transpose16(const VectorAt& vector_at, const std::array<float*, 4>& out) {
   for (uint32_t i = 0; i < 16; i += 4)
-    transpose(quad_at(i), quad_at(i + 1), quad_at(i + 2), quad_at(i + 3),
+    transpose(vector_at(i), vector_at(i + 1), vector_at(i + 2), vector_at(i + 3),
               {out[0] + i, out[1] + i, out[2] + i, out[3] + i});
 }
 inline uint32_t numbers_above(const float* lanes, uint32_t x) {

@@ -24,7 +24,7 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 // first-level cache.
 inline constexpr uint32_t kStreamSlots = 64;
 // Smaller batches are faster as single rays.
-inline constexpr size_t kSmallestStream = 4;
+inline constexpr size_t kMinStreamRays = 4;
 // Number of cache lines prefetched of a leaf block; a full one has five.
 inline constexpr size_t kBlockLines = 4;
 
@@ -101,6 +101,7 @@ class Stream {
       }
       const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
       waiting_ &= waiting_ - 1;
+      assert(queue.count < kStreamSlots);
       const uint32_t offset = free_[--free_count_];
       Slot& taken = slot(offset);
       std::memcpy(&taken.at, &prepared_.rays[i], sizeof(PreparedRay));
@@ -127,7 +128,7 @@ class Stream {
     next_ += part.size();
     // Rays that may lie in a plane visit cells in another order than frames store them.
     for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1)
-      trace_number<kAny>(tree_, filter_, rays, first_prepared_ + static_cast<size_t>(std::countr_zero(apart)), finish);
+      trace_indexed<kAny>(tree_, filter_, rays, first_prepared_ + static_cast<size_t>(std::countr_zero(apart)), finish);
   }
 
   // Selects b if the condition holds, else a, without a branch.
@@ -141,9 +142,9 @@ class Stream {
   // done_. A queue may be sorted into itself from its beginning.
   void sort(Queue& from, uint32_t count, uint32_t& nodes, uint32_t& leaves) {
     for (uint32_t k = 0; k < count; k += kLanes) {
-      const WideInt slots = WideInt::load(&from.slot[k]), child = WideInt::load(&from.child[k]);
-      const WideFloat enter = WideFloat::load(&from.enter[k]), far = WideFloat::load(&from.far[k]),
-                      leave = min(WideFloat::load(&from.leave[k]), far);
+      const WideIntLanes slots = WideIntLanes::load(&from.slot[k]), child = WideIntLanes::load(&from.child[k]);
+      const WideLanes enter = WideLanes::load(&from.enter[k]), far = WideLanes::load(&from.far[k]),
+                      leave = min(WideLanes::load(&from.leave[k]), far);
       const uint32_t used = count - k < kLanes ? (1U << (count - k)) - 1U : ~0U >> (32 - kLanes);
       const uint32_t alive = at_most(enter, far) & used, leaf = top_bits(child);
       const CompressWide to_nodes(alive & ~leaf), to_leaves(alive & leaf), to_done(used & ~alive);
@@ -177,27 +178,28 @@ class Stream {
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
       const WideNode& node = tree_.nodes[queue.child[k]];
-      const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
-      const Float8 reciprocal = permute(Float8::load_twice(s.at.reciprocal.data()), axes);
-      const Float8 origin = permute(Float8::load_twice(s.at.origin.data()), axes);
-      ((Float8::load(node.planes.data()) - origin) * reciprocal).store(s.t.data());
+      const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+      const Lanes8 reciprocal = permute(Lanes8::load_twice(s.at.reciprocal.data()), axes);
+      const Lanes8 origin = permute(Lanes8::load_twice(s.at.origin.data()), axes);
+      ((Lanes8::load(node.planes.data()) - origin) * reciprocal).store(s.t.data());
       signs[k] = static_cast<uint8_t>(sign_bits(reciprocal));
     }
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
-      const Float8 t = Float8::load(s.t.data());
-      const Int8 order = Int8::from_bytes(tables::kNearFirst[signs[k]]);
-      const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
+      const Lanes8 t = Lanes8::load(s.t.data());
+      const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[signs[k]]);
+      const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                    t3 = permute(t, shift_right<3>(order));
       // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
-      const Float8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(queue.enter[k]), t1), t2), t3);
-      const Float8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(queue.leave[k]), t1), t2), t3);
-      const Int8 children = permute(Int8::load(tree_.nodes[queue.child[k]].child.data()), order);
+      const Lanes8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Lanes8(queue.enter[k]), t1), t2), t3);
+      const Lanes8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Lanes8(queue.leave[k]), t1), t2), t3);
+      const IntLanes8 children = permute(IntLanes8::load(tree_.nodes[queue.child[k]].child.data()), order);
+      assert(s.top < s.stack.size());
       Frame& frame = s.stack[s.top];
       enter.store(frame.enter.data());
       leave.store(frame.leave.data());
       children.store(frame.child.data());
-      entered[k] = static_cast<uint8_t>(at_most(enter, leave * Float8(kWiden)) & nonzero_bits(children));
+      entered[k] = static_cast<uint8_t>(at_most(enter, leave * Lanes8(kWiden)) & nonzero_bits(children));
     }
     for (uint32_t k = 0; k < count; ++k) {
       // Continues with the first child of the new frame or, if the ray enters none, the next child
@@ -233,13 +235,13 @@ class Stream {
     for (uint32_t k = 0; k < count; ++k) {
       const LeafBlock block = tree_.leaf_block(queue.child[k]);
       Slot& s = slot(queue.slot[k]);
-      const uint32_t mask = test_block(block, s.at, tested_[k]), asking = block.asking();
+      const uint32_t mask = test_block(block, s.at, tested_[k]), filtered = block.filtered();
       hit[k] = static_cast<uint16_t>(mask);
       rest_of[k] = select_bits(block.is_last(), queue.child[k] + block.unit_count(), 0);
       hitting[hitting_count] = static_cast<uint8_t>(k);
-      hitting_count += (kAny ? mask & asking : mask) != 0 ? 1 : 0;
+      hitting_count += (kAny ? mask & filtered : mask) != 0 ? 1 : 0;
       if (kAny) {
-        const bool ends = (mask & ~asking) != 0;
+        const bool ends = (mask & ~filtered) != 0;
         s.at.t_far = std::bit_cast<float>(
             select_bits(ends, std::bit_cast<uint32_t>(s.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
         s.best.primitive &= ~(0U - static_cast<uint32_t>(ends));
@@ -279,12 +281,12 @@ class Stream {
     uint32_t hit = 0;
     for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
-      const WideFloat t = test.distance(vertices, shear.sz);
+      const WideLanes t = test.distance(vertices, shear.sz);
       if (!kAny) out.store(first, t, test);
-      hit |= (test.inside & above(t, WideFloat(ray.t_min)) & at_most(t, WideFloat(ray.t_far))) << first;
+      hit |= (test.inside & above(t, WideLanes(ray.t_min)) & at_most(t, WideLanes(ray.t_far))) << first;
       return false;
     });
-    if (kAny && (hit & block.asking()) != 0) [[unlikely]]
+    if (kAny && (hit & block.filtered()) != 0) [[unlikely]]
       for_each_group(block, [&](uint32_t first, uint32_t count) {
         const TriangleTest test(vertices, block.corners() + first, count);
         out.store(first, test.distance(vertices, shear.sz), test);
