@@ -141,7 +141,7 @@ float StartedRay::world_t(const Ray& world, float t) const {
 }
 
 std::optional<StartedRay> start_at_bounds(const Ray& ray, const Imath::Box3f& bounds) {
-  assert(can_hit(ray));
+  assert(ray.direction != Imath::V3f(0.0f));
   if (bounds.isEmpty()) return std::nullopt;
   double largest = 0.0;
   for (int k = 0; k < 3; ++k)

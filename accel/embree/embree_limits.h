@@ -38,7 +38,8 @@ struct StartedRay {
   // Converts a distance to one of the world ray, clamped to its (t_min, t_max].
   [[nodiscard]] float world_t(const Ray& world, float t) const;
 };
-// Returns nullopt if the ray misses the bounds within its interval. `ray` must satisfy can_hit().
+// Returns nullopt if the ray misses the bounds within its interval. `ray` must be finite, with a
+// direction that is not zero.
 [[nodiscard]] std::optional<StartedRay> start_at_bounds(const Ray& ray, const Imath::Box3f& bounds);
 
 } // namespace kindling::accel::embree

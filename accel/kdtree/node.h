@@ -52,9 +52,10 @@ struct Tree {
   AlignedArray<LeafUnit> leaves;                  // contiguous blocks: LeafBlock, or MovingBlock in deforming trees
   ChildWord root = kEmptyChild;
   Imath::Box3f bounds; // exact; of a deforming tree, slightly enlarged, for all times of its slice
-  Imath::Box3f
-      clip_bounds; // slightly enlarged bounds that rays are clipped to; in a deforming tree, at the begin of the slice
-  Imath::Box3f clip_bounds_at_end;  // deforming tree only: clip_bounds at the end of the slice
+  // Slightly enlarged bounds that rays are clipped to; in a deforming tree those at the begin of
+  // the slice, interpolated to those at its end.
+  Imath::Box3f clip_bounds;
+  Imath::Box3f clip_bounds_at_end;  // of a deforming tree
   std::vector<Geometry> geometries; // sorted by first_primitive
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 

@@ -37,8 +37,8 @@ struct Structure {
   HitFilter filter;
   Tree world_tree;     // static geometry under identity transforms; if the world is split, only persistent meshes
   Tree transient_tree; // if the world is split, its other meshes; else empty
-  std::vector<Tree>
-      group_trees; // trees of static meshes by group; empty if no transformed or moving instance uses them
+  // Trees of static meshes by group; empty if no transformed or moving instance uses them.
+  std::vector<Tree> group_trees;
   std::vector<TransformedInstance> transformed;
   InstanceLevel instance_level; // over `transformed`
 

@@ -73,7 +73,7 @@ struct PreparedRays {
   }
 
  private:
-  // Writes four lanes of sixteen rays, one float4 to each ray.
+  // Writes four lanes of sixteen rays, one Float4 to each ray.
   void scatter(const float (&xyz)[3][kRayLanes], const Lanes16& w, size_t offset) {
     alignas(64) float last[kRayLanes];
     w.store(last);
