@@ -1,14 +1,16 @@
-// Instance transforms as the accelerators use them: rays to object space, boxes to world space.
+// Ray loads as SIMD vectors, and instance transforms: rays to object space, boxes to world space.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/accelerator.h"
+#include "accel/vectors.h"
 
 #include <ImathBox.h>
 #include <ImathMatrix.h>
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -17,30 +19,28 @@
 
 namespace kindling::accel {
 
-// Four floats that live in one register; lanes x, y, z and one to spare.
-using Quad = float __attribute__((vector_size(16)));
-
-// A ray is two of them: (origin, t_min) and (direction, t_max). One wide access each, since narrow stores that are soon
-// loaded as a quadword stall.
+// A ray begins with two 16-byte vectors: (origin, t_min) and (direction, t_max). Each is read by
+// one wide load, since narrow stores followed by a wide load of the same bytes stall.
 static_assert(offsetof(Ray, t_min) == 12 && offsetof(Ray, direction) == 16 && offsetof(Ray, t_max) == 28);
-[[nodiscard]] inline Quad origin_quad(const Ray& ray) {
-  Quad quad;
-  std::memcpy(&quad, reinterpret_cast<const char*>(&ray), sizeof(Quad));
-  return quad;
+[[nodiscard]] inline Float4 load_origin(const Ray& ray) {
+  Float4 vector;
+  std::memcpy(&vector, reinterpret_cast<const char*>(&ray), sizeof(Float4));
+  return vector;
 }
-[[nodiscard]] inline Quad direction_quad(const Ray& ray) {
-  Quad quad;
-  std::memcpy(&quad, reinterpret_cast<const char*>(&ray) + offsetof(Ray, direction), sizeof(Quad));
-  return quad;
+[[nodiscard]] inline Float4 load_direction(const Ray& ray) {
+  Float4 vector;
+  std::memcpy(&vector, reinterpret_cast<const char*>(&ray) + offsetof(Ray, direction), sizeof(Float4));
+  return vector;
 }
 
 [[nodiscard]] inline bool is_identity(const Imath::M44f& m) { return m == Imath::M44f(); }
 
-// Takes a world ray into the object space of an instance. The direction is not normalized, so t means the same in both.
+// Transforms a world ray into the object space of an instance. The direction is not normalized, so
+// t means the same in both spaces.
 class RayToObject {
  public:
-  // Inverts in double precision. False if the matrix is not finite, singular, or shrinks by more than 1e12: nothing of that
-  // instance can be hit.
+  // Inverts in double precision. Returns false if the matrix is not finite, singular, or shrinks by
+  // more than 1e12; nothing of that instance can be hit.
   [[nodiscard]] bool set_inverse_of(const Imath::M44f& object_to_world) {
     const Imath::M44d m(object_to_world);
     const double c00 = m[1][1] * m[2][2] - m[1][2] * m[2][1], c01 = m[0][2] * m[2][1] - m[0][1] * m[2][2],
@@ -60,37 +60,39 @@ class RayToObject {
         origin -= m[3][row] * value;
         finite = finite && std::fabs(value) <= 1e12;
       }
-      float& moved = rows_[static_cast<size_t>(9 + column)];
-      moved = static_cast<float>(origin);
-      finite = finite && std::isfinite(moved);
+      float& translation = rows_[static_cast<size_t>(9 + column)];
+      translation = static_cast<float>(origin);
+      finite = finite && std::isfinite(translation);
     }
     return finite;
   }
 
   [[nodiscard]] Ray operator()(const Ray& ray) const {
     Ray out = ray;
-    Quad origin = ray.origin.x * row(0) + ray.origin.y * row(1) + ray.origin.z * row(2) + row(3);
-    Quad direction = ray.direction.x * row(0) + ray.direction.y * row(1) + ray.direction.z * row(2);
+    Float4 origin = ray.origin.x * row(0) + ray.origin.y * row(1) + ray.origin.z * row(2) + row(3);
+    Float4 direction = ray.direction.x * row(0) + ray.direction.y * row(1) + ray.direction.z * row(2);
     origin[3] = ray.t_min;
     direction[3] = ray.t_max;
-    std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
-    std::memcpy(reinterpret_cast<char*>(&out) + offsetof(Ray, direction), &direction, sizeof(Quad));
+    std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Float4));
+    std::memcpy(reinterpret_cast<char*>(&out) + offsetof(Ray, direction), &direction, sizeof(Float4));
     return out;
   }
 
  private:
-  // Its fourth lane has what stands behind: a finite number that is not used.
-  [[nodiscard]] Quad row(size_t number) const {
-    Quad quad;
-    std::memcpy(&quad, rows_.data() + 3 * number, sizeof(Quad));
-    return quad;
+  // The fourth lane is the first float of the next row: finite and never used.
+  [[nodiscard]] Float4 row(size_t number) const {
+    assert(number < 4);
+    Float4 vector;
+    std::memcpy(&vector, rows_.data() + 3 * number, sizeof(Float4));
+    return vector;
   }
 
-  std::array<float, 13> rows_{}; // of the inverse, for row vectors: three floats each, and a zero behind the last
+  std::array<float, 13> rows_{}; // rows of the inverse for row vectors, three floats each, then a zero
 };
 static_assert(sizeof(RayToObject) == 52);
 
-// Bounds of a transformed box, a few rounding errors larger than exact. Empty stays empty.
+// Returns the bounds of a transformed box, a few rounding errors larger than exact. Empty stays
+// empty.
 [[nodiscard]] inline Imath::Box3f transform_bounds(const Imath::M44f& m, const Imath::Box3f& box) {
   Imath::Box3f out;
   if (box.isEmpty()) return out;
@@ -111,8 +113,9 @@ static_assert(sizeof(RayToObject) == 52);
   return out;
 }
 
-// Bounds of a box that moves with a matrix interpolated between keys: at any time, a few rounding errors larger than exact. Points move
-// along straight lines between keys, so that the bounds at the keys hold all. The keys are finite.
+// Returns bounds that hold at all times for a box moving with a matrix interpolated between keys, a
+// few rounding errors larger than exact. Points move along straight lines between keys, so the
+// bounds at the keys enclose all positions. The keys must be finite.
 [[nodiscard]] inline Imath::Box3f transform_bounds(std::span<const Imath::M44f> keys, const Imath::Box3f& box) {
   Imath::Box3f out;
   if (box.isEmpty()) return out;

@@ -1,3 +1,4 @@
+// The brute-force accelerator: linear search with the scalar watertight triangle test.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/brute_force.h"
 
@@ -6,6 +7,7 @@
 #include "accel/triangle.h"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -16,7 +18,7 @@ namespace {
 
 struct CheckedMesh {
   std::vector<uint32_t> triangles; // those that can be hit
-  Imath::Box3f bounds;             // of them, at all times
+  Imath::Box3f bounds;             // of these triangles, at all times
 };
 
 struct PlacedGroup {
@@ -24,10 +26,11 @@ struct PlacedGroup {
   MeshGroup group;
   bool identity = true;
   RayToObject to_object;
-  std::vector<Imath::M44f> keys; // of a moving one
+  std::vector<Imath::M44f> keys; // matrices of a moving instance; else empty
 };
 
-// Conservative: the margin exceeds the rounding errors of the triangle test, which sees vertices relative to the origin.
+// Conservative box test: the margin exceeds the rounding errors of the triangle test, which sees
+// vertices relative to the ray origin.
 bool may_hit(const Imath::Box3f& box, const Ray& ray, float t_max) {
   float extent = 0.0f;
   for (int k = 0; k < 3; ++k)
@@ -95,9 +98,11 @@ class BruteForce final : public Accelerator {
   [[nodiscard]] Hit intersect(const Ray& ray) const override { return trace<false>(ray); }
   [[nodiscard]] bool occluded(const Ray& ray) const override { return trace<true>(ray).is_hit(); }
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    assert(hits.size() == rays.size());
     for (size_t i = 0; i < rays.size(); ++i) hits[i] = trace<false>(rays[i]);
   }
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    assert(blocked.size() == rays.size());
     for (size_t i = 0; i < rays.size(); ++i) blocked[i] = trace<true>(rays[i]).is_hit() ? 1 : 0;
   }
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
@@ -148,7 +153,7 @@ class BruteForce final : public Accelerator {
           if (!intersect_triangle(shear, positions[corner[0]], positions[corner[1]], positions[corner[2]], t_min, t_max,
                                   hit.t, hit.u, hit.v))
             continue;
-          if (best.is_hit() && hit.t == best.t) continue; // met first: the smaller ids
+          if (best.is_hit() && hit.t == best.t) continue; // a tie: the earlier triangle has the smaller ids
           hit.instance = placed.instance;
           hit.mesh = m;
           hit.triangle = triangle;

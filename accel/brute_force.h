@@ -1,4 +1,4 @@
-// The oracle: every ray against every triangle. Slow and simple; what the other accelerators are tested against.
+// The brute-force oracle: tests every ray against every triangle; slow, simple, for tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace kindling::accel {
 
-// Null only if cancelled. Ties in t go to the smallest (instance, mesh, triangle).
+// Returns null only if cancelled. Ties in t go to the smallest (instance, mesh, triangle).
 [[nodiscard]] std::unique_ptr<Accelerator> make_brute_force(const BuildInput& input, const BuildOptions& options);
 
 } // namespace kindling::accel

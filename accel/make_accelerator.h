@@ -1,4 +1,4 @@
-// Picks an accelerator by kind or name.
+// Creates an accelerator by kind, and maps kinds to names.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,17 +10,18 @@
 
 namespace kindling::accel {
 
-// Builds over the borrowed input. Null only if cancelled. Throws std::bad_alloc when memory runs out, nothing else.
-// Parallel with TBB in the caller's arena. `kept`, if any, are structures of an earlier accelerator, of which those that do not serve
-// are freed before others are built. The answers are the same with them or without.
+// Builds an accelerator over the borrowed input. Returns null only if cancelled. Throws
+// std::bad_alloc when memory runs out, nothing else. Parallel with TBB in the caller's arena.
+// `previous`: structures of an earlier accelerator, or null; those that cannot be used are freed
+// before others are built. They do not change any answer.
 [[nodiscard]] std::unique_ptr<Accelerator> make_accelerator(Kind kind, const BuildInput& input,
                                                             const BuildOptions& options = {},
-                                                            std::unique_ptr<PersistentStructures> kept = nullptr);
+                                                            std::unique_ptr<PersistentStructures> previous = nullptr);
 
-// "embree", "kdtree", "brute-force".
+// Returns "embree", "kdtree" or "brute-force".
 [[nodiscard]] std::string_view kind_name(Kind kind);
 [[nodiscard]] std::optional<Kind> kind_from_name(std::string_view name);
-// "Embree 3.13.5", "Kindling kd-tree", ...: for reports and image metadata.
+// Returns e.g. "Embree 3.13.5" or "Kindling kd-tree", for reports and image metadata.
 [[nodiscard]] std::string_view kind_description(Kind kind);
 
 } // namespace kindling::accel

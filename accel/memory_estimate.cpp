@@ -1,10 +1,11 @@
+// Memory costs per triangle and per instance, measured for each kind of accelerator.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/memory_estimate.h"
 
 namespace kindling::accel {
 namespace {
 
-// What does not depend on the input: tables, arenas, the device.
+// Memory that does not depend on the input: tables, arenas, the Embree device.
 constexpr uint64_t kFixed = 4U << 20;
 
 } // namespace
@@ -12,10 +13,13 @@ constexpr uint64_t kFixed = 4U << 20;
 MemoryCosts memory_costs(Kind kind) {
   switch (kind) {
   case Kind::brute_force: return {8, 80, 8, 80};
-  // Leaf blocks and wide nodes of up to three references for each triangle. While it is built: references of 32 bytes, twice at the top
-  // of the tree, and the binary tree. An instance has 64 bytes, and nodes of 256 for about six of them; in the build a box, and numbers.
+  // Finished: leaf blocks and wide nodes for up to three references per triangle. During the build:
+  // references of 32 bytes, twice at the top of the tree, and the binary tree. An instance has 64
+  // bytes, plus a node of 256 bytes for about six of them; during the build also a box and index
+  // arrays.
   case Kind::kdtree: return {76, 116, 175, 190};
-  // Leaves of up to four triangles with their vertices. An instance is an object of its own, with a matrix and its inverse.
+  // Leaves hold up to four triangles with their vertices. Each instance is an object with a matrix
+  // and its inverse.
   case Kind::embree: return {74, 370, 130, 480};
   }
   return {};

@@ -1,5 +1,6 @@
-// Keys over the shutter: which two a time lies between, and what is interpolated of them. All accelerators use these functions, so
-// that one vertex, or one matrix, at one time is the same bits for all.
+// Motion keys over the shutter: key intervals and linear interpolation of vertices and matrices.
+// All accelerators use these functions, so that a vertex or a matrix at a given time has the same
+// bits in all of them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +10,7 @@
 #include <ImathVec.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,28 +18,30 @@
 
 namespace kindling::accel {
 
-// Between key `first` and the next one, at `fraction` in [0, 1] of the way.
+// A position between key `first` and the next, at `fraction` in [0, 1].
 struct KeyInterval {
   uint32_t first = 0;
   float fraction = 0.0f;
 };
 
-// NaN counts as 0.
+// Clamps a time to [0, 1]; NaN becomes 0.
 [[nodiscard]] inline float clamped_time(float time) { return time > 0.0f ? std::min(time, 1.0f) : 0.0f; }
 
-// Of `segments` >= 1 intervals between as many keys and one; `time` in [0, 1]. Never leaves the keys; first grows with time.
+// Returns the interval of `time`, in [0, 1], among `segments` >= 1 intervals between keys. Never
+// leaves the keys; `first` grows monotonically with time.
 [[nodiscard]] inline KeyInterval key_interval(float time, uint32_t segments) {
+  assert(time >= 0.0f && time <= 1.0f && segments >= 1);
   const float at = time * static_cast<float>(segments);
   const uint32_t first = std::min(static_cast<uint32_t>(at), segments - 1);
   return {first, at - static_cast<float>(first)};
 }
 
-// What does not move stays what it is, to the bit.
+// Linear interpolation; equal ends give the same bits.
 [[nodiscard]] inline float between(float a, float b, float fraction) { return a + (b - a) * fraction; }
 [[nodiscard]] inline Imath::V3f between(const Imath::V3f& a, const Imath::V3f& b, float fraction) {
   return {between(a.x, b.x, fraction), between(a.y, b.y, fraction), between(a.z, b.z, fraction)};
 }
-// The last column, that of affine matrices, is left as it is.
+// Interpolates the affine part; the last column is the identity's.
 [[nodiscard]] inline Imath::M44f between(const Imath::M44f& a, const Imath::M44f& b, float fraction) {
   Imath::M44f m;
   for (int row = 0; row < 4; ++row)
@@ -45,8 +49,9 @@ struct KeyInterval {
   return m;
 }
 
-// Of at least two keys.
+// Returns the interpolated matrix; needs at least two keys. The time is clamped.
 [[nodiscard]] inline Imath::M44f matrix_at(std::span<const Imath::M44f> keys, float time) {
+  assert(keys.size() >= 2);
   const KeyInterval at = key_interval(clamped_time(time), static_cast<uint32_t>(keys.size() - 1));
   return between(keys[at.first], keys[at.first + 1], at.fraction);
 }
@@ -57,21 +62,22 @@ struct KeyInterval {
   });
 }
 
-// Moving or still.
+// Returns the matrix of a moving or static instance at a time.
 [[nodiscard]] inline Imath::M44f matrix_at(const BuildInput& input, const Instance& instance, float time) {
   return instance.motion == kNoId ? instance.object_to_world : matrix_at(input.motions[instance.motion], time);
 }
 
 [[nodiscard]] inline bool deforms(const TriangleMesh& mesh) { return !mesh.later_positions.empty(); }
-// One, or as many as there are for a mesh that deforms.
+// Returns the number of keys: 1 for a static mesh.
 [[nodiscard]] inline uint32_t key_count(const TriangleMesh& mesh) {
   return static_cast<uint32_t>(mesh.later_positions.size()) + 1;
 }
 [[nodiscard]] inline std::span<const Imath::V3f> positions_at_key(const TriangleMesh& mesh, uint32_t key) {
+  assert(key < key_count(mesh));
   return key == 0 ? mesh.positions : mesh.later_positions[key - 1];
 }
 
-// Of a mesh, deforming or still, at a time.
+// Vertex positions of a mesh at one time, interpolated on access if it deforms.
 class PositionsAt {
  public:
   PositionsAt(const TriangleMesh& mesh, float time) : first_(mesh.positions.data()), second_(first_) {

@@ -1,4 +1,4 @@
-// Which structures are those of the same meshes.
+// Keys that identify a structure by its persistent meshes, and the store of reusable structures.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,26 +12,26 @@
 
 namespace kindling::accel {
 
-// The meshes of a structure in their order: what lasts of them, and whether the filter is asked about each. Empty: not all of them last,
-// or there are none.
+// The meshes of a structure in order: their persistent ids, and whether each is opaque. Empty if
+// the structure has no meshes or any of them is not persistent.
 class PersistentMeshes {
  public:
   void add(const TriangleMesh& mesh) {
-    lasts_ = lasts_ && mesh.lasting != 0 && mesh.later_positions.empty();
-    if (!lasts_) return meshes_.clear();
-    meshes_.emplace_back(mesh.lasting, mesh.opaque);
+    all_persistent_ = all_persistent_ && mesh.persistent_id != 0 && mesh.later_positions.empty();
+    if (!all_persistent_) return meshes_.clear();
+    meshes_.emplace_back(mesh.persistent_id, mesh.opaque);
   }
   [[nodiscard]] bool empty() const { return meshes_.empty(); }
   [[nodiscard]] bool operator<(const PersistentMeshes& other) const { return meshes_ < other.meshes_; }
 
  private:
-  bool lasts_ = true;
+  bool all_persistent_ = true;
   std::vector<std::pair<uint64_t, bool>> meshes_;
 };
 
-// Structures that wait for a build over the same meshes.
+// Structures of an earlier build, stored until a build over the same meshes takes them.
 template <class T>
-class KeptBy {
+class StructureStore {
  public:
   void put(PersistentMeshes meshes, T&& structure) {
     if (!meshes.empty()) structures_.emplace(std::move(meshes), std::move(structure));

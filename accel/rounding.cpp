@@ -1,3 +1,4 @@
+// Exact triangle crossings in double precision, with error bounds of the single-precision test.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/rounding.h"
 
@@ -7,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -14,7 +16,7 @@ namespace kindling::accel {
 namespace {
 
 constexpr double kUnit = 0x1p-24;     // half an ulp of 1
-constexpr double kFlushed = 0x1p-125; // two products, each flushed to zero below the least normal number
+constexpr double kFlushed = 0x1p-125; // two products, each flushed to zero below the smallest normal number
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct ShearedVertex {
@@ -24,8 +26,8 @@ struct ShearedVertex {
 
 struct EdgeFunction {
   double value = 0.0;
-  double rounding = 0.0; // of its own operations
-  double moved = 0.0;    // by the errors of the vertices
+  double rounding = 0.0; // error of its own operations
+  double moved = 0.0;    // change due to the errors of the vertices
 };
 
 EdgeFunction edge_function(const ShearedVertex& c, const ShearedVertex& b) {
@@ -38,7 +40,7 @@ EdgeFunction edge_function(const ShearedVertex& c, const ShearedVertex& b) {
   return e;
 }
 
-// Largest coordinate of a triangle's vertices at any key.
+// Returns the largest absolute coordinate of a triangle's vertices over all keys.
 double largest_at_keys(const TriangleMesh& mesh, const uint32_t* corner) {
   double largest = 0.0;
   for (uint32_t key = 0; key < key_count(mesh); ++key)
@@ -50,10 +52,10 @@ double largest_at_keys(const TriangleMesh& mesh, const uint32_t* corner) {
 
 } // namespace
 
-TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction, const Imath::V3f& p0,
-                                 const Imath::V3f& p1, const Imath::V3f& p2, double origin_error,
-                                 double direction_error) {
-  const RayShear axes(origin, direction); // for the choice of axes alone
+TriangleJudgment judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction, const Imath::V3f& p0,
+                                const Imath::V3f& p1, const Imath::V3f& p2, double origin_error,
+                                double direction_error) {
+  const RayShear axes(origin, direction); // only for the choice of axes
   const double dz = direction[axes.kz], sx = direction[axes.kx] / dz, sy = direction[axes.ky] / dz;
   std::array<ShearedVertex, 3> v;
   double x_error = 0.0, y_error = 0.0, z_error = 0.0, low = kInfinity, high = -kInfinity;
@@ -65,7 +67,7 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
     s.z = static_cast<double>(p[axes.kz]) - origin[axes.kz];
     s.x = px - sx * s.z;
     s.y = py - sy * s.z;
-    // The direction that is off by so much turns the shear by twice that, |sx| and |sy| being at most 1.
+    // A direction error e turns the shear by up to 2 e, since |sx| and |sy| are at most 1.
     const double turned = 2.0 * origin_error + 2.0 * direction_error / std::fabs(dz) * std::fabs(s.z);
     const double flushed = kFlushed * (1.0 + std::fabs(s.z));
     s.x_error = kUnit * (std::fabs(px) + 3.0 * std::fabs(sx * s.z) + std::fabs(s.x)) + turned + flushed;
@@ -83,7 +85,7 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
   const double nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx;
   const double z = (nx * v[0].x + ny * v[0].y + nz * v[0].z) / nz;
 
-  TriangleJudgement result;
+  TriangleJudgment result;
   result.t = z / dz;
   bool positive = true, negative = true;
   for (const EdgeFunction& f : e) {
@@ -99,9 +101,9 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
     moved += e[i].moved;
     weights += e[i].rounding * (std::fabs(v[i].z - z) + reach);
   }
-  const double det = std::fabs(nz) - moved - rounding; // the least that may have been computed
+  const double det = std::fabs(nz) - moved - rounding; // lower bound of the computed determinant
   const double largest = std::max(std::fabs(low), std::fabs(high));
-  // Distances are computed from edge functions times depths, divided by the direction, divided by det.
+  // A distance is edge functions times depths, divided by the direction and by det.
   const double numerator = (std::fabs(nz) + moved + rounding) * largest;
   const bool overflows = std::max(numerator, numerator / std::fabs(dz)) >= std::numeric_limits<float>::max() / 4.0;
   if (!(det > 2.0 * rounding) || overflows) {
@@ -114,12 +116,13 @@ TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& dir
   return result;
 }
 
-TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
+TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
+  assert(hit.is_hit());
   const TriangleMesh& mesh = input.meshes[hit.mesh];
   const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(hit.triangle)];
   const PositionsAt positions(mesh, ray.time);
   const Imath::V3f p0 = positions[corner[0]], p1 = positions[corner[1]], p2 = positions[corner[2]];
-  // How far vertices are interpolated in another way: counted as the ray's.
+  // Vertices interpolated differently count as an error of the ray.
   double origin = 0.0, direction = 0.0;
   if (arithmetic == Arithmetic::any && deforms(mesh)) origin = largest_at_keys(mesh, corner);
   const Imath::M44f m = matrix_at(input, input.instances[hit.instance], ray.time);
@@ -127,9 +130,9 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
   if (is_identity(m) || !to_object.set_inverse_of(m))
     return judge_triangle(ray.origin, ray.direction, p0, p1, p2, 8.0 * kUnit * origin);
 
-  const Ray moved = to_object(ray);
-  if (arithmetic == Arithmetic::same) return judge_triangle(moved.origin, moved.direction, p0, p1, p2);
-  // Sums of the magnitudes of what is added up, by sending them through the transform one component at a time.
+  const Ray transformed = to_object(ray);
+  if (arithmetic == Arithmetic::same) return judge_triangle(transformed.origin, transformed.direction, p0, p1, p2);
+  // Sums of the magnitudes of the added terms, found by transforming one component at a time.
   Ray probe;
   probe.origin = Imath::V3f(0.0f);
   probe.direction = {1, 0, 0};
@@ -143,14 +146,15 @@ TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& 
       direction += std::fabs(static_cast<double>(row[j]) * ray.direction[k]);
     }
   }
-  return judge_triangle(moved.origin, moved.direction, p0, p1, p2, 8.0 * kUnit * origin, 8.0 * kUnit * direction);
+  return judge_triangle(transformed.origin, transformed.direction, p0, p1, p2, 8.0 * kUnit * origin,
+                        8.0 * kUnit * direction);
 }
 
 bool is_possible_hit(const BuildInput& input, const Ray& ray, const Hit& hit) {
   if (!(hit.t > std::max(ray.t_min, 0.0f) && hit.t <= ray.t_max)) return false;
-  const TriangleJudgement judgement = judge_hit(input, ray, hit);
-  if (!judgement.inside && !judgement.at_edge) return false;
-  return judgement.t_error == kInfinity || std::fabs(hit.t - judgement.t) <= judgement.t_error;
+  const TriangleJudgment judgment = judge_hit(input, ray, hit);
+  if (!judgment.inside && !judgment.at_edge) return false;
+  return judgment.t_error == kInfinity || std::fabs(hit.t - judgment.t) <= judgment.t_error;
 }
 
 bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b, Arithmetic arithmetic) {
@@ -158,18 +162,19 @@ bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, co
   const bool a_is_nearer = a.is_hit() && (!b.is_hit() || a.t < b.t);
   const Hit &nearer = a_is_nearer ? a : b, &farther = a_is_nearer ? b : a;
   if (!is_possible_hit(input, ray, nearer)) return false;
-  const TriangleJudgement judgement = judge_hit(input, ray, nearer, arithmetic);
+  const TriangleJudgment judgment = judge_hit(input, ray, nearer, arithmetic);
   const double t_min = std::max(ray.t_min, 0.0f);
   if (arithmetic == Arithmetic::same) {
     const double t_far = farther.is_hit() ? farther.t : ray.t_max;
-    // A cell is entered by plane distances of three roundings each, and its interval may be empty by as much.
+    // A cell is entered by plane distances with three roundings each; its interval may be empty by
+    // as much.
     constexpr double kPlanes = 8.0 * kUnit;
-    return !judgement.inside || !(judgement.t > t_min * (1.0 + kPlanes) && judgement.t < t_far * (1.0 - kPlanes));
+    return !judgment.inside || !(judgment.t > t_min * (1.0 + kPlanes) && judgment.t < t_far * (1.0 - kPlanes));
   }
-  if (judgement.at_edge) return true;
-  if (!(judgement.t > t_min + judgement.t_error && judgement.t < ray.t_max - judgement.t_error)) return true;
+  if (judgment.at_edge) return true;
+  if (!(judgment.t > t_min + judgment.t_error && judgment.t < ray.t_max - judgment.t_error)) return true;
   return farther.is_hit() && static_cast<double>(farther.t) - nearer.t <=
-                                 judgement.t_error + judge_hit(input, ray, farther, arithmetic).t_error;
+                                 judgment.t_error + judge_hit(input, ray, farther, arithmetic).t_error;
 }
 
 } // namespace kindling::accel

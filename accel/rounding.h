@@ -1,16 +1,19 @@
-// How far rounding may take the answer of the watertight test (triangle.h) from the exact one, judged in double precision:
-// for tests and for cross-checks of accelerators, not for tracing.
+// Bounds of the rounding errors of the watertight triangle test, computed in double precision.
+// They serve tests and cross-checks of accelerators, not tracing.
 //
-// With u = 2^-24, all vertices relative to the ray's origin and sheared to its direction as in triangle.h, the z axis along the ray:
-//  1. A sheared vertex is off by no more than u (|px| + 3 |sx pz| + |x|) in x, likewise in y, and by u |pz| in z. The line of the
-//     ray passes the exact triangle where it passes the computed one but for the largest of these offsets, (ex, ey): its
-//     distance changes by (|nx| ex + |ny| ey) / |nz|, n being the normal in sheared space.
-//  2. An edge function ei = cx by - cy bx is off by u (|cx by| + |cy bx| + |ei|) more, and by 2^-125 where products are flushed to
-//     zero. Weights ei / det that are off by di / det move the distance, a mean of the vertices' depths zi, by
-//     sum di |zi - z| / |nz|. This is the large one: for a sliver with edges of length L and width w it is of the order of
-//     u L^2 / w, and not of u times the distance.
-//  3. Sums, products and quotients behind that: 10 u times the largest depth; and what is flushed to zero there, which makes
-//     distances worthless below a scale of 1e-13, as overflow does beyond 1e12.
+// Notation: u = 2^-24; vertices are relative to the ray's origin and sheared to its direction as in
+// triangle.h, with the z axis along the ray.
+//  1. A sheared vertex is off by no more than u (|px| + 3 |sx pz| + |x|) in x, likewise in y, and
+//     by u |pz| in z. The line of the ray meets the exact triangle where it meets the computed one,
+//     except for the largest of these offsets, (ex, ey). The distance changes by (|nx| ex + |ny|
+//     ey) / |nz|, where n is the normal in sheared space.
+//  2. An edge function ei = cx by - cy bx is off by u (|cx by| + |cy bx| + |ei|) more, and by
+//     2^-125 where products are flushed to zero. Weights ei / det that are off by di / det move the
+//     distance, a weighted mean of the vertex depths zi, by sum di |zi - z| / |nz|. This is the
+//     large term: for a sliver with edges of length L and width w it is of the order of u L^2 / w,
+//     not of u times the distance.
+//  3. The sums, products and quotients that follow add 10 u times the largest depth. Values flushed
+//     to zero there make distances meaningless below a scale of 1e-13, as overflow does above 1e12.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,40 +21,47 @@
 
 namespace kindling::accel {
 
-struct TriangleJudgement {
-  double t = 0.0; // where the line of the ray crosses the plane of the triangle, in lengths of the direction
-  double t_error =
-      0.0; // the watertight test, if it finds a hit, has it no farther from t; infinity if the plane is all rounding
-  bool inside = false;  // the line passes the triangle inside or exactly at an edge
-  bool at_edge = false; // by no more than rounding: the test may say one or the other
+struct TriangleJudgment {
+  // Distance at which the line of the ray crosses the plane of the triangle, in lengths of the
+  // direction.
+  double t = 0.0;
+  // Bound of the difference between t and the watertight test's distance; infinity if rounding
+  // dominates.
+  double t_error = 0.0;
+  bool inside = false;  // the line passes inside the triangle or exactly through an edge
+  bool at_edge = false; // within rounding of an edge: the test may report either result
 };
 
-// The triangle is one that can_be_hit(), the direction not zero. `origin_error` and `direction_error`: how far the components of
-// the ray may be off before the test sees them.
-[[nodiscard]] TriangleJudgement judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction,
-                                               const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2,
-                                               double origin_error = 0.0, double direction_error = 0.0);
+// Computes the exact crossing and its error bounds. The triangle must satisfy can_be_hit(), and the
+// direction must not be zero. `origin_error` and `direction_error` bound the errors that the
+// components of the ray already carry before the test.
+[[nodiscard]] TriangleJudgment judge_triangle(const Imath::V3f& origin, const Imath::V3f& direction,
+                                              const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2,
+                                              double origin_error = 0.0, double direction_error = 0.0);
 
-// What two implementations may differ in.
+// The arithmetic that two compared implementations have in common.
 enum class Arithmetic {
-  any,  // each has its own test and its own way to transform rays
-  same, // both transform rays and test triangles as brute_force does, bit for bit: they differ in what they test
+  any,  // each has its own triangle test and ray transform
+  same, // both are those of brute_force, bit for bit; only the sets of triangles tested differ
 };
 
-// judge_triangle() for a hit; under an instance for the ray in object space, with the rounding of its transform, twice over, if
-// implementations may transform it in different ways.
-[[nodiscard]] TriangleJudgement judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit,
-                                          Arithmetic arithmetic = Arithmetic::any);
+// Applies judge_triangle() to a hit. Under an instance it judges the ray in object space and adds
+// the rounding of the transform, doubled if implementations may transform rays differently.
+[[nodiscard]] TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit,
+                                         Arithmetic arithmetic = Arithmetic::any);
 
-// Whether a hit is right within rounding: where it says, in the ray's interval, its triangle met or passed at an edge.
+// Returns true if a hit is correct within rounding: its distance lies in the ray's interval, and
+// the ray meets its triangle there or passes at an edge.
 [[nodiscard]] bool is_possible_hit(const BuildInput& input, const Ray& ray, const Hit& hit);
 
-// Of two nearest hits of one ray (either may be none) that differ: whether rounding excuses both. The nearer must be a possible
-// hit, and one that the other implementation may lose.
-//  any: their distances are equal within their errors; or the nearer is at an edge, or its exact distance within the error of an
-//       end of the ray or outside of it.
-//  same: exact arithmetic says that the ray does not meet the nearer triangle, or not before the farther hit, or not between its
-//       ends, but for the rounding of plane distances. So nothing is lost at an edge that two triangles share.
+// Returns true if rounding explains the difference between two nearest hits of one ray, either of
+// which may be a miss. The nearer hit must be a possible hit that the other implementation may
+// lose:
+//  - any: the distances are equal within their errors, or the nearer hit is at an edge, or its
+//    exact distance lies outside the ray's interval or within the error of an end.
+//  - same: in exact arithmetic the ray does not meet the nearer triangle, or not before the farther
+//    hit, or not between its ends, except for the rounding of plane distances. So no hit may be
+//    lost at an edge that two triangles share.
 [[nodiscard]] bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b,
                                      Arithmetic arithmetic = Arithmetic::any);
 

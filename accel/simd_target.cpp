@@ -1,3 +1,4 @@
+// Detects the instruction sets of this processor, and maps them to names.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/simd_target.h"
 
@@ -14,7 +15,7 @@ constexpr std::array kNames = {std::pair{SimdTarget::portable, std::string_view(
                                std::pair{SimdTarget::avx2, std::string_view("avx2")},
                                std::pair{SimdTarget::avx512, std::string_view("avx512")}};
 
-// avx2 and avx512 stand for what both the kd-tree's and Embree's kernels of that name need.
+// The names avx2 and avx512 include all that the kd-tree's and Embree's kernels of that name need.
 SimdTarget best_of_processor() {
 #if defined(__x86_64__)
   __builtin_cpu_init();

@@ -1,23 +1,26 @@
-// The watertight ray-triangle test, one triangle at a time, and which triangles can be hit at all.
+// The scalar watertight ray-triangle test, and the rules for triangles and rays that cannot hit.
 //
-// After Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013: shear the triangle so that the ray runs
-// along its largest axis, then test the origin against the three edges. The two triangles at an edge evaluate the same
-// products with opposite signs, so no ray can pass between them; this holds only while no product is fused with a sum
-// (-ffp-contract=off). Departures: no permutation of the axes by the sign of the direction, because both facings are
-// accepted; no second try in double precision, because an edge value of zero counts as inside.
-// kdtree/leaf.h has the same operations in the same order for eight triangles: results are equal bit for bit.
+// After Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013: the triangle
+// is sheared so that the ray runs along its largest axis, then the origin is tested against the
+// three edges. The two triangles at an edge evaluate the same products with opposite signs, so no
+// ray can pass between them. This holds only while no product is fused with a sum
+// (-ffp-contract=off). Departures: axes are not permuted by the sign of the direction, because both
+// facings are accepted; there is no second try in double precision, because an edge value of zero
+// counts as inside. kdtree/kernels/leaf_test.h has the same operations in the same order for
+// sixteen triangles at a time; results are equal bit for bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/accelerator.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace kindling::accel {
 
-// What the test needs of a ray, once per ray and space.
+// Per-ray values of the test, computed once per ray and space.
 struct RayShear {
-  int kx = 0, ky = 1, kz = 2; // kz: axis of the largest component of the direction
+  int kx = 0, ky = 1, kz = 2; // axis of the direction's largest component
   float sx = 0.0f, sy = 0.0f; // shear
   float sz = 1.0f;            // 1 / direction[kz]
   Imath::V3f origin;          // components in the order kx, ky, kz
@@ -30,6 +33,7 @@ struct RayShear {
     ky = kx == 2 ? 0 : kx + 1;
     const float* dp = &d.x;
     const float* op = &o.x;
+    assert(dp[kz] != 0.0f);
     sx = dp[kx] / dp[kz];
     sy = dp[ky] / dp[kz];
     sz = 1.0f / dp[kz];
@@ -37,7 +41,8 @@ struct RayShear {
   }
 };
 
-// True if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v (see Hit) only then.
+// Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v
+// (see Hit) only then.
 [[nodiscard]] inline bool intersect_triangle(const RayShear& ray, const Imath::V3f& p0, const Imath::V3f& p1,
                                              const Imath::V3f& p2, float t_min, float t_max, float& t, float& u,
                                              float& v) {
@@ -57,28 +62,30 @@ struct RayShear {
   return true;
 }
 
-// Coordinates beyond this count as not finite: their products would overflow. The same bound as Embree's.
-inline constexpr float kLargestCoordinate = 1.844e18f;
+// Coordinates beyond this bound count as not finite, since their products would overflow. Embree
+// uses the same bound.
+inline constexpr float kMaxCoordinate = 1.844e18f;
 
 [[nodiscard]] inline bool is_finite(const Imath::V3f& p) {
-  return std::fabs(p.x) <= kLargestCoordinate && std::fabs(p.y) <= kLargestCoordinate &&
-         std::fabs(p.z) <= kLargestCoordinate;
+  return std::fabs(p.x) <= kMaxCoordinate && std::fabs(p.y) <= kMaxCoordinate && std::fabs(p.z) <= kMaxCoordinate;
 }
 
-// False for triangles that are never hit: a vertex not finite, or no area (exact for coordinates of similar size).
+// Returns false for triangles that are never hit: a vertex is not finite, or the area is zero
+// (exact for coordinates of similar magnitude).
 [[nodiscard]] inline bool can_be_hit(const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2) {
   if (!is_finite(p0) || !is_finite(p1) || !is_finite(p2)) return false;
   const Imath::V3d a = Imath::V3d(p1) - Imath::V3d(p0), b = Imath::V3d(p2) - Imath::V3d(p0);
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }
 
-// False for rays that miss by definition: not finite (see kLargestCoordinate), no direction, or an empty or NaN interval.
-// t_min below 0 counts as 0. `extent`: the largest sum of magnitudes that is taken.
-[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray, float extent = kLargestCoordinate) {
+// Returns false for rays that miss by definition: not finite (see kMaxCoordinate), without
+// direction, or with an empty or NaN interval. A t_min below 0 counts as 0. `extent`: upper bound
+// of the accepted sum of magnitudes. Free of branches.
+[[nodiscard, gnu::always_inline]] inline bool can_hit(const Ray& ray, float extent = kMaxCoordinate) {
   const float sum = (std::fabs(ray.origin.x) + std::fabs(ray.origin.y) + std::fabs(ray.origin.z)) +
                     (std::fabs(ray.direction.x) + std::fabs(ray.direction.y) + std::fabs(ray.direction.z));
   const bool points = (ray.direction.x != 0.0f) | (ray.direction.y != 0.0f) | (ray.direction.z != 0.0f);
-  return (sum <= extent) & points & (ray.t_min < ray.t_max) & (ray.t_max > 0.0f); // without branches
+  return (sum <= extent) & points & (ray.t_min < ray.t_max) & (ray.t_max > 0.0f);
 }
 
 } // namespace kindling::accel

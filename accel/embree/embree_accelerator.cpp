@@ -1,3 +1,4 @@
+// The Embree accelerator: single rays, packets and streams over Embree's scenes.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_accelerator.h"
 
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <chrono>
 #include <optional>
 
@@ -17,18 +19,19 @@ namespace {
 using embree::GeometryNames;
 using embree::PacketOf;
 
-// What a filter callback finds behind Embree's context; the context must come first.
+// Query context read by the filter callback; Embree's context must come first.
 struct Context {
   embree::QueryContext embree;
-  const Ray* rays = nullptr; // RTCRay::id counts from here
+  const Ray* rays = nullptr; // indexed by RTCRay::id
   const GeometryNames* names = nullptr;
   HitFilter filter;
-  const embree::StartedRay* started = nullptr; // what stands for the only ray
+  const embree::StartedRay* started = nullptr; // the shortened ray traced in place of rays[0], if any
 };
 
-// Of the objects that stand for geometries, which Embree's monitor does not count: what ten million of them took, each.
+// Bytes of a geometry object, which Embree's memory monitor does not count; measured with ten
+// million of them.
 constexpr size_t kGeometryObject = 250;
-// Fewer rays are faster one by one.
+// Packets of fewer rays are slower than single rays.
 template <size_t width>
 constexpr size_t kMinPacket = width == 4 ? 3 : 5;
 constexpr bool kHasStreams = KINDLING_EMBREE_MAJOR < 4;
@@ -61,11 +64,12 @@ class EmbreeAccelerator final : public Accelerator {
     packet_ = embree::native_packet(scenes_.on.device.get());
     statistics_.instance_count = input.instances.size();
     statistics_.memory_bytes = static_cast<size_t>(scenes_.on.memory_bytes->load()) +
-                               (scenes_.names.top.capacity() + scenes_.names.lasting.capacity()) *
+                               (scenes_.names.top.capacity() + scenes_.names.persistent.capacity()) *
                                    (sizeof(embree::NamedGeometry) + kGeometryObject);
-    // Instances, be it one of what lasts.
-    has_moved_ = (scenes_.lasting && scenes_.own_top) ||
-                 std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
+    // True if the top scene holds instances, including that of the persistent scene.
+    has_instances_ =
+        (scenes_.persistent && scenes_.own_top) ||
+        std::any_of(scenes_.groups.begin(), scenes_.groups.end(), [](const embree::Scene& s) { return !!s; });
     RTCBounds box;
     rtcGetSceneBounds(scene_, &box);
     if (box.lower_x <= box.upper_x)
@@ -85,14 +89,16 @@ class EmbreeAccelerator final : public Accelerator {
     return blocked != 0;
   }
 
-  // One ray at a time: for mixed rays Embree's packets gain nothing here.
+  // Traces one ray at a time: for mixed rays Embree's packets gain nothing here.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    assert(hits.size() == rays.size());
     Context context = make_context(rays.data());
     embree::Query query(context.embree);
     intersect_singly(rays, hits, 0, query);
   }
-  // Embree 3 has streams for this: 1.1 to 1.8 times as fast as single rays. They use the same triangle test and, in robust mode,
-  // conservative box tests, so that answers are equal; packets would be as fast, but their triangle test rounds differently.
+  // Uses Embree 3's streams, 1.1 to 1.8 times as fast as single rays. They use the same triangle
+  // test and, in robust mode, conservative box tests, so that answers are equal. Packets would be
+  // as fast, but their triangle test rounds differently.
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
     if (kHasStreams) {
       occluded_by_streams(rays, blocked, false);
@@ -105,13 +111,16 @@ class EmbreeAccelerator final : public Accelerator {
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
     intersect_by_packets(rays, hits, true);
   }
-  // Without the flag: any-hit packets are 1.1 to 2 times as fast without it, even for the shadow rays of one tile.
+  // Leaves out the coherent flag: any-hit packets are 1.1 to 2 times as fast without it, even for
+  // the shadow rays of one tile.
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
     occluded_by_packets(rays, blocked, false);
   }
 
-  // A last packet of fewer than kMinPacket rays is traced one by one, and so are streams of fewer than kMinStream.
+  // Final packets of fewer than kMinPacket rays, and streams of fewer than kMinStream rays, are
+  // traced as single rays.
   void intersect_by_packets(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
+    assert(hits.size() == rays.size());
     switch (packet_) {
     case 16: return intersect_by_packets_of<16>(rays, hits, coherent);
     case 8: return intersect_by_packets_of<8>(rays, hits, coherent);
@@ -120,6 +129,7 @@ class EmbreeAccelerator final : public Accelerator {
     }
   }
   void occluded_by_packets(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
+    assert(blocked.size() == rays.size());
     switch (packet_) {
     case 16: return occluded_by_packets_of<16>(rays, blocked, coherent);
     case 8: return occluded_by_packets_of<8>(rays, blocked, coherent);
@@ -128,6 +138,7 @@ class EmbreeAccelerator final : public Accelerator {
     }
   }
   void intersect_by_streams(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const {
+    assert(hits.size() == rays.size());
     Context context = make_context(rays.data());
     embree::Query query(context.embree, coherent);
     size_t first = 0;
@@ -153,8 +164,9 @@ class EmbreeAccelerator final : public Accelerator {
     intersect_singly(rays, hits, first, query);
   }
   void occluded_by_streams(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
+    assert(blocked.size() == rays.size());
     Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent && !has_moved_);
+    embree::Query query(context.embree, coherent && !has_instances_);
     size_t first = 0;
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRay, kStream> stream;
@@ -181,19 +193,19 @@ class EmbreeAccelerator final : public Accelerator {
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
   [[nodiscard]] std::unique_ptr<PersistentStructures> take_structures() override {
-    auto kept = std::make_unique<embree::PersistentScenes>();
-    kept->quality = quality_;
-    kept->robust = robust_;
-    kept->filtered = filter_.accept != nullptr;
-    scenes_.own_top = embree::Scene(); // before what it holds instances of
-    if (scenes_.lasting) kept->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.lasting));
+    auto out = std::make_unique<embree::PersistentScenes>();
+    out->quality = quality_;
+    out->robust = robust_;
+    out->filtered = filter_.accept != nullptr;
+    scenes_.own_top = embree::Scene(); // before the scenes that it instances
+    if (scenes_.persistent) out->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.persistent));
     for (size_t g = 0; g < scenes_.groups.size(); ++g)
-      if (scenes_.groups[g]) kept->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
-    scenes_.groups.clear(); // before the device goes
-    scenes_.lasting = embree::Scene();
-    if (kept->scenes.empty()) return nullptr;
-    kept->on = std::move(scenes_.on);
-    return kept;
+      if (scenes_.groups[g]) out->scenes.put(std::move(scenes_.group_meshes[g]), std::move(scenes_.groups[g]));
+    scenes_.groups.clear(); // before the device is released
+    scenes_.persistent = embree::Scene();
+    if (out->scenes.empty()) return nullptr;
+    out->on = std::move(scenes_.on);
+    return out;
   }
 
  private:
@@ -205,7 +217,7 @@ class EmbreeAccelerator final : public Accelerator {
     return context;
   }
 
-  // The width of its packets shows which kernels Embree chose by itself.
+  // Infers the kernels that Embree selected from the packet width of the device.
   [[nodiscard]] SimdTarget simd_of_device() const {
     if (scenes_.on.simd) return *scenes_.on.simd;
     SimdTarget found = SimdTarget::portable;
@@ -229,31 +241,31 @@ class EmbreeAccelerator final : public Accelerator {
       embree::clear_packet(packet.hit);
       query.intersect_packet(valid, scene_, packet);
       for (size_t i = 0; i < count; ++i)
-        hits[first + i] =
-            valid[i] != 0 ? embree::hit_of(scenes_.names, packet, i) : intersect_from_afar(rays[first + i]);
+        hits[first + i] = valid[i] != 0 ? embree::hit_of(scenes_.names, packet, i) : intersect_distant(rays[first + i]);
     }
     intersect_singly(rays, hits, first, query);
   }
-  // Any-hit queries leave the coherent flag out where instances are moved: there rtcOccluded16 and rtcOccluded1M of Embree 3.13.5 do
-  // not return for some rays (tests/accel/test_embree_calls.cpp has such).
+  // Any-hit queries leave out the coherent flag in scenes with instances: there rtcOccluded16 and
+  // rtcOccluded1M of Embree 3.13.5 never return for some rays (see
+  // tests/accel/test_embree_calls.cpp).
   template <size_t width>
   void occluded_by_packets_of(std::span<const Ray> rays, std::span<uint8_t> blocked, bool coherent) const {
     Context context = make_context(rays.data());
-    embree::Query query(context.embree, coherent && !has_moved_);
+    embree::Query query(context.embree, coherent && !has_instances_);
     size_t first = 0;
     for (; rays.size() - first >= kMinPacket<width>; first += std::min(width, rays.size() - first)) {
       alignas(64) int valid[width];
       typename PacketOf<width>::Rays packet;
       const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet, valid);
       query.occluded_packet(valid, scene_, packet);
-      for (size_t i = 0; i < count; ++i) // Embree sets minus infinity
-        blocked[first + i] = (valid[i] != 0 ? packet.tfar[i] < 0.0f : occluded_from_afar(rays[first + i])) ? 1 : 0;
+      for (size_t i = 0; i < count; ++i) // Embree sets tfar to minus infinity
+        blocked[first + i] = (valid[i] != 0 ? packet.tfar[i] < 0.0f : occluded_distant(rays[first + i])) ? 1 : 0;
     }
     occluded_singly(rays, blocked, first, query);
   }
 
-  // For rays that are not traceable: no hit, unless they begin far away.
-  [[nodiscard, gnu::noinline]] Hit intersect_from_afar(const Ray& ray) const {
+  // For rays that are not traceable: a miss, unless they start far away.
+  [[nodiscard, gnu::noinline]] Hit intersect_distant(const Ray& ray) const {
     const std::optional<embree::StartedRay> started = start(ray);
     if (!started) return {};
     Context context = make_context(&ray);
@@ -267,7 +279,7 @@ class EmbreeAccelerator final : public Accelerator {
     if (hit.is_hit()) hit.t = started->world_t(ray, hit.t);
     return hit;
   }
-  [[nodiscard, gnu::noinline]] bool occluded_from_afar(const Ray& ray) const {
+  [[nodiscard, gnu::noinline]] bool occluded_distant(const Ray& ray) const {
     const std::optional<embree::StartedRay> started = start(ray);
     if (!started) return false;
     Context context = make_context(&ray);
@@ -281,16 +293,16 @@ class EmbreeAccelerator final : public Accelerator {
   [[nodiscard]] std::optional<embree::StartedRay> start(const Ray& ray) const {
     if (!can_hit(ray)) return std::nullopt;
     std::optional<embree::StartedRay> started = embree::start_at_bounds(ray, bounds_);
-    if (started && !embree::is_traceable(started->ray, scenes_.ray_extent)) started.reset(); // an empty interval
+    if (started && !embree::is_traceable(started->ray, scenes_.ray_extent)) started.reset(); // its interval is empty
     return started;
   }
 
-  // From rays[first] on.
+  // Traces rays[first] and all after it.
   void intersect_singly(std::span<const Ray> rays, std::span<Hit> hits, size_t first, embree::Query& query) const {
     RTCRayHit ray_hit;
     for (; first < rays.size(); ++first) {
       if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
-        hits[first] = intersect_from_afar(rays[first]);
+        hits[first] = intersect_distant(rays[first]);
         continue;
       }
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray_hit.ray);
@@ -304,7 +316,7 @@ class EmbreeAccelerator final : public Accelerator {
     RTCRay ray;
     for (; first < rays.size(); ++first) {
       if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
-        blocked[first] = occluded_from_afar(rays[first]) ? 1 : 0;
+        blocked[first] = occluded_distant(rays[first]) ? 1 : 0;
         continue;
       }
       embree::fill(rays[first], robust_, static_cast<unsigned>(first), ray);
@@ -318,13 +330,13 @@ class EmbreeAccelerator final : public Accelerator {
   HitFilter filter_;
   Quality quality_ = Quality::balanced;
   bool robust_;
-  bool has_moved_ = false;
-  size_t packet_ = 1; // rays that the device traces together
+  bool has_instances_ = false;
+  size_t packet_ = 1; // rays that the device's kernels trace together
   Imath::Box3f bounds_;
   Statistics statistics_;
 };
 
-// All batch queries by one call.
+// Adapter that answers all batch queries by one of Embree's calls.
 class OneCall final : public Accelerator {
  public:
   OneCall(const EmbreeAccelerator& embree, EmbreeCall call)
@@ -353,18 +365,18 @@ class OneCall final : public Accelerator {
 } // namespace
 
 std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
-                                         std::unique_ptr<PersistentStructures> kept) {
+                                         std::unique_ptr<PersistentStructures> previous) {
   const auto start = std::chrono::steady_clock::now();
-  std::unique_ptr<embree::PersistentScenes> serving;
-  if (auto* scenes = dynamic_cast<embree::PersistentScenes*>(kept.get());
+  std::unique_ptr<embree::PersistentScenes> usable;
+  if (auto* scenes = dynamic_cast<embree::PersistentScenes*>(previous.get());
       scenes != nullptr && scenes->quality == options.quality && scenes->robust == options.robust &&
       scenes->on.simd == options.simd && scenes->filtered == (input.filter.accept != nullptr)) {
-    (void)kept.release();
-    serving.reset(scenes);
+    (void)previous.release();
+    usable.reset(scenes);
   }
-  kept.reset();
+  previous.reset();
   embree::BuiltScenes scenes;
-  if (!embree::build_scenes(input, options, filter_callback, std::move(serving), scenes)) return nullptr;
+  if (!embree::build_scenes(input, options, filter_callback, std::move(usable), scenes)) return nullptr;
   const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return std::make_unique<EmbreeAccelerator>(std::move(scenes), input, options, build_s);
 }

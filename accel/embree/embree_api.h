@@ -1,4 +1,4 @@
-// Embree 3.13 and 4 behind one set of names: only this header and its includer know which one is there.
+// One set of names for Embree 3.13 and 4; other files need not know the version.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,8 @@ using QueryContext = RTCIntersectContext;
 inline void init_context(QueryContext& context) { rtcInitIntersectContext(&context); }
 #endif
 
-// The arguments of a run of queries by one thread; set up once, used for many rays. `coherent` matters to packets and streams.
+// The arguments of a series of queries by one thread; set up once, used for many rays. `coherent`
+// affects packets and streams only.
 class Query {
  public:
   explicit Query(QueryContext& context, bool coherent = false) : context_(context) {
@@ -38,7 +39,8 @@ class Query {
 
   void intersect1(RTCScene scene, RTCRayHit& ray_hit) { intersect(rtcIntersect1, ray_hit, scene); }
   void occluded1(RTCScene scene, RTCRay& ray) { occluded(rtcOccluded1, ray, scene); }
-  // Packets of the device's native_packet(). valid[i]: -1 to trace ray i, 0 to leave it alone; aligned to 64 bytes.
+  // Packets of the device's native_packet() width. valid[i] is -1 to trace ray i and 0 to skip it;
+  // `valid` is aligned to 64 bytes.
   void intersect_packet(const int* valid, RTCScene scene, RTCRayHit4& ray_hits) {
     intersect(rtcIntersect4, ray_hits, valid, scene);
   }
@@ -54,7 +56,7 @@ class Query {
     occluded(rtcOccluded16, rays, valid, scene);
   }
 #if KINDLING_EMBREE_MAJOR < 4
-  // Streams of any rays; Embree 4 has none.
+  // Streams of mixed rays; Embree 4 has none.
   void intersect_stream(RTCScene scene, RTCRayHit* ray_hits, unsigned count) {
     rtcIntersect1M(scene, &context_, ray_hits, count, sizeof(RTCRayHit));
   }
@@ -64,7 +66,8 @@ class Query {
 #endif
 
  private:
-  // One of Embree's functions, whose last two parameters changed their order and kind between 3 and 4.
+  // Calls an Embree function whose last two parameters changed order and type between versions 3
+  // and 4.
   template <class Rays, class... First>
   void intersect(auto* function, Rays& rays, First... first) {
 #if KINDLING_EMBREE_MAJOR >= 4
@@ -89,7 +92,8 @@ class Query {
 #endif
 };
 
-// One more query from inside of a user geometry's callback, as if that geometry were an instance of `scene`. The context is the callback's.
+// Nested query from a user geometry's callback, as if that geometry were an instance of `scene`.
+// `context` is the callback's.
 inline void intersect_within(QueryContext* context, unsigned instance, RTCScene scene, RTCRayHit& ray_hit) {
   context->instID[0] = instance;
 #if KINDLING_EMBREE_MAJOR >= 4
@@ -115,8 +119,8 @@ inline void occluded_within(QueryContext* context, unsigned instance, RTCScene s
   context->instID[0] = RTC_INVALID_GEOMETRY_ID;
 }
 
-// Rays in the widest packets that the device's kernels really trace together: 16, 8, 4, or 1 for none. Wider ones are cut into these by
-// Embree at a cost, and without regard to which rays are valid (3.13).
+// Returns the widest packet that the device's kernels trace together: 16, 8, 4, or 1 for none.
+// Embree splits wider packets at a cost, and 3.13 then ignores which rays are valid.
 inline size_t native_packet(RTCDevice device) {
   const auto has = [device](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property) != 0; };
   if (has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return 16;

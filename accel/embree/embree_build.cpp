@@ -1,3 +1,4 @@
+// Builds Embree's geometries, group scenes and top scene, with progress and cancellation.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_build.h"
 
@@ -17,7 +18,7 @@
 namespace kindling::accel::embree {
 namespace {
 
-// Collects the progress of all scenes and passes it on from one thread at a time.
+// Collects the progress of all scenes and reports it from one thread at a time.
 class Monitor {
  public:
   Monitor(const BuildOptions& options, double total_weight) : options_(options), total_weight_(total_weight) {}
@@ -42,7 +43,7 @@ class Monitor {
   double done_ = 0.0, reported_ = 0.0;
 };
 
-// The part of one scene in the monitor.
+// The share of one scene in the total progress.
 struct SceneProgress {
   Monitor& monitor;
   double weight = 1.0;
@@ -72,9 +73,9 @@ class Builder {
   Builder(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out)
       : input_(input), options_(options), filter_(filter), out_(out) {}
 
-  bool run(std::unique_ptr<PersistentScenes> kept) {
-    if (kept) {
-      out_.on = std::move(kept->on);
+  bool run(std::unique_ptr<PersistentScenes> previous) {
+    if (previous) {
+      out_.on = std::move(previous->on);
     } else {
       out_.on.memory_bytes = std::make_unique<std::atomic<int64_t>>(0);
       out_.on.simd = options_.simd;
@@ -86,20 +87,20 @@ class Builder {
       rtcSetDeviceMemoryMonitorFunction(out_.on.device.get(), count_memory, out_.on.memory_bytes.get());
     }
 
-    std::vector<uint32_t> moved = moved_groups();
-    if (kept) {
-      take(*kept, moved);
-      kept.reset(); // what makes room
+    std::vector<uint32_t> transformed = transformed_groups();
+    if (previous) {
+      take(*previous, transformed);
+      previous.reset(); // frees memory before the build
     }
-    make_geometries(moved);
-    size_t triangles = top_triangles_ + (out_.lasting ? 0 : persistent_triangles_);
-    for (const uint32_t g : moved) triangles += group_triangles(g);
+    make_geometries(transformed);
+    size_t triangles = top_triangles_ + (out_.persistent ? 0 : persistent_triangles_);
+    for (const uint32_t g : transformed) triangles += group_triangles(g);
     out_.built_triangle_count = triangles;
     Monitor monitor(options_, 1.0 + static_cast<double>(triangles + input_.instances.size()));
 
     std::atomic<bool> ok{true};
-    tbb::parallel_for(size_t{0}, moved.size(), [&](size_t i) {
-      if (!build_group(moved[i], monitor)) ok.store(false, std::memory_order_relaxed);
+    tbb::parallel_for(size_t{0}, transformed.size(), [&](size_t i) {
+      if (!build_group(transformed[i], monitor)) ok.store(false, std::memory_order_relaxed);
     });
     if (!ok.load()) return failed(monitor);
     if (!build_persistent(monitor) || !build_top(monitor)) return failed(monitor);
@@ -116,8 +117,9 @@ class Builder {
     return count;
   }
 
-  // Sorts instances into those whose meshes lie in the top scene and those that are moved; singular ones are left out.
-  std::vector<uint32_t> moved_groups() {
+  // Sorts instances into those whose meshes go into the top scene and those with a transform. Skips
+  // singular ones. Returns the groups used by transformed instances.
+  std::vector<uint32_t> transformed_groups() {
     std::vector<uint8_t> used(input_.groups.size(), 0);
     for (size_t i = 0; i < input_.instances.size(); ++i) {
       const Instance& instance = input_.instances[i];
@@ -132,7 +134,7 @@ class Builder {
         add_static(static_cast<uint32_t>(i));
       } else {
         used[instance.group] = 1;
-        moved_.push_back(static_cast<uint32_t>(i));
+        transformed_.push_back(static_cast<uint32_t>(i));
       }
     }
     std::vector<uint32_t> groups;
@@ -146,32 +148,32 @@ class Builder {
     return groups;
   }
 
-  // The meshes of an instance with identity transform.
+  // Adds the meshes of an instance with identity transform.
   void add_static(uint32_t instance) {
     const MeshGroup& group = input_.groups[input_.instances[instance].group];
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0) continue;
-      if (mesh.lasting != 0 && !deforms(mesh)) {
-        out_.names.lasting.push_back({instance, m});
+      if (mesh.persistent_id != 0 && !deforms(mesh)) {
+        out_.names.persistent.push_back({instance, m});
         out_.persistent_meshes.add(mesh);
         persistent_triangles_ += mesh.triangle_count();
       } else {
-        still_.push_back({instance, m});
+        static_.push_back({instance, m});
         top_triangles_ += mesh.triangle_count();
       }
     }
   }
 
-  // Scenes that are there; of the moved groups those remain that have to be built.
-  void take(PersistentScenes& kept, std::vector<uint32_t>& moved) {
+  // Reuses scenes of the previous build, and removes their groups from the list of those to build.
+  void take(PersistentScenes& previous, std::vector<uint32_t>& transformed) {
     const auto take_scene = [&](const PersistentMeshes& meshes, Scene& scene) {
-      std::optional<Scene> found = kept.scenes.take(meshes);
+      std::optional<Scene> found = previous.scenes.take(meshes);
       if (found) scene = *std::move(found);
       return found.has_value();
     };
-    if (!out_.persistent_meshes.empty()) (void)take_scene(out_.persistent_meshes, out_.lasting);
-    std::erase_if(moved, [&](uint32_t g) { return take_scene(out_.group_meshes[g], out_.groups[g]); });
+    if (!out_.persistent_meshes.empty()) (void)take_scene(out_.persistent_meshes, out_.persistent);
+    std::erase_if(transformed, [&](uint32_t g) { return take_scene(out_.group_meshes[g], out_.groups[g]); });
   }
 
   [[nodiscard]] RTCBuildQuality build_quality() const {
@@ -183,27 +185,29 @@ class Builder {
     return RTC_BUILD_QUALITY_MEDIUM;
   }
 
-  // Of what is not there yet.
+  // Creates the geometries of meshes that no reused scene contains.
   void make_geometries(const std::vector<uint32_t>& groups) {
     geometries_.resize(input_.meshes.size());
     std::vector<uint8_t> wanted(input_.meshes.size(), 0);
-    for (const NamedGeometry& still : still_) wanted[still.mesh] = 1;
-    if (!out_.lasting)
-      for (const NamedGeometry& lasting : out_.names.lasting) wanted[lasting.mesh] = 1;
+    for (const NamedGeometry& named : static_) wanted[named.mesh] = 1;
+    if (!out_.persistent)
+      for (const NamedGeometry& named : out_.names.persistent) wanted[named.mesh] = 1;
     for (const uint32_t g : groups)
       std::fill_n(wanted.begin() + input_.groups[g].first_mesh, input_.groups[g].mesh_count, uint8_t{1});
     for (size_t m = 0; m < input_.meshes.size(); ++m) {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0 || wanted[m] == 0) continue;
       Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-      // Steps at equal times over [0, 1], Embree's default range, between which it interpolates linearly.
+      // Embree interpolates linearly between time steps at equal distances over [0, 1], its default
+      // range.
       rtcSetGeometryTimeStepCount(geometry.get(), key_count(mesh));
       for (uint32_t key = 0; key < key_count(mesh); ++key)
         rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3,
                                    positions_at_key(mesh, key).data(), 0, sizeof(Imath::V3f), mesh.positions.size());
       rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                                  3 * sizeof(uint32_t), mesh.triangle_count());
-      // A scene of low quality is one tree per mesh under a top tree; only this makes the lower ones cheap too.
+      // A scene of low quality has one tree per mesh under a top tree; only this setting makes the
+      // lower trees cheap too.
       if (options_.quality == Quality::fast) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_LOW);
       if (!mesh.opaque && input_.filter.accept != nullptr) {
         rtcSetGeometryIntersectFilterFunction(geometry.get(), filter_);
@@ -246,36 +250,36 @@ class Builder {
   }
 
   bool build_persistent(Monitor& monitor) {
-    if (out_.lasting || out_.names.lasting.empty()) return true;
+    if (out_.persistent || out_.names.persistent.empty()) return true;
     Scene scene = new_scene();
-    for (size_t i = 0; i < out_.names.lasting.size(); ++i)
-      rtcAttachGeometryByID(scene.get(), geometries_[out_.names.lasting[i].mesh].get(), static_cast<unsigned>(i));
+    for (size_t i = 0; i < out_.names.persistent.size(); ++i)
+      rtcAttachGeometryByID(scene.get(), geometries_[out_.names.persistent[i].mesh].get(), static_cast<unsigned>(i));
     if (!commit(scene, static_cast<double>(persistent_triangles_), monitor)) return false;
-    out_.lasting = std::move(scene);
+    out_.persistent = std::move(scene);
     return true;
   }
 
   bool build_top(Monitor& monitor) {
     std::vector<NamedGeometry>& names = out_.names.top;
-    if (out_.lasting && still_.empty() && moved_.empty()) {
-      names = out_.names.lasting;
+    if (out_.persistent && static_.empty() && transformed_.empty()) {
+      names = out_.names.persistent;
       return true;
     }
     Scene scene = new_scene();
-    names.reserve(still_.size() + moved_.size() + 1);
-    for (const NamedGeometry& still : still_) {
-      rtcAttachGeometryByID(scene.get(), geometries_[still.mesh].get(), static_cast<unsigned>(names.size()));
-      names.push_back(still);
+    names.reserve(static_.size() + transformed_.size() + 1);
+    for (const NamedGeometry& named : static_) {
+      rtcAttachGeometryByID(scene.get(), geometries_[named.mesh].get(), static_cast<unsigned>(names.size()));
+      names.push_back(named);
     }
-    if (out_.lasting) {
+    if (out_.persistent) {
       const Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
-      rtcSetGeometryInstancedScene(geometry.get(), out_.lasting.get());
+      rtcSetGeometryInstancedScene(geometry.get(), out_.persistent.get());
       rtcCommitGeometry(geometry.get());
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
       names.push_back({});
     }
-    const double required_extent = moved_.empty() ? 0.0 : required_ray_extent(largest_coordinate(input_));
-    for (const uint32_t i : moved_) {
+    const double required_extent = transformed_.empty() ? 0.0 : required_ray_extent(largest_coordinate(input_));
+    for (const uint32_t i : transformed_) {
       const Geometry geometry = instance_geometry(input_.instances[i], required_extent);
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
       names.push_back({i, input_.groups[input_.instances[i].group].first_mesh});
@@ -303,7 +307,7 @@ class Builder {
         guarded.keys.assign(keys.begin(), keys.end());
         guarded.bounds = transform_bounds(keys, bounds);
       } else {
-        (void)guarded.to_object.set_inverse_of(keys[0]); // true: see moved_groups()
+        (void)guarded.to_object.set_inverse_of(keys[0]); // invertible: see transformed_groups()
         guarded.bounds = transform_bounds(keys[0], bounds);
       }
       return guarded_geometry(out_.on.device.get(), guarded);
@@ -312,7 +316,8 @@ class Builder {
     Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(geometry.get(), group);
     rtcSetGeometryTimeStepCount(geometry.get(), static_cast<unsigned>(keys.size()));
-    // Row vectors by rows are column vectors by columns; the fourth row is not read. Interpolated by entries.
+    // A matrix for row vectors stored by rows equals one for column vectors stored by columns; the
+    // fourth row is not read. Embree interpolates entries.
     for (size_t key = 0; key < keys.size(); ++key)
       rtcSetGeometryTransform(geometry.get(), static_cast<unsigned>(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                               &keys[key][0][0]);
@@ -325,7 +330,8 @@ class Builder {
     return false;
   }
 
-  // Embree reports what its tasks throw as errors of the device; valid input leaves only lack of memory.
+  // Embree reports exceptions of its tasks as device errors; with valid input only lack of memory
+  // remains.
   void check_errors() {
     if (rtcGetDeviceError(out_.on.device.get()) != RTC_ERROR_NONE) throw std::bad_alloc();
   }
@@ -334,17 +340,17 @@ class Builder {
   const BuildOptions& options_;
   RTCFilterFunctionN filter_;
   BuiltScenes& out_;
-  std::vector<Geometry> geometries_; // by mesh; empty where it has no triangles
-  std::vector<NamedGeometry> still_; // under identity transforms, but for those that last
-  std::vector<uint32_t> moved_;      // instances
+  std::vector<Geometry> geometries_;  // by mesh; empty if the mesh has no triangles
+  std::vector<NamedGeometry> static_; // meshes under identity transforms that are not persistent
+  std::vector<uint32_t> transformed_; // transformed instances
   size_t top_triangles_ = 0, persistent_triangles_ = 0;
 };
 
 } // namespace
 
 bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                  std::unique_ptr<PersistentScenes> kept, BuiltScenes& out) {
-  return Builder(input, options, filter, out).run(std::move(kept));
+                  std::unique_ptr<PersistentScenes> previous, BuiltScenes& out) {
+  return Builder(input, options, filter, out).run(std::move(previous));
 }
 
 } // namespace kindling::accel::embree

@@ -1,4 +1,4 @@
-// Builds Embree's scenes from a BuildInput: one scene per moved group, one top scene for everything.
+// Embree scenes built from a BuildInput: one per transformed group, and a top scene.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,52 +15,56 @@
 
 namespace kindling::accel::embree {
 
-// What a geometry of the top scene stands for: one mesh of an instance with identity transform, or the whole instance,
-// whose first mesh has geometry 0 of the group's scene. No instance: the scene of what lasts.
+// Identifies a geometry of the top scene: one mesh of an instance with identity transform, or a
+// whole instance whose first mesh is geometry 0 of the group's scene. Without an instance: the
+// persistent scene.
 struct NamedGeometry {
   uint32_t instance = kNoId;
   uint32_t mesh = kNoId;
 };
 struct GeometryNames {
-  std::vector<NamedGeometry> top;     // by geometry id in the top scene
-  std::vector<NamedGeometry> lasting; // by geometry id in the scene of what lasts
+  std::vector<NamedGeometry> top;        // by geometry id in the top scene
+  std::vector<NamedGeometry> persistent; // by geometry id in the persistent scene
 };
 
-// With the device that they live on.
+// The device of the scenes.
 struct DeviceScenes {
-  // Bytes that the device holds; updated by Embree until the device is gone, so it must outlive it.
+  // Bytes that the device holds. Embree updates the counter until the device is released, so it
+  // must outlive the device.
   std::unique_ptr<std::atomic<int64_t>> memory_bytes;
-  std::optional<SimdTarget> simd; // that was asked for
+  std::optional<SimdTarget> simd; // the instruction set requested
   Device device;
 };
 
-// The scenes that one accelerator leaves to the next.
+// Scenes over persistent meshes that one accelerator leaves to the next.
 struct PersistentScenes final : PersistentStructures {
   Quality quality = Quality::balanced;
-  bool robust = true, filtered = false; // with a hit filter
+  bool robust = true, filtered = false; // filtered: built with a hit filter
   DeviceScenes on;
-  KeptBy<Scene> scenes;
+  StructureStore<Scene> scenes;
 };
 
 struct BuiltScenes {
   DeviceScenes on;
-  std::vector<Scene> groups;                  // by group; empty where no moved instance uses it
-  std::vector<PersistentMeshes> group_meshes; // likewise
-  // What lasts under identity transforms, an instance in the top scene unless nothing else is there: then it is the top scene.
-  Scene lasting;
+  std::vector<Scene> groups;                  // by group; empty if no transformed instance uses it
+  std::vector<PersistentMeshes> group_meshes; // by group
+  // Persistent meshes under identity transforms: an instance in the top scene or, if there is
+  // nothing else, the top scene itself.
+  Scene persistent;
   PersistentMeshes persistent_meshes;
-  std::vector<std::unique_ptr<GuardedInstance>> guarded; // in the top scene, which they must outlive
-  Scene own_top;                                         // empty where `lasting` serves
-  float ray_extent = kLargestCoordinate;                 // see is_traceable()
+  std::vector<std::unique_ptr<GuardedInstance>> guarded; // used by the top scene, which they must outlive
+  Scene own_top;                                         // empty if `persistent` is the top scene
+  float ray_extent = kMaxCoordinate;                     // see is_traceable()
   GeometryNames names;
-  size_t triangle_count = 0;       // each instance counts
-  size_t built_triangle_count = 0; // of scenes that were not kept, each once
+  size_t triangle_count = 0;       // counted once per instance
+  size_t built_triangle_count = 0; // in scenes built this time, each counted once
 
-  [[nodiscard]] RTCScene top() const { return own_top ? own_top.get() : lasting.get(); }
+  [[nodiscard]] RTCScene top() const { return own_top ? own_top.get() : persistent.get(); }
 };
 
-// False if cancelled. `filter` is attached to the meshes that are not opaque. `kept` may be null. Throws std::bad_alloc.
+// Returns false if cancelled. `filter` is attached to the meshes that are not opaque. `previous`
+// may be null. Throws std::bad_alloc.
 [[nodiscard]] bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
-                                std::unique_ptr<PersistentScenes> kept, BuiltScenes& out);
+                                std::unique_ptr<PersistentScenes> previous, BuiltScenes& out);
 
 } // namespace kindling::accel::embree

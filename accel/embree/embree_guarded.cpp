@@ -1,3 +1,4 @@
+// Embree user-geometry callbacks that trace an instance with a double-precision transform.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_guarded.h"
 
@@ -9,19 +10,20 @@
 namespace kindling::accel::embree {
 namespace {
 
-// Embree leaves out what is not within its own bound. NaN: bounds that overflowed.
+// Reports bounds clamped to Embree's limit, since Embree drops geometry beyond it. NaN means bounds
+// that overflowed.
 void bounds_callback(const RTCBoundsFunctionArguments* args) {
-  constexpr float kLargest = 0.99f * kLargestCoordinate;
+  constexpr float kMaxBound = 0.99f * kMaxCoordinate;
   const Imath::Box3f& box = static_cast<const GuardedInstance*>(args->geometryUserPtr)->bounds;
   Imath::V3f low, high;
   for (int k = 0; k < 3; ++k) {
-    low[k] = box.min[k] > -kLargest ? std::min(box.min[k], kLargest) : -kLargest;
-    high[k] = box.max[k] < kLargest ? std::max(box.max[k], -kLargest) : kLargest;
+    low[k] = box.min[k] > -kMaxBound ? std::min(box.min[k], kMaxBound) : -kMaxBound;
+    high[k] = box.max[k] < kMaxBound ? std::max(box.max[k], -kMaxBound) : kMaxBound;
   }
   *args->bounds_o = {low.x, low.y, low.z, 0.0f, high.x, high.y, high.z, 0.0f};
 }
 
-// The object-space ray of lane i, in `out`; false if it misses by definition.
+// Computes the object-space ray of lane i in `out`. Returns false if it misses by definition.
 bool ray_in_object_space(const GuardedInstance& instance, RTCRayN* rays, unsigned n, unsigned i, RTCRay& out) {
   Ray world;
   world.origin = {RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)};
@@ -76,7 +78,7 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
     RTCRay object;
     if (args->valid[i] != -1 || !ray_in_object_space(instance, args->ray, args->N, i, object)) continue;
     occluded_within(args->context, args->geomID, instance.scene, object);
-    if (object.tfar < 0.0f) RTCRayN_tfar(args->ray, args->N, i) = object.tfar; // minus infinity
+    if (object.tfar < 0.0f) RTCRayN_tfar(args->ray, args->N, i) = object.tfar; // minus infinity: blocked
   }
 }
 

@@ -1,5 +1,8 @@
-// Instances that Embree's own cannot hold (embree_limits.h): user geometries that transform rays themselves, in double precision, as
-// the other accelerators do, and ask the scene of the group only about rays that are finite in its space.
+// Embree user geometries for instances with transforms beyond Embree's limits.
+//
+// Instances that Embree's own cannot represent (embree_limits.h) become user geometries. They
+// transform rays in double precision, as the other accelerators do, and query the group's scene
+// only for rays that are finite in its space.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,13 +17,14 @@
 namespace kindling::accel::embree {
 
 struct GuardedInstance {
-  RTCScene scene = nullptr; // of its group, committed; not owned
+  RTCScene scene = nullptr; // scene of the group, committed; not owned
   RayToObject to_object;
-  std::vector<Imath::M44f> keys; // of a moving one; empty: `to_object` serves
-  Imath::Box3f bounds;           // in world space, at all times
+  std::vector<Imath::M44f> keys; // matrices of a moving instance; empty if `to_object` is used
+  Imath::Box3f bounds;           // in world space, valid at all times
 };
 
-// A geometry that names itself as the instance of its hits. `instance` must outlive it and stay where it is.
+// Creates a geometry that reports itself as the instance of its hits. `instance` must outlive it
+// and stay at the same address.
 [[nodiscard]] Geometry guarded_geometry(RTCDevice device, GuardedInstance& instance);
 
 } // namespace kindling::accel::embree

@@ -1,3 +1,4 @@
+// Proven bounds for rays through Embree's single-precision instance transforms.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_limits.h"
 
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -19,10 +21,10 @@ namespace kindling::accel::embree {
 namespace {
 
 // Single precision overflows at 3e38 and loses bits below 1e-38; a factor of ten is left for sums.
-constexpr double kSmallestDeterminant = 1e-37, kLargestProduct = 1e37;
-constexpr double kRoundings = 1e-6;    // of a sum of products of three floats: sixteen roundings of 2^-24
-constexpr int kStepsBetweenKeys = 16;  // the cofactors are bounded for each, so that turns of a quarter circle pass
-constexpr double kMinRayExtent = 1e12; // of instances that Embree gets, in worlds of usual size
+constexpr double kMinDeterminant = 1e-37, kMaxProduct = 1e37;
+constexpr double kRoundings = 1e-6;   // relative error of a sum of products of three floats: sixteen roundings of 2^-24
+constexpr int kStepsBetweenKeys = 16; // cofactors are bounded per step, so that turns of a quarter circle pass
+constexpr double kMinRayExtent = 1e12; // extent that instances given to Embree must allow, for scenes of usual size
 
 // Entries of the upper 3x3 matrix, each anywhere in [middle - radius, middle + radius].
 struct MatrixRange {
@@ -39,7 +41,8 @@ MatrixRange range_between(const Imath::M44f& a, const Imath::M44f& b) {
   return range;
 }
 
-// Upper bound of the entries of the inverse as single precision has it by cofactors and the determinant; infinity if there is none.
+// Returns an upper bound of the entries of the inverse as computed in single precision from
+// cofactors and the determinant; infinity if there is none.
 double inverse_bound(const MatrixRange& range) {
   const auto& m = range.middle;
   const auto magnitude = [&](int row, int column) { return std::fabs(m[row][column]) + range.radius[row][column]; };
@@ -55,8 +58,7 @@ double inverse_bound(const MatrixRange& range) {
       all_terms += magnitude(0, column) * cofactor;
     }
   const double min_determinant = std::fabs(determinant) - (all_terms - exact_terms) - kRoundings * all_terms;
-  if (!(min_determinant > kSmallestDeterminant) || !(all_terms < kLargestProduct) ||
-      !(largest_cofactor < kLargestProduct))
+  if (!(min_determinant > kMinDeterminant) || !(all_terms < kMaxProduct) || !(largest_cofactor < kMaxProduct))
     return std::numeric_limits<double>::infinity();
   return largest_cofactor * (1.0 + kRoundings) / min_determinant;
 }
@@ -82,6 +84,7 @@ double largest_finite(std::span<const Imath::V3f> positions) {
 } // namespace
 
 float safe_ray_extent(std::span<const Imath::M44f> keys) {
+  assert(!keys.empty());
   double largest_inverse = 0.0, translation = sum_of_translation(keys[0]);
   if (keys.size() == 1) largest_inverse = inverse_bound(range_between(keys[0], keys[0]));
   for (size_t key = 0; key + 1 < keys.size(); ++key) {
@@ -93,17 +96,18 @@ float safe_ray_extent(std::span<const Imath::M44f> keys) {
       largest_inverse = std::max(largest_inverse, inverse_bound(range_between(at(step), at(step + 1))));
     }
   }
-  // A coordinate in object space: at most the largest entry times the sum of what it multiplies. A tenth is left for rounding.
-  const double extent = 0.9 * kLargestCoordinate / largest_inverse - translation;
-  return static_cast<float>(std::clamp(extent, 0.0, static_cast<double>(kLargestCoordinate)));
+  // An object-space coordinate is at most the largest entry of the inverse times the sum of the
+  // magnitudes. A tenth is left for rounding.
+  const double extent = 0.9 * kMaxCoordinate / largest_inverse - translation;
+  return static_cast<float>(std::clamp(extent, 0.0, static_cast<double>(kMaxCoordinate)));
 }
 
 double largest_coordinate(const BuildInput& input) {
-  std::vector<double> of_group(input.groups.size(), -1.0);
+  std::vector<double> group_extent(input.groups.size(), -1.0);
   double largest = 0.0;
   for (size_t i = 0; i < input.instances.size(); ++i) {
     const Instance& instance = input.instances[i];
-    double& local = of_group[instance.group];
+    double& local = group_extent[instance.group];
     if (local < 0.0) {
       local = 0.0;
       const MeshGroup& group = input.groups[instance.group];
@@ -126,7 +130,8 @@ double largest_coordinate(const BuildInput& input) {
   return largest;
 }
 
-// The start lies within the bounds, but for margins that are smaller than the least extent by far, and the sum of the components of a unit direction is below 2.
+// The start lies within the bounds, except for margins far smaller than the minimum extent, and the
+// components of a unit direction sum to less than 2.
 double required_ray_extent(double largest_coordinate) { return std::max(kMinRayExtent, 4.0 * largest_coordinate); }
 
 float StartedRay::world_t(const Ray& world, float t) const {
@@ -136,6 +141,7 @@ float StartedRay::world_t(const Ray& world, float t) const {
 }
 
 std::optional<StartedRay> start_at_bounds(const Ray& ray, const Imath::Box3f& bounds) {
+  assert(ray.direction != Imath::V3f(0.0f));
   if (bounds.isEmpty()) return std::nullopt;
   double largest = 0.0;
   for (int k = 0; k < 3; ++k)
@@ -144,7 +150,7 @@ std::optional<StartedRay> start_at_bounds(const Ray& ray, const Imath::Box3f& bo
   const double margin = 64.0 * std::numeric_limits<float>::epsilon() * largest;
   const Imath::V3d origin(ray.origin), direction(ray.direction);
   const double length = std::sqrt(direction.dot(direction));
-  // Double precision too has its rounding: 100 units at a distance of 1e18.
+  // Double precision rounds too: by 100 units at a distance of 1e18.
   const double slack = 1e-15 * (std::fabs(origin.x) + std::fabs(origin.y) + std::fabs(origin.z)) / length;
   double enter = std::max(0.0, static_cast<double>(ray.t_min)), leave = ray.t_max;
   for (int k = 0; k < 3; ++k) {
@@ -162,7 +168,7 @@ std::optional<StartedRay> start_at_bounds(const Ray& ray, const Imath::Box3f& bo
   started.scale = 1.0 / length;
   started.ray.origin = Imath::V3f(origin + direction * enter);
   started.ray.direction = Imath::V3f(direction * started.scale);
-  started.ray.t_min = 0.0f; // the interval begins no earlier than that
+  started.ray.t_min = 0.0f; // the interval does not begin before the start
   started.ray.t_max = static_cast<float>(std::min((static_cast<double>(ray.t_max) - enter) * length,
                                                   static_cast<double>(std::numeric_limits<float>::max())));
   return started;

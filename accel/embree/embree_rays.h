@@ -1,4 +1,4 @@
-// Rays and hits between the contract's form and Embree's: one at a time, and sixteen as a structure of arrays.
+// Conversion of rays and hits to Embree's formats and back, singly and in packets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,59 +8,57 @@
 #include "accel/embree/embree_build.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cstring>
 #include <span>
 #include <vector>
 
 namespace kindling::accel::embree {
 
-// Anything that stays a normal number when Embree scales it: denormals cost a quarter of the speed.
-inline constexpr float kSmallestNear = 1e-30f;
+// Small enough to be negligible, but stays a normal number when Embree scales it: denormals cost a
+// quarter of the speed.
+inline constexpr float kMinNear = 1e-30f;
 
-// Embree's robust test accepts t >= tnear, its fast one t > tnear; we promise t > t_min.
+// Converts t_min to Embree's tnear. Embree's robust test accepts t >= tnear, its fast one t >
+// tnear; the interface promises t > t_min.
 [[nodiscard]] inline float near_distance(float t_min, bool robust) {
   if (!(t_min > 0.0f)) t_min = 0.0f;
   if (!robust) return t_min;
-  return std::max(std::bit_cast<float>(std::bit_cast<uint32_t>(t_min) + 1), kSmallestNear);
+  return std::max(std::bit_cast<float>(std::bit_cast<uint32_t>(t_min) + 1), kMinNear);
 }
 
-// True if Embree can trace the ray as it is: it can_hit() and lies within safe_ray_extent() of all instances. Other rays that can_hit() begin
-// far away, see start_at_bounds().
+// Returns true if Embree can trace the ray unchanged: it satisfies can_hit() and lies within
+// safe_ray_extent() of all instances. Other rays that satisfy can_hit() start far away; see
+// start_at_bounds().
 [[nodiscard]] inline bool is_traceable(const Ray& ray, float ray_extent) { return can_hit(ray, ray_extent); }
 
-// True if the ray may join a stream, too. Streams of Embree 3.13 sort rays by the signs of their directions and take the reciprocal of a
-// component between -1e-18 and 0 for a large positive one: such a ray misses boxes that it meets, and may meet a child that is not there.
+// Returns true if the ray may join a stream too. Streams of Embree 3.13 sort rays by the signs of
+// their directions, and take the reciprocal of a component between -1e-18 and 0 for a large
+// positive one. Such a ray misses boxes that it should meet, and may visit a child that does not
+// exist.
 [[nodiscard]] inline bool is_streamable(const Ray& ray, float ray_extent) {
-  const Quad direction = direction_quad(ray), zero{}; // and t_max, which is positive for a ray that can be traced
+  const Float4 direction = load_direction(ray), zero{}; // lane 3 is t_max, positive for a traceable ray
   const auto tiny = (direction < zero) & (direction > zero - 1.1e-18f);
   return std::bit_cast<unsigned __int128>(tiny) == 0 && is_traceable(ray, ray_extent);
 }
 
-// Wide loads and stores only: Embree reads origin and direction as quadwords, and narrow stores just before that stall.
+// Fills an Embree ray by wide loads and stores only: Embree reads origin and direction as
+// quadwords, and narrow stores just before that stall.
 inline void fill(const Ray& in, bool robust, unsigned id, RTCRay& out) {
-  Quad origin = origin_quad(in), direction = direction_quad(in);
+  Float4 origin = load_origin(in), direction = load_direction(in);
   out.tfar = direction[3];
   origin[3] = near_distance(in.t_min, robust);
   direction[3] = clamped_time(in.time);
   static_assert(offsetof(RTCRay, tnear) == 12 && offsetof(RTCRay, dir_x) == 16 && offsetof(RTCRay, time) == 28);
-  std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Quad));
-  std::memcpy(reinterpret_cast<char*>(&out) + offsetof(RTCRay, dir_x), &direction, sizeof(Quad));
+  std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Float4));
+  std::memcpy(reinterpret_cast<char*>(&out) + offsetof(RTCRay, dir_x), &direction, sizeof(Float4));
   out.mask = 0xffffffffU;
   out.id = id;
   out.flags = 0;
-}
-
-// Rows become columns.
-inline void transpose(Quad (&m)[4]) {
-  const Quad a = __builtin_shufflevector(m[0], m[1], 0, 4, 1, 5), b = __builtin_shufflevector(m[0], m[1], 2, 6, 3, 7),
-             c = __builtin_shufflevector(m[2], m[3], 0, 4, 1, 5), d = __builtin_shufflevector(m[2], m[3], 2, 6, 3, 7);
-  m[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
-  m[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
-  m[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
-  m[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }
 
 // Embree's types for packets of 4, 8 and 16 rays.
@@ -82,42 +80,42 @@ struct PacketOf<16> {
   using RayHits = RTCRayHit16;
 };
 
-// Rays [first, first + width) or as many as there are; returns how many. `valid`, aligned to 64 bytes, is -1 for those that
-// Embree can trace (is_traceable()), else 0; ids count from rays[0]. Four rays at a time by transposition, so that Embree's packets pay
-// for their form as little as they can.
+// Fills a packet with rays [first, first + width), or as many as there are; returns their number.
+// `valid`, aligned to 64 bytes, is -1 for rays that Embree can trace (is_traceable()), else 0. Ids
+// are indices into `rays`. Transposes four rays at a time to keep the conversion cheap.
 template <size_t width>
 size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, float ray_extent,
                    typename PacketOf<width>::Rays& out, int* valid) {
-  using IntQuad = int32_t __attribute__((vector_size(16)));
+  assert(first < rays.size() && reinterpret_cast<uintptr_t>(valid) % 64 == 0);
   const size_t count = std::min(width, rays.size() - first);
-  const auto magnitude = [](Quad q) { return std::bit_cast<Quad>(std::bit_cast<IntQuad>(q) & 0x7fffffff); };
+  const auto magnitude = [](Float4 q) { return std::bit_cast<Float4>(std::bit_cast<Int4>(q) & 0x7fffffff); };
   for (size_t i = 0; i < width; i += 4) {
-    Quad origin[4], direction[4], time;
+    Float4 origin[4], direction[4], time;
     for (size_t k = 0; k < 4; ++k) {
       const Ray& in = rays[first + std::min(i + k, count - 1)];
-      origin[k] = origin_quad(in);
-      direction[k] = direction_quad(in);
+      origin[k] = load_origin(in);
+      direction[k] = load_direction(in);
       time[k] = in.time;
     }
     transpose(origin);
     transpose(direction);
-    const Quad zero{}, one = zero + 1.0f;
+    const Float4 zero{}, one = zero + 1.0f;
     time = time > zero ? (time < one ? time : one) : zero; // as clamped_time()
-    const Quad t_min = origin[3], t_max = direction[3];
-    const Quad sum = (magnitude(origin[0]) + magnitude(origin[1]) + magnitude(origin[2])) +
-                     (magnitude(direction[0]) + magnitude(direction[1]) + magnitude(direction[2]));
-    const IntQuad points = (direction[0] != zero) | (direction[1] != zero) | (direction[2] != zero);
+    const Float4 t_min = origin[3], t_max = direction[3];
+    const Float4 sum = (magnitude(origin[0]) + magnitude(origin[1]) + magnitude(origin[2])) +
+                       (magnitude(direction[0]) + magnitude(direction[1]) + magnitude(direction[2]));
+    const Int4 points = (direction[0] != zero) | (direction[1] != zero) | (direction[2] != zero);
     const auto index = static_cast<int32_t>(i);
-    const IntQuad lane{index, index + 1, index + 2, index + 3};
-    const IntQuad traceable = (sum <= ray_extent) & points & (t_min < t_max) & (t_max > zero) & // as is_traceable()
-                              (lane < static_cast<int32_t>(count));
-    Quad near = t_min > zero ? t_min : zero; // as near_distance()
+    const Int4 lane{index, index + 1, index + 2, index + 3};
+    const Int4 traceable = (sum <= ray_extent) & points & (t_min < t_max) & (t_max > zero) & // as is_traceable()
+                           (lane < static_cast<int32_t>(count));
+    Float4 near = t_min > zero ? t_min : zero; // as near_distance()
     if (robust) {
-      near = std::bit_cast<Quad>(std::bit_cast<IntQuad>(near) + 1);
-      near = near > kSmallestNear ? near : zero + kSmallestNear;
+      near = std::bit_cast<Float4>(std::bit_cast<Int4>(near) + 1);
+      near = near > kMinNear ? near : zero + kMinNear;
     }
-    const IntQuad id = lane + static_cast<int32_t>(first), all = IntQuad{} - 1, none{};
-    const auto store = [i](auto* row, auto quad) { std::memcpy(row + i, &quad, sizeof quad); };
+    const Int4 id = lane + static_cast<int32_t>(first), all = Int4{} - 1, none{};
+    const auto store = [i](auto* row, auto vector) { std::memcpy(row + i, &vector, sizeof vector); };
     store(valid, traceable);
     store(out.org_x, origin[0]);
     store(out.org_y, origin[1]);
@@ -135,24 +133,28 @@ size_t fill_packet(std::span<const Ray> rays, size_t first, bool robust, float r
   return count;
 }
 
-// Embree's robust test lets u and v leave the triangle by rounding errors; a Hit lies inside.
+// Makes a Hit from Embree's ids. Embree's robust test lets u and v leave the triangle by rounding
+// errors; they are clamped to it.
 [[nodiscard]] inline Hit to_hit(const GeometryNames& names, float t, float u, float v, uint32_t triangle,
                                 uint32_t geometry, uint32_t instance) {
   u = std::min(std::max(u, 0.0f), 1.0f);
   v = std::min(std::max(v, 0.0f), 1.0f - u);
   if (instance == RTC_INVALID_GEOMETRY_ID) {
-    const NamedGeometry& still = names.top[geometry];
-    return {t, u, v, still.instance, still.mesh, triangle};
+    assert(geometry < names.top.size());
+    const NamedGeometry& named = names.top[geometry];
+    return {t, u, v, named.instance, named.mesh, triangle};
   }
-  const NamedGeometry& moved = names.top[instance];
-  if (moved.instance == kNoId) {
-    const NamedGeometry& lasting = names.lasting[geometry];
-    return {t, u, v, lasting.instance, lasting.mesh, triangle};
+  assert(instance < names.top.size());
+  const NamedGeometry& instanced = names.top[instance];
+  if (instanced.instance == kNoId) {
+    assert(geometry < names.persistent.size());
+    const NamedGeometry& named = names.persistent[geometry];
+    return {t, u, v, named.instance, named.mesh, triangle};
   }
-  return {t, u, v, moved.instance, moved.mesh + geometry, triangle};
+  return {t, u, v, instanced.instance, instanced.mesh + geometry, triangle};
 }
 
-// To be traced; no hit yet.
+// Marks a hit record as a miss before tracing.
 inline void clear(RTCHit& hit) {
   hit.geomID = RTC_INVALID_GEOMETRY_ID;
   hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -162,7 +164,7 @@ inline void clear(RTCHit& hit) {
   return to_hit(names, found.ray.tfar, found.hit.u, found.hit.v, found.hit.primID, found.hit.geomID,
                 found.hit.instID[0]);
 }
-// RTCHit4, 8 or 16, or the RTCRayHit of as many.
+// HitPacket is RTCHit4, 8 or 16; RayHitPacket the RTCRayHit of the same width.
 template <class HitPacket>
 void clear_packet(HitPacket& hit) {
   for (size_t i = 0; i < std::size(hit.geomID); ++i) hit.geomID[i] = hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;

@@ -1,7 +1,8 @@
-// An array of fixed size, on huge pages where it is large and the system has them.
+// A fixed-size aligned array, on huge pages if it is large and the system supports them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -15,7 +16,7 @@
 
 namespace kindling::accel::kd {
 
-// Elements are not initialized. T must be trivial.
+// Elements are not initialized, and T must be trivial.
 template <class T>
 class AlignedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -38,14 +39,20 @@ class AlignedArray {
   [[nodiscard]] size_t size() const { return size_; }
   [[nodiscard]] T* data() { return data_.get(); }
   [[nodiscard]] const T* data() const { return data_.get(); }
-  [[nodiscard]] T& operator[](size_t i) { return data_.get()[i]; }
-  [[nodiscard]] const T& operator[](size_t i) const { return data_.get()[i]; }
+  [[nodiscard]] T& operator[](size_t i) {
+    assert(i < size_);
+    return data_.get()[i];
+  }
+  [[nodiscard]] const T& operator[](size_t i) const {
+    assert(i < size_);
+    return data_.get()[i];
+  }
 
  private:
   static constexpr size_t kHugePage = size_t{2} << 20;
 
   struct Free {
-    size_t mapped_bytes = 0; // 0: from the heap
+    size_t mapped_bytes = 0; // 0 if allocated on the heap
     void operator()(T* data) const {
 #if defined(__linux__)
       if (mapped_bytes != 0) {
@@ -58,7 +65,8 @@ class AlignedArray {
   };
 
 #if defined(__linux__)
-  // Fresh pages, straight from the system: the heap would hand out used ones, which stay small whatever is advised.
+  // Maps fresh pages directly from the system: the heap would return used pages, which stay small
+  // whatever is advised.
   void map(size_t wanted) {
     const size_t bytes = (wanted + kHugePage - 1) / kHugePage * kHugePage, with_margin = bytes + kHugePage;
     void* mapping = mmap(nullptr, with_margin, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -68,7 +76,7 @@ class AlignedArray {
     if (before != 0) munmap(first, before);
     if (before != kHugePage) munmap(first + before + bytes, kHugePage - before);
     first += before;
-    madvise(first, bytes, MADV_HUGEPAGE); // a hint: failure is fine
+    madvise(first, bytes, MADV_HUGEPAGE); // a hint; failure is harmless
     data_ = {reinterpret_cast<T*>(first), Free{bytes}};
   }
 #endif

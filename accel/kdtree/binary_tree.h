@@ -1,10 +1,11 @@
-// The binary kd-tree between building and laying out, and the arenas that it lives in until the layout is done.
+// The binary kd-tree as built, before it is laid out, and the arenas that own its nodes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -17,30 +18,34 @@ struct LeafReference {
   uint32_t triangle;
 };
 
-// Inner node, leaf, or empty (a leaf of no triangles).
+// An inner node, a leaf, or an empty node (a leaf without triangles).
 struct BinaryNode {
   static constexpr uint32_t kLeaf = 3;
 
-  float position = 0.0f; // of an inner node
-  uint32_t axis = kLeaf; // of an inner node: 0 to 2
-  uint32_t count = 0;    // leaf: references; inner node: the bits of way()
-  // Inner node: sum of the areas of the wide nodes needed if it may be cut up to 0, 1 or 2 levels further down, relative to the
-  // area of the whole tree; see wide_cuts.h. Leaf: 0.
+  float position = 0.0f; // inner node: position of the plane
+  uint32_t axis = kLeaf; // inner node: 0 to 2
+  uint32_t count = 0;    // leaf: number of references; inner node: the bits of displacement()
+  // Inner node: the summed area of the wide nodes needed if the node may be cut up to 0, 1 or 2
+  // levels further down, relative to the area of the whole tree (see wide_cuts.h). Leaf: 0.
   std::array<float, 3> cut_cost{};
   union {
-    BinaryNode* children = nullptr;  // inner node: two, below and above the plane
+    BinaryNode* children = nullptr;  // inner node: two children, below and above the plane
     const LeafReference* references; // leaf
   };
 
-  // Of an inner node, how far its plane moves in its slice of the shutter; 0 in trees of what stands still.
-  [[nodiscard]] float way() const { return std::bit_cast<float>(count); }
-  void set_way(float way) { count = std::bit_cast<uint32_t>(way); }
+  // Displacement of an inner node's plane over its slice of the shutter; 0 in static trees.
+  [[nodiscard]] float displacement() const {
+    assert(is_inner());
+    return std::bit_cast<float>(count);
+  }
+  void set_displacement(float displacement) { count = std::bit_cast<uint32_t>(displacement); }
   [[nodiscard]] bool is_inner() const { return axis != kLeaf; }
   [[nodiscard]] bool is_empty() const { return axis == kLeaf && count == 0; }
 };
 static_assert(sizeof(BinaryNode) == 32);
 
-// Hands out arrays that stay where they are; what was handed out last can be taken back. One thread at a time.
+// A stack allocator of arrays with stable addresses; the latest allocations can be released again.
+// Not thread-safe.
 template <class T>
 class StackArena {
  public:
@@ -48,11 +53,11 @@ class StackArena {
     size_t chunk = 0, used = 0;
   };
 
-  // Not initialized.
+  // Elements are not initialized.
   [[nodiscard]] T* allocate(size_t count) {
     while (at_.chunk < chunks_.size() && chunks_[at_.chunk].capacity - at_.used < count) at_ = {at_.chunk + 1, 0};
     if (at_.chunk == chunks_.size()) {
-      const size_t capacity = std::max(count, kSmallest << std::min<size_t>(chunks_.size(), kDoublings));
+      const size_t capacity = std::max(count, kMinCapacity << std::min<size_t>(chunks_.size(), kDoublings));
       chunks_.push_back({std::make_unique_for_overwrite<T[]>(capacity), capacity});
     }
     T* first = chunks_[at_.chunk].items.get() + at_.used;
@@ -60,11 +65,14 @@ class StackArena {
     return first;
   }
   [[nodiscard]] Mark mark() const { return at_; }
-  // Takes back all that was handed out since.
-  void rewind(const Mark& mark) { at_ = mark; }
+  // Releases all allocations made since `mark`.
+  void rewind(const Mark& mark) {
+    assert(mark.chunk < at_.chunk || (mark.chunk == at_.chunk && mark.used <= at_.used));
+    at_ = mark;
+  }
 
  private:
-  static constexpr size_t kSmallest = 64, kDoublings = 7;
+  static constexpr size_t kMinCapacity = 64, kDoublings = 7;
   struct Chunk {
     std::unique_ptr<T[]> items;
     size_t capacity;

@@ -1,6 +1,6 @@
-// Recursive construction by the surface area heuristic: greedy splits, stopped when a leaf is cheaper, and subtrees that
-// turn out no cheaper than a leaf are taken back. This file has the top of the tree, where one node is work for many threads;
-// subtree.h takes over where a subtree is work for one.
+// Builds the top of the binary tree by the surface area heuristic, with parallel tasks.
+// Splits greedily until a leaf is cheaper, and collapses subtrees that turn out no cheaper than a
+// leaf. subtree.h builds the parts below, each on one thread.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/build.h"
 
@@ -29,7 +29,7 @@ class TopBuilder {
 
   double build(const Cell& cell, References references, BinaryNode& node) {
     const Config& config = context_.config;
-    if (references.count <= std::min<size_t>(config.parallel_above, kMaxOfSubtree))
+    if (references.count <= std::min<size_t>(config.parallel_above, kMaxSubtreeReferences))
       return workers_.local().build(context_, cell, references.all(), node);
     const CostModel model(config, cell.box);
     SplitScratch scratch;
@@ -71,7 +71,7 @@ class TopBuilder {
   tbb::enumerable_thread_specific<SubtreeBuilder> workers_;
 };
 
-// One reference per triangle that can be hit, in the order of primitives, and their bounds.
+// Returns one reference per triangle that can be hit, in the order of primitives, and their bounds.
 References initial_references(std::span<const Geometry> geometries, Imath::Box3f& bounds) {
   constexpr size_t kChunk = 16384;
   struct Chunk {
@@ -109,7 +109,7 @@ References initial_references(std::span<const Geometry> geometries, Imath::Box3f
       reference.triangle = triangle;
     }
   });
-  // Closes the gaps that triangles left which cannot be hit.
+  // Closes the gaps left by triangles that cannot be hit.
   for (const Chunk& chunk : chunks) {
     if (chunk.place != references.count) copy_references(out + chunk.place, chunk.count, out + references.count);
     references.count += chunk.count;

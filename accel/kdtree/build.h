@@ -17,7 +17,7 @@
 
 namespace kindling::accel::kd {
 
-// Passes cancellation in and progress out, for all trees of an accelerator together. Thread-safe.
+// Cancellation and progress for all trees of an accelerator together. Thread-safe.
 class BuildMonitor {
  public:
   BuildMonitor(const BuildOptions& options, size_t total_triangles)
@@ -26,7 +26,7 @@ class BuildMonitor {
   [[nodiscard]] bool cancelled() const {
     return options_.cancel != nullptr && options_.cancel->load(std::memory_order_relaxed);
   }
-  // So many triangles' worth of work is done.
+  // Adds finished work, measured in triangles.
   void add(double triangles) {
     if (!options_.on_progress) return;
     std::lock_guard lock(mutex_);
@@ -46,12 +46,13 @@ class BuildMonitor {
 
 struct BinaryTree {
   BinaryNode root;
-  Imath::Box3f bounds;           // of all triangles that can be hit
-  size_t triangle_count = 0;     // that can be hit
-  std::vector<TreeArena> arenas; // where the nodes below the root live
+  Imath::Box3f bounds;           // bounds of all triangles that can be hit
+  size_t triangle_count = 0;     // triangles that can be hit
+  std::vector<TreeArena> arenas; // own the nodes below the root
 };
 
-// The tree is the same for any number of threads. After a cancellation it is incomplete: ask the monitor.
+// Builds a tree that is the same for any number of threads. After a cancellation it is incomplete;
+// check the monitor.
 [[nodiscard]] BinaryTree build_binary_tree(const Config& config, std::span<const Geometry> geometries,
                                            BuildMonitor& monitor);
 

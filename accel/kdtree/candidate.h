@@ -1,21 +1,22 @@
-// Hits while a ray is under way: what a tree found, and asking the hit filter about it.
+// Hit candidates within a tree, their tie order, and the call of the hit filter.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/accelerator.h"
 #include "accel/kdtree/node.h"
 
+#include <cassert>
 #include <cstdint>
 
 namespace kindling::accel::kd {
 
-// Ties go to the smallest ids.
+// Order of hits at equal distance: the smallest ids come first.
 inline bool comes_before(const Hit& a, const Hit& b) {
   if (a.instance != b.instance) return a.instance < b.instance;
   return a.mesh != b.mesh ? a.mesh < b.mesh : a.triangle < b.triangle;
 }
 
-// Best hit so far in one tree.
+// The best hit so far in one tree.
 struct TreeHit {
   float t = 0.0f, u = 0.0f, v = 0.0f;
   uint32_t primitive = kNoId;
@@ -23,15 +24,17 @@ struct TreeHit {
   [[nodiscard]] bool is_hit() const { return primitive != kNoId; }
 };
 
-// Resolves candidates of one tree and asks the hit filter about them.
+// Converts candidates of one tree to hits and applies the hit filter.
 struct CandidateFilter {
   const HitFilter& filter;
   const Ray& world_ray;
   const Tree& tree;
-  uint32_t instance; // kNoId: that of the geometry
+  uint32_t instance; // kNoId: taken from the geometry
 
   [[nodiscard]] Hit resolve(const TreeHit& candidate) const {
+    assert(candidate.is_hit());
     const Geometry& geometry = tree.geometry_of(candidate.primitive);
+    assert(candidate.primitive - geometry.first_primitive < geometry.mesh.triangle_count());
     return {candidate.t,         candidate.u,
             candidate.v,         instance == kNoId ? geometry.instance : instance,
             geometry.mesh_index, candidate.primitive - geometry.first_primitive};

@@ -1,10 +1,11 @@
-// Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, for the planes of a box that cut the triangle.
+// Clips triangles to boxes by Sutherland-Hodgman clipping, and splits references at planes.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/clipping.h"
 
-#include "accel/kdtree/lanes.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 
 namespace kindling::accel::kd {
@@ -15,14 +16,15 @@ struct Polygon {
   size_t count;
 };
 
-// Where the edge from a to b, at signed distances of opposite signs, meets the plane.
+// Intersects the edge from a to b, whose signed distances have opposite signs, with the plane.
 Double4 cut(Double4 a, Double4 b, double da, double db, size_t axis, double plane) {
   Double4 at = a + (b - a) * (da / (da - db));
   at[axis] = plane;
   return at;
 }
 
-// Keeps the part with sign * p[axis] <= sign * plane.
+// Keeps the part with sign * p[axis] <= sign * plane (Sutherland and Hodgman, "Reentrant Polygon
+// Clipping", CACM 17(1), 1974).
 void clip(const Polygon& in, size_t axis, double plane, double sign, Polygon& out) {
   out.count = 0;
   if (in.count == 0) return;
@@ -36,18 +38,20 @@ void clip(const Polygon& in, size_t axis, double plane, double sign, Polygon& ou
     a = b;
     da = db;
   }
+  assert(out.count <= out.corners.size());
 }
 
-// Bounds of points; as eight lanes of a reference.
+// Bounds of points in double precision.
 struct Bounds {
-  Double4 low = spread(std::numeric_limits<double>::infinity());
-  Double4 high = spread(-std::numeric_limits<double>::infinity());
+  Double4 low = splat(std::numeric_limits<double>::infinity());
+  Double4 high = splat(-std::numeric_limits<double>::infinity());
 
   void extend(Double4 p) {
-    low = least(p, low);
-    high = greatest(p, high);
+    low = vector_min(p, low);
+    high = vector_max(p, high);
   }
-  // Rounds outwards by up to two ulps where a bound is no float, cuts to the box, and tells whether anything is left.
+  // Rounds outwards by up to two ulps if a bound is not a float, and cuts to the box. Returns false
+  // if nothing is left.
   [[nodiscard]] bool cut_to(Float4 box_low, Float4 box_high, Imath::V3f& min, Imath::V3f& max) const {
     constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
     constexpr float kTiny = std::numeric_limits<float>::denorm_min();
@@ -68,7 +72,7 @@ struct Bounds {
 Float4 lanes(const Imath::V3f& v) { return Float4{v.x, v.y, v.z, 0.0f}; }
 Double4 wide_lanes(const Imath::V3f& v) { return Double4{v.x, v.y, v.z, 0.0}; }
 
-// What of the triangle lies in the box: the result is one of the two polygons.
+// Clips the triangle by those planes of the box that cut it; returns one of the two polygons.
 Polygon* clip_to_box(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& box_min, const Imath::V3f& box_max,
                      Polygon& first, Polygon& second) {
   Polygon* polygon = &first;
@@ -104,6 +108,7 @@ bool clip_bounds(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& bo
 
 SplitReference split_reference(std::span<const Geometry> geometries, const Reference& reference, int axis,
                                float position) {
+  assert(reference.min[axis] < position && position < reference.max[axis]);
   const Geometry& geometry = geometries[reference.geometry];
   const std::array<Imath::V3f, 3> triangle = {geometry.vertex(reference.triangle, 0),
                                               geometry.vertex(reference.triangle, 1),
@@ -114,25 +119,26 @@ SplitReference split_reference(std::span<const Geometry> geometries, const Refer
   SplitReference parts{reference, reference, false, false};
   parts.left.max[axis] = parts.right.min[axis] = position;
   if (polygon.count != 0) {
-    // Corners and cuts go to both sides, as infinity where they do not belong: which side it is cannot be predicted.
+    // Corners and cuts are added to both sides, as infinity where they do not belong: the side
+    // cannot be predicted by branches.
     const auto lane = static_cast<size_t>(axis);
-    const Double4 plane = spread(static_cast<double>(position));
+    const Double4 plane = splat(static_cast<double>(position));
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const Double4 none_low = spread(kInfinity), none_high = spread(-kInfinity);
+    const Double4 none_low = splat(kInfinity), none_high = splat(-kInfinity);
     Bounds below, above;
     Double4 a = polygon.corners[polygon.count - 1];
-    Double4 da = spread(a[lane]) - plane;
+    Double4 da = splat(a[lane]) - plane;
     for (size_t i = 0; i < polygon.count; ++i) {
-      const Double4 b = polygon.corners[i], db = spread(b[lane]) - plane;
-      Double4 at = a + (b - a) * (da / (da - db)); // anything if the edge does not cross
+      const Double4 b = polygon.corners[i], db = splat(b[lane]) - plane;
+      Double4 at = a + (b - a) * (da / (da - db)); // meaningless if the edge does not cross
       at[lane] = plane[lane];
       const auto crosses = ((da < 0.0) & (db > 0.0)) | ((da > 0.0) & (db < 0.0));
       const auto is_below = db <= 0.0, is_above = db >= 0.0;
       const Double4 cut_low = crosses ? at : none_low, cut_high = crosses ? at : none_high;
-      below.low = least(is_below ? b : none_low, least(cut_low, below.low));
-      below.high = greatest(is_below ? b : none_high, greatest(cut_high, below.high));
-      above.low = least(is_above ? b : none_low, least(cut_low, above.low));
-      above.high = greatest(is_above ? b : none_high, greatest(cut_high, above.high));
+      below.low = vector_min(is_below ? b : none_low, vector_min(cut_low, below.low));
+      below.high = vector_max(is_below ? b : none_high, vector_max(cut_high, below.high));
+      above.low = vector_min(is_above ? b : none_low, vector_min(cut_low, above.low));
+      above.high = vector_max(is_above ? b : none_high, vector_max(cut_high, above.high));
       a = b;
       da = db;
     }

@@ -1,4 +1,4 @@
-// Perfect splits: the bounds of the part of a triangle that lies in a box.
+// Perfect splits: bounds of the part of a triangle that lies in a box.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,18 +12,19 @@
 
 namespace kindling::accel::kd {
 
-// Bounds of the intersection of triangle and box, computed in double, rounded outwards, and cut to the box. False if they
-// do not meet; touching counts as meeting.
+// Computes the bounds of the intersection of triangle and box in double precision, rounded outwards
+// and cut to the box. Returns false if they do not meet; touching counts as meeting.
 [[nodiscard]] bool clip_bounds(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& box_min,
                                const Imath::V3f& box_max, Imath::V3f& bounds_min, Imath::V3f& bounds_max);
 
 struct SplitReference {
   Reference left, right;
-  bool in_left, in_right; // at least one; only then is the part set
+  bool in_left, in_right; // at least one is true; a part is valid only if its flag is
 };
 
-// The two parts of a reference with min[axis] < position < max[axis]: what of the triangle lies in its bounds, below and above the
-// plane, as clip_bounds() has it. If rounding leaves neither part, both are the bounds cut at the plane.
+// Splits a reference with min[axis] < position < max[axis]: each part bounds the piece of the
+// triangle within the reference's bounds on one side of the plane, as clip_bounds() computes it. If
+// rounding leaves neither part, both are the bounds cut at the plane.
 [[nodiscard]] SplitReference split_reference(std::span<const Geometry> geometries, const Reference& reference, int axis,
                                              float position);
 

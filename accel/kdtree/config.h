@@ -1,4 +1,4 @@
-// The numbers that shape a kd-tree: costs, thresholds and limits of the builder, by quality preset.
+// Builder parameters of the kd-tree: costs, thresholds and limits, by quality preset.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,30 +10,31 @@
 
 namespace kindling::accel::kd {
 
-// Depth of the binary tree that no preset exceeds; the traversal stack is sized for it.
+// Maximum depth of the binary tree for all presets; sizes the traversal stack.
 inline constexpr uint32_t kMaxDepth = 60;
-// Wide nodes on the way from the root to a leaf: as many as the layout puts there.
+// Maximum number of wide nodes from the root to a leaf, ensured by the layout.
 inline constexpr uint32_t kMaxWideDepth = 32;
 
 struct Config {
   // Surface area heuristic. A step down costs traversal_cost; a leaf of n > 0 references costs
-  // leaf_cost + triangle_cost * n. Fitted on five scenes: three steps down share a wide node, so that a step costs little against
-  // a leaf, and a leaf tests up to sixteen triangles at once, so that its size hardly matters. Cheap steps cut off empty space
-  // with hardly any bonus.
+  // leaf_cost + triangle_cost * n. Fitted on five scenes: three steps down share a wide node, so a
+  // step is cheap compared to a leaf, and a leaf tests up to sixteen triangles at once, so its size
+  // hardly matters. Cheap steps cut off empty space with hardly any bonus.
   double traversal_cost = 1.0;
   double leaf_cost = 4.0;
   double triangle_cost = 0.3;
-  // The triangles' cost of a split that cuts off empty space is reduced by this fraction.
+  // Fraction by which the triangle cost of a split that cuts off empty space is reduced.
   double empty_bonus = 0.05;
-  // Up to so many references every bound is tried as a plane; above, the borders of bins,
+  // Maximum number of references for which every bound is tried as a plane; above it, bin borders
+  // are.
   uint32_t exact_below = 96;
-  // and then, up to so many references, all bounds near the best border.
+  // Maximum number of references for which all bounds near the best bin border are tried as well.
   uint32_t refine_below = 16384;
-  // Up to so many references a subtree that turned out no cheaper than a leaf becomes one.
+  // Maximum number of references of a subtree that is replaced by a leaf if no cheaper than one.
   uint32_t collapse_below = 512;
-  // Triangle references in all leaves, at most this many per triangle (and a few for tiny meshes).
+  // Maximum number of references in all leaves per triangle (plus a few for tiny meshes).
   double references_per_triangle = 8.0;
-  // Above so many references the two children are built by different tasks.
+  // Minimum number of references, exclusive, for which two children are built by different tasks.
   uint32_t parallel_above = 4096;
 
   [[nodiscard]] uint32_t max_depth(size_t triangles) const {
@@ -48,7 +49,7 @@ struct Config {
 [[nodiscard]] inline Config config_for(Quality quality) {
   Config config;
   switch (quality) {
-  case Quality::fast: // larger leaves, and planes that are nearly as good
+  case Quality::fast: // larger leaves, and nearly optimal planes
     config.leaf_cost = 1.5;
     config.triangle_cost = 0.1;
     config.exact_below = 32;

@@ -1,8 +1,8 @@
-// The hierarchy is made in two parts: its top, of which a node has more boxes than one thread should wait for, and the subtrees below,
-// which are built by tasks, each as if it were alone, and then strung together.
-//
-// A node takes up to eight parts of its boxes: again and again the part with the largest area is split across the axis along which
-// centers extend farthest, where the surface area heuristic is least.
+// Builds the instance hierarchy: binned splits at the top, sorted sweeps in parallel subtrees.
+// The builder has two parts: the top, where a node has more boxes than one thread should process,
+// and the subtrees below, each built by a task on its own and then appended. A node takes up to
+// eight parts of its boxes: the part with the largest area is split repeatedly, across the axis
+// along which the centers extend farthest, where the surface area heuristic is minimal.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/instance_level.h"
 
@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -21,13 +22,13 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kMaxBoxesOfSubtree = 16384; // boxes
+constexpr size_t kMaxSubtreeBoxes = 16384; // boxes
 
-// Of a list of numbers of boxes.
+// A range of the array of box indices.
 struct Part {
   uint32_t first = 0, last = 0;
   Imath::Box3f bounds;
-  Imath::Box3f centers; // twice; known at the top alone
+  Imath::Box3f centers; // doubled centers; set at the top only
   [[nodiscard]] uint32_t size() const { return last - first; }
 };
 
@@ -41,7 +42,8 @@ int widest_axis(const Imath::V3f& extent) {
   return extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
 }
 
-// Splits `whole` into up to eight parts by split(part), which returns the two halves. Parts of `whole_below` boxes or fewer stay whole.
+// Splits `whole` into up to eight parts by split(part), which returns the two halves. Parts of
+// `whole_below` boxes or fewer are not split.
 template <class Split>
 std::vector<Part> split_up(const Part& whole, uint32_t whole_below, const Split& split) {
   std::vector<Part> parts = {whole};
@@ -59,7 +61,7 @@ std::vector<Part> split_up(const Part& whole, uint32_t whole_below, const Split&
   return parts;
 }
 
-// A node of these parts, its children not yet set.
+// Makes a node of these parts with its children not yet set.
 InstanceLevel::Node make_node(const std::vector<Part>& parts) {
   InstanceLevel::Node node;
   for (size_t lane = 0; lane < 8; ++lane) {
@@ -75,19 +77,21 @@ InstanceLevel::Node make_node(const std::vector<Part>& parts) {
 
 } // namespace
 
-// Sorts and sweeps: every place between two boxes is tried; or, so that the lowest nodes are full, every eighth.
+// Builds a subtree by sorting and sweeping. Tries every place between two boxes or, so that the
+// lowest nodes are full, every eighth.
 class InstanceSubtree {
  public:
   using Node = InstanceLevel::Node;
 
-  // Below a node of depth `depth` - 1. `grain`: 1, or 8 for full nodes, of which there are half as many.
+  // `depth`: depth of the subtree's root. `grain`: 1, or 8 for full nodes, of which half as many
+  // are needed.
   InstanceSubtree(std::span<const Imath::Box3f> boxes, uint32_t depth, uint32_t grain)
       : boxes_(boxes), grain_(grain), order_(boxes.size()), keys_(boxes.size()), right_area_(boxes.size() + 1) {
     std::iota(order_.begin(), order_.end(), 0U);
     build(make_part(0, static_cast<uint32_t>(order_.size())), depth);
   }
 
-  // Numbers of nodes count from the root, 0; boxes as they were given.
+  // Returns the nodes; node indices count from the root, 0, and box indices are those of the input.
   [[nodiscard]] std::vector<Node> take_nodes() { return std::move(nodes_); }
 
  private:
@@ -97,7 +101,8 @@ class InstanceSubtree {
     return part;
   }
 
-  // Where to split a part that has been sorted along an axis, a multiple of `grain` from its beginning.
+  // Returns the best place to split a part that has been sorted along an axis, a multiple of
+  // `grain` from its beginning.
   uint32_t best_place(const Part& part, uint32_t grain) {
     Imath::Box3f box;
     for (uint32_t i = part.last; i > part.first; --i) {
@@ -133,7 +138,7 @@ class InstanceSubtree {
     for (uint32_t i = part.first; i < part.last; ++i) {
       const Imath::Box3f& box = boxes_[order_[i]];
       const float center = box.min[axis] + box.max[axis];
-      keys_[i] = {std::isnan(center) ? 0.0f : center, order_[i]}; // boxes may be without end
+      keys_[i] = {std::isnan(center) ? 0.0f : center, order_[i]}; // boxes may be infinite
     }
     std::sort(keys_.begin() + part.first, keys_.begin() + part.last);
     for (uint32_t i = part.first; i < part.last; ++i) order_[i] = keys_[i].second;
@@ -159,12 +164,12 @@ class InstanceSubtree {
   std::span<const Imath::Box3f> boxes_;
   uint32_t grain_;
   std::vector<uint32_t> order_;
-  std::vector<std::pair<float, uint32_t>> keys_; // center along an axis, box
+  std::vector<std::pair<float, uint32_t>> keys_; // center along an axis, box index
   std::vector<double> right_area_;
   std::vector<Node> nodes_;
 };
 
-// Splits at the borders of bins.
+// Builds the top of the hierarchy by splits at the borders of bins.
 class InstanceTop {
  public:
   using Node = InstanceLevel::Node;
@@ -176,7 +181,7 @@ class InstanceTop {
       whole.bounds.extendBy(box);
       whole.centers.extendBy(box.min + box.max);
     }
-    if (order_.size() <= kMaxBoxesOfSubtree)
+    if (order_.size() <= kMaxSubtreeBoxes)
       subtrees_.push_back({whole, 0, 0, 0, {}});
     else
       build(whole, 0);
@@ -199,7 +204,7 @@ class InstanceTop {
       }
       std::copy(subtree.nodes.begin(), subtree.nodes.end(), all.data() + first);
       first += subtree.nodes.size();
-      subtree.nodes = std::vector<Node>(); // what makes room for the rest
+      subtree.nodes = std::vector<Node>(); // frees memory for the rest
     }
     std::copy(nodes_.begin(), nodes_.end(), all.data());
     return all;
@@ -212,8 +217,8 @@ class InstanceTop {
   struct Subtree {
     Part part;
     uint32_t depth;
-    uint32_t parent; // node of the top, if there is any, and
-    size_t lane;     // the child of it that the subtree is
+    uint32_t parent; // node of the top, if any
+    size_t lane;     // lane of the subtree in its parent
     std::vector<Node> nodes;
   };
   struct Bin {
@@ -242,7 +247,7 @@ class InstanceTop {
     const Binning binning{axis, part.centers.min[axis], static_cast<float>(kBins) / extent[axis]};
     if (depth >= InstanceLevel::kSahDepth || !std::isnormal(binning.scale)) return halve(part, axis);
 
-    // Counts and bounds do not depend on the order in which they are gathered.
+    // Counts and bounds do not depend on the order of summation.
     const Bins bins = tbb::parallel_reduce(
         tbb::blocked_range<uint32_t>(part.first, part.last, kGrain), Bins{},
         [&](const tbb::blocked_range<uint32_t>& range, Bins sum) {
@@ -276,7 +281,7 @@ class InstanceTop {
       best = cost;
       border = i;
     }
-    if (border == 0) return halve(part, axis); // areas that are no numbers
+    if (border == 0) return halve(part, axis); // areas are NaN
 
     Bin left, right;
     for (size_t i = 0; i < kBins; ++i) (i < border ? left : right).add(bins[i]);
@@ -314,7 +319,7 @@ class InstanceTop {
       const Part& part = parts[lane];
       if (part.size() == 1)
         nodes_[number].child[lane] = InstanceLevel::kBoxBit | order_[part.first];
-      else if (part.size() <= kMaxBoxesOfSubtree)
+      else if (part.size() <= kMaxSubtreeBoxes)
         subtrees_.push_back({part, depth + 1, number, lane, {}});
       else {
         const uint32_t child = build(part, depth + 1);
@@ -324,14 +329,15 @@ class InstanceTop {
     return number;
   }
 
-  // Boxes are taken together, in the order of their numbers: of equal ones the first comes first.
+  // Builds a subtree over its boxes in index order: of equal boxes, the one with the smaller index
+  // comes first.
   void build_subtree(Subtree& subtree) {
     const std::span<uint32_t> numbers = std::span(order_).subspan(subtree.part.first, subtree.part.size());
     std::sort(numbers.begin(), numbers.end());
     std::vector<Imath::Box3f> boxes;
     boxes.reserve(numbers.size());
     for (const uint32_t number : numbers) boxes.push_back(boxes_[number]);
-    const uint32_t grain = nodes_.empty() ? 1 : 8; // there is no top: it is no memory to speak of
+    const uint32_t grain = nodes_.empty() ? 1 : 8; // without a top, memory does not matter
     subtree.nodes = InstanceSubtree(boxes, subtree.depth, grain).take_nodes();
     subtree.nodes.shrink_to_fit();
     for (Node& node : subtree.nodes)
@@ -342,11 +348,12 @@ class InstanceTop {
 
   std::vector<Imath::Box3f> boxes_;
   std::vector<uint32_t> order_;
-  std::vector<Node> nodes_; // of the top
+  std::vector<Node> nodes_; // nodes of the top
   std::vector<Subtree> subtrees_;
 };
 
 InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes) {
+  assert(std::none_of(boxes.begin(), boxes.end(), [](const Imath::Box3f& box) { return box.isEmpty(); }));
   if (boxes.empty()) return;
   nodes_ = InstanceTop(std::move(boxes)).finish();
 }

@@ -1,6 +1,7 @@
-// The upper level: a bounding volume hierarchy of eight children per node over the boxes of moved instances.
+// The upper level: an eight-wide bounding volume hierarchy over the boxes of instances.
 //
-// Instances overlap and are few, so object splits serve better here than planes that would put one instance into many leaves.
+// Instances overlap and are few, so object splits serve better than planes, which would put one
+// instance into many leaves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +20,8 @@ namespace kindling::accel::kd {
 class InstanceLevel {
  public:
   InstanceLevel() = default;
-  // Boxes in world space, none empty; conservative. Parallel; the same for any number of threads.
+  // Builds over world-space boxes, conservative and none of them empty. Parallel; the result is the
+  // same for any number of threads.
   explicit InstanceLevel(std::vector<Imath::Box3f> boxes);
 
   [[nodiscard]] bool empty() const { return nodes_.size() == 0; }
@@ -29,14 +31,14 @@ class InstanceLevel {
   // For the traversal (kernels/instances.h).
   static constexpr uint32_t kBoxBit = 0x80000000U;
   static constexpr uint32_t kNone = 0x7fffffffU;
-  static constexpr uint32_t kSahDepth = 40; // below, halves: bounds the depth, and so the stack
+  static constexpr uint32_t kSahDepth = 40; // deeper parts are halved, which bounds the depth and so the stack
   static constexpr size_t kStackSize = 7 * (kSahDepth + 32) + 9;
   struct alignas(64) Node {
     float low[3][8], high[3][8];
-    std::array<uint32_t, 8> child; // node, or kBoxBit and the number of a box, or kNone
+    std::array<uint32_t, 8> child; // node index, kBoxBit and a box index, or kNone
   };
   static_assert(sizeof(Node) == 256);
-  // Node 0 is the root.
+  // Returns a node by index; node 0 is the root.
   [[nodiscard]] const Node& node(uint32_t number) const { return nodes_[number]; }
 
  private:

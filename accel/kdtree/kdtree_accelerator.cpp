@@ -1,3 +1,4 @@
+// Builds the kd-tree accelerator from a BuildInput, and forwards its queries to the kernels.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kdtree_accelerator.h"
 
@@ -15,6 +16,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <iterator>
 #include <new>
@@ -25,15 +27,15 @@ namespace {
 
 using kd::Tree;
 
-constexpr size_t kGrain = 4096; // instances of a task
+constexpr size_t kGrain = 4096; // instances per task
 
 class KdTreeAccelerator final : public Accelerator {
  public:
-  KdTreeAccelerator(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> kept)
+  KdTreeAccelerator(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> previous)
       : quality_(options.quality), config_(kd::config_for(options.quality)) {
     structure_.filter = input.filter;
     const auto start = std::chrono::steady_clock::now();
-    cancelled_ = !build(input, options, std::move(kept));
+    cancelled_ = !build(input, options, std::move(previous));
     if (cancelled_) return;
     statistics_.simd = options.simd.value_or(best_simd_target());
     queries_ = &kd::queries_for(statistics_.simd, {!structure_.moving.empty(), structure_.is_split()});
@@ -48,15 +50,19 @@ class KdTreeAccelerator final : public Accelerator {
   [[nodiscard]] Hit intersect(const Ray& ray) const override { return queries_->intersect(structure_, ray); }
   [[nodiscard]] bool occluded(const Ray& ray) const override { return queries_->occluded(structure_, ray); }
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    assert(hits.size() == rays.size());
     queries_->intersect_stream(structure_, rays, hits);
   }
   void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    assert(blocked.size() == rays.size());
     queries_->occluded_stream(structure_, rays, blocked);
   }
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    assert(hits.size() == rays.size());
     queries_->intersect_coherent(structure_, rays, hits);
   }
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
+    assert(blocked.size() == rays.size());
     queries_->occluded_coherent(structure_, rays, blocked);
   }
   [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
@@ -66,51 +72,51 @@ class KdTreeAccelerator final : public Accelerator {
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
   [[nodiscard]] std::unique_ptr<PersistentStructures> take_structures() override {
-    auto kept = std::make_unique<kd::PersistentTrees>(quality_);
-    kept->put(std::move(structure_.world_tree));
-    for (Tree& tree : structure_.group_trees) kept->put(std::move(tree));
-    if (kept->empty()) return nullptr;
-    return kept;
+    auto out = std::make_unique<kd::PersistentTrees>(quality_);
+    out->put(std::move(structure_.world_tree));
+    for (Tree& tree : structure_.group_trees) out->put(std::move(tree));
+    if (out->empty()) return nullptr;
+    return out;
   }
 
  private:
-  // False if cancelled.
-  bool build(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> kept) {
-    std::vector<kd::Geometry> still;
-    std::vector<uint8_t> group_moves(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
-    std::vector<uint32_t> moved, moving;
-    const std::vector<uint8_t> seen = find_seen(input);
+  // Returns false if cancelled.
+  bool build(const BuildInput& input, const BuildOptions& options, std::unique_ptr<kd::PersistentTrees> previous) {
+    std::vector<kd::Geometry> static_geometries;
+    std::vector<uint8_t> group_has_transform(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
+    std::vector<uint32_t> transformed, moving;
+    const std::vector<uint8_t> traceable = find_traceable(input);
     for (size_t i = 0; i < input.instances.size(); ++i) {
       const Instance& instance = input.instances[i];
       const auto number = static_cast<uint32_t>(i);
       const bool moves = instance.motion != kNoId;
-      if (seen[i] == 0) continue;
-      // Of a group some of which deforms the still meshes are traced as if they were alone.
+      if (traceable[i] == 0) continue;
+      // The static meshes of a partly deforming group are traced in a tree of their own.
       const bool deforms = has_deforming(input, input.groups[instance.group]);
       if (deforms) group_deforms[instance.group] = 1;
       if (moves || deforms) moving.push_back(number);
       if (!moves && is_identity(instance.object_to_world)) {
-        append_geometries(input, input.groups[instance.group], number, false, still);
+        append_geometries(input, input.groups[instance.group], number, false, static_geometries);
       } else {
-        group_moves[instance.group] = 1;
-        if (!moves) moved.push_back(number);
+        group_has_transform[instance.group] = 1;
+        if (!moves) transformed.push_back(number);
       }
     }
 
-    // One list of trees to build: the world's and those of the groups that move.
+    // Trees to build: the world's and those of the groups.
     struct Job {
       std::vector<kd::Geometry> geometries;
-      Tree* tree; // or
+      Tree* tree; // set, unless `deforming` is
       kd::DeformingTrees* deforming = nullptr;
     };
     structure_.group_trees.resize(input.groups.size());
     structure_.deforming.resize(moving.empty() ? 0 : input.groups.size());
     std::vector<Job> jobs;
-    std::vector<kd::Geometry> passing = divide(still);
-    jobs.push_back({std::move(still), &structure_.world_tree});
-    if (!passing.empty()) jobs.push_back({std::move(passing), &structure_.passing_tree});
-    for (size_t g = 0; g < group_moves.size(); ++g) {
-      if (group_moves[g] != 0) {
+    std::vector<kd::Geometry> transient = split_off_transient(static_geometries);
+    jobs.push_back({std::move(static_geometries), &structure_.world_tree});
+    if (!transient.empty()) jobs.push_back({std::move(transient), &structure_.transient_tree});
+    for (size_t g = 0; g < group_has_transform.size(); ++g) {
+      if (group_has_transform[g] != 0) {
         jobs.push_back({{}, &structure_.group_trees[g]});
         append_geometries(input, input.groups[g], kNoId, false, jobs.back().geometries);
       }
@@ -119,9 +125,9 @@ class KdTreeAccelerator final : public Accelerator {
         append_geometries(input, input.groups[g], kNoId, true, jobs.back().geometries);
       }
     }
-    if (kept) {
-      std::erase_if(jobs, [&](Job& job) { return job.tree != nullptr && kept->take(job.geometries, *job.tree); });
-      kept.reset(); // what makes room
+    if (previous) {
+      std::erase_if(jobs, [&](Job& job) { return job.tree != nullptr && previous->take(job.geometries, *job.tree); });
+      previous.reset(); // frees memory before the build
     }
     for (const Job& job : jobs)
       for (const kd::Geometry& geometry : job.geometries)
@@ -137,23 +143,24 @@ class KdTreeAccelerator final : public Accelerator {
     });
     if (monitor.cancelled()) return false;
 
-    place_moved(input, std::move(moved));
+    place_transformed(input, std::move(transformed));
     place_moving(input, moving);
     return true;
   }
 
-  // By instance: whether rays have a way into its space.
-  static std::vector<uint8_t> find_seen(const BuildInput& input) {
-    std::vector<uint8_t> seen(input.instances.size());
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, seen.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
-      for (size_t i = range.begin(); i < range.end(); ++i) {
-        const Instance& instance = input.instances[i];
-        RayToObject inverse;
-        seen[i] = instance.motion != kNoId ? is_finite(input.motions[instance.motion])
-                                           : inverse.set_inverse_of(instance.object_to_world);
-      }
-    });
-    return seen;
+  // Returns, per instance, whether its transform can be inverted or its motion keys are finite.
+  static std::vector<uint8_t> find_traceable(const BuildInput& input) {
+    std::vector<uint8_t> traceable(input.instances.size());
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, traceable.size(), kGrain),
+                      [&](const tbb::blocked_range<size_t>& range) {
+                        for (size_t i = range.begin(); i < range.end(); ++i) {
+                          const Instance& instance = input.instances[i];
+                          RayToObject inverse;
+                          traceable[i] = instance.motion != kNoId ? is_finite(input.motions[instance.motion])
+                                                                  : inverse.set_inverse_of(instance.object_to_world);
+                        }
+                      });
+    return traceable;
   }
 
   static bool has_deforming(const BuildInput& input, const MeshGroup& group) {
@@ -162,7 +169,7 @@ class KdTreeAccelerator final : public Accelerator {
     return false;
   }
 
-  // The meshes of a group that deform, or those that do not.
+  // Appends the meshes of a group that deform, or those that do not.
   static void append_geometries(const BuildInput& input, const MeshGroup& group, uint32_t instance, bool deforming,
                                 std::vector<kd::Geometry>& out) {
     uint64_t first = out.empty() ? 0 : out.back().first_primitive + out.back().mesh.triangle_count();
@@ -175,42 +182,43 @@ class KdTreeAccelerator final : public Accelerator {
     }
   }
 
-  // Where some of the geometries of the world last and others do not, leaves the former and returns the latter.
-  static std::vector<kd::Geometry> divide(std::vector<kd::Geometry>& still) {
-    const auto lasts = [](const kd::Geometry& geometry) { return geometry.mesh.lasting != 0; };
-    if (std::none_of(still.begin(), still.end(), lasts)) return {};
-    std::vector<kd::Geometry> passing;
-    std::remove_copy_if(still.begin(), still.end(), std::back_inserter(passing), lasts);
-    std::erase_if(still, [&](const kd::Geometry& geometry) { return !lasts(geometry); });
-    for (std::vector<kd::Geometry>* part : {&still, &passing}) {
+  // If only some geometries are persistent, keeps those and returns the others.
+  static std::vector<kd::Geometry> split_off_transient(std::vector<kd::Geometry>& static_geometries) {
+    const auto is_persistent = [](const kd::Geometry& geometry) { return geometry.mesh.persistent_id != 0; };
+    if (std::none_of(static_geometries.begin(), static_geometries.end(), is_persistent)) return {};
+    std::vector<kd::Geometry> transient;
+    std::remove_copy_if(static_geometries.begin(), static_geometries.end(), std::back_inserter(transient),
+                        is_persistent);
+    std::erase_if(static_geometries, [&](const kd::Geometry& geometry) { return !is_persistent(geometry); });
+    for (std::vector<kd::Geometry>* part : {&static_geometries, &transient}) {
       uint32_t first = 0;
       for (kd::Geometry& geometry : *part) {
         geometry.first_primitive = first;
         first += static_cast<uint32_t>(geometry.mesh.triangle_count());
       }
     }
-    return passing;
+    return transient;
   }
 
-  void place_moved(const BuildInput& input, std::vector<uint32_t> moved) {
+  void place_transformed(const BuildInput& input, std::vector<uint32_t> transformed) {
     bounds_ = structure_.world_tree.bounds;
-    bounds_.extendBy(structure_.passing_tree.bounds);
-    std::erase_if(moved,
+    bounds_.extendBy(structure_.transient_tree.bounds);
+    std::erase_if(transformed,
                   [&](uint32_t i) { return structure_.group_trees[input.instances[i].group].root == kd::kEmptyChild; });
-    structure_.moved.resize(moved.size());
-    std::vector<Imath::Box3f> boxes(moved.size());
+    structure_.transformed.resize(transformed.size());
+    std::vector<Imath::Box3f> boxes(transformed.size());
     tbb::parallel_for(
-        tbb::blocked_range<size_t>(0, moved.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
+        tbb::blocked_range<size_t>(0, transformed.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
           for (size_t i = range.begin(); i < range.end(); ++i) {
-            const Instance& instance = input.instances[moved[i]];
-            kd::MovedInstance& placed = structure_.moved[i];
+            const Instance& instance = input.instances[transformed[i]];
+            kd::TransformedInstance& placed = structure_.transformed[i];
             placed.tree = &structure_.group_trees[instance.group];
-            placed.instance = moved[i];
-            (void)placed.to_object.set_inverse_of(instance.object_to_world); // find_seen() says that it has one
+            placed.instance = transformed[i];
+            (void)placed.to_object.set_inverse_of(instance.object_to_world); // invertible: see find_traceable()
             boxes[i] = transform_bounds(instance.object_to_world, placed.tree->bounds);
           }
         });
-    moved = decltype(moved)();
+    transformed = decltype(transformed)();
     for (const Imath::Box3f& box : boxes) bounds_.extendBy(box);
     structure_.instance_level = kd::InstanceLevel(std::move(boxes));
   }
@@ -239,7 +247,7 @@ class KdTreeAccelerator final : public Accelerator {
                                           : transform_bounds(instance.object_to_world, bounds));
         bounds_.extendBy(boxes.back());
       };
-      // The still meshes of what does not move are with those of other groups.
+      // The static meshes of an instance without motion are in the other trees.
       const Tree& tree = structure_.group_trees[instance.group];
       if (moves && tree.root != kd::kEmptyChild) {
         placed.tree = &tree;
@@ -262,7 +270,8 @@ class KdTreeAccelerator final : public Accelerator {
   void count() {
     Statistics& s = statistics_;
     s.node_count = structure_.instance_level.node_count();
-    s.memory_bytes = structure_.instance_level.memory_bytes() + structure_.moved.capacity() * sizeof(kd::MovedInstance);
+    s.memory_bytes =
+        structure_.instance_level.memory_bytes() + structure_.transformed.capacity() * sizeof(kd::TransformedInstance);
     s.node_count += structure_.moving_level.node_count();
     s.memory_bytes += structure_.moving_level.memory_bytes() +
                       structure_.moving.capacity() * sizeof(kd::MovingInstance) +
@@ -270,18 +279,19 @@ class KdTreeAccelerator final : public Accelerator {
     for (const auto& keys : structure_.motions) s.memory_bytes += sizeof(keys) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();
-      s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // number 0 is not used
+      s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // index 0 is unused
       s.leaf_count += tree.leaf_count;
       s.reference_count += tree.reference_count;
       kd::count_leaf_sizes(tree, s.leaf_sizes);
     };
     add(structure_.world_tree);
-    if (structure_.is_split()) add(structure_.passing_tree);
+    if (structure_.is_split()) add(structure_.transient_tree);
     for (const Tree& tree : structure_.group_trees) add(tree);
     for (const kd::DeformingTrees& deforming : structure_.deforming)
       for (const kd::DeformingSlice& slice : deforming.slices) add(slice.tree);
-    s.triangle_count = structure_.world_tree.triangle_count + structure_.passing_tree.triangle_count;
-    for (const kd::MovedInstance& moved : structure_.moved) s.triangle_count += moved.tree->triangle_count;
+    s.triangle_count = structure_.world_tree.triangle_count + structure_.transient_tree.triangle_count;
+    for (const kd::TransformedInstance& transformed : structure_.transformed)
+      s.triangle_count += transformed.tree->triangle_count;
     for (const kd::MovingInstance& moving : structure_.moving)
       s.triangle_count += moving.tree != nullptr ? moving.tree->triangle_count : moving.deforming->triangle_count;
   }
@@ -298,9 +308,9 @@ class KdTreeAccelerator final : public Accelerator {
 } // namespace
 
 std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
-                                         std::unique_ptr<PersistentStructures> kept) {
-  auto accelerator =
-      std::make_unique<KdTreeAccelerator>(input, options, kd::PersistentTrees::from(std::move(kept), options.quality));
+                                         std::unique_ptr<PersistentStructures> previous) {
+  auto accelerator = std::make_unique<KdTreeAccelerator>(
+      input, options, kd::PersistentTrees::from(std::move(previous), options.quality));
   if (accelerator->cancelled()) return nullptr;
   return accelerator;
 }

@@ -1,4 +1,4 @@
-// Our own accelerator: a kd-tree built by the surface area heuristic, in two levels where instances are moved.
+// The SAH kd-tree accelerator, with a second level for transformed instances.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,9 +8,10 @@
 
 namespace kindling::accel {
 
-// Null only if cancelled; throws std::bad_alloc if memory runs out. Parallel in the caller's TBB arena; the result, and so
-// every answer, is the same for any number of threads. Ties in t usually go to the smallest (instance, mesh, triangle).
+// Returns null only if cancelled; throws std::bad_alloc if memory runs out. Parallel in the
+// caller's TBB arena. The result, and so every answer, is the same for any number of threads. Ties
+// in t usually go to the smallest (instance, mesh, triangle).
 [[nodiscard]] std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
-                                                       std::unique_ptr<PersistentStructures> kept = nullptr);
+                                                       std::unique_ptr<PersistentStructures> previous = nullptr);
 
 } // namespace kindling::accel

@@ -2,14 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/lanes.h"
 #include "accel/kdtree/split.h"
+#include "accel/vectors.h"
 
+#include <cassert>
 #include <limits>
 
 namespace kindling::accel::kd {
 
-// CostModel::split_cost() without the step down, which all splits have. The axis must be longer than kShortestAxis.
+// CostModel::split_cost() without the constant traversal cost. The axis must be longer than
+// kMinExtent.
 struct LaneCosts {
   float base, slope, box_low, box_high; // probability of a side = base + slope * extent of the side
   float leaf, triangle, bonus;
@@ -17,35 +19,36 @@ struct LaneCosts {
   LaneCosts(const Config& config, const Imath::Box3f& box, double area, int axis)
       : box_low(box.min[axis]), box_high(box.max[axis]), leaf(static_cast<float>(config.leaf_cost)),
         triangle(static_cast<float>(config.triangle_cost)), bonus(static_cast<float>(1.0 - config.empty_bonus)) {
+    assert(box.max[axis] - box.min[axis] > kMinExtent);
     const int j = axis == 2 ? 0 : axis + 1, k = j == 2 ? 0 : j + 1;
     const double dj = static_cast<double>(box.max[j]) - box.min[j], dk = static_cast<double>(box.max[k]) - box.min[k];
     base = static_cast<float>(dj * dk / area);
     slope = static_cast<float>((dj + dk) / area);
   }
-  [[nodiscard]] Float8Lanes leaf_cost(Int8Lanes count) const {
-    const Float8Lanes cost = leaf + triangle * __builtin_convertvector(count, Float8Lanes);
-    return count == 0 ? Float8Lanes{} : cost;
+  [[nodiscard]] Float8 leaf_cost(Int8 count) const {
+    const Float8 cost = leaf + triangle * __builtin_convertvector(count, Float8);
+    return count == 0 ? Float8{} : cost;
   }
-  [[nodiscard]] Float8Lanes operator()(Float8Lanes position, Int8Lanes left, Int8Lanes right) const {
-    const Float8Lanes cost = (base + slope * (position - box_low)) * leaf_cost(left) +
-                             (base + slope * (box_high - position)) * leaf_cost(right);
+  [[nodiscard]] Float8 operator()(Float8 position, Int8 left, Int8 right) const {
+    const Float8 cost = (base + slope * (position - box_low)) * leaf_cost(left) +
+                        (base + slope * (box_high - position)) * leaf_cost(right);
     return (left == 0) | (right == 0) ? cost * bonus : cost;
   }
 };
 
-// The cheapest plane of each lane; earlier ones win ties.
+// The cheapest plane of each lane; the earlier one wins ties.
 struct LaneBest {
-  Float8Lanes cost = spread(std::numeric_limits<float>::infinity());
-  Float8Lanes position{};
-  Int8Lanes choice{}; // what else is to be known of the plane
+  Float8 cost = splat(std::numeric_limits<float>::infinity());
+  Float8 position{};
+  Int8 choice{}; // code of the plane, chosen by the caller
 
-  void offer(Float8Lanes other_cost, Float8Lanes other_position, Int8Lanes other_choice) {
-    const Int8Lanes better = other_cost < cost;
+  void offer(Float8 other_cost, Float8 other_position, Int8 other_choice) {
+    const Int8 better = other_cost < cost;
     cost = better ? other_cost : cost;
     position = better ? other_position : position;
     choice = better ? other_choice : choice;
   }
-  // Where the cheapest of all is.
+  // Returns the lane with the cheapest plane of all.
   [[nodiscard]] size_t lane() const {
     size_t lane = 0;
     for (size_t i = 1; i < 8; ++i)

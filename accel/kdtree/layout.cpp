@@ -1,5 +1,6 @@
-// Nodes and leaves are numbered depth first, so that near ones share pages: first those of the top of the tree, then those of the
-// subtrees below it, which are laid out by tasks, each as if it were alone, and then strung together.
+// Lays out a binary tree as wide nodes and leaf blocks, in parallel parts.
+// Indices are depth first, so that neighbors share pages: first the top of the tree, then the
+// subtrees below it, each laid out by a task on its own and then appended.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/layout.h"
 
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -18,36 +20,37 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr uint32_t kTopLevels = 3; // of wide nodes
+constexpr uint32_t kTopLevels = 3; // levels of wide nodes
 
-// How far down a node is.
+// The depth of a node.
 struct Depth {
   uint32_t binary = 0, wide = 0;
 
-  // Whether a wide node here must take all binary levels that it can, so that the deepest tree does not exceed kMaxWideDepth.
+  // Returns true if a wide node here must take all binary levels that fit, so that the deepest tree
+  // does not exceed kMaxWideDepth.
   [[nodiscard]] bool is_short_of_levels() const {
     return kMaxDepth > binary + 1 + kWideLevels * (kMaxWideDepth - 1 - wide);
   }
 };
 static_assert(kMaxDepth <= kWideLevels * kMaxWideDepth);
 
-// A subtree on its own, or the top of the tree without what lies below. Numbers of nodes and places of leaves are relative to
-// those of the part; nodes count from 1, because 0 means an empty child.
+// A subtree, or the top of the tree without its subtrees. Node indices and leaf positions are
+// relative to the part; nodes count from 1, because 0 means an empty child.
 class TreePart {
  public:
   explicit TreePart(const TimeSlice* slice = nullptr) : slice_(slice) {}
 
-  // Lays the subtree out down to wide nodes of depth `last`: for inner nodes below them, `below` is called with the number of the
-  // node, the lane of the child, the child, and its depth.
+  // Lays out the subtree down to wide nodes of depth `last`. For inner nodes below them, calls
+  // `below` with the node index, the lane of the child, the child, and its depth.
   template <class Below>
   void place(const BinaryNode& root, const Depth& depth, uint32_t last, const Below& below) {
     root_ = place_node(root, depth, last, below);
   }
-  // Writes the leaves that place() has met.
+  // Writes the leaves found by place().
   void encode_leaves(std::span<const Geometry> geometries) {
     std::vector<uint32_t> place(leaves_.size());
     for (const BinaryNode* leaf : leaves_) reference_count_ += leaf->count;
-    units_.reserve(reference_count_ + leaves_.size()); // what meshes take
+    units_.reserve(reference_count_ + leaves_.size()); // typical for meshes
     for (size_t i = 0; i < leaves_.size(); ++i) {
       if (i + 2 < leaves_.size()) prefetch_indices(geometries, *leaves_[i + 2]);
       if (i + 1 < leaves_.size()) prefetch_vertices(geometries, *leaves_[i + 1]);
@@ -66,13 +69,13 @@ class TreePart {
       for (ChildWord& child : node.child) address(child);
     address(root_);
   }
-  // Decides where in the tree the part goes.
+  // Sets the position of the part in the tree.
   void set_first(size_t node, size_t unit) {
     if (node + nodes_.size() >= kLeafBit || unit + units_.size() >= kLeafBit) throw std::bad_alloc();
     first_node_ = static_cast<uint32_t>(node);
     first_unit_ = static_cast<uint32_t>(unit);
   }
-  // Moves the part to its place.
+  // Moves the part to its position in the tree.
   void move_to(Tree& tree) {
     WideNode* node = tree.nodes.data() + first_node_ + 1;
     for (const WideNode& from : nodes_) {
@@ -80,11 +83,12 @@ class TreePart {
       for (ChildWord& child : node->child) child = in_tree(child);
       ++node;
     }
-    if (slice_ != nullptr) std::copy(ways_.begin(), ways_.end(), tree.ways.data() + first_node_ + 1);
+    if (slice_ != nullptr)
+      std::copy(displacements_.begin(), displacements_.end(), tree.displacements.data() + first_node_ + 1);
     std::copy(units_.begin(), units_.end(), tree.leaves.data() + first_unit_);
-    // "= {}" would keep the memory of a vector.
+    // Assigning {} would keep the capacity of a vector.
     nodes_ = decltype(nodes_)();
-    ways_ = decltype(ways_)();
+    displacements_ = decltype(displacements_)();
     units_ = decltype(units_)();
   }
 
@@ -111,18 +115,19 @@ class TreePart {
     if (node.is_empty()) return kEmptyChild;
     if (!node.is_inner()) {
       leaves_.push_back(&node);
-      return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // until encode_leaves()
+      return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // index into leaves_ until encode_leaves()
     }
+    assert(depth.binary < kMaxDepth && depth.wide < kMaxWideDepth); // sizes the traversal stacks
     nodes_.emplace_back();
     const size_t number = nodes_.size();
-    PlaneDisplacements ways;
+    PlaneDisplacements displacements;
     WideNode wide;
     wide.planes.fill(std::numeric_limits<float>::infinity());
     wide.child.fill(kEmptyChild);
     Lanes lanes{};
     uint32_t axes = 0;
-    gather(node, depth.is_short_of_levels(), 0, 0, wide, ways, axes, lanes);
-    if (slice_ != nullptr) ways_.push_back(ways);
+    gather(node, depth.is_short_of_levels(), 0, 0, wide, displacements, axes, lanes);
+    if (slice_ != nullptr) displacements_.push_back(displacements);
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       if (lanes[lane].node == nullptr) continue;
@@ -138,27 +143,27 @@ class TreePart {
     return static_cast<ChildWord>(number);
   }
 
-  // Takes the plane of `node`, which is node number `index` of its level, and then its children as far as they were chosen, or
-  // all that fit.
+  // Takes the plane of `node`, which has the given index in its level, and then its children as far
+  // as chosen by joins_parent(), or all that fit.
   static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide,
-                     PlaneDisplacements& ways, uint32_t& axes, Lanes& lanes) {
+                     PlaneDisplacements& displacements, uint32_t& axes, Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
-    ways.ways[lane] = node.way();
+    displacements.lanes[lane] = node.displacement();
     axes |= node.axis << (2 * lane);
     const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
     for (uint32_t side = 0; side < 2; ++side) {
       const BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
       if (child.is_inner() && more > 0 && (all || joins_parent(child, more))) {
-        gather(child, all, level + 1, child_index, wide, ways, axes, lanes);
+        gather(child, all, level + 1, child_index, wide, displacements, axes, lanes);
       } else {
         lanes[child_index << more] = {&child, level + 1};
       }
     }
   }
 
-  // Triangles lie anywhere in memory.
+  // Prefetches, since triangles are scattered in memory.
   static void prefetch_indices(std::span<const Geometry> geometries, const BinaryNode& leaf) {
     for (const LeafReference& r : std::span(leaf.references, leaf.count))
       __builtin_prefetch(geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle));
@@ -171,7 +176,7 @@ class TreePart {
   const TimeSlice* slice_;
   ChildWord root_ = kEmptyChild;
   std::vector<WideNode> nodes_;
-  std::vector<PlaneDisplacements> ways_; // by node, if there is a slice
+  std::vector<PlaneDisplacements> displacements_; // by node, if there is a slice
   std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
@@ -185,7 +190,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
     const BinaryNode* child;
     Depth depth;
   };
-  std::vector<Link> links; // from the top to the other parts
+  std::vector<Link> links; // links from the top to the other parts
   std::vector<TreePart> parts(1, TreePart(slice));
   parts[0].place(binary.root, {}, kTopLevels - 1,
                  [&](size_t node, uint32_t lane, const BinaryNode& child, const Depth& depth) {
@@ -199,7 +204,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
     parts[i].encode_leaves(tree.geometries);
   });
 
-  binary.arenas.clear(); // what makes room for the tree
+  binary.arenas.clear(); // frees memory for the tree
 
   size_t nodes = 0, units = 0;
   for (TreePart& part : parts) {
@@ -212,8 +217,8 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
   tree.nodes = AlignedArray<WideNode>(nodes + 1);
   tree.nodes[0] = {};
   if (slice != nullptr) {
-    tree.ways = AlignedArray<PlaneDisplacements>(nodes + 1);
-    tree.ways[0] = {};
+    tree.displacements = AlignedArray<PlaneDisplacements>(nodes + 1);
+    tree.displacements[0] = {};
   }
   tree.leaves = AlignedArray<LeafUnit>(units + kLeafPadding);
   std::fill_n(tree.leaves.data() + units, kLeafPadding, LeafUnit{});

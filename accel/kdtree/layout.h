@@ -1,4 +1,4 @@
-// Turns a binary tree into wide nodes and leaf blocks.
+// Converts a binary tree to wide nodes and leaf blocks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +11,9 @@
 
 namespace kindling::accel::kd {
 
-// Throws std::bad_alloc if memory runs out, or if the tree exceeds what a ChildWord can number (32 GiB of leaves).
-// `slice`: for a tree of moving planes, that of the shutter which it is for; else null. Its caller sets what rays are cut to.
+// Throws std::bad_alloc if memory runs out, or if the tree exceeds the range of a ChildWord (32 GiB
+// of leaves). `slice`: the slice of the shutter for a tree of moving planes, else null. For such a
+// tree the caller sets clip_bounds and clip_bounds_at_end.
 [[nodiscard]] Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlice* slice = nullptr);
 
 } // namespace kindling::accel::kd

@@ -1,18 +1,20 @@
+// Encodes the triangles of a leaf as blocks with shared vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/leaf_block.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 
 namespace kindling::accel::kd {
 namespace {
 
-// Collects triangles until one of the limits is met.
+// Collects triangles until the block is full.
 class BlockBuilder {
  public:
   BlockBuilder() { place_.fill(kFree); }
 
-  // False if the triangle does not fit any more.
+  // Returns false if the triangle does not fit.
   bool add(const Geometry& geometry, uint32_t triangle) {
     if (triangles_ == kBlockTriangles) return false;
     const uint32_t before = vertices_;
@@ -20,37 +22,38 @@ class BlockBuilder {
     for (uint32_t corner = 0; corner < 3; ++corner) {
       const uint32_t vertex = number_of(geometry.vertex(triangle, static_cast<int>(corner)));
       if (vertex == kBlockVertices) {
-        while (vertices_ > before) place_[slot_[--vertices_]] = kFree; // the last first, or others could not be found
+        while (vertices_ > before)
+          place_[slot_[--vertices_]] = kFree; // in reverse order, to keep probe sequences intact
         return false;
       }
       corners |= vertex << (4 * corner);
     }
     corners_[triangles_] = static_cast<uint16_t>(corners);
     primitives_[triangles_] = geometry.first_primitive + triangle;
-    asking_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
+    filtered_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
     ++triangles_;
     return true;
   }
 
-  // Appends the block and starts the next.
+  // Appends the block to `out` and starts the next.
   void finish(bool more, std::vector<LeafUnit>& out) {
     const size_t first = out.size();
     out.resize(first + LeafBlock::units_for(vertices_, triangles_), LeafUnit{});
     uint32_t* words = out[first].words.data();
-    words[0] = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | asking_ << 16;
+    words[0] = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | filtered_ << 16;
     for (uint32_t axis = 0; axis < 3; ++axis)
       std::memcpy(words + 1 + axis * vertices_, position_[axis].data(), vertices_ * sizeof(uint32_t));
     std::memcpy(words + 1 + 3 * vertices_, corners_.data(), triangles_ * sizeof(uint16_t));
     std::memcpy(words + 1 + 3 * vertices_ + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
-    vertices_ = triangles_ = asking_ = 0;
+    vertices_ = triangles_ = filtered_ = 0;
     place_.fill(kFree);
   }
 
  private:
-  static constexpr uint32_t kSlots = 64; // of a hash table with linear probing
+  static constexpr uint32_t kSlots = 64; // size of the hash table with linear probing
   static constexpr uint8_t kFree = 0xff;
 
-  // The place of a position among the vertices, where it is put if it is new; kBlockVertices: there is no room.
+  // Returns the index of a vertex, added if new; kBlockVertices if the block is full.
   uint32_t number_of(const Imath::V3f& p) {
     uint32_t bits[3];
     std::memcpy(bits, &p, sizeof(bits));
@@ -66,21 +69,23 @@ class BlockBuilder {
     return vertices_++;
   }
 
-  std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bits
+  std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bit patterns
   std::array<uint16_t, kBlockTriangles> corners_{};
   std::array<uint32_t, kBlockTriangles> primitives_{};
-  std::array<uint8_t, kSlots> place_;          // hash table of vertices
-  std::array<uint8_t, kBlockVertices> slot_{}; // where a vertex is in it
-  uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
+  std::array<uint8_t, kSlots> place_;          // hash table of vertex indices
+  std::array<uint8_t, kBlockVertices> slot_{}; // hash table slot of each vertex
+  uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
 };
 
 } // namespace
 
 void append_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                  std::vector<LeafUnit>& out) {
+  assert(!references.empty());
   BlockBuilder block;
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
-  // What does not fit into a block waits for the next: later triangles may still share the vertices that are there.
+  // Triangles that do not fit wait for the next block: later ones may still share the present
+  // vertices.
   std::array<LeafReference, 64> few;
   std::vector<LeafReference> many(references.size() > few.size() ? references.size() : 0);
   LeafReference* const waiting = many.empty() ? few.data() : many.data();

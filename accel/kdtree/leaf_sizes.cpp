@@ -1,3 +1,4 @@
+// Counts leaf sizes by walking all children of a tree.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/leaf_sizes.h"
 
@@ -9,7 +10,7 @@ namespace {
 template <class Block>
 void count_blocks(const Tree& tree, std::vector<size_t>& sizes) {
   const auto visit = [&](ChildWord child) {
-    if ((child & kLeafBit) == 0) return; // empty or a node, which is in the array
+    if ((child & kLeafBit) == 0) return; // empty, or a node of the array
     size_t size = 0;
     for (const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);;) {
       const Block block(unit);
@@ -21,7 +22,7 @@ void count_blocks(const Tree& tree, std::vector<size_t>& sizes) {
     ++sizes[size];
   };
   visit(tree.root);
-  for (size_t n = 1; n < tree.nodes.size(); ++n) // number 0 is not used
+  for (size_t n = 1; n < tree.nodes.size(); ++n) // index 0 is unused
     for (const ChildWord child : tree.nodes[n].child) visit(child);
 }
 

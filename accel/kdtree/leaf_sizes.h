@@ -1,4 +1,4 @@
-// How many references the leaves of a tree hold: for reports.
+// A histogram of leaf sizes of a tree, for reports.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace kindling::accel::kd {
 
-// Adds the leaves of n references to sizes[n], which grows as needed. Linear in the number of leaf blocks.
+// Adds the number of leaves with n references to sizes[n], which grows as needed. Linear in the
+// number of leaf blocks.
 void count_leaf_sizes(const Tree& tree, std::vector<size_t>& sizes);
 
 } // namespace kindling::accel::kd

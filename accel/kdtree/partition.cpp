@@ -1,20 +1,22 @@
+// Branch-free partitioning of references, serial in place and parallel in chunks.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/partition.h"
 
 #include "accel/kdtree/clipping.h"
-#include "accel/kdtree/lanes.h"
+#include "accel/vectors.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 namespace kindling::accel::kd {
 namespace {
 
 constexpr size_t kChunkReferences = 16384; // fixed, so that results do not depend on the number of threads
 
-// Exactly one is true.
+// The side of a reference: exactly one member is true.
 struct Sides {
   bool left, right, cut;
 };
@@ -26,17 +28,18 @@ Sides side_of(const Reference& reference, const Split& split) {
   return {left, starts_above && !left, !ends_below && !starts_above};
 }
 
-// Writes each reference to the end of its list, and of the others, where the next will overwrite it: no branches.
+// Writes each reference to the end of all three lists and advances only its own, so that there are
+// no branches; the next reference overwrites the others.
 struct Lists {
   Reference *left, *right, *cut;
 };
 Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
   for (size_t i = 0; i < count; ++i) {
-    const auto lanes = load_lanes<Int8Lanes>(references + i);
+    const auto lanes = load_vector<Int8>(references + i);
     const Sides side = side_of(references[i], split);
-    store_lanes(lists.left, lanes);
-    store_lanes(lists.right, lanes);
-    store_lanes(lists.cut, lanes);
+    store_vector(lists.left, lanes);
+    store_vector(lists.right, lanes);
+    store_vector(lists.cut, lanes);
     lists.left += side.left ? 1 : 0;
     lists.right += side.right ? 1 : 0;
     lists.cut += side.cut ? 1 : 0;
@@ -46,7 +49,7 @@ Lists deal(const Reference* references, size_t count, const Split& split, Lists 
 
 void cut_all(std::span<const Geometry> geometries, std::span<const Reference> references, const Split& split,
              Reference*& left, Reference*& right) {
-  // Triangles lie anywhere in memory: asks for the indices of one some way ahead, then for its vertices.
+  // Triangles are scattered in memory: prefetches indices several references ahead, then vertices.
   constexpr size_t kIndicesAhead = 8, kVerticesAhead = 4;
   const auto indices_of = [&](const Reference& r) {
     return geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle);
@@ -69,6 +72,7 @@ void cut_all(std::span<const Geometry> geometries, std::span<const Reference> re
 } // namespace
 
 void ReferenceBuffer::reserve(size_t size, size_t keep) {
+  assert(keep <= capacity_);
   if (size <= capacity_) return;
   size = std::max(size, capacity_ + capacity_ / 2);
   auto items = std::make_unique_for_overwrite<Reference[]>(size);
@@ -90,7 +94,7 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
                            const Split& split) {
   struct Chunk {
     HalfCounts counts, first;
-    std::vector<Reference> left_parts, right_parts; // of references that are cut
+    std::vector<Reference> left_parts, right_parts; // parts of split references
   };
   std::vector<Chunk> chunks((references.size() + kChunkReferences - 1) / kChunkReferences);
   const auto chunk_of = [&](size_t c) {
@@ -98,7 +102,7 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
                               std::min(kChunkReferences, references.size() - c * kChunkReferences));
   };
 
-  // How much of each child comes from which chunk. Few of the many references here are cut.
+  // Counts what each chunk contributes to each child. Few of the many references here are split.
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     Chunk& chunk = chunks[c];
     std::vector<Reference> cut;
@@ -126,7 +130,8 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
   out.left = ReferenceBuffer(out.counts.left);
   out.right = ReferenceBuffer(out.counts.right);
 
-  // Through lists in the cache, because deal() writes behind the end of its lists, where other chunks' references are.
+  // Uses small lists in the cache, because deal() writes past the end of its lists, where other
+  // chunks' references are.
   constexpr size_t kBlock = 256;
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     const Chunk& chunk = chunks[c];

@@ -1,4 +1,4 @@
-// Deals the references of a node out to its two children, clipping those that lie in both.
+// Partitions the references of a node to its two children, and clips those on both sides.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,13 +12,13 @@
 
 namespace kindling::accel::kd {
 
-// As bytes: Imath's vectors would be copied by component.
+// Copies bytes, since Imath's vectors would be copied by component. The ranges may overlap.
 inline void copy_references(const Reference* from, size_t count, Reference* to) {
   if (count == 0) return; // pointers may be null
   std::memmove(static_cast<void*>(to), static_cast<const void*>(from), count * sizeof(Reference));
 }
 
-// A growing array of references that are not initialized. Growing moves what is there.
+// A growing array of uninitialized references. Growing preserves its first elements.
 class ReferenceBuffer {
  public:
   ReferenceBuffer() = default;
@@ -37,8 +37,9 @@ struct HalfCounts {
   size_t left = 0, right = 0;
 };
 
-// Serial. One child's references take the place of the node's, which need `count` places; the other child's go to `elsewhere`,
-// which must have room for `count`. References that are cut come last in each child; otherwise their order is kept.
+// Partitions on one thread. One child's references replace those of the node, which need `count`
+// places; the other child's go to `elsewhere`, which must have room for `count`. Parts of split
+// references come last in each child; the others keep their order.
 [[nodiscard]] HalfCounts partition_in_place(std::span<const Geometry> geometries, Reference* references, size_t count,
                                             const Split& split, bool left_in_place, Reference* elsewhere,
                                             ReferenceBuffer& scratch);
@@ -48,8 +49,8 @@ struct Halves {
   HalfCounts counts;
 };
 
-// Parallel for many references. Each chunk of fixed size is ordered as above, so that the result does not depend on the number
-// of threads.
+// Partitions many references in parallel. Each chunk of fixed size is ordered as above, so that the
+// result does not depend on the number of threads.
 [[nodiscard]] Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const Reference> references,
                                          const Split& split);
 

@@ -1,3 +1,4 @@
+// Stores and finds kd-trees by their persistent meshes.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/persistent_trees.h"
 
@@ -16,20 +17,21 @@ PersistentMeshes meshes_of(std::span<const Geometry> geometries) {
 
 } // namespace
 
-std::unique_ptr<PersistentTrees> PersistentTrees::from(std::unique_ptr<PersistentStructures> kept, Quality quality) {
-  auto* trees = dynamic_cast<PersistentTrees*>(kept.get());
+std::unique_ptr<PersistentTrees> PersistentTrees::from(std::unique_ptr<PersistentStructures> previous,
+                                                       Quality quality) {
+  auto* trees = dynamic_cast<PersistentTrees*>(previous.get());
   if (trees == nullptr || trees->quality_ != quality) return nullptr;
-  (void)kept.release();
+  (void)previous.release();
   return std::unique_ptr<PersistentTrees>(trees);
 }
 
 void PersistentTrees::put(Tree&& tree) { trees_.put(meshes_of(tree.geometries), std::move(tree)); }
 
-// Primitives are numbered from the sizes of the meshes, which are the same.
+// Primitive indices depend only on mesh sizes, which are unchanged.
 bool PersistentTrees::take(std::vector<Geometry>& geometries, Tree& tree) {
-  std::optional<Tree> kept = trees_.take(meshes_of(geometries));
-  if (!kept) return false;
-  tree = *std::move(kept);
+  std::optional<Tree> previous = trees_.take(meshes_of(geometries));
+  if (!previous) return false;
+  tree = *std::move(previous);
   tree.geometries = std::move(geometries);
   return true;
 }

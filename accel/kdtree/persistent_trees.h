@@ -1,4 +1,4 @@
-// The trees that one kd-tree accelerator leaves to the next.
+// kd-trees over persistent meshes that one accelerator leaves to the next build.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,18 +16,19 @@ class PersistentTrees final : public PersistentStructures {
  public:
   explicit PersistentTrees(Quality quality) : quality_(quality) {}
 
-  // Of no use to this quality: none.
-  static std::unique_ptr<PersistentTrees> from(std::unique_ptr<PersistentStructures> kept, Quality quality);
+  // Takes over the structures; null if they are of another kind or were built with another quality.
+  static std::unique_ptr<PersistentTrees> from(std::unique_ptr<PersistentStructures> previous, Quality quality);
 
-  // Unless its meshes do not all last.
+  // Stores a tree; ignored unless all its meshes are persistent.
   void put(Tree&& tree);
-  // Sets the tree over these geometries if it is here; they may have other numbers than they had.
+  // Sets `tree` and returns true if a tree over these geometries is stored. Their instance and mesh
+  // indices may have changed.
   [[nodiscard]] bool take(std::vector<Geometry>& geometries, Tree& tree);
   [[nodiscard]] bool empty() const { return trees_.empty(); }
 
  private:
   Quality quality_;
-  KeptBy<Tree> trees_;
+  StructureStore<Tree> trees_;
 };
 
 } // namespace kindling::accel::kd

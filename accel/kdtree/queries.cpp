@@ -1,14 +1,17 @@
+// Selects the query table for an instruction set and a kind of structure.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/queries.h"
+
+#include <cassert>
 
 namespace kindling::accel::kd {
 namespace {
 
 struct QuerySet {
-  const Queries &plain, &divided, &moving, &split_moving;
+  const Queries &plain, &split, &moving, &split_moving;
 
   [[nodiscard]] const Queries& choose(QueryNeeds needs) const {
-    if (needs.divided) return needs.moving ? split_moving : divided;
+    if (needs.split) return needs.moving ? split_moving : split;
     return needs.moving ? moving : plain;
   }
 };
@@ -16,6 +19,7 @@ struct QuerySet {
 } // namespace
 
 const Queries& queries_for(SimdTarget target, QueryNeeds needs) {
+  assert(target <= best_simd_target());
   switch (target) {
 #if defined(__x86_64__)
   case SimdTarget::avx2:

@@ -1,4 +1,4 @@
-// The queries of a structure, compiled once for each SIMD target; which one serves is decided at run time.
+// Function tables of the queries, compiled once per instruction set and selected at run time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace kindling::accel::kd {
 
-// Semantics as in Accelerator. All targets give the same answers bit for bit.
+// The semantics are those of Accelerator. All targets give the same answers bit for bit.
 struct Queries {
   Hit (*intersect)(const Structure&, const Ray&);
   bool (*occluded)(const Structure&, const Ray&);
@@ -21,14 +21,16 @@ struct Queries {
   void (*occluded_coherent)(const Structure&, std::span<const Ray>, std::span<uint8_t>);
 };
 
-// For which structures: those in which something moves, and those whose world is divided.
+// Selects queries by structure: with moving instances, or with a world split into persistent and
+// transient trees.
 struct QueryNeeds {
-  bool moving = false, divided = false;
+  bool moving = false, split = false;
 };
-// `target` must be one that this processor runs; see simd_target.h.
+// Returns the queries of a target, which the processor must support; see simd_target.h.
 [[nodiscard]] const Queries& queries_for(SimdTarget target, QueryNeeds needs);
 
-// Definitions in kernels/portable.cpp, kernels/split_portable.cpp and kernels/moving_portable.cpp, and likewise for the others.
+// Defined in kernels/portable.cpp, kernels/split_portable.cpp, kernels/moving_portable.cpp and
+// their counterparts for the other targets.
 extern const Queries kPortableQueries, kPortableSplitQueries, kPortableMovingQueries, kPortableSplitMovingQueries;
 #if defined(__x86_64__)
 extern const Queries kAvx2Queries, kAvx2SplitQueries, kAvx2MovingQueries, kAvx2SplitMovingQueries;

@@ -1,4 +1,4 @@
-// Where to cut a node: the surface area heuristic and three searches for the plane that it likes best.
+// The surface area heuristic, and three searches for the best splitting plane.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,22 +17,23 @@ struct Split {
   double cost = 0.0;
   float position = 0.0f; // strictly inside the box
   int axis = 0;
-  bool planar_left = false; // side that takes triangles lying in the plane
+  bool planar_left = false; // triangles in the plane go to the left child
 };
 
-// Half the surface area of a box, in double: the extents of the largest scenes would overflow in float.
+// Returns half the surface area of a box, in double: large scenes would overflow in float.
 [[nodiscard]] inline double half_area(const Imath::Box3f& box) {
   const Imath::V3d d = Imath::V3d(box.max) - Imath::V3d(box.min);
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-// MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990; the bonus for empty space as in pbrt.
+// The surface area heuristic of MacDonald and Booth, "Heuristics for ray tracing using space
+// subdivision", 1990, with pbrt's bonus for empty space.
 class CostModel {
  public:
   CostModel(const Config& config, const Imath::Box3f& box)
       : config_(config), box_(box), area_(half_area(box)), inverse_area_(1.0 / area_) {}
 
-  // Probability of entering each child when the node is entered.
+  // Probability of entering a child, given that the node is entered.
   [[nodiscard]] double left_probability(int axis, float position) const {
     return part_area(axis, static_cast<double>(position) - box_.min[axis]) * inverse_area_;
   }
@@ -49,7 +50,7 @@ class CostModel {
     if (count == 0) return 0.0;
     return config_.leaf_cost + config_.triangle_cost * static_cast<double>(count);
   }
-  // A box without area (one point, or a line) is never entered: it is not worth splitting.
+  // False for a box without area (a point or a line), which is never entered.
   [[nodiscard]] bool splittable() const { return area_ > 0.0; }
   [[nodiscard]] double area() const { return area_; }
   [[nodiscard]] const Config& config() const { return config_; }
@@ -67,30 +68,33 @@ class CostModel {
   double area_, inverse_area_;
 };
 
-// Buffers of the search by sorting, kept between nodes of one task.
+// Buffers of the search by sorting, reused between nodes of one task.
 struct SplitScratch {
   std::vector<float> starts, ends, planars;
   std::vector<uint32_t> keys, sorted_keys;
 };
 
-// Tries every bound of every reference, by sorting. None if no plane lies strictly inside the box.
+// Tries every bound of every reference, by sorting. Returns nullopt if no plane lies strictly
+// inside the box.
 [[nodiscard]] std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f& box,
                                                      std::span<const Reference> references, SplitScratch& scratch);
 
-// The same by counting for every bound how many references lie on each side, in time quadratic in their number, which is faster
-// for few. At most kMaxCounted references. Costs are single precision, and axes shorter than kShortestAxis are not split.
+// Tries every bound by counting the references on each side, in quadratic time, which is faster for
+// few references. At most kMaxCounted references. Costs are in single precision, and axes shorter
+// than kMinExtent are not split.
 inline constexpr size_t kMaxCounted = 128;
-inline constexpr float kShortestAxis = 1e-30f;
+inline constexpr float kMinExtent = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
                                                       std::span<const Reference> references);
 
-// Tries the borders of 32 to 256 bins per axis and the ends of the occupied space; then, for up to Config::refine_below
-// references, all bounds in the two bins at the best border. Parallel for many references; the result does not depend on the
-// number of threads. The cost may be off by the few references that rounding puts into the wrong bin.
+// Tries the borders of 32 to 256 bins per axis and the ends of the occupied space. For up to
+// Config::refine_below references, also tries all bounds in the two bins at the best border.
+// Parallel for many references; the result does not depend on the number of threads. The cost may
+// be off by the few references that rounding puts into the wrong bin.
 [[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
                                                      std::span<const Reference> references, SplitScratch& scratch);
 
-// Tries every bound inside [low, high] on one axis, and replaces `best` if one is cheaper.
+// Tries every bound inside [low, high] on one axis; replaces `best` if one is cheaper.
 void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
                   float low, float high, SplitScratch& scratch, std::optional<Split>& best);
 

@@ -1,39 +1,41 @@
-// The binned search for nodes of many references: starts and ends are counted in bins, then swept.
-// After Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of dynamic
-// scenes", 2007 (min/max binning).
+// Binned split search for nodes of many references.
+// Min/max binning counts starts and ends of references per bin, then sweeps over the bins. After
+// Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray
+// tracing of dynamic scenes", 2007.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/lane_costs.h"
-#include "accel/kdtree/lanes.h"
 #include "accel/kdtree/split.h"
+#include "accel/vectors.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <limits>
 
 namespace kindling::accel::kd {
 namespace {
 
 constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
-constexpr uint32_t kFewestBins = 32, kMaxBins = 256;
-// Lanes of a Reference: lower bounds on the three axes, an id, upper bounds, an id.
+constexpr uint32_t kMinBins = 32, kMaxBins = 256;
+// Lanes of a Reference: lower bounds on three axes, an id, upper bounds, an id.
 constexpr size_t kStartLane = 0, kEndLane = 4;
 constexpr std::array<size_t, 6> kBoundLanes = {0, 1, 2, 4, 5, 6};
 
 uint32_t bins_for(size_t count) {
-  return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kFewestBins, kMaxBins);
+  return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kMinBins, kMaxBins);
 }
 
 struct Occupied {
-  Float8Lanes least_of = spread(std::numeric_limits<float>::max());
-  Float8Lanes greatest_of = spread(std::numeric_limits<float>::lowest());
+  Float8 min_bound = splat(std::numeric_limits<float>::max());
+  Float8 max_bound = splat(std::numeric_limits<float>::lowest());
 };
 
-// Where the axes are cut into bins; every axis twice, for starts and ends.
+// The bins of the axes; every axis twice, for starts and ends.
 struct Binning {
-  Float8Lanes low{}, scale{}; // scale 0: the axis has no extent, or the lane is an id
+  Float8 low{}, scale{}; // scale is 0 if the axis has no extent or the lane is an id
   std::array<float, 3> width{};
   uint32_t bins = 0;
   [[nodiscard]] float border(size_t axis, uint32_t i) const { return low[axis] + static_cast<float>(i) * width[axis]; }
@@ -41,30 +43,30 @@ struct Binning {
 
 using Histogram = std::array<std::array<uint32_t, kMaxBins>, 8>; // by lane
 
-// Ids are no floats: as such they would be slow denormals.
-Float8Lanes bounds_of(const Reference& reference) {
-  constexpr Int8Lanes kBounds = {-1, -1, -1, 0, -1, -1, -1, 0};
-  return std::bit_cast<Float8Lanes>(load_lanes<Int8Lanes>(&reference) & kBounds);
+// Clears the ids, which as floats would be slow denormals.
+Float8 bounds_of(const Reference& reference) {
+  constexpr Int8 kBounds = {-1, -1, -1, 0, -1, -1, -1, 0};
+  return std::bit_cast<Float8>(load_vector<Int8>(&reference) & kBounds);
 }
 
 Occupied occupied(std::span<const Reference> references) {
   Occupied all;
   for (const Reference& reference : references) {
-    const Float8Lanes bounds = bounds_of(reference);
-    all.least_of = least(bounds, all.least_of);
-    all.greatest_of = greatest(bounds, all.greatest_of);
+    const Float8 bounds = bounds_of(reference);
+    all.min_bound = vector_min(bounds, all.min_bound);
+    all.max_bound = vector_max(bounds, all.max_bound);
   }
   return all;
 }
 
 void count_bins(std::span<const Reference> references, const Binning& binning, Histogram& histogram) {
   for (std::array<uint32_t, kMaxBins>& lane : histogram) std::fill_n(lane.begin(), binning.bins, 0U);
-  const Float8Lanes last = spread(static_cast<float>(binning.bins - 1));
+  const Float8 last = splat(static_cast<float>(binning.bins - 1));
   for (const Reference& reference : references) {
-    const Float8Lanes place = (bounds_of(reference) - binning.low) * binning.scale;
-    const Int8Lanes bin = __builtin_convertvector(least(greatest(place, Float8Lanes{}), last), Int8Lanes);
+    const Float8 place = (bounds_of(reference) - binning.low) * binning.scale;
+    const Int8 bin = __builtin_convertvector(vector_min(vector_max(place, Float8{}), last), Int8);
     alignas(32) std::array<uint32_t, 8> bins;
-    store_lanes(bins.data(), bin);
+    store_vector(bins.data(), bin);
     for (const size_t lane : kBoundLanes) ++histogram[lane][bins[lane]];
   }
 }
@@ -87,8 +89,8 @@ Occupied occupied_in_chunks(std::span<const Reference> references, size_t chunks
   for_each_chunk(references, chunks, [&](size_t c, std::span<const Reference> part) { parts[c] = occupied(part); });
   Occupied all;
   for (const Occupied& part : parts) {
-    all.least_of = least(part.least_of, all.least_of);
-    all.greatest_of = greatest(part.greatest_of, all.greatest_of);
+    all.min_bound = vector_min(part.min_bound, all.min_bound);
+    all.max_bound = vector_max(part.max_bound, all.max_bound);
   }
   return all;
 }
@@ -108,22 +110,22 @@ Binning make_binning(const Occupied& all, uint32_t bins) {
   Binning binning;
   binning.bins = bins;
   for (size_t axis = 0; axis < 3; ++axis) {
-    const float low = all.least_of[kStartLane + axis], extent = all.greatest_of[kEndLane + axis] - low;
+    const float low = all.min_bound[kStartLane + axis], extent = all.max_bound[kEndLane + axis] - low;
     binning.width[axis] = extent / static_cast<float>(bins);
     for (const size_t lane : {kStartLane + axis, kEndLane + axis}) {
       binning.low[lane] = low;
-      binning.scale[lane] = extent > kShortestAxis ? static_cast<float>(bins) / extent : 0.0f;
+      binning.scale[lane] = extent > kMinExtent ? static_cast<float>(bins) / extent : 0.0f;
     }
   }
   return binning;
 }
 
-// Choices of LaneBest.
+// Encoding of LaneBest::choice.
 constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMaxBins);
 
 void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
                    size_t count, LaneBest& best) {
-  // References that begin before border i, and that end behind it.
+  // Numbers of references that begin before border i, and that end after it.
   alignas(32) std::array<int32_t, kMaxBins> left, right;
   int32_t before = 0, behind = static_cast<int32_t>(count);
   for (uint32_t i = 0; i < binning.bins; ++i) {
@@ -132,14 +134,14 @@ void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogr
     before += static_cast<int32_t>(histogram[kStartLane + axis][i]);
     behind -= static_cast<int32_t>(histogram[kEndLane + axis][i]);
   }
-  const Int8Lanes lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+  const Int8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
   for (uint32_t i = 0; i < binning.bins; i += 8) {
-    const Int8Lanes border = static_cast<int32_t>(i) + lanes;
-    const Float8Lanes position = binning.low[axis] + __builtin_convertvector(border, Float8Lanes) * binning.width[axis];
-    const auto l = load_lanes<Int8Lanes>(left.data() + i), r = load_lanes<Int8Lanes>(right.data() + i);
-    const Int8Lanes inside = (position > costs.box_low) & (position < costs.box_high) & (border > 0);
-    const Float8Lanes cost = inside ? costs(position, l, r) : spread(std::numeric_limits<float>::infinity());
-    const Int8Lanes planar_left = ((r == 0) | ((l != 0) & (l < r))) & kPlanarLeft;
+    const Int8 border = static_cast<int32_t>(i) + lanes;
+    const Float8 position = binning.low[axis] + __builtin_convertvector(border, Float8) * binning.width[axis];
+    const auto l = load_vector<Int8>(left.data() + i), r = load_vector<Int8>(right.data() + i);
+    const Int8 inside = (position > costs.box_low) & (position < costs.box_high) & (border > 0);
+    const Float8 cost = inside ? costs(position, l, r) : splat(std::numeric_limits<float>::infinity());
+    const Int8 planar_left = ((r == 0) | ((l != 0) & (l < r))) & kPlanarLeft;
     best.offer(cost, position, border * kBorder + planar_left + static_cast<int32_t>(axis) * kAxis);
   }
 }
@@ -148,6 +150,7 @@ void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogr
 
 std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
                                        std::span<const Reference> references, SplitScratch& scratch) {
+  assert(!references.empty());
   const CostModel model(config, box);
   std::optional<Split> best;
   if (!model.splittable()) return best;
@@ -169,8 +172,8 @@ std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f&
       const double cost = model.split_cost(axis, position, left, right);
       if (!best || cost < best->cost) best = Split{cost, position, axis, right == 0};
     };
-    offer(all.least_of[kStartLane + k], 0, count);
-    offer(all.greatest_of[kEndLane + k], count, 0);
+    offer(all.min_bound[kStartLane + k], 0, count);
+    offer(all.max_bound[kEndLane + k], count, 0);
     if (binning.scale[k] == 0.0f) continue;
     sweep_borders(LaneCosts(config, box, model.area(), axis), binning, histogram, k, count, at_borders);
   }

@@ -1,5 +1,5 @@
-// The search for nodes of few references: eight planes at a time are compared with all references. Nothing is sorted, and nothing
-// branches on the data.
+// Counting split search for nodes of few references.
+// Compares eight planes at a time with all references, without sorting or data-dependent branches.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/lane_costs.h"
 #include "accel/kdtree/split.h"
@@ -13,7 +13,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-// Structure of arrays.
+// Reference bounds as a structure of arrays.
 struct LaneBounds {
   alignas(32) float low[3][kMaxCounted], high[3][kMaxCounted];
   size_t count;
@@ -22,15 +22,16 @@ struct LaneBounds {
 struct Planes {
   alignas(32) float position[2 * kMaxCounted + 16];
   size_t count = 0;
-  bool planars = false; // a reference lies in a plane of this axis
+  bool planars = false; // some reference lies in a plane across this axis
 };
 
-// All bounds strictly inside the box, padded to a multiple of 16 by repeating the last. Triangles of a mesh share vertices, and so
-// their bounds coincide: what was lately in the same slot of a hash table is left out.
+// Collects all bounds strictly inside the box, padded to a multiple of 16 by repeating the last.
+// Triangles of a mesh share vertices, so their bounds coincide: a small hash table drops recent
+// duplicates.
 void collect_planes(const LaneBounds& bounds, int axis, float box_low, float box_high, Planes& planes) {
   constexpr uint32_t kSlotBits = 7;
   std::array<uint32_t, 1U << kSlotBits> seen;
-  std::memset(seen.data(), 0xff, sizeof(seen)); // no numbers
+  std::memset(seen.data(), 0xff, sizeof(seen)); // a NaN pattern
   size_t count = 0;
   bool planars = false;
   const auto offer = [&](float position) {
@@ -55,12 +56,12 @@ template <bool kPlanars>
 void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, LaneBest& best) {
   const auto count = static_cast<int32_t>(bounds.count);
   for (size_t first = 0; first < planes.count; first += 16) {
-    const auto p0 = load_lanes<Float8Lanes>(planes.position + first);
-    const auto p1 = load_lanes<Float8Lanes>(planes.position + first + 8);
-    Int8Lanes left0{}, left1{}, right0{}, right1{}, both0{}, both1{}; // minus the counts
+    const auto p0 = load_vector<Float8>(planes.position + first);
+    const auto p1 = load_vector<Float8>(planes.position + first + 8);
+    Int8 left0{}, left1{}, right0{}, right1{}, both0{}, both1{}; // negated counts
     for (size_t i = 0; i < bounds.count; ++i) {
-      const Float8Lanes low = spread(bounds.low[axis][i]), high = spread(bounds.high[axis][i]);
-      const Int8Lanes l0 = low<p0, l1 = low<p1, r0 = high> p0, r1 = high> p1;
+      const Float8 low = splat(bounds.low[axis][i]), high = splat(bounds.high[axis][i]);
+      const Int8 l0 = low<p0, l1 = low<p1, r0 = high> p0, r1 = high> p1;
       left0 += l0;
       left1 += l1;
       right0 += r0;
@@ -70,13 +71,13 @@ void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const
         both1 += l1 & r1;
       }
     }
-    const auto offer = [&](Float8Lanes position, Int8Lanes left, Int8Lanes right, Int8Lanes both) {
+    const auto offer = [&](Float8 position, Int8 left, Int8 right, Int8 both) {
       if constexpr (kPlanars) {
-        const Int8Lanes inside = count - (left + right - both); // neither below nor above
-        best.offer(costs(position, left, right + inside), position, Int8Lanes{} + 2 * axis);
-        best.offer(costs(position, left + inside, right), position, Int8Lanes{} + (2 * axis + 1));
+        const Int8 inside = count - (left + right - both); // references in the plane
+        best.offer(costs(position, left, right + inside), position, Int8{} + 2 * axis);
+        best.offer(costs(position, left + inside, right), position, Int8{} + (2 * axis + 1));
       } else {
-        best.offer(costs(position, left, right), position, Int8Lanes{} + 2 * axis);
+        best.offer(costs(position, left, right), position, Int8{} + 2 * axis);
       }
     };
     offer(p0, -left0, -right0, -both0);
@@ -101,7 +102,7 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
   LaneBest best;
   Planes planes;
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(box.max[axis] - box.min[axis] > kShortestAxis)) continue;
+    if (!(box.max[axis] - box.min[axis] > kMinExtent)) continue;
     collect_planes(bounds, axis, box.min[axis], box.max[axis], planes);
     if (planes.count == 0) continue;
     const LaneCosts costs(config, box, area, axis);

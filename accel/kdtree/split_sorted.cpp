@@ -1,12 +1,15 @@
-// The exact search: bounds sorted per axis, then one sweep that knows at every plane how many references lie on each side.
-// After Wald and Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006; departing
-// from it, bounds are sorted anew at every node, as plain floats, which for few thousand references costs little.
+// Exact split search by sorting the bounds of all references.
+// Sorts bounds per axis, then sweeps with the counts on each side of every plane. After Wald and
+// Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006.
+// Departure: bounds are sorted again at every node, as plain floats, which is cheap for a few
+// thousand references.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/split.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -15,7 +18,7 @@ namespace {
 
 constexpr size_t kRadixAbove = 1024;
 
-// Order-preserving map between floats and unsigned integers.
+// An order-preserving map between floats and unsigned integers.
 uint32_t to_key(float x) {
   const auto bits = std::bit_cast<uint32_t>(x);
   return bits ^ ((bits >> 31) != 0 ? 0xffffffffU : 0x80000000U);
@@ -49,7 +52,8 @@ void sort_floats(std::vector<float>& values, SplitScratch& scratch) {
   for (size_t i = 0; i < values.size(); ++i) values[i] = from_key(scratch.keys[i]);
 }
 
-// References that lie below the range of the sweep, or begin there, and those that lie above or end there.
+// Counts of references outside the range of the sweep: those that begin below it and those that end
+// above it.
 struct Outside {
   size_t left = 0, right = 0;
 };
@@ -62,7 +66,7 @@ void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Outs
     if (!best || cost < best->cost) best = Split{cost, position, axis, planar_left};
   };
   constexpr float kNone = std::numeric_limits<float>::infinity();
-  size_t started = 0, ended = 0, passed = 0; // starts before the plane, ends up to it, planars before it
+  size_t started = 0, ended = 0, passed = 0; // starts before the plane, ends up to it, planar references before it
   while (true) {
     const float position =
         std::min({started < starts.size() ? starts[started] : kNone, ended < ends.size() ? ends[ended] : kNone,
@@ -120,6 +124,7 @@ std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f&
 
 void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
                   float low, float high, SplitScratch& scratch, std::optional<Split>& best) {
+  assert(low <= high);
   const CostModel model(config, box);
   clear_events(scratch);
   Outside outside;

@@ -1,4 +1,4 @@
-// Everything that a query walks through: the world's tree, and the trees of moved instances under a hierarchy of boxes.
+// The data that queries traverse: world trees, instance trees, and the hierarchies above them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,40 +14,41 @@
 
 namespace kindling::accel::kd {
 
-// All that a ray needs of it, in one cache line.
-struct alignas(64) MovedInstance {
+// The data that a ray needs of a transformed instance, in one cache line.
+struct alignas(64) TransformedInstance {
   RayToObject to_object;
   uint32_t instance = 0;
   const Tree* tree = nullptr;
 };
-static_assert(sizeof(MovedInstance) == 64);
+static_assert(sizeof(TransformedInstance) == 64);
 
-// What a ray meets at its time: the still meshes of a group, or those that deform.
+// An instance that moves or deforms: the static meshes of a group, or its deforming ones.
 struct MovingInstance {
-  std::span<const Imath::M44f> keys;   // of its matrix; none: it stands where to_object says
-  std::span<const Imath::Box3f> boxes; // its bounds in the world at each key, between which they hold it too
+  std::span<const Imath::M44f> keys;   // motion keys of its matrix; empty if it is placed by to_object
+  std::span<const Imath::Box3f> boxes; // world bounds at each key, which interpolate to bounds at all times
   RayToObject to_object;
-  bool in_place = false;      // the identity, to_object is not set
-  const Tree* tree = nullptr; // or
+  bool in_place = false;      // an identity transform; to_object is not set
+  const Tree* tree = nullptr; // set, unless `deforming` is
   const DeformingTrees* deforming = nullptr;
   uint32_t instance = 0;
 };
 
 struct Structure {
   HitFilter filter;
-  Tree world_tree;   // what stands still under identity transforms, in world space; where that is divided, what lasts
-  Tree passing_tree; // where it is divided, the rest; else empty
-  std::vector<Tree> group_trees; // of still meshes by group; empty where no moved or moving instance uses it
-  std::vector<MovedInstance> moved;
-  InstanceLevel instance_level; // over moved
+  Tree world_tree;     // static geometry under identity transforms; if the world is split, only persistent meshes
+  Tree transient_tree; // if the world is split, its other meshes; else empty
+  // Trees of static meshes by group; empty if no transformed or moving instance uses them.
+  std::vector<Tree> group_trees;
+  std::vector<TransformedInstance> transformed;
+  InstanceLevel instance_level; // over `transformed`
 
-  std::vector<DeformingTrees> deforming;         // by group; no slices where nothing deforms
-  std::vector<std::vector<Imath::M44f>> motions; // keys, as BuildInput has them
+  std::vector<DeformingTrees> deforming;         // by group; no slices if nothing deforms
+  std::vector<std::vector<Imath::M44f>> motions; // matrix keys, as in BuildInput
   std::vector<Imath::Box3f> key_boxes;
   std::vector<MovingInstance> moving;
-  InstanceLevel moving_level; // over moving, for the whole shutter
+  InstanceLevel moving_level; // over `moving`, bounds of the whole shutter
 
-  [[nodiscard]] bool is_split() const { return passing_tree.root != kEmptyChild; }
+  [[nodiscard]] bool is_split() const { return transient_tree.root != kEmptyChild; }
 };
 
 } // namespace kindling::accel::kd

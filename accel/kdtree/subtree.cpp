@@ -1,5 +1,7 @@
-// References live on a stack. A node's are on top; the child with more of them takes their place, the other's are pushed on top
-// and built first. So memory stays close to twice the references of the first node, and nothing is allocated per node.
+// Serial kd-tree construction over a stack of references, without allocation per node.
+// References live on a stack, with a node's own on top. The larger child's replace them; the
+// smaller child's are pushed on top and built first. Memory stays close to twice the references of
+// the first node, and nothing is allocated per node.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/subtree.h"
 
@@ -11,6 +13,7 @@
 namespace kindling::accel::kd {
 
 void Cell::divide(const Split& split, const HalfCounts& counts, Cell& left, Cell& right) const {
+  assert(counts.left + counts.right > 0 && counts.left + counts.right <= budget);
   const uint64_t total = counts.left + counts.right, spare = budget - total;
   const double share = static_cast<double>(counts.left) / static_cast<double>(total);
   const auto left_spare = std::min(spare, static_cast<uint64_t>(static_cast<double>(spare) * share));
@@ -32,7 +35,8 @@ std::optional<Split> find_split(const Config& config, const CostModel& model, co
     split = best_split_counted(config, box, references);
   } else {
     if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
-    // Bins may see nothing where all bounds fall into one bin; among few references that is no loss.
+    // The binned search finds nothing if all bounds fall into one bin; for few references that is
+    // no loss.
     if (count > kMaxCounted && (!split || split->cost >= leaf_cost))
       split = best_split_sorted(config, box, references, scratch);
   }
@@ -48,7 +52,7 @@ BinaryNode* SubtreeBuilder::new_pair() {
 
 double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                              BinaryNode& node) {
-  assert(references.size() <= kMaxOfSubtree);
+  assert(references.size() <= kMaxSubtreeReferences);
   stack_.reserve(2 * references.size() + 1, 0);
   copy_references(references.data(), references.size(), stack_.data());
   const double cost = build(context, cell, 0, references.size(), node);
@@ -76,10 +80,10 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
     split = find_split(config, model, cell.box, references, scratch_);
   if (!split) return build_leaf(context, cell, references, node);
 
-  // Which side is larger is a guess here; only the height of the stack depends on it.
+  // Predicts the larger side; only the height of the stack depends on it.
   const double middle = 0.5 * (static_cast<double>(cell.box.min[split->axis]) + cell.box.max[split->axis]);
   const bool left_in_place = split->position > middle;
-  const size_t first_id = push_ids(references); // the node may yet become a leaf
+  const size_t first_id = push_ids(references); // the node may still become a leaf
   const size_t top = first + count;
   stack_.reserve(top + count + 1, top);
   const HalfCounts counts = partition_in_place(context.geometries, stack_.data() + first, count, *split, left_in_place,
@@ -114,7 +118,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   if (may_collapse && model.leaf_cost(count) <= cost) {
     arena_.nodes.rewind(nodes_before);
     arena_.references.rewind(references_before);
-    make_leaf(context, 0.0, ids_from(first_id), node); // the progress has been counted
+    make_leaf(context, 0.0, ids_from(first_id), node); // progress was counted by its leaves
     cost = model.leaf_cost(count);
   } else {
     choose_cuts(node, model.area() * context.inverse_area);
@@ -132,9 +136,10 @@ size_t SubtreeBuilder::push_ids(std::span<const Reference> references) {
 
 void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
                                BinaryNode& node) {
+  assert(!references.empty());
   LeafReference* own = arena_.references.allocate(references.size());
   std::copy(references.begin(), references.end(), own);
-  // Neighbors in a mesh share vertices, which makes the leaf smaller.
+  // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.
   std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {
     return a.geometry != b.geometry ? a.geometry < b.geometry : a.triangle < b.triangle;
   });
@@ -142,7 +147,7 @@ void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::
   node.count = static_cast<uint32_t>(references.size());
   node.references = own;
   unreported_ += weight;
-  constexpr double kReport = 512.0; // triangles
+  constexpr double kReport = 512.0; // in triangles
   if (unreported_ > kReport) {
     context.monitor.add(unreported_);
     unreported_ = 0.0;

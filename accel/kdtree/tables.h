@@ -1,4 +1,4 @@
-// Tables that replace decisions in a step through a wide node.
+// Lookup tables that replace branches in a step through a wide node.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,8 @@ namespace kindling::accel::kd {
 
 namespace tables {
 
-// Comparisons of the entry point with the planes (bit set: above) -> lane of the child that holds it. Bit 2 is ignored.
+// Maps comparisons of the entry point with the planes (bit set: above) to the lane of the child
+// that contains it. Bit 2 is ignored.
 consteval std::array<uint8_t, 256> make_near_lane() {
   std::array<uint8_t, 256> table{};
   for (uint32_t bits = 0; bits < 256; ++bits) {
@@ -23,8 +24,9 @@ consteval std::array<uint8_t, 256> make_near_lane() {
   return table;
 }
 
-// Signs of the direction along the axes of the planes -> eight bytes, children from far to near: the lane in bits 0 to 2, the
-// lane of its third-level plane in bits 3 to 5, that of its second-level plane in bits 6 and 7.
+// Maps the signs of the direction along the axes of the planes to eight bytes, one per child from
+// far to near: the lane in bits 0 to 2, the lane of its third-level plane in bits 3 to 5, that of
+// its second-level plane in bits 6 and 7.
 consteval std::array<uint64_t, 256> make_order() {
   std::array<uint64_t, 256> table{};
   for (uint32_t signs = 0; signs < 256; ++signs) {
@@ -42,7 +44,7 @@ consteval std::array<uint64_t, 256> make_order() {
   return table;
 }
 
-// Bits of a mask -> eight bytes: the numbers of the set bits, then zeros.
+// Maps a mask to eight bytes: the indices of the set bits, then zeros.
 consteval std::array<uint64_t, 256> make_compress() {
   std::array<uint64_t, 256> table{};
   for (uint32_t mask = 0; mask < 256; ++mask) {
@@ -55,7 +57,7 @@ consteval std::array<uint64_t, 256> make_compress() {
 
 inline constexpr std::array<uint8_t, 256> kNearLane = make_near_lane();
 inline constexpr std::array<uint64_t, 256> kOrder = make_order();
-// The same from near to far.
+// The table of make_order() with children from near to far.
 consteval std::array<uint64_t, 256> make_near_first() {
   std::array<uint64_t, 256> table{};
   const std::array<uint64_t, 256> far_first = make_order();

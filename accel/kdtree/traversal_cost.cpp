@@ -1,3 +1,4 @@
+// A scalar traversal in the order of the single-ray query that counts its work.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/traversal_cost.h"
 
@@ -18,17 +19,17 @@
 namespace kindling::accel::kd {
 namespace {
 
-// As in kernels/traversal.h, on whose arithmetic the answers depend.
+// The same constant as in kernels/traversal.h, since answers depend on it.
 constexpr float kWiden = 1.0f + 5e-7f;
 
-// NaN: no restriction.
+// Maximum and minimum that ignore a NaN in the first operand.
 float later(float value, float running) { return value > running ? value : running; }
 float earlier(float value, float running) { return value < running ? value : running; }
 
 struct Interval {
   float enter, leave;
 
-  // Between the planes of a box; false if nothing is left.
+  // Intersects the interval with a box; returns false if nothing is left.
   bool cut(const Imath::V3f& low, const Imath::V3f& high, const Ray& ray) {
     for (int k = 0; k < 3; ++k) {
       const float reciprocal = 1.0f / ray.direction[k];
@@ -40,19 +41,19 @@ struct Interval {
   }
 };
 
-// One ray, in the space of one tree.
+// A scalar traversal of one tree by a ray in its space.
 class TreeWalk {
  public:
-  // `slice`: that which a tree that deforms is for.
+  // `slice`: the slice of a deforming tree, else null.
   TreeWalk(const Ray& ray, const CandidateFilter& filter, bool any_hit, TraversalCost& cost,
            const TimeSlice* slice = nullptr)
       : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), time_(clamped_time(ray.time)),
         fraction_(slice == nullptr ? 0.0f : slice->fraction_of(time_)), shear_(ray.origin, ray.direction), cost_(cost) {
-    for (int k = 0; k < 3; ++k) // 1 / direction is infinite: cells beyond the hit are passed over
+    for (int k = 0; k < 3; ++k) // 1 / direction is infinite: cells beyond the hit are skipped
       may_lie_in_plane_ = may_lie_in_plane_ || std::fabs(ray.direction[k]) < std::numeric_limits<float>::min();
   }
 
-  // Narrows t_far to the nearest hit; true at the first if any will do.
+  // Narrows t_far to the nearest hit. Returns true at the first hit if any_hit_ is set.
   bool run(float t_min, float& t_far) {
     Interval whole{t_min, t_far};
     Imath::Box3f box = tree_.clip_bounds;
@@ -79,8 +80,8 @@ class TreeWalk {
     float enter, leave;
   };
 
-  // To the near child; the others that the ray enters go to the stack, farthest first. All of them do, and no child is returned,
-  // where intervals and entry point do not agree on the near one.
+  // Steps to the near child and pushes the other children that the ray enters, farthest first. If
+  // intervals and entry point disagree on the near child, pushes all of them and returns no child.
   Cell descend(const Cell& cell) {
     ++cost_.nodes;
     const WideNode& node = tree_.nodes[cell.child];
@@ -90,8 +91,8 @@ class TreeWalk {
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
       if (axis > 2 || lane == kAxesLane) continue;
-      const float plane =
-          tree_.deforms() ? node.planes[lane] + tree_.ways[cell.child].ways[lane] * fraction_ : node.planes[lane];
+      const float plane = tree_.deforms() ? node.planes[lane] + tree_.displacements[cell.child].lanes[lane] * fraction_
+                                          : node.planes[lane];
       const float reciprocal = 1.0f / ray_.direction[axis];
       const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
       t[lane] = (plane - ray_.origin[axis]) * reciprocal;
@@ -115,7 +116,7 @@ class TreeWalk {
       reached |= (enter <= leave * kWiden ? 1U : 0U) << position;
       near_bit |= (lane == near ? 1U : 0U) << position;
     }
-    const bool agree = (reached & (0U - near_bit)) == near_bit; // reached, and nothing before it
+    const bool agree = (reached & (0U - near_bit)) == near_bit; // reached, and none before it
     for (uint32_t position = 0; position < kWideLanes; ++position) {
       const bool goes_to_stack = ((reached >> position) & 1U) != 0 && children[position].child != kEmptyChild;
       if (goes_to_stack && !(agree && ((near_bit >> position) & 1U) != 0)) stack_.push_back(children[position]);
@@ -141,7 +142,7 @@ class TreeWalk {
     return {row(0), row(1), row(2)};
   }
 
-  // Whether there was a hit; with any_hit_ it ends there.
+  // Returns true if there was a hit; stops there if any_hit_ is set.
   template <class Block>
   bool test_blocks(ChildWord leaf, float t_min, float& t_far) {
     bool found = false;
@@ -157,7 +158,7 @@ class TreeWalk {
                                 vertex((corners >> 8) & 15U), t_min, t_far, candidate.t, candidate.u, candidate.v))
           continue;
         if (best_.is_hit() && candidate.t == best_.t && candidate.primitive >= best_.primitive) continue;
-        if (((block.asking() >> i) & 1U) != 0 && !filter_.accepts(candidate)) continue;
+        if (((block.filtered() >> i) & 1U) != 0 && !filter_.accepts(candidate)) continue;
         best_ = candidate;
         t_far = candidate.t;
         found = true;
@@ -180,8 +181,8 @@ class TreeWalk {
   TreeHit best_;
 };
 
-// Through the instances whose boxes the ray enters, as kernels/instances.h does: visit(number of the box) may narrow t_far and end
-// the walk by true.
+// Visits the instances whose boxes the ray enters, as kernels/instances.h does. visit(box index)
+// may narrow t_far, and ends the walk by returning true.
 template <class Visit>
 bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, const float& t_far, TraversalCost& cost,
                     const Visit& visit) {
@@ -230,12 +231,12 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
     return can_hit(in_tree) && TreeWalk(in_tree, in_instance, any_hit, cost, slice).run(t_min, t_far);
   };
   if (walk_instances(structure.instance_level, ray, t_min, t_far, cost, [&](uint32_t i) {
-        const MovedInstance& moved = structure.moved[i];
-        return visit(*moved.tree, moved.instance, moved.to_object(ray), nullptr);
+        const TransformedInstance& transformed = structure.transformed[i];
+        return visit(*transformed.tree, transformed.instance, transformed.to_object(ray), nullptr);
       }))
     return cost;
-  const CandidateFilter passing{structure.filter, ray, structure.passing_tree, kNoId};
-  if (structure.is_split() && TreeWalk(ray, passing, any_hit, cost).run(t_min, t_far)) return cost;
+  const CandidateFilter transient{structure.filter, ray, structure.transient_tree, kNoId};
+  if (structure.is_split() && TreeWalk(ray, transient, any_hit, cost).run(t_min, t_far)) return cost;
   walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
     const MovingInstance& moving = structure.moving[i];
     RayToObject to_object = moving.to_object;

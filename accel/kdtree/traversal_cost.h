@@ -1,4 +1,4 @@
-// What a ray's way through a kd-tree costs, counted by a plain walk.
+// Counts the nodes, leaves and triangles that a ray visits, by a scalar traversal.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,9 +7,10 @@
 
 namespace kindling::accel::kd {
 
-// Visits what the single query visits, in its order (kernels/traversal.h), one lane after the other; asks the hit filter alike.
-// Nodes are wide nodes, those of the instance level among them; triangles are those of the blocks that were tested, in which
-// the widest kernels test all at once. `any_hit`: ends at the first.
+// Visits what the single query visits, in the same order (kernels/traversal.h), lane by lane, and
+// calls the hit filter alike. Nodes are wide nodes, including those of the instance level.
+// Triangles are those of the tested blocks, which the widest kernels test all at once. `any_hit`:
+// ends at the first hit.
 [[nodiscard]] TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool any_hit);
 
 } // namespace kindling::accel::kd

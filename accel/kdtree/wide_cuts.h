@@ -1,25 +1,32 @@
-// Which three binary levels share a wide node is chosen to minimize the summed area of all wide nodes, a measure of how many
-// are visited: f(n) = A(n) + g(left, 2) + g(right, 2), where g(n, d) is the least sum for the subtree of n if d more levels
-// fit into the current wide node: g(n, 0) = f(n), g(n, d) = min(f(n), g(left, d-1) + g(right, d-1)), and 0 for leaves.
+// Dynamic programming that decides which three binary levels share a wide node.
+// The choice minimizes the summed area of all wide nodes, a measure of how many are visited: f(n) =
+// A(n) + g(left, 2) + g(right, 2), where g(n, d) is the minimum sum for the subtree of n if d more
+// levels fit into the current wide node: g(n, 0) = f(n), g(n, d) = min(f(n), g(left, d-1) +
+// g(right, d-1)), and 0 for leaves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace kindling::accel::kd {
 
-// Fills cut_cost of an inner node whose children have theirs. `area` relative to the area of the whole tree.
+// Sets cut_cost of an inner node whose children have theirs. `area` is relative to that of the
+// whole tree.
 inline void choose_cuts(BinaryNode& node, double area) {
+  assert(node.is_inner());
   const BinaryNode &below = node.children[0], &above = node.children[1];
   const float own = static_cast<float>(area) + (below.cut_cost[2] + above.cut_cost[2]);
   node.cut_cost[0] = own;
   for (size_t d = 1; d < 3; ++d) node.cut_cost[d] = std::min(own, below.cut_cost[d - 1] + above.cut_cost[d - 1]);
 }
 
-// Whether an inner node joins the wide node of its parent, where `levels` levels, 1 or 2, still fit below the parent.
+// Returns true if an inner node joins the wide node of its parent. `levels`: levels, 1 or 2, that
+// still fit below the parent.
 [[nodiscard]] inline bool joins_parent(const BinaryNode& node, uint32_t levels) {
+  assert(node.is_inner() && (levels == 1 || levels == 2));
   return node.cut_cost[levels] < node.cut_cost[0];
 }
 

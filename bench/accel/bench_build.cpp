@@ -1,6 +1,7 @@
-// Build time, memory and references per triangle of every accelerator against the number of triangles and the quality.
+// Benchmark of build time, memory and references per triangle, by size and quality.
 //
-// Names are shape/accelerator/quality/triangles. Threads: all that TBB finds; limit them with `taskset`.
+// Names are shape/accelerator/quality/triangles. Uses all threads that TBB finds; limit them with
+// `taskset`.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/accel/bench_meshes.h"
 

@@ -1,3 +1,4 @@
+// Generates meshes and rays for the accelerator benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/accel/bench_meshes.h"
 
@@ -24,7 +25,7 @@ V3f uniform_direction(Rng& rng) {
   return {s * std::cos(phi), s * std::sin(phi), z};
 }
 
-// A surface over [0, 1]^2 in columns x rows quads.
+// Adds a surface over [0, 1]^2 with columns x rows quads.
 void add_patch(BenchScene& scene, int columns, int rows, const std::function<V3f(float, float)>& point) {
   const auto base = static_cast<uint32_t>(scene.positions.size());
   for (int y = 0; y <= rows; ++y)
@@ -51,7 +52,7 @@ void add_sphere(BenchScene& scene, size_t triangles) {
 }
 
 void add_hall(BenchScene& scene, size_t triangles) {
-  // Half of the triangles in the floor, a few in the walls, the rest in 24 columns.
+  // Half of the triangles are in the floor, a few in the walls, the rest in 24 columns.
   const int floor = std::max(4, static_cast<int>(std::sqrt(static_cast<double>(triangles) / 4.0)));
   const auto bump = [](float u, float v) { return 0.05f * std::sin(61.0f * u) * std::cos(53.0f * v + 7.0f * u); };
   add_patch(scene, floor, floor, [&](float u, float v) { return V3f(20.0f * u, bump(u, v), 10.0f * v); });

@@ -1,14 +1,15 @@
-// Rays per second through what moves: Embree's motion blur and the kd-tree, with the same thing at rest for comparison.
+// Benchmark of rays per second with motion: Embree's motion blur and the kd-tree, and at rest.
 //
-// bench_motion [--triangles=N] [--motion=NAME] [Google Benchmark's options]; the default is 200000 and all. Names are
-// motion/accelerator/ray kind; rate is items_per_second. Building time, memory and references of each are printed first.
-//   rest       a noisy sphere that stands still
-//   flight     the same, which moves on by its own size: as a mesh that deforms, of two keys
-//   twist      twisted by half a turn from pole to pole, of five keys
-//   waves      waves run over it, of nine keys
-//   explode    every vertex goes a way of its own, ten edges long, of two keys
+// bench_motion [--triangles=N] [--motion=NAME] [Google Benchmark's options]; the default is 200000
+// triangles and all motions. Names are motion/accelerator/ray kind; the rate is items_per_second.
+// Build time, memory and references are printed first.
+//   rest       a noisy sphere at rest
+//   flight     translates by its own size, as a deforming mesh with two keys
+//   twist      twists by half a turn from pole to pole, with five keys
+//   waves      waves run over it, with nine keys
+//   explode    every vertex moves in its own direction by ten edge lengths, with two keys
 //   swarm      a thousand moving instances of a small sphere
-//   swarm_rest the same at rest
+//   swarm_rest the same instances at rest
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/accel/bench_meshes.h"
 
@@ -32,7 +33,7 @@ using Imath::V3f;
 constexpr size_t kBatch = 64;
 constexpr float kPi = 3.14159265f;
 
-// What one motion is built from.
+// The data of one motion.
 struct MotionScene {
   std::unique_ptr<BenchScene> scene;
   std::vector<std::vector<V3f>> later;
@@ -58,7 +59,7 @@ MotionScene deforming(size_t triangles, uint32_t keys, const std::function<V3f(c
   return out;
 }
 
-// A cube of 10 x 10 x 10, each of which turns and goes its own way.
+// Returns a 10 x 10 x 10 grid of instances that each rotate and translate.
 MotionScene swarm(size_t triangles, bool moving) {
   MotionScene out;
   out.scene = make_scene(Shape::sphere, std::max<size_t>(32, triangles / 1000));
@@ -122,7 +123,7 @@ RaySets make_rays(const MotionScene& motion, const Accelerator& accelerator) {
   sets.camera = camera_rays(*motion.scene, 320, 184);
   std::mt19937 rng(11);
   for (Ray& ray : sets.camera) ray.time = std::uniform_real_distribution<float>(0.0f, 1.0f)(rng);
-  // Geometric normals at rest serve: all that counts is that rays leave from all over the surface.
+  // Directions need not follow normals: rays only have to leave from all over the surface.
   std::vector<Hit> hits(sets.camera.size());
   accelerator.intersect(sets.camera, hits);
   std::vector<float> times;
@@ -204,7 +205,7 @@ int main(int argc, char** argv) {
   size_t triangles = 200000;
   std::string_view only;
   constexpr std::string_view kTriangles = "--triangles=", kMotion = "--motion=";
-  int kept = 1;
+  int remaining = 1;
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument.starts_with(kTriangles)) {
@@ -212,10 +213,10 @@ int main(int argc, char** argv) {
     } else if (argument.starts_with(kMotion)) {
       only = argument.substr(kMotion.size());
     } else {
-      argv[kept++] = argv[i];
+      argv[remaining++] = argv[i];
     }
   }
-  argc = kept;
+  argc = remaining;
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   kindling::accel::bench::register_all(triangles, only);

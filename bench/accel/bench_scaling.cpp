@@ -1,8 +1,9 @@
-// One size of a generated mesh through the kd-tree and Embree: build time, memory, and rays per second as CSV, one line for each
-// accelerator. ../accel_scaling.py runs it for many sizes and fits and plots what it says.
+// Benchmark of one mesh size as CSV: build time, memory, and rays per second.
+// ../accel_scaling.py runs it for many sizes, and fits and plots the results.
 //
-// bench_scaling SHAPE TRIANGLES [REPEAT]: shape hall, sphere or soup; REPEAT interleaved rounds of traversal [3]; builds repeat
-// as often, but not beyond 20 s each. Times on one thread are CPU time, of the process for builds, of the thread for traversal;
+// bench_scaling SHAPE TRIANGLES [REPEAT]: SHAPE is hall, sphere or soup; REPEAT is the number of
+// interleaved rounds of traversal [3]. Builds repeat as often, but not if one takes more than 20 s.
+// Times on one thread are CPU time, of the process for builds, of the thread for traversal;
 // build_all_s is wall time on all threads that TBB finds.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/accel/bench_meshes.h"
@@ -22,7 +23,7 @@ namespace kindling::accel::bench {
 namespace {
 
 constexpr size_t kBatch = 256;
-constexpr size_t kGroup = 64; // camera rays of a block
+constexpr size_t kGroup = 64; // camera rays per block
 constexpr double kLongBuild_s = 20.0;
 
 double now_s(clockid_t clock) {
@@ -43,10 +44,10 @@ struct Contestant {
   bool robust;
   std::unique_ptr<Accelerator> built{};
   std::vector<double> build_1_s{}, build_all_s{};
-  std::vector<std::vector<double>> times_s{}; // by measurement
+  std::vector<std::vector<double>> times_s{}; // indexed by measurement
 };
 
-// What is traced, and how: a fraction of `rays` per call.
+// Rays to trace, and a call for `chunk` of them at a time.
 struct Measurement {
   const char* name;
   const std::vector<Ray>* rays;
@@ -104,7 +105,7 @@ int run(Shape shape, size_t triangles, int repeat) {
   std::vector<Hit> hits(camera.size());
   std::vector<uint8_t> blocked(camera.size());
   for (Contestant& c : contestants) c.times_s.resize(measurements.size());
-  for (int round = -1; round < repeat; ++round) // the first warms up
+  for (int round = -1; round < repeat; ++round) // the first round warms up
     for (size_t m = 0; m < measurements.size(); ++m)
       for (Contestant& c : contestants) {
         const std::span<const Ray> rays(*measurements[m].rays);
@@ -127,7 +128,7 @@ int run(Shape shape, size_t triangles, int repeat) {
       const double time_s = median(c.times_s[m]);
       const size_t rays = measurements[m].rays->size();
       if (rays < kBatch || time_s <= 0.0)
-        std::printf(","); // too few rays come this far
+        std::printf(","); // too few rays reach this bounce
       else
         std::printf(",%.6g", 1e-6 * static_cast<double>(rays) / time_s);
     }

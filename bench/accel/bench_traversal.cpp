@@ -1,7 +1,8 @@
-// Rays per second of every accelerator: camera, diffuse and any-hit rays, one by one and in batches of 64.
+// Benchmark of rays per second: camera, diffuse and any-hit rays, singly and in batches of 64.
 //
 // bench_traversal [--triangles=N] [Google Benchmark's options]; the default is 200000. Names are
-// shape/accelerator/ray kind; rate is items_per_second. Brute force is left out: it would take hours.
+// shape/accelerator/ray kind; the rate is items_per_second. Brute force is left out, since it would
+// take hours.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/accel/bench_meshes.h"
 
@@ -102,7 +103,7 @@ void register_all(size_t triangles) {
     c.scene = make_scene(shape, triangles);
     for (const Kind kind : {Kind::embree, Kind::kdtree})
       for (const bool robust : {true, false}) {
-        if (kind == Kind::kdtree && !robust) continue; // it is always
+        if (kind == Kind::kdtree && !robust) continue; // the kd-tree is always robust
         BuildOptions options;
         options.robust = robust;
         c.accelerator = make_accelerator(kind, c.scene->input(), options);
@@ -118,16 +119,16 @@ void register_all(size_t triangles) {
 int main(int argc, char** argv) {
   size_t triangles = 200000;
   constexpr std::string_view kTriangles = "--triangles=";
-  int kept = 1;
+  int remaining = 1;
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument.starts_with(kTriangles)) {
       std::from_chars(argument.data() + kTriangles.size(), argument.data() + argument.size(), triangles);
     } else {
-      argv[kept++] = argv[i];
+      argv[remaining++] = argv[i];
     }
   }
-  argc = kept;
+  argc = remaining;
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   kindling::accel::bench::register_all(triangles);

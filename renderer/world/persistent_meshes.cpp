@@ -19,7 +19,7 @@ void mark_persistent(const PlacedMeshes& placed, const SceneChanges& changes, si
         (changes.nodes[static_cast<size_t>(placed.baked_nodes[m])] != 0 ||
          (geometry.material < changes.materials.size() && changes.materials[geometry.material] != 0)))
       continue;
-    meshes[m].lasting = geometry.number;
+    meshes[m].persistent_id = geometry.number;
   }
 
   const auto for_each_in_place = [&](const auto& f) {
@@ -31,9 +31,9 @@ void mark_persistent(const PlacedMeshes& placed, const SceneChanges& changes, si
   };
   size_t lasting = 0, passing = 0; // triangles
   for_each_in_place(
-      [&](const accel::TriangleMesh& mesh) { (mesh.lasting != 0 ? lasting : passing) += mesh.triangle_count(); });
+      [&](const accel::TriangleMesh& mesh) { (mesh.persistent_id != 0 ? lasting : passing) += mesh.triangle_count(); });
   if (lasting >= min_triangles && lasting >= kMinPersistentFraction * passing) return;
-  for_each_in_place([](accel::TriangleMesh& mesh) { mesh.lasting = 0; });
+  for_each_in_place([](accel::TriangleMesh& mesh) { mesh.persistent_id = 0; });
 }
 
 } // namespace kindling

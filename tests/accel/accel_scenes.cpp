@@ -1,10 +1,10 @@
+// Test meshes, scenes and ray generators for the accelerator tests.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 namespace kindling::accel::testing {
 namespace {
@@ -26,7 +26,7 @@ Box3f Mesh::bounds() const {
 uint32_t TestScene::add_group(std::vector<Mesh> meshes) {
   groups_.push_back({static_cast<uint32_t>(meshes_.size()), static_cast<uint32_t>(meshes.size())});
   for (Mesh& mesh : meshes) {
-    // 16 readable bytes after the last position.
+    // keeps 16 bytes readable after the last position
     const auto pad = [](std::vector<V3f>& p) { p.resize(p.size() + 2), p.resize(p.size() - 2); };
     pad(mesh.positions);
     for (std::vector<V3f>& positions : mesh.later) pad(positions);
@@ -90,7 +90,7 @@ Mesh gridded_box(int cells, const V3f& low, const V3f& high) {
     f[axis] = static_cast<float>(side);
     f[(axis + 1) % 3] = static_cast<float>(i) / static_cast<float>(cells);
     f[(axis + 2) % 3] = static_cast<float>(j) / static_cast<float>(cells);
-    // One expression for all faces, so that shared vertices are equal bit for bit.
+    // All faces use one expression, so that shared vertices are equal bit for bit.
     return low + (high - low) * f;
   };
   for (int axis = 0; axis < 3; ++axis)
@@ -170,7 +170,7 @@ Mesh degenerate(Rng& rng, int count) {
     case 2: mesh.add_triangle(a, b, a); break;
     case 3: mesh.add_triangle(a, b, {c.x, nan, c.z}); break;
     case 4: mesh.add_triangle(a, {kInfinity, b.y, b.z}, c); break;
-    default: // three points on a line whose coordinates and products are exact
+    default: // three collinear points whose coordinates and products are exact
       mesh.add_triangle({-1.0f, 0.5f, 0.25f}, {0.0f, 0.75f, 0.25f}, {1.0f, 1.0f, 0.25f});
       break;
     }
@@ -274,7 +274,7 @@ std::vector<Ray> grazing_rays(Rng& rng, const TestScene& scene, int count) {
     if (!is_finite(a) || !is_finite(b) || !is_finite(c)) {
       ray.origin = V3f(size);
       ray.direction = uniform_direction(rng);
-    } else if (rays.size() % 3 == 0) { // in the plane of the triangle, or a little off
+    } else if (rays.size() % 3 == 0) { // in the plane of the triangle, or close to it
       const float u = uniform(rng), v = uniform(rng) * (1.0f - u);
       const V3f inside = a + (b - a) * u + (c - a) * v;
       ray.direction = (b - a) * uniform(rng, -1.0f, 1.0f) + (c - a) * uniform(rng, -1.0f, 1.0f);
@@ -303,7 +303,7 @@ std::string kind_label(const ::testing::TestParamInfo<Kind>& info) {
 
 std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info) {
   std::string name(simd_target_name(info.param));
-  std::erase(name, '.'); // "sse4.2", which a test's name cannot hold
+  std::erase(name, '.'); // "sse4.2": test names cannot contain a dot
   return name;
 }
 
@@ -326,94 +326,6 @@ std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptio
 std::unique_ptr<Accelerator> build(const Kernels& kernels, const TestScene& scene, BuildOptions options) {
   options.simd = kernels.simd;
   return make_accelerator(kernels.kind, scene.input(), options);
-}
-
-namespace {
-
-// A hit seen in double precision.
-struct Judgement {
-  double t = 0.0; // of the plane
-  double t_tolerance = 0.0;
-  bool on_edge = false; // or off the triangle by no more than rounding
-};
-
-Judgement judge(const TestScene& scene, const Ray& ray, const Hit& hit) {
-  using Imath::V3d;
-  const Imath::M44d m(scene.instances()[hit.instance].object_to_world);
-  V3d p[3];
-  const V3d o(ray.origin), d(ray.direction);
-  double extent = 0.0;
-  for (int k = 0; k < 3; ++k) {
-    p[k] = V3d(scene.mesh(hit.mesh).corner(hit.triangle, k)) * m;
-    // Under an instance the vertices are moved in float: their own size counts too.
-    if (scene.instances()[hit.instance].object_to_world != M44f())
-      extent = std::max({extent, p[k].length(), o.length()});
-    p[k] -= o;
-    extent = std::max(extent, p[k].length());
-  }
-  const double tolerance = 64.0 * std::numeric_limits<float>::epsilon() * extent;
-  const V3d normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
-  const double cosine = std::fabs(normal.dot(d)) / d.length();
-  Judgement result;
-  result.t = p[0].dot(normal) / d.dot(normal);
-  result.t_tolerance = tolerance / (cosine * d.length());
-  // Distances of the ray from the lines of the edges, seen along the ray; grazing triangles are all edge.
-  const V3d w = d.normalized();
-  double nearest = cosine * std::min({(p[1] - p[0]).length(), (p[2] - p[0]).length(), (p[2] - p[1]).length()});
-  for (int k = 0; k < 3; ++k) {
-    const V3d a = p[k] - w * p[k].dot(w), b = p[(k + 1) % 3] - w * p[(k + 1) % 3].dot(w);
-    const double length = (b - a).length();
-    nearest = std::min(nearest, length == 0.0 ? 0.0 : a.cross(b).length() / length);
-  }
-  result.on_edge = nearest <= tolerance;
-  return result;
-}
-
-} // namespace
-
-float distance_tolerance(const TestScene& scene, const Ray& ray, const Hit& hit) {
-  return static_cast<float>(judge(scene, ray, hit).t_tolerance);
-}
-
-std::string disagreement(const TestScene& scene, const Ray& ray, const Hit& expected, const Hit& hit) {
-  if (!expected.is_hit() && !hit.is_hit()) return {};
-  std::ostringstream out;
-  out.precision(9);
-  if (hit.is_hit()) {
-    if (!(hit.t > ray.t_min && hit.t <= ray.t_max)) out << "t outside of the ray; ";
-    if (!(hit.u >= 0.0f && hit.v >= 0.0f && hit.u + hit.v <= 1.0f + 1e-5f)) out << "u or v outside of the triangle; ";
-  }
-  const bool hit_nearer = hit.is_hit() && (!expected.is_hit() || hit.t < expected.t);
-  const Hit& nearer = hit_nearer ? hit : expected;
-  const Hit& farther = hit_nearer ? expected : hit;
-  const Judgement judgement = judge(scene, ray, nearer);
-  const bool same_distance = farther.is_hit() && std::fabs(static_cast<double>(farther.t) - nearer.t) <=
-                                                     judgement.t_tolerance + judge(scene, ray, farther).t_tolerance;
-  const bool at_end = std::fabs(judgement.t - ray.t_min) <= judgement.t_tolerance ||
-                      std::fabs(judgement.t - ray.t_max) <= judgement.t_tolerance;
-  if (!same_distance && !judgement.on_edge && !at_end) out << "different answers; ";
-  if (out.str().empty()) return {};
-  out << "ray o " << ray.origin << " d " << ray.direction << " in (" << ray.t_min << ", " << ray.t_max << "]";
-  for (const Hit* h : {&expected, &hit})
-    out << (h == &expected ? "; expected" : "; got") << " t " << h->t << " u " << h->u << " v " << h->v << " ids "
-        << static_cast<int>(h->instance) << ' ' << static_cast<int>(h->mesh) << ' ' << static_cast<int>(h->triangle);
-  return out.str();
-}
-
-std::string disagreement_any(const TestScene& scene, const Accelerator& accelerator, const Ray& ray,
-                             const Hit& expected, bool blocked) {
-  if (blocked == expected.is_hit()) return {};
-  if (!blocked) return disagreement(scene, ray, expected, Hit()); // every hit was missed, the nearest among them
-  const Box3f box = scene.bounds();
-  const float size = std::max((box.min - ray.origin).length(), (box.max - ray.origin).length());
-  const float reach = 64.0f * std::numeric_limits<float>::epsilon() * size;
-  Rng rng(1);
-  for (int i = 0; i < 256; ++i) {
-    Ray moved = ray;
-    moved.origin += uniform_direction(rng) * reach * uniform(rng);
-    if (accelerator.intersect(moved).is_hit()) return {};
-  }
-  return "blocked, but nothing is near the ray";
 }
 
 } // namespace kindling::accel::testing

@@ -1,4 +1,4 @@
-// Meshes, scenes and rays for the accelerator tests, and what it means that two accelerators agree.
+// Test meshes, scenes and ray generators for the accelerator tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@ using Imath::Box3f;
 using Imath::M44f;
 using Imath::V3f;
 
-// Scaled, then turned about the axis by radians, then moved.
+// Returns a transform that scales, then rotates about the axis (in radians), then translates.
 inline M44f placed(const V3f& scale, const V3f& axis, float angle, const V3f& translation) {
   M44f m, r;
   m.setScale(scale);
@@ -34,7 +34,7 @@ struct Mesh {
   std::vector<V3f> positions;
   std::vector<uint32_t> indices;
   bool opaque = true;
-  std::vector<std::vector<V3f>> later; // positions at the later keys, if it deforms
+  std::vector<std::vector<V3f>> later; // positions at the later keys, if the mesh deforms
 
   uint32_t add(const V3f& p) {
     positions.push_back(p);
@@ -49,26 +49,27 @@ struct Mesh {
   [[nodiscard]] Box3f bounds() const;
 };
 
-// Owns what a BuildInput borrows.
+// Owns the data that a BuildInput borrows.
 class TestScene {
  public:
   TestScene() = default;
-  // One mesh, one instance with identity transform.
+  // A scene of one mesh with one identity instance.
   explicit TestScene(Mesh mesh) { add_instance(add_group({std::move(mesh)}), M44f()); }
 
   uint32_t add_group(std::vector<Mesh> meshes);
   void add_instance(uint32_t group, const M44f& object_to_world) {
     instances_.push_back({group, object_to_world, kNoId});
   }
-  void add_instance(uint32_t group, std::vector<M44f> keys); // moving
+  void add_instance(uint32_t group, std::vector<M44f> keys); // a moving instance
   void set_filter(HitFilter filter) { filter_ = filter; }
 
   [[nodiscard]] BuildInput input() const { return {views_, groups_, instances_, motion_views_, filter_}; }
-  // What it is at one time: nothing moves. Triangles that are not finite at some key have no area.
+  // Returns the static scene at one time. Triangles that are not finite at some key have no area in
+  // it.
   [[nodiscard]] TestScene posed(float time) const;
   [[nodiscard]] const Mesh& mesh(uint32_t i) const { return meshes_[i]; }
   [[nodiscard]] const std::vector<Instance>& instances() const { return instances_; }
-  [[nodiscard]] Box3f bounds() const; // in the world; of finite vertices
+  [[nodiscard]] Box3f bounds() const; // world bounds of finite vertices
 
  private:
   std::deque<Mesh> meshes_; // with 16 bytes of padding in the positions' capacity
@@ -89,57 +90,45 @@ using Rng = std::mt19937;
 // Closed meshes.
 [[nodiscard]] Mesh sphere(int rings, int segments, float radius, const V3f& center);
 [[nodiscard]] Mesh gridded_box(int cells, const V3f& low, const V3f& high);
-// Open ones.
+// Open meshes.
 [[nodiscard]] Mesh triangle_soup(Rng& rng, int count, float extent, float size);
 [[nodiscard]] Mesh terrain(int cells, float extent, float height);
-[[nodiscard]] Mesh slivers(Rng& rng, int count);       // long and thin, down to one part in a million
-[[nodiscard]] Mesh coplanar_pile(Rng& rng, int count); // overlapping triangles in one axis-parallel plane
-[[nodiscard]] Mesh duplicates(int count);              // the same triangle
-[[nodiscard]] Mesh degenerate(Rng& rng, int count);    // points, lines, NaN and infinite vertices: none can be hit
+[[nodiscard]] Mesh slivers(Rng& rng, int count);       // long and thin, with aspect ratios down to 1e-6
+[[nodiscard]] Mesh coplanar_pile(Rng& rng, int count); // overlapping triangles in one axis-aligned plane
+[[nodiscard]] Mesh duplicates(int count);              // copies of one triangle
+[[nodiscard]] Mesh degenerate(Rng& rng, int count);    // points, lines, NaN and infinite vertices; none can be hit
 [[nodiscard]] Mesh scaled(Mesh mesh, float factor);
 
 struct NamedScene {
   std::string name;
   TestScene scene;
 };
-// All of the above and a few sizes, each without instances to move.
+// Returns all of these meshes, some in several sizes, each as a scene without transforms.
 [[nodiscard]] std::deque<NamedScene> adversarial_scenes();
 
-// Random segments and lines through the scene.
+// Returns random segments and lines through the box.
 [[nodiscard]] std::vector<Ray> random_rays(Rng& rng, const Box3f& box, int count);
-// Along the axes, with components +0 and -0, through random points and through vertices.
+// Returns rays along the axes, with components +0 and -0, through random points and vertices.
 [[nodiscard]] std::vector<Ray> axis_parallel_rays(Rng& rng, const TestScene& scene, int count);
-// Almost in the planes of triangles, and exactly through vertices and edges.
+// Returns rays almost in the planes of triangles, and exactly through vertices and edges.
 [[nodiscard]] std::vector<Ray> grazing_rays(Rng& rng, const TestScene& scene, int count);
 
 inline constexpr Kind kAllKinds[] = {Kind::brute_force, Kind::embree, Kind::kdtree};
-// Name of a parameterized test.
+// Returns the name suffix of a parameterized test.
 [[nodiscard]] std::string kind_label(const ::testing::TestParamInfo<Kind>& info);
 [[nodiscard]] std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info);
 
-// An accelerator by one of its sets of kernels.
+// An accelerator with one of its sets of kernels.
 struct Kernels {
   Kind kind = Kind::brute_force;
   std::optional<SimdTarget> simd; // none for brute force
 };
-// All that this processor runs, best last of each kind.
+// Returns all kernels that this processor supports, best last for each kind.
 [[nodiscard]] std::vector<Kernels> all_kernels();
 [[nodiscard]] std::string kernels_label(const ::testing::TestParamInfo<Kernels>& info);
 
 [[nodiscard]] std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptions options = {});
 [[nodiscard]] std::unique_ptr<Accelerator> build(const Kernels& kernels, const TestScene& scene,
                                                  BuildOptions options = {});
-
-// Empty if `hit` is as good an answer as `expected`; otherwise says what is wrong. Answers may differ
-//  - in t by the rounding errors of the distance: 64 eps * (size of the coordinates relative to the ray's origin) / cosine;
-//  - altogether if the nearer hit lies no farther from an edge of its triangle, seen along the ray, than the rounding errors
-//    of the vertices: 64 eps * the same size.
-[[nodiscard]] std::string disagreement(const TestScene& scene, const Ray& ray, const Hit& expected, const Hit& hit);
-// The same for an any-hit query that may round otherwise than the nearest-hit query of `accelerator` that answered `expected`: a
-// ray that is blocked without a hit must have one when it is moved by no more than those rounding errors.
-[[nodiscard]] std::string disagreement_any(const TestScene& scene, const Accelerator& accelerator, const Ray& ray,
-                                           const Hit& expected, bool blocked);
-// The first of these tolerances.
-[[nodiscard]] float distance_tolerance(const TestScene& scene, const Ray& ray, const Hit& hit);
 
 } // namespace kindling::accel::testing

@@ -1,3 +1,4 @@
+// Random scenes and rays for fuzzing, and the comparison of all queries with the oracle.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
 
@@ -87,7 +88,7 @@ M44f random_transform(Rng& rng) {
   }
 }
 
-// A triangle of the scene in the world; false if it has a vertex that is not finite.
+// Picks a triangle in world space; returns false if it has a vertex that is not finite.
 bool pick_triangle(Rng& rng, const TestScene& scene, V3f (&p)[3]) {
   if (scene.instances().empty()) return false;
   const BuildInput input = scene.input();
@@ -250,10 +251,10 @@ std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count) {
         rng() % 4 == 0 ? target + uniform_direction(rng) * (extent * uniform(rng, 0.0f, 2.0f)) : uniform_in(rng, box);
     ray.direction = target - ray.origin;
     switch (rng() % 8) {
-    case 0: // through anywhere
+    case 0: // toward any point
       ray.direction = uniform_in(rng, box) - ray.origin;
       break;
-    case 1: // along an axis, zeros of both signs
+    case 1: // along an axis, with zeros of both signs
     case 2: {
       const int axis = between(rng, 0, 2);
       ray.origin = rng() % 2 == 0 ? target : V3f(0.5f) * (box.min + box.max);
@@ -264,7 +265,7 @@ std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count) {
       if (rng() % 2 == 0) ray.origin[axis] -= ray.direction[axis];
       break;
     }
-    case 3: // in the plane of the triangle, or almost
+    case 3: // in the plane of the triangle, or close to it
       ray.direction = (p[1] - p[0]) * uniform(rng, -1.0f, 1.0f) + (p[2] - p[0]) * uniform(rng, -1.0f, 1.0f);
       ray.origin = inside - ray.direction * uniform(rng, 0.0f, 3.0f);
       if (rng() % 2 == 0) ray.origin += uniform_direction(rng) * size * power_of_ten(rng, -8.0f, -3.0f);
@@ -337,7 +338,7 @@ void compare_nearest(const BuildInput& input, const Accelerator& oracle, const R
     excused = true;
     if (!next.is_hit() || (found.is_hit() && found.t < next.t)) break;
     if (next.t == kInfinity) break; // overflow
-    rest.t_min = next.t;            // this one was lost to rounding; what comes behind it?
+    rest.t_min = next.t;            // this hit was lost to rounding; finds the next one
     next = oracle.intersect(rest);
   }
   comparison.excused += excused ? 1 : 0;
@@ -374,7 +375,7 @@ void compare(const TestScene& scene, const Accelerator& oracle, const Accelerato
       if (tested.occluded(ray) != found.is_hit()) comparison.fail(ray, "any hit differs from nearest", expected, found);
       if (blocked[i] != (found.is_hit() ? 1 : 0)) comparison.fail(ray, "any-hit batch differs", expected, found);
       if (blocked_coherent[i] == (found.is_hit() ? 1 : 0)) continue;
-      // Blocked by what the single call lost, or the other way round.
+      // Blocked by a hit that the single query lost, or the reverse.
       const Hit& blocker = expected.is_hit() ? expected : coherent[i];
       if (!blocker.is_hit() || blocked_coherent[i] > 1 || !rounding_explains(input, ray, blocker, Hit()))
         comparison.fail(ray, "coherent any hit differs", expected, found);

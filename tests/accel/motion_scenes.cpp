@@ -1,3 +1,4 @@
+// Builds the moving and deforming scenes of the motion tests.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/motion_scenes.h"
 
@@ -14,7 +15,7 @@ namespace {
 
 constexpr uint32_t kKeyCounts[] = {2, 3, 17, 129};
 
-bool refuses_some(const void*, const Ray& ray, const Hit& hit) {
+bool accept_by_hash(const void*, const Ray& ray, const Hit& hit) {
   return (hit.triangle * 0x9e3779b1U ^ hit.mesh * 0x85ebca6bU ^ ray.key) >> 16 & 1U;
 }
 
@@ -27,7 +28,7 @@ void TestScene::add_instance(uint32_t group, std::vector<M44f> keys) {
 }
 
 TestScene TestScene::posed(float time) const {
-  TestScene still;
+  TestScene out;
   for (const MeshGroup& group : groups_) {
     std::vector<Mesh> meshes;
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
@@ -45,14 +46,14 @@ TestScene TestScene::posed(float time) const {
       mesh.later.clear();
       meshes.push_back(std::move(mesh));
     }
-    still.add_group(std::move(meshes));
+    out.add_group(std::move(meshes));
   }
   for (const Instance& instance : instances_) {
     const bool broken = instance.motion != kNoId && !accel::is_finite(motion_views_[instance.motion]);
-    still.add_instance(instance.group, broken ? M44f(0.0f) : matrix_at(input(), instance, time));
+    out.add_instance(instance.group, broken ? M44f(0.0f) : matrix_at(input(), instance, time));
   }
-  still.set_filter(filter_);
-  return still;
+  out.set_filter(filter_);
+  return out;
 }
 
 Mesh deformed(Mesh mesh, uint32_t keys, const std::function<V3f(const V3f&, float)>& position) {
@@ -74,7 +75,7 @@ Mesh deformed(Mesh mesh, uint32_t keys, Deformation how, float amount, uint32_t 
       return {c * p.x - n * p.y, n * p.x + c * p.y, p.z};
     }
     case Deformation::swell: return p * (1.0f + s * (1.0f + 0.5f * std::sin(3.0f * p.x)));
-    case Deformation::explode: { // the same way for vertices in the same place
+    case Deformation::explode: { // equal displacements for vertices at equal positions
       const V3f h = (p + V3f(static_cast<float>(seed))) * 91.7f;
       return p + V3f(std::sin(h.x + 2.0f * h.y), std::sin(h.y + 3.0f * h.z), std::sin(h.z + 5.0f * h.x)) * s;
     }
@@ -85,12 +86,12 @@ Mesh deformed(Mesh mesh, uint32_t keys, Deformation how, float amount, uint32_t 
 }
 
 std::vector<M44f> keys_of(uint32_t count, const M44f& start, const V3f& axis, float angle, float scale,
-                          const V3f& way) {
+                          const V3f& displacement) {
   std::vector<M44f> keys;
   for (uint32_t key = 0; key < count; ++key) {
     const float time = static_cast<float>(key) / static_cast<float>(count - 1);
     const float size = 1.0f + (scale - 1.0f) * time;
-    keys.push_back(start * placed(V3f(size), axis, angle * time, way * time));
+    keys.push_back(start * placed(V3f(size), axis, angle * time, displacement * time));
   }
   return keys;
 }
@@ -111,7 +112,7 @@ TestScene moving_instances() {
   scene.add_instance(globe, keys_of(2, placed(V3f(0.5f), {0, 1, 0}, 0.3f, {0, 3, 0}), {0, 1, 0}, 0.0f, -1.0f, V3f(1)));
   scene.add_instance(globe, keys_of(2, M44f(), {0, 0, 1}, 3.14159265f, 1.0f, {-3, -3, 0})); // flat at the middle
   scene.add_instance(soup, {M44f(0.0f), placed(V3f(2), {0, 0, 1}, 0.5f, {-4, 0, 0}), M44f(0.0f)});
-  scene.add_instance(soup, {M44f(), M44f(), M44f()}); // does not move
+  scene.add_instance(soup, {M44f(), M44f(), M44f()}); // constant keys
   M44f not_finite;
   not_finite[1][1] = std::numeric_limits<float>::quiet_NaN();
   scene.add_instance(globe, {M44f(), not_finite, M44f()});
@@ -143,7 +144,8 @@ TestScene deforming_meshes() {
     if (i % 2 == 0) scene.add_instance(group, keys_of(3, M44f(), {1, 0, 1}, 1.0f, 1.2f, {0, -3, -2}));
     ++i;
   }
-  // Still but for one vertex; the same at all keys; not finite at some; flat at the first and last.
+  // Static except for one vertex; equal at all keys; not finite at some; flat at the first and
+  // last.
   scene.add_instance(
       scene.add_group({deformed(sphere_at({0, -3, 0}), 5,
                                 [](const V3f& p, float time) { return p.z < -0.79f ? p + V3f(0, 0, time) : p; }),
@@ -166,7 +168,7 @@ TestScene random_motion(Rng& rng, int largest) {
   TestScene scene;
   const int groups = 1 + static_cast<int>(rng() % 3);
   const bool cut_outs = rng() % 3 == 0;
-  if (cut_outs) scene.set_filter({refuses_some, nullptr});
+  if (cut_outs) scene.set_filter({accept_by_hash, nullptr});
   for (int g = 0; g < groups; ++g) {
     std::vector<Mesh> meshes;
     for (uint32_t m = 0; m < 1 + rng() % 3; ++m) {

@@ -1,6 +1,7 @@
-// Builds: names, quality presets, statistics, determinism, progress and cancellation.
+// Tests of builds: names, quality presets, statistics, determinism, progress, cancellation.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
@@ -42,7 +43,7 @@ bool equal_counts(const Statistics& a, const Statistics& b) {
          a.leaf_count == b.leaf_count && a.reference_count == b.reference_count;
 }
 
-TEST(KdTree, IsTheSameForAnyNumberOfThreads) {
+TEST(KdTree, IsIdenticalForAnyThreadCount) {
   const TestScene scene = large_scene();
   for (const Quality quality : {Quality::fast, Quality::balanced, Quality::best}) {
     BuildOptions options;
@@ -59,10 +60,9 @@ TEST(KdTree, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST(Embree, AnswersDoNotDependOnTheThreadsOfTheBuild) {
+TEST(Embree, AnswersDoNotDependOnBuildThreads) {
   Rng rng(80);
-  const TestScene scene(
-      coplanar_pile(rng, 20000)); // many triangles at the same distance: any difference in order shows
+  const TestScene scene(coplanar_pile(rng, 20000)); // many triangles at equal distance reveal differences in order
   std::unique_ptr<Accelerator> one, many;
   tbb::task_arena(1).execute([&] { one = build(Kind::embree, scene); });
   tbb::task_arena(4).execute([&] { many = build(Kind::embree, scene); });
@@ -74,7 +74,7 @@ TEST(Embree, AnswersDoNotDependOnTheThreadsOfTheBuild) {
 
 TEST(KdTree, DuplicatesAndDepthAreBounded) {
   Rng rng(83);
-  // Long thin triangles in all directions: the worst for splitting.
+  // Long thin triangles in all directions are the worst case for splitting.
   const TestScene scene(scaled(slivers(rng, 20000), 10.0f));
   for (const Quality quality : {Quality::fast, Quality::balanced}) {
     BuildOptions options;
@@ -82,13 +82,13 @@ TEST(KdTree, DuplicatesAndDepthAreBounded) {
     const Statistics statistics = build(Kind::kdtree, scene, options)->statistics();
     const size_t most = quality == Quality::fast ? 4 : 8;
     EXPECT_LE(statistics.reference_count, most * statistics.triangle_count + 256);
-    EXPECT_GT(statistics.reference_count, most * statistics.triangle_count / 2); // the bound is felt
-    // A reference takes at most 48 bytes in a block: those of a triangle that shares no vertex.
+    EXPECT_GT(statistics.reference_count, most * statistics.triangle_count / 2); // the bound is effective
+    // A reference takes at most 48 bytes in a block, if the triangle shares no vertex.
     EXPECT_LE(statistics.memory_bytes, statistics.reference_count * 48 + statistics.node_count * 64 + 4096);
   }
 }
 
-TEST_P(Builds, StatisticsCountWhatCanBeHit) {
+TEST_P(Builds, StatisticsCountHittableTriangles) {
   const TestScene scene = large_scene();
   const Statistics statistics = build(GetParam(), scene)->statistics();
   size_t triangles = 0;
@@ -115,7 +115,7 @@ TEST_P(Builds, EveryQualityFindsTheSameHits) {
     }
 }
 
-TEST_P(Builds, ProgressRisesToOneFromOneThreadAtATime) {
+TEST_P(Builds, ReportsProgressFromOneThreadAtATime) {
   const TestScene scene = large_scene();
   std::atomic<int> inside{0};
   bool overlapped = false, rising = true;
@@ -140,7 +140,7 @@ TEST_P(Builds, CancelledBuildReturnsNull) {
   options.cancel = &cancel;
   EXPECT_EQ(build(GetParam(), scene, options), nullptr);
 
-  cancel = false; // in the middle
+  cancel = false; // cancels during the build
   options.on_progress = [&](double) { cancel = true; };
   if (GetParam() != Kind::brute_force) {
     EXPECT_EQ(build(GetParam(), scene, options), nullptr);

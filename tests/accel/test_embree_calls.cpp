@@ -1,8 +1,8 @@
-// Each of Embree's calls for many rays answers as its single calls do, up to rounding, by each of its instruction sets: the calls that
-// races are run with.
+// Tests that Embree's packets and streams match its single rays, on each instruction set.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_accelerator.h"
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -15,12 +15,12 @@ namespace {
 constexpr EmbreeCall kCalls[] = {EmbreeCall::packet, EmbreeCall::coherent_packet, EmbreeCall::stream,
                                  EmbreeCall::coherent_stream};
 
-// A third of all candidates do not count; the answer depends on the key of the ray, which must be the right ray's.
+// Refuses a third of all candidates, depending on the ray's key, so a wrong ray is detected.
 bool accept_by_key(const void*, const Ray& ray, const Hit& candidate) {
   return (ray.key * 2654435761U ^ candidate.triangle * 40503U) % 3 != 0;
 }
 
-// Still and moved soups, one of them cut out.
+// Returns soups with and without a transform, one of them with cut-outs.
 TestScene mixed_scene() {
   Rng rng(211);
   TestScene scene;
@@ -35,7 +35,7 @@ TestScene mixed_scene() {
   return scene;
 }
 
-// Among the rays every seventh misses by definition.
+// Returns random rays, every seventh of which misses by definition.
 std::vector<Ray> rays_through(Rng& rng, const TestScene& scene, int count) {
   std::vector<Ray> rays = random_rays(rng, scene.bounds(), count);
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -54,7 +54,7 @@ std::vector<Ray> rays_through(Rng& rng, const TestScene& scene, int count) {
 
 class EmbreeCalls : public ::testing::TestWithParam<SimdTarget> {};
 
-TEST_P(EmbreeCalls, AnswerAsSingleCallsDo) {
+TEST_P(EmbreeCalls, MatchSingleRayCalls) {
   const TestScene scene = mixed_scene();
   for (const bool robust : {true, false}) {
     BuildOptions options;
@@ -94,7 +94,7 @@ TEST_P(EmbreeCalls, AnswerAsSingleCallsDo) {
   }
 }
 
-TEST(EmbreeCallsOfOthers, AreNone) {
+TEST(WithEmbreeCall, RejectsOtherAccelerators) {
   const TestScene scene = mixed_scene();
   for (const Kind kind : {Kind::brute_force, Kind::kdtree})
     for (const EmbreeCall call : kCalls) EXPECT_EQ(with_embree_call(*build(kind, scene), call), nullptr);

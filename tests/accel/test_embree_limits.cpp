@@ -1,5 +1,5 @@
-// Embree at the edge of what a scene may hold: instances that it cannot invert in single precision, rays from far away.
-// Debian's Embree ends the process where a ray is not finite in the space of an instance.
+// Tests of Embree with instances that single precision cannot invert, and with far rays.
+// Debian's Embree aborts if a ray is not finite in the space of an instance.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/embree/embree_limits.h"
 
@@ -32,14 +32,15 @@ M44f turned(Rng& rng) {
   return m;
 }
 
-// Turns twice with a scale of its own for each axis in between.
+// Returns two rotations with a scale per axis between them.
 M44f squashed(Rng& rng, float low, float high) {
   M44f scale;
   scale.setScale(V3f(power_of_ten(rng, low, high), power_of_ten(rng, low, high), power_of_ten(rng, low, high)));
   return turned(rng) * scale * turned(rng);
 }
 
-// The inverse of the upper 3x3 matrix by cofactors, in single precision as Embree has it.
+// Returns the largest entry of the inverse of the upper 3x3 matrix, computed by cofactors in single
+// precision as Embree does.
 float largest_inverse_entry(const M44f& m) {
   const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
   const float determinant = x.dot(y.cross(z));
@@ -47,12 +48,12 @@ float largest_inverse_entry(const M44f& m) {
   for (const V3f& row : {y.cross(z), z.cross(x), x.cross(y)})
     for (int k = 0; k < 3; ++k) {
       const float entry = std::fabs(row[k] / determinant);
-      largest = entry <= largest ? largest : entry; // NaN counts
+      largest = entry <= largest ? largest : entry; // NaN counts as largest
     }
   return largest;
 }
 
-TEST(EmbreeLimits, SafeExtentBoundsWhatSinglePrecisionMakesOfTheInverse) {
+TEST(EmbreeLimits, SafeExtentBoundsSinglePrecisionInverse) {
   Rng rng(907);
   int guarded = 0, passed = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -63,13 +64,13 @@ TEST(EmbreeLimits, SafeExtentBoundsWhatSinglePrecisionMakesOfTheInverse) {
     const float extent = safe_ray_extent(std::span(&m, 1));
     (extent < 1e12f ? guarded : passed) += 1;
     if (extent == 0.0f) continue;
-    EXPECT_LE(largest_inverse_entry(m) * (extent + std::fabs(m[3][0])), kLargestCoordinate);
+    EXPECT_LE(largest_inverse_entry(m) * (extent + std::fabs(m[3][0])), kMaxCoordinate);
   }
   EXPECT_GT(guarded, 5000);
   EXPECT_GT(passed, 5000);
 }
 
-TEST(EmbreeLimits, MovingInstancesAreSafeAtAllTimesOrNotAtAll) {
+TEST(EmbreeLimits, SafeExtentHoldsAtAllTimes) {
   Rng rng(911);
   int safe = 0;
   for (int i = 0; i < 500; ++i) {
@@ -80,8 +81,7 @@ TEST(EmbreeLimits, MovingInstancesAreSafeAtAllTimesOrNotAtAll) {
     const float extent = safe_ray_extent(keys);
     safe += extent >= 1e12f ? 1 : 0;
     for (int step = 0; step <= 1000 && extent > 0.0f; ++step)
-      ASSERT_LE(largest_inverse_entry(matrix_at(keys, static_cast<float>(step) / 1000.0f)) * extent,
-                kLargestCoordinate);
+      ASSERT_LE(largest_inverse_entry(matrix_at(keys, static_cast<float>(step) / 1000.0f)) * extent, kMaxCoordinate);
   }
   EXPECT_GT(safe, 250);
   const M44f identity;
@@ -92,7 +92,7 @@ TEST(EmbreeLimits, MovingInstancesAreSafeAtAllTimesOrNotAtAll) {
   EXPECT_GT(safe_ray_extent(std::span(&identity, 1)), 1.6e18f);
 }
 
-TEST(EmbreeLimits, RaysStartWhereTheyReachTheBounds) {
+TEST(EmbreeLimits, RaysStartAtBounds) {
   Rng rng(919);
   const Box3f box(V3f(-1, -2, -3), V3f(2, 1, 4));
   int started_count = 0;
@@ -112,7 +112,7 @@ TEST(EmbreeLimits, RaysStartWhereTheyReachTheBounds) {
     EXPECT_GT(t, ray.t_min);
     EXPECT_LE(t, ray.t_max);
   }
-  EXPECT_GT(started_count, 1500); // directions of the farthest are rounded
+  EXPECT_GT(started_count, 1500); // directions from the farthest origins are rounded
   Ray past;
   past.origin = V3f(1e15f, 0, 0);
   past.direction = V3f(1, 0, 0);
@@ -125,7 +125,7 @@ TEST(EmbreeLimits, RaysStartWhereTheyReachTheBounds) {
   EXPECT_FALSE(start_at_bounds(past, Box3f()));
 }
 
-// One accelerator by each of Embree's calls.
+// Returns one accelerator for each of Embree's calls.
 std::vector<std::unique_ptr<Accelerator>> by_all_calls(const Accelerator& embree) {
   std::vector<std::unique_ptr<Accelerator>> calls;
   for (const EmbreeCall call :
@@ -141,15 +141,15 @@ bool accept_odd(const void*, const Ray& ray, const Hit& candidate) {
   return candidate.triangle % 2 == 1;
 }
 
-// From the axis, so that the line of the ray is exact at any distance.
-TEST_P(EmbreeEdges, FarRaysHitWhatTheyPointAt) {
+// Rays are axis-aligned, so that their lines are exact at any distance.
+TEST_P(EmbreeEdges, FarRaysHitTheirTargets) {
   for (const bool cut_out : {false, true}) {
     TestScene scene;
     Mesh globe = sphere(16, 32, 1e5f, V3f(0));
     globe.opaque = !cut_out;
     const uint32_t group = scene.add_group({globe});
     if (cut_out) scene.set_filter({accept_odd, nullptr});
-    M44f small; // so that Embree's instance takes rays up to 1e13
+    M44f small; // Embree's instance then takes rays up to 1e13
     small.setScale(1e-5f);
     scene.add_instance(group, small);
     const auto embree = build(GetParam(), scene), oracle = build(Kind::brute_force, scene);
@@ -170,12 +170,12 @@ TEST_P(EmbreeEdges, FarRaysHitWhatTheyPointAt) {
     std::vector<uint8_t> blocked(rays.size());
     size_t hit_count = 0, different = 0;
     for (size_t i = 0; i < rays.size(); ++i) {
-      // The same ray from nearby.
+      // the same ray from nearby
       Ray near = rays[i];
       const int axis = static_cast<int>(i) % 3;
       near.origin[axis] = -2.0f;
       const Hit expected = oracle->intersect(near), found = embree->intersect(rays[i]);
-      if (expected.is_hit() != found.is_hit()) { // at the outline, or at an edge of a cut-out triangle
+      if (expected.is_hit() != found.is_hit()) { // at the silhouette or at an edge of a cut-out triangle
         ++different;
         continue;
       }
@@ -200,9 +200,10 @@ TEST_P(EmbreeEdges, FarRaysHitWhatTheyPointAt) {
   }
 }
 
-// Scales from 1e-12 to 1e15, matrices that are singular at a time of the shutter or nearly so, worlds up to the largest coordinate, and
-// rays of all sizes: no call ends the process, and rays from nearby hit what they hit by brute force.
-TEST_P(EmbreeEdges, ExtremeInstancesAnswer) {
+// Scales from 1e-12 to 1e15, matrices that are singular or nearly so at some time, scenes up to the
+// largest coordinate, and rays of all sizes: no call aborts, and rays from nearby match brute
+// force.
+TEST_P(EmbreeEdges, ExtremeInstancesMatchBruteForce) {
   Rng rng(937);
   size_t hit_count = 0, unexplained = 0, ray_count = 0;
   for (int seed = 0; seed < 120; ++seed) {
@@ -255,7 +256,7 @@ TEST_P(EmbreeEdges, ExtremeInstancesAnswer) {
       const Hit found = embree->intersect(rays[i]);
       ASSERT_EQ(found.instance, hits[i].instance);
       ASSERT_EQ(found.triangle, hits[i].triangle);
-      // Beyond about 5e12 distances overflow; where axes differ by 1e24 every hit is rounding.
+      // Distances overflow beyond about 5e12; where axes differ by 1e24 every hit is rounding.
       if (i % 4 == 0 || i % 8 == 1 || unit > 1e3f || seed % 2 == 1) continue;
       const Hit expected = oracle->intersect(rays[i]);
       ++ray_count;

@@ -1,6 +1,7 @@
-// Hit filters: which meshes ask, what the candidate says, and that a refused hit uncovers what lies behind.
+// Tests of hit filters: which meshes call them, candidate data, and hits behind refused ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ M44f moved_by(const V3f& translation) {
 
 class Filters : public ::testing::TestWithParam<Kernels> {};
 
-// Accepts by a hash of what it is given, so that any wrong argument changes the answer.
+// Accepts by a hash of the arguments, so that any wrong argument changes the answer.
 bool accept_by_hash(const void*, const Ray& ray, const Hit& candidate) {
   uint32_t h = ray.key * 2654435761U ^ candidate.triangle * 40503U ^ candidate.mesh * 97U ^ candidate.instance * 31U;
   h ^= h >> 15;
@@ -80,7 +81,7 @@ struct Record {
   mutable std::atomic<int> wrong{0};
 };
 
-// Refuses everything, and checks the candidate against the geometry.
+// Refuses every candidate, after checking it against the geometry.
 bool refuse_and_check(const void* context, const Ray& ray, const Hit& candidate) {
   const auto& record = *static_cast<const Record*>(context);
   ++record.calls;
@@ -95,7 +96,8 @@ bool refuse_and_check(const void* context, const Ray& ray, const Hit& candidate)
   const bool same_ray = ray.key == record.ray->key && ray.time == record.ray->time &&
                         ray.origin == record.ray->origin && ray.direction == record.ray->direction &&
                         ray.t_max == record.ray->t_max;
-  // The soup has triangles seen almost edge-on: the tolerance is far above rounding, far below a wrong id.
+  // The soup has triangles seen almost edge-on: the tolerance is far above rounding and far below
+  // the effect of a wrong id.
   if (mesh.opaque || !in_range || !same_ray || (at_triangle - at_ray).length() > 1e-3f) ++record.wrong;
   return false;
 }
@@ -120,7 +122,7 @@ TEST_P(Filters, CandidatesAreComplete) {
   EXPECT_EQ(record.wrong.load(), 0);
 }
 
-TEST_P(Filters, WithoutFilterEverythingCounts) {
+TEST_P(Filters, AcceptsAllHitsWithoutFilter) {
   const TestScene scene = layered_scene();
   const auto accelerator = build(GetParam(), scene);
   Ray ray;
@@ -130,7 +132,7 @@ TEST_P(Filters, WithoutFilterEverythingCounts) {
   EXPECT_TRUE(accelerator->intersect(ray).is_hit());
 }
 
-TEST_P(Filters, RefusingAWholeCoplanarPileUncoversTheFloor) {
+TEST_P(Filters, RefusedCoplanarHitsRevealFloor) {
   Rng rng(67);
   Mesh pile = coplanar_pile(rng, 300), floor;
   pile.opaque = false;

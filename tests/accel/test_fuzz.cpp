@@ -1,7 +1,7 @@
-// Random scenes, builds and rays against the oracle, from seeds.
+// Fuzz test of random scenes, builds and rays against the oracle.
 //
-// Each seed is one scene, built and traced in one way. KINDLING_FUZZ_SEEDS=100000 tries that many, KINDLING_FUZZ_FIRST=17
-// starts there: a failure names its seed.
+// Each seed makes one scene, built and traced in one configuration. KINDLING_FUZZ_SEEDS=100000 sets
+// the number of seeds, KINDLING_FUZZ_FIRST=17 the first one; failures print their seed.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/trials.h"

@@ -1,7 +1,8 @@
-// Every accelerator against brute force, on meshes and rays chosen to hurt; batches against single rays.
+// Tests of every accelerator against brute force on hostile meshes, and of batch queries.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/rounding.h"
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -43,8 +44,8 @@ TEST_P(Hits, AgreeWithBruteForce) {
   }
 }
 
-// The kd-tree does the oracle's arithmetic: t, u and v are equal bit for bit wherever the triangle is the same, and t always,
-// but for surfaces that coincide within rounding, of which either may be nearest.
+// The kd-tree uses the oracle's arithmetic: t, u and v are equal bit for bit for equal triangles,
+// and t is equal except for surfaces that coincide within rounding, either of which may be nearest.
 TEST(KdTree, IsBitIdenticalToBruteForce) {
   for (const NamedScene& named : adversarial_scenes()) {
     SCOPED_TRACE(named.name);
@@ -72,14 +73,14 @@ TEST_P(Hits, AnyHitAgreesWithNearestHit) {
       const Hit hit = accelerator->intersect(ray);
       ASSERT_EQ(accelerator->occluded(ray), hit.is_hit());
       if (!hit.is_hit()) continue;
-      // Behind the exact hit, whose box may lie farther than the rounded one of a sliver.
-      const TriangleJudgement exact = judge_hit(named.scene.input(), ray, hit);
+      // Beyond the exact hit, since a sliver's box may be farther than its rounded hit.
+      const TriangleJudgment exact = judge_hit(named.scene.input(), ray, hit);
       Ray shorter = ray;
       shorter.t_max =
           std::max(hit.t, static_cast<float>(exact.t + exact.t_error)) + distance_tolerance(named.scene, ray, hit);
       ASSERT_TRUE(accelerator->occluded(shorter));
       ASSERT_EQ(disagreement(named.scene, shorter, hit, accelerator->intersect(shorter)), "");
-      Ray behind = ray; // t_min itself is outside
+      Ray behind = ray; // t_min itself is excluded
       behind.t_min = hit.t;
       const Hit second = accelerator->intersect(behind);
       if (second.is_hit()) {
@@ -124,13 +125,13 @@ TEST_P(Hits, BatchesEqualSingleRaysBitForBit) {
         }
       }
     }
-    EXPECT_LE(any_hit_differs, rays.size() * 5 / 10); // of five times as many answers
+    EXPECT_LE(any_hit_differs, rays.size() * 5 / 10); // out of five times as many answers
     accelerator->intersect(std::span<const Ray>(), std::span<Hit>());
     accelerator->occluded(std::span<const Ray>(), std::span<uint8_t>());
   }
 }
 
-TEST_P(Hits, HitLiesAtItsBarycentricCoordinates) {
+TEST_P(Hits, BarycentricsMatchHitPoint) {
   Rng rng(23);
   const TestScene scene(triangle_soup(rng, 500, 1.0f, 0.3f));
   const auto accelerator = build(GetParam(), scene);
@@ -145,14 +146,14 @@ TEST_P(Hits, HitLiesAtItsBarycentricCoordinates) {
     const float cosine = std::fabs(normal.dot(ray.direction)) / ray.direction.length();
     const V3f at_ray = ray.origin + ray.direction * hit.t;
     const V3f at_triangle = a * (1.0f - hit.u - hit.v) + b * hit.u + c * hit.v;
-    // A rounding error of the vertices, seen along the ray, moves the point by so much in the plane.
+    // A rounding error of the vertices moves the point in the plane by this much.
     const float tolerance = 64.0f * std::numeric_limits<float>::epsilon() * ((a - ray.origin).length() + 1.0f) / cosine;
     EXPECT_LE((at_ray - at_triangle).length(), tolerance);
   }
   EXPECT_GT(hits, 500);
 }
 
-TEST_P(Hits, RaysThatMissByDefinition) {
+TEST_P(Hits, InvalidRaysMiss) {
   const TestScene scene(sphere(16, 32, 1.0f, V3f(0)));
   const auto accelerator = build(GetParam(), scene);
   Ray good;
@@ -193,7 +194,7 @@ TEST_P(Hits, RaysThatMissByDefinition) {
   }
 }
 
-TEST_P(Hits, NegativeStartCountsAsZero) {
+TEST_P(Hits, NegativeTMinCountsAsZero) {
   const TestScene scene(sphere(16, 32, 1.0f, V3f(0)));
   const auto accelerator = build(GetParam(), scene);
   Ray ray;
@@ -208,7 +209,7 @@ TEST_P(Hits, NegativeStartCountsAsZero) {
   EXPECT_EQ(hit.triangle, from_zero.triangle);
 }
 
-TEST_P(Hits, BoundsHoldEverything) {
+TEST_P(Hits, BoundsEncloseScene) {
   const TestScene scene(sphere(16, 32, 2.0f, V3f(1, 2, 3)));
   const Box3f box = build(GetParam(), scene)->bounds(), expected = scene.bounds();
   for (int k = 0; k < 3; ++k) {

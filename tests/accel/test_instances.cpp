@@ -1,6 +1,7 @@
-// Instances: two levels, mirrored and sheared, mixed with identity; t stays in lengths of the world direction.
+// Tests of instances: two levels, mirrored and sheared transforms, identity, singular ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -52,23 +53,23 @@ TEST_P(Instances, AgreeWithBruteForce) {
   const auto accelerator = build(GetParam(), scene);
   EXPECT_EQ(accelerator->statistics().instance_count, scene.instances().size());
   Rng rng(37);
-  int hits = 0, moved = 0, failures = 0;
+  int hits = 0, transformed = 0, failures = 0;
   std::vector<Ray> rays = random_rays(rng, Box3f(V3f(-7), V3f(7)), 4000);
   for (const Ray& ray : axis_parallel_rays(rng, scene, 2000)) rays.push_back(ray);
   for (const Ray& ray : rays) {
     const Hit expected = oracle->intersect(ray), hit = accelerator->intersect(ray);
     hits += expected.is_hit() ? 1 : 0;
-    moved += expected.is_hit() && scene.instances()[expected.instance].object_to_world != M44f() ? 1 : 0;
+    transformed += expected.is_hit() && scene.instances()[expected.instance].object_to_world != M44f() ? 1 : 0;
     const std::string wrong = disagreement(scene, ray, expected, hit);
     if (!wrong.empty() && ++failures <= 3) ADD_FAILURE() << wrong;
     ASSERT_EQ(accelerator->occluded(ray), hit.is_hit());
   }
   EXPECT_EQ(failures, 0);
   EXPECT_GT(hits, 1500);
-  EXPECT_GT(moved, 500);
+  EXPECT_GT(transformed, 500);
 }
 
-TEST_P(Instances, IdsAndDistanceOfKnownHits) {
+TEST_P(Instances, ReportsIdsAndDistances) {
   TestScene scene;
   Mesh floor, wall;
   floor.add_triangle({-1, 0, -1}, {1, 0, -1}, {0, 0, 1});
@@ -106,7 +107,7 @@ TEST_P(Instances, IdsAndDistanceOfKnownHits) {
   EXPECT_FLOAT_EQ(hit.t, 4.0f);
 }
 
-TEST_P(Instances, SameMeshTwiceInPlaceReportsOneOfThem) {
+TEST_P(Instances, CoincidentInstancesReportOne) {
   TestScene scene;
   const uint32_t group = scene.add_group({sphere(8, 16, 1.0f, V3f(0))});
   scene.add_instance(group, M44f());
@@ -146,7 +147,7 @@ TEST_P(Instances, SingularTransformsAreNeverHit) {
   EXPECT_TRUE(accelerator->bounds().isEmpty());
 }
 
-TEST_P(Instances, ManyInstancesAtOnePlace) {
+TEST_P(Instances, TracesThousandsOfOverlappingInstances) {
   TestScene scene;
   Mesh mesh;
   mesh.add_triangle({-1, -1, 1}, {1, -1, 1}, {0, 1, 1});

@@ -1,4 +1,4 @@
-// The parts of the kd-tree's builder on their own: clipping, split search, partition.
+// Tests of the kd-tree builder's parts: clipping, split searches, partitioning.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/clipping.h"
 #include "accel/kdtree/partition.h"
@@ -26,7 +26,7 @@ using accel::testing::uniform_in;
 using Imath::Box3f;
 using Imath::V3f;
 
-TEST(Clipping, BoundsHoldEverySampledPointAndAreTight) {
+TEST(Clipping, BoundsEncloseSamplesTightly) {
   Rng rng(101);
   int clipped = 0;
   for (int round = 0; round < 600; ++round) {
@@ -54,25 +54,26 @@ TEST(Clipping, BoundsHoldEverySampledPointAndAreTight) {
   EXPECT_GT(clipped, 100);
 }
 
-TEST(Clipping, TouchingCountsAndMissingDoesNot) {
+TEST(Clipping, TouchingCountsAsMeeting) {
   const std::array<V3f, 3> t = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0)};
   V3f low, high;
   EXPECT_TRUE(clip_bounds(t, V3f(-1), V3f(0), low, high));
   EXPECT_EQ(low, V3f(0));
   EXPECT_EQ(high, V3f(0));
   EXPECT_FALSE(clip_bounds(t, V3f(0, 0, 0.5f), V3f(1), low, high));
-  EXPECT_FALSE(clip_bounds(t, V3f(0.9f, 0.9f, -1), V3f(1), low, high)); // the boxes meet, the triangle does not
+  EXPECT_FALSE(clip_bounds(t, V3f(0.9f, 0.9f, -1), V3f(1), low, high)); // the boxes overlap, the triangle does not
   ASSERT_TRUE(clip_bounds(t, V3f(0.5f, -1, -1), V3f(2), low, high));
   EXPECT_EQ(low, V3f(0.5f, 0, 0));
   EXPECT_EQ(high, V3f(1, 0.5f, 0));
 }
 
-// Every sampled point of a triangle that lies in the bounds of a reference lies in those of one part, and on its side.
-TEST(Clipping, PartsOfASplitHoldEverySampledPoint) {
+// Every sampled point of a triangle within the bounds of a reference must lie in the bounds of a
+// part, on its side.
+TEST(Clipping, SplitPartsEncloseSamples) {
   Rng rng(102);
   int cut = 0;
   for (int round = 0; round < 2000; ++round) {
-    // Triangles of all sizes and slivers, through several splits in a row, as in a build.
+    // Splits triangles of all sizes, including slivers, several times in a row, as in a build.
     const float size = std::pow(10.0f, uniform(rng, -4.0f, 1.0f));
     Mesh mesh;
     const V3f at = uniform_direction(rng);
@@ -132,7 +133,7 @@ std::vector<Reference> random_references(Rng& rng, int count, bool planars) {
   return references;
 }
 
-// All planes, counted one by one.
+// Returns the minimum cost over all planes, counted one by one.
 double cheapest_split(const Config& config, const Box3f& box, const std::vector<Reference>& references) {
   const CostModel model(config, box);
   double best = std::numeric_limits<double>::infinity();
@@ -155,11 +156,11 @@ double cheapest_split(const Config& config, const Box3f& box, const std::vector<
   return best;
 }
 
-TEST(Split, ExactSearchFindsTheCheapestPlane) {
+TEST(Split, SortedSearchFindsCheapestPlane) {
   Rng rng(103);
   const Config config;
   SplitScratch scratch;
-  for (const int count : {1, 2, 9, 40, 400}) // 400: sorted by radix
+  for (const int count : {1, 2, 9, 40, 400}) // 400 uses the radix sort
     for (const bool planars : {false, true}) {
       const std::vector<Reference> references = random_references(rng, count, planars);
       const Box3f box(V3f(0), V3f(1));
@@ -169,7 +170,7 @@ TEST(Split, ExactSearchFindsTheCheapestPlane) {
     }
 }
 
-// Cost of a plane as the references really lie, for the choice that the split makes of those in the plane.
+// Returns the exact cost of a split, including its choice for planar references.
 double true_cost(const Config& config, const Box3f& box, const std::vector<Reference>& references, const Split& split) {
   size_t left = 0, right = 0;
   for (const Reference& r : references) {
@@ -181,13 +182,13 @@ double true_cost(const Config& config, const Box3f& box, const std::vector<Refer
   return CostModel(config, box).split_cost(split.axis, split.position, left, right);
 }
 
-TEST(Split, CountingFindsTheCheapestPlane) {
+TEST(Split, CountingSearchFindsCheapestPlane) {
   Rng rng(104);
-  Config dear_leaves, cheap_leaves;
+  Config expensive_leaves, cheap_leaves;
   cheap_leaves.leaf_cost = 0.3;
   cheap_leaves.triangle_cost = 0.05;
-  const Box3f box(V3f(0.1f, 0, 0), V3f(1, 0.9f, 1)); // some bounds lie outside: no planes there
-  for (const Config& config : {dear_leaves, cheap_leaves})
+  const Box3f box(V3f(0.1f, 0, 0), V3f(1, 0.9f, 1)); // some bounds are outside and give no planes
+  for (const Config& config : {expensive_leaves, cheap_leaves})
     for (const size_t count : {size_t{1}, size_t{2}, size_t{7}, size_t{8}, size_t{33}, kMaxCounted})
       for (const bool planars : {false, true}) {
         const std::vector<Reference> references = random_references(rng, static_cast<int>(count), planars);
@@ -204,7 +205,7 @@ TEST(Split, CountingFindsTheCheapestPlane) {
       }
 }
 
-TEST(Split, BinnedSearchComesClose) {
+TEST(Split, BinnedSearchIsNearOptimal) {
   Rng rng(107);
   const Config config;
   SplitScratch scratch;
@@ -222,8 +223,8 @@ TEST(Split, BinnedSearchComesClose) {
   }
 }
 
-TEST(Split, RefinementFindsThePlaneBesideTheBorder) {
-  // Two heaps that a narrow gap parts: bins miss its edges, which are the cheapest planes.
+TEST(Split, RefinementFindsPlaneNearBinBorder) {
+  // Two clusters with a narrow gap: bins miss its edges, which are the cheapest planes.
   Rng rng(108);
   std::vector<Reference> references;
   for (uint32_t i = 0; i < 2000; ++i) {
@@ -246,7 +247,7 @@ TEST(Split, RefinementFindsThePlaneBesideTheBorder) {
   EXPECT_DOUBLE_EQ(refined->cost, exact->cost);
 }
 
-TEST(Split, NothingToSplit) {
+TEST(Split, ReturnsNothingWithoutInnerPlanes) {
   const Config config;
   SplitScratch scratch;
   const std::vector<Reference> filling = {{V3f(0), 0, V3f(1), 0}};
@@ -258,7 +259,7 @@ TEST(Split, NothingToSplit) {
   EXPECT_FALSE(best_split_binned(config, Box3f(V3f(0), V3f(0)), point, scratch));
 }
 
-// References of small triangles, with some that lie in the plane x = 0.5 and some that touch it.
+// References of small triangles; some lie in the plane x = 0.5 and some touch it.
 struct References {
   Mesh mesh;
   std::vector<Geometry> geometries;
@@ -287,7 +288,7 @@ bool same_bits(const Reference* a, const Reference* b, size_t count) {
   return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Reference)) == 0;
 }
 
-TEST(Partition, EveryReferenceGoesWhereItLies) {
+TEST(Partition, AssignsReferencesToTheirSides) {
   Rng rng(111);
   const References references(rng, 40000); // several chunks
   for (const bool planar_left : {false, true}) {
@@ -315,7 +316,7 @@ TEST(Partition, EveryReferenceGoesWhereItLies) {
   }
 }
 
-TEST(Partition, InPlaceDealsLikeChunks) {
+TEST(Partition, InPlaceMatchesChunked) {
   Rng rng(113);
   const References references(rng, 5000); // one chunk
   const size_t count = references.all.size();

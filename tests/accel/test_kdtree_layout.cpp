@@ -1,4 +1,4 @@
-// The finished kd-tree: tables of wide nodes, and the layout's invariants.
+// Tests of the finished kd-tree: lookup tables, layout invariants, depth, determinism.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/clipping.h"
 #include "accel/kdtree/layout.h"
@@ -22,7 +22,7 @@ using accel::testing::Rng;
 using Imath::Box3f;
 using Imath::V3f;
 
-TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {
+TEST(Tables, ChildOrderMatchesTreeWalk) {
   for (uint32_t signs = 0; signs < 256; ++signs) {
     std::set<uint32_t> lanes;
     std::vector<uint32_t> order;
@@ -34,7 +34,7 @@ TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {
       EXPECT_EQ(entry >> 6, (entry & 7) / 4);
     }
     EXPECT_EQ(lanes.size(), 8U);
-    // Near side first at each plane: the lower side, unless the direction is negative.
+    // The near side comes first at each plane: the lower side, unless the direction is negative.
     for (size_t i = 0; i < 8; ++i) {
       const uint32_t first = i >= 4, second = (i >> 1) & 1, third = i & 1;
       const uint32_t side1 = first ^ ((signs >> kRootLane) & 1);
@@ -45,7 +45,8 @@ TEST(Tables, OrderIsThatOfAWalkThroughTheTree) {
   }
 }
 
-// Walks a finished tree: every triangle is found in every leaf whose cell it crosses, and nowhere is a lane unreachable.
+// Walks a finished tree and checks that every triangle is in every leaf whose cell it crosses, and
+// that all used lanes are reachable.
 class LayoutWalk {
  public:
   LayoutWalk(const Tree& tree, const Mesh& mesh) : tree_(tree), mesh_(mesh) { walk(tree.root, tree.bounds, 0); }
@@ -106,7 +107,7 @@ class LayoutWalk {
     }
   }
 
-  // The vertices that a triangle picks are its own, bit for bit.
+  // Expects the stored vertices of a triangle to equal its own, bit for bit.
   void expect_same_corners(const LeafBlock& block, uint32_t triangle) {
     for (uint32_t corner = 0; corner < 3; ++corner) {
       const uint32_t vertex = (block.corners()[triangle] >> (4 * corner)) & 15U;
@@ -117,7 +118,7 @@ class LayoutWalk {
     }
   }
 
-  // No other triangle crosses the inside of the cell.
+  // Counts other triangles that cross the inside of the cell as missing.
   void expect_none(const Box3f& cell, const std::set<uint32_t>& except) {
     const V3f margin = (cell.max - cell.min) * 1e-4f;
     for (uint32_t i = 0; i < mesh_.indices.size() / 3; ++i) {
@@ -133,7 +134,7 @@ class LayoutWalk {
   const Mesh& mesh_;
 };
 
-TEST(Layout, EveryCellHoldsTheTrianglesThatCrossIt) {
+TEST(Layout, CellsContainTheirTriangles) {
   Rng rng(109);
   const std::vector<Mesh> meshes = {testing::triangle_soup(rng, 400, 1.0f, 0.3f), testing::sphere(12, 24, 1.0f, V3f(0)),
                                     testing::gridded_box(4, V3f(-1), V3f(1)), testing::duplicates(300)};
@@ -168,7 +169,7 @@ size_t leaves_below(const Tree& tree, ChildWord child) {
   return leaves;
 }
 
-TEST(Layout, DeepestTreeFitsTheStack) {
+TEST(Layout, DeepestTreeFitsStack) {
   Mesh mesh;
   mesh.add_triangle(V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
   const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
@@ -181,7 +182,8 @@ TEST(Layout, DeepestTreeFitsTheStack) {
     for (uint32_t depth = 0; depth < kMaxDepth; ++depth) {
       node->axis = depth % 2;
       node->position = 0.5f;
-      // As costs would have it if no node should share with its parent, or every node as far as it can.
+      // Costs for which no node shares its parent's wide node, or every node does as far as
+      // possible.
       node->cut_cost = {1.0f, join ? 0.5f : 1.0f, join ? 0.5f : 1.0f};
       node->children = arena.nodes.allocate(2);
       for (uint32_t side = 0; side < 2; ++side) {
@@ -203,7 +205,7 @@ TEST(Layout, DeepestTreeFitsTheStack) {
   }
 }
 
-TEST(Layout, IsTheSameBitForBitForAnyNumberOfThreads) {
+TEST(Layout, IsBitIdenticalForAnyThreadCount) {
   const Mesh mesh = testing::terrain(230, 10.0f, 0.5f); // many chunks and tasks
   const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
   for (const Quality quality : {Quality::fast, Quality::balanced}) {

@@ -1,8 +1,9 @@
-// Memory: what accelerators are told to take before they are built, and many instances, of which the kd-tree has a level in two parts.
+// Tests of memory estimates, and of scenes with many instances.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/instance_level.h"
 #include "accel/memory_estimate.h"
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -21,8 +22,8 @@ namespace {
 
 class Memory : public ::testing::TestWithParam<Kind> {};
 
-// Few references for each triangle, and many.
-TEST_P(Memory, TrianglesTakeNoMoreThanEstimated) {
+// Meshes with few and with many references per triangle.
+TEST_P(Memory, TriangleEstimateIsUpperBound) {
   Rng rng(5);
   for (const Mesh& mesh :
        {terrain(150, 10.0f, 1.0f), sphere(120, 240, 1.0f, V3f(0)), triangle_soup(rng, 40000, 1.0f, 0.02f)}) {
@@ -32,12 +33,13 @@ TEST_P(Memory, TrianglesTakeNoMoreThanEstimated) {
     const MemoryEstimate estimate = estimate_memory(GetParam(), triangles, 0);
     EXPECT_LE(held, estimate.held);
     EXPECT_GE(estimate.building, estimate.held);
-    // Not far above either: the estimate is of triangles, not of what is fixed.
+    // The estimate is not far above either; this compares the share of triangles, without fixed
+    // memory.
     EXPECT_LE(static_cast<double>(triangles * memory_costs(GetParam()).triangle), 3.0 * static_cast<double>(held));
   }
 }
 
-// Over a square, 64 of them for each unit of its area.
+// Returns instances spread over a square, 64 per unit of area.
 TestScene many_instances(int count) {
   Rng rng(7);
   TestScene scene;
@@ -51,7 +53,7 @@ TestScene many_instances(int count) {
   return scene;
 }
 
-TEST_P(Memory, InstancesTakeNoMoreThanEstimated) {
+TEST_P(Memory, InstanceEstimateIsUpperBound) {
   for (const int count : {5000, 30000}) {
     const TestScene scene = many_instances(count);
     const auto accelerator = build(GetParam(), scene);
@@ -62,7 +64,7 @@ TEST_P(Memory, InstancesTakeNoMoreThanEstimated) {
   }
 }
 
-// More than the part of the level that one task builds: 16384.
+// More boxes than one task builds (16384).
 TEST_P(Memory, ManyInstancesAgreeWithBruteForce) {
   const TestScene scene = many_instances(20000);
   const auto oracle = build(Kind::brute_force, scene);
@@ -79,8 +81,8 @@ TEST_P(Memory, ManyInstancesAgreeWithBruteForce) {
 
 INSTANTIATE_TEST_SUITE_P(Both, Memory, ::testing::Values(Kind::kdtree, Kind::embree), kind_label);
 
-// Not a box is lost, whatever they look like: all in one place, in one line with growing distances, or without end.
-TEST(InstanceLevel, HasEveryBoxOnce) {
+// No box is lost, whether boxes coincide, line up with growing distances, or are infinite.
+TEST(InstanceLevel, ContainsEachBoxOnce) {
   constexpr uint32_t kCount = 40000;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const std::vector<std::function<Imath::Box3f(uint32_t)>> kinds = {
@@ -126,11 +128,11 @@ TEST(InstanceLevel, HasEveryBoxOnce) {
     }
     EXPECT_EQ(static_cast<size_t>(std::count(found.begin(), found.end(), 1)), boxes.size());
     EXPECT_EQ(visited, level.node_count());
-    EXPECT_LT(level.node_count(), kCount / 4); // full nodes, most of them
+    EXPECT_LT(level.node_count(), kCount / 4); // most nodes are full
   }
 }
 
-TEST(InstanceLevel, IsTheSameForAnyNumberOfThreads) {
+TEST(InstanceLevel, IsIdenticalForAnyThreadCount) {
   Rng rng(3);
   std::vector<Imath::Box3f> boxes;
   for (int i = 0; i < 60000; ++i) {
@@ -143,7 +145,7 @@ TEST(InstanceLevel, IsTheSameForAnyNumberOfThreads) {
   };
   const kd::InstanceLevel one = with_threads(1), many = with_threads(7);
   ASSERT_EQ(one.node_count(), many.node_count());
-  for (uint32_t i = 0; i < one.node_count(); ++i) { // but for padding
+  for (uint32_t i = 0; i < one.node_count(); ++i) { // ignores padding
     const kd::InstanceLevel::Node &a = one.node(i), &b = many.node(i);
     ASSERT_EQ(a.child, b.child);
     ASSERT_EQ(std::memcmp(a.low, b.low, sizeof a.low), 0);

@@ -1,6 +1,7 @@
-// Motion: at each time an accelerator answers as it would for the scene that stands still as it is then.
+// Tests of motion: at each time, answers match those for the static scene at that time.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/motion.h"
+#include "tests/accel/agreement.h"
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/motion_scenes.h"
 
@@ -20,7 +21,7 @@ auto parts_of(const Hit& hit) {
                       : std::make_tuple(0.0f, 0.0f, 0.0f, kNoId, kNoId, kNoId);
 }
 
-// Through the scene as it is at that time, and on it.
+// Returns rays through and at the scene at a time.
 std::vector<Ray> rays_at(Rng& rng, const TestScene& posed, float time, int count) {
   std::vector<Ray> rays = random_rays(rng, posed.bounds(), count / 2);
   for (const std::vector<Ray>& more : {aimed_rays(rng, posed, count / 4), axis_parallel_rays(rng, posed, count / 4)})
@@ -34,7 +35,7 @@ std::vector<Ray> rays_at(Rng& rng, const TestScene& posed, float time, int count
 
 TestScene scene_of(int index) { return index == 0 ? moving_instances() : deforming_meshes(); }
 
-TEST(Motion, KeysAndWhatLiesBetween) {
+TEST(Motion, KeyIntervalsAndInterpolation) {
   for (const uint32_t segments : {1U, 2U, 3U, 16U, 128U}) {
     for (uint32_t key = 0; key <= segments; ++key) {
       const KeyInterval at = key_interval(static_cast<float>(key) / static_cast<float>(segments), segments);
@@ -51,8 +52,8 @@ TEST(Motion, KeysAndWhatLiesBetween) {
   EXPECT_EQ(between(0.1f, 0.1f, 0.3f), 0.1f);
 }
 
-// The oracle in motion is the oracle of the still scene, bit for bit.
-TEST(Motion, OracleIsThatOfTheStillScene) {
+// The oracle of the moving scene must equal the oracle of the posed scene, bit for bit.
+TEST(Motion, OracleMatchesPosedScene) {
   for (int index = 0; index < 2; ++index) {
     const TestScene scene = scene_of(index);
     const auto moving = build(Kind::brute_force, scene);
@@ -60,9 +61,9 @@ TEST(Motion, OracleIsThatOfTheStillScene) {
     size_t hits = 0, rays = 0;
     for (const float time : some_times()) {
       const TestScene posed = scene.posed(time);
-      const auto still = build(Kind::brute_force, posed);
+      const auto static_oracle = build(Kind::brute_force, posed);
       for (const Ray& ray : rays_at(rng, posed, time, 400)) {
-        const Hit expected = still->intersect(ray), found = moving->intersect(ray);
+        const Hit expected = static_oracle->intersect(ray), found = moving->intersect(ray);
         ASSERT_EQ(parts_of(expected), parts_of(found)) << "time " << time;
         hits += expected.is_hit() ? 1 : 0;
         ++rays;
@@ -105,10 +106,10 @@ void expect_agreement(const Kernels& kernels, const TestScene& scene) {
   EXPECT_EQ(failures, 0);
 }
 
-TEST_P(MovingInstances, AgreeWithTheStillScene) { expect_agreement(GetParam(), moving_instances()); }
-TEST_P(DeformingMeshes, AgreeWithTheStillScene) { expect_agreement(GetParam(), deforming_meshes()); }
+TEST_P(MovingInstances, AgreeWithPosedScene) { expect_agreement(GetParam(), moving_instances()); }
+TEST_P(DeformingMeshes, AgreeWithPosedScene) { expect_agreement(GetParam(), deforming_meshes()); }
 
-// Of everything at all times, and not much more where it moves along straight lines.
+// Bounds must enclose the scene at all times, and be tight for motion along straight lines.
 void expect_bounds(const Kernels& kernels, const TestScene& scene) {
   const Box3f bounds = build(kernels, scene)->bounds();
   for (const float time : some_times()) {
@@ -118,8 +119,8 @@ void expect_bounds(const Kernels& kernels, const TestScene& scene) {
   }
 }
 
-TEST_P(MovingInstances, BoundsHoldTheWholeMotion) { expect_bounds(GetParam(), moving_instances()); }
-TEST_P(DeformingMeshes, BoundsHoldTheWholeMotion) {
+TEST_P(MovingInstances, BoundsEncloseMotion) { expect_bounds(GetParam(), moving_instances()); }
+TEST_P(DeformingMeshes, BoundsEncloseMotion) {
   expect_bounds(GetParam(), deforming_meshes());
   TestScene scene;
   const uint32_t box = scene.add_group({gridded_box(2, V3f(0), V3f(1))});
@@ -130,15 +131,15 @@ TEST_P(DeformingMeshes, BoundsHoldTheWholeMotion) {
   EXPECT_NEAR(bounds.max.x, 11.0f, 1e-3f);
 }
 
-TEST_P(DeformingMeshes, KnownHits) {
+TEST_P(DeformingMeshes, ReportsKnownHits) {
   TestScene scene;
   Mesh wall;
   wall.add_triangle({-1, -1, 0}, {1, -1, 0}, {0, 1, 0});
-  const uint32_t still = scene.add_group({wall});
+  const uint32_t static_group = scene.add_group({wall});
   const uint32_t bent = scene.add_group({wall, deformed(wall, 3, [](const V3f& p, float time) {
                                            return p + V3f(10, 0, time < 0.75f ? 4.0f * time : 0.0f);
                                          })});
-  scene.add_instance(still, keys_of(2, M44f(), {0, 0, 1}, 0.0f, 1.0f, {0, 0, 8}));
+  scene.add_instance(static_group, keys_of(2, M44f(), {0, 0, 1}, 0.0f, 1.0f, {0, 0, 8}));
   M44f aside;
   aside.setTranslation(V3f(0, 20, 0));
   scene.add_instance(bent, aside);
@@ -152,7 +153,7 @@ TEST_P(DeformingMeshes, KnownHits) {
   EXPECT_EQ(std::make_tuple(hit.instance, hit.mesh, hit.triangle), std::make_tuple(0U, 0U, 0U));
   EXPECT_FLOAT_EQ(hit.t, 9.0f);
   EXPECT_NEAR(hit.v, 0.25f, 1e-5f);
-  ray.origin = {10.0f, 19.5f, 20.0f}; // key 0 has it at x = 0
+  ray.origin = {10.0f, 19.5f, 20.0f}; // at x = 0 at key 0
   ray.time = 0.5f;
   hit = accelerator->intersect(ray);
   EXPECT_EQ(std::make_tuple(hit.instance, hit.mesh, hit.triangle), std::make_tuple(1U, 2U, 0U));
@@ -160,25 +161,26 @@ TEST_P(DeformingMeshes, KnownHits) {
   ray.time = 1.0f;
   EXPECT_FLOAT_EQ(accelerator->intersect(ray).t, 10.0f);
   ray.origin.x = 5.0f;
-  ray.time = 0.25f; // half way to key 1
+  ray.time = 0.25f; // halfway to key 1
   EXPECT_FLOAT_EQ(accelerator->intersect(ray).t, 9.5f);
   ray.time = 0.0f;
   EXPECT_FALSE(accelerator->intersect(ray).is_hit());
   EXPECT_FALSE(accelerator->occluded(ray));
 }
 
-bool refuses_even(const void*, const Ray& ray, const Hit& hit) { return ((hit.triangle ^ ray.key) & 1U) != 0; }
+bool accept_by_parity(const void*, const Ray& ray, const Hit& hit) { return ((hit.triangle ^ ray.key) & 1U) != 0; }
 
-TEST_P(DeformingMeshes, RefusedHitsUncoverWhatLiesBehind) {
+TEST_P(DeformingMeshes, RefusedHitsRevealHitsBehind) {
   Rng rng(619);
   TestScene scene;
   Mesh leaves = triangle_soup(rng, 200, 1.0f, 0.4f);
   leaves.opaque = false;
   Mesh waving = deformed(leaves, 3, Deformation::twist, 1.0f);
-  const uint32_t still = scene.add_group({leaves}), group = scene.add_group({waving, sphere(6, 12, 0.4f, V3f(0))});
-  scene.add_instance(still, keys_of(3, M44f(), {1, 1, 0}, 1.0f, 1.0f, {2, 0, 0}));
+  const uint32_t static_group = scene.add_group({leaves}),
+                 group = scene.add_group({waving, sphere(6, 12, 0.4f, V3f(0))});
+  scene.add_instance(static_group, keys_of(3, M44f(), {1, 1, 0}, 1.0f, 1.0f, {2, 0, 0}));
   scene.add_instance(group, M44f());
-  scene.set_filter({refuses_even, nullptr});
+  scene.set_filter({accept_by_parity, nullptr});
   const auto accelerator = build(GetParam(), scene);
   int failures = 0, refused = 0;
   for (const float time : {0.0f, 0.3f, 0.5f, 1.0f}) {

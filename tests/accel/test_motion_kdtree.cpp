@@ -1,6 +1,7 @@
-// The kd-tree in motion, against the oracle bit for bit but for what rounding.h excuses, with every set of kernels; and how it is built.
+// Tests of the kd-tree in motion against the oracle, on every instruction set.
 //
-// KINDLING_MOTION_SEEDS=100000 tries so many random scenes, KINDLING_MOTION_FIRST=17 starts there: a failure names its seed.
+// KINDLING_MOTION_SEEDS=100000 sets the number of random scenes, KINDLING_MOTION_FIRST=17 the first
+// seed; failures print their seed.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/motion_scenes.h"
@@ -30,7 +31,7 @@ void compare_at(const TestScene& scene, const Accelerator& oracle, const Acceler
   compare(posed, oracle, tested, rays, 1 + rng() % 100, comparison);
 }
 
-TEST_P(MovingKernels, AgreeWithTheOracle) {
+TEST_P(MovingKernels, AgreeWithBruteForce) {
   for (const TestScene& scene : {moving_instances(), deforming_meshes()}) {
     const auto oracle = build(Kind::brute_force, scene);
     BuildOptions options;
@@ -77,7 +78,8 @@ TEST_P(MovingKernels, AgreeOnRandomMotion) {
   EXPECT_LT(excused, rays / 100);
 }
 
-// No ray leaves a closed mesh, whatever its shape at the ray's time: rays from the inside at vertices and edges as they are then.
+// No ray may leave a closed mesh, whatever its shape at the ray's time: rays from inside at its
+// vertices and edges at that time.
 TEST_P(MovingKernels, AreWatertight) {
   const V3f off(3.3f, -7.7f, 5.1f);
   for (const uint32_t keys : {2U, 5U})
@@ -122,7 +124,7 @@ TEST_P(MovingKernels, AreWatertight) {
 
 INSTANTIATE_TEST_SUITE_P(All, MovingKernels, ::testing::ValuesIn(simd_targets()), simd_label);
 
-// A sphere that turns, swells and moves on: many triangles, and a few that go their own ways.
+// Returns a sphere that twists, and triangles that scatter.
 TestScene large_motion() {
   Rng rng(643);
   TestScene scene;
@@ -133,7 +135,7 @@ TestScene large_motion() {
   return scene;
 }
 
-TEST(MovingKdTree, IsTheSameForAnyNumberOfThreads) {
+TEST(MovingKdTree, IsIdenticalForAnyThreadCount) {
   const TestScene scene = large_motion();
   std::unique_ptr<Accelerator> one, four;
   tbb::task_arena(1).execute([&] { one = build(Kind::kdtree, scene); });
@@ -150,18 +152,18 @@ TEST(MovingKdTree, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
-// What moves together, however far, needs no more references than at rest, and hardly more visits.
+// A mesh that moves as a whole needs no more references than at rest, and hardly more visits.
 TEST(MovingKdTree, PlanesMoveWithTheMesh) {
   const Mesh globe = sphere(60, 120, 1.0f, V3f(0));
-  const TestScene still(globe),
+  const TestScene resting(globe),
       moving(deformed(globe, 2, [](const V3f&p, float time) { return p + V3f(5, -3, 2) * time; }));
-  const auto at_rest = build(Kind::kdtree, still), in_motion = build(Kind::kdtree, moving);
+  const auto at_rest = build(Kind::kdtree, resting), in_motion = build(Kind::kdtree, moving);
   const Statistics a = at_rest->statistics(), b = in_motion->statistics();
   EXPECT_EQ(a.triangle_count, b.triangle_count);
   EXPECT_LT(static_cast<double>(b.reference_count), 1.3 * static_cast<double>(a.reference_count));
   Rng rng(653);
   uint64_t nodes_at_rest = 0, nodes_in_motion = 0, triangles_at_rest = 0, triangles_in_motion = 0;
-  for (Ray ray : random_rays(rng, still.bounds(), 2000)) {
+  for (Ray ray : random_rays(rng, resting.bounds(), 2000)) {
     const TraversalCost before = *at_rest->traversal_cost(ray, false);
     ray.time = uniform(rng);
     ray.origin += V3f(5, -3, 2) * ray.time;
@@ -172,11 +174,11 @@ TEST(MovingKdTree, PlanesMoveWithTheMesh) {
     triangles_in_motion += now.triangles;
   }
   EXPECT_LT(static_cast<double>(nodes_in_motion),
-            1.5 * static_cast<double>(nodes_at_rest)); // one is the level of instances
+            1.5 * static_cast<double>(nodes_at_rest)); // one node is the instance level
   EXPECT_LT(static_cast<double>(triangles_in_motion), 1.3 * static_cast<double>(triangles_at_rest));
 }
 
-TEST(MovingKdTree, StatisticsCountWhatMoves) {
+TEST(MovingKdTree, StatisticsCountMovingTriangles) {
   const TestScene scene = large_motion();
   const Statistics statistics = build(Kind::kdtree, scene)->statistics();
   size_t triangles = 0, references = 0;
@@ -188,7 +190,7 @@ TEST(MovingKdTree, StatisticsCountWhatMoves) {
   EXPECT_LT(statistics.memory_bytes, 6000 * triangles);
 }
 
-TEST(MovingKdTree, ProgressRisesToOneAndCancels) {
+TEST(MovingKdTree, ReportsProgressAndCancels) {
   const TestScene scene = large_motion();
   double last = 0.0;
   bool rising = true;

@@ -1,6 +1,6 @@
-// The kd-tree against the oracle on many rays through small meshes made to hurt.
+// Tests of the kd-tree against the oracle with many rays through small hostile meshes.
 //
-// KINDLING_ORACLE_RAYS=1000000 traces so many rays through each mesh by each set of kernels.
+// KINDLING_ORACLE_RAYS=1000000 sets the number of rays for each mesh and set of kernels.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/trials.h"
@@ -17,9 +17,9 @@
 namespace kindling::accel::testing {
 namespace {
 
-// Most by the best kernels; all are compared.
-size_t rays_per_scene(SimdTarget simd, size_t most) {
-  return trials("KINDLING_ORACLE_RAYS", simd == best_simd_target() ? most : most / 8);
+// Returns the number of rays; the best kernels trace the max_count.
+size_t rays_per_scene(SimdTarget simd, size_t max_count) {
+  return trials("KINDLING_ORACLE_RAYS", simd == best_simd_target() ? max_count : max_count / 8);
 }
 
 void expect_agreement(const NamedScene& named, SimdTarget simd, size_t ray_count, Comparison& comparison) {
@@ -50,7 +50,8 @@ TEST_P(Oracle, AgreesOnHostileMeshes) {
     Comparison comparison;
     expect_agreement(named, GetParam(), rays_per_scene(GetParam(), 98304), comparison);
     RecordProperty("rays: " + named.name, std::to_string(comparison.rays));
-    // A quarter of the rays starts on a surface or runs along an edge: some answers rest on rounding.
+    // A quarter of the rays starts on a surface or runs along an edge, so some answers depend on
+    // rounding.
     EXPECT_LE(comparison.excused, comparison.rays / 50) << named.name;
     const bool nothing = named.name == "degenerate" || named.name == "none" || named.name == "scale 1e-20";
     if (nothing)
@@ -63,8 +64,8 @@ TEST_P(Oracle, AgreesOnHostileMeshes) {
   }
 }
 
-// One vertex shared by ten thousand triangles: every cell around it holds thousands.
-TEST_P(Oracle, AgreesOnAFanOfTenThousand) {
+// One vertex is shared by ten thousand triangles, so every cell around it holds thousands.
+TEST_P(Oracle, AgreesOnLargeFans) {
   Comparison comparison;
   for (const bool flat : {false, true})
     expect_agreement({flat ? "flat" : "bent", TestScene(fan(10000, flat))}, GetParam(), kSanitized ? 512 : 4096,
@@ -72,10 +73,11 @@ TEST_P(Oracle, AgreesOnAFanOfTenThousand) {
   EXPECT_LE(comparison.excused, comparison.rays / 50);
 }
 
-// Boxes and rectangles at multiples of a quarter: splits run along their faces. Rays that lie in such a plane have both of its
-// sides for the same interval; rays that start or end a few ulp before a face, whose origin is rounded across it, have the face in a
-// cell that is almost empty. Neither may end the search at a hit farther away.
-TEST_P(Oracle, AgreesOnRaysInPlanesAndAtThem) {
+// Boxes and rectangles at multiples of a quarter, so that splits run along their faces. Rays in
+// such a plane have the same interval on both sides; rays that start or end a few ulp before a
+// face, with the entry point rounded across it, have the face in an almost empty cell. Neither may
+// end the search at a farther hit.
+TEST_P(Oracle, AgreesOnRaysInSplitPlanes) {
   Rng rng(431);
   TestScene scene;
   scene.add_instance(scene.add_group({shared_planes(rng, 300), gridded_box(8, V3f(-1), V3f(1)),
@@ -95,7 +97,7 @@ TEST_P(Oracle, AgreesOnRaysInPlanesAndAtThem) {
     ray.direction = uniform_direction(rng);
     const int axis = i % 3;
     const float plane = grid();
-    if (i % 2 == 0) { // in one plane, or in two
+    if (i % 2 == 0) { // in one plane or in two
       ray.origin[axis] = plane;
       ray.direction[axis] = rng() % 2 == 0 ? 0.0f : -0.0f;
       if (rng() % 2 == 0) {

@@ -1,6 +1,7 @@
-// Meshes that last: traced apart they are hit as ever, and what is built over them serves the next accelerator, but never another mesh.
+// Tests of persistent structures: split worlds, reuse by the next build, and no wrong reuse.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ M44f translated(const V3f& by) {
   return m;
 }
 
-// What is built from, over arrays that others may be built over too.
+// Build input over arrays that other inputs may share.
 struct Input {
   std::vector<TriangleMesh> meshes;
   std::vector<MeshGroup> groups;
@@ -46,13 +47,15 @@ struct Input {
   [[nodiscard]] BuildInput view() const { return {meshes, groups, instances, motions, filter}; }
 };
 
-std::unique_ptr<Accelerator> build(Kind kind, const Input& input, std::unique_ptr<PersistentStructures> kept = nullptr,
+std::unique_ptr<Accelerator> build(Kind kind, const Input& input,
+                                   std::unique_ptr<PersistentStructures> structures = nullptr,
                                    const BuildOptions& options = {}) {
-  return make_accelerator(kind, input.view(), options, std::move(kept));
+  return make_accelerator(kind, input.view(), options, std::move(structures));
 }
 
-// Two spheres that intersect, a soup, cut-outs; then one group that is placed twice, and one that moves.
-TestScene some_of_everything() {
+// Returns intersecting spheres, a soup and cut-outs, a group that is placed twice, and one that
+// moves.
+TestScene mixed_scene() {
   Rng rng(7);
   Mesh leaves = triangle_soup(rng, 400, 1.2f, 0.3f), pile = coplanar_pile(rng, 100);
   leaves.opaque = pile.opaque = false;
@@ -115,21 +118,21 @@ void expect_same(const Answers& a, const Answers& b) {
   EXPECT_EQ(a.blocked_coherent, b.blocked_coherent);
 }
 
-class Kept : public ::testing::TestWithParam<Kind> {};
+class ReusedStructures : public ::testing::TestWithParam<Kind> {};
 
-// Every division of the world's five meshes, against the oracle.
-TEST_P(Kept, SplitWorldsAreHitAsEver) {
+// Every split of the world's five meshes must match the oracle.
+TEST_P(ReusedStructures, SplitWorldsMatchOracle) {
   if (GetParam() == Kind::brute_force) return;
-  const TestScene scene = some_of_everything();
+  const TestScene scene = mixed_scene();
   const auto oracle = build(Kind::brute_force, Input(scene));
-  constexpr size_t kRandomRays = 600; // the first ones
+  constexpr size_t kRandomRays = 600; // the first rays
   const std::vector<Ray> rays = rays_through(scene, kRandomRays);
   const auto whole = build(GetParam(), Input(scene));
   const Answers expected(*oracle, rays), in_one(*whole, rays);
   for (uint32_t division = 0; division < 32; ++division) {
     SCOPED_TRACE(division);
     Input input(scene);
-    for (uint32_t m = 0; m < 5; ++m) input.meshes[m].lasting = (division >> m & 1U) != 0 ? m + 1 : 0;
+    for (uint32_t m = 0; m < 5; ++m) input.meshes[m].persistent_id = (division >> m & 1U) != 0 ? m + 1 : 0;
     const auto accelerator = build(GetParam(), input);
     const Answers answers(*accelerator, rays);
     EXPECT_EQ(accelerator->bounds(), whole->bounds());
@@ -142,7 +145,8 @@ TEST_P(Kept, SplitWorldsAreHitAsEver) {
       EXPECT_EQ(answers.blocked[i] != 0, answers.single[i].is_hit());
     }
     if (GetParam() != Kind::kdtree) continue;
-    // Where a ray goes exactly through a vertex, as some of the axis-parallel ones do, the neighbor that is told depends on the tree.
+    // For a ray exactly through a vertex, as some axis-parallel ones are, the reported neighbor
+    // depends on the tree.
     EXPECT_EQ(answers.blocked, in_one.blocked);
     for (size_t i = 0; i < rays.size(); ++i) {
       EXPECT_EQ(answers.single[i].is_hit() ? answers.single[i].t : -1.0f,
@@ -152,7 +156,8 @@ TEST_P(Kept, SplitWorldsAreHitAsEver) {
   }
 }
 
-// The same triangles in both parts of a world, one of them behind a filter: of equal distances the smallest ids count, whatever lasts.
+// The same triangles in both parts of a world, some behind a filter: at equal distance the smallest
+// ids win.
 TEST(PersistentTrees, TiesGoToTheSmallestIds) {
   for (const bool opaque : {true, false}) {
     Rng rng(3);
@@ -161,7 +166,7 @@ TEST(PersistentTrees, TiesGoToTheSmallestIds) {
     pile_again.opaque = opaque;
     TestScene scene;
     scene.add_instance(scene.add_group({pile, soup, pile_again, soup_again, pile, soup}), M44f());
-    scene.add_instance(0, translated({0, 0, 0})); // the same instance once more
+    scene.add_instance(0, translated({0, 0, 0})); // the same instance again
     scene.set_filter({accept_by_hash, nullptr});
     const std::vector<Ray> rays = rays_through(scene, 1000);
     const Answers expected(*build(Kind::brute_force, Input(scene)), rays);
@@ -171,7 +176,7 @@ TEST(PersistentTrees, TiesGoToTheSmallestIds) {
     for (uint32_t division = 0; division < 64; ++division) {
       SCOPED_TRACE(division);
       Input input(scene);
-      for (uint32_t m = 0; m < 6; ++m) input.meshes[m].lasting = (division >> m & 1U) != 0 ? m + 1 : 0;
+      for (uint32_t m = 0; m < 6; ++m) input.meshes[m].persistent_id = (division >> m & 1U) != 0 ? m + 1 : 0;
       const Answers answers(*build(Kind::kdtree, input), rays);
       EXPECT_EQ(different(answers.single, expected.single), 0U);
       EXPECT_EQ(different(answers.batch, expected.single), 0U);
@@ -180,13 +185,13 @@ TEST(PersistentTrees, TiesGoToTheSmallestIds) {
   }
 }
 
-// Kernels for every instruction set answer a divided world alike.
+// All instruction sets give equal answers in a split world.
 TEST(PersistentTrees, AllKernelsAgree) {
-  const TestScene scene = some_of_everything();
+  const TestScene scene = mixed_scene();
   const std::vector<Ray> rays = rays_through(scene, 800);
   Input input(scene);
-  input.meshes[0].lasting = 1;
-  input.meshes[1].lasting = 2;
+  input.meshes[0].persistent_id = 1;
+  input.meshes[1].persistent_id = 2;
   BuildOptions options;
   options.simd = SimdTarget::portable;
   const Answers expected(*build(Kind::kdtree, input, nullptr, options), rays);
@@ -196,15 +201,15 @@ TEST(PersistentTrees, AllKernelsAgree) {
   }
 }
 
-TEST(PersistentTrees, TheCountingWalkVisitsBothTrees) {
-  const TestScene scene = some_of_everything();
+TEST(PersistentTrees, TraversalCostCountsBothTrees) {
+  const TestScene scene = mixed_scene();
   Input input(scene);
-  input.meshes[0].lasting = 1;
-  const auto divided = build(Kind::kdtree, input);
+  input.meshes[0].persistent_id = 1;
+  const auto split = build(Kind::kdtree, input);
   for (const Ray& ray : rays_through(scene, 500)) {
-    const std::optional<TraversalCost> cost = divided->traversal_cost(ray, false);
+    const std::optional<TraversalCost> cost = split->traversal_cost(ray, false);
     ASSERT_TRUE(cost.has_value());
-    EXPECT_LE(divided->intersect(ray).is_hit() ? 1U : 0U, cost->triangles);
+    EXPECT_LE(split->intersect(ray).is_hit() ? 1U : 0U, cost->triangles);
   }
 }
 
@@ -214,21 +219,22 @@ size_t triangles_of(const Input& input, const std::vector<size_t>& meshes) {
   return count;
 }
 
-// A sequence: one mesh of the world moves, another comes and goes, so that numbers change.
-TEST_P(Kept, ServesTheNext) {
-  const TestScene scene = some_of_everything();
+// A sequence in which one mesh of the world moves, and is removed in every other frame, so that
+// indices change.
+TEST_P(ReusedStructures, AreReusedByNextBuild) {
+  const TestScene scene = mixed_scene();
   const std::vector<Ray> rays = rays_through(scene, 500);
-  std::unique_ptr<PersistentStructures> kept;
+  std::unique_ptr<PersistentStructures> structures;
   std::vector<V3f> moved(scene.mesh(3).positions);
   moved.reserve(moved.size() + 2);
   for (int frame = 0; frame < 6; ++frame) {
     SCOPED_TRACE(frame);
     for (V3f& p : moved) p.y += 0.1f;
     Input input(scene);
-    for (const size_t m : {0, 1, 2, 4, 5, 6, 7}) input.meshes[m].lasting = m + 1;
+    for (const size_t m : {0, 1, 2, 4, 5, 6, 7}) input.meshes[m].persistent_id = m + 1;
     input.meshes[3].positions = moved;
     size_t changing = input.meshes[3].triangle_count();
-    if (frame % 2 == 1) { // mesh 3 is there no more, and all behind it are numbered anew
+    if (frame % 2 == 1) { // mesh 3 is removed, and later meshes are renumbered
       input.meshes.erase(input.meshes.begin() + 3);
       --input.groups[0].mesh_count;
       --input.groups[1].first_mesh;
@@ -236,7 +242,7 @@ TEST_P(Kept, ServesTheNext) {
       changing = 0;
     }
     input.instances[2].object_to_world[3][0] += 0.1f * static_cast<float>(frame);
-    auto accelerator = build(GetParam(), input, std::move(kept));
+    auto accelerator = build(GetParam(), input, std::move(structures));
     const auto fresh = build(GetParam(), input);
     const size_t all =
         triangles_of(input, {0, 1, 2, 3, 4, 5, 6}) + (frame % 2 == 0 ? input.meshes[7].triangle_count() : 0);
@@ -246,18 +252,18 @@ TEST_P(Kept, ServesTheNext) {
     EXPECT_EQ(accelerator->statistics().triangle_count, fresh->statistics().triangle_count);
     EXPECT_EQ(accelerator->bounds(), fresh->bounds());
     expect_same(Answers(*accelerator, rays), Answers(*fresh, rays));
-    kept = accelerator->take_structures();
-    EXPECT_EQ(kept != nullptr, GetParam() != Kind::brute_force);
+    structures = accelerator->take_structures();
+    EXPECT_EQ(structures != nullptr, GetParam() != Kind::brute_force);
   }
 }
 
-// What has changed is built anew, and what is built anew is right.
-TEST_P(Kept, ServesNoOther) {
+// Changed structures are rebuilt, and the result is correct.
+TEST_P(ReusedStructures, AreNotReusedForChangedInput) {
   if (GetParam() == Kind::brute_force) return;
-  const TestScene scene = some_of_everything();
+  const TestScene scene = mixed_scene();
   const std::vector<Ray> rays = rays_through(scene, 400);
   Input whole(scene);
-  for (size_t m = 0; m < whole.meshes.size(); ++m) whole.meshes[m].lasting = m + 1;
+  for (size_t m = 0; m < whole.meshes.size(); ++m) whole.meshes[m].persistent_id = m + 1;
   const size_t world = triangles_of(whole, {0, 1, 2, 3, 4}), placed = triangles_of(whole, {5, 6}),
                moving = triangles_of(whole, {7});
   struct Case {
@@ -269,8 +275,8 @@ TEST_P(Kept, ServesNoOther) {
       {"nothing", [](Input&, BuildOptions&) {}, 0},
       {"opacity", [](Input& i, BuildOptions&) { i.meshes[0].opaque = false; }, world},
       {"opacity of a group", [](Input& i, BuildOptions&) { i.meshes[6].opaque = false; }, placed},
-      {"another mesh", [](Input& i, BuildOptions&) { i.meshes[7].lasting = 99; }, moving},
-      {"no number", [](Input& i, BuildOptions&) { i.meshes[7].lasting = 0; }, moving},
+      {"another mesh", [](Input& i, BuildOptions&) { i.meshes[7].persistent_id = 99; }, moving},
+      {"not persistent", [](Input& i, BuildOptions&) { i.meshes[7].persistent_id = 0; }, moving},
       {"order", [](Input& i, BuildOptions&) { std::swap(i.meshes[0], i.meshes[1]); }, world},
       {"quality", [](Input&, BuildOptions& o) { o.quality = Quality::fast; }, world + placed + moving},
   };
@@ -280,13 +286,13 @@ TEST_P(Kept, ServesNoOther) {
     BuildOptions options;
     one.change(input, options);
     auto first = build(GetParam(), whole);
-    auto kept = first->take_structures();
+    auto structures = first->take_structures();
     first.reset();
-    const auto accelerator = build(GetParam(), input, std::move(kept), options);
+    const auto accelerator = build(GetParam(), input, std::move(structures), options);
     EXPECT_EQ(accelerator->statistics().built_triangle_count, one.built);
     expect_same(Answers(*accelerator, rays), Answers(*build(GetParam(), input, nullptr, options), rays));
   }
-  // Of another kind, without the filter, and not robust.
+  // Structures of another kind, without the filter, or not robust are not reused.
   const Kind other = GetParam() == Kind::kdtree ? Kind::embree : Kind::kdtree;
   EXPECT_EQ(build(other, whole, build(GetParam(), whole)->take_structures())->statistics().built_triangle_count,
             world + placed + moving);
@@ -304,39 +310,39 @@ TEST_P(Kept, ServesNoOther) {
       world + placed + moving);
 }
 
-// The accelerator may go before or after what was taken from it.
-TEST_P(Kept, InAnyOrder) {
-  const TestScene scene = some_of_everything();
+// The accelerator may be destroyed before or after the structures taken from it.
+TEST_P(ReusedStructures, OutliveTheirAccelerator) {
+  const TestScene scene = mixed_scene();
   Input input(scene);
-  input.meshes[0].lasting = 1;
+  input.meshes[0].persistent_id = 1;
   for (const bool first : {true, false}) {
     auto accelerator = build(GetParam(), input);
-    auto kept = accelerator->take_structures();
+    auto structures = accelerator->take_structures();
     if (first) accelerator.reset();
-    kept.reset();
+    structures.reset();
   }
-  // Nothing lasts.
+  // No mesh is persistent.
   EXPECT_EQ(build(GetParam(), Input(scene))->take_structures(), nullptr);
 }
 
-// What is not taken does not stay.
-TEST_P(Kept, MemoryDoesNotGrow) {
-  const TestScene scene = some_of_everything();
-  std::unique_ptr<PersistentStructures> kept;
+// Structures that are not reused are freed.
+TEST_P(ReusedStructures, AreFreedIfUnused) {
+  const TestScene scene = mixed_scene();
+  std::unique_ptr<PersistentStructures> structures;
   std::vector<size_t> bytes;
   for (uint64_t frame = 0; frame < 20; ++frame) {
     Input input(scene);
-    for (size_t m = 0; m < input.meshes.size(); ++m) input.meshes[m].lasting = m + 1;
-    input.meshes[7].lasting = 100 + frame; // a new one each time
-    auto accelerator = build(GetParam(), input, std::move(kept));
+    for (size_t m = 0; m < input.meshes.size(); ++m) input.meshes[m].persistent_id = m + 1;
+    input.meshes[7].persistent_id = 100 + frame; // a new id each time
+    auto accelerator = build(GetParam(), input, std::move(structures));
     bytes.push_back(accelerator->statistics().memory_bytes);
-    kept = accelerator->take_structures();
+    structures = accelerator->take_structures();
   }
-  // Embree's count has what its allocators round up.
+  // Embree's count includes rounding by its allocators.
   EXPECT_LE(bytes.back(), bytes[1] + bytes[1] / 100);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Kept, ::testing::ValuesIn(kAllKinds), kind_label);
+INSTANTIATE_TEST_SUITE_P(Kinds, ReusedStructures, ::testing::ValuesIn(kAllKinds), kind_label);
 
 } // namespace
 } // namespace kindling::accel::testing

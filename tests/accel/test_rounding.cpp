@@ -1,4 +1,4 @@
-// How far rounding takes the watertight test: the bounds of accel/rounding.h hold, and say enough.
+// Tests of the error bounds of accel/rounding.h: valid, and small for well-shaped triangles.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/rounding.h"
 #include "accel/triangle.h"
@@ -19,9 +19,10 @@ struct Case {
   V3f origin, direction, p[3];
 };
 
-// Bounce rays of a room, which leave a skirting board 5 m long and 4 mm thick at its upper face: they start 4 micrometres above
-// its plane and go up, but the watertight test puts the plane 12 to 18 micrometres ahead of them. A tree cell that ends at the
-// plane lies behind the ray and is not entered; an accelerator that tests the triangle nevertheless reports a hit.
+// Bounce rays of a room that leave the upper face of a skirting board 5 m long and 4 mm thick. They
+// start 4 micrometers above its plane and go up, but the watertight test finds the plane 12 to 18
+// micrometers ahead of them. A tree cell that ends at the plane lies behind the ray and is not
+// entered; an accelerator that tests the triangle nevertheless reports a hit.
 const Case kSkirting[] = {
     {{-2.19390368f, 0.110003747f, -1.25852215f},
      {-0.502367318f, 0.530064642f, -0.683124125f},
@@ -35,19 +36,19 @@ const Case kSkirting[] = {
       {-2.19000006f, 0.109999999f, -2.19400001f}}},
 };
 
-TEST(Rounding, AnswersBehindTheOriginOfASliver) {
+TEST(Rounding, AllowsSliverHitsBehindOrigin) {
   for (const Case& c : kSkirting) {
     float t = 0.0f, u = 0.0f, v = 0.0f;
     const RayShear shear(c.origin, c.direction);
     ASSERT_TRUE(intersect_triangle(shear, c.p[0], c.p[1], c.p[2], 0.0f, kInfinity, t, u, v));
     EXPECT_GT(t, 1e-5f);
-    const TriangleJudgement judgement = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
-    EXPECT_LT(judgement.t, -5e-6); // really behind
-    EXPECT_LE(std::fabs(t - judgement.t), judgement.t_error);
-    EXPECT_LT(judgement.t_error, 2e-3);
-    EXPECT_TRUE(judgement.inside);
+    const TriangleJudgment judgment = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
+    EXPECT_LT(judgment.t, -5e-6); // behind the origin
+    EXPECT_LE(std::fabs(t - judgment.t), judgment.t_error);
+    EXPECT_LT(judgment.t_error, 2e-3);
+    EXPECT_TRUE(judgment.inside);
 
-    // Whoever misses it is excused; whoever misses it from farther away is not.
+    // A miss is explained by rounding from nearby, but not from farther away.
     Mesh mesh;
     mesh.add_triangle(c.p[0], c.p[1], c.p[2]);
     const TestScene scene(mesh);
@@ -71,7 +72,8 @@ TEST(Rounding, AnswersBehindTheOriginOfASliver) {
   }
 }
 
-// A triangle of edge lengths from `length` down to `length * thin`, and a ray at a point of it, from a random side.
+// Returns a triangle with edge lengths from `length` down to `length * thin`, and a ray at a point
+// of it, from a random side.
 Case random_case(Rng& rng, float length, float thin, float away) {
   Case c;
   const V3f a = uniform_direction(rng) * uniform(rng, 0.0f, 5.0f) * length, along = uniform_direction(rng),
@@ -91,34 +93,35 @@ Case random_case(Rng& rng, float length, float thin, float away) {
   return c;
 }
 
-TEST(Rounding, BoundsHoldAndTellHitFromMiss) {
+TEST(Rounding, ErrorBoundsHold) {
   Rng rng(211);
   int hits = 0, settled = 0, finite = 0;
   for (int i = 0; i < 400000; ++i) {
     const Case c = random_case(rng, std::pow(10.0f, uniform(rng, -4.0f, 4.0f)),
                                std::pow(10.0f, uniform(rng, -6.0f, 0.0f)), std::pow(10.0f, uniform(rng, -6.0f, 1.0f)));
     if (c.direction == V3f(0) || !can_be_hit(c.p[0], c.p[1], c.p[2])) continue;
-    const TriangleJudgement judgement = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
+    const TriangleJudgment judgment = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
     float t = 0.0f, u = 0.0f, v = 0.0f;
     const bool hit =
         intersect_triangle(RayShear(c.origin, c.direction), c.p[0], c.p[1], c.p[2], -kInfinity, kInfinity, t, u, v);
-    if (!judgement.at_edge) {
-      ASSERT_EQ(hit, judgement.inside) << i;
+    if (!judgment.at_edge) {
+      ASSERT_EQ(hit, judgment.inside) << i;
       ++settled;
     }
     if (!hit) continue;
     ++hits;
-    if (judgement.t_error == std::numeric_limits<double>::infinity()) continue;
+    if (judgment.t_error == std::numeric_limits<double>::infinity()) continue;
     ++finite;
-    ASSERT_LE(std::fabs(t - judgement.t), judgement.t_error) << i;
+    ASSERT_LE(std::fabs(t - judgment.t), judgment.t_error) << i;
   }
   EXPECT_GT(hits, 200000);
   EXPECT_GT(settled, 200000);
   EXPECT_GT(finite, 200000);
 }
 
-// For triangles that are not slivers the bound is rounding of the vertices, seen at the angle of the ray.
-TEST(Rounding, IsSmallForTrianglesOfGoodShape) {
+// For well-shaped triangles the bound is the rounding of the vertices, seen at the angle of the
+// ray.
+TEST(Rounding, ErrorIsSmallForWellShapedTriangles) {
   Rng rng(223);
   for (int i = 0; i < 20000; ++i) {
     Case c;
@@ -137,9 +140,9 @@ TEST(Rounding, IsSmallForTrianglesOfGoodShape) {
     if (cosine < 0.01f) continue;
     float extent = 0.0f;
     for (const V3f& p : c.p) extent = std::max(extent, (p - c.origin).length());
-    const TriangleJudgement judgement = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
-    EXPECT_TRUE(judgement.inside && !judgement.at_edge);
-    EXPECT_LE(judgement.t_error, 64.0 * 0x1p-24 * extent / cosine);
+    const TriangleJudgment judgment = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
+    EXPECT_TRUE(judgment.inside && !judgment.at_edge);
+    EXPECT_LE(judgment.t_error, 64.0 * 0x1p-24 * extent / cosine);
   }
 }
 

@@ -1,6 +1,7 @@
-// Streams of the kd-tree: every ray of a batch is answered bit for bit as it is alone, whatever its company.
+// Tests that batch queries of the kd-tree equal single rays bit for bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +17,7 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-M44f moved(Rng& rng) {
+M44f random_transform(Rng& rng) {
   M44f m, r;
   m.setScale(V3f(uniform(rng, 0.3f, 1.5f), -uniform(rng, 0.3f, 1.5f), uniform(rng, 0.3f, 1.5f)));
   r.setAxisAngle(uniform_direction(rng), uniform(rng, 0.0f, 6.0f));
@@ -32,7 +33,8 @@ bool accept_by_hash(const void*, const Ray& ray, const Hit& candidate) {
   return (h & 3) != 0;
 }
 
-// Cut-outs in piles, so that filtered and opaque triangles share leaf blocks; with and without moved instances.
+// Adds scenes with cut-outs in piles, so that filtered and opaque triangles share leaf blocks, with
+// and without transformed instances.
 void add_filtered_scenes(std::deque<NamedScene>& scenes) {
   for (const bool instances : {false, true}) {
     Rng rng(101);
@@ -42,7 +44,7 @@ void add_filtered_scenes(std::deque<NamedScene>& scenes) {
     const uint32_t group =
         scene.add_group({leaves, triangle_soup(rng, 300, 1.0f, 0.2f), pile, sphere(12, 24, 0.9f, V3f(0))});
     scene.add_instance(group, M44f());
-    for (int i = 0; instances && i < 12; ++i) scene.add_instance(group, moved(rng));
+    for (int i = 0; instances && i < 12; ++i) scene.add_instance(group, random_transform(rng));
     scene.set_filter({accept_by_hash, nullptr});
     scenes.push_back({instances ? "cut-outs and instances" : "cut-outs", std::move(scene)});
   }
@@ -52,14 +54,15 @@ std::deque<NamedScene> all_scenes() {
   std::deque<NamedScene> scenes = adversarial_scenes();
   add_filtered_scenes(scenes);
   Rng rng(103);
-  TestScene only_moved;
-  const uint32_t globe = only_moved.add_group({sphere(12, 24, 1.0f, V3f(0))});
-  for (int i = 0; i < 20; ++i) only_moved.add_instance(globe, moved(rng));
-  scenes.push_back({"moved instances alone", std::move(only_moved)});
+  TestScene only_transformed;
+  const uint32_t globe = only_transformed.add_group({sphere(12, 24, 1.0f, V3f(0))});
+  for (int i = 0; i < 20; ++i) only_transformed.add_instance(globe, random_transform(rng));
+  scenes.push_back({"transformed instances alone", std::move(only_transformed)});
   return scenes;
 }
 
-// Rays of every sort with ends of every sort: open, cut, exactly at the hit, a whisker before it, empty, and none at all.
+// Returns rays of all kinds with various intervals: open, cut, ending exactly at a hit or just
+// before it, empty, and invalid.
 std::vector<Ray> mixed_rays(Rng& rng, const TestScene& scene, const Accelerator& accelerator, int count) {
   std::vector<Ray> rays = random_rays(rng, scene.bounds(), count);
   for (const std::vector<Ray>& more : {axis_parallel_rays(rng, scene, count), grazing_rays(rng, scene, count)})
@@ -86,7 +89,7 @@ std::vector<Ray> mixed_rays(Rng& rng, const TestScene& scene, const Accelerator&
   return rays;
 }
 
-TEST(Streams, EqualSingleRaysForBatchesOfAnySize) {
+TEST(Streams, BatchesEqualSingleRays) {
   for (const NamedScene& named : all_scenes()) {
     SCOPED_TRACE(named.name);
     const auto accelerator = build(Kind::kdtree, named.scene);
@@ -123,7 +126,7 @@ TEST(Streams, EqualSingleRaysForBatchesOfAnySize) {
   }
 }
 
-// Equal ends are the rule here: the hits of a pile lie at one distance, and the smallest triangle must win in every company.
+// All hits of a pile are at equal distance, and the smallest triangle must win in every batch.
 TEST(Streams, TiesGoToTheSmallestTriangle) {
   const TestScene scene(duplicates(300));
   const auto accelerator = build(Kind::kdtree, scene);

@@ -1,4 +1,4 @@
-// The plain walk of the kd-tree is the query's: the hit filter hears the same candidates in the same order from both.
+// Tests that the counting traversal visits the same candidates in the same order as the query.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/motion_scenes.h"
 
@@ -13,23 +13,23 @@ namespace {
 
 using Candidate = std::tuple<float, float, float, uint32_t, uint32_t, uint32_t>;
 
-// Refuses every third triangle.
+// Records candidates and refuses every third triangle.
 bool record(const void* context, const Ray&, const Hit& candidate) {
-  auto& heard = **static_cast<std::vector<Candidate>* const*>(context);
-  heard.emplace_back(candidate.t, candidate.u, candidate.v, candidate.instance, candidate.mesh, candidate.triangle);
+  auto& recorded = **static_cast<std::vector<Candidate>* const*>(context);
+  recorded.emplace_back(candidate.t, candidate.u, candidate.v, candidate.instance, candidate.mesh, candidate.triangle);
   return candidate.triangle % 3 != 0;
 }
 
-// Meshes that all ask: still, moved, moving and deforming.
-TestScene asking_scene() {
+// Returns filtered meshes only: static, transformed, moving and deforming.
+TestScene filtered_scene() {
   Rng rng(307);
   TestScene scene;
   Mesh soup = triangle_soup(rng, 900, 1.0f, 0.25f), pile = coplanar_pile(rng, 100),
        globe = sphere(12, 24, 0.7f, V3f(0));
   soup.opaque = pile.opaque = globe.opaque = false;
-  const uint32_t still = scene.add_group({soup, pile});
+  const uint32_t static_group = scene.add_group({soup, pile});
   const uint32_t moving = scene.add_group({globe});
-  scene.add_instance(still, M44f());
+  scene.add_instance(static_group, M44f());
   for (int i = 0; i < 12; ++i) {
     M44f moved;
     moved.setTranslation(V3f(1.5f * static_cast<float>(i % 4), 0.4f, static_cast<float>(i / 4)));
@@ -42,11 +42,11 @@ TestScene asking_scene() {
   return scene;
 }
 
-TEST(TraversalCost, WalksAsTheQueryDoes) {
-  TestScene scene = asking_scene();
+TEST(TraversalCost, VisitsSameCandidatesAsQuery) {
+  TestScene scene = filtered_scene();
   std::vector<Candidate> by_query, by_walk;
-  std::vector<Candidate>* heard = nullptr;
-  scene.set_filter({record, &heard});
+  std::vector<Candidate>* recorded = nullptr;
+  scene.set_filter({record, &recorded});
   const auto accelerator = build(Kind::kdtree, scene);
   Rng rng(311);
   std::vector<Ray> rays = random_rays(rng, scene.bounds(), 1500);
@@ -57,9 +57,9 @@ TEST(TraversalCost, WalksAsTheQueryDoes) {
     for (const bool any_hit : {false, true}) {
       by_query.clear();
       by_walk.clear();
-      heard = &by_query;
+      recorded = &by_query;
       const bool hit = any_hit ? accelerator->occluded(ray) : accelerator->intersect(ray).is_hit();
-      heard = &by_walk;
+      recorded = &by_walk;
       const auto cost = accelerator->traversal_cost(ray, any_hit);
       ASSERT_TRUE(cost.has_value());
       ASSERT_EQ(by_query, by_walk);
@@ -77,7 +77,7 @@ TEST(TraversalCost, WalksAsTheQueryDoes) {
   EXPECT_GT(candidates, 5000U);
 }
 
-TEST(TraversalCost, OfASingleTriangle) {
+TEST(TraversalCost, CountsSingleTriangle) {
   Mesh mesh;
   mesh.add_triangle(V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0));
   const TestScene scene{mesh};
@@ -100,7 +100,7 @@ TEST(TraversalCost, OfASingleTriangle) {
   EXPECT_FALSE(build(Kind::embree, scene)->traversal_cost(ray, false).has_value());
 }
 
-TEST(TraversalCost, LeafSizesAddUp) {
+TEST(TraversalCost, LeafSizesMatchCounts) {
   for (const NamedScene& named : adversarial_scenes()) {
     SCOPED_TRACE(named.name);
     const Statistics s = build(Kind::kdtree, named.scene)->statistics();

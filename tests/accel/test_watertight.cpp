@@ -1,4 +1,4 @@
-// No ray leaves a closed mesh: rays from inside, aimed exactly at vertices and edges and along the planes of a grid.
+// Tests that no ray leaves a closed mesh, even exactly at vertices, edges and grid planes.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/trials.h"
@@ -29,7 +29,8 @@ std::vector<Ray> rays_from_inside(const Mesh& mesh, const V3f& center, float inn
       ray.origin[axis] = center[axis];
       ray.direction = V3f((i / 7) % 2 == 0 ? 0.0f : -0.0f);
       ray.direction[axis] = (i / 14) % 2 == 0 ? 1.0f : -1.0f;
-      // Vertices at the rim do not lie above the inside of the mesh: step towards the center, staying in a plane of the grid.
+      // Vertices at the rim do not lie above the inside of the mesh: steps toward the center within
+      // a plane of the grid.
       ray.origin += (center - ray.origin) * ((i / 28) % 2 == 0 ? 0.5f : 0.25f);
     }
     if (i % 11 == 0) { // from the exact center, in one or two of the planes through it
@@ -86,9 +87,9 @@ TEST(Watertight, KdTree) { expect_no_leaks(Kind::kdtree, 200000); }
 
 class WatertightKernels : public ::testing::TestWithParam<SimdTarget> {};
 
-// Three closed meshes and every form of call; three million rays by the best kernels, fewer by the others.
-// KINDLING_WATERTIGHT_RAYS=100000000 traces so many.
-TEST_P(WatertightKernels, NoLeakInMillions) {
+// Traces three closed meshes by all queries: three million rays by the best kernels, fewer by the
+// others. KINDLING_WATERTIGHT_RAYS=100000000 sets the number.
+TEST_P(WatertightKernels, NoLeaks) {
   const size_t count = trials("KINDLING_WATERTIGHT_RAYS", GetParam() == best_simd_target() ? 3000000 : 300000);
   constexpr size_t kBlock = 4096;
   const std::vector<Shell> all = shells();
@@ -123,7 +124,7 @@ TEST_P(WatertightKernels, NoLeakInMillions) {
 
 INSTANTIATE_TEST_SUITE_P(All, WatertightKernels, ::testing::ValuesIn(simd_targets()), simd_label);
 
-// Under a transform the rays differ, but all triangles of the instance see the same one.
+// Under a transform the rays differ, but all triangles of the instance see the same ray.
 TEST(Watertight, KdTreeInstances) {
   for (const Shell& shell : shells()) {
     SCOPED_TRACE(shell.name);
@@ -149,8 +150,9 @@ TEST(Watertight, KdTreeInstances) {
   }
 }
 
-// Embree's robust mode leaks about once in a thousand of these rays; more would mean that it was not asked for.
-TEST(Watertight, EmbreeRobustLeaksLittle) {
+// Embree's robust mode leaks about once in a thousand of these rays; more would mean that it is not
+// enabled.
+TEST(Watertight, EmbreeRobustRarelyLeaks) {
   const Shell shell = shells()[1];
   const TestScene scene(shell.mesh);
   const std::vector<Ray> rays = rays_from_inside(shell.mesh, shell.center, shell.inner, 50000);
@@ -163,7 +165,7 @@ TEST(Watertight, EmbreeRobustLeaksLittle) {
     fast_leaks += fast_accelerator->intersect(ray).is_hit() ? 0 : 1;
   }
   EXPECT_LE(leaks, 500);
-  EXPECT_GT(fast_leaks, 5 * leaks); // the rays do hurt
+  EXPECT_GT(fast_leaks, 5 * leaks); // the rays are hard
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// How many seeds and rays a test tries: an environment variable may say so.
+// Numbers of seeds and rays of a test, which environment variables can override.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,8 +20,9 @@ inline constexpr bool kSanitized = false;
   return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
 }
 
-// As the variable `name` says, else `count`; under a sanitizer an eighth of that. There a ray takes ten times as long, and what is looked for,
-// a wrong access, shows in few rays as in many; the answers themselves are judged without it.
+// Returns the value of the variable `name`, else `count`, or an eighth of it under a sanitizer.
+// There rays take ten times as long, and memory errors show in few rays as well as in many; the
+// answers are checked in other builds.
 [[nodiscard]] inline size_t trials(const char* name, size_t count) {
   return number_from_environment(name, kSanitized ? (count + 7) / 8 : count);
 }

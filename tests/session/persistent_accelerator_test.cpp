@@ -192,7 +192,7 @@ TEST(PersistentAccelerators, OnlyWhereItPays) {
         build_world(std::move(things.scene), std::move(posed).value(), options, nullptr, nullptr).value();
     size_t lasting = 0;
     for (const accel::TriangleMesh& mesh : world->accelerator_input().meshes)
-      lasting += mesh.lasting != 0 ? mesh.triangle_count() : 0;
+      lasting += mesh.persistent_id != 0 ? mesh.triangle_count() : 0;
     return lasting;
   };
   const Things things = make_things();

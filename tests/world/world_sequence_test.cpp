@@ -161,7 +161,7 @@ std::vector<uint8_t> persistent_nodes(const Scene& scene, double time_s, const W
   const auto world = build_world(std::move(consumed), posed, options, nullptr, nullptr).value();
   const accel::BuildInput input = world->accelerator_input();
   std::vector<uint8_t> lasting;
-  for (const accel::TriangleMesh& mesh : input.meshes) lasting.push_back(mesh.lasting != 0 ? 1 : 0);
+  for (const accel::TriangleMesh& mesh : input.meshes) lasting.push_back(mesh.persistent_id != 0 ? 1 : 0);
   return lasting;
 }
 

@@ -1,27 +1,30 @@
+// Encodes deforming triangles as leaf blocks with shared vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_block.h"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 
 namespace kindling::accel::kd {
 namespace {
 
-// The keys of a mesh that times in a slice lie between.
+// The keys of a mesh that the times of a slice need.
 struct KeyRange {
   uint32_t segments = 0, first = 0, count = 0;
 
   KeyRange() = default;
   KeyRange(const TriangleMesh& mesh, const TimeSlice& slice) : segments(key_count(mesh) - 1) {
     first = key_interval(slice.begin, segments).first;
-    const float last_time = slice.end < 1.0f ? std::nextafter(slice.end, 0.0f) : 1.0f; // the end is the next slice's
+    const float last_time =
+        slice.end < 1.0f ? std::nextafter(slice.end, 0.0f) : 1.0f; // the end belongs to the next slice
     count = key_interval(last_time, segments).first + 2 - first;
   }
   friend bool operator==(const KeyRange&, const KeyRange&) = default;
 };
 
-// Collects triangles until one of the limits is met, or one comes with other keys.
+// Collects triangles until the block is full or a triangle has other keys.
 class MovingBlockBuilder {
  public:
   explicit MovingBlockBuilder(const TimeSlice& slice) : slice_(slice) {}
@@ -44,31 +47,31 @@ class MovingBlockBuilder {
     }
     corners_[triangles_] = static_cast<uint16_t>(corners);
     primitives_[triangles_] = geometry.first_primitive + triangle;
-    asking_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
+    filtered_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
     ++triangles_;
     return true;
   }
 
-  // Appends the block and starts the next.
+  // Appends the block to `out` and starts the next.
   void finish(bool more, std::vector<LeafUnit>& out) {
     const size_t first = out.size();
     out.resize(first + MovingBlock::units_for(vertices_, triangles_, keys_.count), LeafUnit{});
     uint32_t* words = out[first].words.data();
-    *words++ = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | asking_ << 16;
+    *words++ = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | filtered_ << 16;
     *words++ = keys_.segments | keys_.first << 8 | keys_.count << 16;
     for (uint32_t key = 0; key < keys_.count; ++key)
       for (int axis = 0; axis < 3; ++axis)
         for (uint32_t i = 0; i < vertices_; ++i) std::memcpy(words++, &position(i, key)[axis], sizeof(float));
     std::memcpy(words, corners_.data(), triangles_ * sizeof(uint16_t));
     std::memcpy(words + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
-    vertices_ = triangles_ = asking_ = 0;
+    vertices_ = triangles_ = filtered_ = 0;
   }
 
  private:
   struct Vertex {
     const TriangleMesh* mesh;
     uint32_t number;
-    Imath::V3f at_first; // key
+    Imath::V3f at_first; // position at the first key
   };
 
   [[nodiscard]] const Imath::V3f& position(uint32_t i, uint32_t key) const {
@@ -77,8 +80,8 @@ class MovingBlockBuilder {
   [[nodiscard]] static bool is_same(const Imath::V3f& a, const Imath::V3f& b) {
     return std::memcmp(&a, &b, sizeof(Imath::V3f)) == 0;
   }
-  // The place of a vertex, where it is put if it is new; kBlockVertices: there is no room. Two that are in the same place at all keys
-  // are one.
+  // Returns the index of a vertex, added if new; kBlockVertices if the block is full. Vertices with
+  // equal positions at all keys are shared.
   uint32_t number_of(const TriangleMesh& mesh, uint32_t number) {
     for (uint32_t i = 0; i < vertices_; ++i)
       if (vertex_[i].number == number && vertex_[i].mesh == &mesh) return i;
@@ -99,16 +102,17 @@ class MovingBlockBuilder {
   std::array<Vertex, kBlockVertices> vertex_;
   std::array<uint16_t, kBlockTriangles> corners_{};
   std::array<uint32_t, kBlockTriangles> primitives_{};
-  uint32_t vertices_ = 0, triangles_ = 0, asking_ = 0;
+  uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
 };
 
 } // namespace
 
 void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                         const TimeSlice& slice, std::vector<LeafUnit>& out) {
+  assert(!references.empty());
   MovingBlockBuilder block(slice);
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
-  std::vector<LeafReference> waiting; // what does not fit waits for the next block
+  std::vector<LeafReference> waiting; // triangles that do not fit wait for the next block
   for (const LeafReference& reference : references)
     if (!add(reference)) waiting.push_back(reference);
   while (!waiting.empty()) {

@@ -1,12 +1,12 @@
-// Leaf blocks of triangles that deform: as leaf_block.h has them, but with a position of each vertex at every key that the block's slice
-// of the shutter needs.
-//
-// A block, in 32-bit words:
+// Leaf blocks of deforming triangles: vertex positions at all keys that a time slice needs.
+// The layout extends leaf_block.h. A block in 32-bit words:
 //   1             header as that of a LeafBlock
-//   1             keys: bits 0-7 intervals between all keys of the mesh, 8-15 the first key here, 16-23 how many keys are here (2 or more)
+//   1             keys: bits 0-7 intervals between all keys of the mesh, 8-15 the first key stored,
+//                 16-23 the number of keys stored (2 or more)
 //   3 v k         for each of the k keys x, y and z of the v vertices, one row per axis
-//   (n+1)/2, n    corners and primitive numbers, as in a LeafBlock
-// and padding to a multiple of LeafUnit. All triangles of a block are of meshes with as many keys.
+//   (n+1)/2, n    corners and primitive indices, as in a LeafBlock
+// followed by padding to a multiple of LeafUnit. All triangles of a block belong to meshes with the
+// same number of keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,13 +15,14 @@
 #include "accel/motion.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
 
-// A block in place.
+// A view of a block in memory.
 class MovingBlock {
  public:
   explicit MovingBlock(const LeafUnit* unit) : words_(unit->words.data()) {}
@@ -29,24 +30,28 @@ class MovingBlock {
   [[nodiscard]] uint32_t vertex_count() const { return words_[0] & 31U; }
   [[nodiscard]] uint32_t triangle_count() const { return (words_[0] >> 5) & 31U; }
   [[nodiscard]] bool is_last() const { return (words_[0] & LeafBlock::kMore) == 0; }
-  [[nodiscard]] uint32_t asking() const { return words_[0] >> 16; }
+  [[nodiscard]] uint32_t filtered() const { return words_[0] >> 16; }
   [[nodiscard]] uint32_t key_count() const { return (words_[1] >> 16) & 255U; }
 
-  // Where a time in the slice lies: `first` counts from the block's first key. As for the whole mesh.
+  // Returns the key interval of a time in the slice, with the arithmetic of key_interval() for the
+  // whole mesh; `first` counts from the block's first key.
   [[nodiscard]] KeyInterval interval_at(float time) const {
     const uint32_t segments = words_[1] & 255U, first = (words_[1] >> 8) & 255U;
     KeyInterval at = key_interval(time, segments);
+    assert(at.first >= first);
     at.first = std::min(at.first - first, key_count() - 2);
     return at;
   }
-  // vertex_count() coordinates at a key of the block.
+  // Returns vertex_count() coordinates at a key of the block.
   [[nodiscard]] const float* row(uint32_t key, uint32_t axis) const {
+    assert(key < key_count() && axis < 3);
     return reinterpret_cast<const float*>(words_ + 2 + (3 * key + axis) * vertex_count());
   }
   [[nodiscard]] const uint16_t* corners() const {
     return reinterpret_cast<const uint16_t*>(words_ + 2 + 3 * key_count() * vertex_count());
   }
   [[nodiscard]] uint32_t primitive(uint32_t triangle) const {
+    assert(triangle < triangle_count());
     return words_[2 + 3 * key_count() * vertex_count() + (triangle_count() + 1) / 2 + triangle];
   }
   [[nodiscard]] uint32_t unit_count() const { return units_for(vertex_count(), triangle_count(), key_count()); }
@@ -59,7 +64,7 @@ class MovingBlock {
   const uint32_t* words_;
 };
 
-// Appends the blocks of a leaf of at least one reference.
+// Appends the blocks of a leaf, which must have at least one reference.
 void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                         const TimeSlice& slice, std::vector<LeafUnit>& out);
 

@@ -1,5 +1,6 @@
-// The search for planes is the static builder's, on the boxes at the middle of the slice; which side a triangle is on, and what
-// of it, is decided for the whole slice.
+// Builds trees of moving planes with the static builder's split search.
+// The static builder's search finds planes on the boxes at the middle of the slice. The sides and
+// parts of triangles are determined for the whole slice.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_build.h"
 
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -19,14 +21,14 @@ namespace {
 
 using MovingReferences = std::vector<MovingReference>;
 
-// What a thread keeps between nodes.
+// Buffers that a thread reuses between nodes.
 struct Worker {
   TreeArena arena;
   SplitScratch scratch;
-  std::vector<LeafReference> ids; // of the nodes on the way down that may yet become leaves
+  std::vector<LeafReference> ids; // references of all ancestors that may yet become leaves
 };
 
-// The boxes at the middle of the slice, cut to that of the cell.
+// Returns the boxes at the middle of the slice, cut to that of the cell.
 std::vector<Reference> at_middle(const Imath::Box3f& box, const MovingReferences& references) {
   std::vector<Reference> out(references.size());
   for (size_t i = 0; i < references.size(); ++i) {
@@ -42,7 +44,7 @@ std::vector<Reference> at_middle(const Imath::Box3f& box, const MovingReferences
   return out;
 }
 
-// How many references are on both sides at some time, rounding apart.
+// Counts the references that are on both sides at some time, ignoring rounding.
 size_t count_crossed(const MovingPlane& plane, const MovingReferences& references) {
   size_t count = 0;
   for (const MovingReference& r : references) {
@@ -53,19 +55,20 @@ size_t count_crossed(const MovingPlane& plane, const MovingReferences& reference
   return count;
 }
 
-// How a plane that stands at split.position at the middle of the slice should move: with the bound that it was put at, which does not
-// cross the triangles that share this vertex, or on the average of the triangles near it, whichever crosses fewer. One that cuts off
-// empty space goes along the bounds of all.
+// Chooses the motion of a plane at split.position at the middle of the slice. It follows the bound
+// that it was placed at, which does not cross the triangles that share this vertex, or the average
+// of the triangles near it, whichever crosses fewer. A plane that cuts off empty space follows the
+// bounds of all references.
 MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath::Box3f& box,
                       const MovingReferences& references) {
   const int axis = split.axis;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const float extent = box.max[axis] - box.min[axis];
   const double near = 0.02 * extent + std::numeric_limits<float>::min();
-  double weights = 0.0, ways = 0.0;
+  double weights = 0.0, displacements = 0.0;
   float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
   bool any_below = false, any_above = false;
-  const Imath::V3f* bound = nullptr; // two, at both ends
+  const Imath::V3f* bound = nullptr; // positions at both ends of the slice
   for (const MovingReference& r : references) {
     const float from = r.low_at_middle(axis), to = r.high_at_middle(axis);
     any_below = any_below || from < split.position;
@@ -75,7 +78,8 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
     const double distance = std::max({0.0f, from - split.position, split.position - to}) + near;
     const double weight = 1.0 / (distance * distance);
     weights += weight;
-    ways += weight * 0.5 * ((r.low[1][axis] - r.low[0][axis]) + static_cast<double>(r.high[1][axis] - r.high[0][axis]));
+    displacements +=
+        weight * 0.5 * ((r.low[1][axis] - r.low[0][axis]) + static_cast<double>(r.high[1][axis] - r.high[0][axis]));
     for (int end = 0; end < 2; ++end) {
       low[end] = std::min(low[end], r.low[end][axis]);
       high[end] = std::max(high[end], r.high[end][axis]);
@@ -90,8 +94,8 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
     const MovingPlane plane{axis, edge[0] + aside, edge[1] - edge[0]};
     if (is_inside(plane)) return plane;
   }
-  const auto way = static_cast<float>(ways / weights);
-  MovingPlane average{axis, split.position - 0.5f * way, way};
+  const auto displacement = static_cast<float>(displacements / weights);
+  MovingPlane average{axis, split.position - 0.5f * displacement, displacement};
   if (!is_inside(average)) average = {axis, split.position, 0.0f};
   if (bound == nullptr) return average;
   const MovingPlane at_bound{axis, bound[0][axis], bound[1][axis] - bound[0][axis]};
@@ -106,7 +110,7 @@ class MovingBuilder {
   double build(const Cell& cell, MovingReferences references, BinaryNode& node) {
     if (references.size() <= context_.config.parallel_above)
       return build(cell, std::move(references), node, workers_.local());
-    SplitScratch scratch; // other tasks may run here while this one waits
+    SplitScratch scratch; // local, because other tasks may run on this thread during the wait
     Children children;
     if (!split(cell, references, scratch, node, children)) return make_leaf(cell, references, node, workers_.local());
     references = {};
@@ -138,7 +142,7 @@ class MovingBuilder {
     return pair;
   }
 
-  // On one thread.
+  // Builds a subtree on one thread.
   double build(const Cell& cell, MovingReferences references, BinaryNode& node, Worker& worker) {
     if (references.empty()) return 0.0;
     const size_t count = references.size(), first_id = worker.ids.size();
@@ -165,7 +169,7 @@ class MovingBuilder {
     return cost;
   }
 
-  // False if a leaf is better. Sets the plane of the node.
+  // Returns false if a leaf is better. Sets the plane of the node.
   bool split(const Cell& cell, const MovingReferences& references, SplitScratch& scratch, BinaryNode& node,
              Children& out) {
     if (cell.depth >= context_.max_depth || context_.monitor.cancelled()) return false;
@@ -196,7 +200,7 @@ class MovingBuilder {
     cell.divide(out.split, counts, out.below, out.above);
     node.position = plane.position;
     node.axis = static_cast<uint32_t>(axis);
-    node.set_way(plane.way);
+    node.set_displacement(plane.displacement);
     return true;
   }
 
@@ -217,6 +221,7 @@ class MovingBuilder {
     return CostModel(context_.config, cell.box).leaf_cost(references.size());
   }
   static void make_leaf(std::span<const LeafReference> references, BinaryNode& node, Worker& worker) {
+    assert(!references.empty());
     LeafReference* own = worker.arena.references.allocate(references.size());
     std::copy(references.begin(), references.end(), own);
     std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {

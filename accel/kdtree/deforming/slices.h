@@ -1,4 +1,4 @@
-// What deforms in a group: a tree of moving planes for each slice of the shutter.
+// The deforming meshes of a group: a tree of moving planes for each slice of the shutter.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -15,27 +16,30 @@ namespace kindling::accel::kd {
 
 struct DeformingSlice {
   TimeSlice slice;
-  Tree tree; // bounds are those of the slice
+  Tree tree; // its bounds are those of the slice
 };
 
 struct DeformingTrees {
   static constexpr uint32_t kMaxSlices = 8;
 
-  std::vector<DeformingSlice> slices;         // in the order of time; none if nothing can be hit
-  std::array<uint8_t, kMaxSlices> slice_of{}; // by eighths of the shutter
-  Imath::Box3f bounds;                        // over the whole shutter
+  std::vector<DeformingSlice> slices;         // in order of time; empty if nothing can be hit
+  std::array<uint8_t, kMaxSlices> slice_of{}; // index into `slices` for each eighth of the shutter
+  Imath::Box3f bounds;                        // of the whole shutter
   size_t triangle_count = 0;
 
-  // `time` in [0, 1].
+  // Returns the slice of a time in [0, 1].
   [[nodiscard]] const DeformingSlice& slice_at(float time) const {
+    assert(!slices.empty() && time >= 0.0f && time <= 1.0f);
     const auto part = static_cast<uint32_t>(time * static_cast<float>(kMaxSlices));
     return slices[slice_of[std::min(part, kMaxSlices - 1)]];
   }
 };
 
-// A slice is halved as long as the trees of its halves are expected to be cheaper by a fifth or more, which small trees over a sample
-// of the triangles tell; not where neighbors move alike, however fast. At most kMaxSlices slices, fewer for large meshes, and 32
-// references per triangle in all of them. After a cancellation it is incomplete: ask the monitor. All geometries deform.
+// Builds the trees of deforming geometries. A slice is halved while the trees of its halves are
+// expected to be cheaper by a fifth or more, as estimated by small trees over a sample of the
+// triangles; slices stay whole where neighbors move alike, however fast. At most kMaxSlices slices,
+// fewer for large meshes, with 32 references per triangle in all of them. After a cancellation the
+// result is incomplete; check the monitor.
 [[nodiscard]] DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>& geometries,
                                              BuildMonitor& monitor);
 

@@ -1,3 +1,4 @@
+// Sweeps triangles over a time slice, classifies them against moving planes, and splits them.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/swept.h"
 
@@ -16,7 +17,7 @@ namespace {
 using Imath::V3d;
 using Imath::V3f;
 
-// A triangle at the ends of a slice and at the keys inside of it.
+// The positions of a triangle at the ends of a slice and at the keys inside it.
 struct Path {
   static constexpr size_t kMax = kMaxMotionKeys + 2;
   std::array<float, kMax> fraction;
@@ -45,7 +46,7 @@ struct Path {
   }
 };
 
-// What the margin is made of: largest coordinates and speeds, the latter per shutter, by axis.
+// The inputs of the margin by axis: largest coordinates, and speeds per shutter.
 struct Extremes {
   V3f coordinate = V3f(0), speed = V3f(0);
 
@@ -57,8 +58,9 @@ struct Extremes {
   }
 };
 
-// Lines between the bounds at both ends, moved outwards where keys between them ask for it. Between two samples the corners move along
-// straight lines, and the least of them is above the chord.
+// Bounds the triangle by lines between its bounds at both ends, moved outwards where keys between
+// require it. Between two samples the corners move along straight lines, so their minimum is above
+// the chord.
 void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extremes& extremes) {
   const size_t last = path.count - 1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -85,13 +87,13 @@ void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extre
     for (size_t i = 0; i < last; ++i)
       for (size_t k = 0; k < 3; ++k) {
         const float time = (path.fraction[i + 1] - path.fraction[i]) * (slice.end - slice.begin);
-        const float way = std::fabs(path.corners[i + 1][k][axis] - path.corners[i][k][axis]);
-        if (time > 0.0f) extremes.speed[axis] = std::max(extremes.speed[axis], way / time);
+        const float displacement = std::fabs(path.corners[i + 1][k][axis] - path.corners[i][k][axis]);
+        if (time > 0.0f) extremes.speed[axis] = std::max(extremes.speed[axis], displacement / time);
       }
   }
 }
 
-// Bounds of the part of a hull on one side of a plane; points are in a frame in which the plane stands still.
+// Bounds of the part of a hull on one side of a plane, in a frame in which the plane is at rest.
 struct HullSide {
   V3d low = V3d(std::numeric_limits<double>::infinity()), high = -low;
 
@@ -104,22 +106,23 @@ struct HullSide {
   [[nodiscard]] bool empty() const { return !(low.x <= high.x); }
 };
 
-// Takes, face by face, the bound that is the tighter one at the middle of the slice: each of both holds at all times.
-void narrow(MovingReference& part, const HullSide& side, const V3f& way, const V3f& margin) {
+// Replaces each face by the bound that is tighter at the middle of the slice; both are valid at all
+// times.
+void narrow(MovingReference& part, const HullSide& side, const V3f& displacement, const V3f& margin) {
   for (int k = 0; k < 3; ++k) {
     const auto low = static_cast<float>(side.low[k]) - margin[k], high = static_cast<float>(side.high[k]) + margin[k];
-    if (low + 0.5f * way[k] > part.low_at_middle(k)) {
+    if (low + 0.5f * displacement[k] > part.low_at_middle(k)) {
       part.low[0][k] = low;
-      part.low[1][k] = low + way[k];
+      part.low[1][k] = low + displacement[k];
     }
-    if (high + 0.5f * way[k] < part.high_at_middle(k)) {
+    if (high + 0.5f * displacement[k] < part.high_at_middle(k)) {
       part.high[0][k] = high;
-      part.high[1][k] = high + way[k];
+      part.high[1][k] = high + displacement[k];
     }
   }
 }
 
-constexpr size_t kMaxSamplesOfHull = 3; // beyond, its edges are too many
+constexpr size_t kMaxHullSamples = 3; // a hull of more samples has too many edges
 
 } // namespace
 
@@ -152,8 +155,9 @@ std::vector<MovingReference> swept_references(std::span<const LeafReference> tri
   });
   Extremes all;
   for (const Extremes& e : extremes) all.extend(e);
-  // A vertex at a time is off by 5 u of the largest coordinate, a plane by twice that, since it may begin outside; the fraction of
-  // the way between two keys by u of the time that has passed, in keys, which moves the vertex by u of its speed. Builder: as much.
+  // A vertex at a given time is off by 5 u of the largest coordinate, and a plane by twice that,
+  // since it may begin outside. The fraction between two keys is off by u of the elapsed time in
+  // keys, which moves the vertex by u of its speed. The builder's errors are as large.
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
   meshes.margin =
       all.coordinate * (16.0f * kEpsilon) + all.speed * (2.0f * kEpsilon) + V3f(std::numeric_limits<float>::min());
@@ -175,18 +179,19 @@ Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const 
   bool above = true, below = true;
   for (size_t k = 0; k < 3; ++k) {
     const uint32_t vertex = mesh.indices[3 * static_cast<size_t>(reference.triangle) + k];
-    const float position = first[vertex][axis], end = second[vertex][axis], way = end - position;
-    above = above && ((position >= plane.position && way >= plane.way) ||
+    const float position = first[vertex][axis], end = second[vertex][axis], displacement = end - position;
+    above = above && ((position >= plane.position && displacement >= plane.displacement) ||
                       (position - margin >= plane.position && end - margin >= plane.at_end()));
-    below = below && ((position <= plane.position && way <= plane.way) ||
+    below = below && ((position <= plane.position && displacement <= plane.displacement) ||
                       (position + margin <= plane.position && end + margin <= plane.at_end()));
   }
   return above ? Side::above : below ? Side::below : Side::both;
 }
 
-// At every time the triangle lies in the hull of its corners at all samples, in any frame that moves evenly: in that of the plane
-// along its axis, and in the triangle's own along the others. The part on one side has the corners there and the points where edges of
-// the hull, or diagonals, which do no harm, pass the plane.
+// At every time the triangle lies in the hull of its corners at all samples, in any frame of
+// constant velocity: along the plane's axis that of the plane, along the others the triangle's own.
+// The part on one side is bounded by the corners there and the points where edges of the hull cross
+// the plane; including diagonals does no harm.
 SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane) {
   SplitMoving parts{reference, reference, true, true};
   const int axis = plane.axis;
@@ -199,17 +204,18 @@ SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& re
     parts.above.low[1][axis] = plane.at_end();
   }
   const Path path(meshes.geometries[reference.geometry], reference.triangle, meshes.slice);
-  if (path.count > kMaxSamplesOfHull) return parts;
+  if (path.count > kMaxHullSamples) return parts;
 
-  V3f way(0);
+  V3f displacement(0);
   const auto& first = path.corners[0];
   const auto& last = path.corners[path.count - 1];
-  for (size_t k = 0; k < 3; ++k) way += (last[k] - first[k]) * (1.0f / 3.0f);
-  way[axis] = plane.way;
-  std::array<V3d, 3 * kMaxSamplesOfHull> points;
+  for (size_t k = 0; k < 3; ++k) displacement += (last[k] - first[k]) * (1.0f / 3.0f);
+  displacement[axis] = plane.displacement;
+  std::array<V3d, 3 * kMaxHullSamples> points;
   size_t count = 0;
   for (size_t i = 0; i < path.count; ++i)
-    for (const V3f& p : path.corners[i]) points[count++] = V3d(p) - V3d(way) * static_cast<double>(path.fraction[i]);
+    for (const V3f& p : path.corners[i])
+      points[count++] = V3d(p) - V3d(displacement) * static_cast<double>(path.fraction[i]);
   HullSide below, above;
   const double at = plane.position, slack = meshes.margin[axis];
   for (size_t i = 0; i < count; ++i) {
@@ -226,8 +232,8 @@ SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& re
   }
   parts.in_below = !below.empty();
   parts.in_above = !above.empty();
-  if (parts.in_below) narrow(parts.below, below, way, meshes.margin);
-  if (parts.in_above) narrow(parts.above, above, way, meshes.margin);
+  if (parts.in_below) narrow(parts.below, below, displacement, meshes.margin);
+  if (parts.in_above) narrow(parts.above, above, displacement, meshes.margin);
   return parts;
 }
 

@@ -1,4 +1,4 @@
-// Triangles on their way through a slice of the shutter, and bounds that move with them along straight lines.
+// Bounds of deforming triangles over a slice of the shutter that move along straight lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,13 +8,15 @@
 #include <ImathVec.h>
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
 
-// Ends are multiples of a power of two. Within a slice time runs as a fraction from 0 to 1.
+// An interval of the shutter. Its ends are multiples of a power of two. Within a slice, time is a
+// fraction from 0 to 1.
 struct TimeSlice {
   float begin = 0.0f, end = 1.0f;
 
@@ -22,21 +24,26 @@ struct TimeSlice {
     const float middle = 0.5f * (begin + end);
     return which == 0 ? TimeSlice{begin, middle} : TimeSlice{middle, end};
   }
-  // Exact where ends are multiples of 1/256.
-  [[nodiscard]] float fraction_of(float time) const { return (time - begin) * (1.0f / (end - begin)); }
+  // Exact if the ends are multiples of 1/256.
+  [[nodiscard]] float fraction_of(float time) const {
+    assert(begin < end);
+    return (time - begin) * (1.0f / (end - begin));
+  }
 };
 
-// A plane across an axis that moves: at fraction f of the slice it is at position + way * f.
+// A moving plane perpendicular to an axis: at fraction f of the slice it is at position +
+// displacement * f.
 struct MovingPlane {
   int axis = 0;
-  float position = 0.0f, way = 0.0f;
+  float position = 0.0f, displacement = 0.0f;
 
-  [[nodiscard]] float at_end() const { return position + way; }
+  [[nodiscard]] float at_end() const { return position + displacement; }
   [[nodiscard]] float at_middle() const { return 0.5f * (position + at_end()); }
 };
 
-// The part of a triangle that lies in the moving voxel of a node, bounded by a box whose faces move along straight lines: [0] at the
-// begin of the slice, [1] at its end. It holds the part at all times between, which boxes that merely hold it at both ends need not.
+// The part of a triangle in the moving voxel of a node, bounded by a box whose faces move along
+// straight lines: [0] at the begin of the slice, [1] at its end. It encloses the part at all times
+// between, which boxes that merely enclose it at both ends need not.
 struct MovingReference {
   Imath::V3f low[2], high[2];
   uint32_t geometry, triangle;
@@ -46,34 +53,36 @@ struct MovingReference {
 };
 static_assert(sizeof(MovingReference) == 56);
 
-// What does not change while a tree is built. The margin is, by axis, how far apart the kernels' planes and vertices and the builder's
-// boxes may be for rounding.
+// The constants of a tree's build. `margin` bounds, per axis, how far rounding may move the
+// kernels' planes and vertices from the builder's boxes.
 struct SweptMeshes {
   std::span<const Geometry> geometries;
   TimeSlice slice;
   Imath::V3f margin;
 };
 
-// The triangles that can be hit at some time, all vertices of which are finite at all keys, in the order of primitives.
+// Returns the triangles that can be hit at some time: those whose vertices are finite at all keys,
+// in the order of primitives.
 [[nodiscard]] std::vector<LeafReference> triangles_to_sweep(std::span<const Geometry> geometries);
 
-// Their boxes, without a margin; sets that of `meshes`.
+// Returns the boxes of triangles, without margin; sets the margin of `meshes`.
 [[nodiscard]] std::vector<MovingReference> swept_references(std::span<const LeafReference> triangles,
                                                             SweptMeshes& meshes);
 
 enum class Side { below, above, both };
 
-// On which sides of a plane what is left of a triangle ever is, or may be, as the kernels' arithmetic has it. Where vertices are
-// interpolated just as planes are, between two keys that are the ends of the slice, a triangle that touches the plane all the time
-// with a vertex or an edge is on one side: rounding keeps the order of what begins in order and goes in order.
+// Returns the sides of a plane that the rest of a triangle may be on at any time, in the kernels'
+// arithmetic. If vertices are interpolated exactly as planes are, between two keys that are the
+// ends of the slice, a triangle that touches the plane at all times with a vertex or an edge is on
+// one side: rounding is monotonic, so values ordered at both ends stay ordered.
 [[nodiscard]] Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane);
 
 struct SplitMoving {
   MovingReference below, above;
-  bool in_below, in_above; // at least one; only then is the part set
+  bool in_below, in_above; // at least one is true; a part is valid only if its flag is
 };
 
-// The two parts of a reference that is on both sides.
+// Splits a reference that is on both sides.
 [[nodiscard]] SplitMoving split_reference(const SweptMeshes& meshes, const MovingReference& reference,
                                           const MovingPlane& plane);
 

@@ -1,4 +1,4 @@
-// The queries for AVX2.
+// Queries for AVX2.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kernels/includes.h"
 

@@ -1,6 +1,6 @@
-// The queries for AVX-512 (F, VL, BW, DQ).
+// Queries for AVX-512 (F, VL, BW, DQ).
 // SPDX-License-Identifier: Apache-2.0
-// GCC 12 takes the undefined operand inside its own intrinsics for a mistake (its bug 105593).
+// GCC 12 warns of undefined operands inside its own intrinsics (GCC bug 105593).
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"

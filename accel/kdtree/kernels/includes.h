@@ -1,5 +1,6 @@
-// All that the kernels include from outside of this folder. It comes before the instruction set is raised, so that no inline
-// function of a foreign header is compiled for a processor that the rest of the program does not ask for.
+// The headers that the kernels include from outside this folder.
+// It precedes the pragma that raises the instruction set, so that no inline function of a foreign
+// header is compiled for instructions that the rest of the program does not require.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,10 +15,12 @@
 #include "accel/kdtree/tables.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// One ray through the hierarchy of the boxes of moved instances.
+// Traversal of the instance hierarchy by one ray.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,8 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Calls visit(number of the box) for the boxes that the ray enters in [t_min, t_far], roughly front to back. visit may
-// narrow t_far, and ends the search by returning true, which is then the result.
+// Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to
+// back. visit may narrow t_far, and ends the search by returning true, which is then the result.
 template <class Visit>
 inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_min, const float& t_far,
                             const Visit& visit) {
@@ -18,7 +18,7 @@ inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_
   if (level.empty()) return false;
   const Imath::V3f& o = ray.origin;
   const Imath::V3f& d = ray.direction;
-  const Float8 ox(o.x), oy(o.y), oz(o.z), rx(1.0f / d.x), ry(1.0f / d.y), rz(1.0f / d.z);
+  const Lanes8 ox(o.x), oy(o.y), oz(o.z), rx(1.0f / d.x), ry(1.0f / d.y), rz(1.0f / d.z);
   const bool down_x = std::signbit(d.x), down_y = std::signbit(d.y), down_z = std::signbit(d.z);
 
   std::array<Entry, InstanceLevel::kStackSize> stack;
@@ -32,21 +32,22 @@ inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_
       continue;
     }
     const InstanceLevel::Node& node = level.node(entry.child);
-    const auto low = [&](int axis, bool down) { return Float8::load(down ? node.high[axis] : node.low[axis]); };
-    // As in clip_to_box(): NaN means no restriction.
-    Float8 enter = max((low(0, down_x) - ox) * rx, Float8(t_min));
+    const auto low = [&](int axis, bool down) { return Lanes8::load(down ? node.high[axis] : node.low[axis]); };
+    // As in clip_to_box(), NaN imposes no restriction.
+    Lanes8 enter = max((low(0, down_x) - ox) * rx, Lanes8(t_min));
     enter = max((low(1, down_y) - oy) * ry, enter);
     enter = max((low(2, down_z) - oz) * rz, enter);
-    Float8 leave = min((low(0, !down_x) - ox) * rx, Float8(t_far));
+    Lanes8 leave = min((low(0, !down_x) - ox) * rx, Lanes8(t_far));
     leave = min((low(1, !down_y) - oy) * ry, leave);
     leave = min((low(2, !down_z) - oz) * rz, leave);
-    uint32_t mask = at_most(enter, leave * Float8(kWiden));
+    uint32_t mask = at_most(enter, leave * Lanes8(kWiden));
     alignas(32) float enters[8];
     enter.store(enters);
     const size_t base = top;
     for (; mask != 0; mask &= mask - 1) {
       const auto lane = static_cast<size_t>(std::countr_zero(mask));
       if (node.child[lane] == InstanceLevel::kNone) continue;
+      assert(top < stack.size());
       size_t place = top++;
       for (; place > base && stack[place - 1].enter < enters[lane]; --place) stack[place] = stack[place - 1];
       stack[place] = {enters[lane], node.child[lane]};

@@ -1,7 +1,8 @@
-// The leaf test: one ray against the triangles of a block, and what counts as a hit.
+// The leaf test: intersects one ray with the triangles of a block, and accepts hits.
 //
-// The arithmetic is that of accel/triangle.h, operation by operation; the shear onto the largest axis costs nothing here,
-// because it only chooses the rows of the block. Vertices are translated and sheared once, then picked by the triangles.
+// The arithmetic is that of accel/triangle.h, operation by operation. The shear onto the largest
+// axis is free here, because it only selects rows of the block. Vertices are translated and sheared
+// once, then selected by the triangles.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,9 +10,10 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// RayShear(origin, direction) without branches, which for mixed rays would be mispredicted.
+// RayShear(origin, direction) without branches, which mixed rays would mispredict.
 inline RayShear shear_of(const Ray& ray) {
-  // By ax > ay, ax > az, ay > az in bits 0 to 2: the axes in the order x, y, z of the sheared space.
+  // Indexed by ax > ay, ax > az, ay > az in bits 0 to 2: the axes in the order x, y, z of the
+  // sheared space.
   static constexpr uint8_t kAxes[8][3] = {{0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {1, 2, 0},
                                           {2, 0, 1}, {0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
   const Imath::V3f& d = ray.direction;
@@ -23,9 +25,9 @@ inline RayShear shear_of(const Ray& ray) {
   shear.ky = axes[1];
   shear.kz = axes[2];
   const float dz = d[shear.kz];
-  Quad quotients = Quad{d.x, d.y, d.z, 1.0f} / Quad{dz, dz, dz, dz};
+  Float4 quotients = Float4{d.x, d.y, d.z, 1.0f} / Float4{dz, dz, dz, dz};
   float shears[4];
-  std::memcpy(shears, &quotients, sizeof(Quad));
+  std::memcpy(shears, &quotients, sizeof(Float4));
   shear.sx = shears[shear.kx];
   shear.sy = shears[shear.ky];
   shear.sz = shears[3];
@@ -35,62 +37,64 @@ inline RayShear shear_of(const Ray& ray) {
 
 // The vertices of a block in the sheared space of a ray.
 struct ShearedVertices {
-  Float16 x, y, z;
+  Lanes16 x, y, z;
 
   ShearedVertices(const LeafBlock& block, const RayShear& ray)
-      : x(Float16::load(block.row(static_cast<uint32_t>(ray.kx))) - Float16(ray.origin.x)),
-        y(Float16::load(block.row(static_cast<uint32_t>(ray.ky))) - Float16(ray.origin.y)),
-        z(Float16::load(block.row(static_cast<uint32_t>(ray.kz))) - Float16(ray.origin.z)) {
-    x = x - Float16(ray.sx) * z;
-    y = y - Float16(ray.sy) * z;
+      : x(Lanes16::load(block.row(static_cast<uint32_t>(ray.kx))) - Lanes16(ray.origin.x)),
+        y(Lanes16::load(block.row(static_cast<uint32_t>(ray.ky))) - Lanes16(ray.origin.y)),
+        z(Lanes16::load(block.row(static_cast<uint32_t>(ray.kz))) - Lanes16(ray.origin.z)) {
+    x = x - Lanes16(ray.sx) * z;
+    y = y - Lanes16(ray.sy) * z;
   }
-  // At a time: between two keys as between() in accel/motion.h has it.
+  // Vertices at a time, interpolated between two keys as by between() in accel/motion.h.
   ShearedVertices(const MovingBlock& block, const RayShear& ray, float time) {
     const KeyInterval at = block.interval_at(time);
     const auto row = [&](int axis, float origin) {
-      const Float16 first = Float16::load(block.row(at.first, static_cast<uint32_t>(axis))),
-                    second = Float16::load(block.row(at.first + 1, static_cast<uint32_t>(axis)));
-      return (first + (second - first) * Float16(at.fraction)) - Float16(origin);
+      const Lanes16 first = Lanes16::load(block.row(at.first, static_cast<uint32_t>(axis))),
+                    second = Lanes16::load(block.row(at.first + 1, static_cast<uint32_t>(axis)));
+      return (first + (second - first) * Lanes16(at.fraction)) - Lanes16(origin);
     };
     z = row(ray.kz, ray.origin.z);
-    x = row(ray.kx, ray.origin.x) - Float16(ray.sx) * z;
-    y = row(ray.ky, ray.origin.y) - Float16(ray.sy) * z;
+    x = row(ray.kx, ray.origin.x) - Lanes16(ray.sx) * z;
+    y = row(ray.ky, ray.origin.y) - Lanes16(ray.sy) * z;
   }
 };
 
-// Up to kLanes triangles: edge functions, and bit i if the line of the ray is inside of triangle i. That includes det = 0, where all
-// three are zero: the distance is 0 / 0 then, and NaN lies in no interval.
+// Edge functions of up to kLanes triangles. Bit i of `inside` is set if the line of the ray is
+// inside triangle i. That includes det = 0, where all three edge functions are zero: the distance
+// is 0 / 0 then, and NaN lies in no interval.
 struct TriangleTest {
-  WideFloat e0, e1, e2, det;
-  WideInt a, b, c; // corners
+  WideLanes e0, e1, e2, det;
+  WideIntLanes a, b, c; // corners
   uint32_t inside;
 
   TriangleTest(const ShearedVertices& vertices, const uint16_t* corners, uint32_t count) {
-    a = WideInt::load(corners);
+    assert(count >= 1 && count <= kLanes);
+    a = WideIntLanes::load(corners);
     b = shift_right<4>(a);
     c = shift_right<8>(a);
-    const WideFloat ax = pick(vertices.x, a), bx = pick(vertices.x, b), cx = pick(vertices.x, c);
-    const WideFloat ay = pick(vertices.y, a), by = pick(vertices.y, b), cy = pick(vertices.y, c);
-    const WideFloat zero(0.0f);
+    const WideLanes ax = pick(vertices.x, a), bx = pick(vertices.x, b), cx = pick(vertices.x, c);
+    const WideLanes ay = pick(vertices.y, a), by = pick(vertices.y, b), cy = pick(vertices.y, c);
+    const WideLanes zero(0.0f);
     e0 = cx * by - cy * bx;
     e1 = ax * cy - ay * cx;
     e2 = bx * ay - by * ax;
     det = (e0 + e1) + e2; // NaN if any of them is
     inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) &
-             ((1U << count) - 1U); // behind the last triangle stands anything
+             ((1U << count) - 1U); // lanes past the last triangle are undefined
   }
-  // Along the ray.
-  [[nodiscard]] WideFloat distance(const ShearedVertices& vertices, float sz) const {
-    const WideFloat az = pick(vertices.z, a), bz = pick(vertices.z, b), cz = pick(vertices.z, c);
-    return (((e0 * az + e1 * bz) + e2 * cz) * WideFloat(sz)) / det;
+  // Returns distances along the ray.
+  [[nodiscard]] WideLanes distance(const ShearedVertices& vertices, float sz) const {
+    const WideLanes az = pick(vertices.z, a), bz = pick(vertices.z, b), cz = pick(vertices.z, c);
+    return (((e0 * az + e1 * bz) + e2 * cz) * WideLanes(sz)) / det;
   }
 };
 
-// What a block's triangles gave, by triangle.
+// Test results of a block's triangles, indexed by triangle.
 struct alignas(64) TestedBlock {
   std::array<float, kBlockTriangles> t, e1, e2, det;
 
-  void store(uint32_t first, WideFloat distance, const TriangleTest& test) {
+  void store(uint32_t first, WideLanes distance, const TriangleTest& test) {
     distance.store(&t[first]);
     test.e1.store(&e1[first]);
     test.e2.store(&e2[first]);
@@ -98,7 +102,8 @@ struct alignas(64) TestedBlock {
   }
 };
 
-// Takes the triangles `hit` of a block. Nearest hit: narrows t_far and sets best. Any hit: returns true at the first.
+// Processes the hit triangles of a block, given as a mask. Nearest hit: narrows t_far and sets
+// best. Any hit: returns true at the first accepted one.
 template <bool kAny, class Block>
 inline bool take_candidates(const Block& block, uint32_t hit, const TestedBlock& tested, const CandidateFilter& filter,
                             float& t_far, TreeHit& best) {
@@ -107,10 +112,11 @@ inline bool take_candidates(const Block& block, uint32_t hit, const TestedBlock&
     const float t = tested.t[i];
     if (t > t_far) continue;
     const uint32_t primitive = block.primitive(i);
-    // Ties go to the smallest primitive, as in the oracle; the same one may come up again from another leaf.
+    // Ties go to the smallest primitive, as in the oracle; the same one may occur again in another
+    // leaf.
     if (best.is_hit() && t == best.t && primitive >= best.primitive) continue;
     const TreeHit candidate{t, tested.e1[i] / tested.det[i], tested.e2[i] / tested.det[i], primitive};
-    if (((block.asking() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
+    if (((block.filtered() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
     best = candidate;
     t_far = candidate.t;
     if (kAny) return true;
@@ -118,7 +124,8 @@ inline bool take_candidates(const Block& block, uint32_t hit, const TestedBlock&
   return false;
 }
 
-// Calls f(first triangle, count) for as many triangles of a block as are tested at once; ends early if it returns true.
+// Calls f(first triangle, count) for groups of triangles that are tested at once; ends early if it
+// returns true.
 template <class Block, class F>
 inline bool for_each_group(const Block& block, const F& f) {
   const uint32_t count = block.triangle_count();
@@ -128,35 +135,37 @@ inline bool for_each_group(const Block& block, const F& f) {
   return false;
 }
 
-// A tree of what stands still, which is none of these functions' arguments then.
-struct Still {
+// Tag for a static tree; carries no state.
+struct Static {
   using Block = LeafBlock;
   [[nodiscard]] static ShearedVertices vertices_of(const LeafBlock& block, const RayShear& ray) { return {block, ray}; }
 };
-// A tree that deforms, at a time of its slice of the shutter.
+// The state of a deforming tree at a time of its slice of the shutter.
 struct Deforming {
   using Block = MovingBlock;
-  float time = 0.0f;     // in the shutter
-  float fraction = 0.0f; // in the slice
+  float time = 0.0f;     // within the shutter
+  float fraction = 0.0f; // within the slice
   [[nodiscard]] ShearedVertices vertices_of(const MovingBlock& block, const RayShear& ray) const {
     return {block, ray, time};
   }
 };
 
-// Nearest hit: narrows t_far and sets best. Any hit: returns true at the first. Hits outside the cell of the leaf count too.
+// Tests all blocks of a leaf. Nearest hit: narrows t_far and sets best. Any hit: returns true at
+// the first. Hits outside the cell of the leaf count too.
 template <bool kAny, class Motion>
 [[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, Motion motion, const RayShear& ray, float t_min,
                                                   const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  // The size of a leaf stands in its first line, and most have several.
+  // The size of a leaf is stored in its first line, and most leaves span several.
   for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
   while (true) {
     const typename Motion::Block block(unit);
     const ShearedVertices vertices = motion.vertices_of(block, ray);
     const bool ends = for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
-      // Not skipped where the line passes by every triangle: half of all blocks, which cannot be predicted.
-      const WideFloat t = test.distance(vertices, ray.sz);
-      const uint32_t mask = test.inside & above(t, WideFloat(t_min)) & at_most(t, WideFloat(t_far));
+      // Computed even if the line misses every triangle: that is true of half of all blocks and
+      // cannot be predicted.
+      const WideLanes t = test.distance(vertices, ray.sz);
+      const uint32_t mask = test.inside & above(t, WideLanes(t_min)) & at_most(t, WideLanes(t_far));
       if (mask == 0) return false;
       TestedBlock tested;
       tested.store(first, t, test);

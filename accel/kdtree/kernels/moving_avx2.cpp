@@ -1,4 +1,4 @@
-// The queries of structures in which something moves, for AVX2.
+// AVX2 queries for scenes with moving or deforming instances.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kernels/includes.h"
 

@@ -1,4 +1,4 @@
-// The queries of structures in which something moves, in plain loops, for processors without the instruction sets below and to test those against.
+// Plain-loop queries for scenes with moving or deforming instances.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kernels/includes.h"
 

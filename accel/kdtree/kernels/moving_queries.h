@@ -1,5 +1,7 @@
-// The queries of a structure in which something moves: those of what stands still, which know nothing of time, and behind them, ray
-// by ray, what moves. Structures without motion never come here. Compiled apart from the former, which stay as they are.
+// Queries for scenes with moving or deforming instances.
+// The queries without motion run first and know nothing of time; moving instances are then traced
+// ray by ray. Scenes without motion never use this code. It is compiled separately, so that the
+// other queries stay unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,10 +10,11 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Whether the ray enters the box of an instance at its time: far cheaper than to invert a matrix.
+// Returns true if the ray enters the box of an instance at its time, which is far cheaper to test
+// than inverting a matrix.
 inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ray& ray, float enter, float leave) {
-  return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, origin_quad(ray),
-                     Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray), enter, leave);
+  return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, load_origin(ray),
+                     Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray), enter, leave);
 }
 
 template <bool kAny>
@@ -42,7 +45,7 @@ template <bool kAny>
   return false;
 }
 
-// `world` passed can_hit(); `hit`, if any, lies at t_far.
+// Traces all moving instances. `world` satisfies can_hit(); `hit`, if any, is at t_far.
 template <bool kAny>
 inline bool trace_moving(const Structure& s, const Ray& world, float t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f), time = clamped_time(world.time);
@@ -74,7 +77,7 @@ inline bool occluded(const Structure& s, const Ray& ray) {
   return kStatic.occluded(s, ray) || (can_hit(ray) && trace_moving<true>(s, ray, ray.t_max, hit));
 }
 
-// A batch query of what stands still, and then what moves.
+// Answers a batch query: static geometry first, then moving instances.
 template <const Queries& kStatic, class Answer,
           void (*Queries::*query)(const Structure&, std::span<const Ray>, std::span<Answer>)>
 inline void batch(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {

@@ -1,21 +1,25 @@
-// Packets: rays close together and of like direction go through one tree in step, sixteen to a register.
+// Packet traversal: nearby rays of similar direction in lockstep, sixteen to a register.
 //
-// All rays of a packet have the same signs of direction, so that they agree which child of a plane is the near one, and the
-// same largest axis, so that they shear triangles alike. A wide node is walked plane by plane: a plane that all rays cross
-// outside of their intervals costs one comparison for all of them. The interval of a ray that does not enter a cell is empty, stays so
-// further down, and needs no mask.
+// All rays of a packet have the same signs of direction, so that they agree on the near child of a
+// plane, and the same largest axis, so that they shear triangles alike. A wide node is traversed
+// plane by plane: a plane that all rays cross outside of their intervals costs one comparison for
+// all of them. The interval of a ray that does not enter a cell is empty, stays empty further down,
+// and needs no mask.
 //
-// Four registers, 8 x 8 pixels of camera rays, share the walk, so that nodes are fetched, branches predicted and packets set up once
-// for 64 rays. Where one register alone enters a cell it goes on by itself, and so do, as in trace_tree(), its last one or two rays.
-// Shadow rays of which many end up so are faster in a stream, where the rest of their batch goes: more than one in four, by experiment.
-// Tried and dropped for shadow rays, on few scenes and repetitions: packets of mixed signs, with near and far exchanged by masks (0 to
-// 8 % slower); the first register of a batch alone, to see earlier that it falls apart (no gain on the whole), and with it one in eight
-// for one in four (helps where rays scatter, hurts where they do not).
+// Four registers, 8 x 8 pixels of camera rays, share the traversal, so that nodes are fetched,
+// branches predicted and packets set up once for 64 rays. A register that enters a cell alone
+// continues by itself, and so do, as in trace_tree(), its last one or two rays. Batches in which
+// many shadow rays end up alone are faster in a stream, which the rest of the batch then uses: if
+// more than one ray in four does, by experiment. Tried without gain for shadow rays, on few scenes
+// and repetitions: packets of mixed signs, with near and far exchanged by masks (0 to 8 % slower);
+// tracing the first register of a batch alone to detect incoherence earlier (no gain overall), and
+// with it a threshold of one in eight (helps where rays scatter, hurts elsewhere).
 //
-// Distances to planes, intervals and triangle tests are those of trace_tree(), operation by operation. What may differ: a ray is taken
-// through cells that it would not have entered alone if only rounding kept it out; and a triangle that a ray misses by less than the
-// rounding of an edge function, which then counts as zero, may be sorted out before. Registers are sixteen wide on every target, so that
-// all targets agree.
+// Distances to planes, intervals and triangle tests are those of trace_tree(), operation by
+// operation. Two differences are possible: a ray is taken through cells that it would not have
+// entered alone, if only rounding kept it out; and a triangle that a ray misses by less than the
+// rounding of an edge function, which then counts as zero, may be culled earlier. Registers are
+// sixteen wide on every target, so that all targets agree.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +29,7 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Registers of rays that go through the tree together where they can.
+// Number of registers of rays that traverse the tree together.
 inline constexpr uint32_t kPacketRegisters = 4;
 
 template <bool kAny>
@@ -37,11 +41,12 @@ class Packet {
 
   [[nodiscard]] PacketRays<kAny>& rays(uint32_t i) { return rays_[i]; }
 
-  // Whether many of the rays traced since start_batch() have left their packets: a stream is faster then.
-  [[nodiscard]] bool falls_apart() const { return kAny && lone_ * 4 > traced_; }
+  // Returns true if many of the rays traced since start_batch() have left their packets, so that a
+  // stream is faster.
+  [[nodiscard]] bool is_incoherent() const { return kAny && lone_ * 4 > traced_; }
   void start_batch() { lone_ = traced_ = 0; }
 
-  // Traces the first kCount registers: rays of one class.
+  // Traces the first kCount registers, whose rays must be of one class.
   template <uint32_t kCount>
   void trace() {
     Cell<kCount> cell;
@@ -52,12 +57,13 @@ class Packet {
       enters |= rays_[r].clip_to_bounds(scene_.tree.clip_bounds, cell.enter[r], cell.leave[r]);
     });
     for (uint32_t k = 0; k < 3; ++k) down_[k] = rays_[0].points_down(k) ? 1 : 0;
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = cell.leave[r] * Float16(kWiden); });
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = cell.leave[r] * Lanes16(kWiden); });
     if (enters != 0) walk<kCount>(rays_, cell, scene_.tree.root, 1);
   }
 
  private:
-  // f(0) to f(kCount - 1), as constants. All is inlined at once, or the compiler would keep a cell in memory from step to step.
+  // Calls f(0) to f(kCount - 1) with constants. Everything is inlined; otherwise the compiler would
+  // keep cells in memory between steps.
   template <uint32_t kCount, class F>
   [[gnu::always_inline]] static void for_each(const F& f) {
     [&]<uint32_t... kIndex>(std::integer_sequence<uint32_t, kIndex...>) __attribute__((always_inline)) {
@@ -65,10 +71,11 @@ class Packet {
     }
     (std::make_integer_sequence<uint32_t, kCount>());
   }
-  // The intervals of the rays in a cell; empty if they do not enter it. `leave` is widened by kWiden.
+  // Intervals of the rays in a cell; empty for rays that do not enter it. `leave` is widened by
+  // kWiden.
   template <uint32_t kCount>
   struct alignas(64) Cell {
-    Float16 enter[kCount], leave[kCount];
+    Lanes16 enter[kCount], leave[kCount];
   };
   template <uint32_t kCount>
   struct Entry {
@@ -79,10 +86,10 @@ class Packet {
   template <uint32_t kCount>
   using Stack = std::array<Entry<kCount>, kMaxDepth + 1>;
 
-  // From a cell on: plane `heap` of a wide node, or a leaf.
+  // Traverses from a cell on: plane `heap` of a wide node, or a leaf.
   template <uint32_t kCount>
   void walk(PacketRays<kAny>* rays, const Cell<kCount>& start, ChildWord child, uint32_t heap) {
-    Cell<kCount> cell; // in registers
+    Cell<kCount> cell; // kept in registers
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       cell.enter[r] = start.enter[r];
       cell.leave[r] = start.leave[r];
@@ -101,7 +108,7 @@ class Packet {
         heap = 1;
       }
       if (child != kEmptyChild && test_leaf<kCount>(rays, child, cell)) return;
-      Float16 end[kCount];
+      Lanes16 end[kCount];
       for_each<kCount>([&](auto r) __attribute__((always_inline)) { end[r] = rays[r].end(); });
       uint32_t alive;
       do {
@@ -110,7 +117,7 @@ class Packet {
         alive = 0;
         for_each<kCount>([&](auto r) __attribute__((always_inline)) {
           cell.enter[r] = entry.cell.enter[r];
-          cell.leave[r] = min(entry.cell.leave[r], end[r] * Float16(kWiden));
+          cell.leave[r] = min(entry.cell.leave[r], end[r] * Lanes16(kWiden));
           alive |= at_most(cell.enter[r], end[r]);
         });
         child = entry.child;
@@ -119,11 +126,11 @@ class Packet {
     }
   }
 
-  // So many rays of a register go on one by one.
+  // Maximum number of active rays in a register that continue one by one.
   static constexpr int kLoneRays = kAny ? 1 : 2;
 
-  // If the rays of one register alone enter a cell or, of one register, few: takes them through it and returns true. True, too, if
-  // none do.
+  // If only one register's rays enter a cell or, with one register, few rays: traces them through
+  // it and returns true. Also returns true if none enter.
   template <uint32_t kCount>
   [[gnu::always_inline]] bool hand_over(PacketRays<kAny>* rays, const Cell<kCount>& cell, ChildWord child,
                                         uint32_t heap) {
@@ -132,7 +139,7 @@ class Packet {
       if (std::popcount(active) > kLoneRays) return false;
       alignas(64) float enter[kRayLanes], leave[kRayLanes];
       cell.enter[0].store(enter);
-      min(cell.leave[0], rays[0].end()).store(leave); // a little beyond the cell
+      min(cell.leave[0], rays[0].end()).store(leave); // slightly beyond the cell
       for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<uint32_t>(std::countr_zero(rest));
         ++lone_;
@@ -151,7 +158,8 @@ class Packet {
     return true;
   }
 
-  // From plane `heap` of a node to one of its children: the heap number of that.
+  // Descends from plane `heap` of a node to one of its children; returns the heap index of the
+  // child.
   template <uint32_t kCount>
   [[gnu::always_inline]] uint32_t descend(const PacketRays<kAny>* rays, const WideNode& node, ChildWord number,
                                           uint32_t heap, Cell<kCount>& cell, Entry<kCount>* stack, uint32_t& top) {
@@ -160,16 +168,16 @@ class Packet {
       const uint32_t lane = heap >= 4 ? heap : heap == 1 ? kRootLane : heap - 2;
       const float plane = node.planes[lane];
       const uint32_t axis = (axes >> (2 * lane)) & 3U;
-      if (plane == std::numeric_limits<float>::infinity()) { // the branch ends above
+      if (plane == std::numeric_limits<float>::infinity()) { // the branch ends above this plane
         heap *= 2;
         continue;
       }
-      const Float16 at(plane);
-      Float16 near_leave[kCount], far_enter[kCount];
+      const Lanes16 at(plane);
+      Lanes16 near_leave[kCount], far_enter[kCount];
       uint32_t to_near = 0, to_far = 0;
       for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-        const Float16 t = rays[r].distance(at, axis);
-        near_leave[r] = min(t * Float16(kWiden), cell.leave[r]);
+        const Lanes16 t = rays[r].distance(at, axis);
+        near_leave[r] = min(t * Lanes16(kWiden), cell.leave[r]);
         far_enter[r] = max(t, cell.enter[r]);
         to_near |= at_most(cell.enter[r], near_leave[r]);
         to_far |= at_most(far_enter[r], cell.leave[r]);
@@ -182,6 +190,7 @@ class Packet {
         for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.enter[r] = far_enter[r]; });
         heap = far;
       } else {
+        assert(top <= kMaxDepth);
         Entry<kCount>& entry = stack[top];
         const bool outside = far >= kWideLanes;
         entry.child = outside ? node.child[far & (kWideLanes - 1)] : number;
@@ -198,14 +207,14 @@ class Packet {
     return heap;
   }
 
-  // True if all rays are done.
+  // Tests a leaf; returns true if all rays are done.
   template <uint32_t kCount>
   [[gnu::always_inline]] bool test_leaf(PacketRays<kAny>* rays, ChildWord child, const Cell<kCount>& cell) {
     const LeafUnit* unit = scene_.tree.leaves.data() + (child & ~kLeafBit);
-    uint32_t active[kCount], all = 0; // rays of registers that go through the leaf together
+    uint32_t active[kCount], all = 0; // rays of registers that are tested together
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       active[r] = at_most(cell.enter[r], cell.leave[r]) & at_most(cell.enter[r], rays[r].end());
-      if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kFewRays) {
+      if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kMinLeafRays) {
         rays[r].test_leaf(scene_, unit, active[r]);
         active[r] = 0;
       }
@@ -213,7 +222,7 @@ class Packet {
     });
     while (all != 0) {
       const LeafBlock block(unit);
-      uint32_t triangles[kCount]; // of all registers first, since the tests are full of mispredicted branches
+      uint32_t triangles[kCount]; // for all registers first, since the tests are full of mispredicted branches
       for_each<kCount>([&](auto r) __attribute__((always_inline)) { triangles[r] = rays[r].possible(block); });
       for_each<kCount>([&](auto r) __attribute__((always_inline)) {
         if (active[r] != 0 && triangles[r] != 0) rays[r].test_block(scene_, block, triangles[r], active[r]);
@@ -237,21 +246,22 @@ class Packet {
   }
 
   typename PacketRays<kAny>::Scene scene_;
-  uint32_t down_[3] = {0, 0, 0};   // by axis: 1 if all rays point down it
-  uint32_t lone_ = 0, traced_ = 0; // since start_batch()
+  uint32_t down_[3] = {0, 0, 0};   // by axis: 1 if all rays point in its negative direction
+  uint32_t lone_ = 0, traced_ = 0; // counted since start_batch()
   PacketRays<kAny> rays_[kPacketRegisters];
   Stack<1> one_stack_;
   Stack<kPacketRegisters> stack_;
 };
 
-// Traces rays in packets: four registers at once as they come where they are of one class, the others sorted by class; of a class with few
-// rays each goes alone through `rest`. Calls finish(number of the ray, hit) for each ray of a packet that hits something.
-// Any hit: once more than a quarter of the rays have left their packets, all others of the batch go to `rest`.
+// Traces rays in packets: four registers at once in input order if their rays are of one class, the
+// others sorted by class. Classes with few rays are passed to `rest`. Calls finish(ray index, hit)
+// for each ray of a packet that hits something. Any hit: once more than a quarter of the rays have
+// left their packets, all others of the batch go to `rest`.
 template <bool kAny, class Finish, class Rest>
 inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<const Ray> rays, const Finish& finish,
                           const Rest& rest) {
-  constexpr size_t kMax = 256;    // rays to sort at once: their numbers are kept in bytes
-  constexpr uint32_t kFewest = 4; // rays that are worth a packet
+  constexpr size_t kMax = 256;           // rays sorted at once; their indices are stored in bytes
+  constexpr uint32_t kMinPacketRays = 4; // minimum number of rays in a packet
   constexpr uint32_t kGroup = kPacketRegisters * kRayLanes;
   if (tree.root == kEmptyChild) return;
   Packet<kAny> packet(tree, filter);
@@ -260,7 +270,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
     const Ray* part = &rays[first];
     const auto load = [&](uint32_t r, uint32_t size, const auto& ray_at) {
       if (size == kRayLanes)
-        packet.rays(r).load(kRayLanes, ray_at); // a constant
+        packet.rays(r).load(kRayLanes, ray_at); // a compile-time count
       else
         packet.rays(r).load(size, ray_at);
     };
@@ -268,7 +278,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
       packet.rays(r).deliver([&](uint32_t i, const TreeHit& hit) { finish(first + number(i), hit); });
     };
     packet.start_batch();
-    uint8_t classes[kMax], left[kMax]; // by number; the numbers of those still to trace
+    uint8_t classes[kMax], left[kMax]; // classes by ray index; indices of the rays left
     uint32_t left_count = 0;
     for (uint32_t k = 0; k < count; k += kGroup) {
       const uint32_t registers = (std::min(kGroup, count - k) + kRayLanes - 1) / kRayLanes;
@@ -281,7 +291,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
         found[r] = packet.rays(r).classes();
         common.add(found[r]);
       }
-      if (count - k >= kGroup && common.agree() && !packet.falls_apart()) {
+      if (count - k >= kGroup && common.agree() && !packet.is_incoherent()) {
         packet.template trace<kPacketRegisters>();
         for (uint32_t r = 0; r < kPacketRegisters; ++r) deliver(r, number(r));
         continue;
@@ -296,13 +306,13 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
     for (uint32_t c = 0; c < kRayClasses; ++c) start[c + 1] = static_cast<uint16_t>(start[c + 1] + start[c]);
     std::array<uint16_t, kRayClasses + 1> next = start;
     for (uint32_t i = 0; i < left_count; ++i) order[next[classes[left[i]]]++] = left[i];
-    std::array<uint32_t, kMax> apart; // rays that go to `rest`
+    std::array<uint32_t, kMax> apart; // indices of rays passed to `rest`
     uint32_t apart_count = 0;
     for (uint32_t c = 0; c < kFirstMiss; ++c) {
       const uint32_t end = start[c + 1];
       for (uint32_t k = start[c]; k < end;) {
         const uint32_t size = std::min(end - k, kGroup);
-        if (size < kFewest || packet.falls_apart()) {
+        if (size < kMinPacketRays || packet.is_incoherent()) {
           for (; k < end; ++k) apart[apart_count++] = static_cast<uint32_t>(first) + order[k];
           break;
         }

@@ -1,7 +1,8 @@
-// Sixteen rays of a packet: their lanes, their best hits, and the test of a leaf.
+// Sixteen rays of a packet: SIMD lanes, best hits, and the leaf test.
 //
-// In a leaf, triangles that lie to one side of all rays are sorted out first, all at once, by interval arithmetic over the rays; the
-// others are tested one by one against all rays. If only few rays have come to a leaf, they are tested one by one against all triangles.
+// In a leaf, triangles that lie to one side of all rays are culled first, all at once, by interval
+// arithmetic over the rays; the others are tested one by one against all rays. If only few rays
+// have reached a leaf, each is tested against all triangles instead.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,11 +11,11 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Rays by the signs of their directions, in bits 0 to 2, and the number of its largest axis above. Rays that hit nothing by definition
-// have classes of their own, the last from kFirstMiss on.
+// Number of ray classes. A class holds the signs of the direction in bits 0 to 2, and the index of
+// its largest axis above. Rays that miss by definition have their own classes from kFirstMiss on.
 inline constexpr uint32_t kRayClasses = 32, kFirstMiss = 24;
 
-// Byte i: bit i.
+// Byte i of an entry is bit i of its index.
 inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
   std::array<uint64_t, 256> table{};
   for (uint64_t bits = 0; bits < 256; ++bits)
@@ -22,20 +23,20 @@ inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
   return table;
 }();
 
-// The classes of sixteen rays, a bit of their numbers in each mask.
+// The classes of sixteen rays, stored as one mask per bit of the class.
 struct RayClasses {
   std::array<uint32_t, 5> bits;
   uint32_t misses;
 
   RayClasses() = default;
   explicit RayClasses(const RayLanes& lanes) {
-    for (size_t k = 0; k < 3; ++k) bits[k] = sign_bits(Float16::load(lanes.direction[k]));
+    for (size_t k = 0; k < 3; ++k) bits[k] = sign_bits(Lanes16::load(lanes.direction[k]));
     const RayLanes::LargestAxis largest = lanes.largest_axis();
     misses = ~lanes.can_hit() & kAllRays;
     bits[3] = largest.y | misses;
     bits[4] = (~(largest.x | largest.y) & kAllRays) | misses;
   }
-  // One byte for each ray.
+  // Writes the classes, one byte per ray.
   void store(uint8_t* out) const {
     for (uint32_t half = 0; half < kRayLanes; half += 8) {
       uint64_t bytes = 0;
@@ -45,7 +46,8 @@ struct RayClasses {
   }
 };
 
-// Whether several sixteens of rays are all of one class, and none misses by definition.
+// Determines whether several groups of sixteen rays are all of one class, without misses by
+// definition.
 class CommonClass {
  public:
   void add(const RayClasses& classes) {
@@ -74,22 +76,23 @@ class PacketRays {
     const HitFilter& filter;
   };
 
-  // Loads 1 to 16 rays, of which ray_at(i) refers to number i. To be traced they must be of one class, and not that of misses.
+  // Loads 1 to 16 rays; ray_at(i) refers to ray i. Rays to be traced must be of one class, and not
+  // one of misses.
   template <class RayAt>
   void load(uint32_t count, const RayAt& ray_at) {
     lanes_.load(count, ray_at);
     for (uint32_t i = 0; i < count; ++i) ray_[i] = &ray_at(i);
-    for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // empty from the start
+    for (uint32_t i = count; i < kRayLanes; ++i) lanes_.t_max[i] = -1.0f; // an empty interval
     hit_ = 0;
   }
   [[nodiscard]] RayClasses classes() const { return RayClasses(lanes_); }
-  // Calls finish(i, hit) for the rays that hit something.
+  // Calls finish(i, hit) for each ray with a hit.
   template <class Finish>
   void deliver(const Finish& finish) const {
     alignas(64) float u[kRayLanes], v[kRayLanes];
     if (!kAny && hit_ != 0) {
-      (Float16::load(e1_) / Float16::load(det_)).store(u);
-      (Float16::load(e2_) / Float16::load(det_)).store(v);
+      (Lanes16::load(e1_) / Lanes16::load(det_)).store(u);
+      (Lanes16::load(e2_) / Lanes16::load(det_)).store(v);
     }
     for (uint32_t rest = hit_; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<uint32_t>(std::countr_zero(rest));
@@ -97,59 +100,60 @@ class PacketRays {
     }
   }
 
-  // As clip_to_box(); lanes that miss the box get an empty interval. Bit i: ray i enters.
-  uint32_t clip_to_bounds(const Imath::Box3f& box, Float16& enter, Float16& leave) {
-    enter = Float16::load(lanes_.t_min);
-    leave = Float16::load(lanes_.t_max);
+  // Clips the rays as clip_to_box() does; lanes that miss the box get an empty interval. Bit i of
+  // the result is set if ray i enters.
+  uint32_t clip_to_bounds(const Imath::Box3f& box, Lanes16& enter, Lanes16& leave) {
+    enter = Lanes16::load(lanes_.t_min);
+    leave = Lanes16::load(lanes_.t_max);
     for (uint32_t k = 0; k < 3; ++k) {
-      const Float16 reciprocal = Float16(1.0f) / Float16::load(lanes_.direction[k]);
+      const Lanes16 reciprocal = Lanes16(1.0f) / Lanes16::load(lanes_.direction[k]);
       reciprocal.store(reciprocal_[k]);
       const int axis = static_cast<int>(k);
       const float near = points_down(k) ? box.max[axis] : box.min[axis],
                   far = points_down(k) ? box.min[axis] : box.max[axis];
-      const Float16 origin = Float16::load(lanes_.origin[k]);
-      enter = max((Float16(near) - origin) * reciprocal, enter);
-      leave = min((Float16(far) - origin) * reciprocal, leave);
+      const Lanes16 origin = Lanes16::load(lanes_.origin[k]);
+      enter = max((Lanes16(near) - origin) * reciprocal, enter);
+      leave = min((Lanes16(far) - origin) * reciprocal, leave);
     }
-    const uint32_t enters = at_most(enter, leave * Float16(kWiden));
-    enter = select(enters, Float16(std::numeric_limits<float>::infinity()), min(enter, leave));
-    leave = select(enters, Float16(-std::numeric_limits<float>::infinity()), leave);
+    const uint32_t enters = at_most(enter, leave * Lanes16(kWiden));
+    enter = select(enters, Lanes16(std::numeric_limits<float>::infinity()), min(enter, leave));
+    leave = select(enters, Lanes16(-std::numeric_limits<float>::infinity()), leave);
     return enters;
   }
   [[nodiscard]] bool points_down(uint32_t axis) const { return std::signbit(lanes_.direction[axis][0]); }
 
-  // RayShear for all rays, and its range over them.
+  // Computes RayShear for all rays, and the ranges of its values.
   void prepare_shear() {
     const RayShear first(ray_[0]->origin, ray_[0]->direction);
     kx_ = static_cast<uint32_t>(first.kx);
     ky_ = static_cast<uint32_t>(first.ky);
     kz_ = static_cast<uint32_t>(first.kz);
-    const Float16 dz = Float16::load(lanes_.direction[kz_]);
-    const Float16 sx = Float16::load(lanes_.direction[kx_]) / dz, sy = Float16::load(lanes_.direction[ky_]) / dz;
+    const Lanes16 dz = Lanes16::load(lanes_.direction[kz_]);
+    const Lanes16 sx = Lanes16::load(lanes_.direction[kx_]) / dz, sy = Lanes16::load(lanes_.direction[ky_]) / dz;
     sx.store(sx_);
     sy.store(sy_);
-    (Float16(1.0f) / dz).store(sz_);
-    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
-                  oz = Float16::load(lanes_.origin[kz_]);
-    x_range_ = {least(ox), greatest(ox), least(sx), greatest(sx)};
-    y_range_ = {least(oy), greatest(oy), least(sy), greatest(sy)};
-    z_low_ = least(oz);
-    z_high_ = greatest(oz);
+    (Lanes16(1.0f) / dz).store(sz_);
+    const Lanes16 ox = Lanes16::load(lanes_.origin[kx_]), oy = Lanes16::load(lanes_.origin[ky_]),
+                  oz = Lanes16::load(lanes_.origin[kz_]);
+    x_range_ = {min_lane(ox), max_lane(ox), min_lane(sx), max_lane(sx)};
+    y_range_ = {min_lane(oy), max_lane(oy), min_lane(sy), max_lane(sy)};
+    z_low_ = min_lane(oz);
+    z_high_ = max_lane(oz);
   }
 
-  // Distances along the rays to a plane.
-  [[nodiscard]] Float16 distance(const Float16& plane, uint32_t axis) const {
-    return (plane - Float16::load(lanes_.origin[axis])) * Float16::load(reciprocal_[axis]);
+  // Returns the distances along the rays to a plane.
+  [[nodiscard]] Lanes16 distance(const Lanes16& plane, uint32_t axis) const {
+    return (plane - Lanes16::load(lanes_.origin[axis])) * Lanes16::load(reciprocal_[axis]);
   }
-  // Where the rays end; -1 once any hit will do.
-  [[nodiscard]] Float16 end() const { return Float16::load(lanes_.t_max); }
-  [[nodiscard]] bool is_done() const { return at_least(end(), Float16(0.0f)) == 0; }
+  // Returns the ends of the rays; -1 for any-hit rays that are blocked.
+  [[nodiscard]] Lanes16 end() const { return Lanes16::load(lanes_.t_max); }
+  [[nodiscard]] bool is_done() const { return at_least(end(), Lanes16(0.0f)) == 0; }
 
-  // Ray i alone through a cell.
+  // Traces ray i alone through a cell.
   [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
     const Ray& ray = *ray_[i];
     const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
-    const Float8 reciprocal = Float8(1.0f) / Float8::load_twice(reinterpret_cast<const float*>(&ray) + 4);
+    const Lanes8 reciprocal = Lanes8(1.0f) / Lanes8::load_twice(reinterpret_cast<const float*>(&ray) + 4);
     float t_far = lanes_.t_max[i];
     TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
     const TreeHit before = best;
@@ -158,10 +162,10 @@ class PacketRays {
     if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);
   }
 
-  // With fewer rays in a leaf than this, rays are tested one by one.
-  static constexpr int kFewRays = 4;
+  // With fewer active rays in a leaf than this, rays are tested one by one.
+  static constexpr int kMinLeafRays = 4;
 
-  // The active rays, one by one, through all blocks of a leaf.
+  // Tests the active rays one by one against all blocks of a leaf.
   void test_leaf(const Scene& scene, const LeafUnit* unit, uint32_t active) {
     for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<uint32_t>(std::countr_zero(rest));
@@ -169,20 +173,20 @@ class PacketRays {
       TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
       const uint32_t before = best.primitive;
       const bool any =
-          intersect_leaf<kAny>(unit, Still(), shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
+          intersect_leaf<kAny>(unit, Static(), shear_of_ray(i), lanes_.t_min[i], filter, lanes_.t_max[i], best);
       if (best.primitive != before) put(i, any ? -1.0f : best.t, best);
     }
   }
 
-  // Bit i: triangle i is not to one side of all rays.
+  // Returns a mask of the triangles that do not lie to one side of all rays.
   [[nodiscard]] uint32_t possible(const LeafBlock& block) const {
-    const Float16 z = Float16::load(block.row(kz_)), z_low = z - Float16(z_high_), z_high = z - Float16(z_low_);
+    const Lanes16 z = Lanes16::load(block.row(kz_)), z_low = z - Lanes16(z_high_), z_high = z - Lanes16(z_low_);
     const Sides x = sides_of(block.row(kx_), x_range_, z_low, z_high),
                 y = sides_of(block.row(ky_), y_range_, z_low, z_high);
     uint32_t out = 0;
     for_each_group(block, [&](uint32_t first, uint32_t count) {
-      const WideInt a = WideInt::load(block.corners() + first);
-      const WideInt corners = bits_of(a, shift_right<4>(a), shift_right<8>(a));
+      const WideIntLanes a = WideIntLanes::load(block.corners() + first);
+      const WideIntLanes corners = bits_of(a, shift_right<4>(a), shift_right<8>(a));
       const uint32_t missed = subset_of(corners, x.above) | subset_of(corners, x.below) | subset_of(corners, y.above) |
                               subset_of(corners, y.below);
       out |= (~missed & ((1U << count) - 1U)) << first;
@@ -191,30 +195,30 @@ class PacketRays {
     return out;
   }
 
-  // Some triangles of a block, bits of a mask, against all rays.
+  // Tests some triangles of a block, given as a mask, against all rays.
   void test_block(const Scene& scene, const LeafBlock& block, uint32_t triangles, uint32_t active) {
-    const Float16 ox = Float16::load(lanes_.origin[kx_]), oy = Float16::load(lanes_.origin[ky_]),
-                  oz = Float16::load(lanes_.origin[kz_]), sx = Float16::load(sx_), sy = Float16::load(sy_), zero(0.0f);
+    const Lanes16 ox = Lanes16::load(lanes_.origin[kx_]), oy = Lanes16::load(lanes_.origin[ky_]),
+                  oz = Lanes16::load(lanes_.origin[kz_]), sx = Lanes16::load(sx_), sy = Lanes16::load(sy_), zero(0.0f);
     const float *px = block.row(kx_), *py = block.row(ky_), *pz = block.row(kz_);
     const uint16_t* corners = block.corners();
-    const auto shear = [&](uint32_t vertex, Float16& x, Float16& y, Float16& z) {
-      z = Float16(pz[vertex]) - oz;
-      x = (Float16(px[vertex]) - ox) - sx * z;
-      y = (Float16(py[vertex]) - oy) - sy * z;
+    const auto shear = [&](uint32_t vertex, Lanes16& x, Lanes16& y, Lanes16& z) {
+      z = Lanes16(pz[vertex]) - oz;
+      x = (Lanes16(px[vertex]) - ox) - sx * z;
+      y = (Lanes16(py[vertex]) - oy) - sy * z;
     };
     for (; triangles != 0; triangles &= triangles - 1) {
       const auto i = static_cast<uint32_t>(std::countr_zero(triangles));
-      Float16 ax, ay, az, bx, by, bz, cx, cy, cz;
+      Lanes16 ax, ay, az, bx, by, bz, cx, cy, cz;
       shear(corners[i] & 15U, ax, ay, az);
       shear((corners[i] >> 4) & 15U, bx, by, bz);
       shear(corners[i] >> 8, cx, cy, cz);
-      const Float16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+      const Lanes16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
       const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;
       if (inside == 0) continue;
-      const Float16 det = (e0 + e1) + e2;
-      const Float16 t = (((e0 * az + e1 * bz) + e2 * cz) * Float16::load(sz_)) / det;
+      const Lanes16 det = (e0 + e1) + e2;
+      const Lanes16 t = (((e0 * az + e1 * bz) + e2 * cz) * Lanes16::load(sz_)) / det;
       const uint32_t mask =
-          inside & differs(det, zero) & above(t, Float16::load(lanes_.t_min)) & at_most(t, Float16::load(lanes_.t_max));
+          inside & differs(det, zero) & above(t, Lanes16::load(lanes_.t_min)) & at_most(t, Lanes16::load(lanes_.t_max));
       if (mask != 0) take(scene, block, i, mask, t, e1, e2, det);
     }
   }
@@ -232,45 +236,45 @@ class PacketRays {
     return shear;
   }
 
-  // Ranges over the packet of one coordinate of the origin and of the shear along it.
+  // Ranges over the packet of one coordinate of the origin and of the shear.
   struct Range {
     float origin_low, origin_high, shear_low, shear_high;
   };
-  // Bit i: sheared coordinate i is above zero for all rays, or below it. Rounding is monotonic, so these are bounds of what the
-  // rays themselves would compute, without any margin.
+  // Masks of vertices whose sheared coordinate is above or below zero for all rays. Rounding is
+  // monotonic, so these bound what the rays themselves would compute, without any margin.
   struct Sides {
     uint32_t above, below;
   };
-  static Sides sides_of(const float* row, const Range& range, const Float16& z_low, const Float16& z_high) {
-    const Float16 p = Float16::load(row), low(range.shear_low), high(range.shear_high), zero(0.0f);
-    const Float16 a = low * z_low, b = low * z_high, c = high * z_low, d = high * z_high;
-    const Float16 least = (p - Float16(range.origin_high)) - max(max(a, b), max(c, d));
-    const Float16 most = (p - Float16(range.origin_low)) - min(min(a, b), min(c, d));
-    return {kd::KINDLING_SIMD::above(least, zero), kd::KINDLING_SIMD::above(zero, most)};
+  static Sides sides_of(const float* row, const Range& range, const Lanes16& z_low, const Lanes16& z_high) {
+    const Lanes16 p = Lanes16::load(row), low(range.shear_low), high(range.shear_high), zero(0.0f);
+    const Lanes16 a = low * z_low, b = low * z_high, c = high * z_low, d = high * z_high;
+    const Lanes16 low_bound = (p - Lanes16(range.origin_high)) - max(max(a, b), max(c, d));
+    const Lanes16 high_bound = (p - Lanes16(range.origin_low)) - min(min(a, b), min(c, d));
+    return {kd::KINDLING_SIMD::above(low_bound, zero), kd::KINDLING_SIMD::above(zero, high_bound)};
   }
 
-  // One triangle hit by the rays of the mask.
-  void take(const Scene& scene, const LeafBlock& block, uint32_t triangle, uint32_t mask, const Float16& t,
-            const Float16& e1, const Float16& e2, const Float16& det) {
+  // Records a triangle that the rays of the mask hit.
+  void take(const Scene& scene, const LeafBlock& block, uint32_t triangle, uint32_t mask, const Lanes16& t,
+            const Lanes16& e1, const Lanes16& e2, const Lanes16& det) {
     const uint32_t primitive = block.primitive(triangle);
-    // Ties go to the smallest primitive; most are the same one again, from another leaf.
-    const uint32_t ties = kAny ? 0 : mask & hit_ & at_least(t, Float16::load(lanes_.t_max));
+    // Ties go to the smallest primitive; most ties are the same one, met again in another leaf.
+    const uint32_t ties = kAny ? 0 : mask & hit_ & at_least(t, Lanes16::load(lanes_.t_max));
     if (ties != 0) mask &= ~ties | numbers_above(primitive_, primitive);
     if (mask == 0) return;
-    if (((block.asking() >> triangle) & 1U) != 0) [[unlikely]]
+    if (((block.filtered() >> triangle) & 1U) != 0) [[unlikely]]
       mask = accepted(scene, primitive, mask, t, e1 / det, e2 / det);
-    const auto keep = [&](float* lanes, const Float16& x) { select(mask, Float16::load(lanes), x).store(lanes); };
-    keep(lanes_.t_max, kAny ? Float16(-1.0f) : t);
+    const auto keep = [&](float* lanes, const Lanes16& x) { select(mask, Lanes16::load(lanes), x).store(lanes); };
+    keep(lanes_.t_max, kAny ? Lanes16(-1.0f) : t);
     hit_ |= mask;
     if (kAny) return;
     keep(e1_, e1);
     keep(e2_, e2);
     keep(det_, det);
-    keep(primitive_, Float16(std::bit_cast<float>(primitive)));
+    keep(primitive_, Lanes16(std::bit_cast<float>(primitive)));
   }
-  // The rays of the mask for which the filter accepts the hit.
-  uint32_t accepted(const Scene& scene, uint32_t primitive, uint32_t mask, const Float16& t, const Float16& u,
-                    const Float16& v) const {
+  // Returns the rays of the mask for which the filter accepts the hit.
+  uint32_t accepted(const Scene& scene, uint32_t primitive, uint32_t mask, const Lanes16& t, const Lanes16& u,
+                    const Lanes16& v) const {
     alignas(64) float ts[kRayLanes], us[kRayLanes], vs[kRayLanes];
     t.store(ts);
     u.store(us);
@@ -282,7 +286,7 @@ class PacketRays {
     }
     return mask;
   }
-  // The nearest hit so far.
+  // Returns the nearest hit of ray i so far.
   [[nodiscard]] TreeHit hit(uint32_t i) const {
     return {lanes_.t_max[i], e1_[i] / det_[i], e2_[i] / det_[i], std::bit_cast<uint32_t>(primitive_[i])};
   }
@@ -297,12 +301,13 @@ class PacketRays {
 
   uint32_t kx_ = 0, ky_ = 0, kz_ = 0;  // axes of the sheared space
   Range x_range_{}, y_range_{};        // in the sheared space
-  float z_low_ = 0.0f, z_high_ = 0.0f; // of the origins
-  RayLanes lanes_;                     // t_max narrows; -1 once any hit will do
+  float z_low_ = 0.0f, z_high_ = 0.0f; // range of the origins
+  RayLanes lanes_;                     // t_max is narrowed by hits; -1 for blocked any-hit rays
   alignas(64) float reciprocal_[3][kRayLanes], sx_[kRayLanes], sy_[kRayLanes], sz_[kRayLanes];
-  // Of the best hits, which lie at t_max: u is e1 / det, v is e2 / det, and of primitive numbers the bits are kept.
+  // Best hits, at distance t_max: u is e1 / det, v is e2 / det; primitive indices are stored as
+  // bits.
   alignas(64) float e1_[kRayLanes], e2_[kRayLanes], det_[kRayLanes], primitive_[kRayLanes];
-  uint32_t hit_ = 0; // bit i: ray i has one
+  uint32_t hit_ = 0; // bit i: ray i has a hit
   const Ray* ray_[kRayLanes];
 };
 

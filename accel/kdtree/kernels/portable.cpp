@@ -1,4 +1,4 @@
-// The queries in plain loops, for processors without the instruction sets below and to test those against.
+// Queries in plain loops: the fallback for other processors, and the reference in tests.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kernels/includes.h"
 

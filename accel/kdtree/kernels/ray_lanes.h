@@ -11,44 +11,46 @@ inline constexpr uint32_t kAllRays = (1U << kRayLanes) - 1;
 
 struct alignas(64) RayLanes {
   float origin[3][kRayLanes], direction[3][kRayLanes];
-  float t_min[kRayLanes], t_max[kRayLanes]; // t_min not below zero
+  float t_min[kRayLanes], t_max[kRayLanes]; // t_min is at least zero
 
-  // `count` rays, 1 to 16, of which ray_at(i) refers to number i; the last is repeated.
+  // Loads `count` rays, 1 to 16; ray_at(i) refers to ray i. The last is repeated.
   template <class RayAt>
   void load(uint32_t count, const RayAt& ray_at) {
+    assert(count >= 1 && count <= kRayLanes);
     const auto ray = [&](uint32_t i) -> const Ray& { return ray_at(std::min(i, count - 1)); };
-    transpose16([&](uint32_t i) { return origin_quad(ray(i)); }, {origin[0], origin[1], origin[2], t_min});
-    transpose16([&](uint32_t i) { return direction_quad(ray(i)); }, {direction[0], direction[1], direction[2], t_max});
-    // NaN stays, so that can_hit() sees it.
-    max(Float16(0.0f), Float16::load(t_min)).store(t_min);
+    transpose16([&](uint32_t i) { return load_origin(ray(i)); }, {origin[0], origin[1], origin[2], t_min});
+    transpose16([&](uint32_t i) { return load_direction(ray(i)); }, {direction[0], direction[1], direction[2], t_max});
+    // NaN is preserved for can_hit().
+    max(Lanes16(0.0f), Lanes16::load(t_min)).store(t_min);
   }
 
-  // Bit i: can_hit(ray i).
+  // Bit i is can_hit(ray i).
   [[nodiscard]] uint32_t can_hit() const {
-    const Float16 zero(0.0f), x = Float16::load(direction[0]), y = Float16::load(direction[1]),
-                              z = Float16::load(direction[2]), near = Float16::load(t_min), far = Float16::load(t_max);
-    const Float16 sum = (magnitude(Float16::load(origin[0])) + magnitude(Float16::load(origin[1])) +
-                         magnitude(Float16::load(origin[2]))) +
+    const Lanes16 zero(0.0f), x = Lanes16::load(direction[0]), y = Lanes16::load(direction[1]),
+                              z = Lanes16::load(direction[2]), near = Lanes16::load(t_min), far = Lanes16::load(t_max);
+    const Lanes16 sum = (magnitude(Lanes16::load(origin[0])) + magnitude(Lanes16::load(origin[1])) +
+                         magnitude(Lanes16::load(origin[2]))) +
                         (magnitude(x) + magnitude(y) + magnitude(z));
-    return at_most(sum, Float16(kLargestCoordinate)) & (differs(x, zero) | differs(y, zero) | differs(z, zero)) &
+    return at_most(sum, Lanes16(kMaxCoordinate)) & (differs(x, zero) | differs(y, zero) | differs(z, zero)) &
            above(far, near);
   }
 
-  // Bit i: may_lie_in_plane(direction of ray i).
+  // Bit i is may_lie_in_plane(direction of ray i).
   [[nodiscard]] uint32_t may_lie_in_plane() const {
-    const Float16 least(std::numeric_limits<float>::min());
+    const Lanes16 min_normal(std::numeric_limits<float>::min());
     uint32_t bits = 0;
-    for (const auto& lane : direction) bits |= above(least, magnitude(Float16::load(lane)));
+    for (const auto& lane : direction) bits |= above(min_normal, magnitude(Lanes16::load(lane)));
     return bits;
   }
 
-  // Bit i: the largest axis of the direction of ray i is x, or y, or else it is z; ties as in RayShear.
+  // Bit i is set in `x` or `y` if that is the largest axis of ray i's direction; else it is z. Ties
+  // are resolved as in RayShear.
   struct LargestAxis {
     uint32_t x, y;
   };
   [[nodiscard]] LargestAxis largest_axis() const {
-    const Float16 x = magnitude(Float16::load(direction[0])), y = magnitude(Float16::load(direction[1])),
-                  z = magnitude(Float16::load(direction[2]));
+    const Lanes16 x = magnitude(Lanes16::load(direction[0])), y = magnitude(Lanes16::load(direction[1])),
+                  z = magnitude(Lanes16::load(direction[2]));
     const uint32_t x_over_y = above(x, y);
     return {x_over_y & above(x, z), ~x_over_y & above(y, z) & kAllRays};
   }

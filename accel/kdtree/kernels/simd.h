@@ -1,9 +1,11 @@
-// Lanes of float or uint32_t for one SIMD target: AVX-512, AVX2 or plain loops, with equal results. Included once for each target,
-// with KINDLING_SIMD its namespace and KINDLING_SIMD_LEVEL its level (512, 2 or 0).
+// SIMD lanes of float or uint32_t for one target: AVX-512, AVX2 or plain loops.
+// All targets give equal results. Included once per target, with KINDLING_SIMD as its namespace and
+// KINDLING_SIMD_LEVEL as its level (512, 2 or 0).
 //
-// All operations are IEEE single operations without contraction. min and max return the second operand if either is NaN.
-// Float8 and Int8 have eight lanes, which is what a wide node has; Float16 has sixteen, as many as a leaf block has vertices and a packet
-// rays, in one register or two. WideFloat and WideInt have kLanes, as many as the target handles at once: triangles of a leaf.
+// Operations are IEEE single precision without contraction. min and max return the second operand
+// if either is NaN. Lanes8 and IntLanes8 have eight lanes, the children of a wide node. Lanes16 has
+// sixteen, the vertices of a leaf block or the rays of a packet, in one register or two. WideLanes
+// and WideIntLanes have kLanes, the number of triangles that the target tests at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,22 +19,19 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Four quads to four places, each of which gets one lane of all.
-inline void transpose(Quad a, Quad b, Quad c, Quad d, const std::array<float*, 4>& out) {
-  const Quad ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
-  const Quad cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-  const std::array<Quad, 4> lanes = {
-      __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5), __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7),
-      __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5), __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7)};
-  for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Quad));
+// Transposes four vectors: out[i] receives lane i of each.
+inline void transpose(Float4 a, Float4 b, Float4 c, Float4 d, const std::array<float*, 4>& out) {
+  Float4 lanes[4] = {a, b, c, d};
+  accel::transpose(lanes);
+  for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Float4));
 }
 
 #if KINDLING_SIMD_LEVEL != 512
 
-template <class QuadAt>
-inline void transpose16(const QuadAt& quad_at, const std::array<float*, 4>& out) {
+template <class VectorAt>
+inline void transpose16(const VectorAt& vector_at, const std::array<float*, 4>& out) {
   for (uint32_t i = 0; i < 16; i += 4)
-    transpose(quad_at(i), quad_at(i + 1), quad_at(i + 2), quad_at(i + 3),
+    transpose(vector_at(i), vector_at(i + 1), vector_at(i + 2), vector_at(i + 3),
               {out[0] + i, out[1] + i, out[2] + i, out[3] + i});
 }
 inline uint32_t numbers_above(const float* lanes, uint32_t x) {

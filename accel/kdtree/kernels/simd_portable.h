@@ -1,4 +1,4 @@
-// Lanes in plain loops: the specification of those in intrinsics. See simd.h.
+// SIMD lanes as plain loops: the specification of the intrinsics versions. See simd.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,166 +7,166 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 template <class T, uint32_t N>
-struct alignas(sizeof(T) * N) Lanes {
+struct alignas(sizeof(T) * N) LanesOf {
   std::array<T, N> v;
-  Lanes() = default;
-  explicit Lanes(T x) { v.fill(x); }
+  LanesOf() = default;
+  explicit LanesOf(T x) { v.fill(x); }
   template <class S>
-  static Lanes load(const S* p) {
-    Lanes r;
+  static LanesOf load(const S* p) {
+    LanesOf r;
     for (uint32_t i = 0; i < N; ++i) r.v[i] = p[i];
     return r;
   }
-  static Lanes load_twice(const T* p) {
-    Lanes r;
+  static LanesOf load_twice(const T* p) {
+    LanesOf r;
     for (uint32_t i = 0; i < N; ++i) r.v[i] = p[i % (N / 2)];
     return r;
   }
-  static Lanes from_bytes(uint64_t bytes) {
-    Lanes r;
+  static LanesOf from_bytes(uint64_t bytes) {
+    LanesOf r;
     for (uint32_t i = 0; i < N; ++i) r.v[i] = static_cast<T>((bytes >> (8 * i)) & 0xffU);
     return r;
   }
   void store(T* p) const { std::memcpy(p, v.data(), sizeof(v)); }
 };
-using Float8 = Lanes<float, 8>;
-using Int8 = Lanes<uint32_t, 8>;
+using Lanes8 = LanesOf<float, 8>;
+using IntLanes8 = LanesOf<uint32_t, 8>;
 
 template <class T, uint32_t N, class F>
-inline Lanes<T, N> combine(const Lanes<T, N>& a, const Lanes<T, N>& b, F f) {
-  Lanes<T, N> r;
+inline LanesOf<T, N> combine(const LanesOf<T, N>& a, const LanesOf<T, N>& b, F f) {
+  LanesOf<T, N> r;
   for (uint32_t i = 0; i < N; ++i) r.v[i] = f(a.v[i], b.v[i]);
   return r;
 }
 template <class T, uint32_t N, class F>
-inline uint32_t compare(const Lanes<T, N>& a, const Lanes<T, N>& b, F f) {
+inline uint32_t compare(const LanesOf<T, N>& a, const LanesOf<T, N>& b, F f) {
   uint32_t r = 0;
   for (uint32_t i = 0; i < N; ++i) r |= static_cast<uint32_t>(f(a.v[i], b.v[i])) << i;
   return r;
 }
 template <uint32_t N>
-inline Lanes<float, N> operator+(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline LanesOf<float, N> operator+(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return combine(a, b, [](float x, float y) { return x + y; });
 }
 template <uint32_t N>
-inline Lanes<float, N> operator-(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline LanesOf<float, N> operator-(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return combine(a, b, [](float x, float y) { return x - y; });
 }
 template <uint32_t N>
-inline Lanes<float, N> operator*(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline LanesOf<float, N> operator*(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return combine(a, b, [](float x, float y) { return x * y; });
 }
 template <uint32_t N>
-inline Lanes<float, N> operator/(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline LanesOf<float, N> operator/(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return combine(a, b, [](float x, float y) { return x / y; });
 }
 template <uint32_t N>
-inline Lanes<float, N> min(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline LanesOf<float, N> min(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return combine(a, b, [](float x, float y) { return x < y ? x : y; });
 }
 template <uint32_t N>
-inline Lanes<float, N> max(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline LanesOf<float, N> max(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return combine(a, b, [](float x, float y) { return x > y ? x : y; });
 }
 template <uint32_t N>
-inline uint32_t at_least(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline uint32_t at_least(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return compare(a, b, [](float x, float y) { return x >= y; });
 }
 template <uint32_t N>
-inline uint32_t at_most(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline uint32_t at_most(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return compare(a, b, [](float x, float y) { return x <= y; });
 }
 template <uint32_t N>
-inline uint32_t above(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline uint32_t above(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return compare(a, b, [](float x, float y) { return x > y; });
 }
 template <uint32_t N>
-inline uint32_t differs(const Lanes<float, N>& a, const Lanes<float, N>& b) {
+inline uint32_t differs(const LanesOf<float, N>& a, const LanesOf<float, N>& b) {
   return compare(a, b, [](float x, float y) { return x < y || x > y; });
 }
 template <uint32_t N>
-inline uint32_t sign_bits(const Lanes<float, N>& a) {
+inline uint32_t sign_bits(const LanesOf<float, N>& a) {
   return compare(a, a, [](float x, float) { return std::bit_cast<uint32_t>(x) >> 31; });
 }
-inline uint32_t low_bits_equal(const Int8& a, uint32_t x) {
-  return compare(a, Int8(x), [](uint32_t y, uint32_t z) { return (y & 7) == z; });
+inline uint32_t low_bits_equal(const IntLanes8& a, uint32_t x) {
+  return compare(a, IntLanes8(x), [](uint32_t y, uint32_t z) { return (y & 7) == z; });
 }
-inline uint32_t nonzero_bits(const Int8& a) {
+inline uint32_t nonzero_bits(const IntLanes8& a) {
   return compare(a, a, [](uint32_t x, uint32_t) { return x != 0; });
 }
 template <class T, uint32_t N>
-inline Lanes<T, N> select(uint32_t mask, const Lanes<T, N>& a, const Lanes<T, N>& b) {
-  Lanes<T, N> r;
+inline LanesOf<T, N> select(uint32_t mask, const LanesOf<T, N>& a, const LanesOf<T, N>& b) {
+  LanesOf<T, N> r;
   for (uint32_t i = 0; i < N; ++i) r.v[i] = ((mask >> i) & 1U) != 0 ? b.v[i] : a.v[i];
   return r;
 }
 template <int kMask>
-inline Float8 max_where(const Float8& a, const Float8& t) {
+inline Lanes8 max_where(const Lanes8& a, const Lanes8& t) {
   return max(select(kMask, a, t), a);
 }
 template <int kMask>
-inline Float8 min_where(const Float8& a, const Float8& t) {
+inline Lanes8 min_where(const Lanes8& a, const Lanes8& t) {
   return min(select(kMask, a, t), a);
 }
 template <int kBits>
-inline Int8 shift_right(Int8 a) {
+inline IntLanes8 shift_right(IntLanes8 a) {
   for (uint32_t& x : a.v) x >>= kBits;
   return a;
 }
-inline Int8 shift_by_lane(Int8 a) {
+inline IntLanes8 shift_by_lane(IntLanes8 a) {
   for (uint32_t i = 0; i < 8; ++i) a.v[i] >>= 2 * i;
   return a;
 }
 template <class T>
-inline Lanes<T, 8> permute(const Lanes<T, 8>& a, const Int8& index) {
-  Lanes<T, 8> r;
+inline LanesOf<T, 8> permute(const LanesOf<T, 8>& a, const IntLanes8& index) {
+  LanesOf<T, 8> r;
   for (uint32_t i = 0; i < 8; ++i) r.v[i] = a.v[index.v[i] & 7];
   return r;
 }
 template <int kLane>
-inline Float8 broadcast_lane(const Float8& a) {
-  return Float8(a.v[kLane]);
+inline Lanes8 broadcast_lane(const Lanes8& a) {
+  return Lanes8(a.v[kLane]);
 }
 inline void prefetch(const void* p) { __builtin_prefetch(p); }
 
 class Compress8 {
  public:
-  explicit Compress8(uint32_t mask) : index_(Int8::from_bytes(tables::kCompress[mask])) {}
+  explicit Compress8(uint32_t mask) : index_(IntLanes8::from_bytes(tables::kCompress[mask])) {}
   template <class T>
-  [[nodiscard]] Lanes<T, 8> operator()(const Lanes<T, 8>& a) const {
+  [[nodiscard]] LanesOf<T, 8> operator()(const LanesOf<T, 8>& a) const {
     return permute(a, index_);
   }
 
  private:
-  Int8 index_;
+  IntLanes8 index_;
 };
 
 inline constexpr uint32_t kLanes = 8;
-using WideFloat = Float8;
-using WideInt = Int8;
-inline uint32_t top_bits(const WideInt& a) {
+using WideLanes = Lanes8;
+using WideIntLanes = IntLanes8;
+inline uint32_t top_bits(const WideIntLanes& a) {
   return compare(a, a, [](uint32_t x, uint32_t) { return x >> 31; });
 }
 using CompressWide = Compress8;
-using Float16 = Lanes<float, 16>;
-inline WideFloat pick(const Float16& table, const WideInt& index) {
-  WideFloat r;
+using Lanes16 = LanesOf<float, 16>;
+inline WideLanes pick(const Lanes16& table, const WideIntLanes& index) {
+  WideLanes r;
   for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = table.v[index.v[i] & 15];
   return r;
 }
-inline Float16 magnitude(Float16 a) {
+inline Lanes16 magnitude(Lanes16 a) {
   for (float& x : a.v) x = std::fabs(x);
   return a;
 }
-inline float least(const Float16& a) { return *std::min_element(a.v.begin(), a.v.end()); }
-inline float greatest(const Float16& a) { return *std::max_element(a.v.begin(), a.v.end()); }
-inline WideInt bits_of(const WideInt& a, const WideInt& b, const WideInt& c) {
-  WideInt r;
+inline float min_lane(const Lanes16& a) { return *std::min_element(a.v.begin(), a.v.end()); }
+inline float max_lane(const Lanes16& a) { return *std::max_element(a.v.begin(), a.v.end()); }
+inline WideIntLanes bits_of(const WideIntLanes& a, const WideIntLanes& b, const WideIntLanes& c) {
+  WideIntLanes r;
   for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = 1U << (a.v[i] & 15) | 1U << (b.v[i] & 15) | 1U << (c.v[i] & 15);
   return r;
 }
-inline uint32_t subset_of(const WideInt& bits, uint32_t set) {
-  return compare(bits, WideInt(~set), [](uint32_t x, uint32_t y) { return (x & y) == 0; });
+inline uint32_t subset_of(const WideIntLanes& bits, uint32_t set) {
+  return compare(bits, WideIntLanes(~set), [](uint32_t x, uint32_t y) { return (x & y) == 0; });
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

@@ -1,4 +1,4 @@
-// Lanes in intrinsics: AVX2, and AVX-512 (F, VL, BW, DQ). See simd.h.
+// SIMD lanes in intrinsics: AVX2, and AVX-512 (F, VL, BW, DQ). See simd.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,79 +6,81 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-struct Float8 {
+struct Lanes8 {
   __m256 v;
-  Float8() = default;
-  Float8(__m256 x) : v(x) {}
-  explicit Float8(float x) : v(_mm256_set1_ps(x)) {}
-  static Float8 load(const float* p) { return _mm256_loadu_ps(p); }
+  Lanes8() = default;
+  Lanes8(__m256 x) : v(x) {}
+  explicit Lanes8(float x) : v(_mm256_set1_ps(x)) {}
+  static Lanes8 load(const float* p) { return _mm256_loadu_ps(p); }
   // {p[0..3], p[0..3]}; p aligned to 16 bytes.
-  static Float8 load_twice(const float* p) { return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p)); }
+  static Lanes8 load_twice(const float* p) { return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p)); }
   void store(float* p) const { _mm256_storeu_ps(p, v); }
 };
-inline Float8 operator+(Float8 a, Float8 b) { return _mm256_add_ps(a.v, b.v); }
-inline Float8 operator-(Float8 a, Float8 b) { return _mm256_sub_ps(a.v, b.v); }
-inline Float8 operator*(Float8 a, Float8 b) { return _mm256_mul_ps(a.v, b.v); }
-inline Float8 operator/(Float8 a, Float8 b) { return _mm256_div_ps(a.v, b.v); }
-inline Float8 min(Float8 a, Float8 b) { return _mm256_min_ps(a.v, b.v); }
-inline Float8 max(Float8 a, Float8 b) { return _mm256_max_ps(a.v, b.v); }
-// Bit i: sign of lane i.
-inline uint32_t sign_bits(Float8 a) { return static_cast<uint32_t>(_mm256_movemask_ps(a.v)); }
-struct Int8 {
+inline Lanes8 operator+(Lanes8 a, Lanes8 b) { return _mm256_add_ps(a.v, b.v); }
+inline Lanes8 operator-(Lanes8 a, Lanes8 b) { return _mm256_sub_ps(a.v, b.v); }
+inline Lanes8 operator*(Lanes8 a, Lanes8 b) { return _mm256_mul_ps(a.v, b.v); }
+inline Lanes8 operator/(Lanes8 a, Lanes8 b) { return _mm256_div_ps(a.v, b.v); }
+inline Lanes8 min(Lanes8 a, Lanes8 b) { return _mm256_min_ps(a.v, b.v); }
+inline Lanes8 max(Lanes8 a, Lanes8 b) { return _mm256_max_ps(a.v, b.v); }
+// Bit i is the sign of lane i.
+inline uint32_t sign_bits(Lanes8 a) { return static_cast<uint32_t>(_mm256_movemask_ps(a.v)); }
+struct IntLanes8 {
   __m256i v;
-  Int8() = default;
-  Int8(__m256i x) : v(x) {}
-  explicit Int8(uint32_t x) : v(_mm256_set1_epi32(static_cast<int>(x))) {}
-  static Int8 load(const uint32_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
-  // Lane i: byte i.
-  static Int8 from_bytes(uint64_t bytes) {
+  IntLanes8() = default;
+  IntLanes8(__m256i x) : v(x) {}
+  explicit IntLanes8(uint32_t x) : v(_mm256_set1_epi32(static_cast<int>(x))) {}
+  static IntLanes8 load(const uint32_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
+  // Lane i is byte i.
+  static IntLanes8 from_bytes(uint64_t bytes) {
     return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(bytes)));
   }
   void store(uint32_t* p) const { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v); }
 };
 template <int kBits>
-inline Int8 shift_right(Int8 a) {
+inline IntLanes8 shift_right(IntLanes8 a) {
   return _mm256_srli_epi32(a.v, kBits);
 }
-// Lane i shifted by 2 i.
-inline Int8 shift_by_lane(Int8 a) { return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14)); }
-// Lane i: a[low three bits of index[i]].
-inline Float8 permute(Float8 a, Int8 index) { return _mm256_permutevar8x32_ps(a.v, index.v); }
-inline Int8 permute(Int8 a, Int8 index) { return _mm256_permutevar8x32_epi32(a.v, index.v); }
-// Lane kLane of a in all lanes.
+// Shifts lane i right by 2 i bits.
+inline IntLanes8 shift_by_lane(IntLanes8 a) {
+  return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14));
+}
+// Lane i of the result is a[low three bits of index[i]].
+inline Lanes8 permute(Lanes8 a, IntLanes8 index) { return _mm256_permutevar8x32_ps(a.v, index.v); }
+inline IntLanes8 permute(IntLanes8 a, IntLanes8 index) { return _mm256_permutevar8x32_epi32(a.v, index.v); }
+// Returns lane kLane of a in all lanes.
 template <int kLane>
-inline Float8 broadcast_lane(Float8 a) {
+inline Lanes8 broadcast_lane(Lanes8 a) {
   return _mm256_permutevar8x32_ps(a.v, _mm256_set1_epi32(kLane));
 }
 inline void prefetch(const void* p) { _mm_prefetch(static_cast<const char*>(p), _MM_HINT_T0); }
 
 #if KINDLING_SIMD_LEVEL == 512
 
-// a; in the lanes of the constant mask max(t, a) or min(t, a), where NaN in t leaves a.
+// Returns a or, in the lanes of the constant mask, max(t, a) or min(t, a); NaN in t leaves a.
 template <int kMask>
-inline Float8 max_where(Float8 a, Float8 t) {
+inline Lanes8 max_where(Lanes8 a, Lanes8 t) {
   return _mm256_mask_max_ps(a.v, kMask, t.v, a.v);
 }
 template <int kMask>
-inline Float8 min_where(Float8 a, Float8 t) {
+inline Lanes8 min_where(Lanes8 a, Lanes8 t) {
   return _mm256_mask_min_ps(a.v, kMask, t.v, a.v);
 }
-// Comparisons: bit i of the result is lane i.
-inline uint32_t at_least(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
-inline uint32_t at_most(Float8 a, Float8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
-// The low three bits of lane i equal x.
-inline uint32_t low_bits_equal(Int8 a, uint32_t x) {
+// Comparisons return a mask; bit i is lane i.
+inline uint32_t at_least(Lanes8 a, Lanes8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
+inline uint32_t at_most(Lanes8 a, Lanes8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
+// Bit i is set if the low three bits of lane i equal x.
+inline uint32_t low_bits_equal(IntLanes8 a, uint32_t x) {
   const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
   return _mm256_cmpeq_epi32_mask(low, _mm256_set1_epi32(static_cast<int>(x)));
 }
-inline uint32_t nonzero_bits(Int8 a) { return _mm256_test_epi32_mask(a.v, a.v); }
+inline uint32_t nonzero_bits(IntLanes8 a) { return _mm256_test_epi32_mask(a.v, a.v); }
 
-// Moves the lanes of a mask to the front; what stands behind them is undefined.
+// Moves the lanes of a mask to the front; the lanes after them are undefined.
 class Compress8 {
  public:
   explicit Compress8(uint32_t mask) : mask_(static_cast<__mmask8>(mask)) {}
-  [[nodiscard]] Float8 operator()(Float8 a) const { return _mm256_maskz_compress_ps(mask_, a.v); }
-  [[nodiscard]] Int8 operator()(Int8 a) const { return _mm256_maskz_compress_epi32(mask_, a.v); }
+  [[nodiscard]] Lanes8 operator()(Lanes8 a) const { return _mm256_maskz_compress_ps(mask_, a.v); }
+  [[nodiscard]] IntLanes8 operator()(IntLanes8 a) const { return _mm256_maskz_compress_epi32(mask_, a.v); }
 
  private:
   __mmask8 mask_;
@@ -86,90 +88,91 @@ class Compress8 {
 
 inline constexpr uint32_t kLanes = 16;
 
-struct WideFloat {
+struct WideLanes {
   __m512 v;
-  WideFloat() = default;
-  WideFloat(__m512 x) : v(x) {}
-  explicit WideFloat(float x) : v(_mm512_set1_ps(x)) {}
-  static WideFloat load(const float* p) { return _mm512_loadu_ps(p); }
+  WideLanes() = default;
+  WideLanes(__m512 x) : v(x) {}
+  explicit WideLanes(float x) : v(_mm512_set1_ps(x)) {}
+  static WideLanes load(const float* p) { return _mm512_loadu_ps(p); }
   void store(float* p) const { _mm512_storeu_ps(p, v); }
 };
-inline WideFloat operator+(WideFloat a, WideFloat b) { return _mm512_add_ps(a.v, b.v); }
-inline WideFloat operator-(WideFloat a, WideFloat b) { return _mm512_sub_ps(a.v, b.v); }
-inline WideFloat operator*(WideFloat a, WideFloat b) { return _mm512_mul_ps(a.v, b.v); }
-inline WideFloat operator/(WideFloat a, WideFloat b) { return _mm512_div_ps(a.v, b.v); }
-inline WideFloat min(WideFloat a, WideFloat b) { return _mm512_min_ps(a.v, b.v); }
-inline WideFloat max(WideFloat a, WideFloat b) { return _mm512_max_ps(a.v, b.v); }
-inline uint32_t at_least(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
-inline uint32_t at_most(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
-inline uint32_t above(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ); }
-// False if either is NaN.
-inline uint32_t differs(WideFloat a, WideFloat b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_NEQ_OQ); }
-// Lanes of b where the bit is set, else of a.
-inline WideFloat select(uint32_t mask, WideFloat a, WideFloat b) {
+inline WideLanes operator+(WideLanes a, WideLanes b) { return _mm512_add_ps(a.v, b.v); }
+inline WideLanes operator-(WideLanes a, WideLanes b) { return _mm512_sub_ps(a.v, b.v); }
+inline WideLanes operator*(WideLanes a, WideLanes b) { return _mm512_mul_ps(a.v, b.v); }
+inline WideLanes operator/(WideLanes a, WideLanes b) { return _mm512_div_ps(a.v, b.v); }
+inline WideLanes min(WideLanes a, WideLanes b) { return _mm512_min_ps(a.v, b.v); }
+inline WideLanes max(WideLanes a, WideLanes b) { return _mm512_max_ps(a.v, b.v); }
+inline uint32_t at_least(WideLanes a, WideLanes b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
+inline uint32_t at_most(WideLanes a, WideLanes b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
+inline uint32_t above(WideLanes a, WideLanes b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ); }
+// Clears bit i if either lane is NaN.
+inline uint32_t differs(WideLanes a, WideLanes b) { return _mm512_cmp_ps_mask(a.v, b.v, _CMP_NEQ_OQ); }
+// Selects lanes of b where the bit is set, else of a.
+inline WideLanes select(uint32_t mask, WideLanes a, WideLanes b) {
   return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), a.v, b.v);
 }
-inline WideFloat magnitude(WideFloat a) { return _mm512_abs_ps(a.v); }
-inline uint32_t sign_bits(WideFloat a) { return _mm512_movepi32_mask(_mm512_castps_si512(a.v)); }
-inline float least(WideFloat a) { return _mm512_reduce_min_ps(a.v); }
-inline float greatest(WideFloat a) { return _mm512_reduce_max_ps(a.v); }
+inline WideLanes magnitude(WideLanes a) { return _mm512_abs_ps(a.v); }
+inline uint32_t sign_bits(WideLanes a) { return _mm512_movepi32_mask(_mm512_castps_si512(a.v)); }
+inline float min_lane(WideLanes a) { return _mm512_reduce_min_ps(a.v); }
+inline float max_lane(WideLanes a) { return _mm512_reduce_max_ps(a.v); }
 
-struct WideInt {
+struct WideIntLanes {
   __m512i v;
-  WideInt() = default;
-  WideInt(__m512i x) : v(x) {}
-  explicit WideInt(uint32_t x) : v(_mm512_set1_epi32(static_cast<int>(x))) {}
-  static WideInt load(const uint32_t* p) { return _mm512_loadu_si512(p); }
-  // Lane i: p[i].
-  static WideInt load(const uint16_t* p) {
+  WideIntLanes() = default;
+  WideIntLanes(__m512i x) : v(x) {}
+  explicit WideIntLanes(uint32_t x) : v(_mm512_set1_epi32(static_cast<int>(x))) {}
+  static WideIntLanes load(const uint32_t* p) { return _mm512_loadu_si512(p); }
+  // Lane i is p[i].
+  static WideIntLanes load(const uint16_t* p) {
     return _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
   }
   void store(uint32_t* p) const { _mm512_storeu_si512(p, v); }
 };
 template <int kBits>
-inline WideInt shift_right(WideInt a) {
+inline WideIntLanes shift_right(WideIntLanes a) {
   return _mm512_srli_epi32(a.v, kBits);
 }
 
-// Bit i: top bit of lane i.
-inline uint32_t top_bits(WideInt a) { return _mm512_movepi32_mask(a.v); }
+// Bit i is the top bit of lane i.
+inline uint32_t top_bits(WideIntLanes a) { return _mm512_movepi32_mask(a.v); }
 
-// As Compress8, for all lanes.
+// Compression as by Compress8, for all kLanes lanes.
 class CompressWide {
  public:
   explicit CompressWide(uint32_t mask) : mask_(static_cast<__mmask16>(mask)) {}
-  [[nodiscard]] WideFloat operator()(WideFloat a) const { return _mm512_maskz_compress_ps(mask_, a.v); }
-  [[nodiscard]] WideInt operator()(WideInt a) const { return _mm512_maskz_compress_epi32(mask_, a.v); }
+  [[nodiscard]] WideLanes operator()(WideLanes a) const { return _mm512_maskz_compress_ps(mask_, a.v); }
+  [[nodiscard]] WideIntLanes operator()(WideIntLanes a) const { return _mm512_maskz_compress_epi32(mask_, a.v); }
 
  private:
   __mmask16 mask_;
 };
 
-using Float16 = WideFloat;
-// Lane i: table[low four bits of index[i]].
-inline WideFloat pick(Float16 table, WideInt index) { return _mm512_permutexvar_ps(index.v, table.v); }
-// Lane i: the bits whose numbers are the low four bits of a[i], b[i] and c[i].
-inline WideInt bits_of(WideInt a, WideInt b, WideInt c) {
+using Lanes16 = WideLanes;
+// Lane i of the result is table[low four bits of index[i]].
+inline WideLanes pick(Lanes16 table, WideIntLanes index) { return _mm512_permutexvar_ps(index.v, table.v); }
+// Lane i of the result has the bits set whose indices are the low four bits of a[i], b[i] and c[i].
+inline WideIntLanes bits_of(WideIntLanes a, WideIntLanes b, WideIntLanes c) {
   const __m512i one = _mm512_set1_epi32(1), low = _mm512_set1_epi32(15);
   return _mm512_or_si512(_mm512_or_si512(_mm512_sllv_epi32(one, _mm512_and_si512(a.v, low)),
                                          _mm512_sllv_epi32(one, _mm512_and_si512(b.v, low))),
                          _mm512_sllv_epi32(one, _mm512_and_si512(c.v, low)));
 }
-// Bit i: all bits of lane i are in the set.
-inline uint32_t subset_of(WideInt bits, uint32_t set) {
+// Bit i is set if all bits of lane i are in the set.
+inline uint32_t subset_of(WideIntLanes bits, uint32_t set) {
   return _mm512_testn_epi32_mask(bits.v, _mm512_set1_epi32(static_cast<int>(~set)));
 }
 
-inline __m512 four_quads(Quad a, Quad b, Quad c, Quad d) {
+inline __m512 concatenate(Float4 a, Float4 b, Float4 c, Float4 d) {
   const __m512 ab = _mm512_castps256_ps512(_mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1));
   return _mm512_insertf32x8(ab, _mm256_insertf128_ps(_mm256_castps128_ps256(c), d, 1), 1);
 }
-// Sixteen quads, of which quad_at(i) is number i, to four places, each of which gets one lane of all. In registers: a wide load
-// would have to wait for narrow stores.
-template <class QuadAt>
-inline void transpose16(const QuadAt& quad_at, const std::array<float*, 4>& out) {
-  __m512 v[4]; // quads i, i + 4, i + 8 and i + 12
-  for (uint32_t i = 0; i < 4; ++i) v[i] = four_quads(quad_at(i), quad_at(i + 4), quad_at(i + 8), quad_at(i + 12));
+// Transposes sixteen vectors, where vector_at(i) is vector i: out[k] receives lane k of each. Works
+// in registers, because a wide load would wait for narrow stores.
+template <class VectorAt>
+inline void transpose16(const VectorAt& vector_at, const std::array<float*, 4>& out) {
+  __m512 v[4]; // vectors i, i + 4, i + 8 and i + 12
+  for (uint32_t i = 0; i < 4; ++i)
+    v[i] = concatenate(vector_at(i), vector_at(i + 4), vector_at(i + 8), vector_at(i + 12));
   const __m512 ab_low = _mm512_unpacklo_ps(v[0], v[1]), ab_high = _mm512_unpackhi_ps(v[0], v[1]);
   const __m512 cd_low = _mm512_unpacklo_ps(v[2], v[3]), cd_high = _mm512_unpackhi_ps(v[2], v[3]);
   _mm512_store_ps(out[0], _mm512_shuffle_ps(ab_low, cd_low, 0x44));
@@ -178,7 +181,7 @@ inline void transpose16(const QuadAt& quad_at, const std::array<float*, 4>& out)
   _mm512_store_ps(out[3], _mm512_shuffle_ps(ab_high, cd_high, 0xee));
 }
 
-// Bit i: the number whose bits lane i has, of sixteen aligned ones, is above x.
+// Bit i is set if the integer whose bits are in lane i, of sixteen aligned ones, is greater than x.
 inline uint32_t numbers_above(const float* lanes, uint32_t x) {
   return _mm512_cmpgt_epu32_mask(_mm512_load_si512(lanes), _mm512_set1_epi32(static_cast<int>(x)));
 }
@@ -186,129 +189,129 @@ inline uint32_t numbers_above(const float* lanes, uint32_t x) {
 #else // AVX2
 
 template <int kMask>
-inline Float8 max_where(Float8 a, Float8 t) {
-  return max(Float8(_mm256_blend_ps(a.v, t.v, kMask)), a);
+inline Lanes8 max_where(Lanes8 a, Lanes8 t) {
+  return max(Lanes8(_mm256_blend_ps(a.v, t.v, kMask)), a);
 }
 template <int kMask>
-inline Float8 min_where(Float8 a, Float8 t) {
-  return min(Float8(_mm256_blend_ps(a.v, t.v, kMask)), a);
+inline Lanes8 min_where(Lanes8 a, Lanes8 t) {
+  return min(Lanes8(_mm256_blend_ps(a.v, t.v, kMask)), a);
 }
 inline uint32_t to_bits(__m256 mask) { return static_cast<uint32_t>(_mm256_movemask_ps(mask)); }
 inline uint32_t to_bits(__m256i mask) { return to_bits(_mm256_castsi256_ps(mask)); }
-inline uint32_t at_least(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)); }
-inline uint32_t at_most(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)); }
-inline uint32_t above(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GT_OQ)); }
-inline uint32_t differs(Float8 a, Float8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_NEQ_OQ)); }
-inline uint32_t low_bits_equal(Int8 a, uint32_t x) {
+inline uint32_t at_least(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)); }
+inline uint32_t at_most(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)); }
+inline uint32_t above(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GT_OQ)); }
+inline uint32_t differs(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_NEQ_OQ)); }
+inline uint32_t low_bits_equal(IntLanes8 a, uint32_t x) {
   const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
   return to_bits(_mm256_cmpeq_epi32(low, _mm256_set1_epi32(static_cast<int>(x))));
 }
-inline uint32_t nonzero_bits(Int8 a) { return ~to_bits(_mm256_cmpeq_epi32(a.v, _mm256_setzero_si256())) & 0xffU; }
+inline uint32_t nonzero_bits(IntLanes8 a) { return ~to_bits(_mm256_cmpeq_epi32(a.v, _mm256_setzero_si256())) & 0xffU; }
 
 class Compress8 {
  public:
-  explicit Compress8(uint32_t mask) : index_(Int8::from_bytes(tables::kCompress[mask])) {}
-  [[nodiscard]] Float8 operator()(Float8 a) const { return permute(a, index_); }
-  [[nodiscard]] Int8 operator()(Int8 a) const { return permute(a, index_); }
+  explicit Compress8(uint32_t mask) : index_(IntLanes8::from_bytes(tables::kCompress[mask])) {}
+  [[nodiscard]] Lanes8 operator()(Lanes8 a) const { return permute(a, index_); }
+  [[nodiscard]] IntLanes8 operator()(IntLanes8 a) const { return permute(a, index_); }
 
  private:
-  Int8 index_;
+  IntLanes8 index_;
 };
 
 inline constexpr uint32_t kLanes = 8;
-using WideFloat = Float8;
-// All bits of lane i: bit i.
+using WideLanes = Lanes8;
+// Sets all bits of lane i to bit i of the mask.
 inline __m256i lanes_of(uint32_t mask) {
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
   return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bit), bit);
 }
-inline WideFloat select(uint32_t mask, WideFloat a, WideFloat b) {
+inline WideLanes select(uint32_t mask, WideLanes a, WideLanes b) {
   return _mm256_blendv_ps(a.v, b.v, _mm256_castsi256_ps(lanes_of(mask)));
 }
 
-struct WideInt : Int8 {
-  using Int8::Int8;
-  WideInt(Int8 x) : Int8(x) {}
-  static WideInt load(const uint32_t* p) { return Int8::load(p); }
-  static WideInt load(const uint16_t* p) {
-    return WideInt(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
+struct WideIntLanes : IntLanes8 {
+  using IntLanes8::IntLanes8;
+  WideIntLanes(IntLanes8 x) : IntLanes8(x) {}
+  static WideIntLanes load(const uint32_t* p) { return IntLanes8::load(p); }
+  static WideIntLanes load(const uint16_t* p) {
+    return WideIntLanes(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
   }
 };
 template <int kBits>
-inline WideInt shift_right(WideInt a) {
-  return WideInt(_mm256_srli_epi32(a.v, kBits));
+inline WideIntLanes shift_right(WideIntLanes a) {
+  return WideIntLanes(_mm256_srli_epi32(a.v, kBits));
 }
 
-inline uint32_t top_bits(WideInt a) { return to_bits(a.v); }
+inline uint32_t top_bits(WideIntLanes a) { return to_bits(a.v); }
 
 class CompressWide {
  public:
   explicit CompressWide(uint32_t mask) : compress_(mask) {}
-  [[nodiscard]] WideFloat operator()(WideFloat a) const { return compress_(a); }
-  [[nodiscard]] WideInt operator()(WideInt a) const { return compress_(static_cast<const Int8&>(a)); }
+  [[nodiscard]] WideLanes operator()(WideLanes a) const { return compress_(a); }
+  [[nodiscard]] WideIntLanes operator()(WideIntLanes a) const { return compress_(static_cast<const IntLanes8&>(a)); }
 
  private:
   Compress8 compress_;
 };
 
-struct Float16 {
-  Float8 low, high;
-  Float16() = default;
-  Float16(Float8 l, Float8 h) : low(l), high(h) {}
-  explicit Float16(float x) : low(x), high(x) {}
-  static Float16 load(const float* p) { return {Float8::load(p), Float8::load(p + 8)}; }
+struct Lanes16 {
+  Lanes8 low, high;
+  Lanes16() = default;
+  Lanes16(Lanes8 l, Lanes8 h) : low(l), high(h) {}
+  explicit Lanes16(float x) : low(x), high(x) {}
+  static Lanes16 load(const float* p) { return {Lanes8::load(p), Lanes8::load(p + 8)}; }
   void store(float* p) const {
     low.store(p);
     high.store(p + 8);
   }
 };
-inline Float16 operator+(const Float16& a, const Float16& b) { return {a.low + b.low, a.high + b.high}; }
-inline Float16 operator-(const Float16& a, const Float16& b) { return {a.low - b.low, a.high - b.high}; }
-inline Float16 operator*(const Float16& a, const Float16& b) { return {a.low * b.low, a.high * b.high}; }
-inline Float16 operator/(const Float16& a, const Float16& b) { return {a.low / b.low, a.high / b.high}; }
-inline Float16 min(const Float16& a, const Float16& b) { return {min(a.low, b.low), min(a.high, b.high)}; }
-inline Float16 max(const Float16& a, const Float16& b) { return {max(a.low, b.low), max(a.high, b.high)}; }
-inline uint32_t at_least(const Float16& a, const Float16& b) {
+inline Lanes16 operator+(const Lanes16& a, const Lanes16& b) { return {a.low + b.low, a.high + b.high}; }
+inline Lanes16 operator-(const Lanes16& a, const Lanes16& b) { return {a.low - b.low, a.high - b.high}; }
+inline Lanes16 operator*(const Lanes16& a, const Lanes16& b) { return {a.low * b.low, a.high * b.high}; }
+inline Lanes16 operator/(const Lanes16& a, const Lanes16& b) { return {a.low / b.low, a.high / b.high}; }
+inline Lanes16 min(const Lanes16& a, const Lanes16& b) { return {min(a.low, b.low), min(a.high, b.high)}; }
+inline Lanes16 max(const Lanes16& a, const Lanes16& b) { return {max(a.low, b.low), max(a.high, b.high)}; }
+inline uint32_t at_least(const Lanes16& a, const Lanes16& b) {
   return at_least(a.low, b.low) | at_least(a.high, b.high) << 8;
 }
-inline uint32_t at_most(const Float16& a, const Float16& b) {
+inline uint32_t at_most(const Lanes16& a, const Lanes16& b) {
   return at_most(a.low, b.low) | at_most(a.high, b.high) << 8;
 }
-inline uint32_t above(const Float16& a, const Float16& b) { return above(a.low, b.low) | above(a.high, b.high) << 8; }
-inline uint32_t differs(const Float16& a, const Float16& b) {
+inline uint32_t above(const Lanes16& a, const Lanes16& b) { return above(a.low, b.low) | above(a.high, b.high) << 8; }
+inline uint32_t differs(const Lanes16& a, const Lanes16& b) {
   return differs(a.low, b.low) | differs(a.high, b.high) << 8;
 }
-inline Float16 select(uint32_t mask, const Float16& a, const Float16& b) {
+inline Lanes16 select(uint32_t mask, const Lanes16& a, const Lanes16& b) {
   return {select(mask, a.low, b.low), select(mask >> 8, a.high, b.high)};
 }
-inline Float16 magnitude(const Float16& a) {
+inline Lanes16 magnitude(const Lanes16& a) {
   const __m256 sign = _mm256_set1_ps(-0.0f);
   return {_mm256_andnot_ps(sign, a.low.v), _mm256_andnot_ps(sign, a.high.v)};
 }
-inline uint32_t sign_bits(const Float16& a) { return sign_bits(a.low) | sign_bits(a.high) << 8; }
-inline float least(const Float16& a) {
-  const Float8 half = min(a.low, a.high);
+inline uint32_t sign_bits(const Lanes16& a) { return sign_bits(a.low) | sign_bits(a.high) << 8; }
+inline float min_lane(const Lanes16& a) {
+  const Lanes8 half = min(a.low, a.high);
   const __m128 quarter = _mm_min_ps(_mm256_castps256_ps128(half.v), _mm256_extractf128_ps(half.v, 1));
   const __m128 pair = _mm_min_ps(quarter, _mm_movehl_ps(quarter, quarter));
   return _mm_cvtss_f32(_mm_min_ss(pair, _mm_movehdup_ps(pair)));
 }
-inline float greatest(const Float16& a) {
-  const Float8 half = max(a.low, a.high);
+inline float max_lane(const Lanes16& a) {
+  const Lanes8 half = max(a.low, a.high);
   const __m128 quarter = _mm_max_ps(_mm256_castps256_ps128(half.v), _mm256_extractf128_ps(half.v, 1));
   const __m128 pair = _mm_max_ps(quarter, _mm_movehl_ps(quarter, quarter));
   return _mm_cvtss_f32(_mm_max_ss(pair, _mm_movehdup_ps(pair)));
 }
-inline WideFloat pick(const Float16& table, WideInt index) {
+inline WideLanes pick(const Lanes16& table, WideIntLanes index) {
   return _mm256_blendv_ps(permute(table.low, index).v, permute(table.high, index).v,
                           _mm256_castsi256_ps(_mm256_slli_epi32(index.v, 28)));
 }
-inline WideInt bits_of(WideInt a, WideInt b, WideInt c) {
+inline WideIntLanes bits_of(WideIntLanes a, WideIntLanes b, WideIntLanes c) {
   const __m256i one = _mm256_set1_epi32(1), low = _mm256_set1_epi32(15);
-  return WideInt(_mm256_or_si256(_mm256_or_si256(_mm256_sllv_epi32(one, _mm256_and_si256(a.v, low)),
-                                                 _mm256_sllv_epi32(one, _mm256_and_si256(b.v, low))),
-                                 _mm256_sllv_epi32(one, _mm256_and_si256(c.v, low))));
+  return WideIntLanes(_mm256_or_si256(_mm256_or_si256(_mm256_sllv_epi32(one, _mm256_and_si256(a.v, low)),
+                                                      _mm256_sllv_epi32(one, _mm256_and_si256(b.v, low))),
+                                      _mm256_sllv_epi32(one, _mm256_and_si256(c.v, low))));
 }
-inline uint32_t subset_of(WideInt bits, uint32_t set) {
+inline uint32_t subset_of(WideIntLanes bits, uint32_t set) {
   const __m256i outside = _mm256_and_si256(bits.v, _mm256_set1_epi32(static_cast<int>(~set)));
   return to_bits(_mm256_cmpeq_epi32(outside, _mm256_setzero_si256()));
 }

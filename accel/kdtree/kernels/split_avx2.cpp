@@ -1,4 +1,4 @@
-// The queries of structures whose world is divided, for AVX2.
+// AVX2 queries for scenes split into a persistent and a transient tree.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kernels/includes.h"
 

@@ -1,4 +1,4 @@
-// The queries of structures whose world is divided, in plain loops, for processors without the instruction sets below and to test those against.
+// Plain-loop queries for scenes split into a persistent and a transient tree.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/kernels/includes.h"
 

@@ -1,7 +1,8 @@
-// The queries of a structure whose world is divided into what lasts and what does not: those of the former, and behind them what is left
-// of each ray through the tree of the latter. Other structures never come here. Compiled apart from their queries, which stay as they are.
-//
-// Which tree a triangle stands in decides nothing but time: of hits at one distance the smallest ids count, as within a tree.
+// Queries for scenes split into a persistent and a transient tree.
+// Persistent meshes have a tree of their own, whose queries run first; the rest of each ray then
+// goes through the tree of the transient meshes. Other scenes never use this code. It is compiled
+// separately, so that their queries stay unchanged. The choice of tree for a triangle affects only
+// time: of hits at equal distance the smallest ids count, as within one tree.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,40 +12,43 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// A little beyond a hit, so that rounding does not keep the ray from the cell of another triangle at the same distance.
+// Factor that extends a ray slightly beyond its hit, so that rounding does not keep it from the
+// cell of another triangle at the same distance.
 inline constexpr float kBeyondHit = 1.0f + 0x1p-18f;
 inline float end_of(const Ray& ray, const Hit& hit) { return hit.is_hit() ? hit.t * kBeyondHit : ray.t_max; }
 
 inline void take_if_nearer(const Structure& s, const Ray& ray, const TreeHit& found, Hit& hit) {
   if (hit.is_hit() && found.t > hit.t) return;
-  const Hit other = CandidateFilter{s.filter, ray, s.passing_tree, kNoId}.resolve(found);
+  const Hit other = CandidateFilter{s.filter, ray, s.transient_tree, kNoId}.resolve(found);
   if (!hit.is_hit() || other.t < hit.t || comes_before(other, hit)) hit = other;
 }
 inline void take_if_nearer(const Structure&, const Ray&, const TreeHit&, uint8_t& blocked) { blocked = 1; }
 
-// What is left of rays: those that may yet meet something in the other tree, up to where they have been stopped.
-class RestOfRays {
+// The remaining rays of a batch: those that may meet something in the other tree, cut at their
+// hits.
+class RemainingRays {
  public:
-  static constexpr size_t kMax = 256; // rays to choose from
+  static constexpr size_t kMax = 256; // size of the batch
 
-  RestOfRays(const Tree& tree, std::span<const Ray> rays, std::span<const Hit> hits) {
+  RemainingRays(const Tree& tree, std::span<const Ray> rays, std::span<const Hit> hits) {
     for (size_t i = 0; i < rays.size(); ++i) add(tree, rays, i, end_of(rays[i], hits[i]));
   }
-  RestOfRays(const Tree& tree, std::span<const Ray> rays, std::span<const uint8_t> blocked) {
+  RemainingRays(const Tree& tree, std::span<const Ray> rays, std::span<const uint8_t> blocked) {
     for (size_t i = 0; i < rays.size(); ++i)
       if (blocked[i] == 0) add(tree, rays, i, rays[i].t_max);
   }
 
   [[nodiscard]] std::span<const Ray> rays() const { return std::span<const Ray>(rays_.data(), count_); }
-  [[nodiscard]] size_t number(size_t i) const { return numbers_[i]; } // of ray i
+  [[nodiscard]] size_t number(size_t i) const { return numbers_[i]; } // index in the batch of ray i
 
  private:
   void add(const Tree& tree, std::span<const Ray> rays, size_t i, float t_far) {
     const Ray& ray = rays[i];
     float enter = std::max(ray.t_min, 0.0f), leave = t_far;
-    if (!can_hit(ray) || !clip_to_box(tree.clip_bounds, origin_quad(ray),
-                                      Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray), enter, leave))
+    if (!can_hit(ray) || !clip_to_box(tree.clip_bounds, load_origin(ray),
+                                      Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray), enter, leave))
       return;
+    assert(count_ < kMax);
     rays_[count_] = ray;
     rays_[count_].t_max = t_far;
     numbers_[count_++] = static_cast<uint16_t>(i);
@@ -55,21 +59,21 @@ class RestOfRays {
   size_t count_ = 0;
 };
 
-// Mixed rays.
+// Traces rays in any order and direction.
 template <bool kAny, class Finish>
 [[gnu::noinline]] void trace_mixed(const Structure& s, std::span<const Ray> rays, const Finish& finish) {
-  if (rays.size() < kSmallestStream) {
-    for (size_t i = 0; i < rays.size(); ++i) trace_number<kAny>(s.passing_tree, s.filter, rays, i, finish);
+  if (rays.size() < kMinStreamRays) {
+    for (size_t i = 0; i < rays.size(); ++i) trace_indexed<kAny>(s.transient_tree, s.filter, rays, i, finish);
     return;
   }
-  Stream<kAny> stream(s.passing_tree, s.filter);
+  Stream<kAny> stream(s.transient_tree, s.filter);
   stream.trace(rays, finish);
 }
 
 template <bool kAny, class Finish>
 [[gnu::noinline]] void trace_coherent(const Structure& s, std::span<const Ray> rays, const Finish& finish) {
-  trace_packets<kAny>(s.passing_tree, s.filter, rays, finish, [&](std::span<const uint32_t> numbers) {
-    std::array<Ray, RestOfRays::kMax> apart;
+  trace_packets<kAny>(s.transient_tree, s.filter, rays, finish, [&](std::span<const uint32_t> numbers) {
+    std::array<Ray, RemainingRays::kMax> apart;
     for (size_t k = 0; k < numbers.size(); ++k) apart[k] = rays[numbers[k]];
     trace_mixed<kAny>(s, std::span<const Ray>(apart).first(numbers.size()),
                       [&](size_t k, const TreeHit& hit) { finish(numbers[k], hit); });
@@ -77,11 +81,11 @@ template <bool kAny, class Finish>
 }
 
 template <bool kAny, bool kCoherent, class Answer>
-inline void add_passing(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
-  for (size_t first = 0; first < rays.size(); first += RestOfRays::kMax) {
-    const size_t count = std::min(RestOfRays::kMax, rays.size() - first);
+inline void add_transient(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
+  for (size_t first = 0; first < rays.size(); first += RemainingRays::kMax) {
+    const size_t count = std::min(RemainingRays::kMax, rays.size() - first);
     const auto part = rays.subspan(first, count);
-    const RestOfRays rest(s.passing_tree, part, std::span<const Answer>(answers.subspan(first, count)));
+    const RemainingRays rest(s.transient_tree, part, std::span<const Answer>(answers.subspan(first, count)));
     if (rest.rays().empty()) continue;
     const auto finish = [&](size_t i, const TreeHit& hit) {
       const size_t number = first + rest.number(i);
@@ -100,8 +104,8 @@ inline Hit intersect(const Structure& s, const Ray& ray) {
   if (!can_hit(ray)) return hit;
   float t_far = end_of(ray, hit);
   TreeHit found;
-  const CandidateFilter filter{s.filter, ray, s.passing_tree, kNoId};
-  if (trace_tree<false>(s.passing_tree, ray, std::max(ray.t_min, 0.0f), filter, t_far, found))
+  const CandidateFilter filter{s.filter, ray, s.transient_tree, kNoId};
+  if (trace_tree<false>(s.transient_tree, ray, std::max(ray.t_min, 0.0f), filter, t_far, found))
     take_if_nearer(s, ray, found, hit);
   return hit;
 }
@@ -111,16 +115,16 @@ inline bool occluded(const Structure& s, const Ray& ray) {
   if (!can_hit(ray)) return false;
   float t_far = ray.t_max;
   TreeHit found;
-  const CandidateFilter filter{s.filter, ray, s.passing_tree, kNoId};
-  return trace_tree<true>(s.passing_tree, ray, std::max(ray.t_min, 0.0f), filter, t_far, found);
+  const CandidateFilter filter{s.filter, ray, s.transient_tree, kNoId};
+  return trace_tree<true>(s.transient_tree, ray, std::max(ray.t_min, 0.0f), filter, t_far, found);
 }
 
-// A batch query of the world, and then the rest of it.
+// Answers a batch query: the persistent tree first, then the transient one.
 template <const Queries& kWorld, bool kAny, bool kCoherent, class Answer,
           void (*Queries::*query)(const Structure&, std::span<const Ray>, std::span<Answer>)>
 inline void batch_split(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
   (kWorld.*query)(s, rays, answers);
-  add_passing<kAny, kCoherent>(s, rays, answers);
+  add_transient<kAny, kCoherent>(s, rays, answers);
 }
 
 template <const Queries& kWorld>

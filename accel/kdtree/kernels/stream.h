@@ -1,15 +1,17 @@
-// Many independent rays through one tree at once: while one waits for memory or for its own arithmetic, the others go on.
+// Stream traversal: many independent rays in flight through one tree to hide latency.
 //
-// Each ray has a slot with its state and its own stack. A round takes every ray that stands at a node one wide node down, then
-// every ray that stands at a leaf through one of its blocks, then hands out the finished ones and refills their slots. A step down
-// leaves a frame on the stack: the children in the order of the ray, their intervals, and a bit for each that it enters. A ray moves
-// on by taking the first bit of its topmost frame; then all rays are sorted at once, by comparisons and compression, into those at
-// nodes, at leaves and at their end. There is no branch to predict but that a triangle is hit.
+// While one ray waits for memory or for its own arithmetic, the others proceed. Each ray has a slot
+// with its state and its own stack. A round takes every ray at a node down by one wide node, then
+// every ray at a leaf through one of its blocks, then returns the finished rays and refills their
+// slots. A step down leaves a frame on the stack: the children in the order of the ray, their
+// intervals, and a bit for each that the ray enters. A ray continues with the first bit of its
+// topmost frame; then all rays are sorted at once, by comparisons and compression, into those at
+// nodes, at leaves and finished. The only branch to predict is whether a triangle is hit.
 //
-// Every step is split into passes over all rays: one ray's chain of dependent operations through a whole step is longer than what
-// a processor can look ahead, while in a short pass it overlaps many rays.
+// Every step is split into passes over all rays: one ray's chain of dependent operations through a
+// whole step exceeds a processor's look-ahead, while a short pass overlaps many rays.
 //
-// What a ray does and finds depends on nothing but itself. Its arithmetic is that of trace_tree().
+// A ray's path and result depend on nothing but itself. Its arithmetic is that of trace_tree().
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,14 +20,15 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Rays in flight. More hide more latency until their stacks no longer fit the first-level cache.
+// Number of rays in flight. More rays hide more latency until their stacks no longer fit into the
+// first-level cache.
 inline constexpr uint32_t kStreamSlots = 64;
-// Fewer rays than this are faster one by one.
-inline constexpr size_t kSmallestStream = 4;
-// Lines that are fetched of a leaf block; a full one has five.
+// Smaller batches are faster as single rays.
+inline constexpr size_t kMinStreamRays = 4;
+// Number of cache lines prefetched of a leaf block; a full one has five.
 inline constexpr size_t kBlockLines = 4;
 
-// About 310 KB, meant for the stack; nothing is initialized before it is used.
+// Takes about 310 KB, meant for the stack; nothing is initialized before its use.
 template <bool kAny>
 class Stream {
  public:
@@ -33,7 +36,8 @@ class Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  // Calls finish(number of the ray, nearest hit or, if kAny, any) once for each ray that hits something, in any order.
+  // Calls finish(ray index, hit) once for each ray that hits something, in any order, with the
+  // nearest hit or, if kAny, any hit.
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
     if (tree_.root == kEmptyChild) return;
@@ -54,7 +58,7 @@ class Stream {
   }
 
  private:
-  // The children of one wide node, near ones first.
+  // The children of one wide node, nearest first.
   struct alignas(64) Frame {
     std::array<float, kWideLanes> enter, leave;
     std::array<ChildWord, kWideLanes> child;
@@ -63,18 +67,19 @@ class Stream {
   static_assert(sizeof(Frame) == 128);
   struct alignas(64) Slot {
     PreparedRay at;
-    std::array<float, 8> t; // distances of the planes of the node
+    std::array<float, 8> t; // distances to the planes of the node
     TreeHit best;
     uint32_t ray;
-    uint32_t top; // frames on the stack
+    uint32_t top; // number of frames on the stack
     uint32_t spare[10];
-    std::array<Frame, kMaxWideDepth + 2> stack; // the lowest ends the ray; a step may write one above the top
+    std::array<Frame, kMaxWideDepth + 2> stack; // the lowest frame ends the ray; a step may write one above the top
   };
-  // An odd number of cache lines: equal places of different slots do not compete for one set of the cache.
+  // The size is an odd number of cache lines, so that the same place in different slots does not
+  // map to the same cache set.
   static_assert(sizeof(Slot) / 64 % 2 == 1);
-  // Slots by their offset in bytes; compression writes up to kLanes past the end.
+  // Slots are addressed by their offset in bytes; compression writes up to kLanes past the end.
   using Offsets = std::array<uint32_t, kStreamSlots + kLanes>;
-  // Where rays stand, [enter, leave] there, and where they end.
+  // Rays at nodes or at leaves: slot, child, interval [enter, leave] there, and end of the ray.
   struct Queue {
     alignas(64) Offsets slot;
     alignas(64) std::array<ChildWord, kStreamSlots + kLanes> child;
@@ -84,7 +89,7 @@ class Stream {
 
   Slot& slot(uint32_t offset) { return *reinterpret_cast<Slot*>(slots_.data() + offset); }
 
-  // Puts rays into free slots, as long as there are both.
+  // Puts waiting rays into free slots while there are both.
   template <class Finish>
   void fill(std::span<const Ray> rays, const Finish& finish) {
     Queue& queue = (tree_.root & kLeafBit) != 0 ? at_leaf_ : at_node_;
@@ -96,6 +101,7 @@ class Stream {
       }
       const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
       waiting_ &= waiting_ - 1;
+      assert(queue.count < kStreamSlots);
       const uint32_t offset = free_[--free_count_];
       Slot& taken = slot(offset);
       std::memcpy(&taken.at, &prepared_.rays[i], sizeof(PreparedRay));
@@ -104,7 +110,7 @@ class Stream {
       taken.top = 1;
       taken.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
       taken.stack[0].leave[0] = 0.0f;
-      taken.stack[0].child[0] = tree_.root; // only prefetched
+      taken.stack[0].child[0] = tree_.root; // never visited, only prefetched
       taken.stack[0].rest = 1;
       queue.slot[queue.count] = offset;
       queue.child[queue.count] = tree_.root;
@@ -120,24 +126,25 @@ class Stream {
     waiting_ = prepared_.enter;
     first_prepared_ = next_;
     next_ += part.size();
-    // Rays that may lie in a plane visit cells in another order than frames have it.
+    // Rays that may lie in a plane visit cells in another order than frames store them.
     for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1)
-      trace_number<kAny>(tree_, filter_, rays, first_prepared_ + static_cast<size_t>(std::countr_zero(apart)), finish);
+      trace_indexed<kAny>(tree_, filter_, rays, first_prepared_ + static_cast<size_t>(std::countr_zero(apart)), finish);
   }
 
-  // b where the condition holds, else a; never a branch.
+  // Selects b if the condition holds, else a, without a branch.
   static uint32_t select_bits(bool condition, uint32_t a, uint32_t b) {
     const uint32_t mask = 0U - static_cast<uint32_t>(condition);
     return a ^ ((a ^ b) & mask);
   }
 
-  // Sorts the first `count` rays of a queue, which have moved on: those at nodes to at_node_ from place `nodes` on, those at leaves
-  // to at_leaf_ from place `leaves` on, the others to done_. A queue may be sorted into itself from its beginning.
+  // Sorts the first `count` rays of a queue after a step: those at nodes go to at_node_ from
+  // position `nodes` on, those at leaves to at_leaf_ from position `leaves` on, the others to
+  // done_. A queue may be sorted into itself from its beginning.
   void sort(Queue& from, uint32_t count, uint32_t& nodes, uint32_t& leaves) {
     for (uint32_t k = 0; k < count; k += kLanes) {
-      const WideInt slots = WideInt::load(&from.slot[k]), child = WideInt::load(&from.child[k]);
-      const WideFloat enter = WideFloat::load(&from.enter[k]), far = WideFloat::load(&from.far[k]),
-                      leave = min(WideFloat::load(&from.leave[k]), far);
+      const WideIntLanes slots = WideIntLanes::load(&from.slot[k]), child = WideIntLanes::load(&from.child[k]);
+      const WideLanes enter = WideLanes::load(&from.enter[k]), far = WideLanes::load(&from.far[k]),
+                      leave = min(WideLanes::load(&from.leave[k]), far);
       const uint32_t used = count - k < kLanes ? (1U << (count - k)) - 1U : ~0U >> (32 - kLanes);
       const uint32_t alive = at_most(enter, far) & used, leaf = top_bits(child);
       const CompressWide to_nodes(alive & ~leaf), to_leaves(alive & leaf), to_done(used & ~alive);
@@ -163,7 +170,7 @@ class Stream {
     }
   }
 
-  // One wide node down for every ray at a node.
+  // Takes every ray at a node down by one wide node.
   void descend() {
     Queue& queue = at_node_;
     const uint32_t count = queue.count;
@@ -171,30 +178,32 @@ class Stream {
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
       const WideNode& node = tree_.nodes[queue.child[k]];
-      const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
-      const Float8 reciprocal = permute(Float8::load_twice(s.at.reciprocal.data()), axes);
-      const Float8 origin = permute(Float8::load_twice(s.at.origin.data()), axes);
-      ((Float8::load(node.planes.data()) - origin) * reciprocal).store(s.t.data());
+      const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+      const Lanes8 reciprocal = permute(Lanes8::load_twice(s.at.reciprocal.data()), axes);
+      const Lanes8 origin = permute(Lanes8::load_twice(s.at.origin.data()), axes);
+      ((Lanes8::load(node.planes.data()) - origin) * reciprocal).store(s.t.data());
       signs[k] = static_cast<uint8_t>(sign_bits(reciprocal));
     }
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
-      const Float8 t = Float8::load(s.t.data());
-      const Int8 order = Int8::from_bytes(tables::kNearFirst[signs[k]]);
-      const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
+      const Lanes8 t = Lanes8::load(s.t.data());
+      const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[signs[k]]);
+      const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                    t3 = permute(t, shift_right<3>(order));
       // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
-      const Float8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(queue.enter[k]), t1), t2), t3);
-      const Float8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(queue.leave[k]), t1), t2), t3);
-      const Int8 children = permute(Int8::load(tree_.nodes[queue.child[k]].child.data()), order);
+      const Lanes8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Lanes8(queue.enter[k]), t1), t2), t3);
+      const Lanes8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Lanes8(queue.leave[k]), t1), t2), t3);
+      const IntLanes8 children = permute(IntLanes8::load(tree_.nodes[queue.child[k]].child.data()), order);
+      assert(s.top < s.stack.size());
       Frame& frame = s.stack[s.top];
       enter.store(frame.enter.data());
       leave.store(frame.leave.data());
       children.store(frame.child.data());
-      entered[k] = static_cast<uint8_t>(at_most(enter, leave * Float8(kWiden)) & nonzero_bits(children));
+      entered[k] = static_cast<uint8_t>(at_most(enter, leave * Lanes8(kWiden)) & nonzero_bits(children));
     }
     for (uint32_t k = 0; k < count; ++k) {
-      // The first child of the new frame or, if the ray enters none, the next of the topmost one.
+      // Continues with the first child of the new frame or, if the ray enters none, the next child
+      // of the topmost one.
       Slot& s = slot(queue.slot[k]);
       const uint32_t top = s.top;
       const bool descends = entered[k] != 0;
@@ -209,30 +218,30 @@ class Stream {
       s.top = top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0);
     }
     const uint32_t old_leaves = at_leaf_.count;
-    at_node_.count = 0; // rewritten behind the place where it is read
+    at_node_.count = 0; // rewritten behind the read position
     sort(queue, count, at_node_.count, at_leaf_.count);
     fetch_leaves(old_leaves);
     fetch_nodes(0);
   }
 
-  // One block of its leaf for every ray at a leaf.
+  // Tests one block of its leaf for every ray at a leaf.
   void test_leaves(std::span<const Ray> rays) {
     Queue& queue = at_leaf_;
     const uint32_t count = queue.count;
     std::array<uint16_t, kStreamSlots> hit;        // bit i: triangle i is hit
-    std::array<ChildWord, kStreamSlots> rest_of;   // of the leaf: its next block, or 0
-    std::array<uint8_t, kStreamSlots + 1> hitting; // those with any, kAny: that the filter is to be asked about
+    std::array<ChildWord, kStreamSlots> rest_of;   // next block of the leaf, or 0
+    std::array<uint8_t, kStreamSlots + 1> hitting; // rays with hits or, if kAny, with hits that the filter decides
     uint32_t hitting_count = 0;
     for (uint32_t k = 0; k < count; ++k) {
       const LeafBlock block = tree_.leaf_block(queue.child[k]);
       Slot& s = slot(queue.slot[k]);
-      const uint32_t mask = test_block(block, s.at, tested_[k]), asking = block.asking();
+      const uint32_t mask = test_block(block, s.at, tested_[k]), filtered = block.filtered();
       hit[k] = static_cast<uint16_t>(mask);
       rest_of[k] = select_bits(block.is_last(), queue.child[k] + block.unit_count(), 0);
       hitting[hitting_count] = static_cast<uint8_t>(k);
-      hitting_count += (kAny ? mask & asking : mask) != 0 ? 1 : 0;
+      hitting_count += (kAny ? mask & filtered : mask) != 0 ? 1 : 0;
       if (kAny) {
-        const bool ends = (mask & ~asking) != 0;
+        const bool ends = (mask & ~filtered) != 0;
         s.at.t_far = std::bit_cast<float>(
             select_bits(ends, std::bit_cast<uint32_t>(s.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
         s.best.primitive &= ~(0U - static_cast<uint32_t>(ends));
@@ -243,8 +252,8 @@ class Stream {
       take_hits(rays, slot(queue.slot[k]), queue.child[k], tested_[k], hit[k]);
     }
     for (uint32_t k = 0; k < count; ++k) {
-      // The next child of the topmost frame, unless the leaf goes on: what is left of it is one more cell, which only the end of the
-      // ray keeps from being visited.
+      // Continues with the next block of the leaf, else with the next child of the topmost frame. A
+      // next block is a further cell that is skipped only if the ray has ended.
       Slot& s = slot(queue.slot[k]);
       const bool goes_on = rest_of[k] != 0;
       Frame& frame = s.stack[s.top - 1];
@@ -264,20 +273,20 @@ class Stream {
     fetch_leaves(0);
   }
 
-  // Which triangles of a block the ray hits in its interval. Distances are computed before it is known whether they are
-  // needed, so that there is no branch.
+  // Returns a mask of the triangles of a block that the ray hits in its interval. Distances are
+  // computed before it is known whether they are needed, which avoids a branch.
   static uint32_t test_block(const LeafBlock& block, const PreparedRay& ray, TestedBlock& out) {
     const RayShear shear = ray.ray_shear();
     const ShearedVertices vertices(block, shear);
     uint32_t hit = 0;
     for_each_group(block, [&](uint32_t first, uint32_t count) {
       const TriangleTest test(vertices, block.corners() + first, count);
-      const WideFloat t = test.distance(vertices, shear.sz);
+      const WideLanes t = test.distance(vertices, shear.sz);
       if (!kAny) out.store(first, t, test);
-      hit |= (test.inside & above(t, WideFloat(ray.t_min)) & at_most(t, WideFloat(ray.t_far))) << first;
+      hit |= (test.inside & above(t, WideLanes(ray.t_min)) & at_most(t, WideLanes(ray.t_far))) << first;
       return false;
     });
-    if (kAny && (hit & block.asking()) != 0) [[unlikely]]
+    if (kAny && (hit & block.filtered()) != 0) [[unlikely]]
       for_each_group(block, [&](uint32_t first, uint32_t count) {
         const TriangleTest test(vertices, block.corners() + first, count);
         out.store(first, test.distance(vertices, shear.sz), test);
@@ -286,7 +295,7 @@ class Stream {
     return hit;
   }
 
-  // Out of line: one or two times per ray.
+  // Accepts hits; called once or twice per ray.
   void take_hits(std::span<const Ray> rays, Slot& s, ChildWord leaf, const TestedBlock& tested, uint32_t hit) {
     const CandidateFilter filter{filter_, rays[s.ray], tree_, kNoId};
     if (take_candidates<kAny>(tree_.leaf_block(leaf), hit, tested, filter, s.at.t_far, s.best)) s.at.t_far = -1.0f;
@@ -299,7 +308,7 @@ class Stream {
   uint32_t done_count_ = 0, free_count_ = 0;
   std::array<TestedBlock, kStreamSlots> tested_;
   PreparedRays prepared_;
-  size_t next_ = 0, first_prepared_ = 0; // ray to prepare next; first of those prepared
+  size_t next_ = 0, first_prepared_ = 0; // index of the next ray to prepare; index of the first prepared
   uint32_t waiting_ = 0;                 // bit i: prepared ray i has no slot yet
   alignas(64) std::array<std::byte, kStreamSlots * sizeof(Slot)> slots_;
 };

@@ -1,4 +1,4 @@
-// Rays made ready for a stream: what a ray is to a tree in one cache line, sixteen computed at a time.
+// Rays prepared for a stream: per-ray data in one cache line, computed sixteen at a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,10 +11,10 @@ struct alignas(64) PreparedRay {
   std::array<float, 3> origin;
   float t_min;
   std::array<float, 3> reciprocal;
-  float t_far; // -1 once any hit will do
+  float t_far; // -1 for blocked any-hit rays
   std::array<float, 3> shear;
-  uint32_t axes;      // of the sheared space: kx, ky, kz in a byte each from the lowest up
-  float enter, leave; // in the tree's box
+  uint32_t axes;      // axes of the sheared space: kx, ky, kz in a byte each from the lowest up
+  float enter, leave; // interval in the tree's box
   std::array<float, 2> spare;
 
   [[nodiscard]] RayShear ray_shear() const {
@@ -34,38 +34,38 @@ static_assert(sizeof(PreparedRay) == 64);
 
 struct PreparedRays {
   std::array<PreparedRay, kRayLanes> rays;
-  uint32_t enter;    // bit i: ray i can hit something and enters the box of the tree
-  uint32_t in_plane; // bit i: so does ray i, and it may_lie_in_plane()
+  uint32_t enter;    // bit i: ray i can hit something, enters the tree's box, and is not in `in_plane`
+  uint32_t in_plane; // bit i: ray i enters likewise, but may_lie_in_plane()
 
-  // 1 to 16 rays.
+  // Prepares 1 to 16 rays.
   void prepare(const Tree& tree, std::span<const Ray> from) {
     const auto count = static_cast<uint32_t>(from.size());
     RayLanes lanes;
     lanes.load(count, [&](uint32_t i) -> const Ray& { return from[i]; });
-    Float16 first = Float16::load(lanes.t_min), last = Float16::load(lanes.t_max);
-    const Float16 zero(0.0f), one(1.0f), near = first, far = last;
-    Float16 reciprocal[3];
-    for (int k = 0; k < 3; ++k) { // as clip_to_box()
-      const Float16 origin = Float16::load(lanes.origin[k]), direction = Float16::load(lanes.direction[k]);
+    Lanes16 first = Lanes16::load(lanes.t_min), last = Lanes16::load(lanes.t_max);
+    const Lanes16 zero(0.0f), one(1.0f), near = first, far = last;
+    Lanes16 reciprocal[3];
+    for (int k = 0; k < 3; ++k) { // as in clip_to_box()
+      const Lanes16 origin = Lanes16::load(lanes.origin[k]), direction = Lanes16::load(lanes.direction[k]);
       reciprocal[k] = one / direction;
       const uint32_t down = sign_bits(direction);
-      const Float16 low(tree.clip_bounds.min[k]), high(tree.clip_bounds.max[k]);
+      const Lanes16 low(tree.clip_bounds.min[k]), high(tree.clip_bounds.max[k]);
       first = max((select(down, low, high) - origin) * reciprocal[k], first);
       last = min((select(down, high, low) - origin) * reciprocal[k], last);
     }
-    const uint32_t entering = lanes.can_hit() & at_most(first, last * Float16(kWiden)) & ((1U << count) - 1U);
+    const uint32_t entering = lanes.can_hit() & at_most(first, last * Lanes16(kWiden)) & ((1U << count) - 1U);
     in_plane = entering & lanes.may_lie_in_plane();
     enter = entering & ~in_plane;
     const RayLanes::LargestAxis largest = lanes.largest_axis();
-    const auto rotate = [&](const Float16& if_x, const Float16& if_y, const Float16& if_z) {
+    const auto rotate = [&](const Lanes16& if_x, const Lanes16& if_y, const Lanes16& if_z) {
       return select(largest.x, select(largest.y, if_z, if_y), if_x);
     };
-    const Float16 x = Float16::load(lanes.direction[0]), y = Float16::load(lanes.direction[1]),
-                  z = Float16::load(lanes.direction[2]), dz = rotate(x, y, z);
-    const Float16 axes = rotate(Float16(std::bit_cast<float>(0x000201U)), Float16(std::bit_cast<float>(0x010002U)),
-                                Float16(std::bit_cast<float>(0x020100U)));
-    const Float16 shear[3] = {rotate(y, z, x) / dz, rotate(z, x, y) / dz, one / dz};
-    const Float16 interval[3] = {min(first, last), last, zero};
+    const Lanes16 x = Lanes16::load(lanes.direction[0]), y = Lanes16::load(lanes.direction[1]),
+                  z = Lanes16::load(lanes.direction[2]), dz = rotate(x, y, z);
+    const Lanes16 axes = rotate(Lanes16(std::bit_cast<float>(0x000201U)), Lanes16(std::bit_cast<float>(0x010002U)),
+                                Lanes16(std::bit_cast<float>(0x020100U)));
+    const Lanes16 shear[3] = {rotate(y, z, x) / dz, rotate(z, x, y) / dz, one / dz};
+    const Lanes16 interval[3] = {min(first, last), last, zero};
     scatter(lanes.origin, near, offsetof(PreparedRay, origin));
     scatter(reciprocal, far, offsetof(PreparedRay, reciprocal));
     scatter(shear, axes, offsetof(PreparedRay, shear));
@@ -73,20 +73,20 @@ struct PreparedRays {
   }
 
  private:
-  // Writes four lanes of sixteen rays to a quad of each.
-  void scatter(const float (&xyz)[3][kRayLanes], const Float16& w, size_t offset) {
+  // Writes four lanes of sixteen rays, one Float4 to each ray.
+  void scatter(const float (&xyz)[3][kRayLanes], const Lanes16& w, size_t offset) {
     alignas(64) float last[kRayLanes];
     w.store(last);
     for (uint32_t i = 0; i < kRayLanes; i += 4) {
       std::array<float*, 4> out;
       for (uint32_t k = 0; k < 4; ++k) out[k] = reinterpret_cast<float*>(&rays[i + k]) + offset / sizeof(float);
-      Quad quads[4];
-      for (uint32_t k = 0; k < 3; ++k) std::memcpy(&quads[k], xyz[k] + i, sizeof(Quad));
-      std::memcpy(&quads[3], last + i, sizeof(Quad));
-      transpose(quads[0], quads[1], quads[2], quads[3], out);
+      Float4 rows[4];
+      for (uint32_t k = 0; k < 3; ++k) std::memcpy(&rows[k], xyz[k] + i, sizeof(Float4));
+      std::memcpy(&rows[3], last + i, sizeof(Float4));
+      transpose(rows[0], rows[1], rows[2], rows[3], out);
     }
   }
-  void scatter(const Float16 (&xyz)[3], const Float16& w, size_t offset) {
+  void scatter(const Lanes16 (&xyz)[3], const Lanes16& w, size_t offset) {
     alignas(64) float stored[3][kRayLanes];
     for (uint32_t k = 0; k < 3; ++k) xyz[k].store(stored[k]);
     scatter(stored, w, offset);

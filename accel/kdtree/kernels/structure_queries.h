@@ -1,4 +1,4 @@
-// The queries of a structure: single rays, streams and coherent batches through the world's tree and its moved instances.
+// Queries of a static scene: single rays, streams and coherent batches through all trees.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,25 +10,26 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 template <bool kAny>
-inline bool trace_moved(const Structure& s, const MovedInstance& moved, const Ray& world, float t_min, float& t_far,
-                        Hit& hit) {
-  const Ray ray = moved.to_object(world);
+inline bool trace_transformed(const Structure& s, const TransformedInstance& transformed, const Ray& world, float t_min,
+                              float& t_far, Hit& hit) {
+  const Ray ray = transformed.to_object(world);
   if (!can_hit(ray)) return false;
-  const CandidateFilter filter{s.filter, world, *moved.tree, moved.instance};
+  const CandidateFilter filter{s.filter, world, *transformed.tree, transformed.instance};
   TreeHit in_tree;
-  if (!trace_tree<kAny>(*moved.tree, ray, t_min, filter, t_far, in_tree)) return false;
+  if (!trace_tree<kAny>(*transformed.tree, ray, t_min, filter, t_far, in_tree)) return false;
   if (kAny) return true;
-  if (hit.is_hit() && in_tree.t == hit.t && hit.instance < moved.instance) return false;
+  if (hit.is_hit() && in_tree.t == hit.t && hit.instance < transformed.instance) return false;
   hit = filter.resolve(in_tree);
   return false;
 }
 
-// Goes on behind the world tree, where `hit`, if any, lies at t_far.
+// Continues after the world tree; `hit`, if any, is at t_far.
 template <bool kAny>
 inline bool trace_instances(const Structure& s, const Ray& world, float t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f);
-  return visit_instances(s.instance_level, world, t_min, t_far,
-                         [&](uint32_t i) { return trace_moved<kAny>(s, s.moved[i], world, t_min, t_far, hit); });
+  return visit_instances(s.instance_level, world, t_min, t_far, [&](uint32_t i) {
+    return trace_transformed<kAny>(s, s.transformed[i], world, t_min, t_far, hit);
+  });
 }
 
 template <bool kAny>
@@ -56,7 +57,7 @@ inline bool occluded(const Structure& s, const Ray& ray) {
   return trace<true>(s, ray, hit);
 }
 
-// What the batch queries do behind the world's tree: moved instances, ray by ray.
+// Traces transformed instances ray by ray after the world tree of a batch.
 inline void add_instances(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
   if (s.instance_level.empty()) return;
   for (size_t i = 0; i < rays.size(); ++i)
@@ -71,7 +72,7 @@ inline void add_instances(const Structure& s, std::span<const Ray> rays, std::sp
 }
 
 inline void intersect_stream(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
-  if (rays.size() < kSmallestStream) {
+  if (rays.size() < kMinStreamRays) {
     for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(s, rays[i]);
     return;
   }
@@ -84,7 +85,7 @@ inline void intersect_stream(const Structure& s, std::span<const Ray> rays, std:
 }
 
 inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
-  if (rays.size() < kSmallestStream) {
+  if (rays.size() < kMinStreamRays) {
     for (size_t i = 0; i < rays.size(); ++i) blocked[i] = occluded(s, rays[i]) ? 1 : 0;
     return;
   }
@@ -94,18 +95,19 @@ inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::
   add_instances(s, rays, blocked);
 }
 
-// Some rays of a coherent batch, by their numbers, that are not worth packets: at most 256.
+// Traces rays of a coherent batch that are not worth packets: at most 256, by their indices.
 template <bool kAny, class Finish>
-[[gnu::noinline]] void trace_apart(const Structure& s, std::span<const Ray> rays, std::span<const uint32_t> numbers,
-                                   const Finish& finish) {
-  if (numbers.size() < kSmallestStream) {
-    for (const uint32_t i : numbers) trace_number<kAny>(s.world_tree, s.filter, rays, i, finish);
+[[gnu::noinline]] void trace_incoherent(const Structure& s, std::span<const Ray> rays,
+                                        std::span<const uint32_t> numbers, const Finish& finish) {
+  if (numbers.size() < kMinStreamRays) {
+    for (const uint32_t i : numbers) trace_indexed<kAny>(s.world_tree, s.filter, rays, i, finish);
     return;
   }
-  std::array<Ray, 256> apart;
-  for (size_t k = 0; k < numbers.size(); ++k) apart[k] = rays[numbers[k]];
+  std::array<Ray, 256> incoherent;
+  assert(numbers.size() <= incoherent.size());
+  for (size_t k = 0; k < numbers.size(); ++k) incoherent[k] = rays[numbers[k]];
   Stream<kAny> stream(s.world_tree, s.filter);
-  stream.trace(std::span<const Ray>(apart).first(numbers.size()),
+  stream.trace(std::span<const Ray>(incoherent).first(numbers.size()),
                [&](size_t k, const TreeHit& hit) { finish(numbers[k], hit); });
 }
 
@@ -114,16 +116,18 @@ inline void intersect_coherent(const Structure& s, std::span<const Ray> rays, st
   const auto finish = [&](size_t i, const TreeHit& hit) {
     hits[i] = CandidateFilter{s.filter, rays[i], s.world_tree, kNoId}.resolve(hit);
   };
-  trace_packets<false>(s.world_tree, s.filter, rays, finish,
-                       [&](std::span<const uint32_t> apart) { trace_apart<false>(s, rays, apart, finish); });
+  trace_packets<false>(s.world_tree, s.filter, rays, finish, [&](std::span<const uint32_t> incoherent) {
+    trace_incoherent<false>(s, rays, incoherent, finish);
+  });
   add_instances(s, rays, hits);
 }
 
 inline void occluded_coherent(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
   std::fill(blocked.begin(), blocked.end(), uint8_t{0});
   const auto finish = [&](size_t i, const TreeHit&) { blocked[i] = 1; };
-  trace_packets<true>(s.world_tree, s.filter, rays, finish,
-                      [&](std::span<const uint32_t> apart) { trace_apart<true>(s, rays, apart, finish); });
+  trace_packets<true>(s.world_tree, s.filter, rays, finish, [&](std::span<const uint32_t> incoherent) {
+    trace_incoherent<true>(s, rays, incoherent, finish);
+  });
   add_instances(s, rays, blocked);
 }
 

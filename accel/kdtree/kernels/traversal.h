@@ -1,16 +1,19 @@
-// One ray through a tree of wide nodes.
+// Single-ray traversal of a tree of wide nodes.
 //
-// The near child of a node is found from the point where the ray enters it: comparing that point with the seven planes gives
-// seven bits, and a table turns them into the lane. The intervals of all eight children follow from the distances of the planes
-// off that critical path; those that the ray also enters stay in a frame of the stack, nearest first. Where rounding has taken the
-// point across a plane, intervals decide the order.
+// The near child of a node is found from the point where the ray enters it: comparing that point
+// with the seven planes gives seven bits, which a table maps to the lane. The intervals of all
+// eight children follow from the distances of the planes off that critical path; those that the ray
+// also enters stay in a frame of the stack, nearest first. If rounding has moved the point across a
+// plane, intervals decide the order.
 //
 // Robustness (tests/accel/test_watertight.cpp):
-//  - distances are (plane - origin) * (1 / direction), where direction 0 gives infinities; 0 * infinity is NaN and must mean
-//    "no restriction", which the order of the operands of min and max ensures; a ray in a plane visits both sides;
-//  - a child is entered if its interval is empty by no more than rounding: enter <= leave * (1 + 4 ulp);
-//  - hits in a leaf count up to the end of the ray, not of the cell; the search ends when the next cell lies behind the hit, unless
-//    the ray may lie in a plane: see may_lie_in_plane().
+//  - Distances are (plane - origin) * (1 / direction), where direction 0 gives infinities. 0 *
+//    infinity is NaN and must impose no restriction, which the order of the operands of min and max
+//    ensures; a ray in a plane visits both sides.
+//  - A child is entered if its interval is empty by no more than rounding: enter <= leave * (1 + 4
+//    ulp).
+//  - Hits in a leaf count up to the end of the ray, not of the cell. The search ends when the next
+//    cell lies beyond the hit, unless the ray may lie in a plane: see may_lie_in_plane().
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,41 +22,43 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-inline constexpr float kWiden = 1.0f + 5e-7f; // a little over 4 ulp
+inline constexpr float kWiden = 1.0f + 5e-7f; // slightly more than 4 ulp
 
-// Cells still to visit. Each node on the way down that has any leaves a frame; the bits of `rest` say which children they are. Nearer
-// ones come first, but for rays that may_lie_in_plane(). A frame is written whole and aligned: packing its cells would cost more.
+// Cells still to visit. Each node on the path that has any leaves a frame; the bits of `rest` mark
+// these children. Nearer ones come first, except for rays that may_lie_in_plane(). A frame is
+// written whole and aligned: packing its cells would cost more.
 struct TraversalStack {
   struct alignas(32) Frame {
     std::array<float, kWideLanes> enter, leave;
     std::array<ChildWord, kWideLanes> child;
   };
-  static constexpr size_t kFrames = kMaxWideDepth + 1; // the lowest ends the ray
+  static constexpr size_t kFrames = kMaxWideDepth + 1; // the lowest frame ends the ray
   std::array<Frame, kFrames> frames;
   std::array<uint32_t, kFrames> rest;
 };
 
-// Whether the ray may lie in a plane of the tree: some 1 / direction is infinite. It then has both sides of that plane for one and
-// the same interval, so that below the cells of one side, on the stack, stand nearer ones of the other: a cell beyond the hit is
-// passed over, and does not end the search.
+// Returns true if the ray may lie in a plane of the tree, because some 1 / direction is infinite.
+// Such a ray has the same interval on both sides of that plane. Nearer cells of one side may then
+// be below cells of the other on the stack, so a cell beyond the hit is skipped and does not end
+// the search.
 inline bool may_lie_in_plane(const Imath::V3f& direction) {
   constexpr float kMin = std::numeric_limits<float>::min();
   return (std::fabs(direction.x) < kMin) | (std::fabs(direction.y) < kMin) | (std::fabs(direction.z) < kMin);
 }
 
-// Cuts [enter, leave] to the box; false if nothing is left. Without branches: the signs of mixed rays cannot be predicted.
-inline bool clip_to_box(const Imath::Box3f& box, Quad origin, Quad reciprocal, float& enter, float& leave) {
-  using Bits = int32_t __attribute__((vector_size(16)));
-  Quad low, high; // lanes x, y, z
-  std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Quad));
-  std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Quad));
+// Clips [enter, leave] to the box; returns false if nothing is left. Free of branches: the signs of
+// mixed rays cannot be predicted.
+inline bool clip_to_box(const Imath::Box3f& box, Float4 origin, Float4 reciprocal, float& enter, float& leave) {
+  Float4 low, high; // lanes x, y, z
+  std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Float4));
+  std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Float4));
   high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
   low = (low - origin) * reciprocal;
   high = (high - origin) * reciprocal;
-  const Bits down = std::bit_cast<Bits>(reciprocal) < 0;
-  const Quad first{enter, enter, enter, enter}, last{leave, leave, leave, leave};
-  Quad near = down ? high : low, far = down ? low : high;
-  near = near > first ? near : first; // NaN: no restriction
+  const Int4 down = std::bit_cast<Int4>(reciprocal) < 0;
+  const Float4 first{enter, enter, enter, enter}, last{leave, leave, leave, leave};
+  Float4 near = down ? high : low, far = down ? low : high;
+  near = near > first ? near : first; // NaN imposes no restriction
   far = far < last ? far : last;
   leave = std::min(std::min(far[0], far[1]), far[2]);
   const float entry = std::max(std::max(near[0], near[1]), near[2]);
@@ -61,105 +66,109 @@ inline bool clip_to_box(const Imath::Box3f& box, Quad origin, Quad reciprocal, f
   return entry <= leave * kWiden;
 }
 
-// The same for a box that moves from one place to another, all of its faces along straight lines.
-inline bool clip_to_box(const Imath::Box3f& from, const Imath::Box3f& to, float fraction, Quad origin, Quad reciprocal,
-                        float& enter, float& leave) {
+// Clips to a box that moves from one place to another, with all faces along straight lines.
+inline bool clip_to_box(const Imath::Box3f& from, const Imath::Box3f& to, float fraction, Float4 origin,
+                        Float4 reciprocal, float& enter, float& leave) {
   struct Faces {
-    Quad first, last; // min.x to max.x, min.z to max.z
+    Float4 first, last; // min.x to max.x, min.z to max.z
   };
   alignas(16) Imath::Box3f box;
   Faces a, b;
   const auto load = [](const Imath::Box3f& faces, Faces& out) {
-    std::memcpy(&out.first, reinterpret_cast<const float*>(&faces), sizeof(Quad));
-    std::memcpy(&out.last, reinterpret_cast<const float*>(&faces) + 2, sizeof(Quad));
+    std::memcpy(&out.first, reinterpret_cast<const float*>(&faces), sizeof(Float4));
+    std::memcpy(&out.last, reinterpret_cast<const float*>(&faces) + 2, sizeof(Float4));
   };
   load(from, a);
   load(to, b);
   a.first = a.first + (b.first - a.first) * fraction;
   a.last = a.last + (b.last - a.last) * fraction;
-  std::memcpy(reinterpret_cast<float*>(&box), &a.first, sizeof(Quad));
-  std::memcpy(reinterpret_cast<float*>(&box) + 2, &a.last, sizeof(Quad));
+  std::memcpy(reinterpret_cast<float*>(&box), &a.first, sizeof(Float4));
+  std::memcpy(reinterpret_cast<float*>(&box) + 2, &a.last, sizeof(Float4));
   return clip_to_box(box, origin, reciprocal, enter, leave);
 }
 
-// Outcome of a step down: the child to visit next, which may be empty, and where its interval ends (it begins with the node's).
+// The result of a step down: the child to visit next, which may be empty, and the end of its
+// interval (it begins with the node's).
 struct WideStep {
   ChildWord child;
   float leave;
   uint32_t rest; // bit i: child i of the frame is still to be visited
 };
 
-// Where the planes of a node stand.
-inline Float8 planes_of(const Tree& tree, ChildWord node, Still) {
-  return Float8::load(tree.nodes[node].planes.data());
+// Returns the plane positions of a node.
+inline Lanes8 planes_of(const Tree& tree, ChildWord node, Static) {
+  return Lanes8::load(tree.nodes[node].planes.data());
 }
-inline Float8 planes_of(const Tree& tree, ChildWord node, Deforming motion) {
-  return Float8::load(tree.nodes[node].planes.data()) +
-         Float8::load(tree.ways[node].ways.data()) * Float8(motion.fraction);
+inline Lanes8 planes_of(const Tree& tree, ChildWord node, Deforming motion) {
+  return Lanes8::load(tree.nodes[node].planes.data()) +
+         Lanes8::load(tree.displacements[node].lanes.data()) * Lanes8(motion.fraction);
 }
 
-// From a node, entered at `point` for [enter, leave], to its near child; the frame gets all of them in the order of the ray. Ray
-// quantities are {x, y, z, *, x, y, z, *}.
-inline WideStep step_down(const WideNode& node, Float8 planes, Float8 origin, Float8 reciprocal, Float8 point,
+// Steps from a node, entered at `point` for [enter, leave], to its near child; the frame receives
+// all children in the order of the ray. Ray vectors are {x, y, z, *, x, y, z, *}.
+inline WideStep step_down(const WideNode& node, Lanes8 planes, Lanes8 origin, Lanes8 reciprocal, Lanes8 point,
                           float enter, float leave, TraversalStack::Frame& frame) {
-  const Int8 axes = shift_by_lane(Int8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+  const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
   const uint32_t near = tables::kNearLane[at_least(permute(point, axes), planes)];
 
-  const Float8 axis_reciprocal = permute(reciprocal, axes);
-  const Float8 t = (planes - permute(origin, axes)) * axis_reciprocal;
-  const Int8 order = Int8::from_bytes(tables::kNearFirst[sign_bits(axis_reciprocal)]);
-  const Float8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
+  const Lanes8 axis_reciprocal = permute(reciprocal, axes);
+  const Lanes8 t = (planes - permute(origin, axes)) * axis_reciprocal;
+  const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[sign_bits(axis_reciprocal)]);
+  const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                t3 = permute(t, shift_right<3>(order));
   // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
-  const Float8 en = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Float8(enter), t1), t2), t3);
-  const Float8 ex = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Float8(leave), t1), t2), t3);
-  const Int8 children = permute(Int8::load(node.child.data()), order);
+  const Lanes8 en = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Lanes8(enter), t1), t2), t3);
+  const Lanes8 ex = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Lanes8(leave), t1), t2), t3);
+  const IntLanes8 children = permute(IntLanes8::load(node.child.data()), order);
   en.store(frame.enter.data());
   ex.store(frame.leave.data());
   children.store(frame.child.data());
   const uint32_t near_bit = low_bits_equal(order, near);
-  const uint32_t reached = at_most(en, ex * Float8(kWiden)), entered = reached & nonzero_bits(children);
-  // Rounding may have taken the point across a plane. Then a child before the near one is reached too, and must come first, or a hit
-  // behind it would end the search; or the near one is not reached at all. Intervals decide, as they do in a stream.
+  const uint32_t reached = at_most(en, ex * Lanes8(kWiden)), entered = reached & nonzero_bits(children);
+  // Rounding may have moved the point across a plane. Then a child before the near one is reached
+  // too and must come first, or a hit behind it would end the search; or the near one is not
+  // reached at all. Intervals decide, as in a stream.
   if ((reached & (0U - reached)) != near_bit) [[unlikely]]
     return {kEmptyChild, leave, entered};
   return {node.child[near], frame.leave[static_cast<size_t>(std::countr_zero(near_bit))], entered & ~near_bit};
 }
 
-// Asks for the first line of what a child is, without a branch.
+// Prefetches the first line of a child, node or leaf, without a branch.
 inline void prefetch_child(const Tree& tree, ChildWord child) {
   const auto node_at = reinterpret_cast<uintptr_t>(tree.nodes.data()) + size_t{child} * sizeof(WideNode);
   const auto block_at = reinterpret_cast<uintptr_t>(tree.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
   prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - (child >> 31)))));
 }
 
-// A ray through the cell `child` of a tree, [enter, leave] there. Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any
-// hit: true at the first found.
+// Traces a ray through the cell `child` of a tree, with interval [enter, leave] there. Nearest hit:
+// finds the hit in (t_min, t_far], and narrows t_far to it. Any hit: returns true at the first
+// found.
 template <bool kAny, class Motion>
-[[gnu::always_inline]] inline bool walk_cell(const Tree& tree, Motion motion, const Ray& ray, Float8 reciprocal,
+[[gnu::always_inline]] inline bool walk_cell(const Tree& tree, Motion motion, const Ray& ray, Lanes8 reciprocal,
                                              const RayShear& shear, ChildWord child, float enter, float leave,
                                              float t_min, const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  const auto* quads =
-      reinterpret_cast<const float*>(&ray); // (origin, t_min), (direction, t_max); lane 3 is never selected
-  const Float8 origin = Float8::load_twice(quads);
-  const Float8 direction = Float8::load_twice(quads + 4);
+  const auto* vectors = reinterpret_cast<const float*>(&ray); // lane 3 of each is never selected
+  const Lanes8 origin = Lanes8::load_twice(vectors);
+  const Lanes8 direction = Lanes8::load_twice(vectors + 4);
   const bool in_plane = may_lie_in_plane(ray.direction);
 
   TraversalStack stack;
-  size_t top = 0; // the current frame, whose rest is in a register
+  size_t top = 0; // the current frame; its `rest` is held in a register
   uint32_t rest = 1;
   stack.frames[0].enter[0] = std::numeric_limits<float>::quiet_NaN(); // ends the loop below
-  Float8 point = origin + Float8(enter) * direction;
+  Lanes8 point = origin + Lanes8(enter) * direction;
   while (true) {
     while (static_cast<int32_t>(child) > 0) {
       stack.rest[top] = rest;
       top += static_cast<size_t>(rest != 0);
+      assert(top < TraversalStack::kFrames);
       const WideStep step = step_down(tree.nodes[child], planes_of(tree, child, motion), origin, reciprocal, point,
                                       enter, leave, stack.frames[top]);
       child = step.child;
       leave = step.leave;
       rest = step.rest;
-      // The cell behind; some other child where there is none. Rays for any hit often end before they are there.
+      // Prefetches the next cell, or an unneeded one if there is none. Any-hit rays often end
+      // before they need it.
       if (!kAny)
         prefetch_child(tree, stack.frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
     }
@@ -168,7 +177,8 @@ template <bool kAny, class Motion>
       if (intersect_leaf<kAny>(unit, motion, shear, t_min, filter, t_far, best)) return true;
     }
     do {
-      // A branch on purpose: where it is predicted, the next cell does not wait for the intervals of the last node.
+      // A branch on purpose: if predicted, the next cell does not wait for the intervals of the
+      // last node.
       if (rest == 0) rest = stack.rest[--top];
       const auto next = static_cast<size_t>(std::countr_zero(rest));
       const TraversalStack::Frame& frame = stack.frames[top];
@@ -179,50 +189,54 @@ template <bool kAny, class Motion>
     } while (in_plane && enter > t_far);
     if (!(enter <= t_far)) return false;
     leave = leave < t_far ? leave : t_far;
-    point = origin + Float8(enter) * direction;
+    point = origin + Lanes8(enter) * direction;
   }
 }
 
-// The same in a tree that does not deform.
+// Version for static trees.
 template <bool kAny>
-inline bool trace_cell(const Tree& tree, const Ray& ray, Float8 reciprocal, const RayShear& shear, ChildWord child,
+inline bool trace_cell(const Tree& tree, const Ray& ray, Lanes8 reciprocal, const RayShear& shear, ChildWord child,
                        float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
                        TreeHit& best) {
-  return walk_cell<kAny>(tree, Still(), ray, reciprocal, shear, child, enter, leave, t_min, filter, t_far, best);
+  return walk_cell<kAny>(tree, Static(), ray, reciprocal, shear, child, enter, leave, t_min, filter, t_far, best);
 }
 
-// `ray` is in the space of the tree and passed can_hit(). Nearest hit: the hit in (t_min, t_far], which narrows t_far. Any hit:
-// true at the first found.
+// Traces a ray through a tree. `ray` is in the tree's space and satisfies can_hit(). Nearest hit:
+// finds the hit in (t_min, t_far], and narrows t_far to it. Any hit: returns true at the first
+// found.
 template <bool kAny>
 inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
                        TreeHit& best) {
+  assert(can_hit(ray));
   float enter = t_min, leave = t_far;
-  alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
-  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, origin_quad(ray), reciprocal, enter, leave))
+  alignas(16) const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
+  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, load_origin(ray), reciprocal, enter, leave))
     return false;
-  return trace_cell<kAny>(tree, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
+  return trace_cell<kAny>(tree, ray, Lanes8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
                           tree.root, enter, leave, t_min, filter, t_far, best) ||
          (!kAny && best.is_hit());
 }
 
-// The same for a tree that deforms.
+// Version for deforming trees.
 template <bool kAny>
 inline bool trace_tree(const Tree& tree, Deforming motion, const Ray& ray, float t_min, const CandidateFilter& filter,
                        float& t_far, TreeHit& best) {
+  assert(can_hit(ray));
   float enter = t_min, leave = t_far;
-  alignas(16) const Quad reciprocal = Quad{1.0f, 1.0f, 1.0f, 1.0f} / direction_quad(ray);
-  if (!clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, origin_quad(ray), reciprocal, enter,
+  alignas(16) const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
+  if (!clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, load_origin(ray), reciprocal, enter,
                    leave))
     return false;
-  return walk_cell<kAny>(tree, motion, ray, Float8::load_twice(reinterpret_cast<const float*>(&reciprocal)),
+  return walk_cell<kAny>(tree, motion, ray, Lanes8::load_twice(reinterpret_cast<const float*>(&reciprocal)),
                          shear_of(ray), tree.root, enter, leave, t_min, filter, t_far, best) ||
          (!kAny && best.is_hit());
 }
 
-// Ray `i` of a batch by itself, in world space; it passed can_hit(). Calls finish(i, hit) if it hits something.
+// Traces ray `i` of a batch, in world space, on its own; it must satisfy can_hit(). Calls finish(i,
+// hit) if it hits something.
 template <bool kAny, class Finish>
-[[gnu::noinline]] void trace_number(const Tree& tree, const HitFilter& hit_filter, std::span<const Ray> rays, size_t i,
-                                    const Finish& finish) {
+[[gnu::noinline]] void trace_indexed(const Tree& tree, const HitFilter& hit_filter, std::span<const Ray> rays, size_t i,
+                                     const Finish& finish) {
   TreeHit best;
   float t_far = rays[i].t_max;
   const CandidateFilter filter{hit_filter, rays[i], tree, kNoId};
