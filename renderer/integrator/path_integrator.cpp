@@ -43,7 +43,9 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter),
       sample_width_(kindling::sample_width(sampler)), aovs_(aovs), guide_(guide) {}
 
-std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
+std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return make_path_context(); }
+
+std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   return std::make_unique<PathContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
 }
 

@@ -16,6 +16,7 @@ class PathIntegrator final : public Integrator {
                  const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
+  [[nodiscard]] std::unique_ptr<PathContext> make_path_context() const; // the same, for callers that set its recorder
   void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                     Film& film) const override;
 

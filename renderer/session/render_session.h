@@ -6,6 +6,7 @@
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/session/adaptive_sampling.h"
@@ -57,17 +58,6 @@ struct RenderSettings {
   [[nodiscard]] PixelRect wanted_pixels() const {
     return region.value_or(crop.value_or(PixelRect{V2i(0, 0), size_px}));
   }
-};
-
-// What training took and found; all zero if there was none.
-struct GuidingStatistics {
-  double training_s = 0.0; // part of the render phase
-  uint64_t paths = 0;
-  RayCounters rays;              // of the training, not in those of the render
-  double predicted = 1.0;        // second moment of reflected light with the guide, relative to that without
-  double predicted_lights = 1.0; // the same of light samples
-  int patches = 0;               // to which directions are guided; 0: they are not
-  int light_regions = 0;         // with shares of the kinds of light; 0: these are not learned
 };
 
 struct RenderStatistics {
