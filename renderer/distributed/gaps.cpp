@@ -19,19 +19,19 @@ PixelRect intersection(const PixelRect& a, const PixelRect& b) {
           V2i(std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y))};
 }
 
-// What is missing of one block; empty: nothing. Spans as (first, end).
-using Missing = std::vector<std::pair<uint32_t, uint32_t>>;
+// The samples that one block lacks.
+using Missing = std::vector<SampleRange>;
 
 Missing missing_of(const BlockCoverage& block, uint32_t samples_per_pixel) {
   Missing missing;
   if (block.stopped) return missing;
   uint32_t next = 0;
-  for (const SampleSpan& span : block.spans) {
+  for (const SampleRange& span : block.spans) {
     if (span.first >= samples_per_pixel) break;
-    if (span.first > next) missing.emplace_back(next, span.first);
+    if (span.first > next) missing.push_back({next, span.first});
     next = std::max(next, span.end);
   }
-  if (next < samples_per_pixel) missing.emplace_back(next, samples_per_pixel);
+  if (next < samples_per_pixel) missing.push_back({next, samples_per_pixel});
   return missing;
 }
 
@@ -42,11 +42,11 @@ std::string range_text(uint32_t first, uint32_t last) {
 // "samples 21-41 and 63-84", "all samples".
 std::string samples_text(const Missing& missing, uint32_t samples_per_pixel) {
   if (missing == Missing{{0, samples_per_pixel}}) return "all samples";
-  const bool one = missing.size() == 1 && missing.front().second - missing.front().first == 1;
+  const bool one = missing.size() == 1 && missing.front().count() == 1;
   std::string text = one ? "sample " : "samples ";
   for (size_t i = 0; i < missing.size(); ++i) {
     if (i > 0) text += i + 1 < missing.size() ? ", " : " and ";
-    text += range_text(missing[i].first, missing[i].second - 1);
+    text += range_text(missing[i].first, missing[i].end - 1);
   }
   return text;
 }
@@ -63,8 +63,8 @@ std::string sample_parts_text(const Missing& missing, uint32_t samples_per_pixel
   uint32_t named = 0;
   for (size_t i = 0; i < missing.size(); ++i) {
     const uint32_t first = parts_until(missing[i].first);
-    const uint32_t last = parts_until(missing[i].second);
-    if (begin(first) != missing[i].first || begin(last) != missing[i].second) return {};
+    const uint32_t last = parts_until(missing[i].end);
+    if (begin(first) != missing[i].first || begin(last) != missing[i].end) return {};
     if (i > 0) text += i + 1 < missing.size() ? ", " : " and ";
     text += range_text(first + 1, last) + "/" + std::to_string(parts);
     named += last - first;
@@ -148,7 +148,7 @@ Gaps find_gaps(const Coverage& coverage, const PixelRect& crop, uint32_t samples
     Missing missing = missing_of(coverage[i], samples_per_pixel);
     if (coverage[i].spans.empty()) gaps.empty_pixels += pixels;
     if (missing.empty()) continue;
-    for (const auto& [first, end] : missing) gaps.missing_samples += pixels * (end - first);
+    for (const SampleRange& range : missing) gaps.missing_samples += pixels * range.count();
     const auto [found, is_new] = number_of.emplace(std::move(missing), missing_by_kind.size());
     if (is_new) {
       missing_by_kind.push_back(&found->first);

@@ -81,7 +81,7 @@ class Sum {
     if (Result<void> checked = check(file, part); !checked.ok()) return checked;
     for (size_t i = 0; i < part.coverage.block_count(); ++i) {
       const size_t at = whole_->coverage.index_of(part.coverage.block(i).min);
-      for (const SampleSpan& span : part.coverage[i].spans)
+      for (const SampleRange& span : part.coverage[i].spans)
         if (!whole_->coverage.add(at, span))
           return damaged(file, "was changed while it was read: it has samples now that another file has too");
       if (part.coverage[i].stopped) whole_->coverage.set_stopped(at);

@@ -59,7 +59,7 @@ struct File {
   CompactCoverage coverage;
 };
 
-std::string span_text(const SampleSpan& span) {
+std::string span_text(const SampleRange& span) {
   return std::to_string(span.first) + "-" + std::to_string(span.end - 1);
 }
 
@@ -75,7 +75,7 @@ class Whole {
   Result<void> add(const File& file, std::span<const File> earlier) {
     std::optional<Error> failure;
     file.coverage.visit_blocks(coverage_, [&](size_t index, const BlockCoverage& block) {
-      for (const SampleSpan& span : block.spans)
+      for (const SampleRange& span : block.spans)
         if (!failure && !coverage_.add(index, span)) failure = overlap(file, index, span, earlier);
       if (block.stopped) coverage_.set_stopped(index);
     });
@@ -87,20 +87,20 @@ class Whole {
   [[nodiscard]] bool has_all_of(const File& file) const {
     bool all = true;
     file.coverage.visit_blocks(coverage_, [&](size_t index, const BlockCoverage& block) {
-      for (const SampleSpan& span : block.spans) all = all && coverage_.done(index, span) == span.count();
+      for (const SampleRange& span : block.spans) all = all && coverage_.done(index, span) == span.count();
     });
     return all;
   }
 
  private:
-  [[nodiscard]] Error overlap(const File& file, size_t index, const SampleSpan& span,
+  [[nodiscard]] Error overlap(const File& file, size_t index, const SampleRange& span,
                               std::span<const File> earlier) const {
     for (const File& other : earlier) {
       std::optional<Error> found;
       other.coverage.visit_blocks(coverage_, [&](size_t at, const BlockCoverage& block) {
         if (at != index || found) return;
-        for (const SampleSpan& theirs : block.spans) {
-          const SampleSpan both{std::max(span.first, theirs.first), std::min(span.end, theirs.end)};
+        for (const SampleRange& theirs : block.spans) {
+          const SampleRange both{std::max(span.first, theirs.first), std::min(span.end, theirs.end)};
           if (both.empty()) continue;
           const PixelRect pixels = coverage_.block(index);
           found = usage_error(file.path.string() + " and " + other.path.string() + " overlap: both have samples " +

@@ -55,13 +55,13 @@ std::string part_number_text(const PartNumber& part) {
   return std::to_string(part.index) + "/" + std::to_string(part.count);
 }
 
-Result<SampleSpan> part_samples(uint32_t samples_per_pixel, const PartNumber& part) {
+Result<SampleRange> part_samples(uint32_t samples_per_pixel, const PartNumber& part) {
   if (part.count > samples_per_pixel)
     return usage_error(std::to_string(part.count) + " parts of " + std::to_string(samples_per_pixel) +
                        " samples per pixel: some would have none; use at most " + std::to_string(samples_per_pixel) +
                        ", or parts of the pixels");
   const auto begin = [&](uint64_t k) { return static_cast<uint32_t>(samples_per_pixel * k / part.count); };
-  return SampleSpan{begin(part.index - 1), begin(part.index)};
+  return SampleRange{begin(part.index - 1), begin(part.index)};
 }
 
 Result<PixelRect> tile_part_region(const PixelRect& crop, const PartNumber& part) {

@@ -36,7 +36,7 @@ struct WorkPart {
 
 // Samples [S (K-1) / N, S K / N) of S samples per pixel. Fails (usage) where there are more parts than samples, for each part of them
 // alike.
-[[nodiscard]] Result<SampleSpan> part_samples(uint32_t samples_per_pixel, const PartNumber& part);
+[[nodiscard]] Result<SampleRange> part_samples(uint32_t samples_per_pixel, const PartNumber& part);
 // make_regions(crop, N)[K - 1]: whole blocks but for the crop's border, so that blocks keep together what adaptive sampling decides
 // about. Fails (usage) where there are too few blocks for so many, for each part of them alike.
 [[nodiscard]] Result<PixelRect> tile_part_region(const PixelRect& crop, const PartNumber& part);

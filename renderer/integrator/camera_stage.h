@@ -45,7 +45,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
 
   std::array<SampleAddress, kBlockSize> addresses{}; // of a row
   size_t slot = 0;
-  for (uint32_t s = samples.first; s < samples.first + samples.count; ++s) {
+  for (uint32_t s = samples.first; s < samples.end; ++s) {
     pixel = 0;
     for (int y = block.min.y; y < block.max.y; ++y) {
       const auto width = static_cast<size_t>(block.width());
@@ -100,7 +100,7 @@ inline void intersect_camera_rays(const accel::Accelerator& accelerator, const C
                                   std::span<const accel::Ray> rays, std::span<accel::Hit> hits) {
   const PixelRect whole = whole_block(block, camera.size_px());
   const auto group = static_cast<size_t>(block.pixel_count());
-  for (uint32_t s = 0; s < samples.count; ++s) {
+  for (uint32_t s = 0; s < samples.count(); ++s) {
     const std::span<accel::Hit> own = hits.subspan(s * group, group);
     if (whole.pixel_count() == block.pixel_count()) {
       accelerator.intersect_coherent(rays.subspan(s * group, group), own);
@@ -111,7 +111,8 @@ inline void intersect_camera_rays(const accel::Accelerator& accelerator, const C
     std::array<accel::Ray, kWhole> whole_rays;
     std::array<accel::Hit, kWhole> whole_hits;
     const auto whole_count = static_cast<size_t>(whole.pixel_count());
-    generate_camera_rays(camera, sampler, filter, whole, {samples.first + s, 1}, whole_samples, whole_rays);
+    generate_camera_rays(camera, sampler, filter, whole, {samples.first + s, samples.first + s + 1}, whole_samples,
+                         whole_rays);
     accelerator.intersect_coherent(std::span(whole_rays).first(whole_count), std::span(whole_hits).first(whole_count));
     size_t slot = 0;
     for (int y = block.min.y; y < block.max.y; ++y)

@@ -23,13 +23,14 @@ class FirstHitContext final : public ThreadContext {
                       const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
                       const ShadeBatch& shade_batch) {
     const uint32_t per_batch = samples_per_batch(block, batch_size);
-    for (uint32_t done = 0; done < samples.count; done += per_batch) {
-      const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
-      const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
+    for (uint32_t done = 0; done < samples.count(); done += per_batch) {
+      const uint32_t first = samples.first + done;
+      const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+      const size_t count = static_cast<size_t>(block.pixel_count()) * batch.count();
       rays.resize(count);
       hits.resize(count);
-      generate_camera_rays(camera, sampler, filter, block, wave, camera_samples, rays);
-      intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, wave, rays, hits);
+      generate_camera_rays(camera, sampler, filter, block, batch, camera_samples, rays);
+      intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, batch, rays, hits);
       counters.camera += count;
       counters.paths += count;
       shade_batch(count);

@@ -5,6 +5,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/caustics.h"
+#include "renderer/integrator/sample_range.h"
 #include "renderer/integrator/whitted_settings.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
@@ -106,12 +107,6 @@ class ThreadContext {
   virtual ~ThreadContext() = default;
   RayCounters counters;
   PathTrace* trace = nullptr; // set while one sample is replayed
-};
-
-// Samples [first, first + count) of every pixel of a block.
-struct SampleRange {
-  uint32_t first = 0;
-  uint32_t count = 0;
 };
 
 // Pixels are rendered by blocks of 8 x 8 aligned to the image's origin, so that the groups of rays that an accelerator sees

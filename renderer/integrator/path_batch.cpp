@@ -15,7 +15,7 @@ Rgb clamped(const Rgb& radiance, float largest) {
 } // namespace
 
 void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
-  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count;
+  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count();
   context.rays.resize(count);
   context.active.resize(count);
   generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);

@@ -54,11 +54,12 @@ void PathIntegrator::render_block(const PixelRect& block, const SampleRange& sam
                                   Film& film) const {
   auto& context = static_cast<PathContext&>(thread);
   const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
-  for (uint32_t done = 0; done < samples.count; done += per_batch) {
-    const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
-    start_batch(block, wave, context);
+  for (uint32_t done = 0; done < samples.count(); done += per_batch) {
+    const uint32_t first = samples.first + done;
+    const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    start_batch(block, batch, context);
     const size_t path_count = context.active.size();
-    trace_camera_rays(block, wave, context);
+    trace_camera_rays(block, batch, context);
     while (!context.active.empty()) {
       shade(context);
       trace_shadows(context);

@@ -67,10 +67,11 @@ void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& 
                                      Film& film) const {
   auto& context = static_cast<WhittedContext&>(thread);
   const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
-  for (uint32_t done = 0; done < samples.count; done += per_batch) {
-    const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
-    const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
-    start_batch(block, wave, count, context);
+  for (uint32_t done = 0; done < samples.count(); done += per_batch) {
+    const uint32_t first = samples.first + done;
+    const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    const size_t count = static_cast<size_t>(block.pixel_count()) * batch.count();
+    start_batch(block, batch, count, context);
     if (settings_.whitted.form == WhittedForm::recursive) {
       for (size_t slot = 0; slot < count; ++slot) {
         WhittedNode node = root(slot, context);

@@ -38,7 +38,7 @@ struct RenderSettings {
   uint32_t planned_samples = 0;
   // A part of the work: these samples only, within [0, samples_per_pixel). Not with adaptive sampling, whose decisions ask for all
   // earlier ones.
-  std::optional<SampleSpan> samples;
+  std::optional<SampleRange> samples;
   // A part of the work: these pixels only, within the crop, on whole blocks but for the crop's border (make_regions()).
   std::optional<PixelRect> region;
   AdaptiveSettings adaptive;
@@ -54,7 +54,7 @@ struct RenderSettings {
   Schedule schedule = Schedule::tiles;
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }
-  [[nodiscard]] SampleSpan wanted_samples() const { return samples.value_or(SampleSpan{0, samples_per_pixel}); }
+  [[nodiscard]] SampleRange wanted_samples() const { return samples.value_or(SampleRange{0, samples_per_pixel}); }
   [[nodiscard]] PixelRect wanted_pixels() const {
     return region.value_or(crop.value_or(PixelRect{V2i(0, 0), size_px}));
   }

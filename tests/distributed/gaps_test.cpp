@@ -13,7 +13,7 @@ namespace {
 constexpr uint32_t kSamples = 64;
 const PixelRect kCrop{V2i(0, 0), V2i(64, 48)};
 
-void add(Coverage& coverage, const PixelRect& region, const SampleSpan& span) {
+void add(Coverage& coverage, const PixelRect& region, const SampleRange& span) {
   for (const PixelRect& block : make_blocks(region)) EXPECT_TRUE(coverage.add(coverage.index_of(block.min), span));
 }
 

@@ -13,7 +13,7 @@ TEST(WorkParts, SamplesOfAllPartsAreEachSampleOnce) {
       if (count > samples) continue;
       uint32_t next = 0;
       for (uint32_t k = 1; k <= count; ++k) {
-        const Result<SampleSpan> span = part_samples(samples, {k, count});
+        const Result<SampleRange> span = part_samples(samples, {k, count});
         ASSERT_TRUE(span.ok()) << span.error().message;
         EXPECT_EQ(span.value().first, next);
         EXPECT_FALSE(span.value().empty());
@@ -26,7 +26,7 @@ TEST(WorkParts, SamplesOfAllPartsAreEachSampleOnce) {
 
 TEST(WorkParts, MoreThanThereAreSamplesIsRefusedForEachPart) {
   for (uint32_t k = 1; k <= 4; ++k) {
-    const Result<SampleSpan> span = part_samples(3, {k, 4});
+    const Result<SampleRange> span = part_samples(3, {k, 4});
     ASSERT_FALSE(span.ok());
     EXPECT_EQ(span.error().kind, ErrorKind::usage);
     EXPECT_NE(span.error().message.find("use at most 3"), std::string::npos) << span.error().message;

@@ -68,7 +68,7 @@ TEST(Allocation, NonePerSample) {
       Film film(V2i(8, 8), block, aovs);
       integrator->render_block(block, {0, 4}, *context, film); // the accelerator may warm up
       const long before = allocations;
-      integrator->render_block(block, {4, 16}, *context, film);
+      integrator->render_block(block, {4, 20}, *context, film);
       EXPECT_EQ(allocations - before, 0) << integrator_name(integrator_kind) << " with " << accel::kind_name(kind);
     }
 }
