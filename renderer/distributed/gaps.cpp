@@ -1,4 +1,4 @@
-// Finds gaps and names them.
+// Finds the gaps of a coverage, merges them into rectangles and names them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/gaps.h"
 
@@ -51,11 +51,11 @@ std::string samples_text(const Missing& missing, uint32_t samples_per_pixel) {
   return text;
 }
 
-// "part 2/3: ", "parts 2-3/8 and 5/8: "; empty if some of it is not whole parts.
+// "part 2/3: ", "parts 2-3/8 and 5/8: "; empty unless the gap consists of whole parts.
 std::string sample_parts_text(const Missing& missing, uint32_t samples_per_pixel, uint32_t parts) {
   if (parts < 2 || parts > samples_per_pixel || missing == Missing{{0, samples_per_pixel}}) return {};
   const auto begin = [&](uint64_t k) { return static_cast<uint32_t>(samples_per_pixel * k / parts); };
-  // How many parts end before or at `sample`, if one begins there.
+  // Number of parts before `sample`, if a part begins there.
   const auto parts_until = [&](uint64_t sample) {
     return static_cast<uint32_t>((sample * parts + samples_per_pixel - 1) / samples_per_pixel);
   };
@@ -77,7 +77,7 @@ std::string pixels_text(const PixelRect& rect) {
          std::to_string(rect.max.y);
 }
 
-// The grid of an area's blocks.
+// The grid of blocks of a coverage's area.
 class BlockGrid {
  public:
   explicit BlockGrid(const Coverage& coverage) : coverage_(coverage) {
@@ -97,8 +97,8 @@ class BlockGrid {
 
 constexpr size_t kComplete = ~size_t{0};
 
-// Takes the blocks with `kind` out of `kinds` as rectangles: those of tile parts first, then in scan order as wide and then as high as
-// they go.
+// Moves the blocks of one kind from `kinds` into rectangles: whole tile parts first, then in scan
+// order, each first as wide and then as high as possible.
 struct Place {
   PixelRect pixels;
   uint32_t tile_part = 0; // from 1
@@ -138,7 +138,7 @@ std::vector<Place> take_places(const Coverage& coverage, const BlockGrid& grid, 
 
 Gaps find_gaps(const Coverage& coverage, const PixelRect& crop, uint32_t samples_per_pixel, const PartCounts& counts) {
   Gaps gaps;
-  // The kinds of gaps, by number, and which block has which.
+  // Blocks with the same missing samples are of one kind; kinds are numbered.
   std::map<Missing, size_t> number_of;
   std::vector<const Missing*> missing_by_kind;
   std::vector<size_t> kinds(coverage.block_count(), kComplete);
