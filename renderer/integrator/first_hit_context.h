@@ -1,9 +1,10 @@
-// The batch of integrators that look no further than the first surface: camera rays, their hits, and one occlusion ray each.
+// Thread context of integrators that stop at the first hit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/integrator/camera_stage.h"
 
+#include <cassert>
 #include <vector>
 
 namespace kindling {
@@ -17,7 +18,8 @@ class FirstHitContext final : public ThreadContext {
     gray.resize(batch_size);
   }
 
-  // Calls `shade_batch(path_count)` for each wave of the block, with camera_samples, rays and hits filled.
+  // Calls `shade_batch(path_count)` for each batch of the block, with camera_samples, rays and hits
+  // filled.
   template <typename ShadeBatch>
   void for_each_batch(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                       const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
@@ -27,6 +29,7 @@ class FirstHitContext final : public ThreadContext {
       const uint32_t first = samples.first + done;
       const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
       const size_t count = static_cast<size_t>(block.pixel_count()) * batch.count();
+      assert(count <= camera_samples.size());
       rays.resize(count);
       hits.resize(count);
       generate_camera_rays(camera, sampler, filter, block, batch, camera_samples, rays);

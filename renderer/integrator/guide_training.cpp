@@ -1,3 +1,4 @@
+// Traces training paths block by block, gathers their records and learns a guide from them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/guide_training.h"
 
@@ -20,9 +21,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr uint64_t kProbePart = 8; // the probe is one in this many of the training's paths
 
-// A guide is used for what it predicts to lower the second moment below these, relative to rendering without it. The
-// probe knows little, so it only has to look promising. Patches make a sample up to 10 % more expensive and improve only
-// the variance of reflected light; probabilities of lights cost nothing.
+// A guide is used for what it predicts to lower the second moment below these, relative to
+// rendering without it. The probe knows little, so it only has to look promising. Patches make a
+// sample up to 10 % more expensive and improve only the variance of reflected light; probabilities
+// of lights cost nothing.
 struct Limits {
   double patches, lights;
 };
@@ -55,12 +57,12 @@ class Training {
     const uint64_t paths = settings_.max_paths;
     std::unique_ptr<const Guide> guide;
     if (paths > 0) {
-      const bool choosy = settings_.only_if_worthwhile;
+      const bool selective = settings_.only_if_worthwhile;
       trace(paths / kProbePart, nullptr);
-      guide = learn(choosy ? kPromising : kAnyGain);
-      if (!choosy || guide) {
+      guide = learn(selective ? kPromising : kAnyGain);
+      if (!selective || guide) {
         trace(paths - paths / kProbePart, guide.get());
-        guide = learn(choosy ? kWorthwhile : kAnyGain);
+        guide = learn(selective ? kWorthwhile : kAnyGain);
       }
       if (stopped()) guide.reset();
     }
@@ -75,7 +77,7 @@ class Training {
  private:
   [[nodiscard]] bool stopped() const { return stopped_ && stopped_(); }
 
-  // About `paths` more paths, as evenly over the image as whole blocks allow.
+  // Traces about `paths` more paths, spread over the image as evenly as whole blocks allow.
   void trace(uint64_t paths, const Guide* guide) {
     const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
     tbb::enumerable_thread_specific<Worker> workers([&] {
@@ -87,7 +89,8 @@ class Training {
     const std::vector<PixelRect>& blocks = settings_.blocks;
     const size_t count = blocks.size();
     const uint64_t visits = std::max<uint64_t>(1, paths / (kBlockSize * kBlockSize));
-    // Blocks in another order, so that those that get a sample more are spread over the image.
+    // Blocks are visited in steps of the golden ratio, which spreads those with one more sample
+    // over the image.
     size_t step = count * 618 / 1000 + 1;
     while (std::gcd(step, count) != 1) ++step;
     std::vector<BlockRecords> found(count);
@@ -119,8 +122,8 @@ class Training {
     gather(found);
   }
 
-  // Relative to the image: what counts is the square of the error over that of the radiance. A block's mean stands for
-  // its pixels.
+  // Appends the records of all blocks and makes their moments relative to the image: the measure is
+  // squared error over squared radiance, with a block's mean in place of its pixels' radiance.
   void gather(std::span<BlockRecords> found) {
     double sum = 0.0;
     uint64_t paths = 0;
@@ -142,14 +145,14 @@ class Training {
     append(found, &BlockRecords::light_records, light_records_);
   }
 
-  // Drops what is not finite then.
+  // Scales the moments and drops records that are not finite afterwards.
   template <typename Record>
   static void make_relative(std::vector<Record>& records, float Record::*moment, double scale) {
     for (Record& record : records) record.*moment *= static_cast<float>(scale);
     std::erase_if(records, [&](const Record& record) { return !std::isfinite(record.*moment); });
   }
 
-  // In the order of the blocks.
+  // Appends one kind of record to `all`, in the order of the blocks.
   template <typename Record>
   static void append(std::span<BlockRecords> found, std::vector<Record> BlockRecords::*of, std::vector<Record>& all) {
     std::vector<size_t> begin;
@@ -164,7 +167,8 @@ class Training {
     });
   }
 
-  // Keeps what foresees second moments below these; null if that is nothing.
+  // Returns the parts of the learned guide that predict second moments below `limits`, or null if
+  // neither does.
   std::unique_ptr<const Guide> learn(const Limits& limits) {
     LearnedGuide learned = learn_guide(records_, light_records_);
     statistics_.predicted = learned.second_moment;

@@ -15,11 +15,10 @@ namespace kindling {
 struct GuideTrainingSettings {
   IntegratorSettings integrator; // of the path tracer that is to be guided
   PixelFilter filter;
-  uint32_t seed = 0;      // of the render; the paths of the training are independent of its samples
-  uint64_t max_paths = 0; // 0: no training
-  bool only_if_worthwhile =
-      true; // give up after the probe, or drop the guide, unless the predicted gain is worth its cost
-  std::vector<PixelRect> blocks; // of the whole image, kBlockSize on a side, in scan order
+  uint32_t seed = 0;              // of the render; the paths of the training are independent of its samples
+  uint64_t max_paths = 0;         // 0: no training
+  bool only_if_worthwhile = true; // false: train to the end and use any predicted gain
+  std::vector<PixelRect> blocks;  // of the whole image, kBlockSize on a side, in scan order
 };
 
 // Cost and result of a training; all zero if there was none.
@@ -39,10 +38,11 @@ struct TrainedGuide {
   double busy_s = 0.0; // time spent tracing paths, summed over the threads; the rest is learning and waiting
 };
 
-// Traces an eighth of the paths first, as a probe that predicts the gain, then the rest, guided by what the probe learned.
-// The guide is a function of world, camera and settings alone: threads do not change it. Runs on the threads of the current
-// TBB arena. `stopped` is polled between blocks and may be empty; once it returns true, no guide is returned.
-// `on_done` may be empty; it is called from any thread with the number of paths traced so far.
+// Traces an eighth of the paths first, as a probe that predicts the gain, then the rest, guided by
+// what the probe learned. The guide is a function of world, camera and settings alone: threads do
+// not change it. Runs on the threads of the current TBB arena. `stopped` is polled between blocks
+// and may be empty; once it returns true, no guide is returned. `on_done` may be empty; it is
+// called from any thread with the number of paths traced so far.
 [[nodiscard]] TrainedGuide train_guide(const World& world, const Camera& camera, const GuideTrainingSettings& settings,
                                        const std::function<bool()>& stopped,
                                        const std::function<void(uint64_t)>& on_done);

@@ -1,3 +1,4 @@
+// Turns a render's settings into those of its guide's training.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/train_guide.h"
 

@@ -10,11 +10,13 @@
 
 namespace kindling {
 
-// Returns the maximum number of paths that training may take for these settings; 0 if nothing is to be trained.
+// Returns the maximum number of paths that training may take for these settings; 0 if nothing is to
+// be trained.
 [[nodiscard]] uint64_t training_paths(const RenderSettings& settings);
 
-// Trains a guide with paths from all over the image. Crop, region, threads and tiles do not change the guide; the planned
-// samples per pixel do. `stopped` and `on_done` as in renderer/integrator/guide_training.h.
+// Trains a guide with paths from all over the image. Crop, region, threads and tiles do not change
+// the guide; the planned samples per pixel do. `stopped` and `on_done` as in
+// renderer/integrator/guide_training.h.
 [[nodiscard]] TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
                                        const std::function<bool()>& stopped,
                                        const std::function<void(uint64_t)>& on_done);
