@@ -1,4 +1,4 @@
-// Whole small renders of the shipped scenes with each accelerator: samples per second, from the first ray to the film.
+// Benchmarks of whole small renders: samples per second of the shipped scenes by accelerator.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 #include "renderer/import/load_gltf.h"
@@ -20,7 +20,8 @@ struct Prepared {
   std::unique_ptr<Camera> camera;
 };
 
-// Null world with the reason in `error` where the scene cannot be used.
+// Loads a shipped scene and builds its world. On failure the world is null and `error` has the
+// reason.
 Prepared prepare(const std::string& name, accel::Kind kind, const V2i& size_px, std::string& error) {
   Result<Scene> scene = load_gltf(std::filesystem::path(KINDLING_SOURCE_DIR) / "scenes" / name, {}, nullptr);
   if (!scene.ok()) return error = scene.error().message, Prepared{};
@@ -57,7 +58,7 @@ void render_scene(benchmark::State& state, const std::string& name, accel::Kind 
   state.counters["rays/s"] = benchmark::Counter(static_cast<double>(rays.total()), benchmark::Counter::kIsRate);
 }
 
-// The optimizations of the Whitted tracer, one by one and together, on a scene of mirrors and glass.
+// Renders a scene of mirrors and glass with the Whitted tracer.
 void render_whitted(benchmark::State& state, const WhittedSettings& whitted) {
   RenderSettings settings;
   settings.size_px = {301, 246};

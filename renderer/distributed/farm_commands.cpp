@@ -1,4 +1,4 @@
-// The command lines of a farm's processes.
+// Command lines of a farm's render and merge processes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_worker.h"
 
@@ -11,10 +11,12 @@ namespace kindling {
 
 namespace {
 
-// Of the flags of a render, those that its images need again when they are made of merged sums.
-constexpr std::array<std::string_view, 5> kImageFlags = {"--view", "--exposure", "--ocio", "--png-bits", "--jpeg-quality"};
+// Flags of a render that its merge needs too, to make the images from the merged sums.
+constexpr std::array<std::string_view, 5> kImageFlags = {"--view", "--exposure", "--ocio", "--png-bits",
+                                                         "--jpeg-quality"};
 
-// A file of the task as --frames wants it: #### in place of the frame's number.
+// Returns the name of a task's file as --frames expects it, with #### in place of the frame's
+// number.
 std::string frame_pattern(const FarmTask& task, const std::filesystem::path& file) {
   if (!task.frame) return file.string();
   const size_t numbered = with_frame_number(kFramePattern, *task.frame).size();

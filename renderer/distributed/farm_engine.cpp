@@ -1,4 +1,4 @@
-// Choosing an engine, and the file of what it was given.
+// The factory of engines, and the file of submitted jobs.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_engine.h"
 

@@ -1,4 +1,4 @@
-// Names and numbers of a plan, and its file.
+// Task numbers and file names of a farm's plan; reading and writing of plan.json.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_plan.h"
 
@@ -15,7 +15,7 @@ namespace kindling {
 namespace {
 
 constexpr int kPlanVersion = 1;
-constexpr int64_t kMaxTasks = 1'000'000; // `farm submit` makes no more
+constexpr int64_t kMaxTasks = 1'000'000; // limit of `farm submit`
 
 std::vector<std::string> strings_of(const std::vector<std::filesystem::path>& paths) {
   return {paths.begin(), paths.end()};
@@ -117,13 +117,12 @@ Result<void> write_new_plan(const FarmPlan& plan) {
   const std::filesystem::path file = plan.folder / "plan.json";
   std::error_code error;
   if (std::filesystem::exists(file, error))
-    return Error{ErrorKind::usage,
-                 fmt::format("{}: is there already; a farm needs a folder of its own", file.string())};
+    return Error{ErrorKind::usage, fmt::format("{}: exists already; a farm needs a folder of its own", file.string())};
   for (const char* name : {"parts", "state", "logs"}) {
     std::filesystem::create_directories(plan.folder / name, error);
     if (error)
       return Error{ErrorKind::input_output,
-                   fmt::format("{}: cannot be made: {}", (plan.folder / name).string(), error.message())};
+                   fmt::format("{}: cannot be created: {}", (plan.folder / name).string(), error.message())};
   }
   return write_json_file(file, plan_json(plan));
 }
@@ -139,7 +138,7 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
   };
   try {
     if (const int version = json.value().at("version").get<int>(); version != kPlanVersion)
-      return broken(fmt::format("a plan of version {}; this program knows {}", version, kPlanVersion));
+      return broken(fmt::format("a plan of version {}; this program supports {}", version, kPlanVersion));
     FarmPlan plan = from_json(json.value());
     plan.folder = file.parent_path();
     if (plan.parts < 1) return broken("a plan without parts");

@@ -1,4 +1,4 @@
-// The records' files, and what follows from them.
+// Reading, writing and judging of a farm's records.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_records.h"
 
@@ -59,7 +59,7 @@ FarmAttempt attempt_from_json(const nlohmann::ordered_json& json) {
   return attempt;
 }
 
-// `read` of the file's object; nothing where there is no file.
+// Returns `read` of the file's JSON object, or nothing if there is no file.
 template <typename Read>
 auto read_record(const std::filesystem::path& path, const Read& read)
     -> Result<std::optional<decltype(read(nlohmann::ordered_json()))>> {
@@ -76,7 +76,7 @@ auto read_record(const std::filesystem::path& path, const Read& read)
   }
 }
 
-// Why the last attempt went wrong, in a few words.
+// Returns the reason of a failed attempt in a few words.
 std::string describe_failure(const FarmAttempt& attempt) {
   std::string text = attempt.signal != 0 ? fmt::format("ended by signal {}{}", attempt.signal,
                                                        attempt.signal == 9 ? " (out of memory?)" : "")
@@ -89,7 +89,7 @@ std::string describe_failure(const FarmAttempt& attempt) {
 
 double now_s() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
 
-bool is_there(const std::filesystem::path& path) {
+bool file_exists(const std::filesystem::path& path) {
   std::error_code error;
   return std::filesystem::exists(path, error);
 }
@@ -109,15 +109,15 @@ Verdict judge(const TaskRecord& record, int retries) {
   case AttemptOutcome::interrupted: return {NextStep::give_way, {}};
   case AttemptOutcome::refused: return {NextStep::refuse, {}};
   case AttemptOutcome::out_of_time: {
-    const auto came_nearer = std::find_if(record.attempts.rbegin(), record.attempts.rend(), [](const auto& attempt) {
+    const auto progressed = std::find_if(record.attempts.rbegin(), record.attempts.rend(), [](const auto& attempt) {
       return attempt.outcome != AttemptOutcome::out_of_time || attempt.saved > attempt.saved_before;
     });
-    const auto fruitless = came_nearer - record.attempts.rbegin();
-    if (fruitless < kMaxFruitlessAttempts) return {NextStep::go_on, {}};
+    const auto fruitless = progressed - record.attempts.rbegin();
+    if (fruitless < kMaxFruitlessAttempts) return {NextStep::resume_later, {}};
     return {
         NextStep::poison,
-        fmt::format("out of time {} times in a row without coming nearer to its end, {:.1f} % of it are saved, last "
-                    "on {}: it needs more --time",
+        fmt::format("out of time {} times in a row without progress, {:.1f} % of its samples are saved, last on {}: "
+                    "it needs a longer --time",
                     fruitless, 100.0 * last.saved, last.host)};
   }
   case AttemptOutcome::running:
@@ -139,7 +139,8 @@ AttemptOutcome outcome_of(int exit_code, int signal, int asked_by) {
   if (signal == 0 && exit_code == 0) return AttemptOutcome::done;
   if (asked_by != 0) return asked_by == kOutOfTimeSignal ? AttemptOutcome::out_of_time : AttemptOutcome::interrupted;
   if (signal != 0) return AttemptOutcome::crashed;
-  // 128 and a signal: interrupted in good order, if not by us. A shell between us and the program says it of a crash, too.
+  // 128 plus SIGINT or SIGTERM: another process interrupted the render, which ended in order.
+  // Higher codes come from a shell in between that reports a crash.
   if (exit_code == 130 || exit_code == 143) return AttemptOutcome::interrupted;
   if (exit_code > 128) return AttemptOutcome::crashed;
   return exit_code == 2 || exit_code == 3 ? AttemptOutcome::refused : AttemptOutcome::failed;

@@ -1,4 +1,4 @@
-// Putting records and queue together.
+// Combines a farm's records and its engine's queue into a status.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_status.h"
 
@@ -12,7 +12,7 @@ TaskStatus task_status(const FarmPlan& plan, const FarmTask& task, const std::op
                        const std::optional<FarmRefusal>& refusal) {
   TaskStatus status;
   status.task = task;
-  // A record that cannot be read tells nothing; the part does.
+  // An unreadable record is ignored: the part's file is what counts.
   if (Result<TaskRecord> record = read_task_record(plan.task_record_file(task)); record.ok())
     status.record = std::move(record).value();
   const FarmAttempt* last = status.record.attempts.empty() ? nullptr : &status.record.attempts.back();
@@ -37,11 +37,11 @@ TaskStatus task_status(const FarmPlan& plan, const FarmTask& task, const std::op
     if (status.state == TaskState::running) status.host = queued->second.host;
     if (status.state == TaskState::waiting) status.reason = queued->second.reason;
   } else if (!queue) {
-    // Nobody to ask: believe the record.
+    // Without a queue, the record is the only source.
     status.state =
         last != nullptr && last->outcome == AttemptOutcome::running ? TaskState::running : TaskState::waiting;
   } else if (last != nullptr) {
-    status.reason = last->outcome == AttemptOutcome::running ? "ended without a word on " + last->host
+    status.reason = last->outcome == AttemptOutcome::running ? "ended without a report on " + last->host
                                                              : std::string(outcome_name(last->outcome));
     if (!last->message.empty()) status.reason += ": " + last->message;
   } else {
@@ -85,7 +85,7 @@ bool FarmStatus::all_merged() const {
   return std::all_of(frames.begin(), frames.end(), [](const FrameStatus& frame) { return frame.merged(); });
 }
 
-bool FarmStatus::goes_on() const {
+bool FarmStatus::in_progress() const {
   return merge_waits || count(TaskState::running) > 0 || count(TaskState::waiting) > 0;
 }
 

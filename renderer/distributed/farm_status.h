@@ -1,4 +1,4 @@
-// Where a farm stands: its records, and what its engine still has.
+// Status of a farm, from its records and its engine's queue.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +15,12 @@
 namespace kindling {
 
 enum class TaskState {
-  done,     // its part is there
-  running,  // somewhere, now
+  done, // the part is complete
+  running,
   waiting,  // in the engine's queue
-  poisoned, // failed too often
-  refused,  // the scene or the flags are no good
-  missing,  // neither there nor in the queue: cancelled, out of time, or never handed over
+  poisoned, // given up after too many failures
+  refused,  // scene or flags are invalid
+  missing,  // neither complete nor in the queue: cancelled, out of time, or never submitted
 };
 [[nodiscard]] std::string_view task_state_name(TaskState state);
 
@@ -30,7 +30,7 @@ struct TaskStatus {
   TaskRecord record;
   std::string host;      // of the last attempt
   double progress = 0.0; // in [0, 1]
-  std::string reason;    // why it waits, or will not be done
+  std::string reason;    // for waiting, or for being poisoned, refused or missing
 };
 
 struct FrameStatus {
@@ -48,15 +48,16 @@ struct FarmStatus {
   std::vector<FrameStatus> frames;
   std::optional<FarmRefusal> refusal;
   bool merge_waits = false; // the merge job is in the queue
-  std::string queue_error;  // the engine could not be asked; what runs is told by the records alone
+  std::string queue_error;  // set if the engine could not be asked; then the status is from the records alone
 
   [[nodiscard]] int count(TaskState state) const;
   [[nodiscard]] bool all_merged() const;
-  // Whether anything of it is still to come by itself.
-  [[nodiscard]] bool goes_on() const;
+  // True if tasks or the merge job are still running or waiting.
+  [[nodiscard]] bool in_progress() const;
 };
 
-// Unset `queue`: the engine could not be asked.
+// Combines records and queue; `queue` is unset if the engine could not be asked. Fails
+// (input_output).
 [[nodiscard]] Result<FarmStatus> farm_status(const FarmPlan& plan, const std::optional<FarmQueue>& queue);
 
 } // namespace kindling

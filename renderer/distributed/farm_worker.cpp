@@ -1,4 +1,4 @@
-// Attempts at a task, one after the other.
+// The worker's loop of attempts at a task.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_worker.h"
 
@@ -14,8 +14,7 @@ namespace kindling {
 
 namespace {
 
-// How often the progress of a render goes to its record.
-constexpr double kRecordInterval_s = 2.0;
+constexpr double kRecordInterval_s = 2.0; // between updates of the progress in the record
 
 void remove_checkpoint(const FarmPlan& plan, const FarmTask& task) {
   std::error_code error;
@@ -23,7 +22,7 @@ void remove_checkpoint(const FarmPlan& plan, const FarmTask& task) {
     std::filesystem::remove(plan.checkpoint_file(task).string() + ending, error);
 }
 
-// Of the samples that the part is to have, the share that an attempt would go on from.
+// Returns the fraction of the part's samples that an attempt would resume from, in [0, 1].
 double saved_share(const FarmPlan& plan, const FarmTask& task) {
   const std::filesystem::path checkpoint = plan.checkpoint_file(task);
   Result<AccumulationSummary> summary = read_accumulation_summary(checkpoint);
@@ -39,17 +38,17 @@ class TaskWorker {
   Result<int> run();
 
  private:
-  // Ends attempts that ended without a word: with their machine, or killed.
+  // Marks attempts whose end was never recorded as lost: their machine failed, or they were killed.
   void close_lost_attempts();
-  // One attempt to its end; its exit code, as of a shell.
+  // Runs one attempt to its end and returns its exit code as a shell would.
   Result<int> attempt();
   Result<void> save() { return write_task_record(file_, record_); }
   Result<int> poison(const std::string& reason, int exit_code);
   Result<int> refuse(int exit_code);
-  // Whether the next attempt is another process's.
+  // Asks the engine for the next attempt. True if it agreed.
   bool leave_to_engine();
-  // As a matter of another process alone.
-  void go_on_later();
+  // Asks the engine to resume the task in another process, unless this one was terminated.
+  void request_resume();
 
   const FarmPlan& plan_;
   const FarmTask task_;
@@ -64,17 +63,17 @@ Result<int> TaskWorker::run() {
   const std::string name = plan_.task_name(task_);
   Result<TaskRecord> record = read_task_record(file_);
   if (!record.ok()) {
-    log_(fmt::format("{}; beginning a new record", record.error().message)); // a full disk's, or a broken one's
+    log_(fmt::format("{}; starting a new record", record.error().message)); // damaged, for example by a full disk
     record = TaskRecord{};
   }
   record_ = std::move(record).value();
-  if (is_there(plan_.part_file(task_))) {
-    log_(fmt::format("{} is there already", name));
+  if (file_exists(plan_.part_file(task_))) {
+    log_(fmt::format("{} is complete already", name));
     remove_checkpoint(plan_, task_);
     return 0;
   }
   if (!record_.poisoned.empty()) {
-    log_(fmt::format("{} is not tried any more: {}", name, record_.poisoned));
+    log_(fmt::format("{} is given up: {}", name, record_.poisoned));
     return 1;
   }
   close_lost_attempts();
@@ -85,12 +84,12 @@ Result<int> TaskWorker::run() {
     const Result<std::optional<FarmRefusal>> refusal = read_refusal(plan_.refusal_file());
     if (!refusal.ok()) return refusal.error();
     if (refusal.value()) {
-      log_(
-          fmt::format("{} is not tried: task {} found out: {}", name, refusal.value()->task, refusal.value()->message));
+      log_(fmt::format("{} is not tried: task {} was refused: {}", name, refusal.value()->task,
+                       refusal.value()->message));
       return refusal.value()->exit_code;
     }
     if (const int signal = signals_.received(); signal != 0) {
-      if (signal == kOutOfTimeSignal) go_on_later();
+      if (signal == kOutOfTimeSignal) request_resume();
       return 128 + signal;
     }
     const Result<int> ended = attempt();
@@ -99,7 +98,7 @@ Result<int> TaskWorker::run() {
     switch (verdict.step) {
     case NextStep::finished: remove_checkpoint(plan_, task_); return 0;
     case NextStep::give_way: return ended;
-    case NextStep::go_on: go_on_later(); return ended;
+    case NextStep::resume_later: request_resume(); return ended;
     case NextStep::refuse: return refuse(ended.value());
     case NextStep::poison: return poison(verdict.reason, ended.value());
     case NextStep::retry:
@@ -118,7 +117,7 @@ void TaskWorker::close_lost_attempts() {
 }
 
 Result<int> TaskWorker::attempt() {
-  const bool resumed = is_there(plan_.checkpoint_file(task_));
+  const bool resumed = file_exists(plan_.checkpoint_file(task_));
   FarmAttempt& attempt = record_.attempts.emplace_back();
   attempt.host = engine_.host_of_this_task();
   attempt.start_s = now_s();
@@ -134,14 +133,14 @@ Result<int> TaskWorker::attempt() {
     if (!lines.take(line) || now_s() - attempt.seen_s < kRecordInterval_s) return;
     attempt.seen_s = now_s();
     attempt.progress = lines.progress;
-    if (Result<void> saved = save(); !saved.ok()) log_(saved.error().message); // the end will be written
+    if (Result<void> saved = save(); !saved.ok()) log_(saved.error().message); // not fatal: the end is written later
   };
-  // A render that is interrupted writes what it has; and frames whose file is there are skipped.
+  // An interrupted render has left this file, and a render skips frames whose output exists.
   std::error_code error;
   std::filesystem::remove(plan_.unfinished_file(task_), error);
   const int threads = engine_.inside_task() ? engine_.threads_of_this_task() : plan_.resources.threads_per_part;
   Result<ProcessEnd> end = run_watched(render_command(plan_, task_, threads), plan_.working_folder, signals_, on_line);
-  if (!end.ok()) { // no program on this machine: another one may have it
+  if (!end.ok()) { // not startable on this machine, perhaps on another
     end = ProcessEnd{4, 0};
     lines.error = "the program cannot be started";
   }
@@ -161,9 +160,10 @@ Result<int> TaskWorker::attempt() {
   }
   attempt.saved = attempt.outcome == AttemptOutcome::done ? 1.0 : saved_share(plan_, task_);
   if (attempt.outcome == AttemptOutcome::done) attempt.progress = 1.0;
-  // A checkpoint that cannot be gone on from must not be in the way of the next attempt; one that could is worth keeping.
+  // An unusable checkpoint must not block the next attempt: the render failed before it started to
+  // take samples.
   if (resumed && attempt.exit_code == 4 && !lines.rendering) {
-    log_("the next attempt will begin anew");
+    log_("the checkpoint is unusable; the next attempt starts from scratch");
     remove_checkpoint(plan_, task_);
   }
   log_(fmt::format("attempt {}: {}", record_.attempts.size(), outcome_name(attempt.outcome)));
@@ -174,7 +174,7 @@ Result<int> TaskWorker::attempt() {
 
 Result<int> TaskWorker::poison(const std::string& reason, int exit_code) {
   record_.poisoned = reason;
-  log_(fmt::format("{} is not tried any more: {}", plan_.task_name(task_), reason));
+  log_(fmt::format("{} is given up: {}", plan_.task_name(task_), reason));
   if (Result<void> saved = save(); !saved.ok()) return saved.error();
   return exit_code;
 }
@@ -182,7 +182,7 @@ Result<int> TaskWorker::poison(const std::string& reason, int exit_code) {
 Result<int> TaskWorker::refuse(int exit_code) {
   std::string message = record_.attempts.back().message;
   if (message.empty()) message = fmt::format("the renderer ended with exit code {}", exit_code);
-  log_("no task of this farm is tried any more");
+  log_("all other tasks of this farm are refused as well");
   if (Result<void> written = write_refusal(plan_.refusal_file(), {exit_code, task_.number, message}); !written.ok())
     return written.error();
   return exit_code;
@@ -195,13 +195,13 @@ bool TaskWorker::leave_to_engine() {
   return requeued.ok();
 }
 
-void TaskWorker::go_on_later() {
+void TaskWorker::request_resume() {
   if (signals_.came(SIGTERM)) {
-    log_("and terminated: whoever does that says whether it goes on"); // cancelled, or the time is over already
+    log_("terminated as well: not requeued"); // cancelled, or past its time limit; the engine decides
     return;
   }
   if (!engine_.inside_task()) return;
-  log_("goes on in another attempt: its time is nearly over");
+  log_("resumes in another attempt: its time limit is near");
   if (const Result<void> requeued = engine_.requeue_this_task(); !requeued.ok()) log_(requeued.error().message);
 }
 

@@ -1,4 +1,4 @@
-// Finds gaps and names them.
+// Finds the gaps of a coverage, merges them into rectangles and names them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/gaps.h"
 
@@ -19,19 +19,19 @@ PixelRect intersection(const PixelRect& a, const PixelRect& b) {
           V2i(std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y))};
 }
 
-// What is missing of one block; empty: nothing. Spans as (first, end).
-using Missing = std::vector<std::pair<uint32_t, uint32_t>>;
+// The samples that one block lacks.
+using Missing = std::vector<SampleRange>;
 
 Missing missing_of(const BlockCoverage& block, uint32_t samples_per_pixel) {
   Missing missing;
   if (block.stopped) return missing;
   uint32_t next = 0;
-  for (const SampleSpan& span : block.spans) {
+  for (const SampleRange& span : block.spans) {
     if (span.first >= samples_per_pixel) break;
-    if (span.first > next) missing.emplace_back(next, span.first);
+    if (span.first > next) missing.push_back({next, span.first});
     next = std::max(next, span.end);
   }
-  if (next < samples_per_pixel) missing.emplace_back(next, samples_per_pixel);
+  if (next < samples_per_pixel) missing.push_back({next, samples_per_pixel});
   return missing;
 }
 
@@ -42,20 +42,20 @@ std::string range_text(uint32_t first, uint32_t last) {
 // "samples 21-41 and 63-84", "all samples".
 std::string samples_text(const Missing& missing, uint32_t samples_per_pixel) {
   if (missing == Missing{{0, samples_per_pixel}}) return "all samples";
-  const bool one = missing.size() == 1 && missing.front().second - missing.front().first == 1;
+  const bool one = missing.size() == 1 && missing.front().count() == 1;
   std::string text = one ? "sample " : "samples ";
   for (size_t i = 0; i < missing.size(); ++i) {
     if (i > 0) text += i + 1 < missing.size() ? ", " : " and ";
-    text += range_text(missing[i].first, missing[i].second - 1);
+    text += range_text(missing[i].first, missing[i].end - 1);
   }
   return text;
 }
 
-// "part 2/3: ", "parts 2-3/8 and 5/8: "; empty if some of it is not whole parts.
+// "part 2/3: ", "parts 2-3/8 and 5/8: "; empty unless the gap consists of whole parts.
 std::string sample_parts_text(const Missing& missing, uint32_t samples_per_pixel, uint32_t parts) {
   if (parts < 2 || parts > samples_per_pixel || missing == Missing{{0, samples_per_pixel}}) return {};
   const auto begin = [&](uint64_t k) { return static_cast<uint32_t>(samples_per_pixel * k / parts); };
-  // How many parts end before or at `sample`, if one begins there.
+  // Number of parts before `sample`, if a part begins there.
   const auto parts_until = [&](uint64_t sample) {
     return static_cast<uint32_t>((sample * parts + samples_per_pixel - 1) / samples_per_pixel);
   };
@@ -63,8 +63,8 @@ std::string sample_parts_text(const Missing& missing, uint32_t samples_per_pixel
   uint32_t named = 0;
   for (size_t i = 0; i < missing.size(); ++i) {
     const uint32_t first = parts_until(missing[i].first);
-    const uint32_t last = parts_until(missing[i].second);
-    if (begin(first) != missing[i].first || begin(last) != missing[i].second) return {};
+    const uint32_t last = parts_until(missing[i].end);
+    if (begin(first) != missing[i].first || begin(last) != missing[i].end) return {};
     if (i > 0) text += i + 1 < missing.size() ? ", " : " and ";
     text += range_text(first + 1, last) + "/" + std::to_string(parts);
     named += last - first;
@@ -77,7 +77,7 @@ std::string pixels_text(const PixelRect& rect) {
          std::to_string(rect.max.y);
 }
 
-// The grid of an area's blocks.
+// The grid of blocks of a coverage's area.
 class BlockGrid {
  public:
   explicit BlockGrid(const Coverage& coverage) : coverage_(coverage) {
@@ -97,8 +97,8 @@ class BlockGrid {
 
 constexpr size_t kComplete = ~size_t{0};
 
-// Takes the blocks with `kind` out of `kinds` as rectangles: those of tile parts first, then in scan order as wide and then as high as
-// they go.
+// Moves the blocks of one kind from `kinds` into rectangles: whole tile parts first, then in scan
+// order, each first as wide and then as high as possible.
 struct Place {
   PixelRect pixels;
   uint32_t tile_part = 0; // from 1
@@ -138,7 +138,7 @@ std::vector<Place> take_places(const Coverage& coverage, const BlockGrid& grid, 
 
 Gaps find_gaps(const Coverage& coverage, const PixelRect& crop, uint32_t samples_per_pixel, const PartCounts& counts) {
   Gaps gaps;
-  // The kinds of gaps, by number, and which block has which.
+  // Blocks with the same missing samples are of one kind; kinds are numbered.
   std::map<Missing, size_t> number_of;
   std::vector<const Missing*> missing_by_kind;
   std::vector<size_t> kinds(coverage.block_count(), kComplete);
@@ -148,7 +148,7 @@ Gaps find_gaps(const Coverage& coverage, const PixelRect& crop, uint32_t samples
     Missing missing = missing_of(coverage[i], samples_per_pixel);
     if (coverage[i].spans.empty()) gaps.empty_pixels += pixels;
     if (missing.empty()) continue;
-    for (const auto& [first, end] : missing) gaps.missing_samples += pixels * (end - first);
+    for (const SampleRange& range : missing) gaps.missing_samples += pixels * range.count();
     const auto [found, is_new] = number_of.emplace(std::move(missing), missing_by_kind.size());
     if (is_new) {
       missing_by_kind.push_back(&found->first);

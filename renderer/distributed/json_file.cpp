@@ -1,4 +1,4 @@
-// Writing JSON files whole.
+// Atomic writing of JSON files by rename.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/json_file.h"
 
@@ -24,7 +24,7 @@ Error failed(const std::filesystem::path& path, const char* what) {
 Result<void> write_json_file(const std::filesystem::path& path, const nlohmann::ordered_json& json) {
   char host[256] = "";
   gethostname(host, sizeof host - 1);
-  // Of this process alone, on whichever machine.
+  // Unique to this process, even among several machines.
   const std::filesystem::path temporary = fmt::format("{}.{}-{}.tmp", path.string(), host, getpid());
   const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   errno = 0;

@@ -1,4 +1,4 @@
-// JSON files that several machines read while one writes them: whole or not there.
+// Atomic writing and reading of JSON files that several machines share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,9 +10,10 @@
 
 namespace kindling {
 
-// Written beside the name and renamed, so that a reader sees the old text or the new one. Fails (input_output).
+// Writes a temporary file beside `path` and renames it, so that readers see the old text or the new
+// one. Fails (input_output).
 [[nodiscard]] Result<void> write_json_file(const std::filesystem::path& path, const nlohmann::ordered_json& json);
-// Fails (input_output) where the file cannot be read or is no JSON object.
+// Reads a JSON object. Fails (input_output) if the file cannot be read or contains anything else.
 [[nodiscard]] Result<nlohmann::ordered_json> read_json_file(const std::filesystem::path& path);
 
 } // namespace kindling

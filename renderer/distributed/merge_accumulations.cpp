@@ -1,4 +1,4 @@
-// Adds up accumulations.
+// Adds up the sums of the parts of an image.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 
@@ -17,7 +17,7 @@ Error damaged(const std::filesystem::path& file, const std::string& what) {
   return {ErrorKind::input_output, file.string() + ": " + what};
 }
 
-// Of all sums of a film; other sums give another number but for one case in 2^64.
+// Returns a hash of all sums of a film. Different sums collide with a probability of 2^-64.
 uint64_t fingerprint(const Film& film) {
   uint64_t hash = 0x9E3779B97F4A7C15ULL;
   const auto take = [&hash](uint64_t word) {
@@ -39,14 +39,14 @@ uint64_t fingerprint(const Film& film) {
 
 bool same_rect(const PixelRect& a, const PixelRect& b) { return a.min == b.min && a.max == b.max; }
 
-// What is rendered of a crop: with adaptive sampling whole blocks.
+// Returns the rendered pixels of an image's crop; adaptive sampling extends it to whole blocks.
 PixelRect area_of(const AccumulationIdentity& identity, bool adaptive) {
   return adaptive ? AdaptiveSampling::whole_blocks(identity.crop, identity.size_px) : identity.crop;
 }
 
 bool is_adaptive(const RenderState& state) { return !state.adaptive.stop_at.empty(); }
 
-// Copies what decisions go on from: the blocks and pixels of `part`, which no other has.
+// Copies the state of adaptive sampling for the blocks of `part`, which no other part has.
 void add_adaptive(const RenderState& part, RenderState& whole) {
   for (size_t i = 0; i < part.coverage.block_count(); ++i) {
     const PixelRect block = part.coverage.block(i);
@@ -64,7 +64,7 @@ void add_adaptive(const RenderState& part, RenderState& whole) {
   }
 }
 
-// The sum so far.
+// The sum of the parts added so far.
 class Sum {
  public:
   explicit Sum(const AccumulationIdentity& identity) : identity_(identity) {}
@@ -72,7 +72,7 @@ class Sum {
   Result<void> add(const std::filesystem::path& file, RenderState part) {
     if (!whole_) {
       const PixelRect area = area_of(identity_, is_adaptive(part));
-      if (same_rect(part.film.crop(), area)) { // has all pixels: others are added to it
+      if (same_rect(part.film.crop(), area)) { // it has all pixels and becomes the sum itself
         whole_ = std::move(part);
         return {};
       }
@@ -81,9 +81,9 @@ class Sum {
     if (Result<void> checked = check(file, part); !checked.ok()) return checked;
     for (size_t i = 0; i < part.coverage.block_count(); ++i) {
       const size_t at = whole_->coverage.index_of(part.coverage.block(i).min);
-      for (const SampleSpan& span : part.coverage[i].spans)
+      for (const SampleRange& span : part.coverage[i].spans)
         if (!whole_->coverage.add(at, span))
-          return damaged(file, "was changed while it was read: it has samples now that another file has too");
+          return damaged(file, "was changed during the merge: another file has some of its samples, too");
       if (part.coverage[i].stopped) whole_->coverage.set_stopped(at);
     }
     if (is_adaptive(part)) add_adaptive(part, *whole_);
@@ -107,13 +107,13 @@ class Sum {
     whole_->adaptive.earlier.assign(static_cast<size_t>(area.pixel_count()), Film::Totals{});
   }
 
-  // What a plan cannot see from summaries.
+  // Checks what summaries do not show: layers, and the grid of blocks.
   [[nodiscard]] Result<void> check(const std::filesystem::path& file, const RenderState& part) const {
     if (part.film.aovs().bits() != whole_->film.aovs().bits() ||
         part.film.trims_outliers() != whole_->film.trims_outliers())
-      return damaged(file, "has other layers than the first part, though its settings are the same");
+      return damaged(file, "has different layers than the first part, although its settings are the same");
     if (is_adaptive(part) != is_adaptive(*whole_))
-      return damaged(file, "differs from the first part in adaptive sampling, though its settings are the same");
+      return damaged(file, "differs from the first part in adaptive sampling, although its settings are the same");
     for (size_t i = 0; i < part.coverage.block_count(); ++i) {
       const PixelRect block = part.coverage.block(i);
       if (!same_rect(block, whole_->coverage.block(whole_->coverage.index_of(block.min))))
@@ -137,7 +137,7 @@ Result<Accumulation> merge_accumulations(const MergePlan& plan, const CancelToke
     Result<Accumulation> part = read_accumulation(file);
     if (!part.ok()) return part.error();
     if (!image_differences(plan.identity, part.value().identity).empty())
-      return damaged(file, "was changed while it was read: it is of another image now");
+      return damaged(file, "was changed during the merge: it belongs to another image now");
     return std::move(part).value().state;
   };
   const auto file_done = [&] {
@@ -147,7 +147,7 @@ Result<Accumulation> merge_accumulations(const MergePlan& plan, const CancelToke
   for (size_t i = 0; i < plan.parts.size(); ++i) {
     Result<RenderState> part = read(plan.parts[i]);
     if (!part.ok()) return part.error();
-    // Its duplicates, before it is gone.
+    // Duplicates are compared before the part is moved into the sum.
     std::optional<uint64_t> own;
     for (const DuplicatePart& duplicate : plan.duplicates) {
       if (duplicate.same_as != i) continue;
@@ -156,8 +156,8 @@ Result<Accumulation> merge_accumulations(const MergePlan& plan, const CancelToke
       if (!other.ok()) return other.error();
       if (fingerprint(other.value().film) != *own)
         return damaged(duplicate.file, "has the samples of " + plan.parts[i].string() +
-                                           " but other sums: one of the two is wrong, from a machine that computes "
-                                           "otherwise or a file that was altered; render that part again");
+                                           " but different sums: one of the two is wrong, from a faulty machine or "
+                                           "an altered file; render that part again");
       file_done();
     }
     if (Result<void> added = sum.add(plan.parts[i], std::move(part).value()); !added.ok()) return added.error();

@@ -1,7 +1,8 @@
-// Merges accumulation files: checks that they are parts of one image, and adds them up.
+// Merging of accumulation files: checks that they are parts of one image, and adds up their sums.
 //
-// Sums are exact (renderer/base/exact_sum.h), so neither the order nor the grouping of parts changes a bit: what has all samples is the
-// image that one process would have rendered. README.md tells what is refused and why.
+// Sums are exact (renderer/base/exact_sum.h), so neither order nor grouping of the parts changes a
+// bit: the merge of all parts is the image that one process would have rendered. README.md lists
+// what is refused and why.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,16 +20,17 @@
 
 namespace kindling {
 
-// A file with the coverage of another: it must have the same sums as well, which is seen when it is read.
+// A file with the same coverage as another. merge_accumulations() checks that its sums are the
+// same, too.
 struct DuplicatePart {
   std::filesystem::path file;
   size_t same_as = 0; // index into MergePlan::parts
 };
 
-// A file that was given and is none of the parts.
+// A given file that is not merged.
 struct LeftOut {
   std::filesystem::path file;
-  std::string reason; // "is the output of an earlier merge"
+  std::string reason; // "is given twice"
 };
 
 struct MergePlan {
@@ -39,18 +41,21 @@ struct MergePlan {
   Gaps gaps;
 };
 
-// Reads what the files are about, not their sums. `outputs` are the names that the merge will write; one that is among the files counts
-// as a part unless all that it has is in others.
+// Plans a merge from the files' headers and coverages, without their sums. `outputs` are the names
+// that the merge will write; one that is among the files counts as a part unless all of its samples
+// are in others.
 //
-// Fails (usage): no file; files of different images (with what differs), or of different programs; two files with the same samples of a
-// pixel, unless they have the same samples everywhere. Fails (input_output): a file that cannot be read, is none of ours or is damaged.
-// Gaps are no failure.
+// Fails (usage) for no files, for files of different images (listing the differences) or programs,
+// and for two files with a sample of a pixel in common, unless all of their samples are the same.
+// Fails (input_output) for files that cannot be read, are no accumulations or are damaged. Gaps are
+// not a failure.
 [[nodiscard]] Result<MergePlan> plan_merge(std::span<const std::filesystem::path> files,
                                            std::span<const std::filesystem::path> outputs);
 
-// Adds up the parts of a plan; memory: the whole film and one part at a time, two where it has a duplicate. `files_done` is called after
-// each file with how many of parts and duplicates are done; it may be null. Fails (input_output): a file is damaged, is not what it was
-// when the plan was made, or has other sums than its duplicate. Fails (render_failed) when cancelled.
+// Adds up the parts of a plan. Takes memory for the whole film and one part, two for a part with a
+// duplicate. `files_done` may be empty; it is called after each file with the number of parts and
+// duplicates done. Fails (input_output) if a file is damaged, has changed since the plan was made,
+// or differs from its duplicate. Fails (render_failed) when cancelled.
 [[nodiscard]] Result<Accumulation> merge_accumulations(const MergePlan& plan, const CancelToken* cancel,
                                                        const std::function<void(size_t)>& files_done);
 

@@ -1,4 +1,4 @@
-// Merging the frames of a farm, each by a process of its own.
+// Merges the frames of a farm, each in a process of its own.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_worker.h"
 #include "renderer/distributed/program_lines.h"
@@ -10,7 +10,7 @@ namespace kindling {
 
 namespace {
 
-// Why a part is not there, and where to read more.
+// Returns the reason why a part is missing, with its last log.
 std::string describe_absence(const FarmPlan& plan, const FarmTask& task) {
   const Result<TaskRecord> record = read_task_record(plan.task_record_file(task));
   if (!record.ok()) return record.error().message;
@@ -35,7 +35,7 @@ Result<MergeReport> merge_frames(const FarmPlan& plan, const FarmLog& log) {
     const size_t bad = report.bad.size();
     for (int part = 1; part <= plan.parts; ++part) {
       const FarmTask task{index * plan.parts + part - 1, plan.frame(index), part};
-      if (is_there(plan.part_file(task))) continue;
+      if (file_exists(plan.part_file(task))) continue;
       report.bad.push_back(fmt::format("{}part {}/{} {}", frame, part, plan.parts, describe_absence(plan, task)));
     }
     if (report.bad.size() > bad) continue;

@@ -1,4 +1,4 @@
-// Which files are parts of one image, and what they have together.
+// Planning of a merge: checks that files belong to one image, finds overlaps, duplicates and gaps.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 #include "renderer/distributed/work_parts.h"
@@ -20,7 +20,7 @@ bool inside(const PixelRect& inner, const PixelRect& outer) {
          inner.max.y <= outer.max.y;
 }
 
-// A coverage in little memory: blocks with the same samples in a row are counted. Thousands of parts are held at once.
+// A run-length encoded coverage, since thousands of parts are held at once.
 struct CompactCoverage {
   struct Run {
     size_t count = 0;
@@ -42,7 +42,7 @@ struct CompactCoverage {
   [[nodiscard]] bool empty() const {
     return std::all_of(runs.begin(), runs.end(), [](const Run& run) { return run.block.spans.empty(); });
   }
-  // For each block that has samples: its place among the blocks of `whole`.
+  // Calls `visit(index, block)` for each block with samples, with its index in `whole`.
   template <typename Visit>
   void visit_blocks(const Coverage& whole, Visit visit) const {
     const Coverage own(area);
@@ -59,11 +59,11 @@ struct File {
   CompactCoverage coverage;
 };
 
-std::string span_text(const SampleSpan& span) {
+std::string span_text(const SampleRange& span) {
   return std::to_string(span.first) + "-" + std::to_string(span.end - 1);
 }
 
-// The blocks and samples that an image has so far.
+// The merged coverage of the files added so far.
 class Whole {
  public:
   explicit Whole(const AccumulationIdentity& identity)
@@ -71,11 +71,11 @@ class Whole {
 
   [[nodiscard]] const Coverage& coverage() const { return coverage_; }
 
-  // Fails (usage) if some of it is there already, and names who of `earlier` has it.
+  // Fails (usage) if a sample was added before, naming the file among `earlier` that has it.
   Result<void> add(const File& file, std::span<const File> earlier) {
     std::optional<Error> failure;
     file.coverage.visit_blocks(coverage_, [&](size_t index, const BlockCoverage& block) {
-      for (const SampleSpan& span : block.spans)
+      for (const SampleRange& span : block.spans)
         if (!failure && !coverage_.add(index, span)) failure = overlap(file, index, span, earlier);
       if (block.stopped) coverage_.set_stopped(index);
     });
@@ -83,24 +83,24 @@ class Whole {
     return {};
   }
 
-  // Whether every sample of the file is here.
+  // True if all samples of the file have been added.
   [[nodiscard]] bool has_all_of(const File& file) const {
     bool all = true;
     file.coverage.visit_blocks(coverage_, [&](size_t index, const BlockCoverage& block) {
-      for (const SampleSpan& span : block.spans) all = all && coverage_.done(index, span) == span.count();
+      for (const SampleRange& span : block.spans) all = all && coverage_.done(index, span) == span.count();
     });
     return all;
   }
 
  private:
-  [[nodiscard]] Error overlap(const File& file, size_t index, const SampleSpan& span,
+  [[nodiscard]] Error overlap(const File& file, size_t index, const SampleRange& span,
                               std::span<const File> earlier) const {
     for (const File& other : earlier) {
       std::optional<Error> found;
       other.coverage.visit_blocks(coverage_, [&](size_t at, const BlockCoverage& block) {
         if (at != index || found) return;
-        for (const SampleSpan& theirs : block.spans) {
-          const SampleSpan both{std::max(span.first, theirs.first), std::min(span.end, theirs.end)};
+        for (const SampleRange& theirs : block.spans) {
+          const SampleRange both{std::max(span.first, theirs.first), std::min(span.end, theirs.end)};
           if (both.empty()) continue;
           const PixelRect pixels = coverage_.block(index);
           found = usage_error(file.path.string() + " and " + other.path.string() + " overlap: both have samples " +
@@ -122,12 +122,13 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, error) && !error;
 }
 
-// What a render keeps beside NAME.kacc: the generation before it, or one that was damaged and put aside.
+// True for files that a render keeps beside NAME.kacc: its previous generation, or a damaged one
+// that was put aside.
 bool is_previous(const fs::path& path) { return path.extension() == ".previous" || path.extension() == ".damaged"; }
 
 bool is_lock(const fs::path& path) { return path.extension() == ".lock"; }
 
-// What a process that was killed while it wrote has left behind: never complete.
+// True for the temporary file of a process that was killed while writing. It is never complete.
 bool is_unfinished(const fs::path& path) {
   return path.extension() == ".tmp" && path.filename().string().starts_with(".kindling-");
 }
@@ -143,7 +144,7 @@ Result<File> read_file(const fs::path& path) {
 
 Error other_image(const File& file, const File& first, const std::vector<ImageDifference>& differences) {
   constexpr size_t kMaxNamed = 6;
-  std::string text = file.path.string() + " is of another image than " + first.path.string() + ": ";
+  std::string text = file.path.string() + " belongs to another image than " + first.path.string() + ": ";
   for (size_t i = 0; i < std::min(differences.size(), kMaxNamed); ++i) {
     const auto& [what, here, there] = differences[i];
     text += (i > 0 ? "; " : "") + what + ": " + here + " and " + there;
@@ -152,7 +153,8 @@ Error other_image(const File& file, const File& first, const std::vector<ImageDi
   return usage_error(std::move(text));
 }
 
-// The merged image is asked for as the first part was, in an order that is not that of the files.
+// Returns the identity of the merged image: that of the first part, in an order independent of the
+// files'.
 AccumulationIdentity merged_identity(std::span<const File> parts) {
   const auto order = [](const File& file) {
     const AccumulationIdentity& identity = file.identity;
@@ -168,7 +170,7 @@ AccumulationIdentity merged_identity(std::span<const File> parts) {
   return identity;
 }
 
-// How the image was divided: the finest division that any part names.
+// Returns the finest division that any part's arguments name.
 PartCounts part_counts(std::span<const File> files) {
   PartCounts counts;
   for (const File& file : files) {
@@ -179,38 +181,43 @@ PartCounts part_counts(std::span<const File> files) {
   return counts;
 }
 
+// Returns the files without those that are given twice, which are added to `left_out`.
+std::vector<fs::path> without_repeats(std::span<const fs::path> files, std::vector<LeftOut>& left_out) {
+  std::vector<fs::path> unique;
+  std::set<std::string> seen; // with links resolved
+  for (const fs::path& file : files) {
+    std::error_code error;
+    const fs::path canonical = fs::weakly_canonical(file, error);
+    if (error || seen.insert(canonical.string()).second)
+      unique.push_back(file);
+    else
+      left_out.push_back({file, "is given twice"});
+  }
+  return unique;
+}
+
+// Returns why a file is no part, as far as its name and the other files' names show it.
+std::optional<std::string> reason_to_leave_out(const fs::path& path, std::span<const fs::path> files) {
+  if (is_unfinished(path)) return "is the unfinished file of a process that was killed";
+  if (is_lock(path)) return "is the lock of a checkpoint";
+  const auto is_newer = [&](const fs::path& other) { return same_file(other, fs::path(path).replace_extension()); };
+  if (is_previous(path) && std::any_of(files.begin(), files.end(), is_newer))
+    return "is the previous generation of another given file";
+  return std::nullopt;
+}
+
 } // namespace
 
 Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs::path> outputs) {
   if (files.empty()) return usage_error("no parts; use 'kindling merge PART.kacc... -o OUT'");
   MergePlan plan;
-  std::vector<fs::path> wanted;
-  std::set<std::string> seen; // with links resolved
-  for (const fs::path& file : files) {
-    std::error_code error;
-    const fs::path canonical = fs::weakly_canonical(file, error);
-    const bool is_new = error || seen.insert(canonical.string()).second;
-    if (is_new)
-      wanted.push_back(file);
-    else
-      plan.left_out.push_back({file, "is given twice"});
-  }
-
+  const std::vector<fs::path> wanted = without_repeats(files, plan.left_out);
   std::vector<File> parts;
   std::vector<File> own_outputs; // of an earlier merge, most likely
   std::optional<File> first;
   for (const fs::path& path : wanted) {
-    if (is_unfinished(path)) {
-      plan.left_out.push_back({path, "is the unfinished file of a process that was killed"});
-      continue;
-    }
-    if (is_lock(path)) {
-      plan.left_out.push_back({path, "is the lock of a checkpoint"});
-      continue;
-    }
-    const auto is_newer = [&](const fs::path& other) { return same_file(other, fs::path(path).replace_extension()); };
-    if (is_previous(path) && std::any_of(wanted.begin(), wanted.end(), is_newer)) {
-      plan.left_out.push_back({path, "is the generation before a file that is given too"});
+    if (std::optional<std::string> reason = reason_to_leave_out(path, wanted)) {
+      plan.left_out.push_back({path, *std::move(reason)});
       continue;
     }
     Result<File> read = read_file(path);
@@ -236,13 +243,13 @@ Result<MergePlan> plan_merge(std::span<const fs::path> files, std::span<const fs
       parts.push_back(std::move(file));
   }
 
-  if (!first) return usage_error(files.front().string() + ": is no part; there is nothing to merge");
+  if (!first) return usage_error(files.front().string() + ": is not a part; there is nothing to merge");
   Whole whole(first->identity);
   for (size_t i = 0; i < parts.size(); ++i)
     if (Result<void> added = whole.add(parts[i], std::span(parts).first(i)); !added.ok()) return added.error();
   for (File& file : own_outputs) {
     if (whole.has_all_of(file)) {
-      plan.left_out.push_back({file.path, "is an output, and the other files have all that is in it"});
+      plan.left_out.push_back({file.path, "is an output, and the other files have all of its samples"});
       continue;
     }
     if (Result<void> added = whole.add(file, parts); !added.ok()) return added.error();

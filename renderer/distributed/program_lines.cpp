@@ -1,4 +1,4 @@
-// Reading the lines of a program of ours.
+// Parses progress events and error lines of Kindling's own processes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/program_lines.h"
 
@@ -21,7 +21,7 @@ bool ProgramLines::take(std::string_view line) {
       return news;
     }
     if (json.is_object() && !text("message").empty()) log_(fmt::format("{}: {}", text("event"), text("message")));
-    if (json.is_object()) return false; // a summary is in the statistics' file
+    if (json.is_object()) return false; // the summary is in the statistics file as well
   }
   constexpr std::string_view kError = "kindling: error: ";
   if (line.starts_with(kError)) error = line.substr(kError.size());

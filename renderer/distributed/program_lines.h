@@ -1,4 +1,4 @@
-// What a render or a merge that runs for a farm says, line by line.
+// Parser for the output of a farm's render or merge process, line by line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,17 +9,17 @@
 
 namespace kindling {
 
-// Progress for a record, the last error for its message, the rest for the log.
+// Extracts progress and the last error for a record, and passes all other lines to the log.
 class ProgramLines {
  public:
   explicit ProgramLines(const FarmLog& log) : log_(log) {}
 
-  // A line as it is written with --progress json. True where there is news of the progress.
+  // Parses a line written with --progress json. True if it updates the progress.
   bool take(std::string_view line);
 
   double progress = 0.0;  // of the render phase
-  bool rendering = false; // that phase has begun
-  std::string error;      // the last, without "kindling: error: "
+  bool rendering = false; // the render phase has begun
+  std::string error;      // the last one, without "kindling: error: "
 
  private:
   const FarmLog& log_;

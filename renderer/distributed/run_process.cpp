@@ -1,4 +1,4 @@
-// Spawning, reading and waiting.
+// Spawns processes with posix_spawn, reads their output with poll, and waits for their end.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/run_process.h"
 
@@ -48,7 +48,7 @@ struct Pipe {
   }
 };
 
-// `blocked`: the signals that the program starts with blocked.
+// Starts a program with `blocked` as its signal mask.
 Result<pid_t> spawn(const std::vector<std::string>& command, const std::filesystem::path& folder, int out, int err,
                     const sigset_t& blocked) {
   std::vector<char*> arguments;
@@ -65,7 +65,7 @@ Result<pid_t> spawn(const std::vector<std::string>& command, const std::filesyst
   posix_spawnattr_init(&attributes);
   sigset_t pipes;
   sigemptyset(&pipes);
-  sigaddset(&pipes, SIGPIPE); // which we ignore, and others need
+  sigaddset(&pipes, SIGPIPE); // ignored in this process, but not to be ignored in others
   posix_spawnattr_setsigdefault(&attributes, &pipes);
   posix_spawnattr_setsigmask(&attributes, &blocked);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
@@ -93,7 +93,7 @@ sigset_t inbox_signals() {
   return signals;
 }
 
-// False at the end of the stream.
+// Appends available bytes to `text`. False at the end of the stream.
 bool read_some(int descriptor, std::string& text) {
   std::array<char, 4096> buffer;
   const ssize_t count = read(descriptor, buffer.data(), buffer.size());
@@ -134,7 +134,7 @@ SignalInbox::SignalInbox() {
 }
 
 SignalInbox::~SignalInbox() {
-  received(); // so that they do not end the process now
+  received(); // takes pending signals, which would end the process once unblocked
   close(descriptor_);
   const sigset_t wanted = inbox_signals();
   pthread_sigmask(SIG_UNBLOCK, &wanted, nullptr);
@@ -166,7 +166,7 @@ Result<ProcessEnd> run_watched(const std::vector<std::string>& command, const st
   output.close_write();
 
   std::string text;
-  bool asked = false; // to end
+  bool asked = false; // the program was asked to end
   for (bool open = true; open;) {
     std::array<pollfd, 2> waiting{{{output.read, POLLIN, 0}, {signals.descriptor(), POLLIN, 0}}};
     if (poll(waiting.data(), asked ? 1 : 2, -1) < 0 && errno != EINTR) break;

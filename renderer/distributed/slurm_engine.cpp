@@ -1,4 +1,4 @@
-// Job scripts, and talking to Slurm's programs.
+// Slurm job scripts, and calls of Slurm's client programs.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/slurm_engine.h"
 
@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cassert>
 #include <charconv>
 #include <cstdlib>
 #include <fstream>
@@ -19,7 +20,7 @@ namespace {
 
 constexpr int kDefaultLargestArray = 1001;
 
-// One word of a POSIX shell.
+// Quotes one word for a POSIX shell.
 std::string quote(const std::string& word) {
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -64,8 +65,8 @@ Result<void> write_script(const std::filesystem::path& path, const std::string& 
   return {};
 }
 
-// Standard output of one of Slurm's programs.
-Result<std::string> ask(const std::vector<std::string>& command) {
+// Runs one of Slurm's programs and returns its standard output.
+Result<std::string> run_slurm(const std::vector<std::string>& command) {
   Result<ProcessOutput> output = capture_process(command);
   if (!output.ok())
     return Error{ErrorKind::input_output, output.error().message + "; are Slurm's client programs installed here?"};
@@ -75,7 +76,7 @@ Result<std::string> ask(const std::vector<std::string>& command) {
   return std::move(output).value().out;
 }
 
-std::string head(const FarmPlan& plan, std::string_view name, std::string_view log) {
+std::string script_header(const FarmPlan& plan, std::string_view name, std::string_view log) {
   std::string text = "#!/bin/sh\n";
   text += fmt::format("#SBATCH --job-name={}\n#SBATCH --output={}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n",
                       name, log);
@@ -87,8 +88,9 @@ std::string head(const FarmPlan& plan, std::string_view name, std::string_view l
 } // namespace
 
 std::string slurm_array_script(const FarmPlan& plan, std::span<const int> tasks) {
+  assert(!tasks.empty() && std::is_sorted(tasks.begin(), tasks.end()));
   const FarmResources& wanted = plan.resources;
-  std::string text = head(plan, "kindling", "logs/%A_%a.log");
+  std::string text = script_header(plan, "kindling", "logs/%A_%a.log");
   text += fmt::format("#SBATCH --array=0-{}\n", tasks.size() - 1);
   if (wanted.threads_per_part > 0)
     text += fmt::format("#SBATCH --cpus-per-task={}\n", wanted.threads_per_part);
@@ -96,10 +98,11 @@ std::string slurm_array_script(const FarmPlan& plan, std::span<const int> tasks)
     text += "#SBATCH --exclusive\n";
   if (!wanted.memory.empty()) text += fmt::format("#SBATCH --mem={}\n", wanted.memory);
   if (!wanted.time.empty()) text += fmt::format("#SBATCH --time={}\n", wanted.time);
-  // To the process of this script alone, which `exec` below makes that of `farm work`. Slurm's clock is up to a minute fast with it.
+  // B: signals the script's process alone, which `exec` below turns into `farm work`. Slurm may be
+  // up to a minute early.
   text += fmt::format("#SBATCH --signal=B:USR1@{}\n", time_warning_s(wanted));
   std::string task = fmt::format("\"$(({} + SLURM_ARRAY_TASK_ID))\"", tasks.front());
-  if (static_cast<size_t>(tasks.back() - tasks.front() + 1) != tasks.size()) { // with gaps: the index-th word
+  if (static_cast<size_t>(tasks.back() - tasks.front() + 1) != tasks.size()) { // not consecutive: look the number up
     std::string words;
     for (const int number : tasks) words += fmt::format(" {}", number);
     text += fmt::format("set --{}\nshift \"$SLURM_ARRAY_TASK_ID\"\n", words);
@@ -109,7 +112,7 @@ std::string slurm_array_script(const FarmPlan& plan, std::span<const int> tasks)
 }
 
 std::string slurm_merge_script(const FarmPlan& plan) {
-  return head(plan, "kindling-merge", "logs/merge_%j.log") +
+  return script_header(plan, "kindling-merge", "logs/merge_%j.log") +
          fmt::format("exec {} farm merge {}\n", quote(plan.binary), quote(plan.folder));
 }
 
@@ -117,7 +120,7 @@ Result<std::string> parse_sbatch(std::string_view output) {
   const std::string_view id = trimmed(output.substr(0, output.find(';')));
   if (!id.empty() && std::all_of(id.begin(), id.end(), [](char c) { return c >= '0' && c <= '9'; }))
     return std::string(id);
-  return Error{ErrorKind::input_output, fmt::format("sbatch: '{}' is not the number of a job", trimmed(output))};
+  return Error{ErrorKind::input_output, fmt::format("sbatch: '{}' is not a job number", trimmed(output))};
 }
 
 FarmQueue parse_squeue(std::string_view output, const FarmJobs& jobs) {
@@ -130,7 +133,7 @@ FarmQueue parse_squeue(std::string_view output, const FarmJobs& jobs) {
                                     [&](const FarmArray& candidate) { return fields[0] == candidate.id; });
     const auto index = parse_number_or<size_t>(fields[1], ~size_t{0});
     if (array == jobs.arrays.end() || index >= array->tasks.size()) continue;
-    // What is neither: completing, requeued, suspended: it goes on, or again.
+    // All other states (requeued, suspended and so on) count as waiting.
     const bool running = fields[2] == "RUNNING" || fields[2] == "COMPLETING" || fields[2] == "CONFIGURING";
     queue.tasks[array->tasks[index]] = {running ? QueueState::running : QueueState::waiting,
                                         running ? std::string(fields[3]) : std::string(), std::string(fields[4])};
@@ -182,7 +185,7 @@ Result<void> check_slurm_resources(const FarmResources& resources) {
   constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.:,+-";
   const auto check = [&](const char* flag, const std::string& word) -> Result<void> {
     if (word.find_first_not_of(kAllowed) == std::string::npos) return {};
-    return Error{ErrorKind::usage, fmt::format("{}: '{}' has characters that Slurm does not know", flag, word)};
+    return Error{ErrorKind::usage, fmt::format("{}: '{}' has characters that Slurm does not accept", flag, word)};
   };
   if (Result<void> checked = check("--partition", resources.partition); !checked.ok()) return checked;
   if (Result<void> checked = check("--memory", resources.memory); !checked.ok()) return checked;
@@ -191,13 +194,13 @@ Result<void> check_slurm_resources(const FarmResources& resources) {
 
 Result<FarmJobs> SlurmEngine::submit(const FarmPlan& plan, std::span<const int> tasks) {
   if (Result<void> checked = check_slurm_resources(plan.resources); !checked.ok()) return checked.error();
-  Result<std::string> configuration = ask({"scontrol", "show", "config"});
+  Result<std::string> configuration = run_slurm({"scontrol", "show", "config"});
   if (!configuration.ok()) return configuration.error();
   const auto largest = static_cast<size_t>(parse_largest_array(configuration.value()));
 
   FarmJobs jobs;
   std::vector<std::string> submitted;
-  // Half of a farm is of no use: what was handed over is taken back.
+  // After a failure, the jobs submitted so far are cancelled: half a farm is useless.
   const auto give_up = [&](const Error& error) {
     if (!submitted.empty()) {
       submitted.insert(submitted.begin(), "scancel");
@@ -212,7 +215,7 @@ Result<FarmJobs> SlurmEngine::submit(const FarmPlan& plan, std::span<const int> 
     std::vector<std::string> command{"sbatch", "--parsable", "--chdir=" + plan.folder.string()};
     command.insert(command.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
     command.push_back(path.string());
-    Result<std::string> output = ask(command);
+    Result<std::string> output = run_slurm(command);
     return output.ok() ? parse_sbatch(output.value()) : output;
   };
 
@@ -235,9 +238,9 @@ Result<FarmJobs> SlurmEngine::submit(const FarmPlan& plan, std::span<const int> 
 }
 
 Result<FarmQueue> SlurmEngine::queue(const FarmJobs& jobs) {
-  // All of the user's jobs: squeue fails for the number of one that it has forgotten.
+  // Asks for all jobs of the user: squeue fails for numbers of jobs that it has forgotten.
   Result<std::string> output =
-      ask({"squeue", "--noheader", "--array", "--all", "--me", "--format=" + std::string(kSqueueFormat)});
+      run_slurm({"squeue", "--noheader", "--array", "--all", "--me", "--format=" + std::string(kSqueueFormat)});
   if (!output.ok()) return output.error();
   return parse_squeue(output.value(), jobs);
 }
@@ -246,7 +249,7 @@ bool SlurmEngine::inside_task() const { return !environment("SLURM_ARRAY_JOB_ID"
 
 Result<void> SlurmEngine::requeue_this_task() {
   Result<std::string> output =
-      ask({"scontrol", "requeue", environment("SLURM_ARRAY_JOB_ID") + "_" + environment("SLURM_ARRAY_TASK_ID")});
+      run_slurm({"scontrol", "requeue", environment("SLURM_ARRAY_JOB_ID") + "_" + environment("SLURM_ARRAY_TASK_ID")});
   if (!output.ok()) return output.error();
   return {};
 }

@@ -1,4 +1,4 @@
-// Divides images among processes.
+// Computes samples, regions, names and arguments of an image's parts.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/work_parts.h"
 
@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <charconv>
 
 namespace kindling {
@@ -21,7 +22,7 @@ std::optional<uint32_t> parse_count(std::string_view text) {
 
 // A flag of the command line and its value: "--part 3/8", "--part=3/8", "-o FILE", "-oFILE".
 struct FlagUse {
-  std::string_view name; // empty: no flag with a value that is looked for here
+  std::string_view name; // empty if none of the flags is here
   std::string_view value;
   size_t words = 1;
 };
@@ -55,16 +56,18 @@ std::string part_number_text(const PartNumber& part) {
   return std::to_string(part.index) + "/" + std::to_string(part.count);
 }
 
-Result<SampleSpan> part_samples(uint32_t samples_per_pixel, const PartNumber& part) {
+Result<SampleRange> part_samples(uint32_t samples_per_pixel, const PartNumber& part) {
+  assert(part.index >= 1 && part.index <= part.count);
   if (part.count > samples_per_pixel)
     return usage_error(std::to_string(part.count) + " parts of " + std::to_string(samples_per_pixel) +
                        " samples per pixel: some would have none; use at most " + std::to_string(samples_per_pixel) +
                        ", or parts of the pixels");
   const auto begin = [&](uint64_t k) { return static_cast<uint32_t>(samples_per_pixel * k / part.count); };
-  return SampleSpan{begin(part.index - 1), begin(part.index)};
+  return SampleRange{begin(part.index - 1), begin(part.index)};
 }
 
 Result<PixelRect> tile_part_region(const PixelRect& crop, const PartNumber& part) {
+  assert(part.index >= 1 && part.index <= part.count);
   const std::vector<PixelRect> regions = make_regions(crop, static_cast<int>(part.count));
   if (std::any_of(regions.begin(), regions.end(), [](const PixelRect& region) { return region.empty(); }))
     return usage_error(std::to_string(part.count) + " tile parts of " + std::to_string(crop.width()) + "x" +

@@ -1,10 +1,12 @@
-// One cosine-distributed occlusion ray for each camera sample.
+// Ambient occlusion with one cosine-distributed occlusion ray for each camera sample.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/ambient_occlusion_integrator.h"
 
 #include "renderer/integrator/first_hit_context.h"
 #include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/warp.h"
+
+#include <cassert>
 
 namespace kindling {
 
@@ -21,6 +23,7 @@ std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const 
 
 void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                               Film& film) const {
+  assert(dynamic_cast<FirstHitContext*>(&thread));
   auto& context = static_cast<FirstHitContext&>(thread);
   context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
     context.occlusion_rays.clear();

@@ -1,4 +1,4 @@
-// Ambient occlusion: how much of the cosine-weighted hemisphere is free up to a distance.
+// Ambient occlusion: the unoccluded fraction of the cosine-weighted hemisphere up to a distance.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace kindling {
 
-// Gray in [0, 1], 1 where nothing is near; black background with alpha 0.
+// Renders gray in [0, 1], 1 where nothing is near, and a black background with alpha 0.
 class AmbientOcclusionIntegrator final : public Integrator {
  public:
   AmbientOcclusionIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,

@@ -1,4 +1,4 @@
-// The first stage of every integrator: which samples of a block are in flight, and their camera rays.
+// Camera rays of a batch, the first stage of every integrator, and the table of sampler dimensions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,12 +6,13 @@
 #include "renderer/sampling/draw_eight.h"
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 
 namespace kindling {
 
-// Dimensions of the sampler. The camera uses the first ones, then each bounce its own.
+// Dimensions of the sampler: the camera's first, then those of each bounce.
 enum Dimension : uint32_t {
   kFilterDimension = 0, // 2-D
   kLensDimension = 1,   // 2-D
@@ -19,13 +20,13 @@ enum Dimension : uint32_t {
   kFirstBounceDimension = 8,
 
   // Relative to the bounce:
-  kDirectionDimension = 0, // 4-D: one to spare, choice of the lobe, direction (BounceDraws)
-  kLightDimension = 1,     // 4-D: choice of the light and point on it, roulette, and what goes on where the choice ends
-  kCoverageDimension = 4,  // 1-D, of the first partly transparent surface; later ones are hashed
+  kDirectionDimension = 0, // 4-D: wavelength, choice of the lobe, direction (BounceDraws)
+  kLightDimension = 1,     // 4-D: choice of the light, point on it, roulette, and a spare one that refines the choice
+  kCoverageDimension = 4,  // 1-D, for the first partly transparent surface; later ones are hashed
   kBounceDimensions = 8,
 };
 
-// What of a path must outlive its camera ray in any integrator.
+// The data of a camera ray that every integrator needs until the sample is added to the film.
 struct CameraSample {
   SampleAddress address;
   uint32_t sample_index = 0;
@@ -33,19 +34,22 @@ struct CameraSample {
   float filter_weight = 1.0f;
 };
 
-// One wave: samples [first, first + count) of every pixel of the block, sample by sample, pixels row by row.
-// Fills count * pixels camera samples and rays.
+// Generates the camera rays of a batch: `samples` of every pixel of the block, sample by sample,
+// pixels row by row. Fills samples.count() * pixels camera samples and rays.
 inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                                  const PixelRect& block, const SampleRange& samples,
                                  std::span<CameraSample> camera_samples, std::span<accel::Ray> rays) {
+  assert(!block.empty() && block.width() <= kBlockSize && block.height() <= kBlockSize);
+  assert(camera_samples.size() >= static_cast<size_t>(block.pixel_count()) * samples.count());
+  assert(rays.size() >= static_cast<size_t>(block.pixel_count()) * samples.count());
   std::array<Sampler::PixelPoints, kBlockSize * kBlockSize> points;
   size_t pixel = 0;
   for (int y = block.min.y; y < block.max.y; ++y)
     for (int x = block.min.x; x < block.max.x; ++x) points[pixel++] = sampler.points_of(V2i(x, y));
 
-  std::array<SampleAddress, kBlockSize> addresses{}; // of a row
+  std::array<SampleAddress, kBlockSize> addresses{}; // of one row of the block
   size_t slot = 0;
-  for (uint32_t s = samples.first; s < samples.first + samples.count; ++s) {
+  for (uint32_t s = samples.first; s < samples.end; ++s) {
     pixel = 0;
     for (int y = block.min.y; y < block.max.y; ++y) {
       const auto width = static_cast<size_t>(block.width());
@@ -53,7 +57,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
       const std::array<V2f, kBlockSize> draws = draw_eight(addresses, kFilterDimension);
       std::array<V2f, kBlockSize> lens_draws;
       std::array<V2f, kBlockSize> times; // in x
-      lens_draws.fill(V2f(0.0f));        // a V2f has no value of its own
+      lens_draws.fill(V2f(0.0f));        // V2f leaves its members uninitialized
       times.fill(V2f(0.0f));
       if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
       if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
@@ -80,27 +84,33 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
   }
 }
 
-// Pixels of the block, and how many samples of each fit into one wave of at most `batch_size` paths.
+// Returns how many samples of each pixel of the block fit into a batch of `batch_size` paths; at
+// least 1.
 [[nodiscard]] inline uint32_t samples_per_batch(const PixelRect& block, uint32_t batch_size) {
+  assert(!block.empty());
   return std::max(1U, batch_size / static_cast<uint32_t>(block.pixel_count()));
 }
 
-// The whole block of the image's grid that `part` lies in, cut to the image alone.
+// Returns the block of the image's grid that contains `part`, cut at the image's border but not at
+// any crop.
 [[nodiscard]] inline PixelRect whole_block(const PixelRect& part, const V2i& image_size_px) {
   const V2i corner(part.min.x / kBlockSize * kBlockSize, part.min.y / kBlockSize * kBlockSize);
   return {corner,
           V2i(std::min(corner.x + kBlockSize, image_size_px.x), std::min(corner.y + kBlockSize, image_size_px.y))};
 }
 
-// Second stage for camera rays: one sample of one whole block at a time goes to the accelerator, close together and almost
-// parallel. An accelerator may let the answers for such a group depend on the group, so a block that a crop or a
-// replay has cut is traced whole and its own part kept: a pixel is the same in every crop.
+// Traces camera rays, one sample of one whole block at a time: close together and almost parallel.
+// An accelerator's answers may depend on the group of rays, so a block that is cut by a crop or a
+// replay is traced as a whole, and the hits outside of the cut are dropped: a pixel is the same in
+// every crop.
 inline void intersect_camera_rays(const accel::Accelerator& accelerator, const Camera& camera, const Sampler& sampler,
                                   const PixelFilter& filter, const PixelRect& block, const SampleRange& samples,
                                   std::span<const accel::Ray> rays, std::span<accel::Hit> hits) {
   const PixelRect whole = whole_block(block, camera.size_px());
+  assert(block.max.x <= whole.max.x && block.max.y <= whole.max.y); // within one block of the grid
   const auto group = static_cast<size_t>(block.pixel_count());
-  for (uint32_t s = 0; s < samples.count; ++s) {
+  assert(rays.size() == group * samples.count() && hits.size() == rays.size());
+  for (uint32_t s = 0; s < samples.count(); ++s) {
     const std::span<accel::Hit> own = hits.subspan(s * group, group);
     if (whole.pixel_count() == block.pixel_count()) {
       accelerator.intersect_coherent(rays.subspan(s * group, group), own);
@@ -111,7 +121,8 @@ inline void intersect_camera_rays(const accel::Accelerator& accelerator, const C
     std::array<accel::Ray, kWhole> whole_rays;
     std::array<accel::Hit, kWhole> whole_hits;
     const auto whole_count = static_cast<size_t>(whole.pixel_count());
-    generate_camera_rays(camera, sampler, filter, whole, {samples.first + s, 1}, whole_samples, whole_rays);
+    generate_camera_rays(camera, sampler, filter, whole, {samples.first + s, samples.first + s + 1}, whole_samples,
+                         whole_rays);
     accelerator.intersect_coherent(std::span(whole_rays).first(whole_count), std::span(whole_hits).first(whole_count));
     size_t slot = 0;
     for (int y = block.min.y; y < block.max.y; ++y)

@@ -1,7 +1,9 @@
+// Names of the treatments of caustics, and the parameters that they change.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/caustics.h"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -26,6 +28,7 @@ std::optional<Caustics> caustics_from_name(std::string_view name) {
 }
 
 float regularized_alpha(float widest, uint32_t sample_index) {
+  assert(widest >= 0.0f && widest <= 1.0f);
   return 0.3f * widest * std::pow(static_cast<float>(sample_index) + 1.0f, -1.0f / 6.0f);
 }
 
@@ -52,13 +55,13 @@ void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe
   case Caustics::regularized:
     layers.clearcoat_roughness =
         std::max(layers.clearcoat_roughness, std::sqrt(regularized_alpha(widest.alpha(), sample_index)));
-    if (thin_wall) return; // widened, it would no longer let light pass in a straight line
+    if (thin_wall) return; // if widened, it would no longer transmit light in a straight line
     break;
   case Caustics::off:
     if (!after_diffuse) return;
     layers.clearcoat = 0.0f;
     layers.iridescence = 0.0f;
-    if (!thin_wall) { // what would be refracted is lost
+    if (!thin_wall) { // refracted light is absorbed
       parameters.base_color *= 1.0f - layers.transmission;
       layers.transmission = 0.0f;
     }

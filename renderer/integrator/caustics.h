@@ -1,4 +1,4 @@
-// Light that a path finds through a smooth surface after it was scattered widely: kept, widened, or left out.
+// Treatment of caustics, light found through a narrow lobe after a wide one: full, blurred or off.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,17 +12,18 @@
 
 namespace kindling {
 
-// A path tracer finds such light only where a bounce happens to lead it into a narrow lobe that sees a small light:
-// rarely, and then much of it.
+// A path tracer finds caustics only where a bounce happens to lead into a narrow lobe that reflects
+// a small light: rarely, and then with a large contribution.
 enum class Caustics : uint8_t {
-  full,        // as the scene asks: unbiased
-  regularized, // narrow lobes are widened; the more samples, the less: biased, consistent
-  off,         // surfaces seen after a diffuse bounce reflect diffusely alone: biased
+  full,        // unbiased
+  regularized, // narrow lobes are widened, less with every sample: biased but consistent
+  off,         // after a diffuse bounce, surfaces reflect only diffusely: biased
 };
 [[nodiscard]] std::string_view caustics_name(Caustics caustics);
 [[nodiscard]] std::optional<Caustics> caustics_from_name(std::string_view name);
 
-// The widest lobe that has scattered a path so far, as alpha = roughness^2 in [0, 1], in a byte of the path's record.
+// The widest lobe that has scattered a path so far, as alpha = roughness^2 in [0, 1], stored in one
+// byte.
 class WidestLobe {
  public:
   void add(Lobe lobe, float roughness) {
@@ -35,20 +36,23 @@ class WidestLobe {
   uint8_t steps_ = 0;
 };
 
-// The least alpha of lobes behind one of alpha `widest`, in sample `sample_index` of a pixel:
-// 0.3 widest (sample_index + 1)^(-1/6). Wide lobes hide what widening blurs (Jendersie and Grosch 2019, "Microfacet Model
-// Regularization for Robust Light Transport"; pbrt-v4's 0.3); a bandwidth that shrinks like n^(-1/6) lets the mean of all
-// samples converge (Kaplanyan and Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light Transport").
-// It depends on the sample's number alone, so it does not matter where or in which order samples are taken.
+// Returns the minimum alpha of lobes behind one of alpha `widest`, in sample `sample_index` of a
+// pixel: 0.3 widest (sample_index + 1)^(-1/6). Wide lobes hide the blur of widening (Jendersie and
+// Grosch 2019, "Microfacet Model Regularization for Robust Light Transport"; pbrt-v4's 0.3); a
+// bandwidth that shrinks like n^(-1/6) lets the mean of all samples converge (Kaplanyan and
+// Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light Transport"). It
+// depends on the sample's number alone, so the order in which samples are taken does not matter.
 [[nodiscard]] float regularized_alpha(float widest, uint32_t sample_index);
 
-// Changes the parameters of a surface that a path has reached; `after_diffuse`: it was scattered diffusely before.
-// Off: what is specular reflects nothing (as with Cycles' "Reflective Caustics" off), so metal is black, and the base of a
-// dielectric gets the light that its surface would have reflected; what a surface would refract it absorbs. ThinWalls, which
-// bend no light, keep what goes straight on.
+// Changes the parameters of a surface that a path has reached. `after_diffuse`: the path was
+// scattered diffusely before. Caustics::off removes specular reflection (as Cycles' "Reflective
+// Caustics" off does): metal is black, and the base of a dielectric receives the light that its
+// surface would have reflected. Refracted light is absorbed. Thin walls, which do not bend light,
+// still transmit it.
 void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
                          BsdfParameters& parameters);
-// The same for the layers of a surface that has some; `thin wall`: light passes it in a straight line (SurfaceLayers::thin wall).
+// The same for a surface with layers. `thin_wall`: light passes it in a straight line
+// (SurfaceLayers::thin_wall).
 void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,
                          bool thin_wall, BsdfParameters& parameters, LayerParameters& layers);
 

@@ -1,9 +1,11 @@
-// Colors for the debug views.
+// Colors of the debug views.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/debug_integrator.h"
 
 #include "renderer/integrator/first_hit_context.h"
 #include "renderer/integrator/sample_cone.h"
+
+#include <cassert>
 
 namespace kindling {
 namespace {
@@ -27,6 +29,7 @@ std::unique_ptr<ThreadContext> DebugIntegrator::make_context() const {
 
 void DebugIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                    Film& film) const {
+  assert(dynamic_cast<FirstHitContext*>(&thread));
   auto& context = static_cast<FirstHitContext&>(thread);
   context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
     for (size_t slot = 0; slot < count; ++slot) {
@@ -61,7 +64,7 @@ Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const
   case IntegratorKind::material: return color_of_number(surface.material);
   case IntegratorKind::path:
   case IntegratorKind::whitted:
-  case IntegratorKind::ambient_occlusion: break; // other classes
+  case IntegratorKind::ambient_occlusion: break; // make_integrator() makes other classes of these
   }
   return Rgb(0.0f);
 }

@@ -1,4 +1,4 @@
-// Debug views: one property of the first surface as a color.
+// Debug views, which show one property of the first surface as a color.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,9 @@
 
 namespace kindling {
 
-// Black background with alpha 0. Normals map [-1, 1] to [0, 1]; depth is 1 near and falls to 0 at the far end of the scene;
-// instances and materials have a color each, made of their number.
+// The background is black with alpha 0. Normals map [-1, 1] to [0, 1]; depth is 1 at the camera and
+// falls to 0 at the far end of the scene; instances and materials have a color hashed from their
+// number.
 class DebugIntegrator final : public Integrator {
  public:
   DebugIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,

@@ -1,4 +1,4 @@
-// One ray, and what it passes.
+// Autofocus with a single ray, continued through transparent surfaces.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/find_focus.h"
 
@@ -8,7 +8,7 @@ namespace kindling {
 
 std::optional<float> find_focus_distance(const World& world, const Camera& camera, const V2f& film_px) {
   assert(!camera.has_lens());
-  constexpr int kMaxSurfaces = 64; // looked through
+  constexpr int kMaxSurfaces = 64; // transparent ones
   const CameraRay camera_ray = camera.generate_ray(film_px, V2f(0.5f), 0.0f);
   accel::Ray ray{.origin = camera_ray.origin,
                  .direction = camera_ray.direction,

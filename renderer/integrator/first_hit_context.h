@@ -1,9 +1,10 @@
-// The batch of integrators that look no further than the first surface: camera rays, their hits, and one occlusion ray each.
+// Thread context of integrators that stop at the first hit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/integrator/camera_stage.h"
 
+#include <cassert>
 #include <vector>
 
 namespace kindling {
@@ -17,19 +18,22 @@ class FirstHitContext final : public ThreadContext {
     gray.resize(batch_size);
   }
 
-  // Calls `shade_batch(path_count)` for each wave of the block, with camera_samples, rays and hits filled.
+  // Calls `shade_batch(path_count)` for each batch of the block, with camera_samples, rays and hits
+  // filled.
   template <typename ShadeBatch>
   void for_each_batch(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                       const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
                       const ShadeBatch& shade_batch) {
     const uint32_t per_batch = samples_per_batch(block, batch_size);
-    for (uint32_t done = 0; done < samples.count; done += per_batch) {
-      const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
-      const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
+    for (uint32_t done = 0; done < samples.count(); done += per_batch) {
+      const uint32_t first = samples.first + done;
+      const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+      const size_t count = static_cast<size_t>(block.pixel_count()) * batch.count();
+      assert(count <= camera_samples.size());
       rays.resize(count);
       hits.resize(count);
-      generate_camera_rays(camera, sampler, filter, block, wave, camera_samples, rays);
-      intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, wave, rays, hits);
+      generate_camera_rays(camera, sampler, filter, block, batch, camera_samples, rays);
+      intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, batch, rays, hits);
       counters.camera += count;
       counters.paths += count;
       shade_batch(count);

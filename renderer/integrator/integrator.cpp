@@ -1,4 +1,4 @@
-// Names of the integrators, and the one place that makes them.
+// The integrators' names and their factory; merging of ray counters.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/integrator.h"
 
@@ -62,7 +62,7 @@ void RayCounters::add(const RayCounters& other) {
   whitted.cache_misses += other.whitted.cache_misses;
   whitted.cache_bypasses += other.whitted.cache_bypasses;
   if (other.first_non_finite) add_non_finite(other.first_non_finite->first, other.first_non_finite->second);
-  // The call above counted one of them.
+  // add_non_finite() has counted one of them already.
   non_finite += other.non_finite - (other.first_non_finite ? 1 : 0);
 }
 

@@ -1,10 +1,11 @@
-// What turns samples of pixels into radiance: the interface, and the settings that all integrators share.
+// The Integrator interface, which turns samples of pixels into radiance; settings and counters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/caustics.h"
+#include "renderer/integrator/sample_range.h"
 #include "renderer/integrator/whitted_settings.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
@@ -47,28 +48,28 @@ struct IntegratorSettings {
   int max_diffuse_bounces = 8;
   int max_glossy_bounces = 8;
   int max_transmission_bounces = 16;   // counted apart: a glass has four surfaces, and one behind another is common
-  int roulette_start_bounce = 2;       // Russian roulette from this bounce on
-  float clamp_direct = kInfinity;      // largest component of a sample's directly lit part
+  int roulette_start_bounce = 2;       // first bounce with Russian roulette
+  float clamp_direct = kInfinity;      // maximum of any component of a sample's directly lit part
   float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
-  Caustics caustics = Caustics::full;  // light found by way of narrow lobes behind wide ones
+  Caustics caustics = Caustics::full;  // treatment of light found through narrow lobes behind wide ones
   float ao_distance_m = 0.0f;          // ambient occlusion: 0 means a tenth of the scene's diagonal
   bool environment_visible = true;     // to camera rays
   std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1
   bool transparent_background = false; // camera rays that leave give alpha 0
   uint32_t batch_size = 256;           // path states that a thread advances together, a multiple of 64
-  WhittedSettings whitted; // of IntegratorKind::whitted, which none of the limits, clamps and caustics above concern
+  WhittedSettings whitted; // for IntegratorKind::whitted, which ignores the limits, clamps and caustics above
 };
 
-// Of the Whitted tracer, one thread's.
+// Counts of the Whitted tracer, by one thread.
 struct WhittedCounters {
-  uint64_t reflection = 0; // rays, all of them among RayCounters::bounce
-  uint64_t transmission = 0;
+  uint64_t reflection = 0;   // rays; RayCounters::bounce includes them
+  uint64_t transmission = 0; // likewise
   uint64_t cache_hits = 0;
-  uint64_t cache_misses = 0;   // computed, and kept
-  uint64_t cache_bypasses = 0; // of surfaces whose parameters are not the same everywhere
+  uint64_t cache_misses = 0;   // computed and stored
+  uint64_t cache_bypasses = 0; // surfaces whose parameters vary over the material
 };
 
-// Counts of one thread, added up at the end.
+// Counts of one thread, summed over all threads at the end.
 struct RayCounters {
   uint64_t camera = 0;
   uint64_t bounce = 0;
@@ -83,7 +84,7 @@ struct RayCounters {
   void add_non_finite(const V2i& pixel, uint32_t sample_index);
 };
 
-// One vertex of a replayed path, for people.
+// One vertex of a replayed path, in readable form.
 struct PathVertex {
   int bounce = 0;
   std::string event; // "camera", "surface", "escaped", "absorbed", "roulette", ...
@@ -100,7 +101,7 @@ struct PathVertex {
 };
 using PathTrace = std::vector<PathVertex>;
 
-// Everything mutable that one thread needs; made once per thread by Integrator::make_context().
+// All mutable state of one thread. Integrator::make_context() makes one per thread.
 class ThreadContext {
  public:
   virtual ~ThreadContext() = default;
@@ -108,27 +109,25 @@ class ThreadContext {
   PathTrace* trace = nullptr; // set while one sample is replayed
 };
 
-// Samples [first, first + count) of every pixel of a block.
-struct SampleRange {
-  uint32_t first = 0;
-  uint32_t count = 0;
-};
-
-// Pixels are rendered by blocks of 8 x 8 aligned to the image's origin, so that the groups of rays that an accelerator sees
-// do not depend on tiles or threads.
+// Side of a block of pixels. Blocks are aligned to the image's origin, so that the groups of rays
+// that an accelerator receives do not depend on tiles or threads.
 inline constexpr int kBlockSize = 8;
 
-// Immutable and shared by all threads. References given at construction must outlive it.
+// An integrator is immutable and shared by all threads. References given at construction must
+// outlive it.
 class Integrator {
  public:
   virtual ~Integrator() = default;
   [[nodiscard]] virtual std::unique_ptr<ThreadContext> make_context() const = 0;
-  // Renders samples of the pixels of `block` (at most kBlockSize on a side, at least one pixel) and adds them to the film in order.
+  // Renders samples of all pixels of `block` and adds them to the film, for each pixel in ascending
+  // order. The block has at least one pixel and lies within one block of the grid. `context` must
+  // come from make_context() of this integrator.
   virtual void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                             Film& film) const = 0;
 };
 
-// `guide`: for the path tracer; may be null.
+// Makes the integrator that settings.kind names. `guide` is used by the path tracer alone and may
+// be null.
 [[nodiscard]] std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                                           const Camera& camera, const Sampler& sampler,
                                                           const PixelFilter& filter, AovSet aovs,

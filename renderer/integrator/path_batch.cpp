@@ -1,8 +1,10 @@
-// How a wave of the path tracer starts and ends: camera rays in, samples of the film out.
+// First and last stages of a path tracer's batch: camera rays in, film samples out.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+
+#include <cassert>
 
 namespace kindling {
 namespace {
@@ -15,7 +17,8 @@ Rgb clamped(const Rgb& radiance, float largest) {
 } // namespace
 
 void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
-  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count;
+  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count();
+  assert(count <= context.states.size());
   context.rays.resize(count);
   context.active.resize(count);
   generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);

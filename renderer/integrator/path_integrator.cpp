@@ -1,5 +1,4 @@
-// The stages of the path tracer, read from top to bottom: start_batch, trace_camera_rays, then shade,
-// trace_shadows and trace_bounces until no path is left, finish_batch. (The first two and the last: path_batch.cpp.)
+// The path tracer's stages between the first and last of a batch, which are in path_batch.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
@@ -9,13 +8,15 @@
 #include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/mis.h"
 
+#include <cassert>
+
 namespace kindling {
 namespace {
 
-// What stochastic transparency sees of a ray, besides the number of its sample: different for every bounce.
+// Returns the key that stochastic transparency hashes for a ray. It differs for every bounce.
 uint32_t ray_key(const CameraSample& sample, uint32_t dimension) { return hash_combine(sample.address.key, dimension); }
 
-// Templates below: Vertex is PathIntegrator's own.
+// These are templates because Vertex is private to PathIntegrator.
 template <typename Vertex>
 void record_light(const Vertex& vertex, const LightSample& light, const Rgb& contribution, PathRecorder& recorder) {
   recorder.offer_light({.position = vertex.surface.position,
@@ -43,20 +44,25 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter),
       sample_width_(kindling::sample_width(sampler)), aovs_(aovs), guide_(guide) {}
 
-std::unique_ptr<ThreadContext> PathIntegrator::make_context() const {
+std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return make_path_context(); }
+
+std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
+  assert(settings_.batch_size >= kBlockSize * kBlockSize);
   return std::make_unique<PathContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
 }
 
-// One wave after the other: all paths of a wave advance together, so that the accelerator sees streams of rays.
+// All paths of a batch advance together, so that the accelerator receives streams of rays.
 void PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                   Film& film) const {
+  assert(dynamic_cast<PathContext*>(&thread));
   auto& context = static_cast<PathContext&>(thread);
   const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
-  for (uint32_t done = 0; done < samples.count; done += per_batch) {
-    const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
-    start_batch(block, wave, context);
+  for (uint32_t done = 0; done < samples.count(); done += per_batch) {
+    const uint32_t first = samples.first + done;
+    const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    start_batch(block, batch, context);
     const size_t path_count = context.active.size();
-    trace_camera_rays(block, wave, context);
+    trace_camera_rays(block, batch, context);
     while (!context.active.empty()) {
       shade(context);
       trace_shadows(context);
@@ -97,8 +103,10 @@ void PathIntegrator::shade(PathContext& context) const {
   }
 }
 
-// What the paths of a group have met. Memory is asked for ahead: the latency of one hides behind those of the others.
+// Evaluates the surfaces that the paths of a group have hit. Memory is prefetched for the whole
+// group, so that the cache misses of its hits overlap.
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
+  assert(count <= ShadeGroup::kSize && first + count <= context.hits.size());
   const std::span<const accel::Hit> hits(context.hits.data() + first, count);
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
   const std::span<RayFootprint> footprints = std::span(context.group.footprints).first(count);
@@ -121,7 +129,7 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   }
 }
 
-// One light for every vertex of a group that reflects.
+// Samples one light for every vertex of a group that reflects.
 void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
   size_t query_count = 0;
@@ -144,7 +152,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
 }
 
-// Inlined where it is called: once for surfaces with layers, once for those without.
+// Inlined at both calls, so that surfaces without layers get code of their own.
 [[gnu::always_inline]] inline void PathIntegrator::scatter(const accel::Ray& ray, Vertex&& vertex,
                                                            PathContext& context) const {
   const SurfacePoint& surface = vertex.surface;
@@ -154,7 +162,8 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   if (guide_ && !guide_->patches.empty()) vertex.bsdf.guide_to(guide_->patches, surface.position);
   if (context.recorder) vertex.bsdf.find_allowed();
   if (reflects) light_vertex(vertex, context);
-  // A partly transparent surface emits and is lit by what it covers; then the path scatters from it or goes on through.
+  // A partly transparent surface emits and reflects in proportion to its coverage; then the path
+  // either scatters from it or passes through.
   if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, context)) {
     continue_through(ray, surface, slot, context);
     return;
@@ -257,7 +266,8 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
 
-// Next-event estimation: the contribution waits in a record until the shadow rays of the whole batch are traced.
+// Next-event estimation. The contribution is added to the path once the shadow rays of the whole
+// batch are traced.
 void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = context.states[vertex.slot];
@@ -265,9 +275,11 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   const uint32_t dimension = state.dimension(kLightDimension);
   const std::optional<LightSample>& light = context.group.lights[vertex.member.light];
   if (!light) return;
+  assert(light->pdf > 0.0f);
   const float side = light->wi.dot(surface.geometric_normal);
   if (vertex.layers) {
-    // A bent normal may call a direction reflected that is transmitted, or the other way round: neither carries light.
+    // Shading and geometric normal may disagree on whether the direction is reflected or
+    // transmitted: it carries no light.
     if ((side > 0.0f) != (light->wi.dot(vertex.frame.normal) > 0.0f)) return;
   } else if (side <= 0.0f) {
     return;
@@ -284,7 +296,7 @@ void PathIntegrator::light_vertex(const Vertex& vertex, PathContext& context) co
   context.shadow_records.push_back({contribution, vertex.slot, state.light_class(state.bounce + 1U)});
 }
 
-// False: the path ends here.
+// Samples the next direction and makes its ray. False if the path ends here.
 bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) const {
   const SurfacePoint& surface = vertex.surface;
   PathState& state = context.states[vertex.slot];
@@ -294,6 +306,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
       vertex.bsdf.sample(vertex.member.draws.choice.y, vertex.member.draws.direction);
   if (!scattered) return false;
   const V3f wi = scattered->wi;
+  assert(scattered->pdf >= 0.0f && std::abs(wi.length2() - 1.0f) < 1e-3f);
   const bool crosses = scattered->cosine < 0.0f;
   if ((wi.dot(surface.geometric_normal) < 0.0f) != crosses) return false;
   state.throughput *= scattered->weight;
@@ -301,7 +314,8 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   if (scattered->bsdf_pdf > 0.0f) state.guiding *= scattered->pdf / scattered->bsdf_pdf;
   if (context.recorder && scattered->pdf > 0.0f) record_reflection(vertex, *scattered, *context.recorder);
 
-  // Russian roulette by the square root of the throughput: kinder to paths that may still meet a bright light.
+  // Russian roulette by the square root of the throughput spares paths that may still meet a bright
+  // light.
   if (state.bounce >= settings_.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
     if (vertex.member.draws.roulette >= survival) return false;
@@ -328,7 +342,7 @@ bool PathIntegrator::sample_bounce(const Vertex& vertex, PathContext& context) c
   return true;
 }
 
-// Whether the surface that this bounce leads to may reflect in its turn.
+// Counts a bounce. True if the surface that it leads to may reflect in turn, within all limits.
 bool PathIntegrator::count_bounce(Lobe lobe, PathState& state) const {
   ++state.bounce;
   bool within = true;
@@ -350,7 +364,7 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
   if (world_.has_thin_walls()) tint_shadows(context);
   for (size_t i = 0; i < count; ++i) {
     if (context.occluded[i]) continue;
-    if (context.recorder) context.recorder->take_light(i);
+    if (context.recorder) context.recorder->accept_light(i);
     const ShadowRecord& record = context.shadow_records[i];
     context.states[record.slot].light[record.light_class] += record.contribution;
   }

@@ -1,4 +1,4 @@
-// The path tracer's way through media: their boundaries, what they absorb, and random walks in those that scatter.
+// Participating media in the path tracer: boundaries, dispersion, absorption, and random walks.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
@@ -8,14 +8,15 @@
 #include "renderer/integrator/sample_cone.h"
 #include "renderer/sampling/warp.h"
 
+#include <cassert>
+
 namespace kindling {
 namespace {
 
-// A walk that has not found its way out by then is absorbed.
-constexpr uint32_t kMaxScatterEvents = 1024;
+constexpr uint32_t kMaxScatterEvents = 1024; // longer walks are absorbed
 constexpr uint32_t kFirstRouletteEvent = 16;
 
-// Draws of a walk: its own key for each event.
+// Each event of a walk has its own key for its draws: this one plus its number.
 constexpr uint32_t kWalkKey = 0x5ca77e2bU;
 
 Rgb exp_negative(const Rgb& optical_depth) {
@@ -26,8 +27,9 @@ float component_sum(const Rgb& c) { return c.x + c.y + c.z; }
 
 } // namespace
 
-// The media on both sides. Where one disperses, a path is of one wavelength from its first refraction on; until then it may
-// be of all, and each surface offers one of its own.
+// Finds the media on both sides. A path has one wavelength from its first refraction at a
+// dispersive medium on; before that it has all, and each such surface offers a wavelength of its
+// own.
 PathIntegrator::LayersHere PathIntegrator::resolve_layers(SurfacePoint& surface, const Frame& frame,
                                                           const PathState& state, const MediumStack& media,
                                                           float u_wavelength) const {
@@ -78,6 +80,7 @@ void PathIntegrator::cross_boundary(const Vertex& vertex, PathState& state, Medi
 }
 
 Rgb PathIntegrator::medium_transmittance(const MediumStack& media, float distance) const {
+  assert(!media.empty() && distance >= 0.0f);
   if (distance == kInfinity) return Rgb(1.0f); // out of an open mesh
   return exp_negative(world_.medium(*media.innermost()).extinction * distance);
 }
@@ -91,12 +94,14 @@ Rgb PathIntegrator::transmittance_to_light(const Vertex& vertex, float side, flo
   return state.in_medium ? state.throughput * medium_transmittance(media, distance) : state.throughput;
 }
 
-// Spectral multiple importance sampling: the channel that draws the distance is chosen by the throughput, and the density is the
-// mean over the channels (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling", for three wavelengths).
+// Spectral multiple importance sampling: the channel that draws the distance is chosen by the
+// throughput, and the density is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength
+// Spectral Sampling", with three channels).
 bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
   const uint32_t slot = context.active[i];
   PathState& state = context.states[slot];
   const accel::Ray& ray = context.rays[i];
+  assert(state.in_medium && !context.media[slot].empty());
   const Medium& medium = world_.medium(*context.media[slot].innermost());
   const float distance = context.hits[i].t;
   if (is_black(medium.scattering)) {
@@ -129,7 +134,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
   }
   if (context.recorder) context.recorder->arrive(slot, state, nullptr);
 
-  state.bsdf_pdf = 0.0f; // lights are not sampled inside
+  state.bsdf_pdf = 0.0f; // no light sampling inside media
   state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
   const V3f position = ray.origin + ray.direction * t;
   state.previous_position = position;

@@ -1,3 +1,4 @@
+// Recording of a finished path: the light that each of its reflections brought.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_recorder.h"
 
@@ -8,7 +9,7 @@ void PathRecorder::finish_path(size_t slot, const Rgb& found) {
   if (!std::isfinite(total)) return;
   luminance_sum += static_cast<double>(total);
   const Path& path = paths_[slot];
-  const size_t arrived = path.count - (path.on_the_way ? 1 : 0);
+  const size_t arrived = path.count - (path.in_flight ? 1 : 0);
   for (size_t i = 0; i < arrived; ++i) {
     const Reflection& reflection = reflections_[slot * kMaxReflections + i];
     const float brought = total - reflection.found_before;

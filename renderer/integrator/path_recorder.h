@@ -1,4 +1,4 @@
-// Records of the paths of a block, reflection by reflection: what the training of a guide learns from.
+// Recorder of reflections and light samples along paths, the training data of a guide.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,32 +7,37 @@
 #include "renderer/integrator/path_state.h"
 #include "renderer/world/world.h"
 
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
 namespace kindling {
 
-// Belongs to one thread. A context that has one fills it; its records gather until somebody takes them.
+// Belongs to one thread. The path tracer fills it through PathContext::recorder; records accumulate
+// until cleared.
 class PathRecorder {
  public:
-  static constexpr size_t kMaxReflections = 8; // later ones of a path are not recorded
+  static constexpr size_t kMaxReflections = 8; // later reflections of a path are not recorded
 
   explicit PathRecorder(size_t batch_size) : paths_(batch_size), reflections_(batch_size * kMaxReflections) {}
 
   void start_path(size_t slot) { paths_[slot] = {}; }
-  // All of the record but where it hit and what it brought.
+  // Starts the record of a reflection; arrive() adds its hit, and finish_path() the light that it
+  // brought.
   void reflect(size_t slot, const GuideRecord& record) {
+    assert(slot < paths_.size() && !paths_[slot].in_flight);
     Path& path = paths_[slot];
-    path.on_the_way = path.count < kMaxReflections;
-    if (path.on_the_way) reflections_[slot * kMaxReflections + path.count++] = {record, 0.0f};
+    path.in_flight = path.count < kMaxReflections;
+    if (path.in_flight) reflections_[slot * kMaxReflections + path.count++] = {record, 0.0f};
   }
-  // The ray has met a surface, or nothing (null), and what is there is not added to the state yet.
+  // Called when the ray of the last reflection has hit a surface, or none (null), before any light
+  // found there is added.
   void arrive(size_t slot, const PathState& state, const SurfacePoint* surface) {
     Path& path = paths_[slot];
-    if (!path.on_the_way) return;
-    path.on_the_way = false;
+    if (!path.in_flight) return;
+    path.in_flight = false;
     if (!surface || surface->position == reflections_[slot * kMaxReflections + path.count - 1].record.position) {
-      // No place to send others to.
+      // There is no position that other paths could be guided to.
       --path.count;
       return;
     }
@@ -41,23 +46,25 @@ class PathRecorder {
     reflection.record.hit_facing = facing_of(surface->geometric_normal);
     reflection.found_before = luminance(state.light[0] + state.light[1] + state.light[2]);
   }
-  // Light samples wait for their shadow rays, all that are on the way numbered from 0.
+  // Light samples of one stage, numbered from 0: offered in order, then taken if their shadow rays
+  // are unoccluded.
   void start_lights() { offered_lights_.clear(); }
   void offer_light(const LightRecord& record) { offered_lights_.push_back(record); }
-  void take_light(size_t number) {
+  void accept_light(size_t number) {
+    assert(number < offered_lights_.size());
     if (offered_lights_[number].moment > 0.0f) light_records.push_back(offered_lights_[number]);
   }
-  // `found`: by the whole path.
+  // `found` is the radiance of the whole path.
   void finish_path(size_t slot, const Rgb& found);
 
-  std::vector<GuideRecord> records;       // those that brought something; contribution2 is not relative yet
-  std::vector<LightRecord> light_records; // moments not relative yet
-  double luminance_sum = 0.0;             // of the finished paths
+  std::vector<GuideRecord> records;       // reflections that brought light; contribution2 is absolute
+  std::vector<LightRecord> light_records; // moments are absolute
+  double luminance_sum = 0.0;             // over the finished paths
 
  private:
   struct Path {
     uint32_t count = 0;
-    bool on_the_way = false;
+    bool in_flight = false;
   };
   struct Reflection {
     GuideRecord record;

@@ -1,17 +1,19 @@
-// Bounce rays of the path tracer and the point, spot and directional lights that have a size.
+// Emission of punctual lights with a size along the path tracer's bounce rays.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
 namespace kindling {
 
-// What the ray of active path `i` meets on its way to its hit, or away. The lights block nothing, so that the path goes on; camera rays
-// see none of them (bounce 0, straight passages included).
+// Adds the light of the shapes that the ray of active path `i` crosses on its way to its hit, or to
+// infinity. Shapes block nothing. Camera rays do not see them, straight continuations through
+// transparency included.
 void PathIntegrator::add_shapes(size_t i, PathContext& context) const {
   const uint32_t slot = context.active[i];
   PathState& state = context.states[slot];
   if (state.bounce == 0) return;
   const accel::Ray& ray = context.rays[i];
-  // Distances count from where the direction was chosen, in front of any passages.
+  // Distances are measured from the last reflection, in front of any transparent surfaces passed
+  // since.
   const float origin = (ray.origin - state.previous_position).dot(ray.direction);
   ShapeRay stretch{.origin = state.previous_position,
                    .normal = state.previous_normal,

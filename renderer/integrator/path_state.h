@@ -1,4 +1,4 @@
-// The record of one path in flight, and the memory of one thread's batch of them.
+// The state of one path in flight, and one thread's memory for a batch of paths.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,52 +16,55 @@ namespace kindling {
 
 class PathRecorder;
 
-// Light that reached the camera, by how often it was reflected.
+// Classes of light that reaches the camera, by the number of its reflections.
 enum LightClass : uint32_t { kEmission = 0, kDirect = 1, kIndirect = 2 };
 
 struct PathState {
   Rgb throughput{1.0f};
-  float bsdf_pdf = 0.0f; // of the direction that the path's ray has; 0 after the camera and after delta directions
+  float bsdf_pdf = 0.0f; // density of the ray's direction; 0 for camera rays and delta directions
   std::array<Rgb, 3> light{Rgb(0.0f), Rgb(0.0f), Rgb(0.0f)}; // by LightClass
-  V3f previous_position{0.0f};                               // where the ray started: what light sampling saw
-  V3f previous_normal{0.0f};                                 // likewise
-  const LightProbabilities* light_probabilities = nullptr;   // likewise
-  // Of the ray: how much of the scene this sample stands for. Spread below 0: as the camera has it.
-  RayCone cone{.spread = -1.0f};
+  // Arguments of light sampling at the last reflection, from which its density for the ray follows.
+  V3f previous_position{0.0f};
+  V3f previous_normal{0.0f};
+  const LightProbabilities* light_probabilities = nullptr;
+  RayCone cone{.spread = -1.0f}; // footprint of the sample along its ray; spread below 0: not set yet, a camera ray
   float alpha = 1.0f;
   float guiding = 1.0f;        // product over the reflections of density with guiding / density without
-  float wavelength_nm = 0.0f;  // of a path that was dispersed; 0: all of them
+  float wavelength_nm = 0.0f;  // set once the path is dispersed; 0: all wavelengths
   uint16_t bounce = 0;         // reflections and transmissions so far
-  uint16_t scatter_events = 0; // inside of media, so far
+  uint16_t scatter_events = 0; // inside media, so far
   uint8_t diffuse_bounces = 0;
   uint8_t glossy_bounces = 0;
   uint8_t transmission_bounces = 0;
-  bool emission_only = false;       // a bounce limit is reached: the next hit may only emit
+  bool emission_only = false;       // a bounce limit is reached: only emission counts at the next hit
   uint8_t transparent_surfaces = 0; // passed since the last reflection
-  WidestLobe widest_lobe;           // of the reflections so far; only with Caustics::regularized
-  bool in_medium = false;           // PathContext::media of the slot is not empty; else it is not up to date
+  WidestLobe widest_lobe;           // of the reflections so far; only for Caustics::regularized
+  bool in_medium = false;           // PathContext::media of the slot is valid and not empty
 
-  // Of the sampler; `relative` to the bounce.
+  // Returns the sampler's dimension for `relative`, a dimension relative to the bounce
+  // (camera_stage.h).
   [[nodiscard]] uint32_t dimension(uint32_t relative) const {
     return kFirstBounceDimension + bounce * kBounceDimensions + relative;
   }
-  // The class of light that is found by a ray after `bounce` reflections.
+  // Returns the LightClass of light found by a ray after that many reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
 static_assert(sizeof(PathState) == 120);
 
-// More than this many partly transparent surfaces in a row absorb what is left of a path or of a shadow ray.
+// Maximum number of transparent surfaces in a row: further ones absorb what is left of a path or
+// shadow ray.
 inline constexpr uint32_t kMaxTransparentSurfaces = 128;
 
-// A light sample that waits for its shadow ray.
+// A light sample whose shadow ray is not traced yet.
 struct ShadowRecord {
   Rgb contribution;  // added to the path if nothing is in between
   uint32_t slot = 0; // of the path
   uint32_t light_class = kDirect;
 };
 
-// One thread's batch. A path keeps its slot for life; `active` lists the living ones, and rays and hits run parallel to it.
-// Sized once, never grown: nothing allocates per sample.
+// One thread's batch of paths. A path keeps its slot until it ends; `active` lists the slots of
+// unfinished paths, and rays and hits are parallel to it. Sized once and never grown: nothing
+// allocates per sample.
 class PathContext final : public ThreadContext {
  public:
   explicit PathContext(size_t batch_size, bool with_surfaces)
@@ -80,10 +83,10 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
-  // Shadow rays that go from thin wall to thin wall.
+  // Unoccluded shadow rays, traced from thin wall to thin wall.
   std::vector<accel::Ray> thin_wall_rays;
   std::vector<accel::Hit> thin_wall_hits;
-  std::vector<uint32_t> thin_wall_records; // number of the shadow ray
+  std::vector<uint32_t> thin_wall_records; // index of the shadow ray
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   ShadeGroup group;
 };

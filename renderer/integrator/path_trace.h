@@ -1,4 +1,4 @@
-// Records of a path for people: filled only while one sample is replayed.
+// Readable record of a path, filled only while one sample is replayed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,8 @@
 
 namespace kindling {
 
-// Appends a vertex that `fill` describes; does nothing unless a sample is replayed, and costs next to nothing then.
+// trace_event() appends the vertex that `fill` describes. Without a replay it costs one predicted
+// branch.
 template <typename Fill>
 [[gnu::noinline, gnu::cold]] void append_event(PathTrace& trace, const Fill& fill) {
   PathVertex vertex;

@@ -1,11 +1,14 @@
-// What the path tracer lets go straight on: paths and shadow rays through partial coverage and thin walls.
+// Transparency in the path tracer: paths and shadow rays through partial coverage and thin walls.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
+#include <cassert>
+
 namespace kindling {
 
-// Whether a path goes straight on, with the given probability.
+// Decides with the given probability whether a path passes straight through a surface.
 bool PathIntegrator::passes_through(float probability, uint32_t slot, PathContext& context) const {
+  assert(probability >= 0.0f && probability <= 1.0f);
   const PathState& state = context.states[slot];
   const CameraSample& sample = context.camera_samples[slot];
   const uint32_t layer = state.transparent_surfaces;
@@ -13,8 +16,9 @@ bool PathIntegrator::passes_through(float probability, uint32_t slot, PathContex
   return Sampler::sample_1d(key, sample.address.index, state.dimension(kCoverageDimension)) >= 1.0f - probability;
 }
 
-// Coverage passes 1 - alpha of the light, a thin wall alpha times its transmittance. The density of the direction stays what it was:
-// light sampling finds the same light through the thin wall (trace_shadows).
+// Coverage passes 1 - alpha of the light, a thin wall alpha times its transmittance. The density of
+// the direction is unchanged: light sampling finds the same light through the thin wall
+// (trace_shadows).
 bool PathIntegrator::passes_through(const Vertex& vertex, PathContext& context) const {
   PathState& state = context.states[vertex.slot];
   const float alpha = vertex.surface.alpha;
@@ -28,7 +32,7 @@ bool PathIntegrator::passes_through(const Vertex& vertex, PathContext& context) 
   return passes;
 }
 
-// The same ray from behind the surface; the density of its direction is what it was.
+// Continues the same ray behind the surface. The density of its direction is unchanged.
 void PathIntegrator::continue_through(const accel::Ray& ray, const SurfacePoint& surface, uint32_t slot,
                                       PathContext& context) const {
   if (++context.states[slot].transparent_surfaces > kMaxTransparentSurfaces) return;
@@ -37,8 +41,9 @@ void PathIntegrator::continue_through(const accel::Ray& ray, const SurfacePoint&
   context.next_rays.back().origin = offset_ray_origin(surface, ray.direction);
 }
 
-// Rays that nothing blocks are followed from thin wall to thin wall, all of them together, and their contributions are
-// multiplied by what each lets through. Hits come in order along the ray, so the product does not depend on how it was traced.
+// Traces unoccluded shadow rays from thin wall to thin wall, all of them together, and multiplies
+// their contributions by the transmittances. Hits come in order along a ray, so the product does
+// not depend on batching.
 void PathIntegrator::tint_shadows(PathContext& context) const {
   context.thin_wall_rays.clear();
   context.thin_wall_records.clear();
@@ -57,11 +62,10 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
       const accel::Hit& hit = context.thin_wall_hits[i];
       if (!hit.is_hit()) continue;
       accel::Ray ray = context.thin_wall_rays[i];
-      SurfacePoint& surface = context.group.members[0].surface; // shading is done with it
-      // Directions of shadow rays are unit.
+      SurfacePoint& surface = context.group.members[0].surface; // free: shading of the batch has ended
       world_.surface_at(ray, hit, surface);
       const uint32_t number = context.thin_wall_records[i];
-      if (!surface.layered || !surface.layers.thin_wall) continue; // not a thin wall: the first query has judged it
+      if (!surface.layered || !surface.layers.thin_wall) continue; // the occlusion query has handled this surface
       Rgb& contribution = context.shadow_records[number].contribution;
       contribution *= thin_wall_transmittance(surface, -ray.direction);
       if (is_black(contribution)) {
@@ -78,8 +82,7 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
     context.thin_wall_rays.resize(kept);
     context.thin_wall_records.resize(kept);
   }
-  for (const uint32_t number : context.thin_wall_records)
-    context.occluded[number] = 1; // more thin walls than are followed
+  for (const uint32_t number : context.thin_wall_records) context.occluded[number] = 1; // behind too many thin walls
 }
 
 Rgb PathIntegrator::thin_wall_transmittance(SurfacePoint& surface, const V3f& wo) const {

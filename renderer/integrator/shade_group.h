@@ -1,4 +1,4 @@
-// Paths that are shaded together, step by step, so that one waits for memory while the others work.
+// Scratch memory for a group of paths that are shaded together, so that their cache misses overlap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,21 +13,21 @@
 
 namespace kindling {
 
-// Small enough for what its paths read to stay in the first caches.
+// The size is chosen so that the data of all its paths stays in the innermost caches.
 struct ShadeGroup {
   static constexpr size_t kSize = 32;
 
   struct Member {
-    Environment::Location escaped;                           // where a ray that met nothing went
-    SurfacePoint surface;                                    // else what it met
+    Environment::Location escaped;                           // direction of a ray without a hit
+    SurfacePoint surface;                                    // at the hit, if there is one
     BounceDraws draws;                                       // choice.y chooses the lobe; light and spare the light
-    const LightProbabilities* light_probabilities = nullptr; // learned for the place of the surface; null: not known
+    const LightProbabilities* light_probabilities = nullptr; // learned for the surface's position; null: none
     uint32_t light = 0;                                      // index into lights, if the surface reflects
   };
 
   std::array<Member, kSize> members;
-  std::array<RayFootprint, kSize> footprints; // of those that met something
-  std::array<LightQuery, kSize> queries;      // of the surfaces that reflect
+  std::array<RayFootprint, kSize> footprints; // valid for members with a hit
+  std::array<LightQuery, kSize> queries;      // for surfaces that reflect, consecutive
   std::array<std::optional<LightSample>, kSize> lights;
 };
 

@@ -1,12 +1,14 @@
-// How the trees of a wave are walked: by recursion, or by a list of nodes that wait.
+// Traversal of the Whitted tracer's ray trees, by recursion or with a work list.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_integrator.h"
 
 #include "renderer/integrator/path_trace.h"
 
+#include <cassert>
+
 namespace kindling {
 
-// What both forms do with what shading finds.
+// Receives the results of shading; the part that both forms share.
 struct WhittedIntegrator::Sink {
   const WhittedIntegrator& integrator;
   WhittedContext& context;
@@ -65,12 +67,14 @@ std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
 
 void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                      Film& film) const {
+  assert(dynamic_cast<WhittedContext*>(&thread));
   auto& context = static_cast<WhittedContext&>(thread);
   const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
-  for (uint32_t done = 0; done < samples.count; done += per_batch) {
-    const SampleRange wave{samples.first + done, std::min(per_batch, samples.count - done)};
-    const size_t count = static_cast<size_t>(block.pixel_count()) * wave.count;
-    start_batch(block, wave, count, context);
+  for (uint32_t done = 0; done < samples.count(); done += per_batch) {
+    const uint32_t first = samples.first + done;
+    const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    const size_t count = static_cast<size_t>(block.pixel_count()) * batch.count();
+    start_batch(block, batch, count, context);
     if (settings_.whitted.form == WhittedForm::recursive) {
       for (size_t slot = 0; slot < count; ++slot) {
         WhittedNode node = root(slot, context);
@@ -87,6 +91,7 @@ void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& 
 
 void WhittedIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, size_t count,
                                     WhittedContext& context) const {
+  assert(count <= context.samples.size());
   generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples,
                        std::span(context.camera_rays).first(count));
   std::fill_n(context.samples.begin(), count, WhittedSample{});
@@ -132,7 +137,6 @@ bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, Whitted
   return !is_black(node.weight);
 }
 
-// The camera itself sees none of them.
 void WhittedIntegrator::add_shapes(const WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const {
   ShapeRay stretch{.origin = node.ray.origin,
                    .normal = V3f(0.0f),
@@ -158,8 +162,8 @@ void WhittedIntegrator::trace_recursively(WhittedNode& node, WhittedContext& con
   shader_.shade(node, hit, surface, context.counters, sink);
 }
 
-// The nodes that were found last are traced first, as many as a batch holds: so no more wait than the tree's depth times what one
-// batch can make.
+// The newest nodes are traced first, as many as a batch holds. So the list holds no more than the
+// tree's depth times the nodes that one batch can add.
 void WhittedIntegrator::trace_iteratively(WhittedContext& context) const {
   while (!context.waiting.empty()) {
     const size_t count = std::min(context.waiting.size(), static_cast<size_t>(settings_.batch_size));
@@ -175,11 +179,12 @@ void WhittedIntegrator::trace_iteratively(WhittedContext& context) const {
 }
 
 void WhittedIntegrator::trace_batch(size_t count, WhittedContext& context) const {
+  assert(count <= context.nodes.size());
   const std::span<accel::Ray> rays = std::span(context.rays).first(count);
   const std::span<accel::Hit> hits = std::span(context.hits).first(count);
   world_.accelerator().intersect(rays, hits);
   IterativeSink sink{{*this, context}};
-  // Memory of a group is asked for ahead, so that the latency of one hit hides behind those of others.
+  // Memory is prefetched for a whole group, so that the cache misses of its hits overlap.
   std::array<RayFootprint, ShadeGroup::kSize> footprints;
   for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
     const size_t size = std::min(ShadeGroup::kSize, count - first);

@@ -1,4 +1,4 @@
-// The Whitted tracer: local illumination at every hit, and a tree of mirrored and refracted rays.
+// The Whitted tracer: local illumination at every hit, and a tree of reflected and refracted rays.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,11 +7,13 @@
 
 namespace kindling {
 
-// Whitted 1980, "An Improved Illumination Model for Shaded Display", for glTF materials, with the distribution of Cook, Porter and Carpenter
-// 1984, "Distributed Ray Tracing". No light is transported from diffuse surface to diffuse surface: ambient light stands for it.
+// Whitted 1980, "An Improved Illumination Model for Shaded Display", for glTF materials, with the
+// distribution of Cook, Porter and Carpenter 1984, "Distributed Ray Tracing". Ambient light
+// replaces light transport between diffuse surfaces.
 //
-// A tree is walked by recursion or by a work list. Both give the same bits: what is drawn depends on the place in the tree, single and
-// batched queries of an accelerator agree, and the sums of a sample do not depend on the order of their terms.
+// A tree is traversed by recursion or by a work list. Both give the same bits: random numbers
+// depend on the place in the tree, single and batched queries of an accelerator agree, and the sums
+// of a sample do not depend on their order.
 class WhittedIntegrator final : public Integrator {
  public:
   WhittedIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
@@ -28,15 +30,17 @@ class WhittedIntegrator final : public Integrator {
 
   void start_batch(const PixelRect& block, const SampleRange& samples, size_t count, WhittedContext& context) const;
   [[nodiscard]] WhittedNode root(size_t slot, const WhittedContext& context) const;
-  // The node's light is dimmed by the medium that its ray went through; true: it has met something to shade.
+  // Handles the end of a node's ray: applies the medium's absorption, or adds the background. True
+  // if there is a surface to shade.
   bool arrive(WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
-  // Point, spot and directional lights with a size that the node's ray has met.
+  // Adds the light of punctual lights with a size along the node's ray. The camera does not see
+  // them.
   void add_shapes(const WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
   [[nodiscard]] RayFootprint footprint_of(const WhittedNode& node, const accel::Hit& hit) const;
 
-  // One node after the other: the program's stack remembers what is left to do.
+  // Depth first, one node at a time, on the program's stack.
   void trace_recursively(WhittedNode& node, WhittedContext& context) const;
-  // The nodes of all trees of the wave, batch by batch.
+  // Traces the nodes of all trees of the batch, many at a time.
   void trace_iteratively(WhittedContext& context) const;
   void trace_batch(size_t count, WhittedContext& context) const;
   void trace_feelers(WhittedContext& context) const;
@@ -47,7 +51,7 @@ class WhittedIntegrator final : public Integrator {
   const Camera& camera_;
   Sampler sampler_;
   PixelFilter filter_;
-  float sample_width_; // of the cone of a sample, relative to its pixel's
+  float sample_width_; // width of a sample's cone relative to its pixel's
   AovSet aovs_;
   WhittedShader shader_;
 };

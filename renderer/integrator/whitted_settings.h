@@ -1,4 +1,4 @@
-// What the Whitted tracer can be told: depth, samples of its effects, and its four optimizations.
+// Settings of the Whitted tracer: depth, distributed samples, and its four optimizations.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +11,8 @@
 namespace kindling {
 
 enum class WhittedForm : uint8_t {
-  iterative, // rays of many tree nodes wait in a list and are traced together
-  recursive, // one ray after the other, on the program's stack; the same image to the bit
+  iterative, // a work list; rays of many nodes are traced together
+  recursive, // one ray at a time, on the program's stack; the same image to the bit
 };
 [[nodiscard]] constexpr std::string_view whitted_form_name(WhittedForm form) {
   return form == WhittedForm::iterative ? "iterative" : "recursive";
@@ -23,7 +23,8 @@ enum class WhittedForm : uint8_t {
   return std::nullopt;
 }
 
-// Settings with names, to compare: which accelerator, form, cache and limit they stand for is the application's to know.
+// Named presets for comparisons. The application maps them to accelerator, form, cache and
+// reflection limit.
 enum class WhittedTracer : uint8_t { none, kdtree, optimized };
 [[nodiscard]] constexpr std::string_view whitted_tracer_name(WhittedTracer tracer) {
   return tracer == WhittedTracer::none ? "none" : tracer == WhittedTracer::kdtree ? "kdtree" : "optimized";
@@ -36,18 +37,22 @@ enum class WhittedTracer : uint8_t { none, kdtree, optimized };
 
 struct WhittedSettings {
   static constexpr int kMaxDepth = 64;
-  static constexpr int kMaxStrata = 32; // on a side
+  static constexpr int kMaxStrata = 32; // along one side
 
   int trace_depth = 8; // rays in a row, the camera's included, in [1, kMaxDepth]; 1: nothing is reflected or refracted
-  // Reflections among them, in [0, kMaxDepth]. Total reflection is none: it is the only way on.
+  // Maximum of reflections among them, in [0, kMaxDepth]. Total reflection does not count: it is
+  // the only continuation.
   int max_reflections = kMaxDepth;
-  // Radiance from all sides that the light transported by no ray stands for; unset: the mean of the environment, black without one.
+  // Radiance from all directions in place of untraced light; unset: the environment's mean, black
+  // without one.
   std::optional<Rgb> ambient;
-  // The environment is a light like others, with shadow feelers, and `ambient` is black unless it is set.
+  // The environment is sampled as a light, with shadow feelers; then `ambient` is black unless it
+  // is set.
   bool environment_light = false;
   int light_strata = 1;  // n: n x n shadow feelers, one for each stratum, per light with an extent, in [1, kMaxStrata]
   int glossy_strata = 1; // n: n x n rays where a tree first meets a rough mirror or rough glass, in [1, kMaxStrata]
-  // Lights that no ray can meet are seen in surfaces as if these were at least this rough: or nobody would see the highlight in a mirror.
+  // Minimum roughness of surfaces for lights that no ray can hit: their highlights in mirrors would
+  // be invisible otherwise.
   float highlight_roughness = 0.2f;
   bool cache = true;
   WhittedForm form = WhittedForm::iterative;

@@ -1,4 +1,4 @@
-// The parts of shading that are the same for every sink: ambient light, the cache, the environment, thin walls.
+// Parts of Whitted shading that need no sink: ambient light, cached terms, environment, thin walls.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_shader.h"
 
@@ -11,7 +11,7 @@ Rgb ambient_of(const WhittedSettings& settings, const LightSet& lights) {
   return lights.environment()->total_radiance() * (0.25f * kInvPi);
 }
 
-// The environment is the last of them.
+// Returns the number of lights that get feelers. The environment is the last light.
 size_t count_lights(const WhittedSettings& settings, const LightSet& lights, const PerLightSampling& whole) {
   const bool skips_environment = lights.environment() != nullptr && !settings.environment_light;
   return whole.count() - (skips_environment ? 1 : 0);
@@ -27,7 +27,8 @@ WhittedShader::WhittedShader(const IntegratorSettings& settings, const World& wo
 
 WhittedTerms WhittedShader::terms_of(const accel::Hit& hit, const SurfacePoint& surface, RayCounters& counters) const {
   if (!settings_.cache) return whitted_terms(surface, ambient_);
-  // From within a medium the layers on its outside are missing, and anisotropy is where a mesh has tangents.
+  // Layers outside of a medium are missing when seen from within, and anisotropy depends on the
+  // mesh's tangents.
   const bool varies = surface.layered &&
                       ((surface.layers.boundary && !surface.layers.entering) || surface.layers.bsdf.anisotropy > 0.0f);
   if (varies || !world_.is_uniform(hit)) {
@@ -40,7 +41,7 @@ WhittedTerms WhittedShader::terms_of(const accel::Hit& hit, const SurfacePoint& 
   }
   ++counters.whitted.cache_misses;
   const WhittedTerms terms = whitted_terms(surface, ambient_);
-  cache_.keep(surface.material, terms);
+  cache_.store(surface.material, terms);
   return terms;
 }
 
@@ -59,7 +60,7 @@ Rgb WhittedShader::through_thin_walls(accel::Ray feeler, RayCounters& counters) 
     ++counters.shadow;
     if (!hit.is_hit()) return through;
     world_.surface_at(feeler, hit, surface);
-    if (!surface.layered || !surface.layers.thin_wall) return through; // not a thin wall: the first query has judged it
+    if (!surface.layered || !surface.layers.thin_wall) return through; // the occlusion query has handled this surface
     WhittedNode node;
     node.ray = feeler;
     const WhittedTerms terms;
@@ -70,7 +71,7 @@ Rgb WhittedShader::through_thin_walls(accel::Ray feeler, RayCounters& counters) 
     if (feeler.t_max < kInfinity) feeler.t_max = (feeler.t_max - hit.t) * (1.0f - 1e-6f);
     if (!(feeler.t_max > 0.0f)) return through;
   }
-  return Rgb(0.0f); // more thin walls than are followed
+  return Rgb(0.0f); // behind too many thin walls
 }
 
 } // namespace kindling

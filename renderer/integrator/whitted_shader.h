@@ -1,4 +1,4 @@
-// What a node of a Whitted tree adds to its sample, and which nodes are below it: the same for every way to walk the tree.
+// Shading of a Whitted tree's node: its light and its child nodes, for any order of traversal.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,16 +8,19 @@
 #include "renderer/integrator/whitted_vertex.h"
 #include "renderer/light/per_light_sampling.h"
 
+#include <cassert>
+
 namespace kindling {
 
-// Of light, for AOVs: emitted by what the camera sees, reflected by it, or anything else.
+// Parts of the light for AOVs: emitted by visible surfaces, reflected by them once, everything
+// else.
 enum class WhittedPart : uint8_t { emission, direct, indirect };
 
-// A Sink takes what shading finds, in any way it likes:
-//   void add(const WhittedNode&, WhittedPart, const Rgb&)                      radiance of the node's sample
-//   void feel(const WhittedNode&, const accel::Ray&, const Rgb&)               the same, if nothing is in the way of the ray
-//   void follow(WhittedNode&&)                                                 a node below
-//   void surface(const WhittedNode&, const WhittedVertex&)                     what the camera sees first
+// A Sink receives the results of shading:
+//   void add(const WhittedNode&, WhittedPart, const Rgb&)         adds radiance to the node's sample
+//   void feel(const WhittedNode&, const accel::Ray&, const Rgb&)  the same if the ray is unoccluded
+//   void follow(WhittedNode&&)                                    takes a child node
+//   void surface(const WhittedNode&, const WhittedVertex&)        takes the first surface, for AOVs
 class WhittedShader {
  public:
   WhittedShader(const IntegratorSettings& settings, const World& world);
@@ -25,15 +28,16 @@ class WhittedShader {
   template <typename Sink>
   void shade(const WhittedNode& node, const accel::Hit& hit, SurfacePoint& surface, RayCounters& counters,
              Sink& sink) const;
-  // Of a node that has met nothing.
+  // Returns the radiance that a node without a hit sees.
   [[nodiscard]] Rgb escaped(const WhittedNode& node) const;
-  // How much of the light of a feeler that nothing opaque is in the way of gets through thin walls. Traces rays.
+  // Returns the transmittance of the thin walls along a feeler that no opaque surface occludes.
+  // Traces rays.
   [[nodiscard]] Rgb through_thin_walls(accel::Ray feeler, RayCounters& counters) const;
 
   [[nodiscard]] const Rgb& ambient() const { return ambient_; }
 
  private:
-  // Places below a node, each with its own draws.
+  // Places of child nodes, each with its own random numbers.
   enum Place : uint32_t { kMirror = 1, kCoat, kGlassMirror, kRefraction, kStraight, kLight = 64 };
 
   [[nodiscard]] WhittedTerms terms_of(const accel::Hit& hit, const SurfacePoint& surface, RayCounters& counters) const;
@@ -46,11 +50,12 @@ class WhittedShader {
   void follow_mirrors(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const;
   template <typename Sink>
   void follow_glass(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const;
-  // One ray, or one for each stratum, whose directions `sample(u, place)` gives: std::optional<BsdfSample>, weight as it counts.
+  // Follows one ray, or one for each stratum. `sample(u)` returns its direction and final weight as
+  // an std::optional<BsdfSample>.
   template <typename Sink, typename Sample>
   void follow_lobe(const WhittedVertex& vertex, float distance, Place place, Sink& sink, RayCounters& counters,
                    const Sample& sample) const;
-  // `wi` local. `weight`: of the light from there towards wo.
+  // Follows one ray in direction wi (local). `weight` is the factor of its light towards wo.
   template <typename Sink>
   void follow_ray(const WhittedVertex& vertex, float distance, uint32_t key, const V3f& wi, float pdf,
                   const Rgb& weight, bool reflection, bool split, RayCounters& counters, Sink& sink) const;
@@ -63,13 +68,14 @@ class WhittedShader {
   bool environment_visible_;
   std::optional<Rgb> background_;
   PerLightSampling lights_;
-  size_t light_count_; // of lights_, those that get feelers
+  size_t light_count_; // number of lights that get feelers, the first of lights_
   Rgb ambient_{0.0f};
   mutable WhittedCache cache_;
 };
 
-// The cell of n x n that `u` jitters in.
+// Returns `u` moved into one cell of an n x n grid over the unit square.
 [[nodiscard]] inline V2f in_stratum(const V2f& u, int cell, int n) {
+  assert(cell >= 0 && cell < n * n);
   const float side = 1.0f / static_cast<float>(n);
   return {std::min((static_cast<float>(cell % n) + u.x) * side, kOneMinusEpsilon),
           std::min((static_cast<float>(cell / n) + u.y) * side, kOneMinusEpsilon)};
@@ -79,7 +85,7 @@ template <typename Sink>
 void WhittedShader::shade(const WhittedNode& node, const accel::Hit& hit, SurfacePoint& surface, RayCounters& counters,
                           Sink& sink) const {
   if (surface.layered && surface.layers.boundary && !surface.layers.entering && node.in_medium &&
-      node.media.covered(surface.material)) { // no surface, with another medium on both sides
+      node.media.covered(surface.material)) { // ignored: a medium entered later is on both sides
     if (node.transparent_surfaces >= kMaxTransparentSurfaces) return;
     WhittedNode beyond = node;
     ++beyond.transparent_surfaces;
@@ -107,7 +113,7 @@ void WhittedShader::shade(const WhittedNode& node, const accel::Hit& hit, Surfac
   if (terms.glass_share > 0.0f) follow_glass(vertex, hit.t, counters, sink);
 }
 
-// A shadow feeler to every light, or n x n to those with an extent.
+// Sends a shadow feeler to every light, or n x n to lights with an extent.
 template <typename Sink>
 void WhittedShader::light(const WhittedVertex& vertex, Sink& sink) const {
   const SurfacePoint& surface = vertex.surface;
@@ -142,7 +148,8 @@ void WhittedShader::light(const WhittedVertex& vertex, Sink& sink) const {
   }
 }
 
-// Partial coverage lets 1 - alpha of the light pass and is no ray of the tree; a thin wall is.
+// Partial coverage passes 1 - alpha of the light and does not count as a ray of the tree; a thin
+// wall counts.
 template <typename Sink>
 void WhittedShader::pass_straight(const WhittedVertex& vertex, float distance, const Rgb& thin_wall,
                                   RayCounters& counters, Sink& sink) const {
@@ -169,9 +176,10 @@ void WhittedShader::follow_ray(const WhittedVertex& vertex, float distance, uint
                                const Rgb& weight, bool reflection, bool split, RayCounters& counters,
                                Sink& sink) const {
   const WhittedNode& node = vertex.node;
+  assert(may_follow(node) && pdf >= 0.0f);
   const SurfacePoint& surface = vertex.surface;
   const V3f direction = vertex.frame.to_world(wi);
-  // A bent normal may send a reflection below the surface, or leave a refraction above it.
+  // The shading normal may put a reflection below the surface, or a refraction above it.
   if ((direction.dot(surface.geometric_normal) < 0.0f) != (wi.z < 0.0f)) return;
   WhittedNode below = node;
   below.weight = node.weight * weight * surface.alpha;
@@ -207,7 +215,7 @@ void WhittedShader::follow_lobe(const WhittedVertex& vertex, float distance, Pla
   }
 }
 
-// The glossy base and a coat over it.
+// Follows the reflections of the glossy base and of a coat over it.
 template <typename Sink>
 void WhittedShader::follow_mirrors(const WhittedVertex& vertex, float distance, RayCounters& counters,
                                    Sink& sink) const {
@@ -216,7 +224,7 @@ void WhittedShader::follow_mirrors(const WhittedVertex& vertex, float distance, 
   const V3f& wo = vertex.wo;
   const LayeredBsdf* const layered = vertex.surface.layered ? vertex.bsdf().layers() : nullptr;
   const V3f mirrored(-wo.x, -wo.y, wo.z);
-  Rgb mirror(0.0f); // of what is reflected in just this direction: one ray for all
+  Rgb mirror(0.0f); // weight of all layers that reflect in exactly this direction: one ray serves them all
   if (terms.mirror_share > 0.0f) {
     if (terms.smooth && layered) {
       mirror = layered->glossy_albedo() * terms.mirror_share;
@@ -258,8 +266,8 @@ void WhittedShader::follow_mirrors(const WhittedVertex& vertex, float distance, 
                counters, sink);
 }
 
-// What glass reflects, and what it refracts (a smooth thin wall: pass_straight()). At total reflection there is one way on alone, which no
-// limit but the tree's depth ends.
+// Follows reflection and refraction of glass; pass_straight() transmits smooth thin walls. Total
+// reflection is the only continuation, so only the tree's depth limits it.
 template <typename Sink>
 void WhittedShader::follow_glass(const WhittedVertex& vertex, float distance, RayCounters& counters, Sink& sink) const {
   const LayeredBsdf& layered = *vertex.bsdf().layers();

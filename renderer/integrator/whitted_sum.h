@@ -1,4 +1,4 @@
-// The sum of the terms of a tree of rays, which may be walked in any order.
+// Order-independent sum of the terms of one sample's ray tree.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,8 +9,8 @@
 
 namespace kindling {
 
-// To 2^-64. A term beyond 2^52 in size makes the sum not a number, so that the sample is counted and dropped as any that is not finite; 2^11
-// terms may come close to it.
+// Fixed point with a resolution of 2^-64. A term beyond 2^52 in size makes the sum not a number, so
+// that the sample is dropped and counted as non-finite; there is room for 2^11 terms of that size.
 class WhittedSum {
  public:
   void add(float x) {

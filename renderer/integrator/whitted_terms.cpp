@@ -1,3 +1,4 @@
+// Computes the Whitted tracer's ambient color, traced shares and mirror reflectance.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_terms.h"
 
@@ -7,16 +8,16 @@
 namespace kindling {
 namespace {
 
-// Perceptual roughness up to which rays follow all of a reflection, and from which on none.
+// Perceptual roughness up to which a reflection is traced wholly, and from which on not at all.
 constexpr float kMirror = 0.3f;
 constexpr float kNoMirror = 0.6f;
 
-float followed_share(float roughness) {
+float traced_share(float roughness) {
   const float x = saturate((kNoMirror - roughness) * (1.0f / (kNoMirror - kMirror)));
   return x * x * (3.0f - 2.0f * x);
 }
 
-// Mean albedo of the microfacets over all directions.
+// Returns the mean albedo of the microfacets over all directions.
 Rgb mean_albedo(const GgxAlbedo& mean, const Rgb& f0, float f90) { return f0 * (mean.e - mean.b) + Rgb(f90 * mean.b); }
 
 } // namespace
@@ -45,7 +46,7 @@ WhittedTerms whitted_terms(const SurfacePoint& surface, const Rgb& ambient) {
     terms.glass_share = dielectric * (1.0f - opaque) > 0.0f ? 1.0f : 0.0f;
   }
   const bool reflects = metallic > 0.0f || max_component(dielectric_f0) > 0.0f || specular > 0.0f;
-  terms.mirror_share = reflects && metallic + dielectric * opaque > 0.0f ? followed_share(roughness) : 0.0f;
+  terms.mirror_share = reflects && metallic + dielectric * opaque > 0.0f ? traced_share(roughness) : 0.0f;
   const Rgb glossy_mean = dielectric_mean * (dielectric * opaque) + mean_albedo(mean, base_color, 1.0f) * metallic;
   Rgb ambient_color = diffuse * (dielectric * opaque * (1.0f - max_component(dielectric_mean))) +
                       glossy_mean * (1.0f - terms.mirror_share);
@@ -57,7 +58,7 @@ WhittedTerms whitted_terms(const SurfacePoint& surface, const Rgb& ambient) {
     const float coat_roughness = saturate(surface.layers.bsdf.clearcoat_roughness);
     const float coat_mean =
         coat * mean_albedo(ggx_average_albedo(std::max(coat_roughness, kMinRoughness)), Rgb(0.04f), 1.0f).x;
-    terms.coat_mirror_share = followed_share(coat_roughness);
+    terms.coat_mirror_share = traced_share(coat_roughness);
     terms.coat_smooth = coat_roughness <= kStraightRoughness;
     ambient_color = ambient_color * (1.0f - coat_mean) + Rgb(coat_mean * (1.0f - terms.coat_mirror_share));
   }

@@ -1,4 +1,4 @@
-// The records of the Whitted tracer: a ray of the tree that waits to be traced, and the memory of one thread.
+// Records of the Whitted tracer: tree nodes, sample sums, shadow feelers, and the thread context.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,41 +12,42 @@
 
 namespace kindling {
 
-// A node of the tree of rays of one sample. Where it is in the tree alone decides what is drawn for it.
+// A node of the ray tree of one sample. Its random numbers depend on its place in the tree alone.
 struct WhittedNode {
-  accel::Ray ray; // key: of the sampler, a hash of the place in the tree
+  accel::Ray ray; // its key is the sampler's, a hash of the node's place in the tree
   Rgb weight{1.0f};
   uint32_t slot = 0;                // of the sample
-  RayCone cone{.spread = -1.0f};    // spread below 0: as the camera has it
-  float wavelength_nm = 0.0f;       // of light that was dispersed; 0: all of it
-  uint8_t depth = 1;                // rays in a row, this one included, what goes straight through coverage not
+  RayCone cone{.spread = -1.0f};    // spread below 0: not set yet
+  float wavelength_nm = 0.0f;       // set once the light is dispersed; 0: all wavelengths
+  uint8_t depth = 1;                // rays in a row with this one; continuations through coverage do not count
   uint8_t reflections = 0;          // among them
   uint8_t transparent_surfaces = 0; // passed in a row
-  bool seen = true;                 // by the camera, itself or through what it passes straight
-  bool split = false;               // into strata, at a rough mirror or rough glass before
-  bool in_medium = false;           // `media` is not empty; else it is not up to date
+  bool seen = true;                 // a camera ray or its straight continuation
+  bool split = false;               // below a rough mirror or rough glass that was split into strata
+  bool in_medium = false;           // `media` is valid and not empty
   MediumStack media;
 };
 static_assert(sizeof(WhittedNode) == 128);
 
-// What a sample has gathered. Sums that do not depend on the order of their terms: trees may be walked in any.
+// The sums of a sample. They do not depend on the order of their terms, so trees may be traversed
+// in any order.
 struct WhittedSample {
   WhittedRgbSum radiance;
   WhittedSum transparency; // 1 - alpha
 };
-// For AOVs.
+// The sums of a sample's components, for AOVs.
 struct WhittedComponents {
   WhittedRgbSum emission, direct;
 };
 
-// A light sample that waits for its shadow feeler.
+// A light sample whose shadow feeler is not traced yet.
 struct WhittedFeeler {
   Rgb contribution;
   uint32_t slot = 0;
-  bool seen = true; // the surface that it lights, WhittedNode::seen
+  bool seen = true; // WhittedNode::seen of the lit surface
 };
 
-// Sized for a batch; the lists grow with the largest trees met, and keep their memory.
+// Sized for a batch. The lists grow with the largest trees so far and keep their memory.
 class WhittedContext final : public ThreadContext {
  public:
   WhittedContext(size_t batch_size, bool with_surfaces)
@@ -59,14 +60,14 @@ class WhittedContext final : public ThreadContext {
     occluded.reserve(kFeelerBatch);
   }
 
-  static constexpr size_t kFeelerBatch = 1024; // traced together, once so many wait
+  static constexpr size_t kFeelerBatch = 1024; // number of feelers that are traced together
 
   std::vector<CameraSample> camera_samples;  // by slot
   std::vector<accel::Ray> camera_rays;       // likewise
   std::vector<WhittedSample> samples;        // likewise
   std::vector<WhittedComponents> components; // likewise; empty if no AOV needs them
   std::vector<FilmSurface> surfaces;         // likewise
-  // The iterative form's work list, and the part of it that is being traced.
+  // The work list of the iterative form, and the nodes being traced.
   std::vector<WhittedNode> waiting;
   std::vector<WhittedNode> nodes;
   std::vector<accel::Ray> rays;

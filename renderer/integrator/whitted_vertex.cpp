@@ -1,7 +1,10 @@
+// Media, dispersion and highlight BSDF at a surface of the Whitted tracer.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_vertex.h"
 
 #include "renderer/bsdf/dispersion.h"
+
+#include <cassert>
 
 namespace kindling {
 namespace {
@@ -16,6 +19,7 @@ Frame frame_of(const SurfacePoint& surface) {
 } // namespace
 
 Rgb medium_transmittance(const World& world, const MediumStack& media, float distance) {
+  assert(!media.empty() && distance >= 0.0f);
   if (distance == kInfinity) return Rgb(1.0f);
   const Rgb& extinction = world.medium(*media.innermost()).extinction;
   return {std::exp(-extinction.x * distance), std::exp(-extinction.y * distance), std::exp(-extinction.z * distance)};
@@ -29,7 +33,8 @@ WhittedVertex::WhittedVertex(const World& world, const WhittedNode& node_above, 
   if (surface.layered) resolve_media(surface_here);
 }
 
-// As the path tracer does it: where a medium disperses, the light that is refracted takes on one wavelength for the rest of its way.
+// As in the path tracer: light that is refracted at a dispersive medium keeps one wavelength from
+// there on.
 void WhittedVertex::resolve_media(SurfacePoint& mutable_surface) {
   LayerParameters& layers = mutable_surface.layers.bsdf;
   layers_ = &layers;
@@ -70,7 +75,7 @@ void WhittedVertex::make_highlight() const {
   highlight_.emplace(parameters, &layers, wo);
 }
 
-// f is parted among its lobes by their densities, which is how sampling one lobe alone weighs it.
+// f is divided among its lobes by their densities, exactly as sampling of a single lobe weights it.
 float WhittedVertex::share_of_lights(const V3f& wi, float pdf) const {
   if (!terms.traced || !(pdf > 0.0f)) return 1.0f;
   float followed;

@@ -1,4 +1,4 @@
-// A surface as a node of a Whitted tree meets it: frame, media on both sides, BSDF.
+// Shading state of a Whitted node at its surface: local frame, media on both sides, BSDF.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +12,14 @@
 
 namespace kindling {
 
-// By how much light is dimmed over a distance; 1 out of an open mesh.
+// Returns the transmittance of the innermost medium over a distance; 1 for an infinite one (a ray
+// left an open mesh).
 [[nodiscard]] Rgb medium_transmittance(const World& world, const MediumStack& media, float distance);
 
 class WhittedVertex {
  public:
-  // Sets what the layers of the surface take from the node. All must outlive the vertex.
+  // Completes the surface's layers with what depends on the node. All arguments must outlive the
+  // vertex.
   WhittedVertex(const World& world, const WhittedNode& node, SurfacePoint& surface, const WhittedTerms& terms,
                 float highlight_roughness);
 
@@ -27,25 +29,27 @@ class WhittedVertex {
   Frame frame; // around the shading normal
   V3f wo;      // local
 
-  // As it is: for rays, and for lights that rays meet as well.
+  // The exact BSDF: for rays, and for lights that rays can hit.
   [[nodiscard]] const SurfaceBsdf& bsdf() const {
     if (!exact_) exact_.emplace(surface.bsdf, layers_, wo);
     return *exact_;
   }
-  // For lights that no ray can meet: no smoother than `highlight_roughness`.
+  // The BSDF for lights that no ray can hit, with a roughness of at least `highlight_roughness`.
   [[nodiscard]] const SurfaceBsdf& highlight_bsdf() const {
     if (!blurred_) return bsdf();
     if (!highlight_) make_highlight();
     return *highlight_;
   }
-  // Light from beyond a smooth surface is left to refracted rays.
+  // True if highlight_bsdf() differs from bsdf(). Then light from beyond the surface is left to
+  // refracted rays.
   [[nodiscard]] bool highlight_is_blurred() const { return blurred_; }
-  // How much of f in direction wi (local), whose density is `pdf`, no ray follows.
+  // Returns the fraction of f in direction wi (local, of density `pdf`) that no ray follows.
   [[nodiscard]] float share_of_lights(const V3f& wi, float pdf) const;
 
-  // The light that goes on from the other side: with media and wavelength as they are there.
+  // Updates media and wavelength of a node below that continues on the other side of the surface.
   void cross(WhittedNode& below) const;
-  // Of light that comes from that far on the side of wo (side > 0) or from beyond.
+  // Returns the transmittance for light from that distance, on the side of wo (side > 0) or beyond
+  // the surface.
   [[nodiscard]] Rgb transmittance_to_light(float side, float distance) const;
 
  private:
@@ -56,7 +60,7 @@ class WhittedVertex {
   const LayerParameters* layers_ = nullptr; // null: the plain model
   float highlight_roughness_;
   bool blurred_;
-  float wavelength_nm_ = 0.0f; // that refraction here takes on; 0: all
+  float wavelength_nm_ = 0.0f; // of refracted light; 0: all wavelengths
   Rgb wavelength_weight_{1.0f};
   mutable std::optional<SurfaceBsdf> exact_, highlight_;
 };

@@ -44,7 +44,7 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
   const std::vector<StoredPlane> planes = planes_of(header, state.film.crop());
   uint64_t span_bytes = 0;
   for (size_t i = 0; i < state.coverage.block_count(); ++i)
-    span_bytes += state.coverage[i].spans.size() * sizeof(SampleSpan);
+    span_bytes += state.coverage[i].spans.size() * sizeof(SampleRange);
   if (span_bytes > max_coverage_bytes(planes))
     return cannot_write(path, fmt::format("its samples are in too many pieces: {} bytes of spans, at most {}",
                                           span_bytes, max_coverage_bytes(planes)));

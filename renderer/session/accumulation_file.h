@@ -30,7 +30,7 @@ struct AccumulationIdentity {
   PixelRect crop;                     // of it that is wanted; a part's area may be less
   uint32_t samples_per_pixel = 0;     // wanted in the end
   uint32_t planned_samples = 0;       // that the sampling is laid out for: RenderSettings::planned_samples
-  SampleSpan part;                    // the samples that this file is to hold: of a whole render [0, samples_per_pixel)
+  SampleRange part;                   // the samples that this file is to hold: of a whole render [0, samples_per_pixel)
   std::string metadata; // JSON object: what images made of it say of the scene, the camera and the render; not compared
 };
 

@@ -176,7 +176,7 @@ Json runs_to_json(const Coverage& coverage) {
     const size_t first = i;
     while (i < coverage.block_count() && coverage[i] == coverage[first]) ++i;
     Json run = {i - first, coverage[first].stopped ? 1 : 0};
-    for (const SampleSpan& span : coverage[first].spans) {
+    for (const SampleRange& span : coverage[first].spans) {
       run.push_back(span.first);
       run.push_back(span.end);
     }
@@ -197,8 +197,8 @@ std::vector<ParsedHeader::CoverageRun> runs_from_json(const Json& json, size_t b
     left -= run.blocks;
     for (size_t i = 2; i < values.size(); i += 2) {
       constexpr uint32_t kLargest = std::numeric_limits<uint32_t>::max();
-      const SampleSpan span{static_cast<uint32_t>(whole(values[i], "runs", kLargest)),
-                            static_cast<uint32_t>(whole(values[i + 1], "runs", kLargest))};
+      const SampleRange span{static_cast<uint32_t>(whole(values[i], "runs", kLargest)),
+                             static_cast<uint32_t>(whole(values[i + 1], "runs", kLargest))};
       if (span.empty() || (i > 2 && span.first <= run.coverage.spans.back().end))
         unsound("runs", "sorted spans of samples");
       run.coverage.spans.push_back(span);
@@ -273,7 +273,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   const uint64_t most = max_coverage_bytes(parsed.planes);
   uint64_t span_bytes = 0;
   for (const ParsedHeader::CoverageRun& run : parsed.runs) {
-    const uint64_t bytes = run.coverage.spans.size() * sizeof(SampleSpan);
+    const uint64_t bytes = run.coverage.spans.size() * sizeof(SampleRange);
     if (bytes > 0 && run.blocks > (most - span_bytes) / bytes)
       throw Unsound(fmt::format("'runs' have more than {} bytes of spans", most));
     span_bytes += run.blocks * bytes;
@@ -357,7 +357,7 @@ Coverage coverage_of(const ParsedHeader& parsed) {
   size_t block = 0;
   for (const ParsedHeader::CoverageRun& run : parsed.runs)
     for (size_t i = 0; i < run.blocks; ++i, ++block) {
-      for (const SampleSpan& span : run.coverage.spans) coverage.add(block, span);
+      for (const SampleRange& span : run.coverage.spans) coverage.add(block, span);
       if (run.coverage.stopped) coverage.set_stopped(block);
     }
   return coverage;

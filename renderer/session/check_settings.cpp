@@ -14,7 +14,7 @@ std::string text_of(const PixelRect& r) {
          std::to_string(r.max.y);
 }
 
-std::string text_of(const SampleSpan& span) {
+std::string text_of(const SampleRange& span) {
   return std::to_string(span.first) + " to " + std::to_string(span.end - 1);
 }
 
@@ -49,7 +49,7 @@ Result<void> check_samples(const RenderSettings& settings) {
   if (!settings.samples) return {};
   if (settings.samples->empty() || settings.samples->end > settings.samples_per_pixel)
     return refuse("samples " + text_of(*settings.samples) + ": a range within " +
-                  text_of(SampleSpan{0, settings.samples_per_pixel}) + " is needed that is not empty");
+                  text_of(SampleRange{0, settings.samples_per_pixel}) + " is needed that is not empty");
   if (settings.adaptive.enabled())
     return refuse(
         "samples " + text_of(*settings.samples) +
@@ -113,11 +113,11 @@ Result<void> check_state(const RenderSettings& settings, const RenderState& stat
   if (settings.adaptive.enabled() ? !state.adaptive.fits(area) : !state.adaptive.empty())
     return refuse(std::string("to go on from: it is ") + (settings.adaptive.enabled() ? "not " : "") +
                   "of a render with adaptive sampling");
-  const SampleSpan wanted = settings.wanted_samples();
+  const SampleRange wanted = settings.wanted_samples();
   for (size_t i = 0; i < state.coverage.block_count(); ++i) {
-    const std::vector<SampleSpan>& spans = state.coverage[i].spans;
+    const std::vector<SampleRange>& spans = state.coverage[i].spans;
     if (spans.empty() || (spans.front().first >= wanted.first && spans.back().end <= wanted.end)) continue;
-    return refuse("to go on from: it has samples " + text_of(SampleSpan{spans.front().first, spans.back().end}) +
+    return refuse("to go on from: it has samples " + text_of(SampleRange{spans.front().first, spans.back().end}) +
                   ", more than the " + text_of(wanted) + " that are wanted");
   }
   return {};

@@ -34,12 +34,12 @@ size_t Coverage::index_of(const V2i& pixel) const {
   return static_cast<size_t>(row) * static_cast<size_t>(columns()) + static_cast<size_t>(column);
 }
 
-bool Coverage::add(size_t index, const SampleSpan& samples) {
+bool Coverage::add(size_t index, const SampleRange& samples) {
   if (samples.empty()) return true;
-  std::vector<SampleSpan>& spans = blocks_[index].spans;
+  std::vector<SampleRange>& spans = blocks_[index].spans;
   // The first that ends at or after the beginning of the new one.
   auto next = std::lower_bound(spans.begin(), spans.end(), samples.first,
-                               [](const SampleSpan& span, uint32_t first) { return span.end < first; });
+                               [](const SampleRange& span, uint32_t first) { return span.end < first; });
   const bool extends = next != spans.end() && next->end == samples.first;
   const auto after = extends ? next + 1 : next;
   if (after != spans.end() && after->first < samples.end) return false;
@@ -57,9 +57,9 @@ bool Coverage::add(size_t index, const SampleSpan& samples) {
   return true;
 }
 
-SampleSpan Coverage::first_missing(size_t index, const SampleSpan& wanted) const {
-  SampleSpan missing = wanted;
-  for (const SampleSpan& span : blocks_[index].spans) {
+SampleRange Coverage::first_missing(size_t index, const SampleRange& wanted) const {
+  SampleRange missing = wanted;
+  for (const SampleRange& span : blocks_[index].spans) {
     if (span.end <= missing.first) continue;
     if (span.first > missing.first) {
       missing.end = std::min(missing.end, span.first);
@@ -70,15 +70,15 @@ SampleSpan Coverage::first_missing(size_t index, const SampleSpan& wanted) const
   return missing;
 }
 
-uint32_t Coverage::done(size_t index, const SampleSpan& wanted) const {
+uint32_t Coverage::done(size_t index, const SampleRange& wanted) const {
   return first_missing(index, wanted).first - wanted.first;
 }
 
-bool Coverage::complete(size_t index, const SampleSpan& wanted) const {
+bool Coverage::complete(size_t index, const SampleRange& wanted) const {
   return blocks_[index].stopped || first_missing(index, wanted).empty();
 }
 
-double Coverage::done_share(const SampleSpan& wanted) const {
+double Coverage::done_share(const SampleRange& wanted) const {
   double done = 0.0, all = 0.0;
   for (size_t i = 0; i < blocks_.size() && !wanted.empty(); ++i) {
     const auto pixels = static_cast<double>(block(i).pixel_count());
@@ -87,8 +87,8 @@ double Coverage::done_share(const SampleSpan& wanted) const {
       done += pixels * wanted.count();
       continue;
     }
-    for (const SampleSpan& span : blocks_[i].spans) {
-      const SampleSpan common{std::max(span.first, wanted.first), std::min(span.end, wanted.end)};
+    for (const SampleRange& span : blocks_[i].spans) {
+      const SampleRange common{std::max(span.first, wanted.first), std::min(span.end, wanted.end)};
       if (!common.empty()) done += pixels * common.count();
     }
   }

@@ -12,18 +12,9 @@
 
 namespace kindling {
 
-// Samples [first, end) of a pixel.
-struct SampleSpan {
-  uint32_t first = 0;
-  uint32_t end = 0;
-  [[nodiscard]] uint32_t count() const { return end - first; }
-  [[nodiscard]] bool empty() const { return end <= first; }
-  bool operator==(const SampleSpan&) const = default;
-};
-
 // Samples of one block. Spans are sorted, disjoint, and never touch.
 struct BlockCoverage {
-  std::vector<SampleSpan> spans;
+  std::vector<SampleRange> spans;
   bool stopped = false; // adaptive sampling wants no more than these
   bool operator==(const BlockCoverage&) const = default;
 };
@@ -42,17 +33,17 @@ class Coverage {
   [[nodiscard]] const BlockCoverage& operator[](size_t index) const { return blocks_[index]; }
 
   // False, and nothing changes, if the block has one of them already.
-  bool add(size_t index, const SampleSpan& samples);
+  bool add(size_t index, const SampleRange& samples);
   void set_stopped(size_t index) { blocks_[index].stopped = true; }
 
   // The first samples of `wanted`, as many as follow each other, that the block has not; empty if it has all.
-  [[nodiscard]] SampleSpan first_missing(size_t index, const SampleSpan& wanted) const;
+  [[nodiscard]] SampleRange first_missing(size_t index, const SampleRange& wanted) const;
   // How many samples of `wanted` the block has, counted from wanted.first without a gap.
-  [[nodiscard]] uint32_t done(size_t index, const SampleSpan& wanted) const;
+  [[nodiscard]] uint32_t done(size_t index, const SampleRange& wanted) const;
   // Of `wanted` of all pixels, the share that is there, in [0, 1]; a block that has stopped lacks none. 1 where nothing is wanted.
-  [[nodiscard]] double done_share(const SampleSpan& wanted) const;
+  [[nodiscard]] double done_share(const SampleRange& wanted) const;
   // Whether the block has all of `wanted`, or has stopped.
-  [[nodiscard]] bool complete(size_t index, const SampleSpan& wanted) const;
+  [[nodiscard]] bool complete(size_t index, const SampleRange& wanted) const;
 
   bool operator==(const Coverage&) const = default;
 

@@ -51,7 +51,7 @@ class RecordingRender {
       for (const PixelRect& tile : tiles)
         for (const PixelRect& block : make_blocks(tile)) {
           if (enough() || (cancel && cancel->cancelled())) return;
-          integrator_->render_block(block, {pass * samples, samples}, *context_, film_);
+          integrator_->render_block(block, {pass * samples, (pass + 1) * samples}, *context_, film_);
         }
       if (recorded() == before) return;
     }

@@ -54,7 +54,7 @@ std::vector<std::vector<PixelRect>> RenderLoop::make_lanes() const {
 }
 
 // The speed is that of the last pass, from its opening to this one's.
-std::optional<SampleSpan> RenderLoop::plan_pass() {
+std::optional<SampleRange> RenderLoop::plan_pass() {
   if (opened_end_ == wanted_.end) return std::nullopt;
   const double now_s = elapsed_s();
   if (opened_end_ >= level_end_) {
@@ -62,15 +62,15 @@ std::optional<SampleSpan> RenderLoop::plan_pass() {
     if (settings_.time_limit_s && work_before_.render_s + now_s >= *settings_.time_limit_s) return std::nullopt;
   }
   const double passes_per_second = passes_ > 0 ? last_count_ / std::max(now_s - last_opened_s_, 1e-6) : 0.0;
-  SampleRange range = next_pass(opened_end_ - wanted_.first, wanted_.count(), passes_per_second);
+  uint32_t count = next_pass(opened_end_ - wanted_.first, wanted_.count(), passes_per_second).count();
   if (settings_.time_limit_s) { // no longer than what is left of it
     const double left = passes_per_second * (*settings_.time_limit_s - work_before_.render_s - now_s);
-    range.count = static_cast<uint32_t>(std::clamp(left, 1.0, static_cast<double>(range.count)));
+    count = static_cast<uint32_t>(std::clamp(left, 1.0, static_cast<double>(count)));
   }
   last_opened_s_ = now_s;
-  last_count_ = range.count;
+  last_count_ = count;
   ++passes_;
-  const SampleSpan pass{opened_end_, opened_end_ + range.count};
+  const SampleRange pass{opened_end_, opened_end_ + count};
   opened_end_ = pass.end;
   return pass;
 }
@@ -136,25 +136,25 @@ void RenderLoop::render_tile(TileQueue::Visit& visit, Worker& worker) {
   }
 }
 
-void RenderLoop::render_missing(size_t block, const SampleSpan& samples, Worker& worker) {
+void RenderLoop::render_missing(size_t block, const SampleRange& samples, Worker& worker) {
   Coverage& coverage = state_.coverage;
-  for (SampleSpan missing = coverage.first_missing(block, samples); !missing.empty();
+  for (SampleRange missing = coverage.first_missing(block, samples); !missing.empty();
        missing = coverage.first_missing(block, samples)) {
-    integrator_.render_block(coverage.block(block), {missing.first, missing.count()}, *worker.context, state_.film);
+    integrator_.render_block(coverage.block(block), missing, *worker.context, state_.film);
     worker.unsaved = true;
     coverage.add(block, missing);
   }
 }
 
 // Cuts the samples of a pass at the counts for decisions, which so do not depend on passes.
-void RenderLoop::render_adaptively(size_t block, const SampleSpan& samples, Worker& worker) {
+void RenderLoop::render_adaptively(size_t block, const SampleRange& samples, Worker& worker) {
   Coverage& coverage = state_.coverage;
   const PixelRect rect = coverage.block(block);
   ThreadContext& context = *worker.context;
   for (uint32_t done = coverage.done(block, wanted_); done < samples.end && !coverage[block].stopped;) {
     const uint32_t count = std::min(samples.end - done, adaptive_sampling_.samples_to_decision(done));
     const uint64_t rays_before = context.counters.total();
-    integrator_.render_block(rect, {done, count}, context, state_.film);
+    integrator_.render_block(rect, {done, done + count}, context, state_.film);
     worker.unsaved = true;
     adaptive_sampling_.count_rays(rect, context.counters.total() - rays_before);
     coverage.add(block, {done, done + count});

@@ -49,11 +49,11 @@ class RenderLoop {
   void find_levels();
   // Of tiles that want samples: one for all threads, or one for each.
   [[nodiscard]] std::vector<std::vector<PixelRect>> make_lanes() const;
-  [[nodiscard]] std::optional<SampleSpan> plan_pass();
+  [[nodiscard]] std::optional<SampleRange> plan_pass();
   void work(size_t thread);
   void render_tile(TileQueue::Visit& visit, Worker& worker);
-  void render_missing(size_t block, const SampleSpan& samples, Worker& worker);
-  void render_adaptively(size_t block, const SampleSpan& samples, Worker& worker);
+  void render_missing(size_t block, const SampleRange& samples, Worker& worker);
+  void render_adaptively(size_t block, const SampleRange& samples, Worker& worker);
   void pause_if_due();
   void save(RenderStatistics& statistics);
   void account(RenderStatistics& statistics);
@@ -68,7 +68,7 @@ class RenderLoop {
   PassProgress& progress_;
   Clock::time_point start_;
   double busy_before_s_;
-  SampleSpan wanted_;
+  SampleRange wanted_;
   RenderWork work_before_;
   AdaptiveSampling adaptive_sampling_;
   std::vector<Worker> workers_;

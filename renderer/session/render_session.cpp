@@ -37,7 +37,7 @@ bool all_done(const RenderSettings& settings, const Coverage& coverage) {
 
 // Of the blocks that want more.
 uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
-  const SampleSpan wanted = settings.wanted_samples();
+  const SampleRange wanted = settings.wanted_samples();
   uint32_t least = wanted.count();
   for (size_t i = 0; i < coverage.block_count(); ++i)
     if (!coverage.complete(i, wanted)) least = std::min(least, coverage.done(i, wanted));
@@ -116,7 +116,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   const std::unique_ptr<ThreadContext> context = integrator->make_context();
   context->trace = &replayed.trace;
   const FlushDenormals flush_denormals;
-  integrator->render_block(block, {sample_index, 1}, *context, film);
+  integrator->render_block(block, {sample_index, sample_index + 1}, *context, film);
   const std::vector<float> rgb = film.resolve(Aov::beauty);
   replayed.radiance = Rgb(rgb[0], rgb[1], rgb[2]);
   return replayed;

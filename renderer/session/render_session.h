@@ -6,6 +6,7 @@
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/session/adaptive_sampling.h"
@@ -37,7 +38,7 @@ struct RenderSettings {
   uint32_t planned_samples = 0;
   // A part of the work: these samples only, within [0, samples_per_pixel). Not with adaptive sampling, whose decisions ask for all
   // earlier ones.
-  std::optional<SampleSpan> samples;
+  std::optional<SampleRange> samples;
   // A part of the work: these pixels only, within the crop, on whole blocks but for the crop's border (make_regions()).
   std::optional<PixelRect> region;
   AdaptiveSettings adaptive;
@@ -53,21 +54,10 @@ struct RenderSettings {
   Schedule schedule = Schedule::tiles;
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }
-  [[nodiscard]] SampleSpan wanted_samples() const { return samples.value_or(SampleSpan{0, samples_per_pixel}); }
+  [[nodiscard]] SampleRange wanted_samples() const { return samples.value_or(SampleRange{0, samples_per_pixel}); }
   [[nodiscard]] PixelRect wanted_pixels() const {
     return region.value_or(crop.value_or(PixelRect{V2i(0, 0), size_px}));
   }
-};
-
-// What training took and found; all zero if there was none.
-struct GuidingStatistics {
-  double training_s = 0.0; // part of the render phase
-  uint64_t paths = 0;
-  RayCounters rays;              // of the training, not in those of the render
-  double predicted = 1.0;        // second moment of reflected light with the guide, relative to that without
-  double predicted_lights = 1.0; // the same of light samples
-  int patches = 0;               // to which directions are guided; 0: they are not
-  int light_regions = 0;         // with shares of the kinds of light; 0: these are not learned
 };
 
 struct RenderStatistics {

@@ -9,7 +9,7 @@
 namespace kindling {
 
 TileQueue::TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads,
-                     std::function<std::optional<SampleSpan>()> plan)
+                     std::function<std::optional<SampleRange>()> plan)
     : visits_(std::make_unique<Visit[]>(threads)), visit_count_(threads), plan_(std::move(plan)) {
   for (std::vector<PixelRect>& tiles : lanes) {
     Lane& lane = lanes_.emplace_back();
@@ -38,7 +38,7 @@ bool TileQueue::may_start(uint64_t number) {
   if (number < opened_) return true;
   assert(number == opened_);
   if (closed_ || opened_ - finished_ == kOpenPasses) return false;
-  const std::optional<SampleSpan> samples = plan_();
+  const std::optional<SampleRange> samples = plan_();
   if (!samples) {
     closed_ = true;
     changed_.notify_all();

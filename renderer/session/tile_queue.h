@@ -29,7 +29,7 @@ class TileQueue {
   // A tile in hand: each of its blocks goes to one of the threads that are at it.
   struct alignas(64) Visit {
     PixelRect tile;
-    SampleSpan samples; // of the pass
+    SampleRange samples; // of the pass
     std::atomic<size_t> next_block{0};
     std::atomic<size_t> unfinished{0}; // blocks that want more samples after this pass; counted by whoever renders them
     // Of the queue.
@@ -41,12 +41,13 @@ class TileQueue {
   // What is known when a thread leaves a tile.
   struct Left {
     double samples = 0.0; // finished so far, mean over the tiles; those that want no more have all that were opened
-    std::optional<SampleSpan> finished_pass; // whose last tile it was
+    std::optional<SampleRange> finished_pass; // whose last tile it was
   };
 
   // `lanes`: tiles by lane; a thread takes tiles of its lane alone. plan(): the samples of the next pass, in order; empty ends the
   // render after the passes that are open. It is called by one thread at a time.
-  TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads, std::function<std::optional<SampleSpan>()> plan);
+  TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads,
+            std::function<std::optional<SampleRange>()> plan);
 
   // A tile to work on, until leave(); waits for one if it must. Null: paused, or nothing is left to do.
   [[nodiscard]] Visit* take(size_t lane);
@@ -76,7 +77,7 @@ class TileQueue {
     size_t in_hand = 0;
   };
   struct Pass {
-    SampleSpan samples;
+    SampleRange samples;
     size_t remaining = 0; // tiles that have not finished it
   };
 
@@ -92,7 +93,7 @@ class TileQueue {
   std::vector<Lane> lanes_;
   std::unique_ptr<Visit[]> visits_; // one for each thread is enough: each of those in use has a thread
   size_t visit_count_;
-  std::function<std::optional<SampleSpan>()> plan_;
+  std::function<std::optional<SampleRange>()> plan_;
   std::array<Pass, kOpenPasses> passes_{};
   uint64_t opened_ = 0;   // passes
   uint64_t finished_ = 0; // passes

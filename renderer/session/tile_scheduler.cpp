@@ -98,7 +98,7 @@ SampleRange next_pass(uint32_t done, uint32_t total, double passes_per_second) {
   auto count = static_cast<uint32_t>(std::min<double>(std::clamp(done, 1U, kLongestPass), affordable));
   // A wave holds four samples of a whole block: a pass of a multiple of four fills it.
   if (count > 4) count -= count % 4;
-  return {done, std::min(count, total - done)};
+  return {done, done + std::min(count, total - done)};
 }
 
 } // namespace kindling

@@ -1,205 +1,34 @@
+// Turns a render's settings into those of its guide's training.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/train_guide.h"
 
-#include "renderer/base/flush_denormals.h"
-#include "renderer/guiding/learn_guide.h"
-#include "renderer/integrator/path_integrator.h"
-#include "renderer/integrator/path_recorder.h"
 #include "renderer/session/tile_scheduler.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
-#include <atomic>
-#include <chrono>
-#include <numeric>
+#include <algorithm>
 
 namespace kindling {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr uint64_t kMinPart = 16;        // training takes no more than this part of the render's samples
-constexpr uint64_t kMaxPaths = 1U << 18; // nor more than these: what there is to learn has an end
-constexpr uint64_t kProbePart = 8;       // of the training
-// `auto` goes on if the probe, which knows little, foresees second moments of this or less, and uses what then foresees so much or
-// less. Patches make samples up to a tenth dearer, and what reflections bring is but a part of the variance; shares of lights
-// cost nothing.
-struct Limits {
-  double patches, lights;
-};
-constexpr Limits kPromising{0.91, 0.98};
-constexpr Limits kWorthwhile{0.88, 0.97};
-constexpr Limits kAnyGain{1.0, 1.0}; // for `on`
-
-struct Worker {
-  std::unique_ptr<ThreadContext> context;
-  std::unique_ptr<PathRecorder> recorder;
-  double busy_s = 0.0;
-};
-
-struct BlockRecords {
-  std::vector<GuideRecord> records;
-  std::vector<LightRecord> light_records;
-  double luminance_sum = 0.0;
-  uint64_t paths = 0;
-};
-
-class Training {
- public:
-  Training(const World& world, const Camera& camera, const RenderSettings& settings,
-           const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done)
-      : world_(world), camera_(camera), settings_(settings), stopped_(stopped), on_done_(on_done),
-        sampler_(hash_u32(settings.seed ^ 0x6a09e667U)), blocks_(make_blocks(PixelRect{V2i(0, 0), settings.size_px})) {}
-
-  TrainedGuide run() {
-    const Clock::time_point start = Clock::now();
-    const uint64_t paths = training_paths(settings_);
-    std::unique_ptr<const Guide> guide;
-    if (paths > 0) {
-      const bool on = settings_.guiding == Guiding::on;
-      trace(paths / kProbePart, nullptr);
-      guide = learn(on ? kAnyGain : kPromising);
-      if (on || guide) {
-        trace(paths - paths / kProbePart, guide.get());
-        guide = learn(on ? kAnyGain : kWorthwhile);
-      }
-      if (stopped()) guide.reset();
-    }
-    if (guide) {
-      statistics_.patches = static_cast<int>(guide->patches.patches().size());
-      statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
-    }
-    statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
-    return {std::move(guide), statistics_, busy_s_};
-  }
-
- private:
-  [[nodiscard]] bool stopped() const { return stopped_ && stopped_(); }
-
-  // About `paths` more paths, as evenly over the image as whole blocks allow.
-  void trace(uint64_t paths, const Guide* guide) {
-    const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
-    tbb::enumerable_thread_specific<Worker> workers([&] {
-      Worker worker{integrator.make_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size), 0.0};
-      static_cast<PathContext&>(*worker.context).recorder = worker.recorder.get();
-      return worker;
-    });
-    const size_t count = blocks_.size();
-    const uint64_t visits = std::max<uint64_t>(1, paths / (kBlockSize * kBlockSize));
-    // Blocks in another order, so that those that get a sample more are spread over the image.
-    size_t step = count * 618 / 1000 + 1;
-    while (std::gcd(step, count) != 1) ++step;
-    std::vector<BlockRecords> found(count);
-    std::atomic<uint64_t> traced{statistics_.paths};
-    tbb::parallel_for(size_t{0}, count, [&](size_t i) {
-      const uint64_t place = i * step % count;
-      const auto samples = static_cast<uint32_t>((place + 1) * visits / count - place * visits / count);
-      if (samples == 0 || stopped()) return;
-      const FlushDenormals flush_denormals;
-      const Clock::time_point start = Clock::now();
-      Worker& worker = workers.local();
-      PathRecorder& recorder = *worker.recorder;
-      recorder.records.clear();
-      recorder.light_records.clear();
-      recorder.luminance_sum = 0.0;
-      Film film(settings_.size_px, blocks_[i], AovSet{});
-      integrator.render_block(blocks_[i], {next_sample_, samples}, *worker.context, film);
-      found[i] = {recorder.records, recorder.light_records, recorder.luminance_sum,
-                  static_cast<uint64_t>(blocks_[i].pixel_count()) * samples};
-      traced += found[i].paths;
-      worker.busy_s += std::chrono::duration<double>(Clock::now() - start).count();
-      if (on_done_) on_done_(traced);
-    });
-    next_sample_ += static_cast<uint32_t>((visits + count - 1) / count);
-    for (Worker& worker : workers) {
-      statistics_.rays.add(worker.context->counters);
-      busy_s_ += worker.busy_s;
-    }
-    gather(found);
-  }
-
-  // Relative to the image: what counts is the square of the error over that of the radiance. A block's mean stands for
-  // its pixels.
-  void gather(std::span<BlockRecords> found) {
-    double sum = 0.0;
-    uint64_t paths = 0;
-    for (const BlockRecords& block : found) {
-      sum += block.luminance_sum;
-      paths += block.paths;
-    }
-    if (paths == 0) return;
-    statistics_.paths += paths;
-    const double mean = sum / static_cast<double>(paths);
-    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
-      BlockRecords& block = found[b];
-      const double block_mean = block.paths == 0 ? 0.0 : block.luminance_sum / static_cast<double>(block.paths);
-      const double scale = 1.0 / (block_mean * block_mean + 0.01 * mean * mean);
-      make_relative(block.records, &GuideRecord::contribution2, scale);
-      make_relative(block.light_records, &LightRecord::moment, scale);
-    });
-    append(found, &BlockRecords::records, records_);
-    append(found, &BlockRecords::light_records, light_records_);
-  }
-
-  // Drops what is not finite then.
-  template <typename Record>
-  static void make_relative(std::vector<Record>& records, float Record::*moment, double scale) {
-    for (Record& record : records) record.*moment *= static_cast<float>(scale);
-    std::erase_if(records, [&](const Record& record) { return !std::isfinite(record.*moment); });
-  }
-
-  // In the order of the blocks.
-  template <typename Record>
-  static void append(std::span<BlockRecords> found, std::vector<Record> BlockRecords::*of, std::vector<Record>& all) {
-    std::vector<size_t> begin;
-    size_t count = all.size();
-    for (const BlockRecords& block : found) {
-      begin.push_back(count);
-      count += (block.*of).size();
-    }
-    all.resize(count);
-    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
-      std::copy((found[b].*of).begin(), (found[b].*of).end(), all.begin() + static_cast<std::ptrdiff_t>(begin[b]));
-    });
-  }
-
-  // Keeps what foresees second moments below these; null if that is nothing.
-  std::unique_ptr<const Guide> learn(const Limits& limits) {
-    LearnedGuide learned = learn_guide(records_, light_records_);
-    statistics_.predicted = learned.second_moment;
-    statistics_.predicted_lights = learned.light_second_moment;
-    if (!(learned.second_moment < limits.patches)) learned.guide.patches = {};
-    if (!(learned.light_second_moment < limits.lights)) learned.guide.light_probabilities = {};
-    if (learned.guide.patches.empty() && learned.guide.light_probabilities.empty()) return nullptr;
-    return std::make_unique<Guide>(std::move(learned.guide));
-  }
-
-  const World& world_;
-  const Camera& camera_;
-  const RenderSettings& settings_;
-  const std::function<bool()>& stopped_;
-  const std::function<void(uint64_t)>& on_done_;
-  Sampler sampler_;
-  std::vector<PixelRect> blocks_; // of the whole image
-  uint32_t next_sample_ = 0;
-  std::vector<GuideRecord> records_;
-  std::vector<LightRecord> light_records_;
-  GuidingStatistics statistics_;
-  double busy_s_ = 0.0;
-};
+constexpr uint64_t kMinRenderPerTraining = 16; // the render takes at least this many times the samples of its training
+constexpr uint64_t kMaxTrainingPaths = 1U << 18; // more paths teach a guide nothing new
 
 } // namespace
 
 uint64_t training_paths(const RenderSettings& settings) {
   if (settings.guiding == Guiding::off || settings.integrator.kind != IntegratorKind::path) return 0;
   const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
-  return std::min(pixels * settings.planned() / kMinPart, kMaxPaths);
+  return std::min(pixels * settings.planned() / kMinRenderPerTraining, kMaxTrainingPaths);
 }
 
 TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
                          const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done) {
-  return Training(world, camera, settings, stopped, on_done).run();
+  const GuideTrainingSettings training{.integrator = settings.integrator,
+                                       .filter = settings.filter,
+                                       .seed = settings.seed,
+                                       .max_paths = training_paths(settings),
+                                       .only_if_worthwhile = settings.guiding == Guiding::automatic,
+                                       .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
+  return train_guide(world, camera, training, stopped, on_done);
 }
 
 } // namespace kindling

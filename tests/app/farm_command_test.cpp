@@ -154,7 +154,7 @@ TEST_F(FarmCommand, PlansOfOthersAreNotBelieved) {
   };
   expect_error("", "plan.json: is not a JSON object");
   expect_error("[]", "plan.json: is not a JSON object");
-  expect_error(with("version", 2), "a plan of version 2; this program knows 1");
+  expect_error(with("version", 2), "a plan of version 2; this program supports 1");
   expect_error(with("parts", 0), "a plan without parts");
   expect_error(with("parts", 2000000000), "a plan of 1 frames in 2000000000 parts: more than 1000000 tasks");
   expect_error(with("frames", std::vector<int>(600000)), "a plan of 600000 frames in 2 parts");

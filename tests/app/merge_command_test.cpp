@@ -166,7 +166,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogetherIsRefused) {
   render({"--spp", "6", "--part", "2/2", "-o", "spp.kacc"});
   render({"--spp", "4", "-o", "whole.kacc"});
   const Words out{"-o", "m.png"};
-  expect_refusal(merge({"p1.kacc", "seed.kacc"}, out), 2, {"seed.kacc is of another image than p1.kacc", "seed"});
+  expect_refusal(merge({"p1.kacc", "seed.kacc"}, out), 2, {"seed.kacc belongs to another image than p1.kacc", "seed"});
   expect_refusal(merge({"p1.kacc", "bounces.kacc"}, out), 2, {"bounces.kacc", "bounces"});
   expect_refusal(merge({"p1.kacc", "size.kacc"}, out), 2, {"--size: [40,36] and [48,36]"});
   expect_refusal(merge({"p1.kacc", "spp.kacc"}, out), 2, {"--planned-spp: 4 and 6"});

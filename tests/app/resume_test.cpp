@@ -62,13 +62,13 @@ TEST(Resume, IdentityHasWhatTheRenderWasAskedFor) {
   EXPECT_EQ(identity.folder, std::filesystem::current_path());
   EXPECT_EQ(identity.samples_per_pixel, 32U);
   EXPECT_EQ(identity.planned_samples, 16U);
-  EXPECT_EQ(identity.part, (SampleSpan{0, 32}));
+  EXPECT_EQ(identity.part, (SampleRange{0, 32}));
   EXPECT_EQ(identity.crop.max, V2i(8, 8));
   EXPECT_EQ(identity.scene_hash, 5U);
 }
 
 TEST(Resume, APartHasItsSamples) {
-  EXPECT_EQ(identity_of({"render", "s.glb", "--spp", "32", "--part", "2/3"}).part, (SampleSpan{10, 21}));
+  EXPECT_EQ(identity_of({"render", "s.glb", "--spp", "32", "--part", "2/3"}).part, (SampleRange{10, 21}));
 }
 
 // More samples are laid out as the first ones, and stay asked for when that run is interrupted in its turn.

@@ -1,4 +1,4 @@
-// What is missing is found, counted, and said in few words.
+// Gaps in a coverage are found, counted and described.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/gaps.h"
 
@@ -13,13 +13,13 @@ namespace {
 constexpr uint32_t kSamples = 64;
 const PixelRect kCrop{V2i(0, 0), V2i(64, 48)};
 
-void add(Coverage& coverage, const PixelRect& region, const SampleSpan& span) {
+void add(Coverage& coverage, const PixelRect& region, const SampleRange& span) {
   for (const PixelRect& block : make_blocks(region)) EXPECT_TRUE(coverage.add(coverage.index_of(block.min), span));
 }
 
 using Lines = std::vector<std::string>;
 
-TEST(Gaps, NoneWhereAllIsThere) {
+TEST(Gaps, NoneInCompleteCoverage) {
   Coverage coverage(kCrop);
   add(coverage, kCrop, {0, kSamples});
   const Gaps gaps = find_gaps(coverage, kCrop, kSamples, {});
@@ -27,7 +27,7 @@ TEST(Gaps, NoneWhereAllIsThere) {
   EXPECT_EQ(gaps.lines, Lines{});
 }
 
-TEST(Gaps, OfAllPixelsAreOneLine) {
+TEST(Gaps, GapOfAllPixelsIsOneLine) {
   Coverage coverage(kCrop);
   add(coverage, kCrop, {0, 21});
   add(coverage, kCrop, {42, kSamples});
@@ -36,11 +36,11 @@ TEST(Gaps, OfAllPixelsAreOneLine) {
   EXPECT_EQ(gaps.missing_samples, 21U * 64 * 48);
   EXPECT_EQ(gaps.empty_pixels, 0U);
   EXPECT_EQ(find_gaps(coverage, kCrop, kSamples, {3, 0}).lines, Lines{"part 2/3: samples 21-41 of all pixels"});
-  // Not whole parts: no names.
+  // Gaps that are not whole parts have no names.
   EXPECT_EQ(find_gaps(coverage, kCrop, kSamples, {4, 0}).lines, Lines{"samples 21-41 of all pixels"});
 }
 
-TEST(Gaps, SeveralPartsAreNamedTogether) {
+TEST(Gaps, SeveralPartsShareALine) {
   Coverage coverage(kCrop);
   add(coverage, kCrop, {0, 8});
   add(coverage, kCrop, {24, 56});
@@ -48,7 +48,7 @@ TEST(Gaps, SeveralPartsAreNamedTogether) {
             Lines{"parts 2-3/8 and 8/8: samples 8-23 and 56-63 of all pixels"});
 }
 
-TEST(Gaps, EveryPartHasItsName) {
+TEST(Gaps, EveryPartIsNamed) {
   for (const uint32_t count : {2U, 3U, 7U, 13U, 64U})
     for (uint32_t k = 1; k <= count; ++k) {
       Coverage coverage(kCrop);
@@ -82,8 +82,8 @@ TEST(Gaps, BothKindsOfPartsTogether) {
             Lines{"tile part 2/2: part 2/2: samples 32-63 of pixels 32,0 to 64,48"});
 }
 
-// A crop that is not on blocks, and an area of whole blocks around it as adaptive sampling has.
-TEST(Gaps, CountPixelsOfTheCropAlone) {
+// The crop is not aligned to blocks, within an area of whole blocks as for adaptive sampling.
+TEST(Gaps, CountsOnlyPixelsOfTheCrop) {
   const PixelRect crop{V2i(5, 3), V2i(21, 13)};
   Coverage coverage(PixelRect{V2i(0, 0), V2i(24, 16)});
   Gaps gaps = find_gaps(coverage, crop, 2, {});
@@ -91,12 +91,12 @@ TEST(Gaps, CountPixelsOfTheCropAlone) {
   EXPECT_EQ(gaps.empty_pixels, 160U);
   EXPECT_EQ(gaps.missing_samples, 320U);
   EXPECT_TRUE(coverage.add(0, {0, 2}));
-  coverage.set_stopped(1); // wants no more than it has
+  coverage.set_stopped(1); // has all that it needs
   gaps = find_gaps(coverage, crop, 2, {});
   EXPECT_EQ(gaps.lines, (Lines{"all samples of pixels 16,3 to 21,13", "all samples of pixels 5,8 to 16,13"}));
 }
 
-TEST(Gaps, AreNotListedWithoutEnd) {
+TEST(Gaps, ListIsBounded) {
   Coverage coverage(PixelRect{V2i(0, 0), V2i(160, 80)});
   for (size_t i = 0; i < coverage.block_count(); ++i) { // a chess board
     if ((i / 20 + i) % 2 == 0) {

@@ -1,4 +1,4 @@
-// Whatever an image is divided into and however the parts are merged: the bits of one render; and what is no image together is refused.
+// Merging of accumulation files: any division gives the bits of one render; refusals.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 #include "renderer/distributed/work_parts.h"
@@ -24,7 +24,7 @@ class Merge : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  // Of settings that were asked for with that part.
+  // Returns the identity of a render with these settings and that part in its arguments.
   static AccumulationIdentity identity_of(const RenderSettings& settings, const WorkPart& part = {}) {
     AccumulationIdentity identity;
     identity.program = "Kindling test";
@@ -58,7 +58,7 @@ class Merge : public testing::Test {
     return file;
   }
 
-  // All parts of an image that is divided by samples and by pixels; 1: not.
+  // Renders all parts of an image that is divided by samples and by pixels; 1 means undivided.
   std::vector<fs::path> render_parts(const SplitScene& scene, const RenderSettings& settings, uint32_t sample_parts,
                                      uint32_t tile_parts, std::mt19937& random) const {
     std::vector<fs::path> files;
@@ -98,20 +98,20 @@ class Merge : public testing::Test {
   fs::path folder_;
 };
 
-// --- the sum ------------------------------------------------------------------------------------------------------------------
+// --- the sum -------------------------------------------------------------------------------------
 
 class MergeOf : public Merge, public testing::WithParamInterface<SplitCase> {};
 
-TEST_P(MergeOf, AnyPartsInAnyOrderAreTheWhole) {
+TEST_P(MergeOf, AnyPartsInAnyOrderMatchTheWhole) {
   const SplitScene scene(GetParam());
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.planned();
   settings.crop = PixelRect{V2i(5, 3), V2i(41, 27)};
-  std::optional<RenderState> kept;
-  const Film whole = scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }}).film;
+  std::optional<RenderState> saved;
+  const Film whole = scene.render(settings, {.save = [&](const RenderState& state) { saved = state; }}).film;
   std::mt19937 random(7);
   const bool adaptive = settings.adaptive.enabled();
-  const bool slow = GetParam().kind == SplitKind::guided; // who trains for every part
+  const bool slow = GetParam().kind == SplitKind::guided; // it trains for every part
   std::vector<std::pair<uint32_t, uint32_t>> divisions{{1, 1}, {3, 1}, {1, 3}, {8, 1}, {3, 2}};
   if (slow) divisions = {{3, 1}, {1, 2}};
   if (adaptive) divisions = {{1, 1}, {1, 3}, {1, 8}};
@@ -120,17 +120,17 @@ TEST_P(MergeOf, AnyPartsInAnyOrderAreTheWhole) {
     std::shuffle(files.begin(), files.end(), random);
     const Accumulation merged = merge(files);
     const std::string what = std::to_string(sample_parts) + " x " + std::to_string(tile_parts) + " parts";
-    ASSERT_TRUE(kept);
-    EXPECT_TRUE(merged.state.film.crop() == kept->film.crop());
+    ASSERT_TRUE(saved);
+    EXPECT_TRUE(merged.state.film.crop() == saved->film.crop());
     expect_same_bits(merged.state.film.cut(*settings.crop), whole, what);
-    EXPECT_EQ(merged.state.film.planes().size(), kept->film.planes().size());
-    for (size_t i = 0; i < merged.state.film.planes().size(); ++i) // not the images alone: every sum
-      EXPECT_TRUE(std::ranges::equal(merged.state.film.planes()[i].bytes, kept->film.planes()[i].bytes))
+    EXPECT_EQ(merged.state.film.planes().size(), saved->film.planes().size());
+    for (size_t i = 0; i < merged.state.film.planes().size(); ++i) // every sum, not just the images
+      EXPECT_TRUE(std::ranges::equal(merged.state.film.planes()[i].bytes, saved->film.planes()[i].bytes))
           << merged.state.film.planes()[i].name << " differs with " << what;
-    EXPECT_EQ(merged.state.coverage, kept->coverage) << what;
-    EXPECT_EQ(merged.state.adaptive.stop_at, kept->adaptive.stop_at);
-    EXPECT_EQ(merged.state.adaptive.rays, kept->adaptive.rays);
-    EXPECT_EQ(merged.state.work.rays.total(), kept->work.rays.total());
+    EXPECT_EQ(merged.state.coverage, saved->coverage) << what;
+    EXPECT_EQ(merged.state.adaptive.stop_at, saved->adaptive.stop_at);
+    EXPECT_EQ(merged.state.adaptive.rays, saved->adaptive.rays);
+    EXPECT_EQ(merged.state.work.rays.total(), saved->work.rays.total());
     EXPECT_EQ(merged.state.work.runs, files.size());
     EXPECT_EQ(merged.identity.arguments, (std::vector<std::string>{"render", "scene.gltf"}));
   }
@@ -149,7 +149,7 @@ RenderSettings quick_settings(const SplitScene& scene) {
   return settings;
 }
 
-TEST_F(Merge, MergesOfMergesAreTheWhole) {
+TEST_F(Merge, MergesOfMergesMatchTheWhole) {
   const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   std::mt19937 random(8);
@@ -168,7 +168,7 @@ TEST_F(Merge, MergesOfMergesAreTheWhole) {
   expect_same_bits(merge({even, odd, parts[2]}).state.film, scene.render(settings).film, "merges of merges");
 }
 
-// More samples for an image that is finished, by parts of their own.
+// Adds further samples to a finished image, as parts.
 TEST_F(Merge, FurtherSamplesOfTheSamePlanAreAdded) {
   const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
@@ -181,8 +181,8 @@ TEST_F(Merge, FurtherSamplesOfTheSamePlanAreAdded) {
   expect_same_bits(merged.state.film, scene.render(settings).film, "further samples");
 }
 
-// What was merged can be gone on with.
-TEST_F(Merge, AMergedStateIsGoneOnWith) {
+// A merge with a gap can be resumed.
+TEST_F(Merge, MergedStateCanBeResumed) {
   const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   settings.planned_samples = 6;
@@ -196,10 +196,10 @@ TEST_F(Merge, AMergedStateIsGoneOnWith) {
   settings.samples_per_pixel = 9;
   const Film whole = scene.render(settings).film;
   const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(merged).value().state});
-  expect_same_bits(outcome.film, whole, "a merge that was gone on with");
+  expect_same_bits(outcome.film, whole, "a resumed merge");
 }
 
-// --- what is left out ----------------------------------------------------------------------------------------------------------
+// --- files left out ------------------------------------------------------------------------------
 
 TEST_F(Merge, DuplicatesCountOnce) {
   const SplitScene scene(kPath);
@@ -215,7 +215,7 @@ TEST_F(Merge, DuplicatesCountOnce) {
   EXPECT_EQ(plan.value().parts, (std::vector<fs::path>{again, b}));
   ASSERT_EQ(plan.value().duplicates.size(), 1U);
   EXPECT_EQ(plan.value().duplicates[0].file, a);
-  EXPECT_EQ(plan.value().left_out.size(), 2U); // the link and what was given twice
+  EXPECT_EQ(plan.value().left_out.size(), 2U); // the link and the repeated file
   size_t done = 0;
   const Result<Accumulation> merged =
       merge_accumulations(plan.value(), nullptr, [&](size_t files_done) { EXPECT_EQ(files_done, ++done); });
@@ -225,11 +225,11 @@ TEST_F(Merge, DuplicatesCountOnce) {
   expect_same_bits(merged.value().state.film, scene.render(settings).film, "duplicates");
 }
 
-TEST_F(Merge, DuplicatesWithOtherSumsAreALoudError) {
+TEST_F(Merge, RefusesDuplicatesWithDifferentSums) {
   const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a");
-  settings.seed = 1; // a machine that computes otherwise and does not know it
+  settings.seed = 1; // stands for a faulty machine
   Result<Accumulation> wrong = read_accumulation(render_part(scene, settings, "wrong"));
   ASSERT_TRUE(wrong.ok());
   settings.seed = 0;
@@ -245,7 +245,7 @@ TEST_F(Merge, DuplicatesWithOtherSumsAreALoudError) {
     EXPECT_NE(merged.error().message.find(file.string()), std::string::npos) << merged.error().message;
 }
 
-TEST_F(Merge, WhatAWildcardFindsBesidesIsLeftOut) {
+TEST_F(Merge, LeavesOutOtherFilesOfAWildcard) {
   const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
@@ -263,29 +263,29 @@ TEST_F(Merge, WhatAWildcardFindsBesidesIsLeftOut) {
   ASSERT_TRUE(plan.ok()) << plan.error().message;
   EXPECT_EQ(plan.value().parts, (std::vector<fs::path>{a, b}));
   EXPECT_EQ(plan.value().left_out.size(), 4U);
-  // Without the part that the output has too, the output is a part ...
+  // Alone, the output of an earlier merge is a part ...
   const std::vector<fs::path> alone{out};
   plan = plan_merge(alone, outputs);
   ASSERT_TRUE(plan.ok()) << plan.error().message;
   EXPECT_EQ(plan.value().parts, alone);
-  // ... and it is an overlap where it has more than the others, but not nothing of theirs.
+  // ... and it is an overlap beside a file that has some but not all of its samples.
   const std::vector<fs::path> some{a, out};
   EXPECT_FALSE(plan_merge(some, outputs).ok());
-  // The generation before a file that is not given is a part.
+  // A previous generation is a part if the current one is not given.
   const std::vector<fs::path> old{previous, b};
   EXPECT_EQ(merge(old).state.work.runs, 2U);
 }
 
-// --- what is refused -----------------------------------------------------------------------------------------------------------
+// --- refused files -------------------------------------------------------------------------------
 
-TEST_F(Merge, NothingAndNoFilesAreRefused) {
+TEST_F(Merge, RefusesMissingAndForeignFiles) {
   expect_refused({}, ErrorKind::usage, {"no parts"});
   expect_refused({folder_ / "none.kacc"}, ErrorKind::input_output, {"none.kacc"});
   std::ofstream(folder_ / "text.kacc") << "not an accumulation";
   expect_refused({folder_ / "text.kacc"}, ErrorKind::input_output, {"text.kacc"});
 }
 
-TEST_F(Merge, OverlapsAreRefused) {
+TEST_F(Merge, RefusesOverlaps) {
   const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path half = render_part(scene, settings, "half", {PartNumber{1, 2}, {}});
@@ -297,7 +297,7 @@ TEST_F(Merge, OverlapsAreRefused) {
   expect_refused({third, tile}, ErrorKind::usage, {"tile.kacc", "third.kacc", "samples 4-5 of pixel (0, 16)"});
 }
 
-TEST_F(Merge, OtherImagesAreRefused) {
+TEST_F(Merge, RefusesOtherImages) {
   const SplitScene scene(kPath);
   RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
@@ -327,7 +327,7 @@ TEST_F(Merge, OtherImagesAreRefused) {
                  ErrorKind::usage, {"version.kacc", "program: Kindling test and Kindling 2"});
 }
 
-TEST_F(Merge, DamageIsSeenWhereverItIs) {
+TEST_F(Merge, DetectsDamageAnywhere) {
   const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);
   const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
@@ -358,7 +358,7 @@ TEST_F(Merge, GapsAreListed) {
   const Result<Accumulation> merged = merge_accumulations(plan.value(), nullptr, {});
   ASSERT_TRUE(merged.ok());
   EXPECT_EQ(merged.value().state.film.total_samples(), 4U * 43 * 29);
-  // One tile alone: its pixels are as they would be, others have nothing.
+  // A single tile: its pixels are those of the whole image, all others are empty.
   const std::vector<fs::path> tile{render_part(scene, settings, "tile", {{}, PartNumber{2, 4}})};
   const Result<MergePlan> tile_plan = plan_merge(tile, {});
   ASSERT_TRUE(tile_plan.ok());

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Runs what renderer/distributed/engines submits to Kubernetes and OpenCue, with the numbers put in as these would, and compares the merged images with
-those of one process."""
+"""Runs the commands that renderer/distributed/engines submits to Kubernetes and OpenCue, with the numbers that the engines would insert, and compares
+the merged images with those of one process."""
 # SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
@@ -24,7 +24,7 @@ class EngineTest(unittest.TestCase):
     def setUp(self):
         self.scratch = tempfile.TemporaryDirectory()
         self.folder = pathlib.Path(self.scratch.name)
-        # The snippets call `kindling`; that it renders a small image is all that the test adds.
+        # The snippets call `kindling`; this wrapper adds only a small image size.
         wrapper = self.folder / "bin/kindling"
         wrapper.parent.mkdir()
         wrapper.write_text('#!/bin/sh\ncommand=$1\nshift\n'
@@ -51,7 +51,7 @@ class EngineTest(unittest.TestCase):
         for job in parts, merge:
             self.assertEqual((job["apiVersion"], job["kind"]), ("batch/v1", "Job"))
             spec = job["spec"]["template"]["spec"]
-            self.assertEqual(spec["restartPolicy"], "Never")  # what a podFailurePolicy wants
+            self.assertEqual(spec["restartPolicy"], "Never")  # required by podFailurePolicy
             names = {container["name"] for container in spec["containers"]}
             volumes = {volume["name"] for volume in spec["volumes"]}
             for rule in job["spec"]["podFailurePolicy"]["rules"]:
@@ -83,7 +83,7 @@ class EngineTest(unittest.TestCase):
             if index == 5:
                 run_job(merge, expected=5)
             run_job(parts, JOB_COMPLETION_INDEX=str(index))
-        run_job(parts, JOB_COMPLETION_INDEX="0")  # an attempt too many
+        run_job(parts, JOB_COMPLETION_INDEX="0")  # a superfluous attempt
         run_job(merge)
         self.assert_same_pixels("merged.png")
 
@@ -103,7 +103,7 @@ class EngineTest(unittest.TestCase):
 
 
 class StandIn:
-    """What pyoutline's Outline and Shell are asked for."""
+    """Records the calls of pyoutline's Outline and Shell."""
 
     def __init__(self, name, **options):
         self.name, self.options, self.layers, self.depends = name, options, [], []
@@ -134,7 +134,7 @@ def run_with_stand_in(script, arguments):
 
 
 def pixels(path):
-    """The compressed pixels of a PNG: texts beside them name the command."""
+    """Returns the compressed pixels of a PNG without its text chunks, which contain the command."""
     data, chunks, at = path.read_bytes(), [], 8
     while at < len(data):
         length, kind = int.from_bytes(data[at:at + 4], "big"), data[at + 4:at + 8]

@@ -75,20 +75,20 @@ TEST(Verdict, OutOfTimeGoesOnAsLongAsItComesNearer) {
   };
   std::vector<double> slow;
   for (int i = 1; i <= 100; ++i) slow.push_back(0.001 * i);
-  EXPECT_EQ(verdict_of(slow).step, NextStep::go_on);
-  EXPECT_EQ(verdict_of({0.0}).step, NextStep::go_on);
-  EXPECT_EQ(verdict_of({0.5, 0.5}).step, NextStep::go_on); // a slow disk, once
-  EXPECT_EQ(verdict_of({0.0, 0.1, 0.1, 0.2}).step, NextStep::go_on);
+  EXPECT_EQ(verdict_of(slow).step, NextStep::resume_later);
+  EXPECT_EQ(verdict_of({0.0}).step, NextStep::resume_later);
+  EXPECT_EQ(verdict_of({0.5, 0.5}).step, NextStep::resume_later); // a slow disk, once
+  EXPECT_EQ(verdict_of({0.0, 0.1, 0.1, 0.2}).step, NextStep::resume_later);
   EXPECT_EQ(verdict_of({0.0, 0.0}).step, NextStep::poison);
   EXPECT_EQ(verdict_of({0.3, 0.2, 0.2}).step, NextStep::poison); // a checkpoint that was lost, too
   const Verdict poison = verdict_of({0.1, 0.5, 0.5, 0.5});
   EXPECT_EQ(poison.step, NextStep::poison);
   EXPECT_EQ(poison.reason,
-            "out of time 2 times in a row without coming nearer to its end, 50.0 % of it are saved, last "
-            "on node: it needs more --time");
+            "out of time 2 times in a row without progress, 50.0 % of its samples are saved, last on node: "
+            "it needs a longer --time");
   // What else happened in between does not count as one, nor against it.
   TaskRecord record = record_of({AttemptOutcome::out_of_time, AttemptOutcome::lost, AttemptOutcome::out_of_time});
-  EXPECT_EQ(judge(record, 0).step, NextStep::go_on);
+  EXPECT_EQ(judge(record, 0).step, NextStep::resume_later);
   record.attempts.push_back(record_of({AttemptOutcome::failed}).attempts[0]);
   EXPECT_EQ(judge(record, 0).step, NextStep::poison); // as a failure
   EXPECT_EQ(judge(record, 1).step, NextStep::retry);

@@ -43,8 +43,8 @@ TEST_F(Status, ComesFromPartsRecordsAndQueue) {
   EXPECT_EQ(status.frames[0].tasks[1].host, "node2");
   EXPECT_EQ(status.frames[0].tasks[1].progress, 0.25);
   EXPECT_EQ(status.frames[0].tasks[2].reason, "failed 3 times");
-  EXPECT_NE(status.frames[1].tasks[0].reason.find("without a word on node1"), std::string::npos);
-  EXPECT_TRUE(status.goes_on());
+  EXPECT_NE(status.frames[1].tasks[0].reason.find("without a report on node1"), std::string::npos);
+  EXPECT_TRUE(status.in_progress());
   EXPECT_FALSE(status.all_merged());
 }
 
@@ -61,7 +61,7 @@ TEST_F(Status, ARefusalCoversWhatIsNotDone) {
   ASSERT_TRUE(write_refusal(plan.refusal_file(), {3, 1, "bad"}).ok());
   const FarmStatus status = farm_status(plan, FarmQueue{}).value();
   EXPECT_EQ(states(status), (std::vector<TaskState>{TaskState::done, TaskState::refused}));
-  EXPECT_FALSE(status.goes_on());
+  EXPECT_FALSE(status.in_progress());
 }
 
 TEST_F(Status, MergedFramesAreDone) {

@@ -179,7 +179,7 @@ TEST_F(Worker, OutOfTimeGoesOnInAnotherAttempt) {
     EXPECT_EQ(last.saved, 0.25 * samples);
   }
   EXPECT_TRUE(record(plan).poisoned.empty());
-  EXPECT_NE(log_.find("goes on in another attempt"), std::string::npos) << log_;
+  EXPECT_NE(log_.find("resumes in another attempt"), std::string::npos) << log_;
   FarmPlan second = plan;
   write_script("second", "touch " + plan.unfinished_file(plan.task(0)).string() + "\n");
   second.binary = folder_ / "second";
@@ -202,7 +202,8 @@ TEST_F(Worker, OutOfTimeWithoutComingNearerIsPoison) {
   write_checkpoint(folder_ / "save", 2);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(work(plan, 1), 130);
   EXPECT_EQ(engine_.requeued, 3); // the first and the second attempt's
-  EXPECT_NE(record(plan, 1).poisoned.find("50.0 % of it are saved"), std::string::npos) << record(plan, 1).poisoned;
+  EXPECT_NE(record(plan, 1).poisoned.find("50.0 % of its samples are saved"), std::string::npos)
+      << record(plan, 1).poisoned;
 }
 
 TEST_F(Worker, ATerminationAfterTheWarningIsNotUndone) {

@@ -258,7 +258,7 @@ class SlurmFarm(unittest.TestCase):
         self.assertEqual([task["state"] for task in self.tasks(status)], ["done", "poisoned"])
         poisoned = self.tasks(status)[1]
         self.assertEqual([attempt["outcome"] for attempt in poisoned["attempts"]], ["out of time"] * 2)
-        self.assertIn("out of time 2 times in a row without coming nearer to its end, 0.0 %", poisoned["reason"])
+        self.assertIn("out of time 2 times in a row without progress, 0.0 %", poisoned["reason"])
         self.assertEqual(self.exit_code_of_job(jobs["merge"]), INCOMPLETE)
 
         self.kindling("farm", "retry", self.farm)

@@ -1,4 +1,4 @@
-// --caustics: what the options leave out or widen, against scenes that have it so by themselves, to the bit.
+// --caustics: images with the option match, to the bit, scenes whose materials are changed by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -16,7 +16,7 @@ Material mirror_material(float roughness) {
   return mirror;
 }
 
-// A floor that is lit by a small lamp, directly and by way of a wall beside it.
+// A floor that is lit by a small lamp, directly and by reflection from a wall beside it.
 std::unique_ptr<const World> lit_floor(const Material& wall, const Material& floor = diffuse_material(Rgb(0.7f))) {
   return make_world(make_scene({floor, wall, emissive_material(Rgb(40.0f, 30.0f, 20.0f))},
                                {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
@@ -25,7 +25,7 @@ std::unique_ptr<const World> lit_floor(const Material& wall, const Material& flo
                     accel::Kind::embree);
 }
 
-// The floor alone, so that the wall is seen by bounces only.
+// Sees the floor alone, so that only bounces reach the wall.
 Camera floor_camera() { return beam_camera(V3f(0, 5, 4), V3f(0, 0, 0), 0.5f, V2i(16, 16)); }
 
 Film render_floor(const World& world, Caustics caustics, uint32_t spp, const Camera& camera = floor_camera()) {
@@ -43,20 +43,20 @@ bool same_image(const Film& a, const Film& b) {
 
 constexpr Caustics kAll[] = {Caustics::full, Caustics::regularized, Caustics::off};
 
-TEST(Caustics, NamesComeBack) {
+TEST(Caustics, NamesRoundTrip) {
   for (const Caustics caustics : kAll) EXPECT_EQ(caustics_from_name(caustics_name(caustics)), caustics);
   EXPECT_FALSE(caustics_from_name("on"));
 }
 
-// Without narrow lobes there is nothing to change.
-TEST(Caustics, DiffuseScenesAreTheSame) {
+// Without narrow lobes the options change nothing.
+TEST(Caustics, DiffuseScenesAreUnchanged) {
   const auto world = lit_floor(diffuse_material(Rgb(0.5f)));
   const Film full = render_floor(*world, Caustics::full, 16);
   EXPECT_TRUE(same_image(render_floor(*world, Caustics::regularized, 16), full));
   EXPECT_TRUE(same_image(render_floor(*world, Caustics::off, 16), full));
 }
 
-// Off: a metal wall is a black one to the light that a diffuse floor gathers.
+// Off: a metal wall is black as seen from a diffuse floor.
 TEST(Caustics, OffMakesMetalBlack) {
   const Film off = render_floor(*lit_floor(mirror_material(0.1f)), Caustics::off, 16);
   const Film black = render_floor(*lit_floor(diffuse_material(Rgb(0.0f))), Caustics::full, 16);
@@ -66,8 +66,8 @@ TEST(Caustics, OffMakesMetalBlack) {
             mean_of(off).luminance + 4.5 * std::hypot(mean_of(full).standard_error, mean_of(off).standard_error));
 }
 
-// Off: solid glass absorbs what a diffuse floor would see through it, and its coat is gone; a thin wall still lets light through in a
-// straight line.
+// Off: solid glass absorbs the light that a diffuse floor would receive through it, and its coat is
+// removed; a thin wall still transmits light in a straight line.
 TEST(Caustics, OffMakesGlassBlackButNotThinWalls) {
   Material glass = mirror_material(0.0f);
   glass.metallic_factor = 0.0f;
@@ -78,7 +78,7 @@ TEST(Caustics, OffMakesGlassBlackButNotThinWalls) {
   const Film black = render_floor(*lit_floor(diffuse_material(Rgb(0.0f))), Caustics::full, 16);
   EXPECT_TRUE(same_image(render_floor(*lit_floor(solid), Caustics::off, 16), black));
 
-  // Between the lamp and the floor.
+  // The thin wall is between the lamp and the floor.
   const auto below_a_thin_wall = [&](const Material& thin_wall) {
     return make_world(make_scene({diffuse_material(Rgb(0.7f)), thin_wall, emissive_material(Rgb(40.0f))},
                                  {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
@@ -98,26 +98,26 @@ TEST(Caustics, OffMakesGlassBlackButNotThinWalls) {
   }
 }
 
-// The camera sees mirrors, and mirrors in mirrors, in every case.
-TEST(Caustics, OffKeepsWhatMirrorsShow) {
+// Mirrors seen by the camera, and mirrors in mirrors, are never changed.
+TEST(Caustics, OffKeepsReflectionsInMirrors) {
   const auto world = lit_floor(mirror_material(0.1f), mirror_material(0.0f));
   EXPECT_TRUE(same_image(render_floor(*world, Caustics::off, 16), render_floor(*world, Caustics::full, 16)));
 }
 
-// Regularised: the first sample sees the wall as rough as that, 0.3 = 0.5477^2.
-TEST(Caustics, RegularisedWidensTheWall) {
+// Regularized: for the first sample the wall has alpha = 0.3 = 0.5477^2.
+TEST(Caustics, RegularizedWidensTheWall) {
   EXPECT_FLOAT_EQ(regularized_alpha(1.0f, 0), 0.3f);
   const auto smooth = lit_floor(mirror_material(0.1f)), rough = lit_floor(mirror_material(std::sqrt(0.3f)));
   const Film regularized = render_floor(*smooth, Caustics::regularized, 1);
   EXPECT_TRUE(same_image(regularized, render_floor(*rough, Caustics::full, 1)));
   EXPECT_FALSE(same_image(regularized, render_floor(*smooth, Caustics::full, 1)));
-  // What is rougher already stays as it is.
+  // Rougher walls are unchanged.
   const auto rougher = lit_floor(mirror_material(0.6f));
   EXPECT_TRUE(
       same_image(render_floor(*rougher, Caustics::regularized, 16), render_floor(*rougher, Caustics::full, 16)));
 }
 
-TEST(Caustics, RegularisedWidensLessAndLess) {
+TEST(Caustics, RegularizedWidthFallsWithTheSample) {
   EXPECT_NEAR(regularized_alpha(1.0f, 63), 0.15f, 1e-6f);
   EXPECT_NEAR(regularized_alpha(1.0f, 4095), 0.075f, 1e-6f);
   EXPECT_FLOAT_EQ(regularized_alpha(0.5f, 0), 0.15f);
@@ -132,7 +132,7 @@ TEST(Caustics, RegularisedWidensLessAndLess) {
 }
 
 // Wider lobes reflect as much light: in a closed white box nothing is lost or gained.
-TEST(Caustics, RegularisedKeepsEnergy) {
+TEST(Caustics, RegularizedConservesEnergy) {
   Material white;
   white.metallic_factor = 0.5f;
   white.roughness_factor = 0.05f;

@@ -1,4 +1,4 @@
-// --clamp-direct and --clamp-indirect: what they do to single samples.
+// --clamp-direct and --clamp-indirect, checked on single samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -7,7 +7,7 @@
 namespace kindling::test {
 namespace {
 
-// A room of two walls and a colored lamp, which the camera sees too.
+// Two walls and a colored lamp, which the camera sees as well.
 std::unique_ptr<const World> corner_world() {
   return make_world(make_scene({diffuse_material(Rgb(0.8f, 0.6f, 0.4f)), emissive_material(Rgb(30.0f, 20.0f, 10.0f))},
                                {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
@@ -18,7 +18,7 @@ std::unique_ptr<const World> corner_world() {
 
 constexpr Aov kParts[] = {Aov::emission, Aov::direct, Aov::indirect};
 
-// One sample a pixel.
+// Renders one sample per pixel.
 Film render_corner(const World& world, float clamp_direct, float clamp_indirect) {
   const Camera camera(SceneCamera{}, look_at(V3f(0, 2, 5), V3f(0, 1, 0)), V2i(32, 32));
   RenderSettings settings = small_render(V2i(32, 32), 1);
@@ -33,7 +33,7 @@ Film render_corner(const World& world, float clamp_direct, float clamp_indirect)
 TEST(Clamps, EachPartOfASampleIsScaledToItsLimit) {
   const auto world = corner_world();
   const Film full = render_corner(*world, kInfinity, kInfinity);
-  const float limits[] = {kInfinity, 0.5f, 0.1f}; // by kParts: light that the camera sees has none
+  const float limits[] = {kInfinity, 0.5f, 0.1f}; // by kParts; emission seen by the camera has no limit
   const Film clamped = render_corner(*world, limits[1], limits[2]);
   for (size_t part = 0; part < 3; ++part) {
     const std::vector<float> before = full.resolve(kParts[part]), after = clamped.resolve(kParts[part]);
@@ -42,7 +42,7 @@ TEST(Clamps, EachPartOfASampleIsScaledToItsLimit) {
       const float peak = std::max({before[i], before[i + 1], before[i + 2]});
       const float scale = peak > limits[part] ? limits[part] / peak : 1.0f;
       if (peak > 0.0f) ++(scale < 1.0f ? scaled : kept);
-      // The indirect part is a difference of sums: it is off by the rounding of all three.
+      // The indirect part is a difference of sums and has the rounding errors of all three.
       for (size_t c = i; c < i + 3; ++c) EXPECT_NEAR(after[c], before[c] * scale, 1e-6f + 1e-5f * before[c] * scale);
     }
     EXPECT_GT(kept, 10);

@@ -1,4 +1,4 @@
-// Scenes whose answer is known on paper, through the path tracer and every accelerator.
+// The path tracer with every accelerator on scenes with closed-form solutions.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -13,8 +13,9 @@ void expect_mean(const Mean& mean, double expected) {
 
 class ClosedForm : public testing::TestWithParam<accel::Kind> {};
 
-// Flat normals in both furnaces: geometry and shading agree, so that the answers are exact.
-// Inside of a closed sphere that emits L and reflects rho, radiance is L (1 + rho + ... + rho^(n + 1)) after n + 1 reflections.
+// Both furnaces have flat normals: geometry and shading agree, so the solutions are exact. After
+// n + 1 reflections inside a closed sphere that emits L and reflects rho, radiance is
+// L (1 + rho + ... + rho^(n + 1)).
 TEST_P(ClosedForm, SphereInsideAFurnace) {
   for (const int bounces : {0, 1, 5}) {
     const float rho = 0.6f, emitted = 0.7f;
@@ -32,8 +33,9 @@ TEST_P(ClosedForm, SphereInsideAFurnace) {
 }
 
 // A point under the corner of a parallel rectangle a x b at height h sees it with the form factor
-// (X / sqrt(1 + X^2) atan(Y / sqrt(1 + X^2)) + Y / sqrt(1 + Y^2) atan(X / sqrt(1 + Y^2))) / (2 pi), X = a / h, Y = b / h
-// (Howell, Menguec, Daun, Siegel, "Thermal Radiation Heat Transfer", configuration factor B-3).
+// (X / sqrt(1 + X^2) atan(Y / sqrt(1 + X^2)) + Y / sqrt(1 + Y^2) atan(X / sqrt(1 + Y^2))) / (2 pi),
+// X = a / h, Y = b / h (Howell, Menguec, Daun, Siegel, "Thermal Radiation Heat Transfer",
+// configuration factor B-3).
 double corner_form_factor(double a, double b, double h) {
   const double x = a / h, y = b / h;
   return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) +
@@ -43,7 +45,8 @@ double corner_form_factor(double a, double b, double h) {
 
 TEST_P(ClosedForm, DiffusePlateUnderARectangularLight) {
   const float rho = 0.5f, emitted = 3.0f;
-  // Light 2 x 1 at height 1, facing down; plate at y = 0. The point under its center sees four corner rectangles 1 x 0.5.
+  // Light 2 x 1 at height 1, facing down; plate at y = 0. The point under its center sees four
+  // corner rectangles 1 x 0.5.
   const auto world = make_world(make_scene({diffuse_material(Rgb(rho)), emissive_material(Rgb(emitted))},
                                            {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
                                             quad(V3f(-1, 1, -0.5f), V3f(2, 0, 0), V3f(0, 0, 1), 1)}),
@@ -54,8 +57,8 @@ TEST_P(ClosedForm, DiffusePlateUnderARectangularLight) {
   expect_mean(render_mean(*world, camera, settings), rho * emitted * 4.0 * corner_form_factor(1.0, 0.5, 1.0));
 }
 
-// A lamp that hangs a hand's breadth, a millimeter and a tenth of one below the ceiling lights it beside itself at grazing
-// angles, on coordinates far from the origin: offsets of shadow rays must not make it shadow itself.
+// A lamp 10 cm, 1 mm and 0.1 mm below the ceiling lights it beside itself at grazing angles, at
+// coordinates far from the origin: offsets of shadow rays must not cause self-shadowing.
 TEST_P(ClosedForm, CeilingBesideALamp) {
   const float rho = 0.5f, emitted = 20.0f;
   for (const float gap : {0.1f, 1e-3f, 1e-4f}) {
@@ -64,8 +67,8 @@ TEST_P(ClosedForm, CeilingBesideALamp) {
                                              {quad(V3f(0, 5.5f, -8), V3f(10, 0, 0), V3f(0, 0, 10), 0),
                                               quad(corner, V3f(1, 0, 0), V3f(0, 0, 1), 1)}),
                                   GetParam());
-    // The point is beside the middle of the lamp's far edge, by twice the gap: integrate cos cos / (pi r^2) over the lamp in
-    // closed form along z and numerically across.
+    // The point is twice the gap beside the center of the lamp's far edge. cos cos / (pi r^2) is
+    // integrated over the lamp, in closed form along z and numerically along x.
     const double d = 2.0 * gap, h = 5.5 - static_cast<double>(corner.y);
     double form_factor = 0.0;
     constexpr int kSteps = 200000;
@@ -83,7 +86,8 @@ TEST_P(ClosedForm, CeilingBesideALamp) {
     settings.integrator.max_bounces = 0;
     const Mean mean = render_mean(*world, camera, settings);
     const double expected = rho * emitted * form_factor;
-    // The beam's center is off by a spacing of positions at most, the gap likewise: relative to both, three powers of each.
+    // Rounding moves the beam's center and the gap by one spacing of positions at most; the result
+    // depends on both by up to their third power.
     EXPECT_NEAR(mean.luminance, expected, 4.5 * mean.standard_error + expected * 6.0 * 5e-7 / gap) << "gap " << gap;
   }
 }
@@ -123,7 +127,8 @@ TEST_P(ClosedForm, PunctualLights) {
   EXPECT_EQ(lit_by(spot, look_at(V3f(0, 2, 0), V3f(2, 0, 0))), 0.0);
 }
 
-// A convex white body in a uniform environment vanishes: any acne or leak shows at once, at any scale.
+// A convex white body in a uniform environment is invisible: shadow acne and light leaks would show
+// at any scale.
 TEST_P(ClosedForm, FurnaceAtEveryScale) {
   for (const float scale : {1e-3f, 1.0f, 1e5f})
     for (const V3f& center : {V3f(0.0f), V3f(30.0f, -20.0f, 10.0f)}) {
@@ -139,7 +144,7 @@ TEST_P(ClosedForm, FurnaceAtEveryScale) {
     }
 }
 
-// Glass-clear to half transparent: BLEND lets 1 - alpha of camera and shadow rays through.
+// BLEND passes 1 - alpha of camera rays and shadow rays.
 TEST_P(ClosedForm, AlphaBlendIsCoverage) {
   Material veil = diffuse_material(Rgb(0.0f));
   veil.base_color_factor.w = 0.25f;
@@ -201,8 +206,8 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, ClosedForm, testing::ValuesIn(kAllKinds),
   return std::string(param.param == accel::Kind::brute_force ? "brute_force" : accel::kind_name(param.param));
 });
 
-// Light sampling, BSDF sampling and their combination agree: the same image with a light too small to hit by chance, one
-// large enough, and a glossy surface in between (the power heuristic must not change the mean).
+// Light and BSDF sampling combined have the mean of BSDF sampling alone, on a glossy surface: the
+// power heuristic must not change the mean.
 TEST(MultipleImportanceSampling, AgreesWithBsdfSamplingAlone) {
   Material glossy;
   glossy.base_color_factor = V4f(0.9f, 0.9f, 0.9f, 1.0f);

@@ -1,4 +1,4 @@
-// Emitters in every pose, with textures and with strengths: light sampling and chance find the same light.
+// Emissive meshes in all poses, textured and scaled: light sampling matches BSDF sampling.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
@@ -9,14 +9,14 @@ namespace {
 struct Case {
   const char* name;
   V3f scale;
-  int copies;    // one is baked into the world's triangles, many are instances
+  int copies;    // a single one is baked into the world's triangles, several are instances
   bool textured; // bright in one corner, black in another
   float strength;
   bool double_sided;
   float clearcoat = 0.0f;
 };
 
-// A lamp of many small quads, bent, so that the tree has something to choose from.
+// A bent lamp of many small quads, so that the light tree has a choice.
 Primitive lamp_mesh(int material) {
   Primitive mesh;
   mesh.material = material;
@@ -44,7 +44,7 @@ Scene floor_under_lamp(const Case& c, bool sampled) {
   lamp.clearcoat_factor = c.clearcoat;
   lamp.emissive_strength = c.strength;
   if (c.textured) lamp.emissive_texture.texture = 0;
-  if (!sampled) { // lamps that blend are found by chance alone
+  if (!sampled) { // BLEND emitters are found by BSDF sampling alone
     lamp.alpha_mode = AlphaMode::blend;
     lamp.base_color_factor.w = 0.9999999f;
   }
@@ -76,7 +76,7 @@ Scene floor_under_lamp(const Case& c, bool sampled) {
 
 class Emitters : public testing::TestWithParam<Case> {};
 
-TEST_P(Emitters, AreSampledAsTheyShine) {
+TEST_P(Emitters, LightSamplingMatchesBsdfSampling) {
   const Case& c = GetParam();
   const auto mean_with = [&](bool sampled, uint32_t spp) {
     const auto world = make_world(floor_under_lamp(c, sampled), accel::Kind::embree);
@@ -85,10 +85,10 @@ TEST_P(Emitters, AreSampledAsTheyShine) {
     settings.integrator.max_bounces = 0;
     return render_mean(*world, beam_camera(V3f(0.3f, 0.7f, 2), V3f(0.0f), 0.5f, V2i(16, 16)), settings);
   };
-  const Mean both = mean_with(true, 128), by_chance = mean_with(false, 512);
-  EXPECT_LT(2.0 * both.standard_error, by_chance.standard_error);
-  EXPECT_LT(by_chance.standard_error, 0.02 * by_chance.luminance);
-  EXPECT_NEAR(both.luminance, by_chance.luminance, 4.5 * std::hypot(both.standard_error, by_chance.standard_error));
+  const Mean both = mean_with(true, 128), bsdf_only = mean_with(false, 512);
+  EXPECT_LT(2.0 * both.standard_error, bsdf_only.standard_error);
+  EXPECT_LT(bsdf_only.standard_error, 0.02 * bsdf_only.luminance);
+  EXPECT_NEAR(both.luminance, bsdf_only.luminance, 4.5 * std::hypot(both.standard_error, bsdf_only.standard_error));
 }
 
 INSTANTIATE_TEST_SUITE_P(Poses, Emitters,
@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Poses, Emitters,
                                          Case{"coated_instances", V3f(0.6f, 1.0f, 0.5f), 6, false, 1.0f, true, 0.7f}),
                          [](const auto& pose) { return std::string(pose.param.name); });
 
-// Light samples leave the even part of a sky to the BSDF; together they find all of it.
+// Light sampling leaves the uniform part of a sky to the BSDF; together they find all of it.
 TEST(EnvironmentLight, DiffuseFloorUnderAnUnevenSky) {
   const auto sky = std::make_shared<Environment>(uneven_image(24, 12), 0.7f, 0.5f);
   double expected = 0.0; // irradiance
@@ -124,7 +124,7 @@ TEST(EnvironmentLight, DiffuseFloorUnderAnUnevenSky) {
   RenderSettings settings = small_render(V2i(16, 16), 512);
   settings.integrator.max_bounces = 0;
   const Mean mean = render_mean(*world, beam_camera(V3f(0.3f, 2, 1), V3f(0.0f), 0.5f, V2i(16, 16)), settings);
-  EXPECT_NEAR(mean.luminance, expected, 4.5 * mean.standard_error + 5e-4 * expected); // the quadrature is that good
+  EXPECT_NEAR(mean.luminance, expected, 4.5 * mean.standard_error + 5e-4 * expected); // the error of the quadrature
   EXPECT_LT(mean.standard_error, 0.01 * expected);
 }
 

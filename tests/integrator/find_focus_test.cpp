@@ -1,4 +1,4 @@
-// Autofocus: depth of what is seen, past what is not.
+// Autofocus: depth of the first opaque surface.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/find_focus.h"
 
@@ -9,8 +9,8 @@ namespace {
 
 const V2i kFocusSize(100, 80);
 
-TEST(FindFocus, IsTheDepthAlongTheAxis) {
-  // A sphere before a wall; the axis does not go through the sphere's middle.
+TEST(FindFocus, ReturnsDepthAlongTheAxis) {
+  // A sphere in front of a wall.
   const auto world = make_world(
       make_scene({diffuse_material(Rgb(0.5f))},
                  {sphere(V3f(0, 0, -4), 1.0f, 64, 0), quad(V3f(-50, -50, -9), V3f(100, 0, 0), V3f(0, 100, 0), 0)}),
@@ -18,7 +18,8 @@ TEST(FindFocus, IsTheDepthAlongTheAxis) {
   const Camera camera(SceneCamera{}, M44f(), kFocusSize);
   EXPECT_NEAR(find_focus_distance(*world, camera, V2f(50, 40)).value(), 3.0f, 0.01f);
   EXPECT_NEAR(find_focus_distance(*world, camera, V2f(1, 1)).value(), 9.0f, 1e-5f);
-  EXPECT_NEAR(find_focus_distance(*world, camera, V2f(99, 40)).value(), 9.0f, 1e-5f); // not along the ray
+  EXPECT_NEAR(find_focus_distance(*world, camera, V2f(99, 40)).value(), 9.0f,
+              1e-5f); // the depth, not the distance along the ray
 }
 
 TEST(FindFocus, SeesThroughThinWallsAndVeils) {
@@ -40,7 +41,7 @@ TEST(FindFocus, SeesThroughThinWallsAndVeils) {
   EXPECT_NEAR(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kFocusSize), V2f(50, 40)).value(), 3.0f, 1e-5f);
 }
 
-TEST(FindFocus, IsNothingWhereNothingIs) {
+TEST(FindFocus, ReturnsNothingWithoutASurface) {
   const auto world =
       make_world(make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0, 0, 4), 1.0f, 16, 0)}), accel::Kind::kdtree);
   EXPECT_FALSE(find_focus_distance(*world, Camera(SceneCamera{}, M44f(), kFocusSize), V2f(50, 40)));

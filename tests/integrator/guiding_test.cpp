@@ -1,4 +1,4 @@
-// Guided paths have the mean of unguided ones, whatever they are guided to.
+// Guided paths have the mean of unguided paths, with arbitrary guides.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "renderer/guiding/guide.h"
@@ -7,7 +7,7 @@
 namespace kindling::test {
 namespace {
 
-// All pixels of an image, with this guide or none.
+// Renders all pixels of an image, with or without a guide.
 Mean guided_mean(const World& world, const Camera& camera, const RenderSettings& settings, const Guide* guide) {
   const auto integrator = make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter,
                                           settings.aovs, guide);
@@ -21,7 +21,7 @@ Mean guided_mean(const World& world, const Camera& camera, const RenderSettings&
   return mean_of(film);
 }
 
-// In the middle of things and partly out of sight, as no training would place them.
+// Patches in mid-air and partly out of sight, where no training would place them.
 Guide wild_guide() {
   const BrightPatch patches[] = {{V3f(0.0f, 0.9f, 0.1f), V3f(0.4f, 0.0f, 0.1f), 3, 60.0f},
                                  {V3f(-0.6f, 0.0f, -0.3f), V3f(0.0f, 0.3f, 0.3f), 0, 20.0f},
@@ -31,8 +31,8 @@ Guide wild_guide() {
   return {BrightPatches(patches), {}};
 }
 
-// The furnace of closed_form_test.cpp: every radiance in it is known.
-TEST(Guiding, ClosedSphere) {
+// The furnace of closed_form_test.cpp, whose radiance is known.
+TEST(Guiding, ClosedSphereMatchesSeries) {
   const float rho = 0.6f, emitted = 0.7f;
   const auto world =
       make_world(make_scene({emissive_material(Rgb(emitted), Rgb(rho))}, {sphere(V3f(0.0f), 1.0f, 24, 0, false)}),
@@ -54,7 +54,7 @@ TEST(Guiding, ClosedSphere) {
 }
 
 // Materials of every kind of lobe, against the same image without a guide.
-TEST(Guiding, EveryLobe) {
+TEST(Guiding, EveryLobeKeepsItsMean) {
   const auto material = [](float roughness, float metallic) {
     Material m;
     m.base_color_factor = V4f(0.8f, 0.7f, 0.6f, 1.0f);
@@ -82,8 +82,8 @@ TEST(Guiding, EveryLobe) {
   }
 }
 
-// Which lobe a guided direction counts for matters to the limits of bounces.
-TEST(Guiding, BouncesCountAlike) {
+// Bounce limits depend on the lobe that a guided direction counts for.
+TEST(Guiding, BounceLimitsKeepTheirMean) {
   Material mixed;
   mixed.base_color_factor = V4f(0.8f, 0.7f, 0.6f, 1.0f);
   mixed.roughness_factor = 0.6f;
@@ -108,8 +108,8 @@ TEST(Guiding, BouncesCountAlike) {
   }
 }
 
-// Lamps, a sun through a window and the sky, with shares that no training would find, different from place to place.
-TEST(Guiding, LightProbabilities) {
+// Lamps, a sun through a window and the sky, with arbitrary probabilities that vary over the scene.
+TEST(Guiding, LightProbabilitiesKeepTheMean) {
   Scene scene = make_scene({diffuse_material(Rgb(0.6f)), emissive_material(Rgb(3.0f), Rgb(0.5f))},
                            {quad(V3f(-1, -1, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0),
                             quad(V3f(-1, 1, -1), V3f(1.2f, 0, 0), V3f(0, 0, 2), 0),

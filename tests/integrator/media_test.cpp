@@ -1,4 +1,4 @@
-// Glass, media and thin walls whose answer is known on paper, through the path tracer and every accelerator.
+// The path tracer with every accelerator on glass, media and thin walls with closed-form solutions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
 #include "tests/integrator/test_scenes.h"
@@ -13,7 +13,7 @@ void expect_near_mean(double value, double expected, double standard_error, cons
   EXPECT_NEAR(value, expected, 4.5 * standard_error + 1e-4 * expected) << what << ", standard error " << standard_error;
 }
 
-// Clear glass that bounds a medium.
+// Clear glass around a medium.
 Material glass(float ior) {
   Material material;
   material.metallic_factor = 0.0f;
@@ -31,7 +31,7 @@ Material absorbing(float ior, const Rgb& color, float distance_m) {
   return material;
 }
 
-// A thin wall: thin-walled.
+// Transmissive glass without a thickness.
 Material thin_wall(const Rgb& color, float specular = 1.0f) {
   Material material = glass(1.5f);
   material.thickness_factor = 0.0f;
@@ -40,7 +40,7 @@ Material thin_wall(const Rgb& color, float specular = 1.0f) {
   return material;
 }
 
-// A box from (-4, -4, z0) to (4, 4, z1), front faces outside.
+// A box from (-4, -4, z0) to (4, 4, z1) with outward front faces.
 std::vector<Primitive> slab(float z0, float z1, int material) {
   const V3f a(-4, -4, z0), x(8, 0, 0), y(0, 8, 0), z(0, 0, z1 - z0);
   return {quad(a + z, x, y, material),      quad(a + x, -x, y, material),     quad(a, z, y, material),
@@ -71,8 +71,8 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, Media, testing::ValuesIn(kAllKinds), [](c
   return std::string(param.param == accel::Kind::brute_force ? "brute_force" : accel::kind_name(param.param));
 });
 
-// KHR_materials_volume: after the attenuation distance white light has the attenuation color. Two interfaces, with all reflections
-// between them: T = (1 - F)^2 a / (1 - F^2 a^2).
+// KHR_materials_volume: after the attenuation distance white light has the attenuation color. Two
+// interfaces with all reflections between them give T = (1 - F)^2 a / (1 - F^2 a^2).
 TEST_P(Media, SlabFollowsBeerAndLambert) {
   const Rgb color(0.5f, 0.25f, 0.9f);
   for (const float ior : {1.0f, 1.5f, 2.4f}) {
@@ -87,7 +87,8 @@ TEST_P(Media, SlabFollowsBeerAndLambert) {
   }
 }
 
-// The extension's one factor 1 - F stands for both faces of a thin wall; two thin walls, with what goes back and forth between: T^2 / (1 - F^2).
+// The extension has a single factor 1 - F for both faces of a thin wall. Two thin walls with all
+// reflections between them give T^2 / (1 - F^2).
 TEST_P(Media, ThinWallsTransmit) {
   const double f = 0.04, t = 1.0 - f;
   const std::vector<Primitive> one = {quad(V3f(-4, -4, 0), V3f(8, 0, 0), V3f(0, 8, 0), 0)};
@@ -99,7 +100,8 @@ TEST_P(Media, ThinWallsTransmit) {
   expect_near_mean(both.luminance, t * t / (1.0 - f * f), both.standard_error, "two thin_walls");
 }
 
-// Light sampled through a thin wall and light found through it are one estimate: the form factor of a rectangle, tinted.
+// Light and BSDF sampling through a thin wall estimate the same light: the form factor of a
+// rectangle, tinted.
 TEST_P(Media, ThinWallsTintTheLightOfAnAreaLight) {
   const Rgb tint(0.9f, 0.5f, 0.1f);
   const auto scene = [&](bool with_thin_wall) {
@@ -119,7 +121,8 @@ TEST_P(Media, ThinWallsTintTheLightOfAnAreaLight) {
     EXPECT_NEAR(with.rgb[c], without.rgb[c] * tint[c], 4.5 * (with.standard_error + without.standard_error)) << c;
 }
 
-// What the camera sees behind a thin wall in place of an environment: tinted, or as much as it covers.
+// The background behind a thin wall is tinted; a transparent one gives the wall's coverage as
+// alpha.
 TEST_P(Media, BackgroundIsSeenThroughThinWalls) {
   const Rgb tint(0.9f, 0.6f, 0.3f);
   const auto world = make_world(
@@ -137,7 +140,7 @@ TEST_P(Media, BackgroundIsSeenThroughThinWalls) {
   EXPECT_NEAR(alpha, 0.4, 1e-4);
 }
 
-// A sun through two thin walls that face it: only shadow rays can find it.
+// A sun behind two thin walls that face it. Only shadow rays can find it.
 TEST_P(Media, SunShinesThroughThinWalls) {
   Scene scene = make_scene({thin_wall(Rgb(0.8f)), diffuse_material(Rgb(0.5f))},
                            {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 1),
@@ -160,12 +163,14 @@ TEST_P(Media, SunShinesThroughThinWalls) {
   EXPECT_NEAR(mean.luminance, 0.5 / std::numbers::pi * 2.0 * t * t, 1e-4);
 }
 
-// Right-angled prism: in through one leg, total reflection at the hypotenuse, out through the other leg towards the wall.
-// The leg inside sends F back the same way: (1 - F)^2 / (1 - F^2).
+// Right-angled prism: light enters one leg, is totally reflected at the hypotenuse, and leaves
+// through the other leg towards the wall. The exit reflects F back the same way, which gives
+// (1 - F)^2 / (1 - F^2).
 TEST_P(Media, TotalInternalReflectionLosesNothing) {
   Primitive prism;
   prism.material = 0;
-  // Legs at z = 1 (facing +z) and x = 1 (facing +x); the right angle is at (1, ., 1), the hypotenuse from (-1, 1) to (1, -1).
+  // Legs at z = 1 (facing +z) and x = 1 (facing +x); the right angle is at (1, ., 1), the
+  // hypotenuse from (-1, 1) to (1, -1).
   const V3f p[6] = {{-1, -1, 1}, {1, -1, 1}, {1, -1, -1}, {-1, 1, 1}, {1, 1, 1}, {1, 1, -1}};
   prism.positions.assign(p, p + 6);
   prism.indices = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5, 0, 2, 1, 3, 4, 5};
@@ -178,12 +183,14 @@ TEST_P(Media, TotalInternalReflectionLosesNothing) {
   expect_near_mean(mean.luminance, (1 - f) * (1 - f) / (1 - f * f), mean.standard_error, "prism");
 }
 
-// A prism of 30 degrees, entered at right angles: the exit bends a wavelength by asin(n sin 30) - 30. A window behind it
-// lets through those between two angles; its color is the mean of their weights.
+// A prism of 30 degrees, entered at right angles: the exit deflects a wavelength by
+// asin(n sin 30) - 30 degrees. A window behind it passes the wavelengths between two angles; its
+// color is the mean of their weights.
 TEST_P(Media, PrismDispersesByItsAbbeNumber) {
   Material flint = glass(1.6f);
   flint.dispersion = 20.0f / 30.0f; // Abbe number 30
-  // Entrance at z = 0 facing +z; thin at x = 1 and thick at x = -1, so the exit's outward normal is (sin 30, 0, -cos 30).
+  // Entrance at z = 0 facing +z; thin at x = 1 and thick at x = -1, so the exit's outward normal is
+  // (sin 30, 0, -cos 30).
   const float t = std::tan(kPi / 6.0f);
   const float thin = -0.01f, thick = thin - 2.0f * t;
   Primitive prism;
@@ -227,7 +234,7 @@ TEST_P(Media, PrismDispersesByItsAbbeNumber) {
   EXPECT_GT(mean.rgb.y, 1.5f * mean.rgb.x); // green
 }
 
-// A spectrum adds up to white: dispersion moves light but has no color of its own.
+// The spectrum adds up to white: dispersion redirects light without a color of its own.
 TEST_P(Media, DispersiveGlassInAWhiteFurnaceIsWhite) {
   Material flint = glass(1.7f);
   flint.dispersion = 1.0f;
@@ -242,8 +249,9 @@ TEST_P(Media, DispersiveGlassInAWhiteFurnaceIsWhite) {
   for (unsigned c = 0; c < 3; ++c) EXPECT_NEAR(mean.rgb[c], 1.0f, 4.5 * 4.0 * mean.standard_error + 1e-3) << c;
 }
 
-// Two media that overlap between z = 0 and z = 0.2: the one entered last is there, on the way in and on the way back.
-TEST_P(Media, WhereMediaOverlapTheInnerOneCounts) {
+// Two media overlap between z = 0 and z = 0.2. The one entered last is effective there, from both
+// sides.
+TEST_P(Media, InnermostMediumIsEffectiveInOverlaps) {
   const std::vector<Material> materials = {absorbing(1.0f, Rgb(0.5f), 1.0f), absorbing(1.0f, Rgb(0.2f), 1.0f)};
   const auto primitives = [] { return joined({slab(0.0f, 1.0f, 0), slab(-1.0f, 0.2f, 1)}); };
   const Mean front = seen_through(materials, primitives(), Rgb(1.0f), GetParam());
@@ -252,11 +260,12 @@ TEST_P(Media, WhereMediaOverlapTheInnerOneCounts) {
   EXPECT_NEAR(back.luminance, std::pow(0.2, 1.0) * std::pow(0.5, 1.0), 1e-4);
 }
 
-// A slab of water inside of a slab of glass: four interfaces.
-TEST_P(Media, IndicesInsideOfEachOtherAreRelative) {
+// A slab of water inside a slab of glass has four interfaces.
+TEST_P(Media, NestedIndicesAreRelative) {
   const Mean mean = seen_through({glass(1.5f), glass(1.33f)}, joined({slab(-3.0f, 0.0f, 0), slab(-2.0f, -1.0f, 1)}),
                                  Rgb(1.0f), GetParam(), 4096);
-  // Layers without interference add up by T = T1 T2 / (1 - R1 R2), R = R1 + T1^2 R2 / (1 - R1 R2), for symmetric layers.
+  // Symmetric layers without interference combine to T = T1 T2 / (1 - R1 R2) and
+  // R = R1 + T1^2 R2 / (1 - R1 R2).
   const auto twice = [](double r) { return 2 * r / (1 + r); }; // a slab of one interface reflectance r
   const double outer = 0.04, inner = twice(std::pow((1.5 - 1.33) / (1.5 + 1.33), 2));
   const double t1 = 1 - outer, t2 = 1 - inner;
@@ -264,7 +273,7 @@ TEST_P(Media, IndicesInsideOfEachOtherAreRelative) {
   expect_near_mean(mean.luminance, t12 * t1 / (1 - r21 * outer), mean.standard_error, "glass around water");
 }
 
-// Scattering without absorption loses nothing.
+// Scattering without absorption conserves energy.
 TEST_P(Media, ScatteringMediumInAWhiteFurnaceIsWhite) {
   for (const float g : {0.0f, 0.7f}) {
     Material cloud = absorbing(1.0f, Rgb(0.1f, 0.3f, 0.5f), 0.7f);
@@ -279,7 +288,8 @@ TEST_P(Media, ScatteringMediumInAWhiteFurnaceIsWhite) {
   }
 }
 
-// Chandrasekhar's half space with isotropic scattering: seen along mu under a white sky its albedo is 1 - sqrt(1 - a) H(mu).
+// Chandrasekhar's half space with isotropic scattering: seen along mu under a white sky its albedo
+// is 1 - sqrt(1 - a) H(mu).
 TEST_P(Media, DeepMediumHasTheAlbedoOfAHalfSpace) {
   Material wax = absorbing(1.0f, Rgb(1e-3f), 0.01f); // an optical depth of 690 per meter
   wax.multiscatter_color = Rgb(0.6f);
@@ -304,7 +314,7 @@ TEST_P(Media, DeepMediumHasTheAlbedoOfAHalfSpace) {
   }
   const double expected = 1.0 - std::sqrt(1.0 - a) * h[kNodes];
   expect_near_mean(mean.luminance, expected, mean.standard_error, "half space");
-  // What the color promises: the albedo for all directions together, up to the fit's error of a percent.
+  // The multiscatter color is the albedo averaged over all directions; the fit has an error of 1 %.
   double mean_h = 0.0;
   for (int j = 0; j < kNodes; ++j) mean_h += 2.0 * node(j) * h[static_cast<size_t>(j)] / kNodes;
   EXPECT_NEAR(1.0 - std::sqrt(1.0 - a) * mean_h, 0.6, 0.01);

@@ -1,4 +1,4 @@
-// The list of media that a path is in.
+// The stack of media around a path.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/medium_stack.h"
 
@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint32_t kGlass = 3, kWater = 5, kIce = 8;
 
-TEST(MediumStack, TheLastOneEnteredCounts) {
+TEST(MediumStack, LastEnteredMediumIsInnermost) {
   MediumStack media;
   EXPECT_FALSE(media.innermost());
   media.enter(kWater);
@@ -23,8 +23,8 @@ TEST(MediumStack, TheLastOneEnteredCounts) {
   EXPECT_EQ(media.innermost(), kWater);
 }
 
-// From the glass into a liquid that begins inside of it, and back.
-TEST(MediumStack, OverlapsAreLeftInAnyOrder) {
+// A path goes from glass into a liquid that overlaps it, and back.
+TEST(MediumStack, LeavesOverlapsInAnyOrder) {
   MediumStack media;
   media.enter(kGlass);
   media.enter(kWater);
@@ -49,7 +49,7 @@ TEST(MediumStack, EqualMaterialsAreCounted) {
   EXPECT_TRUE(media.empty());
 }
 
-TEST(MediumStack, OfTooManyTheOutermostIsForgotten) {
+TEST(MediumStack, ForgetsOutermostBeyondCapacity) {
   MediumStack media;
   for (uint32_t i = 0; i <= MediumStack::kMax; ++i) media.enter(i);
   EXPECT_EQ(media.innermost(), MediumStack::kMax);

@@ -1,4 +1,4 @@
-// Small scenes that move, as worlds over a shutter and at single times.
+// Builders of small animated scenes, and of their worlds over a shutter interval or at one time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace kindling::test {
 
-// Adds a LINEAR channel; `values`: as many for each time.
+// Adds a channel with linear interpolation. `values` has the same number of components for each
+// time.
 inline void animate(Scene& scene, int node, AnimatedProperty property, std::vector<float> times,
                     std::vector<float> values) {
   AnimationChannel channel;
@@ -21,7 +22,7 @@ inline void animate(Scene& scene, int node, AnimatedProperty property, std::vect
   scene.animations[0].channels.push_back(std::move(channel));
 }
 
-// From time 0 to 1, about an axis (unit); below 180 degrees.
+// Adds a rotation from time 0 to 1 about a unit axis, by less than 180 degrees.
 inline void animate_turn(Scene& scene, int node, const V3f& axis, float degrees) {
   const float half = degrees * kPi / 360.0f;
   const V3f v = axis * std::sin(half);
@@ -42,8 +43,8 @@ inline std::unique_ptr<const World> make_posed_world(Scene scene, const PoseOpti
   return std::move(world).value();
 }
 
-// A strip of `segments` quads from y = 0 to y = 2, 0.8 m wide, in the plane z = 0, with normals and tangents. Its lower end is held by joint 0, its
-// upper one by joint 1, which stands at y = 1.
+// A strip of `segments` quads from y = 0 to y = 2, 0.8 m wide, in the plane z = 0, with normals and
+// tangents. Its lower end follows joint 0, its upper one joint 1, which is at y = 1.
 inline Primitive jointed_strip(int segments, int material) {
   Primitive strip;
   strip.material = material;
@@ -63,7 +64,8 @@ inline Primitive jointed_strip(int segments, int material) {
   return strip;
 }
 
-// Gives the mesh of `node` a skin of two joints, of which the upper one turns about `axis` from time 0 to 1.
+// Gives the mesh of `node` a skin of two joints, the upper of which turns about `axis` by `degrees`
+// from time 0 to 1.
 inline void add_bending_skin(Scene& scene, int node, const V3f& axis, float degrees) {
   Node foot, top;
   const auto first = static_cast<int>(scene.nodes.size());
@@ -80,7 +82,8 @@ inline void add_bending_skin(Scene& scene, int node, const V3f& axis, float degr
   animate_turn(scene, first + 1, axis, degrees);
 }
 
-// A target that pulls the vertices of a primitive of the first mesh of `node` by `by(position)`, from none at time 0 to all of it at time 1.
+// Adds a morph target to the mesh of `node` that displaces its vertices by `by(position)`, with a
+// weight of 0 at time 0 and 1 at time 1.
 template <typename By>
 void add_morph(Scene& scene, int node, const By& by) {
   Mesh& mesh = scene.meshes[static_cast<size_t>(scene.nodes[static_cast<size_t>(node)].mesh)];

@@ -1,4 +1,4 @@
-// Motion blur: against coverage that is known on paper, the mean of still images, and a furnace.
+// Motion blur compared with analytic coverage, the mean of static images, and a furnace.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/motion_scenes.h"
 
@@ -16,11 +16,12 @@ Camera open_beam(const V3f& eye, const V3f& target, float side_m, const V2i& siz
   return {camera, look_at(eye, target), size_px, CameraMotion{.shutter_open = true}};
 }
 
-// --- on paper -----------------------------------------------------------------------------------------------------------
+// --- closed forms --------------------------------------------------------------------------------
 
 class MotionBlur : public testing::TestWithParam<accel::Kind> {};
 
-// Part of the pixels from x0 to x0 + 1, and of the time from 0 to 1, that [left(t), right(t)] covers; ends move linearly.
+// Returns the fraction of a pixel from x0 to x0 + 1, over the time from 0 to 1, that [left(t),
+// right(t)] covers. Both ends move linearly.
 double coverage(double x0, double left0, double left1, double right0, double right1) {
   double sum = 0.0;
   constexpr int kSteps = 20000;
@@ -32,7 +33,8 @@ double coverage(double x0, double left0, double left1, double right0, double rig
   return sum / kSteps;
 }
 
-// Columns of an image of a glowing plate before black, seen by 8 x 8 pixels of 1 m; the box filter sees a pixel alone.
+// Checks the columns of an image of an emissive plate on black, with 8 x 8 pixels of 1 m and a box
+// filter of one pixel.
 void expect_coverage(Scene scene, accel::Kind kind, double left0, double left1, double right0, double right1) {
   const auto world = make_posed_world(std::move(scene), kShutter, kind);
   const Camera camera = open_beam(V3f(0, 0, 10), V3f(0.0f), 8.0f, V2i(8, 8));
@@ -45,7 +47,7 @@ void expect_coverage(Scene scene, accel::Kind kind, double left0, double left1, 
     double mean = 0.0;
     for (size_t y = 0; y < 8; ++y) mean += beauty[(y * 8 + x) * 3] / 8.0;
     const double expected = coverage(static_cast<double>(x) - 4.0, left0, left1, right0, right1);
-    // Of independent samples; the sampler's are stratified.
+    // Standard error of independent samples, an upper bound for the stratified ones.
     const double error = std::sqrt(expected * (1.0 - expected) / (512 * 8));
     EXPECT_NEAR(mean, expected, 4.0 * error + 1e-6) << "column " << x;
   }
@@ -57,13 +59,14 @@ TEST_P(MotionBlur, AMovingEdgeCoversPixelsForItsTime) {
   expect_coverage(std::move(scene), GetParam(), -3.3, 1.1, -1.3, 3.1);
 }
 
-TEST_P(MotionBlur, AnEdgeThatDeformsCoversPixelsForItsTime) {
+TEST_P(MotionBlur, ADeformingEdgeCoversPixelsForItsTime) {
   Scene scene = make_scene({emissive_material(Rgb(1.0f))}, {quad(V3f(-3.4f, -9, 0), V3f(1, 0, 0), V3f(0, 18, 0), 0)});
   add_morph(scene, 0, [](const V3f& p) { return V3f(p.x < -3.0f ? 1.0f : 5.7f, 0, 0); });
   expect_coverage(std::move(scene), GetParam(), -3.4, -2.4, -2.4, 3.3);
 }
 
-// Direct light alone: whoever shadows himself by rounding of his own motion is darker. White, before white: invisible.
+// White on white is invisible, unless rounding of the motion causes self-shadowing. Direct light
+// alone.
 TEST_P(MotionBlur, AMovingWhiteSphereVanishesInAFurnace) {
   for (const float scale : {1e-3f, 1.0f, 1e4f}) {
     for (const float offset : {0.0f, 20.0f}) {
@@ -89,8 +92,9 @@ TEST_P(MotionBlur, AMovingWhiteSphereVanishesInAFurnace) {
   }
 }
 
-// A camera and a plate on one arm that turns: the plate stands still in the image, but for what keys leave of arcs.
-TEST_P(MotionBlur, WhatMovesWithTheCameraIsSharp) {
+// Camera and plate are on the same turning arm, so the plate is static in the image, up to the
+// keys' approximation of arcs.
+TEST_P(MotionBlur, ObjectMovingWithTheCameraIsSharp) {
   Scene scene =
       make_scene({emissive_material(Rgb(1.0f))}, {quad(V3f(-0.7f, -0.6f, -4), V3f(1, 0, 0), V3f(0, 1.4f, 0), 0)});
   Node arm, eye;
@@ -112,11 +116,11 @@ TEST_P(MotionBlur, WhatMovesWithTheCameraIsSharp) {
     const Result<RenderOutcome> outcome = render(*world, camera, small_render(size, 64), nullptr, nullptr);
     return outcome.value().film.resolve(Aov::beauty);
   };
-  const std::vector<float> moving = image(kShutter), still = image({.time_s = 0.0});
+  const std::vector<float> moving = image(kShutter), static_image = image({.time_s = 0.0});
   double covered = 0.0;
-  for (size_t i = 0; i < still.size(); i += 3) {
-    EXPECT_NEAR(moving[i], still[i], 0.05f) << "pixel " << i / 3; // of 64 samples, three
-    covered += still[i];
+  for (size_t i = 0; i < static_image.size(); i += 3) {
+    EXPECT_NEAR(moving[i], static_image[i], 0.05f) << "pixel " << i / 3; // three of 64 samples
+    covered += static_image[i];
   }
   EXPECT_GT(covered, 20.0);
 }
@@ -125,9 +129,9 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, MotionBlur, testing::ValuesIn(kAllKinds),
   return std::string(accel::kind_name(param.param) == "brute-force" ? "brute_force" : accel::kind_name(param.param));
 });
 
-// --- against still images ---------------------------------------------------------------------------------------------
+// --- static images -------------------------------------------------------------------------------
 
-// Above a floor with a lamp: what moves is added by the tests.
+// A floor and a lamp. The tests add moving objects.
 Scene stage() {
   return make_scene(
       {diffuse_material(Rgb(0.7f)), emissive_material(Rgb(9.0f)), diffuse_material(Rgb(0.9f, 0.3f, 0.2f))},
@@ -144,7 +148,8 @@ int add_thing(Scene& scene, Primitive primitive) {
   return index;
 }
 
-// A blade that turns and carries a thin wall; a sphere of cloudy glass beside it that moves through the light.
+// A turning blade that carries a thin wall, and a sphere of cloudy glass that moves through the
+// light.
 Scene turning_blade() {
   Scene scene = stage();
   const int hub = add_thing(scene, quad(V3f(-0.2f, -0.8f, 0), V3f(0.4f, 0, 0), V3f(0, 2.4f, 0), 2));
@@ -179,7 +184,7 @@ Scene bending_and_swelling() {
   return scene;
 }
 
-// The stage with its lamp under way, and a sphere of light that swells: both are sampled as lights.
+// The stage with a moving lamp and a growing emissive sphere. Both are sampled as lights.
 Scene moving_lamps() {
   Scene scene = stage();
   animate(scene, 1, AnimatedProperty::translation, {0, 1}, {-2, 0, 0, 2, -1, 0.5f});
@@ -196,10 +201,11 @@ struct Blur {
   IntegratorKind integrator;
 };
 
-class MeanOfStills : public testing::TestWithParam<Blur> {};
+class MeanOfStaticImages : public testing::TestWithParam<Blur> {};
 
-// Blocks of 6 x 6 pixels of the blurred image, against the mean of images at jittered times.
-TEST_P(MeanOfStills, IsTheBlurredImage) {
+// Compares blocks of 6 x 6 pixels of the blurred image with the mean of static images at jittered
+// times.
+TEST_P(MeanOfStaticImages, MatchesTheBlurredImage) {
   constexpr int kPoses = 96, kSide = 24, kBlock = 6;
   constexpr size_t kBlocks = (kSide / kBlock) * (kSide / kBlock);
   const V2i size(kSide, kSide);
@@ -233,30 +239,30 @@ TEST_P(MeanOfStills, IsTheBlurredImage) {
   };
   const Blocks blurred =
       render_blocks(*make_posed_world(GetParam().scene(), kShutter, accel::Kind::embree, environment), 384, 1, true);
-  Blocks stills, open, closed;
+  Blocks static_mean, open, closed;
   for (int i = 0; i < kPoses; ++i) {
     const double time = (i + to_unit_float(hash_u32(static_cast<uint32_t>(i) + 77U))) / kPoses;
     const auto world = make_posed_world(GetParam().scene(), {.time_s = time}, accel::Kind::embree, environment);
-    const Blocks still = render_blocks(*world, 8, static_cast<uint32_t>(i) + 2U, false);
+    const Blocks static_image = render_blocks(*world, 8, static_cast<uint32_t>(i) + 2U, false);
     for (size_t b = 0; b < kBlocks; ++b) {
-      stills.mean[b] += still.mean[b] / kPoses;
-      stills.variance[b] += still.variance[b] / (kPoses * kPoses);
+      static_mean.mean[b] += static_image.mean[b] / kPoses;
+      static_mean.variance[b] += static_image.variance[b] / (kPoses * kPoses);
     }
-    if (i == 0) open = still;
+    if (i == 0) open = static_image;
   }
   double changed = 0.0;
   for (size_t b = 0; b < kBlocks; ++b) {
-    // Between neighboring poses a block changes by a 96th of what it does in all: half of that bounds the jitter of each, and they add as
-    // independent errors do.
+    // Between neighboring poses a block changes by about 1/96 of its whole change. That bounds the
+    // error from the jitter of each pose, and the errors of all poses are independent.
     const double jitter = std::abs(open.mean[b] - blurred.mean[b]) / (kPoses * std::sqrt(kPoses));
-    const double error = std::sqrt(blurred.variance[b] + stills.variance[b]) + jitter;
-    EXPECT_NEAR(blurred.mean[b], stills.mean[b], 4.5 * error + 2e-3 * stills.mean[b]) << "block " << b;
+    const double error = std::sqrt(blurred.variance[b] + static_mean.variance[b]) + jitter;
+    EXPECT_NEAR(blurred.mean[b], static_mean.mean[b], 4.5 * error + 2e-3 * static_mean.mean[b]) << "block " << b;
     changed = std::max(changed, std::abs(open.mean[b] - blurred.mean[b]) / (error + 1e-3));
   }
-  EXPECT_GT(changed, 10.0); // there is something to see
+  EXPECT_GT(changed, 10.0); // the motion is visible
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, MeanOfStills,
+INSTANTIATE_TEST_SUITE_P(Scenes, MeanOfStaticImages,
                          testing::Values(Blur{"turning_blade", turning_blade, IntegratorKind::path},
                                          Blur{"bending_and_swelling", bending_and_swelling, IntegratorKind::path},
                                          Blur{"moving_lamps", moving_lamps, IntegratorKind::path},

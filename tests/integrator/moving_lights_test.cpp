@@ -1,5 +1,4 @@
-// Lights that move while the shutter is open: light sampling and chance find the same light, and a path of many times is the mean over
-// still images.
+// Moving lights: light sampling matches BSDF sampling, motion blur the mean of static images.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -45,7 +44,7 @@ enum class Motion { instance, mirrored, deformation };
 std::pair<Scene, PosedScene> swinging_lamp(Motion motion, float roughness, bool sampled) {
   Material lamp = emissive_material(Rgb(6.0f, 3.0f, 1.5f));
   lamp.double_sided = false;
-  if (!sampled) { // lamps that blend are found by chance alone
+  if (!sampled) { // BLEND emitters are found by BSDF sampling alone
     lamp.alpha_mode = AlphaMode::blend;
     lamp.base_color_factor.w = 0.9999999f;
   }
@@ -80,7 +79,7 @@ std::pair<Scene, PosedScene> swinging_lamp(Motion motion, float roughness, bool 
 
 class MovingEmitters : public testing::TestWithParam<std::tuple<Motion, float>> {};
 
-TEST_P(MovingEmitters, AreSampledWhereTheyAre) {
+TEST_P(MovingEmitters, LightSamplingMatchesBsdfSampling) {
   const auto [motion, roughness] = GetParam();
   const auto mean_with = [&](bool sampled, uint32_t spp) {
     auto [scene, posed] = swinging_lamp(motion, roughness, sampled);
@@ -89,21 +88,21 @@ TEST_P(MovingEmitters, AreSampledWhereTheyAre) {
     EXPECT_EQ(world->lights().light_count() > 0, sampled);
     return image_of(*world, spp, sampled ? 0 : 7);
   };
-  const Mean both = mean_with(true, 128), by_chance = mean_with(false, 512);
-  // A glossy floor finds the lamp by its BSDF.
+  const Mean both = mean_with(true, 128), bsdf_only = mean_with(false, 512);
+  // BSDF sampling is good enough on a glossy floor.
   const double gain = roughness > 0.5f ? 1.5 : 0.0;
-  EXPECT_LT(gain * both.standard_error, by_chance.standard_error);
+  EXPECT_LT(gain * both.standard_error, bsdf_only.standard_error);
   EXPECT_LT(both.standard_error, 0.03 * both.luminance);
-  EXPECT_LT(by_chance.standard_error, 0.03 * by_chance.luminance);
-  EXPECT_NEAR(both.luminance, by_chance.luminance, 4.5 * std::hypot(both.standard_error, by_chance.standard_error));
+  EXPECT_LT(bsdf_only.standard_error, 0.03 * bsdf_only.luminance);
+  EXPECT_NEAR(both.luminance, bsdf_only.luminance, 4.5 * std::hypot(both.standard_error, bsdf_only.standard_error));
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, MovingEmitters,
                          testing::Combine(testing::Values(Motion::instance, Motion::mirrored, Motion::deformation),
                                           testing::Values(1.0f, 0.3f)));
 
-// A sphere of light and a point that swing, against still images at times between.
-TEST(MovingLights, AreTheMeanOfStillOnes) {
+// Compares a moving sphere light and a moving point light with static images at times in between.
+TEST(MovingLights, MatchMeanOfStaticLights) {
   for (const float radius : {0.0f, 0.25f}) {
     const auto world_at = [&](std::optional<float> time) {
       Material floor = diffuse_material(Rgb(0.8f));
@@ -131,12 +130,12 @@ TEST(MovingLights, AreTheMeanOfStillOnes) {
     double mean = 0.0, error2 = 0.0;
     constexpr int kSlices = 16;
     for (int i = 0; i < kSlices; ++i) {
-      const Mean still =
+      const Mean static_light =
           image_of(*world_at((static_cast<float>(i) + 0.5f) / kSlices), 64, static_cast<uint32_t>(100 + i));
-      mean += still.luminance / kSlices;
-      error2 += square(static_cast<float>(still.standard_error / kSlices));
+      mean += static_light.luminance / kSlices;
+      error2 += square(static_cast<float>(static_light.standard_error / kSlices));
     }
-    // Midpoints of 16 slices of a smooth curve.
+    // The last term bounds the error of the midpoint rule with 16 slices.
     EXPECT_NEAR(moving.luminance, mean,
                 4.5 * std::sqrt(square(static_cast<float>(moving.standard_error)) + error2) + 2e-3 * mean);
     EXPECT_LT(moving.standard_error, 0.02 * mean);

@@ -1,4 +1,4 @@
-// Punctual lights with a size in images: penumbras, mirrors, and who sees them.
+// Images of punctual lights with a size: penumbras, mirrors, invisibility to the camera.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -21,7 +21,8 @@ PunctualLight sphere_light(float intensity, float radius) {
   return light;
 }
 
-// A light of this radius above the edge of a half-plane, over a floor that the camera sees at a slant from the lit side.
+// A light of this radius above the edge of a half-plane, over a floor. The camera looks at the
+// floor from the lit side.
 constexpr float kLightHeight = 2.0f, kEdgeHeight = 1.0f, kRadius = 0.1f;
 constexpr float kIntensity = 5.0f, kAlbedo = 0.8f;
 constexpr int kWidth = 32, kHeight = 32;
@@ -32,7 +33,8 @@ struct Profile {
   double standard_error = 0.0;  // of one of them, the largest
 };
 
-// The part of a disc beyond a straight cut: signed distance of its middle to the cut in radii, s in [-1, 1].
+// Returns the fraction of a disc beyond a straight cut. s is the signed distance of its center to
+// the cut in radii, clamped to [-1, 1].
 double circular_segment(double s) {
   s = std::clamp(s, -1.0, 1.0);
   return 1.0 - (std::acos(s) - s * std::sqrt(1.0 - s * s)) / std::numbers::pi;
@@ -68,7 +70,7 @@ Profile floor_profile(Scene scene, const std::function<double(const V3f&)>& unoc
   return profile;
 }
 
-// Where the fraction, which rises with x, passes `level`.
+// Returns the x at which the fraction, which rises with x, crosses `level`.
 double crossing(const Profile& profile, double level) {
   for (size_t i = 0; i + 1 < profile.x.size(); ++i) {
     const double a = profile.fraction[i] - level, b = profile.fraction[i + 1] - level;
@@ -78,12 +80,13 @@ double crossing(const Profile& profile, double level) {
   return 0.0;
 }
 
-// `cut`: signed distance of the light's middle to the plane of the edge and the point, in radii. `tolerance` is that of the formula:
-// cosines and distances that vary over the light.
+// `cut` returns the signed distance of the light's center to the plane through edge and point, in
+// radii. `tolerance` is the error of the formula, which ignores that cosines and distances vary
+// over the light.
 void expect_penumbra(const Profile& profile, const std::function<double(double)>& cut, double tolerance) {
   double largest = 0.0;
   for (size_t i = 0; i < profile.x.size(); ++i) {
-    // Averaged over the height of a pixel.
+    // The expected fraction is averaged over the height of a pixel.
     double expected = 0.0;
     const double step = std::fabs(profile.x[1] - profile.x[0]);
     for (int s = 0; s < 16; ++s)
@@ -92,8 +95,8 @@ void expect_penumbra(const Profile& profile, const std::function<double(double)>
     EXPECT_NEAR(profile.fraction[i], expected, 5.0 * profile.standard_error + tolerance) << profile.x[i];
   }
   EXPECT_LT(profile.standard_error, 0.006);
-  // Diameter times distance of the edge from the floor over its distance from the light. A fraction of 0.9 is seen where the cut is
-  // 0.687 radii from the middle.
+  // The width is the light's diameter times the edge's distance from the floor over its distance
+  // from the light. The fraction is 0.9 for a cut 0.687 radii from the center.
   constexpr double kCutOfNineTenths = 0.68689;
   ASSERT_NEAR(circular_segment(kCutOfNineTenths), 0.9, 1e-4);
   const double width = 2.0 * kRadius * kEdgeHeight / (kLightHeight - kEdgeHeight);
@@ -109,15 +112,16 @@ Scene edge_over_floor() {
                      quad(V3f(-4, kEdgeHeight, 4), V3f(4, 0, 0), V3f(0, 0, -8), 1)});
 }
 
-TEST(Penumbra, OfABall) {
+TEST(Penumbra, OfASphere) {
   Scene scene = edge_over_floor();
   add_sized_light(scene, sphere_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
   const Profile profile = floor_profile(std::move(scene), [](const V3f& p) {
     const double d2 = static_cast<double>(square(p.x) + square(kLightHeight) + square(p.z));
     return static_cast<double>(kIntensity * kLightHeight) / (d2 * std::sqrt(d2));
   });
-  // On the sphere of directions the cut is a great circle, and the cone projects to an even disc around its axis. The floor leans by
-  // up to 0.05 to that disc, 0.05 wide: half of the disc differs by 0.0025 from the other; the circle is no straight line by 0.0013 radii.
+  // On the sphere of directions the cut is a great circle, and the cone projects to a uniform disc
+  // around its axis. The floor is inclined by up to 0.05 to that disc of width 0.05, so the halves
+  // of the disc differ by 0.0025; the circle deviates from a straight line by 0.0013 radii.
   expect_penumbra(
       profile,
       [](double x) {
@@ -149,27 +153,28 @@ TEST(Penumbra, OfAnEmissiveDisc) {
     const double d2 = static_cast<double>(square(p.x) + square(kLightHeight) + square(p.z));
     return 20.0 * area * std::pow(static_cast<double>(kLightHeight), 2.0) / (d2 * d2);
   });
-  // The disc is cut by a straight line; cos^4 over d^2 varies by 4 sin(0.05) 0.05 = 0.01 from side to side, half of which moves what a
-  // half of the disc brings; the mean over the disc is 0.0025 less than that of its middle, and the polygon's edge 0.0005 within.
+  // The disc is cut by a straight line; cos^4 over d^2 varies by 4 sin(0.05) 0.05 = 0.01 from side
+  // to side, half of which affects the light of half the disc; the mean over the disc is 0.0025
+  // below the value at its center, and the polygon's edge is 0.0005 inside the circle.
   expect_penumbra(
       profile, [](double x) { return x * (kLightHeight - kEdgeHeight) / kEdgeHeight / kRadius; }, 0.008);
 }
 
-// One pixel's mean of light that came straight or by a mirror.
+// Returns the radiance of a narrow beam from `eye` to `target`.
 double seen(const Scene& scene, const V3f& eye, const V3f& target, std::shared_ptr<const Environment> sky = nullptr) {
   const auto world = make_world(scene, accel::Kind::kdtree, std::move(sky));
   RenderSettings settings = small_render(V2i(8, 8), 4);
   return static_cast<double>(render_mean(*world, beam_camera(eye, target, 0.01f), settings).rgb.x);
 }
 
-TEST(SizedLights, MirrorsShowThemAndTheCameraDoesNot) {
+TEST(SizedLights, VisibleInMirrorsButNotToTheCamera) {
   Material mirror;
   mirror.roughness_factor = 0.0f;
   Scene scene = make_scene({mirror}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0)});
   add_sized_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
   const double radiance = 1.0 / (0.5 * 0.5);
   EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), radiance, 1e-3 * radiance);
-  EXPECT_EQ(seen(scene, V3f(1, 1, 3), V3f(1, 1, 0)), 0.0);          // at the sphere itself
+  EXPECT_EQ(seen(scene, V3f(1, 1, 3), V3f(1, 1, 0)), 0.0);          // towards the sphere itself
   EXPECT_LT(seen(scene, V3f(-1, 1, 0), V3f(0.0f, 0, -1.5f)), 1e-4); // past it
   EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f, 0, -0.2f)), radiance, 1e-3 * radiance);
 
@@ -185,13 +190,14 @@ TEST(SizedLights, MirrorsShowThemAndTheCameraDoesNot) {
   EXPECT_NEAR(seen(scene, V3f(0.0f), V3f(1, 1, 0), sky), 0.25, 1e-5); // straight at the sun
 }
 
-// A thin wall between a mirror and the lamp: passed once, tinted once, and the lamp met once wherever the thin wall is.
+// An almost transparent veil between a mirror and the lamp: the lamp counts once, wherever the veil
+// is.
 TEST(SizedLights, TransparencyCountsOnce) {
   Material mirror;
   mirror.roughness_factor = 0.0f;
   Material veil = diffuse_material(Rgb(0.0f));
   veil.alpha_mode = AlphaMode::blend;
-  veil.base_color_factor.w = 0.0f + 1e-7f;          // is met, hides nothing
+  veil.base_color_factor.w = 0.0f + 1e-7f;          // is hit but covers nothing
   for (const float at : {0.1f, 0.9f, 1.4f, 3.0f}) { // before the sphere, in it (twice), behind it
     const V3f middle(at, at, 0.0f);
     Scene scene =
@@ -202,8 +208,8 @@ TEST(SizedLights, TransparencyCountsOnce) {
   }
 }
 
-// Far from a small sphere nothing tells it from a point.
-TEST(SizedLights, SmallSpheresArePoints) {
+// From far away, a small sphere light matches a point light.
+TEST(SizedLights, SmallSpheresMatchPointLights) {
   const auto image = [](std::optional<float> radius) {
     Scene scene = sphere_lamp_and_veil(0.4f);
     scene.materials[2].emissive_factor = Rgb(0.0f);

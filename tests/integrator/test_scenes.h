@@ -1,4 +1,4 @@
-// Small scenes built in memory whose answers are known on paper, and a render of a few pixels of them.
+// Builders of small scenes in memory, and renders of a few of their pixels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace kindling::test {
 
-// Lambert: specular reflection off.
+// A Lambertian material, without specular reflection.
 inline Material diffuse_material(const Rgb& albedo) {
   Material material;
   material.base_color_factor = V4f(albedo.x, albedo.y, albedo.z, 1.0f);
@@ -30,7 +30,7 @@ inline Material emissive_material(const Rgb& radiance, const Rgb& albedo = Rgb(0
   return material;
 }
 
-// Counter-clockwise seen from the side that the normal points to.
+// A parallelogram, counter-clockwise as seen from the side that its normal points to.
 inline Primitive quad(const V3f& corner, const V3f& edge_u, const V3f& edge_v, int material) {
   Primitive primitive;
   primitive.material = material;
@@ -62,7 +62,7 @@ inline Primitive sphere(const V3f& center, float radius, int slices, int materia
   return primitive;
 }
 
-// One node and one mesh for each primitive.
+// A scene with one node and one mesh for each primitive.
 inline Scene make_scene(std::vector<Material> materials, std::vector<Primitive> primitives) {
   Scene scene;
   scene.source = "test";
@@ -81,7 +81,7 @@ inline Scene make_scene(std::vector<Material> materials, std::vector<Primitive> 
   return scene;
 }
 
-// One more material, primitive, mesh and node.
+// Adds a material, and a primitive with it in a mesh and node of its own.
 inline void add_object(Scene& scene, const Material& material, Primitive primitive) {
   primitive.material = static_cast<int>(scene.materials.size());
   scene.materials.push_back(material);
@@ -122,7 +122,7 @@ inline std::unique_ptr<const World> make_world(Scene scene, accel::Kind kind,
 
 inline M44f look_at(const V3f& eye, const V3f& target) { return kindling::look_at(eye, target, V3f(0, 1, 0)); }
 
-// A narrow beam: an orthographic camera that sees a square of `side_m`.
+// An orthographic camera that sees a square of side `side_m`.
 inline Camera beam_camera(const V3f& eye, const V3f& target, float side_m, const V2i& size_px = {8, 8}) {
   SceneCamera camera;
   camera.kind = SceneCamera::Kind::orthographic;
@@ -146,7 +146,8 @@ struct Mean {
   double standard_error = 0.0; // of the luminance
 };
 
-// Mean over all pixels, with the standard error that the pixels' own variances give. Owen-scrambled samples have less.
+// Returns the mean over all pixels, with the standard error from the pixels' own variances. That of
+// Owen-scrambled samples is lower.
 inline Mean mean_of(const Film& film) {
   Mean mean;
   const std::vector<float> beauty = film.resolve(Aov::beauty);

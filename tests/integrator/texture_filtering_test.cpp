@@ -1,4 +1,4 @@
-// Filtered textures in images: few samples do not alias, many do not blur, coverage and normals keep their means.
+// Texture filtering in images: no aliasing with few samples, no blur with many, unbiased coverage.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/sample_cone.h"
 #include "renderer/texture/texture_memory.h"
@@ -13,16 +13,16 @@ namespace {
 
 constexpr int kTexels = 1024; // a side of the image that covers the plane
 
-enum class Pattern { chequers, noise };
+enum class Pattern { checkers, noise };
 
-// One channel of black and white, or a second one of alpha.
+// A black and white image of one channel, or white with a black and white alpha channel.
 std::shared_ptr<const Image> black_and_white(Pattern pattern, bool as_alpha = false) {
   const int channels = as_alpha ? 2 : 1;
   auto image = std::make_shared<Image>(Image{kTexels, kTexels, channels, PixelType::u8, {}});
   image->pixels.resize(image->byte_count(), std::byte{255});
   for (int y = 0; y < kTexels; ++y)
     for (int x = 0; x < kTexels; ++x) {
-      const bool white = pattern == Pattern::chequers ? ((x + y) & 1) != 0
+      const bool white = pattern == Pattern::checkers ? ((x + y) & 1) != 0
                                                       : (hash_u32(static_cast<uint32_t>(y * kTexels + x)) & 1U) != 0;
       const auto texel = static_cast<size_t>(y * kTexels + x);
       image->pixels[texel * static_cast<size_t>(channels) + (as_alpha ? 1 : 0)] = white ? std::byte{255} : std::byte{0};
@@ -30,7 +30,7 @@ std::shared_ptr<const Image> black_and_white(Pattern pattern, bool as_alpha = fa
   return image;
 }
 
-// A plane of 1 m in y = 0, around the origin, which emits its texture.
+// An unlit textured square in y = 0 around the origin, with a side of 1 m times `repeats`.
 Scene plane(std::shared_ptr<const Image> image, TextureFilter filter, float repeats = 1.0f) {
   Material material;
   material.unlit = true;
@@ -43,7 +43,7 @@ Scene plane(std::shared_ptr<const Image> image, TextureFilter filter, float repe
   return scene;
 }
 
-// The plane from above, `texels` of it along a pixel.
+// Sees the plane from above, with `texels` of its texels along a pixel.
 Camera from_above(int texels, int size_px) {
   SceneCamera camera;
   camera.kind = SceneCamera::Kind::orthographic;
@@ -74,19 +74,19 @@ Spread spread_of(std::span<const float> values) {
   return {mean, squares / static_cast<double>(values.size()) - mean * mean};
 }
 
-// 32 x 32 texels to a pixel: their mean has the variance 1/4 / 1024, one texel of them 1/4.
+// Each pixel has 32 x 32 texels: their mean has the variance 1/4 / 1024, a single texel 1/4.
 TEST(TextureFiltering, OneSampleDoesNotAlias) {
   const auto noise = make_world(plane(black_and_white(Pattern::noise), TextureFilter::linear), accel::Kind::embree);
   const Spread found = spread_of(red_of(*noise, from_above(32, 30), small_render(V2i(30), 1)));
   EXPECT_NEAR(found.mean, 0.5, 0.01);
   EXPECT_LT(found.variance, 2.0 * 0.25 / 1024);
-  EXPECT_GT(found.variance, 0.1 * 0.25 / 1024); // and is no coarser than a pixel
-  const auto chequers =
-      make_world(plane(black_and_white(Pattern::chequers), TextureFilter::nearest), accel::Kind::embree);
-  for (const float red : red_of(*chequers, from_above(32, 30), small_render(V2i(30), 1))) EXPECT_NEAR(red, 0.5f, 0.01f);
+  EXPECT_GT(found.variance, 0.1 * 0.25 / 1024); // no filter wider than a pixel
+  const auto checkers =
+      make_world(plane(black_and_white(Pattern::checkers), TextureFilter::nearest), accel::Kind::embree);
+  for (const float red : red_of(*checkers, from_above(32, 30), small_render(V2i(30), 1))) EXPECT_NEAR(red, 0.5f, 0.01f);
 }
 
-// A chequered floor up to the horizon: where a pixel covers many texels, it is nearly gray at one sample.
+// A floor of noise up to the horizon: pixels that cover many texels are nearly gray at one sample.
 TEST(TextureFiltering, FloorToTheHorizonAtOneSample) {
   constexpr float kRepeats = 64.0f;
   const auto world =
@@ -106,14 +106,15 @@ TEST(TextureFiltering, FloorToTheHorizonAtOneSample) {
     if (texels < 16.0 || at(static_cast<float>(y)) < -kRepeats * 0.4f) continue;
     ++checked;
     const Spread row = spread_of(std::span(red).subspan(static_cast<size_t>(y * size.x), static_cast<size_t>(size.x)));
-    // 64 pixels estimate a variance to a sixth; four standard errors, and twice the variance of a mean of all texels.
+    // 64 pixels estimate a variance to 1/6. Limit: four such errors above twice the variance of a
+    // mean of all texels.
     EXPECT_LT(row.variance, 2.0 * 0.25 / texels * (1.0 + 4.0 / 6.0)) << "row " << y << ", " << texels << " texels";
   }
   EXPECT_GT(checked, 8);
 }
 
-// Texel for pixel, a box filter, nearest: every pixel is its texel, with few samples as with many; up to a sample that rounding
-// moves over the edge.
+// With one texel per pixel, a box filter and nearest lookup, every pixel is its texel for any
+// number of samples, except for single samples that rounding moves over the edge.
 TEST(TextureFiltering, TexelForPixelIsExact) {
   const auto image = black_and_white(Pattern::noise);
   const auto world = make_world(plane(image, TextureFilter::nearest), accel::Kind::embree);
@@ -132,8 +133,9 @@ TEST(TextureFiltering, TexelForPixelIsExact) {
   }
 }
 
-// Four by four texels to a pixel and 256 samples: the mean of its own texels, within the noise of stratified samples. Their
-// footprints are half a texel wide, so nothing may leak in from pixels beside it, whose means differ by 0.18.
+// With 4 x 4 texels per pixel and 256 samples, a pixel is the mean of its own texels, within the
+// noise of stratified samples. Footprints are half a texel wide, so nothing may leak in from
+// neighboring pixels, whose means differ by 0.18.
 TEST(TextureFiltering, ManySamplesDoNotBlur) {
   const auto image = black_and_white(Pattern::noise);
   const auto world = make_world(plane(image, TextureFilter::nearest), accel::Kind::embree);
@@ -151,11 +153,12 @@ TEST(TextureFiltering, ManySamplesDoNotBlur) {
         }
       squares += square(static_cast<float>(red[static_cast<size_t>(y * 32 + x)] - sum));
     }
-  // A (0, 8, 2)-net has 16 points in each of the 16 squares: exact but for rounding.
+  // A (0, 8, 2)-net has 16 points in each of the 16 squares: the mean is exact except for rounding.
   EXPECT_LT(std::sqrt(squares / 1024), 1e-3);
 }
 
-// Rays are tested against alpha at the finest level; what they meet must not be thinned a second time.
+// Rays are tested against alpha at the finest level; the surfaces hit must not be attenuated by
+// alpha once more.
 TEST(TextureFiltering, CoverageIsCountedOnce) {
   for (const AlphaMode mode : {AlphaMode::mask, AlphaMode::blend}) {
     Scene scene = plane(black_and_white(Pattern::noise, true), TextureFilter::linear);
@@ -168,7 +171,8 @@ TEST(TextureFiltering, CoverageIsCountedOnce) {
   }
 }
 
-// A map of slopes to both sides, seen from so far that they merge: the normal of the plane, and microfacets as wide as the slopes.
+// A normal map of slopes to both sides, seen from so far away that they merge: the normal is that
+// of the plane, and the roughness represents the slopes.
 TEST(TextureFiltering, MergedNormalsBecomeRoughness) {
   constexpr float kSlope = 0.25f;
   auto image = std::make_shared<Image>(Image{64, 64, 3, PixelType::u16, {}});
@@ -201,13 +205,13 @@ TEST(TextureFiltering, MergedNormalsBecomeRoughness) {
   EXPECT_EQ(near.bsdf.roughness, 0.2f);
   world->surface_at(ray, hit, far, {.width_m = 0.5f});
   EXPECT_NEAR(far.shading_normal.x, 0.0f, 1e-3f);
-  // One axis has the variance of the slopes, the other none: an isotropic lobe has the mean of both, up to the order of the fourth power, and what
-  // counts as rounding.
+  // One axis has the variance of the slopes, the other none: an isotropic lobe has the mean of
+  // both, up to terms of fourth order and rounding.
   const float alpha2 = square(square(0.2f)) + kSlope * kSlope;
   EXPECT_NEAR(square(square(far.bsdf.roughness)), alpha2, 0.15f * alpha2);
 }
 
-// A textured floor and wall, lit and reflecting, in parallel: the same bits.
+// A textured scene has the same bits for any threads, tiles and batches.
 TEST(TextureFiltering, SameBitsForAnyThreadsTilesAndBatches) {
   Scene scene = sphere_lamp_and_veil(0.3f);
   scene.textures.push_back({.image = black_and_white(Pattern::noise)});
@@ -228,8 +232,9 @@ TEST(TextureFiltering, SameBitsForAnyThreadsTilesAndBatches) {
   EXPECT_EQ(std::memcmp(reference.data(), other.data(), reference.size() * sizeof(float)), 0);
 }
 
-// Colors, cut-outs and lamps from disc, through a cache that holds a part of them: the same bits.
-TEST(TextureFiltering, SameBitsFromDisc) {
+// Textures of colors, alpha and emission that are paged from disk through a small cache give the
+// same bits.
+TEST(TextureFiltering, SameBitsFromDisk) {
   const auto render_with = [](uint64_t max_bytes) {
     TextureMemory memory(max_bytes);
     Scene scene = sphere_lamp_and_veil(0.3f);
@@ -253,14 +258,15 @@ TEST(TextureFiltering, SameBitsFromDisc) {
     EXPECT_EQ(memory.failure(), "");
     return red;
   };
-  const std::vector<float> in_memory = render_with(64 << 20), from_disc = render_with(512 << 10);
-  EXPECT_EQ(std::memcmp(in_memory.data(), from_disc.data(), in_memory.size() * sizeof(float)), 0);
+  const std::vector<float> in_memory = render_with(64 << 20), from_disk = render_with(512 << 10);
+  EXPECT_EQ(std::memcmp(in_memory.data(), from_disk.data(), in_memory.size() * sizeof(float)), 0);
 }
 
 TEST(RayCone, PixelsTileTheFilm) {
   const V2i size(40, 30);
   const Camera camera(SceneCamera{}, look_at(V3f(1, 2, 3), V3f(0.0f)), size);
-  // Solid angles of all pixels add up to that of the film: 4 asin(sin of half the angles) of its pyramid.
+  // The pixels' solid angles add up to that of the film, a pyramid: 4 asin(sin(half_x)
+  // sin(half_y)).
   double sum = 0;
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x) {

@@ -1,4 +1,4 @@
-// The Whitted tracer's optimizations change no bit: recursion or a list, with or without a cache, however many at once.
+// The Whitted tracer's optimizations change no bit of the image.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_sum.h"
 #include "tests/integrator/test_scenes.h"
@@ -13,7 +13,8 @@ namespace {
 
 const V2i kFormsSize(45, 37); // not a multiple of anything
 
-// Smooth and rough mirrors and glass, a coat, a thin wall, a veil, points and a lamp.
+// A world with smooth and rough mirrors and glass, a coat, a thin wall, a veil, a point light and a
+// lamp.
 std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   Scene scene = sphere_lamp_and_veil(0.2f);
   Material glass;
@@ -86,12 +87,12 @@ TEST(WhittedSum, DoesNotDependOnTheOrder) {
   }
 }
 
-TEST(WhittedSum, SmallAndLarge) {
+TEST(WhittedSum, KeepsSmallTermsBesideLargeOnes) {
   WhittedSum s;
   s.add(0x1p-60f);
   s.add(0x1p50f);
   s.add(-0x1p50f);
-  EXPECT_EQ(s.value(), 0x1p-60f); // a float has long forgotten it
+  EXPECT_EQ(s.value(), 0x1p-60f); // a float sum would have lost it
   s.add(-0.0f);
   s.add(1e-30f); // below the last bit
   EXPECT_EQ(s.value(), 0x1p-60f);
@@ -104,7 +105,7 @@ TEST(WhittedSum, SmallAndLarge) {
 
 class WhittedOptimizations : public testing::TestWithParam<accel::Kind> {};
 
-TEST(WhittedForms, RecursionIsIteration) {
+TEST(WhittedForms, RecursionMatchesIteration) {
   for (const accel::Kind kind : kAllKinds) {
     const auto world = mixed_world(kind);
     RenderSettings settings = whitted_form(2);
@@ -118,12 +119,12 @@ TEST(WhittedForms, RecursionIsIteration) {
     EXPECT_EQ(a.shadow, b.shadow);
     EXPECT_EQ(a.whitted.reflection, b.whitted.reflection);
     EXPECT_EQ(a.whitted.transmission, b.whitted.transmission);
-    EXPECT_GT(a.whitted.reflection, a.camera / 2); // there is something to compare
+    EXPECT_GT(a.whitted.reflection, a.camera / 2); // the scene has reflections
     EXPECT_GT(a.whitted.transmission, a.camera / 2);
   }
 }
 
-TEST_P(WhittedOptimizations, CacheThreadsTilesAndBatches) {
+TEST_P(WhittedOptimizations, CacheThreadsTilesAndBatchesChangeNoBit) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = whitted_form(3);
   settings.threads = 1;
@@ -148,7 +149,7 @@ TEST_P(WhittedOptimizations, CacheThreadsTilesAndBatches) {
   expect_same_bits(form_outcome(*world, settings).film, reference.film, "batches of 1024");
 }
 
-TEST_P(WhittedOptimizations, CropShowsTheSamePixels) {
+TEST_P(WhittedOptimizations, CropHasTheSamePixels) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = whitted_form(2);
   const std::vector<float> whole = form_outcome(*world, settings).film.resolve_rgba();
@@ -161,8 +162,8 @@ TEST_P(WhittedOptimizations, CropShowsTheSamePixels) {
         << "row " << y;
 }
 
-// A limit at or above the depth is none; a lower one takes rays away and little light.
-TEST_P(WhittedOptimizations, ReflectionLimit) {
+// A limit at or above the depth has no effect; a lower one saves rays and loses little light.
+TEST_P(WhittedOptimizations, ReflectionLimitSavesRays) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = whitted_form(2);
   const RenderOutcome unlimited = form_outcome(*world, settings);

@@ -1,4 +1,4 @@
-// The Whitted tracer where the answer is known on paper.
+// The Whitted tracer on scenes with closed-form solutions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/fresnel.h"
 #include "tests/integrator/motion_scenes.h"
@@ -23,7 +23,7 @@ RenderOutcome outcome_of(const World& world, const Camera& camera, const RenderS
   return std::move(outcome).value();
 }
 
-// Of a beam in which all samples see the same.
+// Returns the radiance along a beam so narrow that all samples see the same.
 Rgb beam(const World& world, const V3f& eye, const V3f& target, const WhittedSettings& whitted) {
   RenderSettings settings = whitted_render({8, 8}, 1);
   settings.integrator.whitted = whitted;
@@ -54,7 +54,8 @@ Material glass_material(float ior, const Rgb& attenuation, float distance_m) {
   return material;
 }
 
-// Closed, faces outwards: the convex polygon of the points (counter-clockwise seen from +z), swept from z = -half to half.
+// A closed prism with outward faces: a convex polygon (counter-clockwise as seen from +z), extruded
+// from z = -half to half.
 Primitive extruded(const std::vector<V2f>& points, float half, int material) {
   Primitive primitive;
   primitive.material = material;
@@ -96,7 +97,8 @@ TEST(Whitted, AmbientAndEmission) {
               1e-6f);
 }
 
-// Unset, it is the environment's mean; and the environment with shadow feelers brings the same to an open plane.
+// Unset ambient light is the environment's mean. Sampling the environment gives an open plane the
+// same light.
 TEST(Whitted, AmbientOfTheEnvironment) {
   const auto world =
       make_world(make_scene({diffuse_material(Rgb(0.5f))}, {quad(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 2, 0), 0)}),
@@ -123,7 +125,7 @@ TEST(Whitted, PointLightOnAPlane) {
   expect_near(beam(*world, V3f(1, 2, 0), V3f(0.0f), {}), expected, 1e-3f);
 }
 
-// 45 degrees onto a mirror that shows a light.
+// A mirror reflects a light at 45 degrees.
 TEST(Whitted, MirrorShowsTheLight) {
   const Rgb color(0.9f, 0.6f, 0.3f), emission(1.0f, 2.0f, 4.0f);
   const auto world = make_world(make_scene({plain_mirror(color), emissive_material(emission)},
@@ -137,7 +139,8 @@ TEST(Whitted, MirrorShowsTheLight) {
   expect_near(beam(*world, V3f(-1, 1, 0), V3f(0.0f), {.max_reflections = 0}), Rgb(0.0f), 0.0f);
 }
 
-// A glossy mirror in the middle of a uniform world shows just that: the lobe's samples weigh its albedo.
+// A glossy mirror in a uniform environment has its radiance: the lobe's samples are weighted by its
+// albedo.
 TEST(Whitted, RoughMirrorInAFurnace) {
   for (const float roughness : {0.0f, 0.15f, 0.3f}) {
     Material material = plain_mirror(Rgb(1.0f));
@@ -147,20 +150,21 @@ TEST(Whitted, RoughMirrorInAFurnace) {
     RenderSettings settings = whitted_render({8, 8}, 16);
     settings.integrator.whitted.glossy_strata = 4;
     const Mean mean = mean_of(outcome_of(*world, beam_camera(V3f(1, 0.5f, 2), V3f(0.0f), 1e-3f), settings).film);
-    // Light that left the microfacets after two bounces or more is in no mirrored ray.
+    // The tolerance covers multiple scattering between microfacets, which reflected rays do not
+    // include.
     EXPECT_NEAR(mean.luminance, 1.0, 0.01 + 5.0 * mean.standard_error) << roughness;
   }
 }
 
-// A beam at 60 degrees through a slab, 0.5 thick: it leaves beside where it would have gone straight, by d sin(i - t) / cos(t), and
-// has passed two interfaces and d / cos(t) of the medium.
+// A beam at 60 degrees through a slab of thickness d = 0.5: it is displaced by d sin(i - t) /
+// cos(t), and passes two interfaces and a length of d / cos(t) in the medium.
 TEST(Whitted, RefractionThroughASlab) {
   constexpr float kIor = 1.5f, kThickness = 0.5f;
   const float theta_i = kPi / 3.0f, theta_t = std::asin(std::sin(theta_i) / kIor);
   const Rgb attenuation(0.5f, 0.7f, 0.9f);
   const V3f direction(std::sin(theta_i), -std::cos(theta_i), 0);
   const V3f eye = -direction * 3.0f;
-  // On the plane y = -2 the straight beam arrives at x = 2 tan i, the refracted one before that.
+  // On the plane y = -2 the straight beam arrives at x = 2 tan i, the refracted one at a smaller x.
   const float straight = 2.0f * std::tan(theta_i);
   const float refracted = straight - kThickness * (std::tan(theta_i) - std::tan(theta_t));
   const float between = 0.5f * (straight + refracted);
@@ -180,8 +184,8 @@ TEST(Whitted, RefractionThroughASlab) {
   expect_near(beam(*world, eye, V3f(0.0f), settings), expected, 1e-4f);
   // Two rays do not reach beyond the slab.
   expect_near(beam(*world, eye, V3f(0.0f), {.trace_depth = 2, .max_reflections = 0}), Rgb(0.0f), 0.0f);
-  // With reflections: those between the faces that come out below in time, of which the first returns by depth 5, shifted onto
-  // either light; and what the upper face reflects meets nothing.
+  // With reflections, the first one between the faces leaves below within a depth of 5, shifted
+  // onto one of the lights. The reflection of the upper face hits nothing.
   const Rgb more = beam(*world, eye, V3f(0.0f), {.trace_depth = 5});
   const float reflected = 1.0f - through;
   const Rgb once =
@@ -192,8 +196,9 @@ TEST(Whitted, RefractionThroughASlab) {
               1e-4f);
 }
 
-// Into the leg of a right-angled prism, totally reflected by its long side, out of the other leg.
-TEST(Whitted, TotalReflectionIsNoReflectionToTheLimit) {
+// Light enters one leg of a right-angled prism, is totally reflected by the hypotenuse, and leaves
+// through the other leg.
+TEST(Whitted, TotalReflectionIsExemptFromTheLimit) {
   const auto world =
       make_world(make_scene({glass_material(1.5f, Rgb(1.0f), 1.0f), emissive_material(Rgb(2.0f, 3.0f, 4.0f))},
                             {extruded({V2f(0, 0), V2f(1, 0), V2f(0, 1)}, 2.0f, 0),
@@ -205,7 +210,8 @@ TEST(Whitted, TotalReflectionIsNoReflectionToTheLimit) {
               Rgb(2.0f, 3.0f, 4.0f) * (through * through), 1e-4f);
 }
 
-// Between two mirrors a camera ray is followed by one ray for each level, up to either limit.
+// Between two mirrors a camera ray is followed by one ray per level, up to the lower of both
+// limits.
 TEST(Whitted, TraceDepthCountsRays) {
   const auto world =
       make_world(make_scene({plain_mirror(Rgb(0.9f))}, {quad(V3f(-50, -50, 0), V3f(100, 0, 0), V3f(0, 100, 0), 0),
@@ -225,8 +231,9 @@ TEST(Whitted, TraceDepthCountsRays) {
     }
 }
 
-// A square lamp of side 2 at a height of 4, and a half plane (x < 0) at half that height: seen from the floor at x, the lamp is hidden
-// up to -x. With n columns of strata at most one of them is half hidden, so the share is off by less than 1 / n.
+// A square lamp of side 2 at a height of 4, and a half plane (x < 0) at half that height: as seen
+// from the floor at x, the lamp is hidden up to -x. At most one of n columns of strata is partly
+// hidden, so the fraction is off by less than 1 / n.
 TEST(Whitted, PenumbraOfASquareLamp) {
   Material lamp = emissive_material(Rgb(1.0f));
   const auto plane = [&](bool shaded) {
@@ -250,7 +257,7 @@ TEST(Whitted, PenumbraOfASquareLamp) {
       const std::vector<float> seen = outcome_of(*shaded, camera, settings).film.resolve(Aov::beauty);
       const float share = std::clamp(0.5f * (1.0f + x), 0.0f, 1.0f);
       for (size_t i = 0; i < seen.size(); i += 3) {
-        // Points of the lamp are lit by up to a fifth less at its corners than at its middle.
+        // The lamp's corners contribute up to a fifth less than its center.
         EXPECT_NEAR(seen[i] / lit[i], share, 1.0 / n + 0.05) << n << " at " << x;
         if (x < -1.0f) {
           EXPECT_EQ(seen[i], 0.0f);
@@ -263,7 +270,8 @@ TEST(Whitted, PenumbraOfASquareLamp) {
   }
 }
 
-// Direct light on diffuse surfaces is the same in both tracers: to rounding where lights are points, in the mean where they are not.
+// Direct light on diffuse surfaces is the same in both tracers: up to rounding for point lights, in
+// the mean for area lights.
 TEST(Whitted, AgreesWithThePathTracerOnDiffuseSurfaces) {
   for (const bool area : {false, true}) {
     Scene scene =
@@ -292,7 +300,7 @@ TEST(Whitted, AgreesWithThePathTracerOnDiffuseSurfaces) {
   }
 }
 
-// A point light with a radius is a sphere to mirrors; to the camera it is not there.
+// A point light with a radius is visible as a sphere in mirrors, and invisible to the camera.
 TEST(Whitted, MirrorShowsALampWithASize) {
   Scene scene = make_scene({plain_mirror(Rgb(1.0f))}, {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
   PunctualLight lamp = point_light(Rgb(3.0f, 2.0f, 1.0f));
@@ -305,7 +313,8 @@ TEST(Whitted, MirrorShowsALampWithASize) {
   expect_near(beam(*world, V3f(-1, 0.5f, 0), V3f(0.0f), {}), Rgb(0.0f), 0.0f); // past it
 }
 
-// A plate that glows passes by what a mirror shows, and one that does not before a light: each for half of the time.
+// An emissive plate passes through the reflection in a mirror, and an opaque one in front of a
+// light, each for half of the time.
 TEST(Whitted, AllRaysHaveTheTimeOfTheirSample) {
   Scene scene = make_scene(
       {plain_mirror(Rgb(1.0f)), emissive_material(Rgb(1.0f)), diffuse_material(Rgb(1.0f)), diffuse_material(Rgb(0.0f))},
@@ -332,7 +341,7 @@ TEST(Whitted, AllRaysHaveTheTimeOfTheirSample) {
     }
 }
 
-// A veil of half coverage before a bright wall, in place of a background that is not there.
+// Two veils with a coverage of one quarter in front of a transparent background.
 TEST(Whitted, CoverageAndAlpha) {
   Material veil = diffuse_material(Rgb(0.5f));
   veil.alpha_mode = AlphaMode::blend;
@@ -342,7 +351,7 @@ TEST(Whitted, CoverageAndAlpha) {
                                 accel::Kind::kdtree);
   RenderSettings settings = whitted_render({8, 8}, 1);
   settings.integrator.whitted.ambient = Rgb(1.0f);
-  settings.integrator.whitted.trace_depth = 1; // what passes is no ray of the tree
+  settings.integrator.whitted.trace_depth = 1; // straight continuations do not count
   settings.integrator.transparent_background = true;
   const Film film = outcome_of(*world, beam_camera(V3f(0, 0, 3), V3f(0.0f), 1e-3f), settings).film;
   EXPECT_NEAR(film.resolve(Aov::beauty)[0], 0.5f * (0.25f + 0.75f * 0.25f), 1e-6f);

@@ -42,7 +42,7 @@ TEST_P(Continuity, TwentyInterruptions) {
   EXPECT_GE(last.work.runs, 2U);
   expect_same_bits(last.film, whole, "interruptions");
   ASSERT_TRUE(kept);
-  const SampleSpan all{0, scene.settings().samples_per_pixel};
+  const SampleRange all{0, scene.settings().samples_per_pixel};
   for (size_t b = 0; b < kept->coverage.block_count(); ++b) EXPECT_TRUE(kept->coverage.complete(b, all)) << b;
   EXPECT_EQ(kept->adaptive.empty(), !scene.settings().adaptive.enabled());
 }
@@ -233,7 +233,7 @@ TEST(RenderContinuity, RefusesWhatDoesNotFit) {
   EXPECT_TRUE(refused([](RenderSettings& s) { s.outliers = Outliers::keep; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.adaptive.noise_threshold = 0.1; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.samples_per_pixel -= 1; }));
-  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleSpan{2, 5}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleRange{2, 5}; }));
 }
 
 TEST(RenderContinuity, RefusesImpossibleParts) {
@@ -245,11 +245,11 @@ TEST(RenderContinuity, RefusesImpossibleParts) {
     const Result<RenderOutcome> outcome = render(scene.world(), scene.camera(), settings, nullptr, nullptr);
     return !outcome.ok() && outcome.error().kind == ErrorKind::usage && !outcome.error().message.empty();
   };
-  EXPECT_FALSE(refused([](RenderSettings& s) { s.samples = SampleSpan{2, 5}; }));
-  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleSpan{5, 5}; }));
-  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleSpan{2, s.samples_per_pixel + 1}; }));
+  EXPECT_FALSE(refused([](RenderSettings& s) { s.samples = SampleRange{2, 5}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleRange{5, 5}; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.samples = SampleRange{2, s.samples_per_pixel + 1}; }));
   EXPECT_TRUE(refused([](RenderSettings& s) {
-    s.samples = SampleSpan{2, 5};
+    s.samples = SampleRange{2, 5};
     s.adaptive.noise_threshold = 0.1;
   }));
   EXPECT_FALSE(refused([](RenderSettings& s) { s.region = PixelRect{V2i(5, 8), V2i(16, 27)}; }));

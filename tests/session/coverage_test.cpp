@@ -40,7 +40,7 @@ TEST(Coverage, SpansAreASetOfSamples) {
     std::set<uint32_t> samples;
     for (int i = 0; i < 30; ++i) {
       const uint32_t first = below(60);
-      const SampleSpan span{first, first + below(9)};
+      const SampleRange span{first, first + below(9)};
       bool fits = true;
       for (uint32_t s = span.first; s < span.end; ++s) fits = fits && !samples.contains(s);
       const Coverage before = coverage;
@@ -52,7 +52,7 @@ TEST(Coverage, SpansAreASetOfSamples) {
 
       std::set<uint32_t> found;
       uint32_t last_end = 0;
-      for (const SampleSpan& s : coverage[0].spans) {
+      for (const SampleRange& s : coverage[0].spans) {
         EXPECT_FALSE(s.empty());
         EXPECT_TRUE(found.empty() || s.first > last_end); // sorted, and they never touch
         last_end = s.end;
@@ -60,12 +60,12 @@ TEST(Coverage, SpansAreASetOfSamples) {
       }
       ASSERT_EQ(found, samples);
 
-      const SampleSpan wanted{below(50), 50};
+      const SampleRange wanted{below(50), 50};
       uint32_t done = 0;
       while (done < wanted.count() && samples.contains(wanted.first + done)) ++done;
       EXPECT_EQ(coverage.done(0, wanted), done);
       EXPECT_EQ(coverage.complete(0, wanted), done == wanted.count());
-      const SampleSpan missing = coverage.first_missing(0, wanted);
+      const SampleRange missing = coverage.first_missing(0, wanted);
       EXPECT_EQ(missing.first, wanted.first + done);
       for (uint32_t s = missing.first; s < missing.end; ++s) EXPECT_FALSE(samples.contains(s));
       EXPECT_TRUE(missing.empty() || missing.end == wanted.end || samples.contains(missing.end));

@@ -213,7 +213,7 @@ TEST_F(CraftedAccumulation, WritersKeepToWhatReadersTake) {
   Coverage coverage(kSmallArea);
   for (uint32_t i = 0; i < (1U << 20); ++i) ASSERT_TRUE(coverage.add(0, {3 * i, 3 * i + 1}));
   for (size_t block = 1; block < coverage.block_count(); ++block)
-    for (const SampleSpan& span : coverage[0].spans) ASSERT_TRUE(coverage.add(block, span));
+    for (const SampleRange& span : coverage[0].spans) ASSERT_TRUE(coverage.add(block, span));
   state.coverage = coverage;
   const Result<void> written = write_accumulation(path_, identity_of(kSmall, kSmallArea), state, true);
   ASSERT_FALSE(written.ok());

@@ -18,7 +18,7 @@ RenderState empty_state(const Film& whole, bool trim) {
 void merge(RenderState& sum, const RenderState& part) {
   sum.film.add(part.film);
   for (size_t b = 0; b < part.coverage.block_count(); ++b)
-    for (const SampleSpan& span : part.coverage[b].spans)
+    for (const SampleRange& span : part.coverage[b].spans)
       EXPECT_TRUE(sum.coverage.add(sum.coverage.index_of(part.coverage.block(b).min), span));
 }
 
@@ -35,7 +35,7 @@ TEST_P(Parts, SamplesAndRegionsInAnyOrder) {
       for (const PixelRect& region : make_regions(whole.crop(), divides_samples ? 2 : static_cast<int>(count))) {
         if (!divides_samples && k > 0) continue;
         RenderSettings settings = whole_settings;
-        if (divides_samples) settings.samples = SampleSpan{spp * k / count, spp * (k + 1) / count};
+        if (divides_samples) settings.samples = SampleRange{spp * k / count, spp * (k + 1) / count};
         settings.region = region;
         vary_work(settings, random);
         (void)scene.render(settings, {.save = [&](const RenderState& state) { parts.push_back(state); }});
@@ -59,7 +59,7 @@ TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
   RenderState sum = empty_state(whole, true);
   const std::vector<PixelRect> regions = make_regions(whole.crop(), 3);
   for (const auto& [samples, region] :
-       {std::pair(SampleSpan{6, 8}, regions[0]), {{2, 3}, regions[0]}, {{0, 5}, regions[2]}}) {
+       {std::pair(SampleRange{6, 8}, regions[0]), {{2, 3}, regions[0]}, {{0, 5}, regions[2]}}) {
     RenderSettings part = settings;
     part.samples = samples;
     part.region = region;
@@ -68,7 +68,7 @@ TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
   uint64_t missing = 0;
   for (size_t b = 0; b < sum.coverage.block_count(); ++b) {
     uint32_t has = 0;
-    for (const SampleSpan& span : sum.coverage[b].spans) has += span.count();
+    for (const SampleRange& span : sum.coverage[b].spans) has += span.count();
     missing += (settings.samples_per_pixel - has) * static_cast<uint64_t>(sum.coverage.block(b).pixel_count());
   }
   const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(sum)});

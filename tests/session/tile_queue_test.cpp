@@ -19,11 +19,11 @@ namespace {
 const PixelRect kQueueArea{V2i(3, 5), V2i(75, 53)};
 constexpr uint32_t kPasses = 6;
 
-std::function<std::optional<SampleSpan>()> one_by_one(uint32_t& opened, uint32_t passes = kPasses) {
-  return [&opened, passes]() -> std::optional<SampleSpan> {
+std::function<std::optional<SampleRange>()> one_by_one(uint32_t& opened, uint32_t passes = kPasses) {
+  return [&opened, passes]() -> std::optional<SampleRange> {
     if (opened == passes) return std::nullopt;
     ++opened;
-    return SampleSpan{opened - 1, opened};
+    return SampleRange{opened - 1, opened};
   };
 }
 
@@ -99,7 +99,7 @@ TEST(TileQueue, ThreadsShareTheLastTiles) {
   EXPECT_FALSE(queue.leave(*first).finished_pass);
   const TileQueue::Left last = queue.leave(*third);
   ASSERT_TRUE(last.finished_pass);
-  EXPECT_EQ(*last.finished_pass, (SampleSpan{0, 1}));
+  EXPECT_EQ(*last.finished_pass, (SampleRange{0, 1}));
   EXPECT_EQ(last.samples, 1.0);
   EXPECT_EQ(queue.live_tiles(), 0U);
 }

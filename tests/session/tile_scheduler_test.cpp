@@ -79,14 +79,14 @@ TEST(TileScheduler, PassesTakeEverySampleOnce) {
       while (done < total) {
         const SampleRange pass = next_pass(done, total, speed);
         ASSERT_EQ(pass.first, done);
-        ASSERT_GE(pass.count, 1U);
-        ASSERT_LE(done + pass.count, total);
-        done += pass.count;
+        ASSERT_GE(pass.count(), 1U);
+        ASSERT_LE(done + pass.count(), total);
+        done += pass.count();
       }
     }
-  EXPECT_EQ(next_pass(0, 100, 0.0).count, 1U);    // an image early
-  EXPECT_EQ(next_pass(50, 1000, 0.01).count, 1U); // slow: one at a time
-  EXPECT_GE(next_pass(64, 1000, 1e6).count, 32U); // fast: long passes
+  EXPECT_EQ(next_pass(0, 100, 0.0).count(), 1U);    // an image early
+  EXPECT_EQ(next_pass(50, 1000, 0.01).count(), 1U); // slow: one at a time
+  EXPECT_GE(next_pass(64, 1000, 1e6).count(), 32U); // fast: long passes
 }
 
 } // namespace

@@ -1,3 +1,4 @@
+// Statistics of the comparison: t-tests of block and image means over seeds.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/comparison.h"
 
@@ -23,7 +24,7 @@ Moments moments_of(std::span<const double> values) {
   return moments;
 }
 
-// Sums of floats are no more exact than this, and images without noise have no other error.
+// Relative rounding error of sums of floats, the only error of images without noise.
 constexpr double kRounding = 2e-6;
 
 double upper_tail(double z) { return 0.5 * std::erfc(z / std::sqrt(2.0)); }
@@ -66,8 +67,8 @@ std::vector<double> Images::block(size_t index) const {
 
 double Images::mean() const { return moments_of(whole_).mean; }
 
-// Wallace 1959, "Bounds on Normal Approximations to Student's and the Chi-Square Distributions": within 0.02 for all t from
-// 10 degrees of freedom on.
+// Wallace 1959, "Bounds on Normal Approximations to Student's and the Chi-Square Distributions":
+// within 0.02 for all t from 10 degrees of freedom on.
 double Difference::normal_score(double difference) const {
   const double t2 = difference * difference / (standard_error * standard_error);
   const double score = std::sqrt(freedom * std::log1p(t2 / freedom)) * (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0);

@@ -1,4 +1,4 @@
-// Whether two ways to render a scene have the same expectation, told from images of many seeds: per block and as a whole.
+// Statistical test that two render strategies have the same mean, by block and as a whole.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,8 @@
 
 namespace kindling::test {
 
-// Images of one way to render, one for each seed, as means over 8 x 8 blocks. A value is the mean of the three components.
+// Images of one strategy, one for each seed, as means over blocks of 8 x 8 pixels and the three
+// color components.
 class Images {
  public:
   static constexpr int kBlock = 8;
@@ -21,7 +22,8 @@ class Images {
 
   // Three floats for each pixel, row by row.
   void add(std::span<const float> rgb);
-  // Adds those of `part` to these, seed by seed: light adds up. An empty collection takes them as they are.
+  // Adds the images of `part`, seed by seed, since light adds up. An empty collection becomes a
+  // copy of it.
   void add_light(const Images& part);
 
   [[nodiscard]] size_t seeds() const { return whole_.size(); }
@@ -36,29 +38,31 @@ class Images {
   std::vector<std::vector<double>> blocks_; // by seed
 };
 
-// Mean of one set of independent values less that of another, and how sure that is.
+// The mean of one set of independent values minus that of another, with its uncertainty.
 struct Difference {
   double value = 0.0;
   double standard_error = 0.0; // estimated from the values
-  double freedom = 1.0;        // degrees, of that estimate
+  double freedom = 1.0;        // degrees of freedom of that estimate
 
-  // The same probability as that of Student's t here, in standard deviations of a normal distribution.
+  // Returns the z of a normal distribution with the probability of this difference in Student's t
+  // distribution.
   [[nodiscard]] double z() const { return normal_score(value); }
-  // What z() would be expected to be if the true difference were `difference`.
+  // Returns the expected z() for a true difference of `difference`.
   [[nodiscard]] double normal_score(double difference) const;
 };
-// Sets that know nothing of each other (Welch 1947); each of two values or more.
+// The difference of independent sets of at least two values each (Welch 1947).
 [[nodiscard]] Difference difference_of(std::span<const double> a, std::span<const double> b);
-// Values of the same index were made with the same random numbers: of the first seeds that both have.
+// The difference of paired sets: values of the same index share random numbers. Uses the indices
+// that both sets have.
 [[nodiscard]] Difference paired_difference_of(std::span<const double> a, std::span<const double> b);
 
-// The z that a normal variable exceeds, on either side, with this probability.
+// Returns the z that a normal variable exceeds, on either side, with this probability.
 [[nodiscard]] double two_sided_z(double probability);
 
-// One comparison of many. The family's level is the probability that any comparison of it fails although nothing is wrong;
-// half of it is for images as a whole, half for blocks, each shared evenly (Bonferroni).
+// A family of comparisons. Its level is the probability that any of them fails although nothing is
+// wrong: half of it is for whole images, half for blocks, each divided evenly (Bonferroni).
 struct Family {
-  double level = 1e-5; // of one test program's test: a scene, a known answer
+  double level = 1e-5; // for one test: a scene, or a closed form
   size_t comparisons = 1;
 
   [[nodiscard]] double whole_threshold() const { return two_sided_z(level / 2.0 / static_cast<double>(comparisons)); }
@@ -68,19 +72,19 @@ struct Family {
 };
 
 struct Verdict {
-  double relative = 0.0; // the tested mean over that of the plain one, less 1
+  double relative = 0.0; // tested mean over reference mean, minus 1
   double error = 0.0;    // its standard error
   double whole_z = 0.0;
   double worst_block_z = 0.0;
   size_t worst_block = 0;
   bool agrees = false;
-  double power = 0.0; // probability that a bias of kBias of the mean would have been seen in the image as a whole
+  double power = 0.0; // probability of detecting a bias of kBias of the mean in the image as a whole
 
   static constexpr double kBias = 0.01;
-  static constexpr double kMinPower = 0.9; // a test that is noisier says too little
+  static constexpr double kMinPower = 0.9; // minimum of a meaningful test
   [[nodiscard]] std::string text() const;  // one line
 };
-// Images of one size.
+// Compares images of the same size; `plain` is the reference.
 [[nodiscard]] Verdict compare(const Images& tested, const Images& plain, bool paired, const Family& family);
 
 } // namespace kindling::test

@@ -1,4 +1,4 @@
-// The comparison itself: as many false alarms as its level says, and as many biases found as it foresees.
+// The statistical comparison has the false alarm rate of its level and the power that it predicts.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/sampling/random.h"
 #include "tests/unbiased/comparison.h"
@@ -19,7 +19,7 @@ float normal(Random& random) {
   return static_cast<float>(radius * std::cos(2.0 * std::numbers::pi * random.next_double()));
 }
 
-// Pixels of mean `mean` and standard deviation `noise`.
+// Images with pixels of mean `mean` and standard deviation `noise`.
 Images noisy_images(Random& random, size_t seeds, float mean, float noise) {
   Images images(kSize);
   std::vector<float> rgb(static_cast<size_t>(kSize.x) * static_cast<size_t>(kSize.y) * 3);
@@ -30,7 +30,7 @@ Images noisy_images(Random& random, size_t seeds, float mean, float noise) {
   return images;
 }
 
-TEST(Comparison, QuantilesAreThoseOfTheTables) {
+TEST(Comparison, QuantilesMatchTables) {
   EXPECT_NEAR(two_sided_z(0.05), 1.9600, 1e-4);
   EXPECT_NEAR(two_sided_z(1e-6), 4.8916, 1e-4);
   // Student's t: two-sided 0.05 for 10 degrees of freedom is 2.228, 1e-6 for 47 is 5.622.
@@ -38,12 +38,12 @@ TEST(Comparison, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR((Difference{-5.622, 1.0, 47.0}.z()), -4.892, 0.02);
 }
 
-// Counts of a binomial distribution within four standard deviations.
+// Checks that a binomial count is within four standard deviations.
 void expect_share(int count, int of, double share) {
   EXPECT_NEAR(count, of * share, 4.0 * std::sqrt(of * share * (1.0 - share)));
 }
 
-TEST(Comparison, FalseAlarmsAndPowerAreAsStated) {
+TEST(Comparison, FalseAlarmsAndPowerMatchTheirStatement) {
   constexpr int kTrials = 150;
   Random random(17);
   const Family family{0.2, 1};
@@ -56,13 +56,14 @@ TEST(Comparison, FalseAlarmsAndPowerAreAsStated) {
     found += std::fabs(biased.whole_z) > family.whole_threshold() ? 1 : 0;
     power += biased.power / kTrials;
   }
-  // Bonferroni is a bound, and close to it for independent blocks: 1 - 0.9 * (1 - 0.1 / 12)^12 is 0.186.
+  // Bonferroni's level is an upper bound; the exact one for independent blocks is 1 - 0.9 * (1 -
+  // 0.1 / 12)^12 = 0.186.
   expect_share(alarms, kTrials, 0.186);
   EXPECT_GT(power, 0.5);
   expect_share(found, kTrials, power);
 }
 
-TEST(Comparison, FindsWhatOneBlockLoses) {
+TEST(Comparison, FindsLossInOneBlock) {
   Random random(3);
   const Images base = noisy_images(random, 32, 1.0f, 0.3f);
   Images tested(kSize);
@@ -79,7 +80,7 @@ TEST(Comparison, FindsWhatOneBlockLoses) {
   EXPECT_EQ(verdict.worst_block, 1U);
 }
 
-TEST(Comparison, PairsCancelWhatTheyShare) {
+TEST(Comparison, PairsCancelSharedNoise) {
   const std::vector<double> a{1.0, 5.0, 2.0, 4.0}, b{1.1, 4.9, 2.1, 3.9};
   EXPECT_NEAR(paired_difference_of(a, b).standard_error, 0.2 / std::sqrt(12.0), 1e-4);
   EXPECT_GT(difference_of(a, b).standard_error, 1.0);

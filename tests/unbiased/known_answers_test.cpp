@@ -1,4 +1,4 @@
-// Radiances that are known on paper, by every strategy.
+// Every strategy on scenes with closed-form radiance.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
@@ -12,18 +12,18 @@ namespace {
 struct KnownScene {
   Scene scene;
   std::shared_ptr<const Environment> environment;
-  Camera camera; // of 16 x 16 pixels, all of which see `expected`
+  Camera camera; // 16 x 16 pixels, all of which see `expected`
   int max_bounces = 0;
-  uint32_t samples = 8; // of a pixel, for each seed
+  uint32_t samples = 8; // per pixel and seed
   double expected = 0.0;
 };
 
 void expect_by_every_strategy(const KnownScene& known) {
   constexpr uint32_t kSeeds = 32;
-  constexpr double kRounding = 2e-5; // of floats on the way, as in closed_form_test.cpp
+  constexpr double kRounding = 2e-5; // relative error of floats, as in closed_form_test.cpp
   const Family family{1e-5, 2 * kStrategies.size()};
   const double threshold = family.whole_threshold();
-  constexpr double kPowerMargin = 1.2816; // a normal variable is above its mean less this with probability 0.9
+  constexpr double kPowerMargin = 1.2816; // quantile of a normal distribution for a power of 0.9
   for (const Strategy& strategy : kStrategies) {
     const auto world = make_world(known.scene, strategy.accelerator, known.environment);
     RenderSettings settings = base_settings(known.camera.size_px(), known.max_bounces, known.samples);
@@ -37,11 +37,12 @@ void expect_by_every_strategy(const KnownScene& known) {
     const double beyond_rounding = std::max(std::fabs(difference.value) - kRounding * known.expected, 0.0);
     EXPECT_LT(difference.normal_score(beyond_rounding), threshold) << strategy.name;
     EXPECT_GT(difference.normal_score(Verdict::kBias * known.expected), threshold + kPowerMargin)
-        << strategy.name << " is too noisy to tell";
+        << strategy.name << " is too noisy";
   }
 }
 
-// Inside of a closed sphere that emits L and reflects rho: L (1 + rho + ... + rho^(n + 1)) after n + 1 reflections.
+// Inside a closed sphere that emits L and reflects rho: L (1 + rho + ... + rho^(n + 1)) after n + 1
+// reflections.
 TEST(KnownAnswers, ClosedSphere) {
   const float rho = 0.6f, emitted = 0.7f;
   SceneCamera pinhole;
@@ -54,15 +55,16 @@ TEST(KnownAnswers, ClosedSphere) {
        Camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, 0.3f, -1)), V2i(16, 16)), bounces, 8, expected});
 }
 
-// The form factor from a point to a parallel rectangle [0, x] x [0, y] at distance 1, counted negative where x or y is
-// (Howell, Menguec, Daun, Siegel, "Thermal Radiation Heat Transfer", configuration factor B-3).
+// Returns the form factor from a point to a parallel rectangle [0, x] x [0, y] at distance 1,
+// signed as x y (Howell, Menguec, Daun, Siegel, "Thermal Radiation Heat Transfer", configuration
+// factor B-3).
 double corner_form_factor(double x, double y) {
   return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) +
           y / std::sqrt(1 + y * y) * std::atan(x / std::sqrt(1 + y * y))) /
          (2.0 * std::numbers::pi);
 }
 
-// A hundred rectangles of different size and radiance above a matt floor: form factors add up, whatever tree chooses.
+// A hundred rectangles of different size and radiance above a diffuse floor: form factors add up.
 TEST(KnownAnswers, ManyRectangles) {
   const float rho = 0.5f, height = 1.5f;
   Random random(5);
@@ -88,8 +90,9 @@ TEST(KnownAnswers, ManyRectangles) {
                             rho * irradiance / std::numbers::pi});
 }
 
-// A matt plane under a sky of one color, and under one that is brightest around a zenith angle of 45 degrees: rows of a
-// image are interpolated linearly, so the irradiance is an integral over the zenith angle alone.
+// A diffuse plane under a uniform sky, and under one that is brightest around a zenith angle of 45
+// degrees. Rows of the environment are interpolated linearly, so the irradiance is an integral over
+// the zenith angle alone.
 TEST(KnownAnswers, PlaneUnderASky) {
   const float rho = 0.8f;
   constexpr int kRows = 16;
@@ -112,7 +115,7 @@ TEST(KnownAnswers, PlaneUnderASky) {
       {plane, std::make_shared<Environment>(rings, 0.3f, 1.0f), camera, 0, 24, rho * irradiance / std::numbers::pi});
 }
 
-// A lamp behind two veils, one over the other: what they cover they keep, of camera rays and of shadow rays.
+// A lamp behind two veils, which attenuate shadow rays and BSDF rays by their coverage.
 TEST(KnownAnswers, Veils) {
   const float rho = 0.5f, emitted = 3.0f;
   std::vector<Material> materials{diffuse_material(Rgb(rho)), emissive_material(Rgb(emitted))};

@@ -1,3 +1,4 @@
+// A path tracer without next-event estimation that aims half of its directions at known lights.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/plain_tracer.h"
 
@@ -15,7 +16,7 @@ V3f sample_aim(const AimCone& aim, const V3f& /*point*/, const V2f& u) {
   return Frame::around(aim.axis).to_world(sample_uniform_cone(u, aim.one_minus_cos)).normalized();
 }
 
-// Empty where the point is inside.
+// Returns the cone of a sphere as seen from a point, or nothing if the point is inside.
 std::optional<AimCone> cone_of(const AimSphere& aim, const V3f& point) {
   const V3f to_center = aim.center - point;
   const float sin2 = square(aim.radius) / to_center.length2();
@@ -73,7 +74,7 @@ PlainTracer::Direction PlainTracer::choose_direction(const SurfacePoint& surface
   const V3f local = sample ? sample->wi : frame.to_local(chosen.wi);
   chosen.crosses = local.z < 0.0f;
   if ((chosen.wi.dot(surface.geometric_normal) < 0.0f) != chosen.crosses) return chosen;
-  if (sample && sample->pdf == 0.0f) { // a mirror: nobody can aim at its direction
+  if (sample && sample->pdf == 0.0f) { // a delta direction cannot be aimed at
     chosen.weight = sample->weight / (1.0f - aimed);
     return chosen;
   }
@@ -88,10 +89,10 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
   const int max_transmissions = IntegratorSettings{}.max_transmission_bounces;
   Rgb sum(0.0f), throughput(1.0f);
   SurfacePoint surface;
-  const Medium* medium = nullptr; // that the ray is in
+  const Medium* medium = nullptr; // around the ray
   int reflections = 0, transmissions = 0;
   V3f scattered_at(0.0f);
-  float passed = 0.0f; // from there, by straight passages
+  float passed = 0.0f; // distance from there to the origin of the ray, which passes straight through surfaces
   while (!is_black(throughput)) {
     const accel::Hit hit = world_.accelerator().intersect(ray);
     if (reflections + transmissions > 0)
@@ -105,7 +106,7 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
     world_.surface_at(ray, hit, surface);
     if (medium)
       for (unsigned c = 0; c < 3; ++c) throughput[c] *= std::exp(-medium->extinction[c] * hit.t);
-    if (random.next_1d() >= surface.alpha) { // BLEND is coverage: the surface is there, or it is not
+    if (random.next_1d() >= surface.alpha) { // BLEND is coverage: hit the surface or pass it
       ray.origin = offset_ray_origin(surface, ray.direction);
       continue;
     }
@@ -119,7 +120,7 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
       layers.bsdf.eta = layers.boundary && !layers.entering ? 1.0f / surface.bsdf.ior : surface.bsdf.ior;
     }
     const SurfaceBsdf bsdf(surface.bsdf, surface.layered ? &layers.bsdf : nullptr, frame.to_local(-ray.direction));
-    if (surface.has_thin_wall()) { // half of the paths go straight on
+    if (surface.has_thin_wall()) { // half of the paths pass straight through
       throughput *= 2.0f;
       if (random.next_1d() < 0.5f) {
         throughput *= bsdf.straight_transmittance();

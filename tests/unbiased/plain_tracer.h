@@ -1,4 +1,4 @@
-// A path tracer as in a first lesson: one path at a time, no light is chosen, nothing is weighted by more than its density.
+// A textbook path tracer as a reference: one path at a time, without next-event estimation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace kindling::test {
 
-// Where much light is known to come from; wrong ones cost noise alone.
+// Regions that emit much light. Wrong ones only increase the noise.
 struct AimRectangle {
   V3f corner, edge_u, edge_v; // edges at right angles
 };
@@ -28,17 +28,20 @@ struct AimSphere {
 };
 using Aim = std::variant<AimRectangle, AimCone, AimSphere>;
 
-// Shares with the renderer what turns a ray into a surface, the BSDF and the radiance of lights; has its own random numbers
-// (none stratified), chooses directions by itself, and knows nothing of the choice of lights, multiple importance sampling, roulette or
-// batches. Half of the directions follow the BSDF, the others aim, uniformly; with one density for both, that of the mixture.
-// Point, spot and directional lights are found if they have a size; media do not stand in one another, scatter or disperse.
+// It shares with the renderer the evaluation of surfaces, the BSDF and the radiance of lights. It
+// has its own unstratified random numbers and sampling of directions, and no choice of lights,
+// multiple importance sampling, roulette or batches. Half of the directions are sampled from the
+// BSDF, the others uniformly from the aims; both use the density of the mixture. Point, spot and
+// directional lights are found if they have a size. Nested, scattering and dispersive media are
+// unsupported.
 class PlainTracer {
  public:
   PlainTracer(const World& world, std::vector<Aim> aims, int max_bounces)
       : world_(world), aims_(std::move(aims)), max_bounces_(max_bounces) {}
 
   [[nodiscard]] Rgb radiance(accel::Ray ray, Random& random) const;
-  // Three floats for each pixel: means of `samples` of them, evenly spread over the pixel's square.
+  // Returns three floats for each pixel: the mean of `samples` samples, distributed uniformly over
+  // the pixel's square.
   [[nodiscard]] std::vector<float> image(const Camera& camera, uint32_t samples, uint64_t seed) const;
 
  private:

@@ -1,3 +1,4 @@
+// Renders images with many seeds, and trains guides for them.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/render_images.h"
 
@@ -30,7 +31,7 @@ Images render_images(const World& world, const Camera& camera, RenderSettings se
 std::unique_ptr<const Guide> train_one_guide(const World& world, const Camera& camera, RenderSettings settings) {
   settings.guiding = Guiding::on;
   settings.samples_per_pixel = 1024;
-  settings.seed = 1U << 20; // of no image
+  settings.seed = 1U << 20; // different from those of all images
   return train_guide(world, camera, settings, nullptr, {}).guide;
 }
 

@@ -1,4 +1,4 @@
-// Images of many seeds by one strategy, and the guide that it may follow.
+// Renders images of one strategy with many seeds, and trains a guide for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,11 +10,13 @@
 
 namespace kindling::test {
 
-// Settings as for a render on one thread; the sides of the camera's image are multiples of eight. `guide` may be null.
+// Renders one image for each seed on one thread. The sides of the camera's image must be multiples
+// of 8. `guide` may be null.
 [[nodiscard]] Images render_images(const World& world, const Camera& camera, RenderSettings settings,
                                    uint32_t first_seed, uint32_t seeds, const Guide* guide);
 
-// What a render that is worth much training would learn: one guide for all seeds. Null if there is nothing to learn.
+// Trains one guide for all seeds, with the budget of a long render. Null if there is nothing to
+// learn.
 [[nodiscard]] std::unique_ptr<const Guide> train_one_guide(const World& world, const Camera& camera,
                                                            RenderSettings settings);
 

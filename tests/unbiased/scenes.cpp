@@ -1,3 +1,4 @@
+// Builds the procedural test scenes and loads the shipped ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/scenes.h"
 
@@ -33,7 +34,7 @@ void add_light(Scene& scene, const PunctualLight& light, const M44f& light_to_wo
   scene.nodes.push_back(node);
 }
 
-// A mesh of its own, no node.
+// Adds a primitive as a mesh of its own, without a node.
 int add_mesh(Scene& scene, Primitive primitive) {
   Mesh mesh;
   mesh.primitives.push_back(std::move(primitive));
@@ -41,7 +42,8 @@ int add_mesh(Scene& scene, Primitive primitive) {
   return static_cast<int>(scene.meshes.size()) - 1;
 }
 
-// The scene with nothing left that shines but material number `material` (kNone: none) and light number `light`.
+// Returns the scene with only material number `material` (kNone: none) and light number `light`
+// emitting.
 Scene lit_by(Scene scene, int material, int light) {
   for (size_t i = 0; i < scene.materials.size(); ++i)
     if (static_cast<int>(i) != material) {
@@ -53,7 +55,7 @@ Scene lit_by(Scene scene, int material, int light) {
   return scene;
 }
 
-// One part for each material that shines, each light and the environment.
+// Returns one part for each emissive material, each light and the environment.
 std::vector<Part> light_by_light(const Part& whole) {
   std::vector<Part> parts;
   for (size_t i = 0; i < whole.scene.materials.size(); ++i)
@@ -65,7 +67,7 @@ std::vector<Part> light_by_light(const Part& whole) {
   return parts;
 }
 
-// Uneven texels, colored.
+// An image of random colored texels.
 SceneTexture patchy_texture() {
   Random random(11);
   SceneTexture texture;
@@ -142,7 +144,7 @@ TestScene room_with_window() {
        quad(V3f(2, 0, -3), V3f(0, 0, 4), V3f(0, 0.2f, 0), 0), quad(V3f(2, 2.3f, -3), V3f(0, 0, 4), V3f(0, 0.2f, 0), 0),
        quad(V3f(2, 0.2f, -3), V3f(0, 0, 0.3f), V3f(0, 2.1f, 0), 0),
        quad(V3f(2, 0.2f, 0.5f), V3f(0, 0, 0.5f), V3f(0, 2.1f, 0), 0), sphere(V3f(0.2f, 0.5f, -1.5f), 0.5f, 24, 2)});
-  // Bright above the horizon towards +x, where the window is.
+  // The environment is bright above the horizon towards +x, where the window is.
   const auto sky = float_image(32, 16, [](int x, int y) {
     if (y >= 8 || x < 11 || x > 21) return Rgb(0.2f, 0.2f, 0.15f);
     return x >= 17 && x < 20 && y >= 4 && y < 7 ? Rgb(9.0f, 8.0f, 6.0f) : Rgb(1.6f, 2.0f, 2.4f);
@@ -165,8 +167,8 @@ TestScene metal_under_sun() {
        surface_material(Rgb(0.9f), 0.5f, 1.0f), surface_material(Rgb(0.8f, 0.2f, 0.2f), 0.4f, 0.0f)},
       {quad(V3f(-6, 0, 4), V3f(12, 0, 0), V3f(0, 0, -10), 0), sphere(V3f(-2, 0.8f, 0), 0.8f, 24, 1),
        sphere(V3f(0, 0.8f, -1), 0.8f, 24, 2), sphere(V3f(1.8f, 0.7f, 0.3f), 0.7f, 24, 3)});
-  // The sun: 2 x 2 texels around (41, 8) of 64 x 32, so at u = 41/64 and 45 degrees above the horizon. All values are halves, so
-  // that skies add up exactly.
+  // The sun is 2 x 2 texels around (41, 8) of 64 x 32: at u = 41/64 and 45 degrees above the
+  // horizon. All values are exact in half precision, so that skies add up exactly.
   const auto sky_with = [](float sky, float sun) {
     return std::make_shared<Environment>(float_image(64, 32,
                                                      [=](int x, int y) {
@@ -277,7 +279,8 @@ TestScene kinds_of_lights() {
   return test;
 }
 
-// Everything that transmits or lies on top of something else. Glass is rough: the plain tracer has to find the lamp through it.
+// All transmissive and layered materials. Glass is rough, so that the plain tracer finds the lamp
+// through it.
 TestScene layered_materials() {
   TestScene test;
   std::vector<Material> materials{surface_material(Rgb(0.6f, 0.5f, 0.4f), 0.6f, 0.0f),
@@ -344,7 +347,7 @@ TestScene cornell_box() {
   return test;
 }
 
-// Every roughness from 0 to 1, on metals and dielectrics.
+// Metals and dielectrics of all roughnesses from 0 to 1.
 TestScene material_grid() {
   TestScene test = shipped("material_grid.glb");
   const auto sky = float_image(32, 16, [](int x, int y) {
@@ -361,8 +364,9 @@ TestScene material_grid() {
   return test;
 }
 
-// Direct light alone: with bounces, caustics of its sun would make the variance too large for a test.
-// The view leaves out the window: where faces of two things lie in one plane, accelerators may differ in which they name.
+// Direct light alone: caustics of the sun would make the variance of more bounces too large for a
+// test. The view excludes the window, where faces of two objects are coplanar and accelerators may
+// report either.
 TestScene interior() {
   TestScene test = shipped("interior.glb");
   const Camera camera(test.camera, test.camera_to_world, V2i(320, 240));

@@ -1,4 +1,4 @@
-// Small scenes that ask for every technique of the path tracer, with what a comparison needs to know of each.
+// Small scenes that exercise every technique of the path tracer, with settings for comparisons.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,19 +23,19 @@ struct Part {
 
 struct TestScene {
   Part whole;
-  std::vector<Part> parts; // whose light adds up to that of the whole; may be empty
+  std::vector<Part> parts; // their light adds up to that of the whole; may be empty
   SceneCamera camera;
   M44f camera_to_world;
   V2i size_px{32, 24};
   int max_bounces = 1;
 
-  uint32_t samples = 4; // of a pixel, for each seed
+  uint32_t samples = 4; // per pixel and seed
 
-  // Limits at which the plain tracer is compared, too; none where it cannot see the lights.
+  // Bounce limits for comparisons with the plain tracer; none if it cannot find the lights.
   std::vector<int> traced_bounces;
-  uint32_t traced_samples = 32;                  // cheap ones
-  std::vector<Aim> aims;                         // where light comes from
-  std::function<void(IntegratorSettings&)> bias; // a setting that loses a little light: must be noticed
+  uint32_t traced_samples = 32;                  // per pixel and seed, by the plain tracer
+  std::vector<Aim> aims;                         // for the plain tracer
+  std::function<void(IntegratorSettings&)> bias; // changes a setting so that a little light is lost, to be detected
 
   [[nodiscard]] Camera make_camera() const { return {camera, camera_to_world, size_px}; }
 };
@@ -45,7 +45,7 @@ struct NamedScene {
   TestScene (*make)();
 };
 inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.name; } // for GoogleTest
-// Procedural ones and shipped ones.
+// Returns all procedural and shipped scenes.
 [[nodiscard]] std::span<const NamedScene> all_scenes();
 
 [[nodiscard]] TestScene hall_of_lamps();     // two hundred spheres of several kinds over a floor

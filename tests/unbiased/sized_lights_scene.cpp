@@ -1,4 +1,4 @@
-// Lights with a size: a sphere, a spot and a disc in the sky, over rough and glossy surfaces, through a veil and a thin wall.
+// A scene of lights with a size: a sphere, a spot and a sun, with a veil and a thin wall.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/unbiased/scenes.h"
@@ -18,7 +18,7 @@ TestScene sized_lights() {
   veil.base_color_factor.w = 0.5f;
   Material thin_wall = surface(Rgb(0.9f, 0.7f, 0.5f), 0.0f, 0.0f);
   thin_wall.transmission_factor = 1.0f;
-  veil.specular_factor = thin_wall.specular_factor = 0.0f; // lamps in mirrors that are seldom followed are noise
+  veil.specular_factor = thin_wall.specular_factor = 0.0f; // rarely sampled reflections of lamps would be noise
   TestScene test;
   Scene scene = make_scene(
       {surface(Rgb(0.7f, 0.6f, 0.5f), 0.4f, 0.5f), surface(Rgb(0.5f, 0.6f, 0.7f), 0.6f, 0.0f), veil, thin_wall},
@@ -57,13 +57,13 @@ TestScene sized_lights() {
   test.camera.yfov_rad = 0.6f;
   test.camera_to_world = look_at(V3f(0.6f, 1.5f, 4.5f), V3f(-0.2f, 0.5f, -1));
   test.whole = {std::move(scene), std::make_shared<Environment>(Rgb(0.1f, 0.12f, 0.15f))};
-  for (size_t shines = 0; shines < 4; ++shines) { // each light, and the sky
-    Part part{test.whole.scene, shines == 3 ? test.whole.environment : nullptr};
+  for (size_t emitting = 0; emitting < 4; ++emitting) { // each light, then the sky
+    Part part{test.whole.scene, emitting == 3 ? test.whole.environment : nullptr};
     for (size_t i = 0; i < 3; ++i)
-      if (i != shines) part.scene.lights[i].intensity = 0.0f;
+      if (i != emitting) part.scene.lights[i].intensity = 0.0f;
     test.parts.push_back(std::move(part));
   }
-  test.max_bounces = 0; // what is reflected twice has noise of other kinds
+  test.max_bounces = 0; // light with more reflections would be too noisy
   test.samples = 28;
   test.traced_bounces = {0};
   test.traced_samples = 80;

@@ -1,4 +1,4 @@
-// The strategies that must have one expectation: a line for each.
+// Table of the render strategies that must have the same mean.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +12,13 @@ struct Strategy {
   const char* name;
   void (*apply)(RenderSettings& settings); // to the base settings
   accel::Kind accelerator = accel::Kind::embree;
-  bool same_numbers = false; // takes the random numbers of the base: the difference has less noise than either
-  uint32_t seeds = 48;       // images
-  bool guided = false;       // by what training learns of the scene, if anything
+  bool same_numbers = false; // uses the random numbers of the base, which reduces the noise of the difference
+  uint32_t seeds = 48;       // number of images
+  bool guided = false;       // by a guide trained on the scene
 };
 
-// What the others are compared with: Sobol points, for they have little noise, no roulette, Embree, one thread.
+// Returns the settings of the reference strategy: Sobol points, which have little noise, no
+// roulette, Embree, one thread.
 [[nodiscard]] inline RenderSettings base_settings(const V2i& size_px, int max_bounces, uint32_t samples) {
   RenderSettings settings;
   settings.size_px = size_px;

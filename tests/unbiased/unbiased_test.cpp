@@ -1,4 +1,4 @@
-// Every strategy on every scene against one of them, and that against a tracer that shares none of the techniques.
+// All strategies and an independent plain tracer have the same mean on every scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/unbiased/render_images.h"
@@ -9,7 +9,7 @@
 namespace kindling::test {
 namespace {
 
-// Seeds of the base start at 0, those of what does not take its numbers here.
+// Seeds of the base start at 0, those of strategies with other random numbers here.
 constexpr uint32_t kOtherSeeds = 10000;
 constexpr uint32_t kBaseSeeds = 48;
 constexpr uint32_t kTracerSeeds = 48;
@@ -41,7 +41,8 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
     return rendered(*worlds_[strategy.accelerator == accel::Kind::embree ? 0 : 1], settings,
                     strategy.same_numbers ? 0 : kOtherSeeds, strategy.seeds, strategy.guided ? guide_.get() : nullptr);
   }
-  // Light adds up: fewer lights are other trees, other shares and, in the end, no choice at all.
+  // Renders the lights separately, with different light trees and selection probabilities, and adds
+  // the images up.
   [[nodiscard]] Images rendered_by_parts() const {
     Images sum(scene_.size_px);
     for (size_t i = 0; i < scene_.parts.size(); ++i)
@@ -60,7 +61,7 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
     return base_settings(scene_.size_px, max_bounces, scene_.samples);
   }
 
-  // Says so and returns it.
+  // Compares, prints and returns the verdict.
   [[nodiscard]] Verdict judge(const std::string& name, const Images& tested, const Images& base,
                               bool paired = false) const {
     const Verdict verdict = compare(tested, base, paired, family_);
@@ -70,12 +71,12 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
   void expect_agreement(const std::string& name, const Images& tested, const Images& base, bool paired = false) const {
     const Verdict verdict = judge(name, tested, base, paired);
     EXPECT_TRUE(verdict.agrees) << name << ": " << verdict.text();
-    EXPECT_GE(verdict.power, Verdict::kMinPower) << name << " is too noisy to tell";
+    EXPECT_GE(verdict.power, Verdict::kMinPower) << name << " is too noisy";
   }
 
   TestScene scene_;
-  std::vector<std::unique_ptr<const World>> worlds_; // by Embree, by the kd-tree
-  std::unique_ptr<const Guide> guide_;               // one for all seeds
+  std::vector<std::unique_ptr<const World>> worlds_; // with Embree, with the kd-tree
+  std::unique_ptr<const Guide> guide_;               // for all seeds
   Family family_;
 };
 
@@ -84,7 +85,7 @@ TEST_P(Unbiased, EveryStrategyHasTheSameMean) {
   std::printf(
       "  seeds from 0 and, where random numbers differ, from %u on; z of a whole image up to %.2f, of a block %.2f\n",
       kOtherSeeds, family_.whole_threshold(), family_.block_threshold(reference.blocks()));
-  EXPECT_TRUE(guide_ || scene_.max_bounces == 0) << "nothing to learn: guiding does nothing here";
+  EXPECT_TRUE(guide_ || scene_.max_bounces == 0) << "no guide was learned, so guiding is not tested here";
   for (const Strategy& strategy : kStrategies)
     expect_agreement(strategy.name, rendered_by(strategy), reference, strategy.same_numbers);
   if (!scene_.parts.empty()) expect_agreement("part by part", rendered_by_parts(), reference);
@@ -92,14 +93,14 @@ TEST_P(Unbiased, EveryStrategyHasTheSameMean) {
     expect_agreement("plain tracer, " + std::to_string(bounces) + " bounces", traced(bounces),
                      bounces == scene_.max_bounces ? reference : rendered(*worlds_[0], base(bounces), 0, kBaseSeeds));
 
-  // A setting that loses light on purpose.
+  // A biased setting must be detected.
   RenderSettings biased = base(scene_.max_bounces);
   scene_.bias(biased.integrator);
   const Verdict verdict = judge("(biased)", rendered(*worlds_[0], biased, kOtherSeeds, kBiasedSeeds), reference);
   EXPECT_FALSE(verdict.agrees) << verdict.text();
 }
 
-// Adaptive sampling is biased (renderer/session/README.md): towards darkness, and by no more than this.
+// Adaptive sampling is biased towards darkness (renderer/session/README.md), by a bounded amount.
 TEST(Adaptive, BiasIsBounded) {
   constexpr double kBound = 0.01;
   const TestScene scene = cornell_box();
@@ -119,8 +120,8 @@ TEST(Adaptive, BiasIsBounded) {
   const Verdict verdict = compare(images[1], images[0], false, family);
   std::printf("  %s\n", verdict.text().c_str());
   EXPECT_LT(verdict.relative, 4.0 * verdict.error);
-  EXPECT_GT(verdict.relative, -kBound - 4.0 * verdict.error); // once in 30,000 times beyond either
-  EXPECT_LT(4.0 * verdict.error, kBound);                     // or these would say little
+  EXPECT_GT(verdict.relative, -kBound - 4.0 * verdict.error); // false alarms: 1 in 30,000 for each side
+  EXPECT_LT(4.0 * verdict.error, kBound);                     // power of the test
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Unbiased, testing::ValuesIn(all_scenes().begin(), all_scenes().end()),

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 bool is_whole(const AccumulationIdentity& identity) {
-  return identity.part == SampleSpan{0, identity.samples_per_pixel};
+  return identity.part == SampleRange{0, identity.samples_per_pixel};
 }
 
 // "--seed: 0 in it, 2 here; --fov: ...", at most three of them; not program and scene, of which is more to say.
@@ -54,7 +54,7 @@ AccumulationIdentity make_identity(const RenderOptions& options, const ResolvedI
   identity.planned_samples = options.planned_samples();
   identity.part = {0, identity.samples_per_pixel};
   if (options.part.samples)
-    if (const Result<SampleSpan> part = part_samples(identity.samples_per_pixel, *options.part.samples); part.ok())
+    if (const Result<SampleRange> part = part_samples(identity.samples_per_pixel, *options.part.samples); part.ok())
       identity.part = part.value();
   return identity;
 }

@@ -37,7 +37,7 @@ struct Done {
 Done count_done(const Coverage& coverage) {
   Done done;
   for (size_t i = 0; i < coverage.block_count(); ++i)
-    for (const SampleSpan& span : coverage[i].spans) {
+    for (const SampleRange& span : coverage[i].spans) {
       done.samples += static_cast<double>(span.count()) * static_cast<double>(coverage.block(i).pixel_count());
       done.most = std::max(done.most, span.end);
     }

@@ -32,14 +32,14 @@ Result<void> check_part_flags(const RenderOptions& o) {
   if (o.time_limit_s)
     return usage_error("--part, --tile-part: parts that end with the --time-limit are no image together; use --spp");
   if (o.part.samples)
-    if (const Result<SampleSpan> span = part_samples(o.samples_per_pixel(), *o.part.samples); !span.ok())
+    if (const Result<SampleRange> span = part_samples(o.samples_per_pixel(), *o.part.samples); !span.ok())
       return with_flag("--part", span.error());
   return {};
 }
 
 Result<void> set_part(const RenderOptions& o, RenderSettings& settings) {
   if (o.part.samples) {
-    const Result<SampleSpan> span = part_samples(settings.samples_per_pixel, *o.part.samples);
+    const Result<SampleRange> span = part_samples(settings.samples_per_pixel, *o.part.samples);
     if (!span.ok()) return with_flag("--part", span.error());
     settings.samples = span.value();
   }

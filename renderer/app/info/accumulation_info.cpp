@@ -25,7 +25,7 @@ int64_t saved_s(const fs::path& file) {
 
 std::vector<CoverageKind> kinds_of(const Coverage& coverage) {
   const auto before = [](const BlockCoverage* a, const BlockCoverage* b) {
-    const auto earlier = [](const SampleSpan& x, const SampleSpan& y) {
+    const auto earlier = [](const SampleRange& x, const SampleRange& y) {
       return std::pair(x.first, x.end) < std::pair(y.first, y.end);
     };
     if (a->stopped != b->stopped) return b->stopped;
@@ -44,7 +44,7 @@ std::vector<CoverageKind> kinds_of(const Coverage& coverage) {
 double mean_samples(const std::vector<CoverageKind>& kinds) {
   double samples = 0.0, pixels = 0.0;
   for (const CoverageKind& kind : kinds) {
-    for (const SampleSpan& span : kind.samples.spans)
+    for (const SampleRange& span : kind.samples.spans)
       samples += static_cast<double>(span.count()) * static_cast<double>(kind.pixels);
     pixels += static_cast<double>(kind.pixels);
   }

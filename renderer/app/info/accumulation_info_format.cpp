@@ -47,7 +47,7 @@ std::string samples_text(const AccumulationInfo& info) {
   const AccumulationIdentity& identity = info.summary.identity;
   std::string text = fmt::format("{:.4g} of {} per pixel, {:.1f} %", info.mean_samples,
                                  identity.part.empty() ? 0 : identity.part.count(), 100.0 * info.done_share);
-  if (identity.part != SampleSpan{0, identity.samples_per_pixel})
+  if (identity.part != SampleRange{0, identity.samples_per_pixel})
     text += fmt::format("; {} to {} of {}", identity.part.first, identity.part.end, identity.samples_per_pixel);
   if (identity.planned_samples != identity.samples_per_pixel)
     text += fmt::format("; laid out for {}", identity.planned_samples);
@@ -163,7 +163,7 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
   json["coverage"] = Json::array();
   for (const CoverageKind& kind : info.coverage) {
     Json spans = Json::array();
-    for (const SampleSpan& span : kind.samples.spans) spans.push_back({span.first, span.end});
+    for (const SampleRange& span : kind.samples.spans) spans.push_back({span.first, span.end});
     json["coverage"].push_back({{"samples", spans}, {"suffice", kind.samples.stopped}, {"pixels", kind.pixels}});
   }
   json["work"] = {{"render_s", summary.work.render_s},

@@ -148,7 +148,7 @@ Result<int> retry(const FarmPlan& plan, FarmEngine& engine) {
   Result<FarmStatus> status = status_of(plan, engine);
   if (!status.ok()) return status.error();
   if (!status.value().queue_error.empty()) return Error{ErrorKind::input_output, status.value().queue_error};
-  if (status.value().goes_on())
+  if (status.value().in_progress())
     return Error{ErrorKind::usage, plan.folder.string() + ": still goes on; wait until it has ended"};
   std::vector<int> tasks;
   for (const FrameStatus& frame : status.value().frames)

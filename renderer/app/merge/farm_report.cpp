@@ -127,7 +127,7 @@ std::string format_farm_json(const FarmPlan& plan, const FarmStatus& status) {
   for (const TaskState state : {TaskState::done, TaskState::running, TaskState::waiting, TaskState::poisoned,
                                 TaskState::refused, TaskState::missing})
     json[std::string(task_state_name(state))] = status.count(state);
-  json["goes_on"] = status.goes_on();
+  json["goes_on"] = status.in_progress();
   json["exit_code"] = farm_exit_code(status);
   json["refusal"] = status.refusal ? nlohmann::ordered_json{{"exit_code", status.refusal->exit_code},
                                                             {"task", status.refusal->task},
@@ -155,7 +155,7 @@ int farm_exit_code(const FarmStatus& status) {
   if (status.all_merged()) return kExitOk;
   if (status.refusal) return status.refusal->exit_code;
   if (status.count(TaskState::poisoned) > 0 || status.count(TaskState::missing) > 0) return kExitIncomplete;
-  return status.goes_on() ? kExitGoesOn : kExitIncomplete;
+  return status.in_progress() ? kExitGoesOn : kExitIncomplete;
 }
 
 } // namespace kindling::app

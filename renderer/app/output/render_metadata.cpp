@@ -47,7 +47,7 @@ uint32_t finished_samples(const Coverage& coverage) {
   uint32_t most = 0;
   for (size_t i = 0; i < coverage.block_count(); ++i) {
     uint32_t count = 0;
-    for (const SampleSpan& span : coverage[i].spans) count += span.count();
+    for (const SampleRange& span : coverage[i].spans) count += span.count();
     most = std::max(most, count);
     if (!coverage[i].stopped) least = std::min(least, count);
   }

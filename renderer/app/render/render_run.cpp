@@ -14,7 +14,7 @@ ProgressContext progress_context(const RenderOptions& options, const SignalGuard
   std::optional<uint32_t> wanted;
   if (!options.time_limit_s || options.spp) wanted = options.samples_per_pixel();
   if (options.part.samples)
-    if (const Result<SampleSpan> part = part_samples(options.samples_per_pixel(), *options.part.samples); part.ok())
+    if (const Result<SampleRange> part = part_samples(options.samples_per_pixel(), *options.part.samples); part.ok())
       wanted = part.value().count();
   return {wanted, &signals, options.checkpoint.enabled()};
 }

@@ -3,8 +3,8 @@
 
     opencue_frame.py /frames/scenes/forest.glb /frames/forest.exr --folder /frames/forest --parts 8 -- --spp 512
 
-What follows -- are flags of `kindling render`. Wants pyoutline, and a show, a shot and a facility that Cuebot knows; scene and folder lie where all
-hosts see them.
+Arguments after -- are flags of `kindling render`. Needs pyoutline, and a show, a shot and a facility known to Cuebot; all hosts must see scene and
+folder.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -22,12 +22,12 @@ def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=pathlib.Path)
     parser.add_argument("output", type=pathlib.Path, help="the merged image: .exr, .png or .kacc")
-    parser.add_argument("--folder", type=pathlib.Path, required=True, help="for the parts")
+    parser.add_argument("--folder", type=pathlib.Path, required=True, help="folder for the parts")
     parser.add_argument("--parts", type=int, default=8)
-    parser.add_argument("--cores", type=int, default=4, help="of a part")
+    parser.add_argument("--cores", type=int, default=4, help="per part")
     parser.add_argument("--show", default="testing")
     parser.add_argument("--shot", default="shot01")
-    parser.add_argument("--retries", type=int, default=2, help="of a part")
+    parser.add_argument("--retries", type=int, default=2, help="per part")
     own, flags = sys.argv[1:], []
     if "--" in own:
         own, flags = own[:own.index("--")], own[own.index("--") + 1:]
@@ -43,7 +43,7 @@ def main():
     def part_file(number):
         return shlex.quote(str(wanted.folder / f"part-{number}.kacc"))
 
-    # Cuebot puts the number of the OpenCue frame, which is the part's, in place of #IFRAME#.
+    # Cuebot replaces #IFRAME# by the number of the OpenCue frame, which is the part's number.
     render = ["kindling", "render", shlex.quote(str(wanted.scene)), *map(shlex.quote, wanted.flags),
               "--threads", str(wanted.cores), "--part", f"#IFRAME#/{wanted.parts}",
               "--checkpoint", part_file("#IFRAME#"), "-o", part_file("#IFRAME#")]

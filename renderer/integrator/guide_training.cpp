@@ -1,0 +1,202 @@
+// Traces training paths block by block, gathers their records and learns a guide from them.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/guide_training.h"
+
+#include "renderer/base/flush_denormals.h"
+#include "renderer/guiding/learn_guide.h"
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/path_recorder.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <chrono>
+#include <numeric>
+
+namespace kindling {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr uint64_t kProbePart = 8; // the probe is one in this many of the training's paths
+
+// A guide is used for what it predicts to lower the second moment below these, relative to
+// rendering without it. The probe knows little, so it only has to look promising. Patches make a
+// sample up to 10 % more expensive and improve only the variance of reflected light; probabilities
+// of lights cost nothing.
+struct Limits {
+  double patches, lights;
+};
+constexpr Limits kPromising{0.91, 0.98};
+constexpr Limits kWorthwhile{0.88, 0.97};
+constexpr Limits kAnyGain{1.0, 1.0};
+
+struct Worker {
+  std::unique_ptr<PathContext> context;
+  std::unique_ptr<PathRecorder> recorder;
+  double busy_s = 0.0;
+};
+
+struct BlockRecords {
+  std::vector<GuideRecord> records;
+  std::vector<LightRecord> light_records;
+  double luminance_sum = 0.0;
+  uint64_t paths = 0;
+};
+
+class Training {
+ public:
+  Training(const World& world, const Camera& camera, const GuideTrainingSettings& settings,
+           const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done)
+      : world_(world), camera_(camera), settings_(settings), stopped_(stopped), on_done_(on_done),
+        sampler_(hash_u32(settings.seed ^ 0x6a09e667U)) {}
+
+  TrainedGuide run() {
+    const Clock::time_point start = Clock::now();
+    const uint64_t paths = settings_.max_paths;
+    std::unique_ptr<const Guide> guide;
+    if (paths > 0) {
+      const bool selective = settings_.only_if_worthwhile;
+      trace(paths / kProbePart, nullptr);
+      guide = learn(selective ? kPromising : kAnyGain);
+      if (!selective || guide) {
+        trace(paths - paths / kProbePart, guide.get());
+        guide = learn(selective ? kWorthwhile : kAnyGain);
+      }
+      if (stopped()) guide.reset();
+    }
+    if (guide) {
+      statistics_.patches = static_cast<int>(guide->patches.patches().size());
+      statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
+    }
+    statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
+    return {std::move(guide), statistics_, busy_s_};
+  }
+
+ private:
+  [[nodiscard]] bool stopped() const { return stopped_ && stopped_(); }
+
+  // Traces about `paths` more paths, spread over the image as evenly as whole blocks allow.
+  void trace(uint64_t paths, const Guide* guide) {
+    const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
+    tbb::enumerable_thread_specific<Worker> workers([&] {
+      Worker worker{integrator.make_path_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size),
+                    0.0};
+      worker.context->recorder = worker.recorder.get();
+      return worker;
+    });
+    const std::vector<PixelRect>& blocks = settings_.blocks;
+    const size_t count = blocks.size();
+    const uint64_t visits = std::max<uint64_t>(1, paths / (kBlockSize * kBlockSize));
+    // Blocks are visited in steps of the golden ratio, which spreads those with one more sample
+    // over the image.
+    size_t step = count * 618 / 1000 + 1;
+    while (std::gcd(step, count) != 1) ++step;
+    std::vector<BlockRecords> found(count);
+    std::atomic<uint64_t> traced{statistics_.paths};
+    tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+      const uint64_t place = i * step % count;
+      const auto samples = static_cast<uint32_t>((place + 1) * visits / count - place * visits / count);
+      if (samples == 0 || stopped()) return;
+      const FlushDenormals flush_denormals;
+      const Clock::time_point start = Clock::now();
+      Worker& worker = workers.local();
+      PathRecorder& recorder = *worker.recorder;
+      recorder.records.clear();
+      recorder.light_records.clear();
+      recorder.luminance_sum = 0.0;
+      Film film(camera_.size_px(), blocks[i], AovSet{});
+      integrator.render_block(blocks[i], {next_sample_, next_sample_ + samples}, *worker.context, film);
+      found[i] = {recorder.records, recorder.light_records, recorder.luminance_sum,
+                  static_cast<uint64_t>(blocks[i].pixel_count()) * samples};
+      traced += found[i].paths;
+      worker.busy_s += std::chrono::duration<double>(Clock::now() - start).count();
+      if (on_done_) on_done_(traced);
+    });
+    next_sample_ += static_cast<uint32_t>((visits + count - 1) / count);
+    for (Worker& worker : workers) {
+      statistics_.rays.add(worker.context->counters);
+      busy_s_ += worker.busy_s;
+    }
+    gather(found);
+  }
+
+  // Appends the records of all blocks and makes their moments relative to the image: the measure is
+  // squared error over squared radiance, with a block's mean in place of its pixels' radiance.
+  void gather(std::span<BlockRecords> found) {
+    double sum = 0.0;
+    uint64_t paths = 0;
+    for (const BlockRecords& block : found) {
+      sum += block.luminance_sum;
+      paths += block.paths;
+    }
+    if (paths == 0) return;
+    statistics_.paths += paths;
+    const double mean = sum / static_cast<double>(paths);
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
+      BlockRecords& block = found[b];
+      const double block_mean = block.paths == 0 ? 0.0 : block.luminance_sum / static_cast<double>(block.paths);
+      const double scale = 1.0 / (block_mean * block_mean + 0.01 * mean * mean);
+      make_relative(block.records, &GuideRecord::contribution2, scale);
+      make_relative(block.light_records, &LightRecord::moment, scale);
+    });
+    append(found, &BlockRecords::records, records_);
+    append(found, &BlockRecords::light_records, light_records_);
+  }
+
+  // Scales the moments and drops records that are not finite afterwards.
+  template <typename Record>
+  static void make_relative(std::vector<Record>& records, float Record::*moment, double scale) {
+    for (Record& record : records) record.*moment *= static_cast<float>(scale);
+    std::erase_if(records, [&](const Record& record) { return !std::isfinite(record.*moment); });
+  }
+
+  // Appends one kind of record to `all`, in the order of the blocks.
+  template <typename Record>
+  static void append(std::span<BlockRecords> found, std::vector<Record> BlockRecords::*of, std::vector<Record>& all) {
+    std::vector<size_t> begin;
+    size_t count = all.size();
+    for (const BlockRecords& block : found) {
+      begin.push_back(count);
+      count += (block.*of).size();
+    }
+    all.resize(count);
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
+      std::copy((found[b].*of).begin(), (found[b].*of).end(), all.begin() + static_cast<std::ptrdiff_t>(begin[b]));
+    });
+  }
+
+  // Returns the parts of the learned guide that predict second moments below `limits`, or null if
+  // neither does.
+  std::unique_ptr<const Guide> learn(const Limits& limits) {
+    LearnedGuide learned = learn_guide(records_, light_records_);
+    statistics_.predicted = learned.second_moment;
+    statistics_.predicted_lights = learned.light_second_moment;
+    if (!(learned.second_moment < limits.patches)) learned.guide.patches = {};
+    if (!(learned.light_second_moment < limits.lights)) learned.guide.light_probabilities = {};
+    if (learned.guide.patches.empty() && learned.guide.light_probabilities.empty()) return nullptr;
+    return std::make_unique<Guide>(std::move(learned.guide));
+  }
+
+  const World& world_;
+  const Camera& camera_;
+  const GuideTrainingSettings& settings_;
+  const std::function<bool()>& stopped_;
+  const std::function<void(uint64_t)>& on_done_;
+  Sampler sampler_;
+  uint32_t next_sample_ = 0;
+  std::vector<GuideRecord> records_;
+  std::vector<LightRecord> light_records_;
+  GuidingStatistics statistics_;
+  double busy_s_ = 0.0;
+};
+
+} // namespace
+
+TrainedGuide train_guide(const World& world, const Camera& camera, const GuideTrainingSettings& settings,
+                         const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done) {
+  return Training(world, camera, settings, stopped, on_done).run();
+}
+
+} // namespace kindling
