@@ -11,6 +11,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
 
 namespace kindling::image_detail {
 
@@ -143,6 +144,43 @@ std::optional<std::string> fill_views(DisplayConfig& found) {
   return std::nullopt;
 }
 
+// Returns the value of "ocio_profile_version" in a configuration's file, or an empty string.
+std::string profile_version(const std::string& file) {
+  std::ifstream stream(file);
+  constexpr std::string_view kKey = "ocio_profile_version:";
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with(kKey)) continue;
+    const size_t begin = line.find_first_not_of(' ', kKey.size());
+    const size_t end = line.find_first_not_of("0123456789.", begin);
+    return begin == std::string::npos ? "" : line.substr(begin, end - begin);
+  }
+  return {};
+}
+
+// Returns true if `version`, as in "2.4", is newer than `major`.`minor`.
+bool is_newer(const std::string& version, int major, int minor) {
+  const size_t dot = version.find('.');
+  const int own_major = std::atoi(version.c_str());
+  const int own_minor = dot == std::string::npos ? 0 : std::atoi(version.c_str() + dot + 1);
+  return own_major != major ? own_major > major : own_minor > minor;
+}
+
+// Returns why this OpenColorIO cannot read a configuration of its kind at all, or an empty string.
+std::string too_new(const std::string& file) {
+  constexpr const char* kFitting =
+      "the ACES configurations that end in ocio-v2.1 fit, cg-config-v1.0.0_aces-v1.3_ocio-v2.1.ocio for example";
+  const int hex = ocio::GetVersionHex(), major = hex >> 24, minor = hex >> 16 & 0xff;
+  if (file.starts_with("ocio://") && (major < 2 || (major == 2 && minor < 2)))
+    return fmt::format(
+        "configurations built into OpenColorIO need its version 2.2, and this program has {}; give a file: {}",
+        ocio::GetVersion(), kFitting);
+  const std::string version = profile_version(file);
+  if (!version.empty() && is_newer(version, major, minor))
+    return fmt::format("its version is {}, and the OpenColorIO {} of this program reads versions up to {}.{}; {}",
+                       version, ocio::GetVersion(), major, minor, kFitting);
+  return {};
+}
+
 // Disables logging, which OpenColorIO sends to stderr by default.
 void silence_ocio() {
   static const bool once = (ocio::SetLoggingLevel(ocio::LOGGING_LEVEL_NONE), true);
@@ -169,6 +207,8 @@ Result<DisplayConfig> open_display_config(const std::string& path) {
     return Error{ErrorKind::input_output,
                  fmt::format("{}: cannot use this OpenColorIO configuration: {}", found.name, first_line(why))};
   };
+  if (!found.built_in)
+    if (const std::string why = too_new(file); !why.empty()) return failed(why);
   try {
     found.config = found.built_in ? make_built_in_config() : ocio::Config::CreateFromFile(file.c_str());
     if (!found.built_in) found.config->validate();

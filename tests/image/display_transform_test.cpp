@@ -191,6 +191,16 @@ TEST_F(Display, PixelsDoNotDependOnTheirNeighbors) {
   }
 }
 
+TEST_F(Display, ConfigurationOfANewerVersionIsRefusedWithOnesThatFit) {
+  std::ofstream(path_) << "ocio_profile_version: 9.4\n";
+  const auto transform = DisplayTransform::create({"", 0.0f, path_});
+  ASSERT_FALSE(transform.ok());
+  EXPECT_EQ(transform.error().kind, ErrorKind::input_output);
+  EXPECT_NE(transform.error().message.find("its version is 9.4, and the OpenColorIO 2."), std::string::npos)
+      << transform.error().message;
+  EXPECT_NE(transform.error().message.find("ocio-v2.1 fit"), std::string::npos) << transform.error().message;
+}
+
 // ---- configurations of users
 
 TEST_F(Display, RefusesUnknownViewAndListsViews) {

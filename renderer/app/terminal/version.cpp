@@ -3,6 +3,7 @@
 #include "renderer/app/terminal/version.h"
 
 #include "accel/make_accelerator.h"
+#include "renderer/image/library_versions.h"
 
 #include <CLI/Version.hpp>
 #include <fmt/format.h>
@@ -33,14 +34,15 @@ std::string program_identity() {
 
 std::string version_text() {
   std::string text = fmt::format("kindling {}\n", version());
-  text += fmt::format("sources   {}\ncompiler  {}, {}\n", KINDLING_SOURCES_HASH, compiler(), KINDLING_BUILD_TYPE);
+  text += fmt::format("sources      {}\ncompiler     {}, {}\n", KINDLING_SOURCES_HASH, compiler(), KINDLING_BUILD_TYPE);
   text += "accelerators";
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree, accel::Kind::brute_force})
     text += fmt::format("{} {} ({})", kind == accel::Kind::embree ? "" : ",", accel::kind_name(kind),
                         accel::kind_description(kind));
-  text += fmt::format("\noneTBB    {}\n", TBB_runtime_version());
+  text += fmt::format("\noneTBB       {}\n", TBB_runtime_version());
+  for (const auto& [name, number] : image_library_versions()) text += fmt::format("{:<12} {}\n", name, number);
   text +=
-      fmt::format("CLI11     {}\nspdlog    {}.{}.{}\nfmt       {}.{}.{}\n", CLI11_VERSION, SPDLOG_VER_MAJOR,
+      fmt::format("CLI11        {}\nspdlog       {}.{}.{}\nfmt          {}.{}.{}\n", CLI11_VERSION, SPDLOG_VER_MAJOR,
                   SPDLOG_VER_MINOR, SPDLOG_VER_PATCH, FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100);
   return text;
 }
