@@ -12,9 +12,9 @@ SceneChanges::SceneChanges(const Scene& scene)
     for (const AnimationChannel& channel : animation.channels) {
       if (channel.property != AnimatedProperty::member) {
         if (channel.node != kNone) nodes[static_cast<size_t>(channel.node)] = 1;
-      } else if (channel.member.of == AnimatedMember::Of::material) {
+      } else if (channel.member.owner == AnimatedMember::Owner::material) {
         materials[static_cast<size_t>(channel.member.object)] = 1;
-      } else if (channel.member.of == AnimatedMember::Of::mesh) {
+      } else if (channel.member.owner == AnimatedMember::Owner::mesh) {
         meshes[static_cast<size_t>(channel.member.object)] = 1;
       }
     }

@@ -33,7 +33,7 @@ std::vector<float> animated_numbers(Scene& scene) {
   std::vector<float> numbers;
   for (const Animation& animation : scene.animations)
     for (const AnimationChannel& channel : animation.channels) {
-      if (channel.property != AnimatedProperty::member || channel.member.of == AnimatedMember::Of::camera) continue;
+      if (channel.property != AnimatedProperty::member || channel.member.owner == AnimatedMember::Owner::camera) continue;
       const std::span<float> values = animated_values(scene, channel.member);
       numbers.insert(numbers.end(), values.begin(), values.end());
     }

@@ -207,7 +207,7 @@ TEST(WorldSequence, WhatLasts) {
   // Of a material that changes.
   channel.property = AnimatedProperty::member;
   channel.node = kNone;
-  channel.member = {AnimatedMember::Of::material, false, 0, 1};
+  channel.member = {AnimatedMember::Owner::material, false, 0, 1};
   scene.animations[0].channels.push_back(channel);
   EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
   // At rest, and without animations.
@@ -226,7 +226,7 @@ TEST(WorldSequence, StillMeshes) {
   EXPECT_EQ(find_static_meshes(scene)[0], 1);
   AnimationChannel channel;
   channel.property = AnimatedProperty::member;
-  channel.member = {AnimatedMember::Of::material, false, 0, 1};
+  channel.member = {AnimatedMember::Owner::material, false, 0, 1};
   scene.animations[0].channels.push_back(channel);
   EXPECT_EQ(find_static_meshes(scene)[0], 0);
 }
