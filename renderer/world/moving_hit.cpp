@@ -1,16 +1,17 @@
-// Interpolates between the keys of a motion.
+// Interpolates a moving triangle between the keys of its motion.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/moving_hit.h"
 
 #include "accel/motion.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
 namespace {
 
-// The largest coordinate that a point with coordinates up to `magnitude` may get on its way through a matrix.
+// Returns a bound of the coordinates of a transformed point with coordinates up to `magnitude`.
 float magnitude_through(const M44f& m, float magnitude) {
   const auto row = [&m](int i) { return max_abs(V3f(m[i][0], m[i][1], m[i][2])); };
   return (row(0) + row(1) + row(2)) * magnitude + row(3);
@@ -37,6 +38,7 @@ const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instanc
                           std::span<const std::vector<M44f>> motions, uint32_t triangle, float time,
                           std::optional<MovingHit>& moving) {
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon() * 16.0f;
+  assert(instance.moving && size_t{triangle} * 3 < geometry.indices.size());
   MovingHit& out = moving.emplace();
   out.instance = instance;
   const uint32_t* index = geometry.indices.data() + size_t{triangle} * 3;
