@@ -153,15 +153,15 @@ float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
 
 // Uses value and density of the sampled microfacet: more exact than eval() for narrow lobes.
 std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) const {
-  const float chance = choice_probability(kGlass);
+  const float probability = choice_probability(kGlass);
   std::optional<BsdfSample> s = glass_->sample(u_lobe, u);
   if (!s) return std::nullopt;
   if (s->pdf == 0.0f) {
-    s->weight *= glass_weight_ / chance;
+    s->weight *= glass_weight_ / probability;
     return s;
   }
   const BsdfEval rest = eval_opaque(s->wi);
-  const float pdf = chance * s->pdf + rest.pdf;
+  const float pdf = probability * s->pdf + rest.pdf;
   s->weight = (s->weight * (s->pdf * glass_weight_) + rest.value) * (1.0f / pdf);
   s->pdf = pdf;
   return s;

@@ -105,10 +105,10 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
     wi *= 1.0f / wi.length();
     for (size_t j = 0; j < count; ++j) {
       alone[j].chances(r.position, r.normal, chances);
-      const float chance = chances.of[0];
-      row.factors[j] = chance / (1.0f - chances.sum) * 1e3f;
-      if (!(chance > 0.0f) || row.crossed_count == row.crossed.size()) continue;
-      const float density = alone[j].density(chances, r.position, wi) / chance;
+      const float probability = chances.of[0];
+      row.factors[j] = probability / (1.0f - chances.sum) * 1e3f;
+      if (!(probability > 0.0f) || row.crossed_count == row.crossed.size()) continue;
+      const float density = alone[j].density(chances, r.position, wi) / probability;
       if (!(density > 0.0f)) continue;
       row.crossed[row.crossed_count] = static_cast<uint8_t>(j);
       row.crossed_densities[row.crossed_count++] = density * r.allowed;

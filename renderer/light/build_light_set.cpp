@@ -30,11 +30,11 @@ struct Cone {
   V3f axis; // unit
   float angle = 0.0f;
 };
-Cone cone_of_axes(const V3f& still, std::span<const LightFrame> frames) {
-  if (frames.empty()) return {still, 0.0f};
+Cone cone_of_axes(const V3f& first_axis, std::span<const LightFrame> frames) {
+  if (frames.empty()) return {first_axis, 0.0f};
   V3f sum(0.0f);
   for (const LightFrame& frame : frames) sum += frame.z;
-  Cone result{sum.length() > 1e-3f ? sum.normalized() : still, 0.0f};
+  Cone result{sum.length() > 1e-3f ? sum.normalized() : first_axis, 0.0f};
   for (const LightFrame& frame : frames)
     result.angle = std::max(result.angle, std::acos(std::clamp(frame.z.dot(result.axis), -1.0f, 1.0f)) + 1e-3f);
   if (!(result.angle < 0.5f * kPi)) result.angle = kPi; // caps are convex up to half of the sphere

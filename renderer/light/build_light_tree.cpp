@@ -76,8 +76,8 @@ class LightTreeBuilder {
       tree_.by_intensity_ = true;
       tree_.few_[0] = order_.front();
       // Rounded to the grid of single precision near 1, so that the two add up to 1.
-      const double share = order_.size() == 1 ? 1.0 : static_cast<double>(emitters_[order_[0]].intensity);
-      tree_.few_probability_[0] = std::clamp(1.0f - static_cast<float>(1.0 - share), 0x1p-20f, 1.0f);
+      const double fraction = order_.size() == 1 ? 1.0 : static_cast<double>(emitters_[order_[0]].intensity);
+      tree_.few_probability_[0] = std::clamp(1.0f - static_cast<float>(1.0 - fraction), 0x1p-20f, 1.0f);
       if (order_.size() == 2) {
         tree_.few_probability_[0] = std::min(tree_.few_probability_[0], 1.0f - 0x1p-20f);
         tree_.few_[1] = order_[1];

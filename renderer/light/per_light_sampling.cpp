@@ -61,7 +61,6 @@ void PerLightSampling::add_mesh(const EmissiveMesh& mesh, uint32_t number) {
 
 std::string_view PerLightSampling::name(size_t light) const {
   assert(light < entries_.size());
-  assert(light < entries_.size());
   const Entry& entry = entries_[light];
   switch (entry.kind) {
   case Kind::mesh: return lights_.meshes_[entry.name].name;
@@ -136,7 +135,6 @@ std::optional<LightSample> PerLightSampling::sample_mesh(const Entry& entry, con
 
 std::optional<LightSample> PerLightSampling::sample(size_t light, const V3f& point, const V3f& normal, const V2f& u,
                                                     float time) const {
-  assert(light < entries_.size());
   assert(light < entries_.size());
   const Entry& entry = entries_[light];
   std::optional<LightSample> result;

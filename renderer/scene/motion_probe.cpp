@@ -30,11 +30,11 @@ std::vector<size_t> choose_vertices(const Primitive& primitive, size_t spread) {
     for (size_t i = 0; i < primitive.joints.size(); ++i) {
       for (size_t k = 0; k < 4; ++k) {
         const float weight = primitive.weights[i][static_cast<int>(k)];
-        auto& [most, vertex] = held[primitive.joints[i][k]];
-        if (weight > most) most = weight, vertex = i % count;
+        auto& [max_weight, vertex] = held[primitive.joints[i][k]];
+        if (weight > max_weight) max_weight = weight, vertex = i % count;
       }
     }
-    for (const auto& [joint, most] : held) chosen.push_back(most.second);
+    for (const auto& [joint, entry] : held) chosen.push_back(entry.second);
   }
   std::sort(chosen.begin(), chosen.end());
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
@@ -68,8 +68,8 @@ std::vector<Primitive> pick_vertices(const Mesh& mesh) {
   std::vector<Primitive> picked;
   for (const Primitive& primitive : mesh.primitives) {
     const size_t size = primitive.positions.size();
-    const size_t share = count <= kSpreadVertices ? size : size * kSpreadVertices / count;
-    picked.push_back(pick(primitive, choose_vertices(primitive, share)));
+    const size_t spread = count <= kSpreadVertices ? size : size * kSpreadVertices / count;
+    picked.push_back(pick(primitive, choose_vertices(primitive, spread)));
   }
   return picked;
 }

@@ -161,11 +161,11 @@ class GeometryPreparation {
   // Copies first, then consumed primitives; in parallel within the limit of kBytesInHand.
   void make_geometries() {
     std::stable_partition(jobs_.begin(), jobs_.end(), [](const Job& job) { return !job.consumes; });
-    const uint64_t most = static_cast<uint64_t>(tbb::this_task_arena::max_concurrency()) * kBytesInHand;
+    const uint64_t max_bytes = static_cast<uint64_t>(tbb::this_task_arena::max_concurrency()) * kBytesInHand;
     for (size_t begin = 0, end = 0; begin < jobs_.size(); begin = end) {
       for (uint64_t in_hand = 0; end < jobs_.size() && jobs_[end].consumes == jobs_[begin].consumes; ++end) {
         in_hand += vertex_bytes(scene_.meshes[jobs_[end].mesh].primitives[jobs_[end].primitive]);
-        if (end > begin && in_hand > most) break;
+        if (end > begin && in_hand > max_bytes) break;
       }
       tbb::parallel_for(begin, end, [&](size_t i) { make(jobs_[i]); });
     }

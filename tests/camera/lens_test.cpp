@@ -133,13 +133,13 @@ TEST(MovingCamera, InterpolatesKeys) {
   EXPECT_TRUE(moving.shutter_open());
   const std::vector<M44f> keys{kPlaced, there, further};
   for (size_t k = 0; k < 3; ++k) {
-    const Camera still(SceneCamera{}, keys[k], kSize);
-    EXPECT_FALSE(still.shutter_open());
+    const Camera static_camera(SceneCamera{}, keys[k], kSize);
+    EXPECT_FALSE(static_camera.shutter_open());
     const CameraRay a = moving.generate_ray({10, 20}, V2f(0.5f), 0.5f * static_cast<float>(k));
-    const CameraRay b = still.generate_ray({10, 20}, V2f(0.5f), 0.0f);
+    const CameraRay b = static_camera.generate_ray({10, 20}, V2f(0.5f), 0.0f);
     EXPECT_LT((a.origin - b.origin).length(), 1e-5f) << k;
     EXPECT_LT((a.direction - b.direction).length(), 1e-5f) << k;
-    EXPECT_NEAR(moving.depth({7, 8, 9}, 0.5f * static_cast<float>(k)), still.depth({7, 8, 9}, 0.0f), 1e-4f);
+    EXPECT_NEAR(moving.depth({7, 8, 9}, 0.5f * static_cast<float>(k)), static_camera.depth({7, 8, 9}, 0.0f), 1e-4f);
   }
   const CameraRay between = moving.generate_ray({10, 20}, V2f(0.5f), 0.25f);
   EXPECT_LT((between.origin - V3f(1.5f, 2, 3)).length(), 1e-5f);
@@ -169,9 +169,9 @@ TEST(MovingCamera, SupportsLens) {
   const M44f there = look_at({2, 2, 3}, {-4, 1.5f, 2}, {0, 1, 0});
   const std::vector<M44f> later{there};
   const SceneCamera file = with_lens(2.0f, 0.05f, 3.0f);
-  const Camera moving(file, kPlaced, kSize, {.later_transforms = later}), still(file, there, kSize);
+  const Camera moving(file, kPlaced, kSize, {.later_transforms = later}), static_camera(file, there, kSize);
   const CameraRay a = moving.generate_ray({10, 20}, V2f(0.1f, 0.7f), 1.0f);
-  const CameraRay b = still.generate_ray({10, 20}, V2f(0.1f, 0.7f), 0.0f);
+  const CameraRay b = static_camera.generate_ray({10, 20}, V2f(0.1f, 0.7f), 0.0f);
   EXPECT_LT((a.origin - b.origin).length(), 1e-5f);
   EXPECT_LT((a.direction - b.direction).length(), 1e-5f);
 }

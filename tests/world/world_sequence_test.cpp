@@ -161,9 +161,9 @@ std::vector<uint8_t> persistent_nodes(const Scene& scene, double time_s, const W
   const PosedScene posed = pose(scene, time_s);
   const auto world = build_world(std::move(consumed), posed, options, nullptr, nullptr).value();
   const accel::BuildInput input = world->accelerator_input();
-  std::vector<uint8_t> lasting;
-  for (const accel::TriangleMesh& mesh : input.meshes) lasting.push_back(mesh.lasting != 0 ? 1 : 0);
-  return lasting;
+  std::vector<uint8_t> persistent;
+  for (const accel::TriangleMesh& mesh : input.meshes) persistent.push_back(mesh.lasting != 0 ? 1 : 0);
+  return persistent;
 }
 
 TEST(WorldSequence, MarksPersistentMeshes) {
@@ -221,7 +221,7 @@ TEST(WorldSequence, MarksPersistentMeshes) {
 TEST(WorldSequence, FindsStaticMeshes) {
   Scene scene = make_scene();
   EXPECT_EQ(find_static_meshes(scene), (std::vector<uint8_t>{1, 0, 0, 0}));
-  scene.nodes[1].children = {0}; // which moves
+  scene.nodes[1].children = {0}; // a moving parent
   EXPECT_EQ(find_static_meshes(scene)[0], 0);
   scene.nodes[1].children = {};
   EXPECT_EQ(find_static_meshes(scene)[0], 1);
