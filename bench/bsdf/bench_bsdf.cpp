@@ -1,4 +1,5 @@
-// Time of the BSDF per hit: set-up, evaluation for a light, sampling of a bounce; over materials that vary from hit to hit.
+// Benchmark of the BSDF per hit: set-up, evaluation for a light, sampling of a bounce.
+// Materials vary from hit to hit.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/bsdf/bsdf_timing.h"
 #include "renderer/bsdf/gltf_bsdf.h"

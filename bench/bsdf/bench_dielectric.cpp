@@ -1,4 +1,4 @@
-// Time of the dielectric interface per hit: set-up, evaluation for a light, sampling of a bounce; of the thin film and of a wavelength.
+// Benchmark of the dielectric interface, the thin film and wavelength sampling, per hit.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/bsdf/bsdf_timing.h"
 #include "renderer/bsdf/dielectric_lobe.h"

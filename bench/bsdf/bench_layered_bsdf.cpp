@@ -1,4 +1,4 @@
-// Time of the layered BSDF per hit, layer by layer, beside the plain model: what a path pays for a light and a bounce.
+// Benchmark of the layered BSDF by layer, beside the plain model: one light and one bounce per hit.
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/bsdf/bsdf_timing.h"
 #include "renderer/bsdf/layered_bsdf.h"

@@ -1,4 +1,4 @@
-// Time of one draw: the sampler, warps, pixel filter and tabulated distributions.
+// Benchmark of single draws: sampler, warps, pixel filter and tabulated distributions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/alias_table.h"
 #include "renderer/sampling/distribution_2d.h"
@@ -41,7 +41,7 @@ void pixel_key(benchmark::State& state) {
 }
 BENCHMARK(pixel_key);
 
-// All below on prepared points, so that the sampler is not counted.
+// The benchmarks below use prepared points, which excludes the sampler's time.
 std::vector<V2f> make_points() {
   std::vector<V2f> points(4096);
   for (uint32_t i = 0; i < points.size(); ++i) points[i] = Sampler::sample_2d(3, i, 0);

@@ -1,4 +1,4 @@
-// What the benchmarks of BSDFs share: 1024 hits taken in turn, and the loops over them.
+// Loops over 1024 hits, shared by the benchmarks of BSDFs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,14 +9,15 @@
 
 namespace kindling::bench {
 
-// `work(hit)` for one hit after the other.
+// Calls `work(hit)` for one hit after the other.
 template <typename Hit, typename Work>
 void for_hits_in_turn(benchmark::State& state, const std::vector<Hit>& hits, const Work& work) {
   size_t i = 0;
   for (auto _ : state) work(hits[i++ & 1023]);
 }
 
-// What a path pays at each hit: make(hit) gives the BSDF, then one light (hit.light) and one bounce (hit.u_lobe, hit.u).
+// Measures the cost per hit of a path: make(hit) gives the BSDF, then one light (hit.light) and one
+// bounce (hit.u_lobe, hit.u).
 template <typename Hit, typename Make>
 void set_up_eval_and_sample(benchmark::State& state, const std::vector<Hit>& hits, const Make& make) {
   for_hits_in_turn(state, hits, [&](const Hit& h) {

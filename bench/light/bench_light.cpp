@@ -1,5 +1,5 @@
-// Time of choosing and sampling a light, of the density of a hit, and of building the tree, by the number of emitters; and of
-// the environment.
+// Benchmark of light sampling, hit densities and tree builds by the number of emitters.
+// It also measures the environment.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/image.h"
 #include "renderer/light/light_set.h"
@@ -15,7 +15,8 @@
 namespace kindling {
 namespace {
 
-// Bulbs of 20 triangles, hung at random in a hall that grows with their number: what is near stays as it is.
+// Bulbs of 20 triangles at random positions in a hall that grows with their number, so that the
+// neighborhood is constant.
 LightSetInput bulbs(size_t triangles) {
   const float g = 0.5f * (1.0f + std::sqrt(5.0f)); // icosahedron
   const V3f vertices[12] = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
@@ -47,7 +48,7 @@ struct Query {
   V3f normal;
   float u_light;
   V2f u;
-  uint32_t triangle = 0; // of what was sampled there: as if a bounce had found it
+  uint32_t triangle = 0; // sampled triangle, as if a bounce had hit it
   V3f wi{0.0f, 1.0f, 0.0f};
   float distance = 1.0f;
 };
@@ -58,7 +59,7 @@ struct Prepared {
   std::vector<Query> queries;
 };
 
-// Points on the floor, more of them than the first caches hold. Built once for each size.
+// Points on the floor, too many for the first caches. Built once for each size.
 const Prepared& prepared(size_t triangles) {
   static std::map<size_t, Prepared> all;
   Prepared& p = all[triangles];
@@ -79,7 +80,7 @@ const Prepared& prepared(size_t triangles) {
       const EmissiveTriangle& e = p.input.triangles[t];
       return (e.p0 + e.p1 + e.p2) * (1.0f / 3.0f);
     };
-    // The nearest of a few is about what a ray would meet.
+    // The nearest of a few approximates a ray's hit.
     float nearest = kInfinity;
     for (uint32_t k = 0; k < 8; ++k) {
       const auto t = static_cast<uint32_t>(Sampler::sample_1d(13 + k, i, 4) * static_cast<float>(triangles));

@@ -1,10 +1,11 @@
-// The directional albedo of the anisotropic GGX lobe, from tables.
+// Directional albedo of the anisotropic GGX lobe, interpolated from tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
 #include "renderer/bsdf/ggx_albedo.h"
 
+#include <cassert>
 #include <cstdint>
 
 namespace kindling {
@@ -12,33 +13,40 @@ namespace kindling {
 inline constexpr uint32_t kAnisotropicNodes = 16;        // on each of the three axes
 inline constexpr uint32_t kAnisotropicAverageNodes = 24; // on both axes
 
-// E and the Schlick residual, as GgxTableNode, without and with what full correlation of the slopes adds.
+// E and the Schlick residual of GgxTableNode for uncorrelated slopes, and what full correlation of
+// the slopes adds to them.
 struct AnisotropicTableNode {
   float e, residual;
   float e_correlated, residual_correlated;
 };
 
-// anisotropic_tables.cpp, written by generate_anisotropic_tables.cpp.
+// Defined in anisotropic_tables.cpp, written by generate_anisotropic_tables.cpp.
 extern const AnisotropicTableNode
     kAnisotropicTable[kAnisotropicNodes * kAnisotropicNodes * kAnisotropicNodes]; // across, along, mu
-// Cosine-weighted means of E and B over the hemisphere, of the interpolated table: over roughness along x and along y.
+// Cosine-weighted means of E and B of the interpolated table over the hemisphere, by roughness
+// along x and along y.
 extern const GgxAlbedo kAnisotropicAverages[kAnisotropicAverageNodes * kAnisotropicAverageNodes];
 
-// In the plane of incidence an anisotropic lobe has one alpha along it, one across it and a correlation of the slopes: alpha_along^2 = alpha_x^2
-// cos^2(phi) + alpha_y^2 sin^2(phi), and so on (Heitz 2014, section 5.3). E without correlation is a table over the cosine and both alphas; correlation rho
-// adds |rho|^(5/2) of what full correlation adds, a fit. Off by at most 1.2e-2 in E, in the root mean square by 2e-3 (tests/bsdf/anisotropic_tables_test.cpp);
-// so is a white furnace.
+// In the plane of incidence an anisotropic lobe has one alpha along it, one across it and a
+// correlation of the slopes: alpha_along^2 = alpha_x^2 cos^2(phi) + alpha_y^2 sin^2(phi), and so on
+// (Heitz 2014, section 5.3). E without correlation is a table over the cosine and both alphas; a
+// correlation rho adds |rho|^(5/2) of what full correlation adds, a fit. The error in E, and so in
+// a white furnace, is at most 1.2e-2 and 2e-3 in the root mean square
+// (tests/bsdf/anisotropic_tables_test.cpp).
 class AnisotropicAlbedoTable {
  public:
-  // Both in [kMinAlpha, 1].
+  // alpha_x and alpha_y in [kMinAlpha, 1].
   AnisotropicAlbedoTable(float alpha_x, float alpha_y, const AnisotropicTableNode* table = kAnisotropicTable)
-      : x2_(alpha_x * alpha_x), y2_(alpha_y * alpha_y), table_(table) {}
+      : x2_(alpha_x * alpha_x), y2_(alpha_y * alpha_y), table_(table) {
+    assert(alpha_x > 0.0f && alpha_x <= 1.0f && alpha_y > 0.0f && alpha_y <= 1.0f);
+  }
 
-  // w unit; only the size of w.z counts.
+  // Returns E and B as seen from w, a unit vector; only the magnitude of w.z matters.
   [[nodiscard]] GgxAlbedo operator()(const V3f& w) const {
     const float mu = std::abs(w.z);
     const float s2 = w.x * w.x + w.y * w.y;
-    // Of the azimuth. Sums of positive terms: nothing cancels where one alpha is tiny.
+    // Squared sine and cosine of the azimuth. All terms are positive, so nothing cancels if one
+    // alpha is tiny.
     const float cos2 = s2 > 1e-12f ? w.x * w.x / s2 : 1.0f;
     const float sin2 = s2 > 1e-12f ? w.y * w.y / s2 : 0.0f;
     const float along2 = x2_ * cos2 + y2_ * sin2;
@@ -58,10 +66,11 @@ class AnisotropicAlbedoTable {
     for (uint32_t corner = 0; corner < 4; ++corner) {
       const AnisotropicTableNode* m =
           n + (corner & 2 ? kAnisotropicNodes * kAnisotropicNodes : 0) + (corner & 1 ? kAnisotropicNodes : 0);
-      const float share = (corner & 2 ? i.fraction : 1.0f - i.fraction) * (corner & 1 ? j.fraction : 1.0f - j.fraction);
-      e += share * (lerp(m[0].e, m[1].e, s) + weight * lerp(m[0].e_correlated, m[1].e_correlated, s));
-      residual += share * (lerp(m[0].residual, m[1].residual, s) +
-                           weight * lerp(m[0].residual_correlated, m[1].residual_correlated, s));
+      const float corner_weight =
+          (corner & 2 ? i.fraction : 1.0f - i.fraction) * (corner & 1 ? j.fraction : 1.0f - j.fraction);
+      e += corner_weight * (lerp(m[0].e, m[1].e, s) + weight * lerp(m[0].e_correlated, m[1].e_correlated, s));
+      residual += corner_weight * (lerp(m[0].residual, m[1].residual, s) +
+                                   weight * lerp(m[0].residual_correlated, m[1].residual_correlated, s));
     }
     e = std::min(e, 1.0f);
     return {e, e * std::min(std::max(pow5(1.0f - mu) + residual, 0.0f), 1.0f)};
@@ -84,7 +93,7 @@ class AnisotropicAlbedoTable {
   const AnisotropicTableNode* table_;
 };
 
-// roughness along x and along y, each in [kMinRoughness, 1].
+// roughness_x and roughness_y in [kMinRoughness, 1].
 [[nodiscard]] inline GgxAlbedo anisotropic_average_albedo(float roughness_x, float roughness_y) {
   constexpr float kScale = (kAnisotropicAverageNodes - 1) / (1.0f - kMinRoughness);
   const float x = std::max(roughness_x - kMinRoughness, 0.0f) * kScale;

@@ -1,3 +1,4 @@
+// The opaque base of layered surfaces: albedos, energy compensation and the thin film.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/base_lobes.h"
 
@@ -41,7 +42,8 @@ Rgb FilmLayer::f0(const GgxAlbedo& seen, const Rgb& base_f0) const {
 }
 
 BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, const V3f& wo) {
-  // Of all that is there: metal, and dielectric that does not transmit specularly. They add up to 1 without transmission.
+  // Weights of metal and of dielectric without specular transmission; their sum is 1 without
+  // transmission.
   const float metal = p.metallic;
   const float dielectric = (1.0f - p.metallic) * (1.0f - layers.transmission);
   const Rgb body = p.base_color * (1.0f - layers.diffuse_transmission);
@@ -63,7 +65,7 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
   f0_ = dielectric_f0 * dielectric + p.base_color * metal;
   f90_ = p.specular * dielectric + metal;
 
-  // Microfacets, as seen from wo and in the mean.
+  // Microfacets, as seen from wo and on average.
   const float roughness = std::max(kMinRoughness, p.roughness);
   const float alpha = roughness * roughness;
   GgxAlbedo mean;
@@ -81,11 +83,11 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
   const GgxAlbedo seen = microfacet_albedo(wo);
   const float lost = 1.0f - seen.e;
 
-  // Single scattering from wo, and the mean F0 that multiple scattering sees.
+  // Single scattering from wo, and the mean F0 for multiple scattering.
   glossy_albedo_ = f0_ * (seen.e - seen.b) + Rgb(f90_ * seen.b);
   Rgb mean_dielectric_f0 = specular_f0;
   Rgb mean_metal_f0 = p.base_color;
-  float film_reflected = 0.0f; // cosine-weighted mean of what the film on the dielectric reflects
+  float film_reflected = 0.0f; // cosine-weighted mean reflectance of the film on the dielectric
   film_ = film_of(layers);
   specular_ = p.specular;
   if (film_.amount > 0.0f) {
@@ -98,7 +100,7 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
     if (film_metal_ > 0.0f) seen_film += film_.fresnel(seen, p.base_color) * film_metal_;
     glossy_albedo_ = lerp(glossy_albedo_, seen_film * seen.e, film_.amount);
 
-    // Of all azimuths the middle one.
+    // The middle azimuth represents all of them.
     const auto towards = [&](float mu) {
       const float xy = std::sqrt(0.5f * (1.0f - mu * mu));
       return microfacet_albedo({xy, xy, mu});
@@ -112,7 +114,7 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
         const Rgb f0 = film_.f0(node, specular_f0);
         film_f0_[k] = max_component(f0);
         const float x = film_.schlick(node);
-        const float weight = k == kFilmNodes - 1 ? 0.5f * mu : mu; // trapezoids
+        const float weight = k == kFilmNodes - 1 ? 0.5f * mu : mu; // trapezoidal rule
         sum += f0 * weight;
         weights += weight;
         reflected += weight * node.e * (x + (1.0f - x) * film_f0_[k]);
@@ -121,7 +123,7 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
       mean_dielectric_f0 = lerp(specular_f0, sum / weights, film_.amount);
       film_reflected = film_.amount * p.specular * mean.e * reflected / reflectable;
     }
-    // Gauss and Legendre's two nodes in mu^2, where there is anything but single scattering.
+    // Gauss-Legendre quadrature with two nodes in mu^2, if there is more than single scattering.
     if (film_metal_ > 0.0f && mean.e < 0.99f) {
       const Rgb sum = film_.f0(towards(0.459701f), p.base_color) + film_.f0(towards(0.888074f), p.base_color);
       mean_metal_f0 = lerp(p.base_color, sum * 0.5f, film_.amount);
@@ -132,9 +134,9 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
   if (dielectric > 0.0f) {
     const Rgb mean_f0 = mean_dielectric_f0 * p.specular;
     fms = multiple_scattering_fresnel(mean_f0, p.specular, mean.e) * dielectric;
-    // One scalar for all channels, from the greatest: KHR_materials_specular, "rgb_mix".
+    // One scalar for all channels, from the maximum: KHR_materials_specular, "rgb_mix".
     const float fms_base = multiple_scattering_fresnel(max_component(mean_f0), p.specular, mean.e);
-    const float schlick = 1.0f - (film_dielectric_ > 0.0f ? film_.amount : 0.0f); // share that the film leaves
+    const float schlick = 1.0f - (film_dielectric_ > 0.0f ? film_.amount : 0.0f); // weight not replaced by the film
     const float f0 = max_component(dielectric_f0);
     base_constant_ = 1.0f - fms_base;
     base_e_ = fms_base - schlick * f0;

@@ -1,4 +1,4 @@
-// The opaque base of a layered surface: metal, and dielectric with diffuse reflection and diffuse transmission.
+// The opaque base of a layered surface: metal and dielectric, diffuse reflection and transmission.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace kindling {
 
-// A thin film on the base (KHR_materials_iridescence). Under a clear coat the light comes from within it: from an ior of 1.5, refracted, in
-// proportion to the coat.
+// A thin film on the base (KHR_materials_iridescence). Under a clear coat the film is lit from an
+// ior of 1.5, by refracted light, in proportion to the coat.
 struct FilmLayer {
   float amount = 0.0f; // [0, 1], 0: none
   float outside_ior = 1.0f;
@@ -19,43 +19,44 @@ struct FilmLayer {
   float thickness_nm = 0.0f;
 
   [[nodiscard]] Rgb fresnel(float cos_theta, const Rgb& base_f0) const;
-  // (1 - cos)^5 on the way that Schlick's Fresnel of the film takes to grazing angles, at an angle that represents a lobe:
-  // B / E is the mean of (1 - cos)^5 over the lobe.
+  // Returns (1 - cos)^5 at an angle that represents a lobe: B / E is the mean of (1 - cos)^5 over
+  // the lobe. It interpolates the film's Fresnel towards grazing angles as Schlick's does.
   [[nodiscard]] float schlick(const GgxAlbedo& seen) const;
-  // The film's Fresnel at that angle.
+  // Returns the film's Fresnel at that angle.
   [[nodiscard]] Rgb fresnel(const GgxAlbedo& seen, const Rgb& base_f0) const;
-  // F0 with which Schlick's Fresnel is the film's there: a smooth function of the cosine, but for interference.
+  // Returns the F0 with which Schlick's Fresnel equals the film's at that angle: a smooth function
+  // of the cosine, except for interference.
   [[nodiscard]] Rgb f0(const GgxAlbedo& seen, const Rgb& base_f0) const;
 };
 
-// The lobes of GltfBsdf (same formulas), with what the extensions do to them: anisotropy, iridescence, a share of the
-// diffuse light that goes through, and a dielectric that is there only in part, since the rest of it transmits.
+// The lobes of GltfBsdf (same formulas), extended by anisotropy, iridescence, diffuse transmission,
+// and a dielectric weight below 1 where the remainder transmits specularly.
 class BaseLobes {
  public:
-  // Parameters in their ranges; wo unit with wo.z >= kMinCosTheta.
+  // Parameters must be in their ranges; wo must be unit with wo.z >= kMinCosTheta.
   BaseLobes(const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
 
   struct Eval {
     Rgb value{0.0f};        // f |cos_theta_i|
     float glossy_pdf{0.0f}; // of sample_glossy(), above the horizon
   };
-  // wi unit, wi.z != 0, above or below the horizon.
+  // wi must be unit with wi.z != 0; it may be above or below the horizon.
   [[nodiscard]] Eval eval(const V3f& wi) const;
   [[nodiscard]] V3f sample_glossy(const V2f& u) const { return lobe_.sample(u); }
 
-  // Directional albedos from wo: of single scattering (which sample_glossy() follows), of what follows the cosine above the
-  // surface and below it.
+  // Directional albedos from wo: of single scattering (sampled by sample_glossy()), and of the
+  // cosine lobes above and below the surface.
   [[nodiscard]] const Rgb& glossy_albedo() const { return glossy_albedo_; }
   [[nodiscard]] const Rgb& cosine_albedo() const { return cosine_albedo_; }
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_albedo_; }
 
  private:
-  static constexpr int kFilmNodes = 8; // even in mu
+  static constexpr int kFilmNodes = 8; // evenly spaced in mu
 
   [[nodiscard]] GgxAlbedo microfacet_albedo(const V3f& w) const {
     return anisotropic_ ? anisotropic_table_(w) : table_(std::abs(w.z));
   }
-  // What light is let in (or out) by the specular layer of the dielectric, 1 - S.
+  // Returns the fraction of light that the dielectric's specular layer lets in (or out), 1 - S.
   [[nodiscard]] float through(const GgxAlbedo& seen, float mu) const {
     float s = base_constant_ + base_e_ * seen.e + base_b_ * seen.b;
     if (film_dielectric_ > 0.0f) {
@@ -71,17 +72,17 @@ class BaseLobes {
   }
 
   GgxLobe lobe_;
-  bool has_microfacets_ = false; // else Lambert: of what follows only diffuse_ and transmitted_ are set
+  bool has_microfacets_ = false; // else Lambert: only diffuse_ and transmitted_ are set below
   bool anisotropic_ = false;
   Rgb glossy_albedo_{0.0f};
   Rgb cosine_albedo_{0.0f};
   Rgb transmitted_albedo_{0.0f};
-  Rgb diffuse_{0.0f};     // of the diffuse lobe all but (1 - S(i))
-  Rgb transmitted_{0.0f}; // of diffuse transmission all but (1 - S(i))
-  Rgb multiple_{0.0f};    // of the multiple-scattering lobe all but (1 - E(i))
+  Rgb diffuse_{0.0f};     // the diffuse lobe without the factor (1 - S(i))
+  Rgb transmitted_{0.0f}; // diffuse transmission without the factor (1 - S(i))
+  Rgb multiple_{0.0f};    // the multiple-scattering lobe without the factor (1 - E(i))
   Rgb f0_{0.0f};
   float f90_ = 0.0f;
-  // 1 - S = base_constant_ + base_e_ E + base_b_ B, less what a film reflects
+  // 1 - S = base_constant_ + base_e_ E + base_b_ B, minus the reflection of a film
   float base_constant_ = 1.0f;
   float base_e_ = 0.0f;
   float base_b_ = 0.0f;
@@ -89,7 +90,7 @@ class BaseLobes {
   AnisotropicAlbedoTable anisotropic_table_{1.0f, 1.0f};
 
   FilmLayer film_;
-  float film_f0_[kFilmNodes]; // greatest channel, of the dielectric
+  float film_f0_[kFilmNodes]; // maximum channel, of the dielectric
   Rgb film_dielectric_f0_{0.0f}, film_metal_f0_{0.0f};
   float film_dielectric_ = 0.0f, film_metal_ = 0.0f; // weights
   float specular_ = 0.0f;

@@ -1,4 +1,4 @@
-// Bringing parameters and directions of BSDFs into their ranges.
+// Clamping of BSDF parameters and directions to their valid ranges.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,10 +6,10 @@
 
 namespace kindling {
 
-// A cosine that keeps every quotient of the microfacets finite.
+// Minimum cosine, which keeps every quotient of the microfacet formulas finite.
 inline constexpr float kMinCosTheta = 1e-4f;
 
-// In this order of arguments std::max turns NaN into 0.
+// Clamps to [0, 1]. With this order of arguments std::max turns NaN into 0.
 [[nodiscard]] inline float saturate(float x) { return std::min(std::max(0.0f, x), 1.0f); }
 [[nodiscard]] inline Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)}; }
 
@@ -21,11 +21,12 @@ inline constexpr float kMinCosTheta = 1e-4f;
   return {w.x / length * sin_theta, w.y / length * sin_theta, kMinCosTheta};
 }
 
-// Fresnel at normal incidence; 1 for an ior of 0 (KHR_materials_ior).
+// Returns Fresnel's reflectance at normal incidence; 1 for an ior of 0 (KHR_materials_ior).
 [[nodiscard]] inline float dielectric_reflectance(float ior) { return square((ior - 1.0f) / (ior + 1.0f)); }
 
-// Color of light that leaves the microfacets after two bounces or more (Kulla and Conty 2017, after Jakob et al.
-// 2014): the cosine-weighted mean of Schlick's Fresnel is F0 + (F90 - F0) / 21.
+// Returns the color of light that leaves the microfacets after two or more bounces (Kulla and Conty
+// 2017, after Jakob et al. 2014): the cosine-weighted mean of Schlick's Fresnel is F0 + (F90 - F0)
+// / 21.
 [[nodiscard]] inline float multiple_scattering_fresnel(float f0, float f90, float e_average) {
   const float mean = f0 + (f90 - f0) * (1.0f / 21.0f);
   return mean * mean * e_average / (1.0f - mean * (1.0f - e_average));

@@ -1,4 +1,4 @@
-// A clear coat: dielectric reflection on top of all else, with a normal of its own (KHR_materials_clearcoat).
+// The clear coat: a dielectric reflection above all other layers (KHR_materials_clearcoat).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,11 +11,13 @@
 
 namespace kindling {
 
-// GGX of ior 1.5 with Kulla and Conty's compensation for multiple scattering, as the specular layer of GltfBsdf. Cosines are those with the coat's
-// normal; light from below its horizon is not reflected.
+// GGX of ior 1.5 with Kulla and Conty's compensation for multiple scattering, like the specular
+// layer of GltfBsdf. Cosines are relative to the coat's own normal; light from below its horizon is
+// not reflected.
 class ClearcoatLobe {
  public:
-  // roughness perceptual, in [0, 1]; normal unit; wo unit, both in the frame of the base; wo is lifted above the coat's horizon.
+  // roughness is perceptual, in [0, 1]. normal and wo are unit, in the frame of the base; wo is
+  // lifted above the coat's horizon.
   ClearcoatLobe(float roughness, const V3f& normal, const V3f& wo)
       : frame_(Frame::around(normal)), roughness_(std::max(roughness, kMinRoughness)),
         table_(roughness_, roughness_ * roughness_) {
@@ -33,7 +35,7 @@ class ClearcoatLobe {
     float value; // f |cos_theta_i| with the coat's cosine
     float pdf;
   };
-  // wi unit, in the frame of the base. Zero below the coat's horizon.
+  // wi must be unit, in the frame of the base. Returns zero below the coat's horizon.
   [[nodiscard]] Eval eval(const V3f& wi) const {
     const V3f local = frame_.to_local(wi);
     if (!(local.z > 0.0f)) return {0.0f, 0.0f};
@@ -41,12 +43,13 @@ class ClearcoatLobe {
     const float fresnel = kF0 + (1.0f - kF0) * pow5(std::max(1.0f - single.cos_d, 0.0f));
     return {fresnel * single.value + multiple_ * (1.0f - table_(local.z).e) * local.z, single.pdf};
   }
-  // Unit, in the frame of the base; may lie below its horizon. Empty: below the coat's own, absorbed.
+  // Returns a unit direction in the frame of the base, possibly below the base's horizon. Empty if
+  // it is below the coat's own horizon: absorbed.
   [[nodiscard]] std::optional<V3f> sample(const V2f& u) const {
     const V3f local = lobe_.sample(u);
     return local.z > 0.0f ? std::optional(frame_.to_world(local)) : std::nullopt;
   }
-  // Directional albedo over the coat's hemisphere.
+  // Returns the directional albedo over the coat's hemisphere.
   [[nodiscard]] float albedo() const { return albedo_; }
 
  private:

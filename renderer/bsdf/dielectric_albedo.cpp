@@ -1,7 +1,9 @@
+// Trilinear lookup of the albedo tables of dielectric interfaces.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_albedo.h"
 
 #include <array>
+#include <cassert>
 
 namespace kindling {
 
@@ -12,7 +14,7 @@ struct Position {
   float fraction;
 };
 
-// t in [0, 1] along an axis of that many nodes; clamped.
+// Returns the position of t in [0, 1] on an axis with this number of nodes; clamped.
 Position position(float t, uint32_t nodes) {
   const float x = std::min(std::max(t, 0.0f), 1.0f) * static_cast<float>(nodes - 1);
   const uint32_t node = std::min(static_cast<uint32_t>(x), nodes - 2);
@@ -31,6 +33,7 @@ void add(Values& sum, const DielectricTableNode& n, float weight) {
 } // namespace
 
 DielectricAlbedo dielectric_albedo(float mu, float roughness, float alpha, float eta) {
+  assert(eta > 0.0f);
   const bool outside = eta >= 1.0f;
   const DielectricTableShape& shape = outside ? kDielectricOutside : kDielectricInside;
   const float smaller = outside ? 1.0f / eta : eta;

@@ -1,3 +1,4 @@
+// Evaluation and sampling of rough and smooth dielectric interfaces and thin walls.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_lobe.h"
 
@@ -9,21 +10,23 @@
 #include "renderer/bsdf/thin_film.h"
 #include "renderer/sampling/warp.h"
 
+#include <cassert>
+
 namespace kindling {
 
 namespace {
 
 constexpr float kSmoothAlpha = kStraightRoughness * kStraightRoughness;
-// Of an index that is infinite: F0 is 0.9996.
-constexpr float kLargestEta = 1e4f;
+// Stands for an infinite index: F0 is 0.9996.
+constexpr float kMaxEta = 1e4f;
 
 float bounded_color(float x) { return std::min(std::max(0.0f, x), 1e6f); }
 Rgb bounded_color(const Rgb& c) { return {bounded_color(c.x), bounded_color(c.y), bounded_color(c.z)}; }
 
 float valid_eta(float eta, bool thin_walled) {
-  if (!(eta > 0.0f)) return kLargestEta;
-  const float bounded = std::min(std::max(eta, 1.0f / kLargestEta), kLargestEta);
-  return thin_walled ? std::max(bounded, 1.0f / bounded) : bounded; // a wall has one medium on both sides
+  if (!(eta > 0.0f)) return kMaxEta;
+  const float bounded = std::min(std::max(eta, 1.0f / kMaxEta), kMaxEta);
+  return thin_walled ? std::max(bounded, 1.0f / bounded) : bounded; // a wall has the same medium on both sides
 }
 
 } // namespace
@@ -47,7 +50,8 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
     const float smallest = transmits_ ? kSmoothAlpha : kMinAlpha;
     alpha_x_ = std::max(alpha_x_, smallest);
     alpha_y_ = std::max(alpha_y_, smallest);
-    // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX Reflections").
+    // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF
+    // Sampling for Smith-GGX Reflections").
     const float alpha2 = square(std::min(alpha_x_, alpha_y_));
     const float s2 = square(1.0f + std::sqrt(wo_.x * wo_.x + wo_.y * wo_.y));
     cap_bound_ = (1.0f - alpha2) * s2 / (s2 + alpha2 * wo_.z * wo_.z);
@@ -60,9 +64,11 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
   set_albedos();
 }
 
-// The scale to a total albedo of 1, from the channel that reflects most, and the estimates. The tables of refraction are isotropic: anisotropic
-// facets are looked up with the mean of their two alphas and with that in the plane of incidence, and scaled by the lesser of the two answers: rather a loss than
-// a gain. The film's reflectance is not in them either; it moves energy from one side to the other more than it loses any.
+// Sets the scale to a total albedo of 1, from the channel that reflects most, and the estimates.
+// The tables of refraction are isotropic: anisotropic facets are looked up with the mean of their
+// two alphas and with the alpha in the plane of incidence, and the smaller of the two scales is
+// used, preferring a loss to a gain. The tables do not contain the film's reflectance either, which
+// mostly moves energy from one side to the other.
 void DielectricLobe::set_albedos() {
   if (smooth_ || !transmits_) {
     reflected_ = saturate(fresnel(wo_.z, refracted_cosine(wo_.z, eta_)));
@@ -75,8 +81,8 @@ void DielectricLobe::set_albedos() {
   const DielectricAlbedo albedo = dielectric_albedo(wo_.z, roughness, alpha, eta_);
   const Rgb& offset = fresnel_.offset();
   const Rgb& slope = fresnel_.slope();
-  float plain = albedo.reflected; // share of the plain Fresnel term
-  float total = 0.0f;             // share of total reflection
+  float plain = albedo.reflected; // fraction from the plain Fresnel term
+  float total = 0.0f;             // fraction from total reflection
   if (thin_walled_) {
     const float e = alpha_x_ == alpha_y_ ? GgxAlbedoTable(std::max(roughness, kMinRoughness), alpha)(wo_.z).e
                                          : AnisotropicAlbedoTable(alpha_x_, alpha_y_)(wo_).e;
@@ -84,16 +90,16 @@ void DielectricLobe::set_albedos() {
     plain = std::min(plain * albedo.e * scale_, 1.0f);
   } else {
     const float a = max_component(offset);
-    const float b = max_component(slope + offset) - a; // at grazing angles all channels meet
+    const float b = max_component(slope + offset) - a; // at grazing angles all channels are equal
     const auto total_of = [&](const DielectricAlbedo& x) { return x.e + a * x.p + (b - 1.0f) * x.q; };
-    float most = total_of(albedo);
+    float max_total = total_of(albedo);
     if (alpha_x_ != alpha_y_) {
       const float sin2 = std::max(1.0f - wo_.z * wo_.z, 1e-12f);
       const float along =
           std::clamp(std::sqrt((square(alpha_x_ * wo_.x) + square(alpha_y_ * wo_.y)) / sin2), kSmoothAlpha, 1.0f);
-      most = std::max(most, total_of(dielectric_albedo(wo_.z, std::sqrt(along), along, eta_)));
+      max_total = std::max(max_total, total_of(dielectric_albedo(wo_.z, std::sqrt(along), along, eta_)));
     }
-    scale_ = 1.0f / std::max(most, 0.02f);
+    scale_ = 1.0f / std::max(max_total, 0.02f);
     if (eta_ < 1.0f) total = std::max(2.0f * plain - 1.0f, 0.0f);
   }
   reflected_ = saturate((offset * (1.0f - total) + slope * (plain - total)) + Rgb(total));
@@ -115,7 +121,8 @@ Rgb DielectricLobe::fresnel(float cos_o, float cos_t) const {
   return lerp(f, thin_film_fresnel(cos_outside, 1.0f, film_ior_, film_base_f0_, film_thickness_nm_), iridescence_);
 }
 
-// In proportion to the luminances of what goes either way. A millionth is not worth a sample, nor would its weight be finite.
+// Proportional to the luminances to either side. Below a millionth the probability is 0: such a
+// sample is not worthwhile and its weight might not be finite.
 float DielectricLobe::reflection_probability(const Rgb& f) const {
   if (!transmits_) return 1.0f;
   const float reflected = luminance(f);
@@ -138,13 +145,14 @@ BsdfEval DielectricLobe::eval(const V3f& wi) const {
   if (smooth_ || wi.z == 0.0f) return {};
   const float mu_i = std::abs(wi.z);
   const float mu_o = wo_.z;
-  // G2 / (4 mu_o mu_i), correlated in height (Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99).
+  // G2 / (4 mu_o mu_i), correlated in height (Heitz 2014, "Understanding the Masking-Shadowing
+  // Function", equation 99).
   const float visibility = 0.5f / (mu_i * t_o_ + mu_o * stretched_length(wi));
   const float normals = 1.0f / (cap_bound_ * mu_o + t_o_); // density of visible normals: 2 D (wo . h) times this
 
   if (wi.z > 0.0f || thin_walled_) {
     if (wi.z < 0.0f && !transmits_) return {};
-    const V3f sum(wo_.x + wi.x, wo_.y + wi.y, wo_.z + mu_i); // 2 cos(theta_d) long
+    const V3f sum(wo_.x + wi.x, wo_.y + wi.y, wo_.z + mu_i); // its length is 2 cos(theta_d)
     const float length2 = sum.length2();
     const float cos_d = 0.5f * std::sqrt(length2);
     const float inverse = 1.0f / length2;
@@ -157,8 +165,8 @@ BsdfEval DielectricLobe::eval(const V3f& wi) const {
     return {tint_ * (std::max(1.0f - max_component(f), 0.0f) * common), (1.0f - probability) * density};
   }
 
-  // Walter et al. 2007, equations 16, 17 and 21, in terms of the half vector before normalization, +-(cos_o - eta cos_t) long. The
-  // sign makes it point to wo's side.
+  // Walter et al. 2007, equations 16, 17 and 21, in terms of the half vector before normalization,
+  // whose length is +-(cos_o - eta cos_t). The sign makes it point to wo's side.
   const V3f sum = (wo_ + wi * eta_) * (eta_ > 1.0f ? -1.0f : 1.0f);
   const float length2 = sum.length2();
   const float inverse_length = 1.0f / std::sqrt(length2);
@@ -175,8 +183,8 @@ BsdfEval DielectricLobe::eval(const V3f& wi) const {
   return {tint_ * value, (1.0f - probability) * 2.0f * d * normals * cos_o * jacobian};
 }
 
-// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023, "Sampling Visible GGX
-// Normals with Spherical Caps").
+// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub
+// 2023, "Sampling Visible GGX Normals with Spherical Caps").
 V3f DielectricLobe::sample_visible_normal(const V2f& u) const {
   const float stretch = 1.0f / t_o_;
   const V3f view(wo_.x * alpha_x_ * stretch, wo_.y * alpha_y_ * stretch, wo_.z * stretch);
@@ -200,13 +208,15 @@ std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
   return BsdfSample{wi.normalized(), tint_ * (through / (1.0f - probability)), 0.0f, Lobe::transmission};
 }
 
-float DielectricLobe::reflection_share(const V2f& u) const {
+float DielectricLobe::reflection_probability(const V2f& u) const {
   const float cos_o = smooth_ ? wo_.z : std::max(wo_.dot(sample_visible_normal(u)), 0.0f);
   return reflection_probability(fresnel(cos_o, refracted_cosine(cos_o, eta_)));
 }
 
-// Weights and densities are those of the sampled microfacet, not of the half vector of wi, whose rounding narrow lobes would show.
+// Weights and densities are those of the sampled microfacet, not of the half vector of wi, whose
+// rounding would be visible in narrow lobes.
 std::optional<BsdfSample> DielectricLobe::sample(float u_lobe, const V2f& u) const {
+  assert(u_lobe >= 0.0f && u_lobe <= 1.0f);
   if (smooth_) return sample_smooth(u_lobe);
   const V3f normal = sample_visible_normal(u);
   const float cos_o = wo_.dot(normal);
@@ -236,7 +246,7 @@ std::optional<BsdfSample> DielectricLobe::sample(float u_lobe, const V2f& u) con
   if (reflects || thin_walled_) {
     density *= 0.5f;
   } else {
-    // (cos_o - eta cos_t)^2 without its cancellation near eta = 1.
+    // (cos_o - eta cos_t)^2 without cancellation near eta = 1.
     const float difference = (1.0f - eta_ * eta_) / (cos_o + eta_ * cos_t);
     density *= 2.0f * cos_o * eta_ * eta_ * cos_t / (difference * difference);
   }

@@ -1,4 +1,4 @@
-// Reflection and transmission of a dielectric interface, rough or smooth, of a volume or of a thin wall.
+// Reflection and transmission of a dielectric interface, smooth or rough, of a volume or thin wall.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,8 @@
 
 namespace kindling {
 
-// Already evaluated at a point. What is outside of the ranges is clamped, NaN to the lower bound.
+// Parameters evaluated at a point. Values outside of the ranges are clamped, NaN to the lower
+// bound.
 struct DielectricParameters {
   float alpha_x = 0.0f; // [0, 1], of the microfacets: squared roughness, along the local x and y
   float alpha_y = 0.0f;
@@ -21,51 +22,61 @@ struct DielectricParameters {
   Rgb specular_color{1.0f}; // >= 0
   Rgb tint{1.0f};           // [0, 1], of the transmitted light: the base color
 
-  float iridescence = 0.0f; // [0, 1] (KHR_materials_iridescence): share of the Fresnel term that is the thin film's
+  float iridescence = 0.0f; // [0, 1] (KHR_materials_iridescence): weight of the thin film in the Fresnel term
   float film_ior = 1.3f;
   float film_thickness_nm = 400.0f; // 0: no film
 };
 
-// Conventions of GltfBsdf, but for wi.z < 0, the other side. F is the exact Fresnel term with KHR_materials_specular and the film;
-// what is transmitted is 1 - max(F), a scalar, times the tint: rgb_mix() of these extensions.
+// Follows the conventions of GltfBsdf, except that wi.z < 0 is the other side. F is the exact
+// Fresnel term with KHR_materials_specular and the film. The transmitted light is 1 - max(F), a
+// scalar, times the tint: rgb_mix() of these extensions.
 //
-//   volume       microfacets that refract (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"), GGX, Smith
-//                correlated in height. Single scattering is scaled to a total of 1 (Turquin 2019, "Practical multiple scattering
-//                compensation for microfacet models"; tables in dielectric_albedo.h), so the lobe is reciprocal but for that factor.
-//                With alpha up to kStraightRoughness^2, or an index within 1 % of the outside's: perfect reflection and refraction, deltas.
-//   thin wall    the reflection, and its mirror image below the surface for the transmission (KHR_materials_transmission,
-//                "Transmission BTDF", with the correlated form of Smith's term); scaled likewise. The extension's one factor of 1 - F stands for both
-//                interfaces of the wall. With alpha up to kStraightRoughness^2 light passes straight on: straight_transmittance().
+//   volume      Microfacets that refract (Walter et al. 2007, "Microfacet Models for Refraction
+//               through Rough Surfaces"), GGX, height-correlated Smith. Single scattering is
+//               scaled to a total of 1 (Turquin 2019, "Practical multiple scattering
+//               compensation for microfacet models"; tables in dielectric_albedo.h), so the
+//               lobe is reciprocal up to that factor. With alpha up to kStraightRoughness^2, or
+//               an index within 1 % of the outside's, reflection and refraction are deltas.
+//   thin wall   The reflection, and its mirror image below the surface for the transmission
+//               (KHR_materials_transmission, "Transmission BTDF", with the correlated form of
+//               Smith's term); scaled likewise. The extension's single factor of 1 - F stands
+//               for both interfaces of the wall. With alpha up to kStraightRoughness^2 light
+//               passes straight through: straight_transmittance().
 //
-// Radiance is not scaled by eta^2 on refraction (as Cycles and the glTF viewers do it, unlike pbrt): albedos are at most 1 on either side
-// and a white furnace stays white. From air to air the factors cancel. Reciprocity of the refraction then is
-// f(wo, wi) / eta^2 = f(wi, wo), eta from wo to wi.
+// Radiance is not scaled by eta^2 on refraction (like Cycles and the glTF viewers, unlike pbrt):
+// albedos are at most 1 on either side and a white furnace stays white. From air to air the factors
+// cancel. Refraction is then reciprocal in the sense f(wo, wi) / eta^2 = f(wi, wo), eta from wo to
+// wi.
 class DielectricLobe {
  public:
   DielectricLobe(const DielectricParameters& parameters, const V3f& wo);
 
-  // f |cos_theta_i| and density; delta directions are not in it.
+  // Returns f |cos_theta_i| and the density; delta directions are excluded.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
-  // u_lobe in [0, 1) chooses between reflection and transmission at the microfacet that u in [0, 1)^2 gives. Empty: absorbed, or
-  // lost between the microfacets. pdf 0: a delta direction.
+  // u_lobe in [0, 1) selects reflection or transmission at the microfacet that u in [0, 1)^2 gives.
+  // Empty: absorbed, or lost between the microfacets. pdf 0: a delta direction.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
 
-  // How much of [0, 1) of u_lobe sample() takes for reflection at the microfacet that `u` gives; 1: nothing is refracted there.
-  [[nodiscard]] float reflection_share(const V2f& u) const;
+  // Returns the probability with which sample() reflects at the microfacet that `u` gives: it
+  // reflects for u_lobe below that value. 1: nothing is refracted there.
+  [[nodiscard]] float reflection_probability(const V2f& u) const;
 
-  // By which single scattering is multiplied, as seen from wo: divided by it, eval() is reciprocal.
+  // Returns the factor of single scattering, as seen from wo: divided by it, eval() is reciprocal.
   [[nodiscard]] float compensation() const { return scale_; }
-  // True: nothing but delta directions.
+  // True if there are only delta directions.
   [[nodiscard]] bool is_delta() const { return smooth_; }
-  // Estimates of the directional albedos to each side, straight_transmittance() apart; exact for smooth interfaces, within
-  // the tables for rough ones seen from the thinner side.
+  // Estimates of the directional albedos to each side, without straight_transmittance(). Exact for
+  // smooth interfaces, and within the accuracy of the tables for rough ones seen from the thinner
+  // side.
   [[nodiscard]] const Rgb& reflected_albedo() const { return reflected_; }
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_; }
-  // Of light straight on along -wo through a smooth thin wall: tint (1 - max(F)). In none of the above.
+  // Returns the transmittance straight along -wo through a smooth thin wall: tint (1 - max(F)). It
+  // is in none of the above.
   [[nodiscard]] const Rgb& straight_transmittance() const { return straight_; }
 
  private:
-  // F where cos_o and cos_t are the cosines with the microfacet on the side of wo and beyond; cos_t < 0: total reflection.
+  // Returns F. cos_o and cos_t are the cosines with the microfacet on the side of wo and beyond;
+  // cos_t < 0 is total reflection.
   [[nodiscard]] Rgb fresnel(float cos_o, float cos_t) const;
   [[nodiscard]] float reflection_probability(const Rgb& f) const;
   [[nodiscard]] V3f sample_visible_normal(const V2f& u) const;
@@ -80,7 +91,7 @@ class DielectricLobe {
   float eta_ = 1.5f;
   bool thin_walled_ = false;
   bool smooth_ = false;    // deltas only
-  bool transmits_ = true;  // by the lobe: not as a smooth thin wall
+  bool transmits_ = true;  // false for a smooth thin wall
   float scale_ = 1.0f;     // 1 / single-scattering albedo
   float t_o_ = 0.0f;       // length of the stretched wo
   float cap_bound_ = 1.0f; // k of the bounded visible normals

@@ -1,5 +1,8 @@
+// Index of refraction by wavelength, and wavelength sampling from a table.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
+
+#include <cassert>
 
 namespace kindling {
 
@@ -14,6 +17,7 @@ constexpr double kSpread = 1.0 / (kF * kF) - 1.0 / (kC * kC);
 } // namespace
 
 float dispersed_ior(float ior, float dispersion, float nm) {
+  assert(dispersion >= 0.0f && nm > 0.0f);
   // n - n_d = (n_d - 1) / V (1 / lambda^2 - 1 / lambda_d^2) / (1 / lambda_F^2 - 1 / lambda_C^2)
   constexpr auto kScale = static_cast<float>(1.0 / kSpread / 20.0);
   constexpr auto kOffset = static_cast<float>(1.0 / (kD * kD) / kSpread / 20.0);
@@ -21,6 +25,7 @@ float dispersed_ior(float ior, float dispersion, float nm) {
 }
 
 WavelengthSample sample_wavelength(float u) {
+  assert(u >= 0.0f && u <= 1.0f);
   const float x = u * (kWavelengthNodes - 1);
   const uint32_t i = std::min(static_cast<uint32_t>(x), kWavelengthNodes - 2);
   const float t = x - static_cast<float>(i);

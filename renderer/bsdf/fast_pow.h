@@ -1,4 +1,4 @@
-// Powers by polynomials: quick, and the same bits on every machine, which the mathematical library does not promise.
+// Powers by polynomials: fast, and bitwise equal on every machine, unlike the math library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace kindling {
 
-// Base-2 logarithm of a positive, normal float. Absolute error below 2e-7 near 1, below one rounding of the result elsewhere.
+// Returns the base-2 logarithm of a positive, normal float. The absolute error is below 2e-7 near 1
+// and below one rounding of the result elsewhere.
 [[nodiscard]] inline float fast_log2(float x) {
   // Mantissa in [sqrt(1/2), sqrt(2)), then the series of the inverse hyperbolic tangent.
   const uint32_t bits = std::bit_cast<uint32_t>(x) - 0x3f3504f3U;
@@ -21,7 +22,7 @@ namespace kindling {
   return exponent + s * series;
 }
 
-// 2^x, relative error below 3e-7; 0 below 2^-126, clamped at 2^127.
+// Returns 2^x with a relative error below 3e-7; 0 below 2^-126, clamped at 2^127.
 [[nodiscard]] inline float fast_exp2(float x) {
   if (!(x > -126.0f)) return 0.0f;
   x = std::min(x, 127.0f);
@@ -34,7 +35,7 @@ namespace kindling {
   return p * std::bit_cast<float>((static_cast<uint32_t>(static_cast<int32_t>(whole) + 127)) << 23);
 }
 
-// x^y for x >= 0 (0^y is 0).
+// Returns x^y for x >= 0 (0^y is 0).
 [[nodiscard]] inline float fast_pow(float x, float y) { return x >= 1.2e-38f ? fast_exp2(y * fast_log2(x)) : 0.0f; }
 
 } // namespace kindling

@@ -4,29 +4,33 @@
 
 #include "renderer/base/math.h"
 
+#include <cassert>
+
 namespace kindling {
 
-// Everywhere: eta is the index of refraction beyond the interface over the one on the side of the incident direction, > 0; a
-// cosine is between a direction and the normal on the direction's own side, in [0, 1].
+// Conventions: eta > 0 is the index of refraction beyond the interface over the one on the side of
+// the incident direction. Cosines are between a direction and the normal on the direction's own
+// side, in [0, 1].
 
-// At normal incidence; the same for eta and 1 / eta.
+// Returns the reflectance at normal incidence; equal for eta and 1 / eta.
 [[nodiscard]] inline float dielectric_f0(float eta) { return square((eta - 1.0f) / (eta + 1.0f)); }
 
-// Snell's law: cosine beyond the interface for the cosine on this side; -1 where all is reflected.
+// Snell's law: returns the cosine beyond the interface for the cosine on this side; -1 for total
+// reflection.
 [[nodiscard]] inline float refracted_cosine(float cos_theta, float eta) {
   const float cos2 = 1.0f - (1.0f - cos_theta * cos_theta) / (eta * eta);
   return cos2 > 0.0f ? std::sqrt(cos2) : -1.0f;
 }
 
-// Reflectance of unpolarized light from both cosines, for where they are known already. Symmetric: (cos_i, cos_t, eta) and
-// (cos_t, cos_i, 1 / eta) give the same.
+// Returns the reflectance of unpolarized light, given both cosines. Symmetric: (cos_i, cos_t, eta)
+// and (cos_t, cos_i, 1 / eta) give the same.
 [[nodiscard]] inline float dielectric_fresnel(float cos_i, float cos_t, float eta) {
   const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// Exact reflectance of unpolarized light; 1 at total internal reflection.
+// Returns the exact reflectance of unpolarized light; 1 at total internal reflection.
 [[nodiscard]] inline float dielectric_fresnel(float cos_theta, float eta) {
   const float cos_t = refracted_cosine(cos_theta, eta);
   return cos_t > 0.0f ? dielectric_fresnel(cos_theta, cos_t, eta) : 1.0f;
@@ -39,20 +43,24 @@ namespace kindling {
   return f0 + (f90 - f0) * (x2 * x2 * x);
 }
 
-// The direction beyond an interface with the unit normal n, for w (unit, away from the interface, w . n > 0) on this side.
-// cos_t is refracted_cosine(w . n, eta) >= 0. Unit, away from the interface.
+// Returns the unit direction beyond an interface with the unit normal n, pointing away from it. w
+// is unit, on this side, pointing away from the interface (w . n > 0). cos_t is refracted_cosine(w
+// . n, eta) and must be >= 0.
 [[nodiscard]] inline V3f refracted_direction(const V3f& w, const V3f& n, float cos_t, float eta) {
+  assert(cos_t >= 0.0f);
   const float inverse = 1.0f / eta;
   return (n * (w.dot(n) * inverse - cos_t) - w * inverse).normalized();
 }
 
-// KHR_materials_specular on an exact interface: F' = F0' + (F90' - F0') (F - F0) / (1 - F0), with F0' = min(F0 color, 1) specular
-// and F90' = specular. F runs from F0 to 1 as Schlick's does, so that (F - F0) / (1 - F0) stands for (1 - cos)^5. F is the same
-// from both sides of the interface, hence F' too: it is that of the angle on the optically thinner side. Total internal
-// reflection stays total, as no index of refraction is changed (KHR_materials_specular, "Interaction with other extensions").
+// KHR_materials_specular on an exact interface: F' = F0' + (F90' - F0') (F - F0) / (1 - F0), with
+// F0' = min(F0 color, 1) specular and F90' = specular. F runs from F0 to 1 as Schlick's does, so (F
+// - F0) / (1 - F0) replaces (1 - cos)^5. F is equal from both sides of the interface, and so is F',
+// which is that of the angle on the optically thinner side. Total internal reflection stays total,
+// since no index of refraction changes (KHR_materials_specular, "Interaction with other
+// extensions").
 class SpecularFresnel {
  public:
-  // specular in [0, 1], color >= 0; eta as above, > 0 and not 1 / 0.
+  // specular in [0, 1], color >= 0; eta as above, finite and > 0.
   SpecularFresnel(float eta, float specular, const Rgb& color) {
     const float f0 = dielectric_f0(eta);
     const Rgb tinted(std::min(f0 * color.x, 1.0f), std::min(f0 * color.y, 1.0f), std::min(f0 * color.z, 1.0f));
@@ -61,12 +69,12 @@ class SpecularFresnel {
     offset_ = f0_new - slope_ * f0;
   }
 
-  // F' of an exact reflectance F. Not for total internal reflection.
+  // Returns F' for an exact reflectance F. Not for total internal reflection.
   [[nodiscard]] Rgb operator()(float f) const {
     const Rgb modified = offset_ + slope_ * f;
     return {std::max(modified.x, 0.0f), std::max(modified.y, 0.0f), std::max(modified.z, 0.0f)};
   }
-  // F' = offset + slope F.
+  // Coefficients of F' = offset + slope F.
   [[nodiscard]] const Rgb& offset() const { return offset_; }
   [[nodiscard]] const Rgb& slope() const { return slope_; }
 

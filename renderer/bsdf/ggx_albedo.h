@@ -1,25 +1,27 @@
-// The directional albedo of the GGX lobe, from tables: how much one bounce on the microfacets reflects.
+// Directional albedo of the GGX lobe, interpolated from tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
 
+#include <cassert>
 #include <cstdint>
 
 namespace kindling {
 
-// With Schlick's Fresnel F = F0 + (F90 - F0) (1 - cos)^5, the albedo of the single-scattering lobe seen under mu =
-// cos(theta_o) is F0 (E - B) + F90 B: E is the albedo of a perfect mirror, B what of it carries the factor (1 - cos)^5.
+// With Schlick's Fresnel F = F0 + (F90 - F0) (1 - cos)^5, the albedo of the single-scattering lobe
+// seen under mu = cos(theta_o) is F0 (E - B) + F90 B. E is the albedo of a perfect mirror, B its
+// part with the factor (1 - cos)^5.
 struct GgxAlbedo {
   float e = 1.0f; // in [0, 1]
   float b = 0.0f; // in [0, e]
 };
 
-// Below it the lobe is narrower than what float directions resolve: at alpha = 1e-4 (roughness 0.01) the half vector's
-// rounding moves the density by about 1e-3 of itself. The lobe is then 0.01 degrees wide: a mirror in all but name, and
-// never a delta.
+// Below this alpha the lobe is narrower than float directions can resolve: at alpha = 1e-4
+// (roughness 0.01) the half vector's rounding changes the density by about 1e-3 of itself. The lobe
+// is then 0.01 degrees wide: a mirror for practical purposes, but never a delta.
 inline constexpr float kMinAlpha = 1e-4f;
-inline constexpr float kMinRoughness = 1e-2f; // its root
+inline constexpr float kMinRoughness = 1e-2f; // its square root
 
 inline constexpr uint32_t kGgxMuNodes = 32;
 inline constexpr uint32_t kGgxRoughnessNodes = 32;
@@ -31,34 +33,36 @@ struct GgxTableNode {
   float schlick_residual; // B / E - (1 - mu)^5: smooth where B itself is not
 };
 
-// ggx_tables.cpp, written by generate_ggx_tables.cpp.
+// Defined in ggx_tables.cpp, written by generate_ggx_tables.cpp.
 extern const GgxTableNode kGgxTable[kGgxRoughnessNodes * kGgxMuNodes];
-// 2 * integral of E and B over mu dmu, of the interpolated table: what makes the multiple-scattering lobe's albedo
-// exact.
+// 2 * integral of E and B of the interpolated table over mu dmu, so that the albedo of the
+// multiple-scattering lobe is exact.
 extern const GgxAlbedo kGgxAverages[kGgxAverageNodes];
 
-// x^5 for Schlick's Fresnel.
+// Returns x^5, for Schlick's Fresnel.
 [[nodiscard]] inline float pow5(float x) {
   const float x2 = x * x;
   return x2 * x2 * x;
 }
 
-// The table at one roughness. Nodes are even in roughness from kMinRoughness to 1 and, in mu, even in
-// sqrt(mu (1 + 2 alpha) / (mu + 2 alpha)): the dip of E that shadowing makes near mu = alpha stays at the same nodes
-// for any roughness. Bilinear. Off by at most 1.1e-3 in E and 3e-3 in B (2e-3 above mu = 0.001), in the root mean
-// square by 2.5e-4 and 4e-4; so is a white furnace (tests/bsdf/ggx_tables_test.cpp).
+// The table at one roughness, bilinear. Nodes are evenly spaced in roughness from kMinRoughness to
+// 1 and, in mu, evenly spaced in sqrt(mu (1 + 2 alpha) / (mu + 2 alpha)): the dip of E that
+// shadowing makes near mu = alpha stays at the same nodes for any roughness. The error, and that of
+// a white furnace, is at most 1.1e-3 in E and 3e-3 in B (2e-3 above mu = 0.001), in the root mean
+// square 2.5e-4 and 4e-4 (tests/bsdf/ggx_tables_test.cpp).
 class GgxAlbedoTable {
  public:
   // roughness in [kMinRoughness, 1], alpha its square.
   GgxAlbedoTable(float roughness, float alpha, const GgxTableNode* table = kGgxTable)
       : scale_(square(kGgxMuNodes - 1) * (1.0f + 2.0f * alpha)), two_alpha_(2.0f * alpha) {
+    assert(roughness > 0.999f * kMinRoughness && roughness <= 1.0f);
     const float y = (roughness - kMinRoughness) * ((kGgxRoughnessNodes - 1) / (1.0f - kMinRoughness));
     const auto row = std::min(static_cast<uint32_t>(y), kGgxRoughnessNodes - 2);
     row_ = table + row * kGgxMuNodes;
     fraction_ = y - static_cast<float>(row);
   }
 
-  // mu in (0, 1].
+  // Returns E and B for mu in (0, 1].
   [[nodiscard]] GgxAlbedo operator()(float mu) const {
     const float x = std::sqrt(mu * scale_ / (mu + two_alpha_));
     const auto column = std::min(static_cast<uint32_t>(x), kGgxMuNodes - 2);
@@ -78,8 +82,10 @@ class GgxAlbedoTable {
   float two_alpha_;
 };
 
-// Cosine-weighted means of E and B over the hemisphere. roughness in [kMinRoughness, 1].
+// Returns the cosine-weighted means of E and B over the hemisphere; roughness in [kMinRoughness,
+// 1].
 [[nodiscard]] inline GgxAlbedo ggx_average_albedo(float roughness) {
+  assert(roughness > 0.999f * kMinRoughness && roughness <= 1.0f);
   const float y = (roughness - kMinRoughness) * ((kGgxAverageNodes - 1) / (1.0f - kMinRoughness));
   const auto i = std::min(static_cast<uint32_t>(y), kGgxAverageNodes - 2);
   const float s = y - static_cast<float>(i);

@@ -1,21 +1,26 @@
-// One bounce on GGX microfacets, isotropic or not, without Fresnel: value, density, sampling.
+// Single scattering on GGX microfacets without Fresnel, isotropic or not: value, density, sampling.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/math.h"
 #include "renderer/sampling/warp.h"
 
+#include <cassert>
+
 namespace kindling {
 
-// Reflection on the side of wo. alpha_x along local x, alpha_y along local y, both in [kMinAlpha, 1]. wo unit with wo.z > 0. With
-// alpha_x = alpha_y these are the formulas of GltfBsdf.
+// Reflects on the side of wo, a unit vector with wo.z > 0. alpha_x along local x and alpha_y along
+// local y are in [kMinAlpha, 1]. With alpha_x = alpha_y these are the formulas of GltfBsdf.
 class GgxLobe {
  public:
   GgxLobe() = default;
   GgxLobe(float alpha_x, float alpha_y, const V3f& wo) : wo_(wo), alpha_x_(alpha_x), alpha_y_(alpha_y) {
+    assert(alpha_x > 0.0f && alpha_x <= 1.0f && alpha_y > 0.0f && alpha_y <= 1.0f);
+    assert(wo.z > 0.0f);
     t_o_ = stretched_length(wo);
-    // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX
-    // Reflections", equations 5 and 6; the lesser alpha bounds an anisotropic lobe).
+    // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF
+    // Sampling for Smith-GGX Reflections", equations 5 and 6; the smaller alpha bounds an
+    // anisotropic lobe).
     const float a2 = square(std::min(alpha_x, alpha_y));
     const float s2 = square(1.0f + std::sqrt(wo.x * wo.x + wo.y * wo.y));
     cap_bound_ = (1.0f - a2) * s2 / (s2 + a2 * wo.z * wo.z);
@@ -27,23 +32,27 @@ class GgxLobe {
     float pdf;   // solid angle
     float cos_d; // between wi and the half vector
   };
-  // wi unit, wi.z > 0.
+  // wi must be unit with wi.z > 0.
   [[nodiscard]] Eval eval(const V3f& wi) const {
+    assert(wi.z > 0.0f);
     // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
     const V3f sum = wo_ + wi;
     const float length2 = sum.length2();
-    // D = alpha_x alpha_y / (pi q^2): no cancellation, however narrow the lobe (Burley 2012; Heitz 2014, equation 85).
+    // D = alpha_x alpha_y / (pi q^2) does not cancel, however narrow the lobe (Burley 2012; Heitz
+    // 2014, equation 85).
     const float a2 = alpha_x_ * alpha_y_;
     const float q =
         (sum.x * sum.x * (alpha_y_ / alpha_x_) + sum.y * sum.y * (alpha_x_ / alpha_y_) + a2 * sum.z * sum.z) / length2;
     const float d = a2 * kInvPi / (q * q);
-    // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99).
+    // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing
+    // Function", equation 99).
     const float visibility = 0.5f / (wi.z * t_o_ + wo_.z * stretched_length(wi));
     return {d * visibility * wi.z, d * pdf_factor_, 0.5f * std::sqrt(length2)};
   }
 
-  // Unit; may lie below the horizon (then the sample is absorbed). Uniform on a spherical cap in the space where the microfacets are a hemisphere
-  // (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
+  // Returns a unit direction, possibly below the horizon (the sample is then absorbed). Uniform on
+  // a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023,
+  // "Sampling Visible GGX Normals with Spherical Caps").
   [[nodiscard]] V3f sample(const V2f& u) const {
     const float stretch = 1.0f / t_o_;
     const V3f view(wo_.x * alpha_x_ * stretch, wo_.y * alpha_y_ * stretch, wo_.z * stretch);

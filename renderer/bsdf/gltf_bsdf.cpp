@@ -1,8 +1,11 @@
+// Set-up, evaluation and sampling of the glTF metallic-roughness BSDF.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/gltf_bsdf.h"
 
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/sampling/warp.h"
+
+#include <cassert>
 
 namespace kindling {
 
@@ -12,14 +15,15 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
   const float metallic = saturate(parameters.metallic);
   const float specular = saturate(parameters.specular);
 
-  // Lambert: nothing of the microfacets is needed.
+  // Lambert needs no microfacets.
   if (metallic == 0.0f && specular == 0.0f) {
     albedo_ = base_color;
     diffuse_ = base_color * kInvPi;
     return;
   }
 
-  // Fresnel of the two materials; the single-scattering lobe is linear in F0 and F90, so blending these blends it.
+  // Fresnel of the two materials. The single-scattering lobe is linear in F0 and F90, so blending
+  // these blends the lobes.
   const Rgb tint = parameters.specular_color * dielectric_reflectance(parameters.ior);
   const Rgb dielectric_f0 = saturate(tint) * specular;
   f0_ = lerp(dielectric_f0, base_color, metallic);
@@ -35,13 +39,13 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
   const GgxAlbedo seen = table_(mu);
   const GgxAlbedo mean = ggx_average_albedo(roughness);
 
-  // Multiple scattering: its color is computed for each material apart.
+  // Multiple scattering: its color is computed separately for each material.
   Rgb fms(0.0f);
   Rgb diffuse_albedo(0.0f);
   if (metallic < 1.0f) {
     fms = multiple_scattering_fresnel(dielectric_f0, specular, mean.e) * (1.0f - metallic);
-    // One scalar for all channels, from the greatest: KHR_materials_specular, "rgb_mix". Per channel the base would
-    // show the complement of the tint.
+    // One scalar for all channels, from the maximum: KHR_materials_specular, "rgb_mix". Per channel
+    // the base would have the complement of the tint.
     const float f0 = max_component(dielectric_f0);
     const float fms_base = multiple_scattering_fresnel(f0, specular, mean.e);
     base_constant_ = 1.0f - fms_base;
@@ -56,18 +60,19 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
   const float lost = 1.0f - seen.e;
   multiple_ = fms * (lost * kInvPi / std::max(1.0f - mean.e, 1e-6f));
 
-  // Albedos, and from them the choice of technique: visible normals for the specular lobe, cosine for the two others.
+  // Albedos, and from them the choice of technique: visible normals for the specular lobe, cosine
+  // for the other two.
   const Rgb single_albedo = f0_ * (seen.e - seen.b) + Rgb(f90_ * seen.b);
   const Rgb cosine_albedo = fms * lost + diffuse_albedo;
   albedo_ = saturate(single_albedo + cosine_albedo);
   const float single_luminance = luminance(single_albedo);
   const float cosine_luminance = luminance(cosine_albedo);
-  // Never 0, which means Lambert; and sound where nothing is reflected at all.
+  // Never 0, which means Lambert; and valid if nothing is reflected at all.
   glossy_probability_ =
       cosine_luminance > 0.0f ? std::max(single_luminance / (single_luminance + cosine_luminance), 1e-6f) : 1.0f;
 
-  // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX
-  // Reflections", equations 5 and 6).
+  // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF
+  // Sampling for Smith-GGX Reflections", equations 5 and 6).
   const float s2 = square(1.0f + std::sqrt(wo_.x * wo_.x + wo_.y * wo_.y));
   cap_bound_ = (1.0f - alpha2) * s2 / (s2 + alpha2 * mu * mu);
   pdf_factor_ = 0.5f / (cap_bound_ * mu + t_o_);
@@ -82,10 +87,11 @@ BsdfEval GltfBsdf::eval(const V3f& wi) const {
   const V3f sum = wo_ + wi;
   const float length2 = sum.length2();
   const float cos_d = 0.5f * std::sqrt(length2);
-  // D = alpha^2 / (pi q^2) with q = sin^2 + alpha^2 cos^2: no cancellation, however narrow the lobe.
+  // D = alpha^2 / (pi q^2) with q = sin^2 + alpha^2 cos^2 does not cancel, however narrow the lobe.
   const float q = (sum.x * sum.x + sum.y * sum.y + alpha2 * sum.z * sum.z) / length2;
   const float d = alpha2 * kInvPi / (q * q);
-  // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99).
+  // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing
+  // Function", equation 99).
   const float t_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
   const float visibility = 0.5f / (wi.z * t_o_ + wo_.z * t_i);
   const float schlick = pow5(std::max(1.0f - cos_d, 0.0f));
@@ -98,8 +104,9 @@ BsdfEval GltfBsdf::eval(const V3f& wi) const {
   return {f * wi.z, pdf};
 }
 
-// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023, "Sampling
-// Visible GGX Normals with Spherical Caps"). The density of the reflection is D pdf_factor_.
+// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub
+// 2023, "Sampling Visible GGX Normals with Spherical Caps"). The density of the reflection is D
+// pdf_factor_.
 V3f GltfBsdf::sample_visible_normal_reflection(const V2f& u) const {
   const float stretch = 1.0f / t_o_;
   const V3f view(wo_.x * alpha_ * stretch, wo_.y * alpha_ * stretch, wo_.z * stretch);
@@ -115,6 +122,7 @@ V3f GltfBsdf::sample_visible_normal_reflection(const V2f& u) const {
 }
 
 std::optional<BsdfSample> GltfBsdf::sample(float u_lobe, const V2f& u) const {
+  assert(u_lobe >= 0.0f && u_lobe <= 1.0f);
   if (glossy_probability_ == 0.0f) {
     const V3f wi = sample_cosine_hemisphere(u);
     if (!(wi.z > 0.0f) || is_black(albedo_)) return std::nullopt;

@@ -1,5 +1,4 @@
-// The glTF 2.0 metallic-roughness BSDF as one concrete value: GGX with multiple-scattering compensation over a diffuse
-// base.
+// The glTF 2.0 metallic-roughness BSDF: multiple-scattering GGX over a diffuse base.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +10,8 @@
 
 namespace kindling {
 
-// Already evaluated at a point: textures, vertex colors and factors are multiplied in. What is outside of the ranges
-// is clamped, NaN to 0.
+// Parameters evaluated at a point: textures, vertex colors and factors are multiplied in. Values
+// outside of the ranges are clamped, NaN to 0.
 struct BsdfParameters {
   Rgb base_color{1.0f};     // linear, each in [0, 1]
   float metallic = 1.0f;    // [0, 1]
@@ -22,45 +21,51 @@ struct BsdfParameters {
   Rgb specular_color{1.0f}; // tint of the dielectric reflection at normal incidence, >= 0 (KHR_materials_specular)
 };
 
-// What a sampled direction did; decides which bounce limit counts it.
+// The kind of event that sampled a direction; selects the bounce limit that counts it.
 enum class Lobe : uint8_t { diffuse, glossy, transmission };
 
 struct BsdfEval {
   Rgb value{0.0f};  // f(wo, wi) |cos_theta_i|
-  float pdf = 0.0f; // solid-angle density with which sample() produces wi
+  float pdf = 0.0f; // solid-angle density of sample() for wi
 };
 
 struct BsdfSample {
   V3f wi;           // unit, local
-  Rgb weight;       // f |cos_theta_i| / pdf, all lobes included
-  float pdf = 0.0f; // solid angle; 0 for a delta direction (then no other technique can produce wi)
+  Rgb weight;       // f |cos_theta_i| / pdf with all lobes included
+  float pdf = 0.0f; // solid angle; 0 for a delta direction (which no other technique can produce)
   Lobe lobe = Lobe::diffuse;
 };
 
-// All directions are unit, in the local frame whose +z is the shading normal, and point away from the surface.
-// The surface reflects on the side of wo: construct with wo.z > 0 (flip the frame for back faces). A wo below or at the
-// horizon is lifted just above it. wi.z <= 0 evaluates to zero.
+// All directions are unit, in the local frame whose +z is the shading normal, and point away from
+// the surface. The surface reflects on the side of wo: construct with wo.z > 0 (flip the frame for
+// back faces). A wo at or below the horizon is lifted just above it. wi.z <= 0 evaluates to zero.
 //
-// f = specular + multiple scattering + diffuse, each reciprocal; their albedos add up to 1 for a white material of any
-// roughness, metallic and specular, up to the interpolation of the tables (ggx_albedo.h):
+// f = specular + multiple scattering + diffuse, each reciprocal. Their albedos add up to 1 for a
+// white material of any roughness, metallic and specular, up to the interpolation of the tables
+// (ggx_albedo.h):
 //   specular             GGX, height-correlated Smith, Schlick's Fresnel; linear in metallic
-//   multiple scattering  (1 - E(o)) (1 - E(i)) Fms / (pi (1 - Eavg)): Kulla and Conty 2017, "Revisiting Physically Based Shading"
-//   diffuse              base_color / pi (1 - S(o)) (1 - S(i)) / (1 - Savg), S the albedo of the dielectric's two lobes above
-// glTF's appendix B weights the diffuse base by 1 - F(wo . h) instead, which loses energy; KHR_materials_specular asks for
-// this albedo scaling where it can be had. With specular = 0 and metallic = 0 the value is base_color / pi, exactly.
+//   multiple scattering  (1 - E(o)) (1 - E(i)) Fms / (pi (1 - Eavg))
+//                        (Kulla and Conty 2017, "Revisiting Physically Based Shading")
+//   diffuse              base_color / pi (1 - S(o)) (1 - S(i)) / (1 - Savg),
+//                        S the albedo of the dielectric's two lobes above
+// glTF's appendix B weights the diffuse base by 1 - F(wo . h) instead, which loses energy;
+// KHR_materials_specular prefers this albedo scaling where it is available. With specular = 0 and
+// metallic = 0 the value is base_color / pi, exactly.
 class GltfBsdf {
  public:
   GltfBsdf(const BsdfParameters& parameters, const V3f& wo);
 
-  // Value and density together: what multiple importance sampling asks.
+  // Returns value and density together, as multiple importance sampling needs both.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
-  // u_lobe in [0, 1) chooses the lobe, u in [0, 1)^2 the direction. Empty: the sample was absorbed (counts as zero).
-  // A direction of the visible-normal distribution is glossy, one of the cosine distribution diffuse.
+  // u_lobe in [0, 1) selects the lobe, u in [0, 1)^2 the direction. Empty: the sample was absorbed
+  // (counts as zero). Directions from the visible-normal distribution are glossy, those from the
+  // cosine distribution diffuse.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
-  // Estimate of the directional albedo seen from wo, each in [0, 1]: for the albedo AOV and for choosing techniques.
-  // It is the albedo itself, up to the interpolation of the tables.
+  // Estimates the directional albedo seen from wo, each channel in [0, 1]: for the albedo AOV and
+  // for the choice of techniques. Exact up to the interpolation of the tables.
   [[nodiscard]] Rgb albedo() const { return albedo_; }
-  // With which sample() takes the visible normals; else it takes the cosine lobe. 0: Lambert.
+  // Returns the probability with which sample() uses the visible normals; else it uses the cosine
+  // lobe. 0: Lambert.
   [[nodiscard]] float glossy_probability() const { return glossy_probability_; }
   [[nodiscard]] float alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
 
@@ -68,10 +73,10 @@ class GltfBsdf {
   [[nodiscard]] V3f sample_visible_normal_reflection(const V2f& u) const;
 
   V3f wo_;
-  float glossy_probability_ = 0.0f; // of choosing the visible normals; 0: Lambert, nothing below but diffuse_ is set
+  float glossy_probability_ = 0.0f; // probability of sampling visible normals; 0: Lambert, only diffuse_ is set below
   Rgb albedo_{0.0f};
-  Rgb diffuse_{0.0f};  // of the diffuse lobe all but (1 - S(i))
-  Rgb multiple_{0.0f}; // of the multiple-scattering lobe all but (1 - E(i))
+  Rgb diffuse_{0.0f};  // the diffuse lobe without the factor (1 - S(i))
+  Rgb multiple_{0.0f}; // the multiple-scattering lobe without the factor (1 - E(i))
   Rgb f0_{0.0f};
   float f90_ = 0.0f;
   float alpha_ = 0.0f;

@@ -1,4 +1,4 @@
-// What the extensions of glTF materials add to the metallic-roughness model at one point of a surface.
+// Parameters of the glTF material extensions, evaluated at one point of a surface.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,9 @@
 
 namespace kindling {
 
-// Already evaluated at a point, as BsdfParameters. Defaults: no layer is there. Directions are in the local frame of the base,
-// whose +z is its shading normal and whose +x is the direction of anisotropy (tangent, rotated).
+// Evaluated at a point, like BsdfParameters. The defaults add no layer. Directions are in the local
+// frame of the base, whose +z is its shading normal and whose +x is the direction of anisotropy
+// (rotated tangent).
 struct LayerParameters {
   float clearcoat = 0.0f; // [0, 1] (KHR_materials_clearcoat)
   float clearcoat_roughness = 0.0f;
@@ -25,14 +26,15 @@ struct LayerParameters {
 
   float transmission = 0.0f; // [0, 1], of the dielectric base (KHR_materials_transmission)
   bool thin_walled = true;   // both interfaces at once: light is not bent (KHR_materials_volume, "thickness")
-  float eta = 1.5f; // not thin-walled: index of refraction beyond the surface / on the side of wo; may be below 1
+  float eta = 1.5f; // unless thin-walled: index of refraction beyond the surface / on the side of wo; may be < 1
 
   float diffuse_transmission = 0.0f; // [0, 1] (KHR_materials_diffuse_transmission)
   Rgb diffuse_transmission_color{1.0f};
 };
 
-// A thin-walled surface of at most this roughness lets light pass in a straight line: LayeredBsdf::straight_transmittance().
-// A lobe of roughness 0.03 is 0.05 degrees wide, a tenth of the sun.
+// Thin-walled surfaces up to this roughness let light pass in a straight line:
+// LayeredBsdf::straight_transmittance(). A lobe of roughness 0.03 is 0.05 degrees wide, a tenth of
+// the sun.
 inline constexpr float kStraightRoughness = 0.03f;
 
 } // namespace kindling

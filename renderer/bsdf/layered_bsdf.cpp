@@ -1,8 +1,11 @@
+// Layering of coat, sheen, glass and base: weights, evaluation and lobe selection.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/layered_bsdf.h"
 
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/sampling/warp.h"
+
+#include <cassert>
 
 namespace kindling {
 
@@ -13,10 +16,10 @@ BsdfParameters in_range(BsdfParameters p) {
   p.metallic = saturate(p.metallic);
   p.roughness = saturate(p.roughness);
   p.specular = saturate(p.specular);
-  return p; // the others are clamped where they are used
+  return p; // the others are clamped at their use
 }
 
-// NaN to the default.
+// Clamps to [low, high]; NaN gives the default.
 float clamped_number(float x, float low, float high, float otherwise) {
   return x == x ? std::clamp(x, low, high) : otherwise;
 }
@@ -61,7 +64,7 @@ LayeredBsdf::LayeredBsdf(const BsdfParameters& parameters, const LayerParameters
 
 LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters& layers, const V3f& wo)
     : base_(p, layers, wo) {
-  // From the outside in: what each layer reflects, and what it leaves.
+  // From the outside in: the reflection of each layer and its transmittance.
   float coat_albedo = 0.0f;
   if (layers.clearcoat > 0.0f) {
     coat_.emplace(layers.clearcoat_roughness, layers.clearcoat_normal, wo);
@@ -91,12 +94,12 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
   const Rgb cosine = base_.cosine_albedo() * base_weight_;
   albedo_ = saturate(Rgb(coat_albedo) + sheen_albedo + glass + below + glossy + cosine);
 
-  // Lobes are chosen by luminance.
-  const float shares[kChoices] = {coat_albedo,      luminance(sheen_albedo), luminance(glass),
-                                  luminance(below), luminance(glossy),       luminance(cosine)};
+  // Lobes are selected by luminance.
+  const float weights[kChoices] = {coat_albedo,      luminance(sheen_albedo), luminance(glass),
+                                   luminance(below), luminance(glossy),       luminance(cosine)};
   float sum = 0.0f;
   for (int i = 0; i < kChoices; ++i) {
-    sum += shares[i];
+    sum += weights[i];
     choice_end_[i] = sum;
   }
   if (!(sum > 0.0f)) {
@@ -105,7 +108,7 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
   }
   const float scale = 1.0f / sum;
   for (float& end : choice_end_) end *= scale;
-  for (int i = kCosine; i >= 0 && (i == kCosine || shares[i + 1] == 0.0f); --i) choice_end_[i] = 1.0f;
+  for (int i = kCosine; i >= 0 && (i == kCosine || weights[i + 1] == 0.0f); --i) choice_end_[i] = 1.0f;
 }
 
 BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
@@ -148,23 +151,24 @@ float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
   }
 }
 
-// Value and density of the glass are those of its sampled microfacet: more exact than eval() for narrow lobes.
+// Uses value and density of the sampled microfacet: more exact than eval() for narrow lobes.
 std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) const {
-  const float chance = choice_probability(kGlass);
+  const float probability = choice_probability(kGlass);
   std::optional<BsdfSample> s = glass_->sample(u_lobe, u);
   if (!s) return std::nullopt;
   if (s->pdf == 0.0f) {
-    s->weight *= glass_weight_ / chance;
+    s->weight *= glass_weight_ / probability;
     return s;
   }
   const BsdfEval rest = eval_opaque(s->wi);
-  const float pdf = chance * s->pdf + rest.pdf;
+  const float pdf = probability * s->pdf + rest.pdf;
   s->weight = (s->weight * (s->pdf * glass_weight_) + rest.value) * (1.0f / pdf);
   s->pdf = pdf;
   return s;
 }
 
 std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const {
+  assert(u_lobe >= 0.0f && u_lobe <= 1.0f);
   V3f wi;
   Lobe lobe = Lobe::diffuse;
   if (u_lobe < choice_end_[kCoat]) {

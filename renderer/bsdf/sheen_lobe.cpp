@@ -1,3 +1,4 @@
+// Evaluation and sampling of the sheen lobe.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/sheen_lobe.h"
 
@@ -9,7 +10,7 @@ namespace {
 
 constexpr float kLog2E = std::numbers::log2e_v<float>;
 
-// Where sqrt(mu) falls in a row of the table.
+// Position of sqrt(mu) in a row of the table.
 struct Column {
   uint32_t index;
   float s;

@@ -1,4 +1,4 @@
-// The sheen of cloth: reflection from microfibers that stand on the surface (KHR_materials_sheen).
+// The sheen of cloth: reflection from upright microfibers (KHR_materials_sheen).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace kindling {
 
-// Below it the lobe is a rim thinner than a degree; the fit of its shadowing ends there.
+// Below this roughness the lobe is a rim thinner than a degree, and the fit of its shadowing ends.
 inline constexpr float kMinSheenRoughness = 0.07f;
 inline constexpr uint32_t kSheenMuNodes = 32;
 inline constexpr uint32_t kSheenRoughnessNodes = 32;
@@ -18,39 +18,45 @@ inline constexpr uint32_t kSheenRoughnessNodes = 32;
 // One node of the tables over (mu, roughness).
 struct SheenNode {
   float albedo; // E: directional albedo of the lobe of color 1
-  float
-      raw; // the same before its gain is divided out: above 1 near the horizon for roughness below kSheenGainRoughness
-  // Sampling: inverse of the linear transform that takes the cosine lobe to about the sheen's: x' = stretch_x x - shear z, y' = stretch_y y
+  float raw;    // E before the gain is divided out: above 1 near the horizon for roughness below kSheenGainRoughness
+  // Inverse of the linear transform that maps the cosine lobe to an approximation of the sheen, for
+  // sampling: x' = stretch_x x - shear z, y' = stretch_y y.
   float stretch_x, stretch_y, shear;
 };
-// Above it the lobe of the specification never reflects more than it receives.
+// Above this roughness the lobe of the specification conserves energy.
 inline constexpr float kSheenGainRoughness = 0.3f;
 
-// sheen_tables.cpp, written by generate_sheen_tables.cpp. Nodes are even in roughness from kMinSheenRoughness to 1 and in sqrt(mu).
+// Defined in sheen_tables.cpp, written by generate_sheen_tables.cpp. Nodes are evenly spaced in
+// roughness from kMinSheenRoughness to 1 and in sqrt(mu).
 extern const SheenNode kSheenTable[kSheenRoughnessNodes * kSheenMuNodes];
 
-// The "Charlie" distribution and visibility of Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF":
+// The "Charlie" distribution and visibility of Estevez and Kulla 2017, "Production Friendly
+// Microfacet Sheen BRDF":
 //   f = D(h) / (4 mu_o mu_i (1 + Lambda(mu_o) + Lambda(mu_i)))
-// as KHR_materials_sheen has it, alpha = roughness^2. Their fit of Lambda shadows too little at small roughness, where the albedo E of f exceeds 1 near the
-// horizon (6 at a roughness of 0.03): f is divided by max(1, E(o), E(i)) there, which keeps it reciprocal. mu below 1e-4 counts as that.
+// as in KHR_materials_sheen, alpha = roughness^2. Their fit of Lambda shadows too little at small
+// roughness, where the albedo E of f exceeds 1 near the horizon (6 at a roughness of 0.03): there f
+// is divided by max(1, E(o), E(i)), which keeps it reciprocal. mu below 1e-4 counts as 1e-4.
 class SheenLobe {
  public:
-  // roughness in [kMinSheenRoughness, 1]; wo unit, wo.z > 0, local frame; table for the generator.
+  // roughness in [kMinSheenRoughness, 1]; wo unit with wo.z > 0, local frame. The generator passes
+  // its own table.
   SheenLobe(float roughness, const V3f& wo, const SheenNode* table = kSheenTable);
 
   struct Eval {
     float value; // f |cos_theta_i| of the color 1
     float pdf;   // solid angle
   };
-  // wi unit, wi.z > 0.
+  // wi must be unit with wi.z > 0.
   [[nodiscard]] Eval eval(const V3f& wi) const;
-  // Unit, above the horizon but for rounding. A linearly transformed cosine (Heitz et al. 2016; Zeltner, Burley and Chiang 2022 use them for
-  // sheen) fitted to the least variance.
+  // Returns a unit direction above the horizon, up to rounding. Samples a linearly transformed
+  // cosine (Heitz et al. 2016; Zeltner, Burley and Chiang 2022 use them for sheen) fitted for
+  // minimum variance.
   [[nodiscard]] V3f sample(const V2f& u) const;
-  // Directional albedo of color 1 from wo, in [0, 1].
+  // Returns the directional albedo of color 1 from wo, in [0, 1].
   [[nodiscard]] float albedo() const { return albedo_; }
 
-  // f mu_o mu_i of the specification, before the division by a gain; for the generator and the tests.
+  // Returns f mu_o mu_i of the specification, before the division by a gain; for the generator and
+  // the tests.
   [[nodiscard]] float raw_value(const V3f& wi) const;
 
  private:

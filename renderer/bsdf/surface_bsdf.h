@@ -1,4 +1,4 @@
-// The BSDF of any surface: the plain model, or the one with layers where a material asks for some.
+// The BSDF of any surface: the plain model, or the layered one for materials with extensions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,10 +9,11 @@
 
 namespace kindling {
 
-// Conventions of GltfBsdf and LayeredBsdf. Most surfaces have no layers: they pay one branch for those that have.
+// Follows the conventions of GltfBsdf and LayeredBsdf. Most surfaces have no layers; the
+// distinction costs them one branch.
 class SurfaceBsdf {
  public:
-  // `layers` may be null: there are none.
+  // `layers` is null for the plain model.
   SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters* layers, const V3f& wo)
       : bsdf_(layers == nullptr ? Either(std::in_place_index<0>, parameters, wo)
                                 : Either(std::in_place_index<1>, parameters, *layers, wo)) {}
@@ -29,17 +30,18 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->albedo() : layered().albedo();
   }
-  // sample() takes the cosine lobe for u_lobe in [cosine_begin(), 1), with a probability of 1 - cosine_begin() in all.
+  // sample() selects the cosine lobe for u_lobe in [cosine_begin(), 1), with a total probability of
+  // 1 - cosine_begin().
   [[nodiscard]] float cosine_begin() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->glossy_probability() : layered().cosine_begin();
   }
-  // Of all that is not the cosine lobe, where that is one lobe of microfacets; else 0.
+  // Returns the alpha of all lobes except the cosine lobe if they are one microfacet lobe, else 0.
   [[nodiscard]] float alpha() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->alpha() : 0.0f;
   }
-  [[nodiscard]] const LayeredBsdf* layers() const { return std::get_if<1>(&bsdf_); } // null: the plain model
+  [[nodiscard]] const LayeredBsdf* layers() const { return std::get_if<1>(&bsdf_); } // null for the plain model
   [[nodiscard]] Rgb straight_transmittance() const {
     return bsdf_.index() == 0 ? Rgb(0.0f) : layered().straight_transmittance();
   }

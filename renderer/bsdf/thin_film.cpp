@@ -1,3 +1,4 @@
+// Reflectance of thin films by Belcour and Barla's fit.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/thin_film.h"
 
@@ -11,11 +12,11 @@ namespace kindling {
 
 namespace {
 
-// In these orders of arguments NaN becomes the lower bound.
+// With these orders of arguments NaN becomes the lower bound.
 float clamped(float x, float low, float high) { return std::min(std::max(low, x), high); }
 
-// e^-x for x >= 0, relative error below 1e-6: 2^-n with n whole by the bits, the rest in [-1/2, 1/2] by a polynomial. Own, for
-// the same bits on every machine.
+// Returns e^-x for x >= 0, relative error below 1e-6: 2^-n with integer n by bit operations, the
+// rest in [-1/2, 1/2] by a polynomial. Bitwise equal on every machine, unlike std::exp.
 float exp_of_minus(float x) {
   const float y = std::min(x * std::numbers::log2e_v<float>, 125.0f);
   const float whole = std::nearbyint(y);
@@ -25,9 +26,9 @@ float exp_of_minus(float x) {
   return p * std::bit_cast<float>(static_cast<uint32_t>(127 - static_cast<int32_t>(whole)) << 23);
 }
 
-// One Gaussian of the fit of the observer, in wave numbers: the Fourier transform is a damped cosine of the optical path
-// difference. Positions are in 1/m and variances in 1/m^2 before the 2 pi of the phase; amplitudes are val sqrt(2 pi var) / 1.0685e-7 of
-// KHR_materials_iridescence.
+// One Gaussian of the observer fit in wave numbers: its Fourier transform is a damped cosine of the
+// optical path difference. Positions are in 1/m and variances in 1/m^2 before the 2 pi of the
+// phase; amplitudes are val sqrt(2 pi var) / 1.0685e-7 of KHR_materials_iridescence.
 struct Lobe {
   float amplitude;
   float turns_per_nm;    // pos * 1e-9: phase = pos 2 pi OPD 1e-9
@@ -39,13 +40,14 @@ constexpr Lobe observer_lobe(double value_times_root, double position, double va
   return {static_cast<float>(value_times_root / 1.0685e-7), static_cast<float>(position * 1e-9),
           static_cast<float>(variance * kTwoPiPerNm * kTwoPiPerNm)};
 }
-// val * sqrt(2 pi var), computed once: the root is not constexpr.
+// val * sqrt(2 pi var), precomputed because the square root is not constexpr.
 constexpr Lobe kX = observer_lobe(9.04581417e-08, 1.6810e+06, 4.3278e+09);
 constexpr Lobe kY = observer_lobe(1.06873709e-07, 1.7953e+06, 9.3046e+09);
 constexpr Lobe kZ = observer_lobe(1.06969938e-07, 2.2084e+06, 6.6121e+09);
 constexpr Lobe kX2 = observer_lobe(1.64408286e-08, 2.2399e+06, 4.5282e+09);
 
-// For the first two harmonics of the optical path difference: the cosine of the phase and what is left of the amplitude.
+// The cosine of the phase times the remaining amplitude, for the first two harmonics of the optical
+// path difference.
 struct Harmonics {
   float first;
   float second;
@@ -63,8 +65,9 @@ Rgb xyz_to_rec709(const V3f& xyz) {
           0.0556434f * xyz.x - 0.2040259f * xyz.y + 1.0572252f * xyz.z};
 }
 
-// From no film to the whole of it by smoothstep(0, 0.03, thickness). The extension's viewer lets the film's index fade likewise, but
-// then Schlick's Fresnel of an interface between equals is left: (1 - cos)^5.
+// Fades from no film to the full film by smoothstep(0, 0.03, thickness). The extension's viewer
+// fades the film's index instead, which leaves Schlick's Fresnel of an interface between equal
+// indices: (1 - cos)^5.
 Rgb fade(const Rgb& plain, const Rgb& film, float thickness_nm) {
   if (thickness_nm >= 0.03f) return film;
   const float t = thickness_nm * (1.0f / 0.03f);
@@ -76,7 +79,7 @@ Rgb fade(const Rgb& plain, const Rgb& film, float thickness_nm) {
 Rgb thin_film_fresnel(float cos_theta, float outside_ior, float film_ior, const Rgb& base_f0, float thickness_nm) {
   const float cos_1 = clamped(cos_theta, 0.0f, 1.0f);
   const float outside = clamped(outside_ior, 1.0f, 100.0f);
-  const float thickness = clamped(thickness_nm, 0.0f, 1e5f); // beyond, nothing of the interference is left
+  const float thickness = clamped(thickness_nm, 0.0f, 1e5f); // interference vanishes beyond
   const float film = clamped(film_ior, 1.0f, 100.0f);
   const Rgb plain(schlick_fresnel(clamped(base_f0.x, 0.0f, 1.0f), 1.0f, cos_1),
                   schlick_fresnel(clamped(base_f0.y, 0.0f, 1.0f), 1.0f, cos_1),
@@ -88,8 +91,8 @@ Rgb thin_film_fresnel(float cos_theta, float outside_ior, float film_ior, const 
   if (sin2_2 > 1.0f) return fade(plain, Rgb(1.0f), thickness);
   const float cos_2 = std::sqrt(1.0f - sin2_2);
 
-  // Outside to film. Phases are 0 or pi: cos(m (phase + phi)) = cos(m phase) cos(m phi), and cos(m phi) is +-1 for m = 1, 1 for
-  // m = 2.
+  // Outside to film. Phases are 0 or pi: cos(m (phase + phi)) = cos(m phase) cos(m phi), and cos(m
+  // phi) is +-1 for m = 1, 1 for m = 2.
   const float r12 = schlick_fresnel(dielectric_f0(eta), 1.0f, cos_1);
   const float t121 = 1.0f - r12;
   const bool shift_21 = film >= outside;
@@ -100,10 +103,11 @@ Rgb thin_film_fresnel(float cos_theta, float outside_ior, float film_ior, const 
   const Harmonics z = harmonics(kZ, opd_nm);
   const Harmonics x2 = harmonics(kX2, opd_nm);
 
-  // As in the extension, the phase of the base's red channel goes to X, green's to Y, blue's to Z.
+  // As in the extension, the phase of the base's red channel applies to X, green's to Y, blue's to
+  // Z.
   V3f r23, first;
   for (int c = 0; c < 3; ++c) {
-    const float root = std::sqrt(clamped(base_f0[c], 0.0f, 0.9999f)); // guard against an infinite index
+    const float root = std::sqrt(clamped(base_f0[c], 0.0f, 0.9999f)); // avoids an infinite index
     const float base_ior = (1.0f + root) / (1.0f - root);
     r23[c] = schlick_fresnel(dielectric_f0(base_ior / film), 1.0f, cos_2);
     const bool shift_23 = base_ior < film;

@@ -6,18 +6,21 @@
 #include "renderer/sampling/warp.h"
 
 #include <bit>
+#include <cassert>
 
 namespace kindling {
 namespace {
 
-// The barrel leaves more than a third of a disk and a fifth of a triangle: more misses in a row do not happen.
+// The barrel leaves more than a third of a disk and a fifth of a triangle, so longer runs of misses
+// are impossible in practice.
 constexpr int kMaxTries = 128;
 
-// The square as rings around its middle: a ring's relative size and a position along it, both uniform by area (Shirley and Chiu 1997, "A Low
-// Distortion Map Between Disk and Square", without the circle).
+// A point of the square as a ring around its center: the ring's relative size and a position along
+// it, both uniform by area (Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square",
+// without the circle).
 struct Ring {
   float size;     // in [0, 1]
-  float position; // in [0, 1), turns from +x of what becomes of it on a disk
+  float position; // in [0, 1), turns from +x of the point's image on a disk
 };
 
 Ring ring_of(const V2f& u) {
@@ -38,7 +41,7 @@ Aperture::Aperture(const CameraLens& lens, float radius_m)
     : radius_(radius_m), width_over_height_(1.0f / lens.anamorphic_ratio), cats_eye_(lens.cats_eye),
       blades_(lens.aperture_blades >= 3 ? lens.aperture_blades : 0) {
   if (blades_ == 0) return;
-  // Whole turns away, so that sincos_turns() keeps its accuracy.
+  // Removes whole turns, so that sincos_turns() keeps its accuracy.
   first_corner_ = static_cast<float>(std::remainder(0.25 + lens.aperture_rotation_rad * (0.5 / std::numbers::pi), 1.0));
   const SinCos step = sincos_turns(1.0f / static_cast<float>(blades_));
   step_cos_ = step.cos;
@@ -46,7 +49,8 @@ Aperture::Aperture(const CameraLens& lens, float radius_m)
   inner_radius_ = sincos_turns(0.5f / static_cast<float>(blades_)).cos;
 }
 
-// Triangles from the middle to each edge have equal areas, and a ring cuts the same share of each.
+// Triangles from the center to each edge have equal areas, and a ring cuts the same fraction of
+// each.
 V2f Aperture::sample_shape(const V2f& u) const {
   if (blades_ == 0) return sample_uniform_disk(u);
   const Ring ring = ring_of(u);
@@ -58,11 +62,13 @@ V2f Aperture::sample_shape(const V2f& u) const {
   return (from + (to - from) * (along - edge)) * ring.size;
 }
 
-// The front rim of the barrel stands before the aperture: from a point off the axis it is seen displaced towards the axis. Of the same radius,
-// displaced by its radius in the corners of the image where the effect is 1.
+// The front rim of the barrel is in front of the aperture: from a point off the axis it appears
+// displaced towards the axis. Its radius is the aperture's, and so is its displacement in the
+// corners of the image for an amount of 1.
 V2f Aperture::barrel_center(const V2f& field) const { return field * -cats_eye_; }
 
 V2f Aperture::sample(const V2f& u, const V2f& field) const {
+  assert(u.x >= 0.0f && u.x <= 1.0f && u.y >= 0.0f && u.y <= 1.0f);
   V2f point = sample_shape(u);
   if (cats_eye_ > 0.0f) {
     const V2f center = barrel_center(field);
@@ -80,7 +86,7 @@ bool Aperture::contains(const V2f& point_m, const V2f& field) const {
   constexpr float kRounding = 1e-5f;
   if (cats_eye_ > 0.0f && (point - barrel_center(field)).length() > 1.0f + kRounding) return false;
   if (blades_ == 0) return point.length() <= 1.0f + kRounding;
-  for (int i = 0; i < blades_; ++i) { // the middle of each edge
+  for (int i = 0; i < blades_; ++i) { // the center of each edge
     const SinCos normal = sincos_turns(first_corner_ + (static_cast<float>(i) + 0.5f) / static_cast<float>(blades_));
     if (point.x * normal.cos + point.y * normal.sin > inner_radius_ + kRounding) return false;
   }

@@ -1,4 +1,4 @@
-// The opening of a lens: its shape, and points on it.
+// The aperture of a lens: shape and uniform sampling.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,21 +7,24 @@
 
 namespace kindling {
 
-// A disk or a regular polygon of 3 and more blades in the plane of the lens, x to the right and y up as the camera looks; made narrower
-// by the anamorphic ratio; seen through a round barrel that hides more of it the farther from the middle of the image (cat's eye). Highlights
-// behind the plane of focus have its shape, those in front of it the shape turned by half a circle.
+// A disk or a regular polygon of at least 3 blades in the plane of the lens, x to the right and y
+// up as seen by the camera; narrowed by the anamorphic ratio; vignetted by a round barrel that
+// hides more of it towards the corners of the image (cat's eye). Highlights behind the plane of
+// focus have its shape; in front of it the shape is rotated by half a circle.
 class Aperture {
  public:
-  // Corners of the polygon are on the circle of `radius_m`, the first at the top before the rotation.
+  // The corners of the polygon are on the circle of `radius_m`, the first at the top before the
+  // rotation.
   Aperture(const CameraLens& lens, float radius_m);
 
-  // Uniform by area over what the barrel leaves open; meters. `field`: where in the image, from the middle (0, 0) to corners of length 1,
-  // x to the right and y up. u in [0, 1)^2; stratification is kept where the barrel hides nothing. The points that it hides are replaced by others
-  // that are made of the bits of u, so the answer depends on the arguments alone.
+  // Returns a point uniform by area on the unobstructed part, in meters. `field` is the position in
+  // the image, from the center (0, 0) to corners of length 1, x to the right and y up. u in [0,
+  // 1)^2; stratification is preserved where the barrel hides nothing. Hidden points are replaced by
+  // others generated from the bits of u, so the result depends on the arguments alone.
   [[nodiscard]] V2f sample(const V2f& u, const V2f& field) const;
-  // Whether sample() can give this point, up to rounding at the edge.
+  // True if sample() can return this point, up to rounding at the edge.
   [[nodiscard]] bool contains(const V2f& point_m, const V2f& field) const;
-  // Of a circle of the same extent up and down, before the anamorphic ratio.
+  // Returns the radius of a circle of the same vertical extent, before the anamorphic ratio.
   [[nodiscard]] float radius() const { return radius_; }
   [[nodiscard]] float width_over_height() const { return width_over_height_; }
 
@@ -32,10 +35,10 @@ class Aperture {
   float radius_;
   float width_over_height_; // 1 / anamorphic ratio
   float cats_eye_;
-  int blades_ = 0;                          // 0: a disk
+  int blades_ = 0;                          // 0: disk
   float first_corner_ = 0.0f;               // turns from +x
   float step_cos_ = 1.0f, step_sin_ = 0.0f; // from corner to corner
-  float inner_radius_ = 1.0f;               // of the circle inside the polygon
+  float inner_radius_ = 1.0f;               // of the inscribed circle of the polygon
 };
 
 } // namespace kindling

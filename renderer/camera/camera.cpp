@@ -1,4 +1,4 @@
-// Basis vectors and matrices of the camera.
+// Basis vectors, motion and matrices of the camera.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 
@@ -16,7 +16,7 @@ V3f position_of(const M44f& camera_to_world) {
   return {camera_to_world[3][0], camera_to_world[3][1], camera_to_world[3][2]};
 }
 
-// Files may ask for angles that have no tangent: what is nearest to them is shown.
+// Clamps angles that have no tangent to the nearest usable one.
 float usable_yfov(float yfov_rad) { return std::clamp(yfov_rad, 1e-6f, kPi - 1e-3f); }
 
 } // namespace
@@ -35,7 +35,7 @@ Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i
   view_ = make_view(right, up, back, position_of(camera_to_world));
   pixel_ = view_.film_dy.length();
 
-  // Of a rigid transform the inverse rotation is the transpose.
+  // The inverse rotation of a rigid transform is its transpose.
   const V3f& position = view_.position;
   world_to_camera_ = {right.x,
                       up.x,
@@ -65,7 +65,7 @@ Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i
   keys_.push_back({position_of(camera_to_world), Imath::extractQuat(camera_to_world).normalized()});
   for (const M44f& later : motion.later_transforms) {
     Quatf rotation = Imath::extractQuat(later).normalized();
-    if ((keys_.back().rotation ^ rotation) < 0.0f) rotation = -rotation; // the same rotation, the shorter way
+    if ((keys_.back().rotation ^ rotation) < 0.0f) rotation = -rotation; // the same rotation with the shorter arc
     keys_.push_back({position_of(later), rotation});
   }
 }
@@ -81,9 +81,10 @@ Camera::View Camera::make_view(const V3f& right, const V3f& up, const V3f& back,
           .up = up};
 }
 
-// Quaternions are interpolated linearly and made unit: between keys of 10 degrees that is off the even rotation by less than 0.002 degrees, and needs no
-// functions that differ from machine to machine.
+// Quaternions are interpolated linearly and normalized: between keys 10 degrees apart the deviation
+// from a uniform rotation is below 0.002 degrees, and no machine-dependent functions are needed.
 Camera::View Camera::view_at(float time) const {
+  assert(keys_.size() >= 2);
   const float at = time * static_cast<float>(keys_.size() - 1);
   const size_t first = std::min(static_cast<size_t>(std::max(at, 0.0f)), keys_.size() - 2);
   const float within = at - static_cast<float>(first);
@@ -94,7 +95,7 @@ Camera::View Camera::view_at(float time) const {
                    {axes[2][0], axes[2][1], axes[2][2]}, lerp(a.position, b.position, within));
 }
 
-// A moving camera, a lens, or both.
+// Handles moving cameras and lenses.
 CameraRay Camera::generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const {
   const View view = keys_.empty() ? view_ : view_at(time);
   const V3f on_film = view.film_corner + view.film_dx * film_px.x + view.film_dy * film_px.y;

@@ -18,7 +18,8 @@ M44f from_axes(const V3f& x, const V3f& y, const V3f& z, const V3f& origin) {
   return {x.x, x.y, x.z, 0.0f, y.x, y.y, y.z, 0.0f, z.x, z.y, z.z, 0.0f, origin.x, origin.y, origin.z, 1.0f};
 }
 
-// The axes of a camera on an orbit: x right, y up, z back. Defined at the poles too, where "up" alone would not be.
+// Axes of a camera on an orbit: x right, y up, z back. Also defined at the poles, where "up" alone
+// is not.
 struct Axes {
   V3f x, y, z;
 };
@@ -31,11 +32,12 @@ Axes orbit_axes(float theta_deg, float phi_deg) {
   return {x, z.cross(x), z};
 }
 
-// The distance and the sideways place from which an interval of points just fits between two planes of slope `tangent`.
+// Finds the distance and lateral offset from which points just fit between two planes of slope
+// `tangent`.
 class Slab {
  public:
   explicit Slab(double tangent) : tangent_(tangent) {}
-  // `offset` sideways, `towards` the camera.
+  // `offset` is lateral, `towards` is the distance towards the camera.
   void add(double offset, double towards) {
     upper_ = std::max(upper_, offset + tangent_ * towards);
     lower_ = std::max(lower_, -offset + tangent_ * towards);
@@ -51,7 +53,7 @@ class Slab {
 
 Box3f usable_bounds(const Box3f& bounds) {
   if (bounds.isEmpty() || !is_finite(bounds.min) || !is_finite(bounds.max)) return {V3f(-1.0f), V3f(1.0f)};
-  // Less than a few roundings of its coordinates wide, a box is a point.
+  // A box is a point if it is smaller than a few roundings of its coordinates.
   const float magnitude = std::max(max_component(bounds.max), -min_component(bounds.min));
   if (max_component(bounds.max - bounds.min) > 1e-6f * magnitude) return bounds;
   const V3f half(std::max(1.0f, 1e-3f * magnitude));

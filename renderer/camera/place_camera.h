@@ -1,5 +1,4 @@
-// Where to put a camera when the file does not say: fitted to bounds, on an orbit, or looking from one point at
-// another.
+// Camera placement: fitted to bounds, on an orbit, or looking at a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,30 +12,32 @@ namespace kindling {
 struct PlacedCamera {
   SceneCamera camera;
   M44f camera_to_world;               // rigid
-  std::vector<M44f> later_transforms; // of one that moves: CameraMotion
+  std::vector<M44f> later_transforms; // of a moving camera: see CameraMotion
 };
 
-// Camera-to-world matrix of a camera at `eye` that looks at `target`, with `up` (any length) upwards in the image.
-// Where these do not define a direction (eye on target, up along the view), the nearest sensible one is chosen.
+// Returns the camera-to-world matrix of a camera at `eye` that looks at `target`, with `up` (any
+// length) upwards in the image. Degenerate input (eye on target, up along the view) gives the
+// nearest valid direction.
 [[nodiscard]] M44f look_at(const V3f& eye, const V3f& target, const V3f& up);
 
-// A perspective camera that sees the whole box, from the front (+z, as glTF's assets face), 30 degrees to the right and
-// 20 degrees above, with about 5 % of the image free on the tightest sides. `aspect` is width / height of the
-// image. An empty or non-finite box counts as one of 2 m around the origin, a single point as one of 2 m around it.
+// Returns a perspective camera that sees the whole box from the front (+z, as glTF assets face), 30
+// degrees to the right and 20 degrees above, with a margin of about 5 % of the image on the
+// tightest sides. `aspect` is width / height of the image. An empty or non-finite box counts as one
+// of 2 m around the origin, a single point as one of 2 m around it.
 [[nodiscard]] PlacedCamera fit_camera(const Box3f& bounds, float aspect);
 
-// A camera on a sphere around a target, upright: the usual turntable of glTF viewers.
+// An upright camera on a sphere around a target: the usual turntable of glTF viewers.
 struct Orbit {
   float theta_deg = 0.0f; // azimuth about +y, from +z towards +x
   float phi_deg = 90.0f;  // polar angle from +y
-  float radius_m = 1.0f;  // 0: the camera is in the target and looks along the same direction
+  float radius_m = 1.0f;  // 0: the camera is in the target and looks in the same direction
   V3f target{0.0f, 0.0f, 0.0f};
   float yfov_deg = 45.0f; // vertical, full angle
 };
 [[nodiscard]] PlacedCamera orbit_camera(const Orbit& orbit);
 
-// Width and height in pixels for a camera of this aspect ratio (width / height; unset: 16 to 9): the longer side is
-// `longer_side_px`.
+// Returns width and height in pixels for this aspect ratio (width / height; unset: 16 to 9), with
+// `longer_side_px` for the longer side.
 [[nodiscard]] V2i default_image_size(const std::optional<float>& aspect, int longer_side_px = 1280);
 
 } // namespace kindling

@@ -1,14 +1,17 @@
+// Selection, sampling and density of bright patches, in vectorizable loops.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/bright_patches.h"
 
 #include "renderer/guiding/guide_record.h"
+
+#include <cassert>
 
 namespace kindling {
 namespace {
 
 constexpr size_t kVector = 8;
 
-// In an order that vectors can follow.
+// Sums in an order that vectors can follow.
 float sum_of(const float* lanes, size_t count) {
   std::array<float, kVector> sums{};
   for (size_t j = 0; j < count; j += kVector)
@@ -35,7 +38,7 @@ BrightPatches::BrightPatches(std::span<const BrightPatch> patches)
   }
 }
 
-// Form factors as between small elements, the distance kept from vanishing.
+// Uses form factors between small elements, with a lower bound of the distance.
 void BrightPatches::chances(const V3f& position, const V3f& normal, Chances& chances) const {
   float* const out = chances.of.data();
   for (size_t j = 0; j < lanes_; ++j) {
@@ -67,6 +70,7 @@ float BrightPatches::density(const Chances& chances, const V3f& position, const 
 
 std::optional<V3f> BrightPatches::sample(const Chances& chances, const V3f& position, float u_patch,
                                          const V2f& u) const {
+  assert(chances.sum > 0.0f && u_patch >= 0.0f && u_patch <= 1.0f);
   float rest = u_patch * chances.sum;
   size_t chosen = 0;
   for (size_t j = 0; j < count_; ++j) {

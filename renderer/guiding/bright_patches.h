@@ -1,4 +1,4 @@
-// Rectangles in the scene that are bright by the light of others: where paths are sent on purpose.
+// Bright rectangles in the scene as a guide: path guiding samples directions towards them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,17 +11,18 @@
 
 namespace kindling {
 
-// Parallel to a plane of the axes, at one surface or close to some.
+// A rectangle parallel to two coordinate axes, on or close to surfaces.
 struct BrightPatch {
   V3f center{0.0f};
   V3f half_size{0.0f};   // in meters; 0 along the axis of the facing
-  uint32_t facing = 0;   // the side that shines: see facing_of()
-  float strength = 0.0f; // radiance, relative to what comes from everywhere else
+  uint32_t facing = 0;   // the emitting side: see facing_of()
+  float strength = 0.0f; // radiance, relative to the rest of the surroundings
 };
 
-// A density of directions that knows where its goals are, so that one set serves all points of the scene without parallax:
-// patch j is chosen with probability P_j = s_j F_j / (1 + sum s_k F_k), F the form factor from the point with nothing in
-// between, and a point on it uniformly by area. The rest, 1 / (1 + sum), is left to others; at least kMinRest.
+// A density of directions defined by its targets, so that one set serves all points of the scene
+// without parallax. Patch j is selected with probability P_j = s_j F_j / (1 + sum s_k F_k), where F
+// is the unoccluded form factor from the point, and a point on it is sampled uniformly by area. The
+// remaining probability, 1 / (1 + sum) and at least kMinRest, is left to other techniques.
 //
 // Immutable, thread-safe, no allocation.
 class BrightPatches {
@@ -36,12 +37,13 @@ class BrightPatches {
     std::array<float, kMax> of; // P_j
     float sum = 0.0f;
   };
-  // `normal`: unit, of the surface at `position`.
+  // Computes the selection probabilities; `normal` is unit, of the surface at `position`.
   void chances(const V3f& position, const V3f& normal, Chances& chances) const;
-  // The sum over all patches that the direction passes through of P_j times density by solid angle, occluded or not: what
-  // sample() has, but for the factor chances.sum. `wi` unit.
+  // Returns the sum, over all patches that the direction crosses, of P_j times the solid-angle
+  // density, occluded or not: the density of sample() times chances.sum. `wi` is unit.
   [[nodiscard]] float density(const Chances& chances, const V3f& position, const V3f& wi) const;
-  // A direction; unit. u_patch in [0, 1), u in [0, 1)^2; chances.sum > 0. Empty: too close to tell.
+  // Samples a unit direction; u_patch in [0, 1), u in [0, 1)^2; chances.sum must be > 0. Empty: too
+  // close to the patch.
   [[nodiscard]] std::optional<V3f> sample(const Chances& chances, const V3f& position, float u_patch,
                                           const V2f& u) const;
 

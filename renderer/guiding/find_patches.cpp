@@ -1,4 +1,4 @@
-// Clusters of hits, split where that makes them denser.
+// Finds patches: clusters of hits, split where that makes them denser.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
@@ -11,10 +11,10 @@ namespace kindling {
 namespace {
 
 constexpr int kBins = 32;
-constexpr size_t kFewestHits = 16; // of a patch
+constexpr size_t kMinHits = 16; // of a patch
 constexpr size_t kMaxClusters = 4 * BrightPatches::kMax;
-constexpr double kLeft = 0.6;      // of the second moment, once the guide is in use: a guess
-constexpr size_t kTaskHits = 2048; // hits: so many are worth a task
+constexpr double kPredictedMoment = 0.6; // assumed second moment with the guide, relative to that without
+constexpr size_t kTaskHits = 2048;       // hits that are worth a task
 
 struct Split {
   double gain = 0.0;
@@ -30,11 +30,11 @@ struct Cluster {
   Split split; // the best one
 };
 
-// Half the surface of a box that is thin along one axis; never without extent.
-double size_of(const Box3f& box, int normal_axis, float least) {
+// Returns half the surface area of a box that is thin along one axis; always positive.
+double size_of(const Box3f& box, int normal_axis, float min_side) {
   const V3f side = box.size();
-  const auto a = static_cast<double>(std::max(side[(normal_axis + 1) % 3], least));
-  const auto b = static_cast<double>(std::max(side[(normal_axis + 2) % 3], least));
+  const auto a = static_cast<double>(std::max(side[(normal_axis + 1) % 3], min_side));
+  const auto b = static_cast<double>(std::max(side[(normal_axis + 2) % 3], min_side));
   return a * b + static_cast<double>(side[normal_axis]) * (a + b);
 }
 
@@ -64,7 +64,7 @@ class PatchFinder {
     for (uint32_t facing = 0; facing < kFacings; ++facing) {
       size_t end = begin;
       while (end < records_.size() && records_[end].hit_facing == facing) ++end;
-      if (end - begin >= kFewestHits) {
+      if (end - begin >= kMinHits) {
         const std::span<GuideRecord> hits = records_.subspan(begin, end - begin);
         total_area_ += area_of_most(hits, static_cast<int>(facing / 2));
         clusters_.emplace_back().hits = hits;
@@ -88,7 +88,8 @@ class PatchFinder {
       const auto axis = static_cast<int>(patch.facing / 2);
       patch.center = cluster.box.center();
       patch.half_size = cluster.box.size() * 0.5f;
-      // The outermost of n hits are this far from the borders of what they are taken from, and more hits will come.
+      // The extreme ones of n hits are this far from the borders of their support, and later hits
+      // will lie beyond.
       const float margin = 1.0f + 2.0f / static_cast<float>(cluster.hits.size());
       for (int k = 0; k < 3; ++k)
         patch.half_size[k] = k == axis ? 0.0f : std::max(patch.half_size[k] * margin, 0.5f * min_side_);
@@ -99,12 +100,12 @@ class PatchFinder {
   }
 
  private:
-  // What the second moment of a cluster will come to if the directions that are worth it are sent there. With moments spread
-  // over an area A and directions elsewhere of density 1 / total area, a share P sent evenly leaves
-  // E / (1 / total + P / A), and takes P of everything else, which counts as much as the whole, about. The best P is 0
-  // for a cluster that is not denser than the average.
+  // Predicts the second moment of a cluster if an optimal fraction of directions is sent to it.
+  // With a moment E spread over an area A and other directions of density 1 / total area, a uniform
+  // fraction P gives E / (1 / total + P / A), and takes P of everything else, whose weight is about
+  // the whole. The best P is 0 for a cluster that is not denser than the average.
   [[nodiscard]] double cost(double area, double moment) const {
-    const double price = kLeft * total_moment_ * total_area_;
+    const double price = kPredictedMoment * total_moment_ * total_area_;
     if (moment * square(total_area_) <= price * area) return moment * total_area_;
     return 2.0 * std::sqrt(price * area * moment) - price * area / total_area_;
   }
@@ -116,10 +117,11 @@ class PatchFinder {
   }
   [[nodiscard]] bool worth_it(const Cluster& cluster) const {
     const double area = size_of(cluster.box, static_cast<int>(cluster.hits.front().hit_facing / 2), min_side_);
-    return cluster.moment * total_area_ > kLeft * total_moment_ * area;
+    return cluster.moment * total_area_ > kPredictedMoment * total_moment_ * area;
   }
 
-  // Of the rectangle that holds the middle nine tenths of the hits along each axis.
+  // Returns the area of the rectangle that contains the middle nine tenths of the hits along each
+  // axis.
   static double area_of_most(std::span<const GuideRecord> hits, int normal_axis) {
     double area = 1.0;
     for (const int axis : {(normal_axis + 1) % 3, (normal_axis + 2) % 3}) {
@@ -174,7 +176,7 @@ class PatchFinder {
     Bin below;
     for (size_t i = 1; i < kBins; ++i) {
       below.add(bins[i - 1]);
-      if (below.count < kFewestHits || above[i].count < kFewestHits) continue;
+      if (below.count < kMinHits || above[i].count < kMinHits) continue;
       const double gain = cluster.cost - cost(size_of(below.box, normal_axis, min_side_), below.moment) -
                           cost(size_of(above[i].box, normal_axis, min_side_), above[i].moment);
       if (gain <= best.gain) continue;

@@ -1,4 +1,4 @@
-// How strongly to aim at each patch: by gradient, on what the records would have cost.
+// Fits the strengths of patches by gradient steps on the second moment of the records.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
@@ -7,7 +7,7 @@
 namespace kindling {
 namespace {
 
-// Density of a record's direction with the guide, relative to that which it had.
+// Returns the density of a record's direction with the guide, relative to the original one.
 double density_ratio(const GuideRecord& r, const BrightPatches& patches) {
   BrightPatches::Chances chances;
   patches.chances(r.position, r.normal, chances);
@@ -16,20 +16,21 @@ double density_ratio(const GuideRecord& r, const BrightPatches& patches) {
   return static_cast<double>(r.base - chances.sum * r.replaced + r.allowed * patches.density(chances, r.position, wi));
 }
 
-// What of a record the fit needs: the geometric factor of every patch, and the one that the direction passes through.
+// Data of a record for the fit: the geometric factors of all patches, and the patches that the
+// direction crosses.
 struct Row {
-  std::array<float, BrightPatches::kMax> factors; // strength 1
+  std::array<float, BrightPatches::kMax> factors; // at strength 1
   float moment;
   float base, replaced;
   uint32_t crossed_count;
-  std::array<uint8_t, 4> crossed;         // patches; more are left out
-  std::array<float, 4> crossed_densities; // of a direction chosen by that patch, relative
+  std::array<uint8_t, 4> crossed;         // patches; further ones are ignored
+  std::array<float, 4> crossed_densities; // of a direction sampled from that patch, relative
 };
 
-// How much a row's moment changes with the density: what all patches have of it.
+// Derivative of a row's moment by density, common to all patches.
 struct Slope {
-  float weight = -1.0f; // negative: the row has no say
-  float lost = 0.0f;    // to what everything else of the density gives way
+  float weight = -1.0f; // negative: the row is ignored
+  float lost = 0.0f;    // density that all other techniques lose
 };
 
 Slope slope_of(const Row& row, std::span<const BrightPatch> patches) {
@@ -46,7 +47,7 @@ Slope slope_of(const Row& row, std::span<const BrightPatch> patches) {
 
 constexpr size_t kAtOnce = 4; // patches
 
-// The sums of patches `first` to first + kAtOnce - 1, in the order of the rows.
+// Accumulates the sums of patches `first` to first + kAtOnce - 1, in the order of the rows.
 void add_up(std::span<const Row> rows, std::span<const Slope> slopes, size_t first,
             std::array<double, BrightPatches::kMax>& gain, std::array<double, BrightPatches::kMax>& loss) {
   static_assert(BrightPatches::kMax % kAtOnce == 0);
@@ -75,7 +76,7 @@ double second_moment(std::span<const GuideRecord> records, const BrightPatches& 
   tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 512), [&](const auto& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) ratios[i] = density_ratio(records[i], patches);
   });
-  double without = 0.0, with = 0.0; // in order
+  double without = 0.0, with = 0.0; // summed in order
   for (size_t i = 0; i < records.size(); ++i) {
     without += static_cast<double>(records[i].contribution2 / records[i].base);
     with += static_cast<double>(records[i].contribution2) / ratios[i];
@@ -86,11 +87,12 @@ double second_moment(std::span<const GuideRecord> records, const BrightPatches& 
 BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<BrightPatch> patches) {
   const size_t count = patches.size();
   std::vector<Row> rows(records.size());
-  // One patch alone, so that its chance is a function of its form factor F: F / (1 + F), bounded.
+  // A guide of one patch, so that its probability is a function of its form factor F: F / (1 + F),
+  // bounded.
   std::vector<BrightPatches> alone;
   for (const BrightPatch& patch : patches) {
     BrightPatch unit = patch;
-    unit.strength = 1e-3f; // small enough for chance = factor
+    unit.strength = 1e-3f; // small enough for probability = factor
     alone.emplace_back(std::span(&unit, 1));
   }
   const auto fill = [&](const GuideRecord& r, Row& row) {
@@ -103,10 +105,10 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
     wi *= 1.0f / wi.length();
     for (size_t j = 0; j < count; ++j) {
       alone[j].chances(r.position, r.normal, chances);
-      const float chance = chances.of[0];
-      row.factors[j] = chance / (1.0f - chances.sum) * 1e3f;
-      if (!(chance > 0.0f) || row.crossed_count == row.crossed.size()) continue;
-      const float density = alone[j].density(chances, r.position, wi) / chance;
+      const float probability = chances.of[0];
+      row.factors[j] = probability / (1.0f - chances.sum) * 1e3f;
+      if (!(probability > 0.0f) || row.crossed_count == row.crossed.size()) continue;
+      const float density = alone[j].density(chances, r.position, wi) / probability;
       if (!(density > 0.0f)) continue;
       row.crossed[row.crossed_count] = static_cast<uint8_t>(j);
       row.crossed_densities[row.crossed_count++] = density * r.allowed;
@@ -115,9 +117,10 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
   tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 256), [&](const auto& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) fill(records[i], rows[i]);
   });
-  // d p / d s_j = F_j / D (density_j - replaced - (p - base)): more of it where the gain outweighs the loss.
+  // d p / d s_j = F_j / D (density_j - replaced - (p - base)): increases where the gain exceeds the
+  // loss.
   constexpr int kSteps = 40;
-  std::array<double, BrightPatches::kMax> use{}; // what each does, with its strength
+  std::array<double, BrightPatches::kMax> use{}; // effect of each patch at its strength
   std::vector<Slope> slopes(rows.size());
   for (int step = 0; step < kSteps; ++step) {
     tbb::parallel_for(tbb::blocked_range<size_t>(0, rows.size(), 1024), [&](const auto& range) {
@@ -132,8 +135,8 @@ BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<Br
       patches[j].strength *= static_cast<float>(std::clamp(std::sqrt(ratio), 0.25, 4.0));
     }
   }
-  // All patches cost time everywhere.
-  constexpr double kMinUse = 0.005; // of all
+  // Every patch costs time at every point.
+  constexpr double kMinUse = 0.005; // of the total
   double all = 0.0;
   for (const double u : use) all += u;
   std::vector<BrightPatch> useful;

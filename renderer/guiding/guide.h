@@ -1,15 +1,15 @@
-// What path guiding has learned of a scene.
+// The learned data of path guiding for one scene.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/guiding/bright_patches.h"
-#include "renderer/guiding/share_tree.h"
+#include "renderer/guiding/light_selection_tree.h"
 
 namespace kindling {
 
 struct Guide {
-  BrightPatches patches;         // may be empty: directions are not guided
-  ShareTree light_probabilities; // may be empty: kinds of light share as LightSet estimates
+  BrightPatches patches;                  // may be empty: directions are not guided
+  LightSelectionTree light_probabilities; // may be empty: LightSet estimates the selection probabilities
 };
 
 } // namespace kindling

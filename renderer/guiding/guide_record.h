@@ -1,4 +1,4 @@
-// What training remembers of one reflection of one path.
+// Training records of path guiding: one reflection of one path.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace kindling {
 
-// Surfaces are told apart by the half-axis nearest to their normal: 0 to 5 for +x, -x, +y, -y, +z, -z.
+// Surfaces are classified by the half-axis nearest to their normal: 0 to 5 for +x, -x, +y, -y, +z,
+// -z.
 inline constexpr uint32_t kFacings = 6;
 [[nodiscard]] inline uint32_t facing_of(const V3f& normal) {
   const float ax = std::fabs(normal.x), ay = std::fabs(normal.y), az = std::fabs(normal.z);
@@ -16,19 +17,20 @@ inline constexpr uint32_t kFacings = 6;
   return 2 * axis + (normal[static_cast<int>(axis)] < 0.0f ? 1 : 0);
 }
 
-// One direction that was taken at one surface, and what it brought to the image. World space.
+// A sampled direction at a surface and its contribution to the image. World space.
 struct GuideRecord {
   V3f position{0.0f};
-  V3f normal{0.0f}; // unit, of the surface as it is shaded
-  V3f hit{0.0f};    // where the direction met another surface
+  V3f normal{0.0f}; // unit, the shading normal
+  V3f hit{0.0f};    // where the direction hit another surface
   uint32_t hit_facing = 0;
-  // Square of the luminance that came to the pixel by this direction, relative to the image there.
+  // Squared luminance that the pixel received from this direction, relative to the image there.
   float contribution2 = 0.0f;
-  // Densities by solid angle, relative to the one that the direction was taken with. A share s of guided directions gives
-  // base - s * replaced + allowed * (their density).
+  // Solid-angle densities, relative to the one that the direction was sampled with. With
+  // probability s for guided directions the density is base - s * replaced + allowed * (guide
+  // density).
   float base = 1.0f;     // of the BSDF alone
-  float replaced = 0.0f; // of those of its lobes that the guide may replace
-  float allowed = 0.0f;  // which part of all directions may be guided
+  float replaced = 0.0f; // of the lobes that the guide may replace
+  float allowed = 0.0f;  // maximum probability of guided directions
 };
 
 } // namespace kindling

@@ -1,3 +1,4 @@
+// Learns patches and light selection probabilities from training records.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
@@ -8,18 +9,19 @@
 namespace kindling {
 namespace {
 
-constexpr double kLargestPart = 0.002; // of the sum of all moments: what is above is luck
-constexpr double kWanted = 24000.0;    // records: fitting looks at each of them for each patch, many times
-constexpr size_t kFewest = 256;        // from fewer nothing is learned
+constexpr double kMaxFraction = 0.002;     // of the sum of all moments: larger contributions count as outliers
+constexpr double kTargetRecords = 24000.0; // records: the fit evaluates each of them for each patch, many times
+constexpr size_t kMinRecords = 256;        // with fewer records nothing is learned
 
-// Fewer records that stand for all: those with large moments remain, of others some, with larger moments.
+// Returns a smaller, representative set: records with large moments are kept, others are subsampled
+// with larger moments.
 std::vector<GuideRecord> select(std::span<const GuideRecord> records) {
   double sum = 0.0;
   for (const GuideRecord& r : records) sum += static_cast<double>(r.contribution2);
-  const auto largest = static_cast<float>(sum * kLargestPart);
+  const auto largest = static_cast<float>(sum * kMaxFraction);
   double capped_sum = 0.0;
   for (const GuideRecord& r : records) capped_sum += static_cast<double>(std::min(r.contribution2, largest));
-  const auto kept_moment = static_cast<float>(capped_sum / kWanted);
+  const auto kept_moment = static_cast<float>(capped_sum / kTargetRecords);
   std::vector<GuideRecord> selected;
   for (size_t i = 0; i < records.size(); ++i) {
     GuideRecord record = records[i];
@@ -34,10 +36,10 @@ std::vector<GuideRecord> select(std::span<const GuideRecord> records) {
   return selected;
 }
 
-// Patches fit too well where they were found: what they are good for, other records say.
+// Fits on different records than those that found the patches, to avoid overfitting.
 void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) {
   const std::vector<GuideRecord> selected = select(records);
-  if (selected.size() < kFewest) return;
+  if (selected.size() < kMinRecords) return;
   std::vector<GuideRecord> halves[2];
   for (size_t i = 0; i < selected.size(); ++i) halves[i % 2].push_back(selected[i]);
   learned.guide.patches = fit_strengths(halves[1], find_patches(halves[0]));
@@ -45,17 +47,17 @@ void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) 
 }
 
 void learn_light_probabilities(std::span<const LightRecord> records, LearnedGuide& learned) {
-  if (records.size() < kFewest) return;
+  if (records.size() < kMinRecords) return;
   double sum = 0.0;
   for (const LightRecord& r : records) sum += static_cast<double>(r.moment);
-  const auto largest = static_cast<float>(sum * kLargestPart);
+  const auto largest = static_cast<float>(sum * kMaxFraction);
   std::vector<LightRecord> all(records.begin(), records.end()), halves[2];
   for (size_t i = 0; i < all.size(); ++i) {
     all[i].moment = std::min(all[i].moment, largest);
     halves[i % 2].push_back(all[i]);
   }
-  tbb::parallel_invoke([&] { learned.light_second_moment = second_moment(halves[1], ShareTree(halves[0])); },
-                       [&] { learned.guide.light_probabilities = ShareTree(all); });
+  tbb::parallel_invoke([&] { learned.light_second_moment = second_moment(halves[1], LightSelectionTree(halves[0])); },
+                       [&] { learned.guide.light_probabilities = LightSelectionTree(all); });
 }
 
 } // namespace

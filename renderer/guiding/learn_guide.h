@@ -1,4 +1,4 @@
-// From the records of training to a guide.
+// Learns a guide from training records.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,22 +12,23 @@ namespace kindling {
 
 struct LearnedGuide {
   Guide guide;
-  // That of what the records brought, had their directions been taken with the guide, relative to that without: of records that
-  // the patches were not found by. Below 1 is a gain.
+  // Second moment of the records' contributions with the guide, relative to that without, on
+  // records that were not used to find the patches. Below 1 is a gain.
   double second_moment = 1.0;
-  double light_second_moment = 1.0; // the same of light samples, by their shares
+  double light_second_moment = 1.0; // likewise for light samples
 };
 
-// A function of the records and their order.
+// Deterministic in the records and their order.
 [[nodiscard]] LearnedGuide learn_guide(std::span<const GuideRecord> records,
                                        std::span<const LightRecord> light_records);
 
-// The two steps of patches. First, rectangles around those hits of the records that brought most, at most BrightPatches::kMax, with
-// strength 1; sorts `records` on the way.
+// The two steps for patches. First, finds rectangles around the hits of the records with the
+// largest contributions, at most BrightPatches::kMax, with strength 1; sorts `records`.
 [[nodiscard]] std::vector<BrightPatch> find_patches(std::span<GuideRecord> records);
-// Then the strengths that make the second moment least; patches that do next to nothing are dropped.
+// Then fits the strengths that minimize the second moment; patches of negligible effect are
+// dropped.
 [[nodiscard]] BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<BrightPatch> patches);
-// The relative second moment of these records.
+// Returns the relative second moment of these records.
 [[nodiscard]] double second_moment(std::span<const GuideRecord> records, const BrightPatches& patches);
 
 } // namespace kindling

@@ -144,7 +144,7 @@ void read_values(const Document& document, int accessor, size_t scalars, const s
   case AnimatedProperty::weights: format = {.components = 1, .normalized_int = true}; break;
   case AnimatedProperty::visible: format = {.components = 1, .is_float = false, .plain_int = true}; break;
   case AnimatedProperty::member:
-    format = {.components = channel.member.of == AnimatedMember::Of::mesh ? 1 : channel.components,
+    format = {.components = channel.member.owner == AnimatedMember::Owner::mesh ? 1 : channel.components,
               .normalized_int = true,
               .plain_int = true};
     break;

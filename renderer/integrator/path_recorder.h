@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/guiding/guide_record.h"
-#include "renderer/guiding/share_tree.h"
+#include "renderer/guiding/light_selection_tree.h"
 #include "renderer/integrator/path_state.h"
 #include "renderer/world/world.h"
 

@@ -291,7 +291,7 @@ void WhittedShader::follow_glass(const WhittedVertex& vertex, float distance, Ra
   const float probability = layered.choice_probability(LayeredBsdf::kGlass);
   if (!(probability > 0.0f)) return;
   const auto sample_side = [&](const V2f& u, bool reflect) {
-    const float reflected = glass.reflection_share(u);
+    const float reflected = glass.reflection_probability(u);
     const float share = reflect ? reflected : 1.0f - reflected;
     if (!(share > 0.0f)) return std::optional<BsdfSample>();
     if (reflect && share < 1.0f && !may_reflect(vertex.node)) return std::optional<BsdfSample>();

@@ -1,4 +1,4 @@
-// Prepares a LightSet: how strongly each light shines, and the bounds that its tree wants.
+// Prepares a LightSet: the power of each light, and the bounds for its tree.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
@@ -14,34 +14,35 @@ namespace kindling {
 
 namespace {
 
-// Weight of the inner side of a closed body: it is hidden, unless another surface lives inside.
+// Weight of the inner side of a closed body: it is hidden, unless another surface is inside.
 constexpr float kInnerSide = 1.0f / 16.0f;
 
-// Of a light, only what is finite and positive counts.
+// Returns the intensity if it is finite and positive, clamped, else 0.
 float accepted(double intensity) {
   return intensity > 0.0 && std::isfinite(intensity) ? static_cast<float>(std::clamp(intensity, 1e-30, 1e30)) : 0.0f;
 }
 
-// In meters or radians.
+// Returns the size in meters or radians, or 0 if it is too small or invalid.
 float accepted_size(float size) { return size > 1e-6f && size < 1e15f ? size : 0.0f; }
 
-// Holds the z axes of all frames, and what is between two in sequence.
+// A cone that contains the z axes of all frames and of the interpolation between them.
 struct Cone {
   V3f axis; // unit
   float angle = 0.0f;
 };
-Cone cone_of_axes(const V3f& still, std::span<const LightFrame> frames) {
-  if (frames.empty()) return {still, 0.0f};
+Cone cone_of_axes(const V3f& first_axis, std::span<const LightFrame> frames) {
+  if (frames.empty()) return {first_axis, 0.0f};
   V3f sum(0.0f);
   for (const LightFrame& frame : frames) sum += frame.z;
-  Cone result{sum.length() > 1e-3f ? sum.normalized() : still, 0.0f};
+  Cone result{sum.length() > 1e-3f ? sum.normalized() : first_axis, 0.0f};
   for (const LightFrame& frame : frames)
     result.angle = std::max(result.angle, std::acos(std::clamp(frame.z.dot(result.axis), -1.0f, 1.0f)) + 1e-3f);
   if (!(result.angle < 0.5f * kPi)) result.angle = kPi; // caps are convex up to half of the sphere
   return result;
 }
 
-// A sphere around the centroid, wide enough for the rounding of differences of positions.
+// Returns a bounding sphere around the centroid, with a margin for the rounding of position
+// differences.
 EmitterBounds triangle_bounds(const V3f& p0, const V3f& p1, const V3f& p2, const V3f& normal) {
   EmitterBounds result;
   result.center = (p0 + p1 + p2) * (1.0f / 3.0f);
@@ -107,13 +108,13 @@ LightSet::LightSet(LightSetInput input)
 
   size_t kinds = tree_.empty() ? 0 : 1;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    kinds += punctuals_[i].luminance > 0.0f ? 2 : 0; // even one may be below the horizon
+    kinds += punctuals_[i].luminance > 0.0f ? 2 : 0; // even a single one may be below the horizon
     light_count_ += punctuals_[i].luminance > 0.0f ? 1 : 0;
   }
   if (environment_) {
-    // Half of a uniform sky of radiance L lights a plane by pi L; only what its density follows is to be shared out. An
-    // environment of subnormal radiance is still there.
-    const float total = luminance(environment_->total_radiance()) * environment_->sampled_share();
+    // Half of a uniform sky of radiance L lights a plane by pi L; only the fraction that its
+    // density follows counts. An environment of subnormal radiance still counts as present.
+    const float total = luminance(environment_->total_radiance()) * environment_->sampled_fraction();
     environment_irradiance_ = std::clamp(0.25f * total, 1e-30f, 1e30f);
     ++kinds;
     ++light_count_;
@@ -121,7 +122,7 @@ LightSet::LightSet(LightSetInput input)
   single_kind_ = kinds <= 1;
 }
 
-// `light` has all that its kind needs but for the frame.
+// `light` has all properties of its kind except for the frame.
 void LightSet::add_punctual(Punctual light, const std::string& name, const LightFrame& first,
                             const std::vector<LightFrame>& later) {
   if (!later.empty()) {
@@ -179,9 +180,9 @@ void LightSet::add_punctuals(const LightSetInput& input) {
   prepare_shapes();
 }
 
-// What rays may meet, and the reach of directional lights.
+// Prepares the shapes that rays can hit, and the reach of directional lights.
 void LightSet::prepare_shapes() {
-  std::vector<SphereTree::Ball> spheres;
+  std::vector<SphereTree::Sphere> spheres;
   for (uint32_t i = 0; i < punctuals_.size(); ++i) {
     Punctual& p = punctuals_[i];
     const bool in_sky = i >= first_directional_;
@@ -193,14 +194,14 @@ void LightSet::prepare_shapes() {
     }
     if (!(p.radius > 0.0f && p.luminance > 0.0f)) continue;
     if (in_sky) {
-      discs_.push_back(i);
+      disks_.push_back(i);
       continue;
     }
     const EmitterBounds bounds = punctual_bounds(p);
     if (bounds.intensity > 0.0f) spheres.push_back({bounds.center, bounds.radius, i});
   }
   spheres_ = SphereTree(std::move(spheres));
-  has_shapes_ = !spheres_.empty() || !discs_.empty();
+  has_shapes_ = !spheres_.empty() || !disks_.empty();
 }
 
 EmitterBounds LightSet::punctual_bounds(const Punctual& light) const {
@@ -223,7 +224,8 @@ EmitterBounds LightSet::punctual_bounds(const Punctual& light) const {
   result.intensity = finite ? light.luminance : 0.0f;
   result.cos_normals = -1.0f;
   if (light.kind == Punctual::Kind::spot) {
-    // Full inside of the cone and nothing beyond: the normals fill the cone and shine straight on.
+    // Full intensity inside of the cone and none outside: the normals fill the cone and emit
+    // straight on.
     result.axis = light.axis;
     result.cos_normals = std::clamp(-light.angle_offset / light.angle_scale - 1e-5f, -1.0f, 1.0f);
     result.cos_emission = 1.0f - 1e-4f;
@@ -240,8 +242,8 @@ EmitterBounds LightSet::punctual_bounds(const Punctual& light) const {
 Rgb LightSet::mean_emission(uint32_t index) const {
   const Emission& emission = emissions_[triangles_[index].emission];
   if (emission.texture == nullptr || uvs_.empty()) return emission.factor;
-  // A grid as fine as the texels that the triangle covers, between 2 and 32 steps along an edge. What it misses is not
-  // lost: light that is never sampled is found by rays that happen to hit it.
+  // Samples a grid as fine as the texels that the triangle covers, between 2 and 32 steps along an
+  // edge. Missed emission is not lost: rays still hit light that is never sampled.
   const V2f* uv = uvs_.data() + size_t{index} * 3;
   const V2f size(emission.texture->size_px());
   const float longest = std::max(((uv[1] - uv[0]) * size).length(),
@@ -251,7 +253,7 @@ Rgb LightSet::mean_emission(uint32_t index) const {
   int count = 0;
   for (int i = 0; i < steps; ++i) {
     for (int j = 0; j < steps - i; ++j) {
-      // Centroids of the small triangles, upright and (but for the last of a row) inverted.
+      // Centroids of the small triangles, upright and (except for the last of a row) inverted.
       const float third = 1.0f / (3.0f * static_cast<float>(steps));
       sum += V3d(emission_at(index, static_cast<float>(3 * i + 1) * third, static_cast<float>(3 * j + 1) * third));
       ++count;

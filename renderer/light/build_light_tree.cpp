@@ -1,4 +1,5 @@
-// Builds the light tree: a binary tree by the surface-area and orientation heuristic, folded into nodes of eight.
+// Builds the light tree: a binary SAOH tree, folded to nodes of eight children.
+// SAOH is the surface-area and orientation heuristic of Conty Estevez and Kulla 2018.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
@@ -16,17 +17,17 @@ namespace {
 
 constexpr uint32_t kBins = 12;
 constexpr uint32_t kParallelFrom = 4096; // emitters; fewer are not worth a task
-constexpr float kFaintest = 1e-15f;      // of the sum of intensities: leaves room for the square of a distance
+constexpr float kMinIntensity = 1e-15f;  // of the sum of intensities: leaves room for the square of a distance
 constexpr float kRoundingOfCosines = 1e-5f;
-constexpr float kFinest = 32.0f; // a family this many times smaller than its node has a node of its own
+constexpr float kMaxSizeRatio = 32.0f; // a family this many times smaller than its node gets a node of its own
 
-// A family of emitters, as far as the cost of a split wants to know it.
+// A family of emitters, as needed for the cost of a split.
 struct Family {
   Box3f box;
   V3d axis{0.0};
   double intensity = 0.0;
 
-  // The axes of two-sided emitters have no sense: each joins the side of those before it.
+  // The axes of two-sided emitters have no sign: each is flipped to the side of the previous ones.
   void add(const EmitterBounds& e) {
     box.extendBy(e.center - V3f(e.radius));
     box.extendBy(e.center + V3f(e.radius));
@@ -42,8 +43,9 @@ struct Family {
   void add_axis(const V3d& weighted, bool either_sense) {
     axis += either_sense && axis.dot(weighted) < 0.0 ? -weighted : weighted;
   }
-  // Of intensity, size and spread of directions. A cap of normals of half-angle t has a mean of length (1 + cos t) / 2,
-  // which replaces the measure of directions of the paper (1 for a plane, 4 for a sphere) by a line through both ends.
+  // Combines intensity, size and spread of directions. A cap of normals of half-angle t has a mean
+  // of length (1 + cos t) / 2; a line through both ends of it replaces the paper's measure of
+  // directions (1 for a plane, 4 for a sphere).
   [[nodiscard]] double cost() const {
     if (!(intensity > 0.0)) return 0.0;
     const double alignment = std::min(axis.length() / intensity, 1.0);
@@ -68,14 +70,14 @@ class LightTreeBuilder {
     if (order_.empty()) return;
     tree_.total_intensity_ = static_cast<float>(std::min(total, 1e30));
     for (EmitterBounds& e : emitters_) {
-      e.intensity = std::max(static_cast<float>(static_cast<double>(e.intensity) / total), kFaintest);
+      e.intensity = std::max(static_cast<float>(static_cast<double>(e.intensity) / total), kMinIntensity);
     }
     if (order_.size() <= 2) {
       tree_.by_intensity_ = true;
       tree_.few_[0] = order_.front();
-      // On the grid of single precision near 1, so that the two add up to 1.
-      const double share = order_.size() == 1 ? 1.0 : static_cast<double>(emitters_[order_[0]].intensity);
-      tree_.few_probability_[0] = std::clamp(1.0f - static_cast<float>(1.0 - share), 0x1p-20f, 1.0f);
+      // Rounded to the grid of single precision near 1, so that the two add up to 1.
+      const double fraction = order_.size() == 1 ? 1.0 : static_cast<double>(emitters_[order_[0]].intensity);
+      tree_.few_probability_[0] = std::clamp(1.0f - static_cast<float>(1.0 - fraction), 0x1p-20f, 1.0f);
       if (order_.size() == 2) {
         tree_.few_probability_[0] = std::min(tree_.few_probability_[0], 1.0f - 0x1p-20f);
         tree_.few_[1] = order_[1];
@@ -133,7 +135,7 @@ class LightTreeBuilder {
     }
   }
 
-  // Between two bins of the centers along an axis.
+  // A split between two bins of the centers along an axis.
   struct Split {
     int axis = -1; // none
     uint32_t bin = 0;
@@ -191,7 +193,7 @@ class LightTreeBuilder {
     return found;
   }
 
-  // Sorts the range into two and returns where the second begins.
+  // Partitions the range and returns the beginning of the second part.
   uint32_t partition(uint32_t begin, uint32_t end, const Split& split) {
     const uint32_t half = begin + (end - begin) / 2;
     if (split.axis < 0) return half;
@@ -202,8 +204,8 @@ class LightTreeBuilder {
     return result > begin && result < end ? result : half;
   }
 
-  // The tightest sphere around the middle of the box, the tightest cone around the mean axis, and the profile of what they
-  // send together.
+  // Returns the tightest sphere around the center of the box, the tightest cone around the mean
+  // axis, and the combined emission profile.
   [[nodiscard]] LightFamily family(std::span<const uint32_t> emitters) const {
     LightFamily result;
     Family all;
@@ -217,10 +219,10 @@ class LightTreeBuilder {
     } else if (aligned) {
       result.axis = V3f(all.axis * (1.0 / length));
     }
-    // Of emitters that fade like a cosine: sums over the two parts of the profile, and of squares of c.
+    // For emitters with cosine falloff: sums of the two parts of the profile, and of squares of c.
     double even = 0.0, odd = 0.0, squares = 0.0, anywhere = 0.0;
     float cos_plain = 1.0f; // of the farthest normal of such emitters, if one-sided
-    float angle = 0.0f;     // the farthest that others shine from the axis
+    float angle = 0.0f;     // maximum angle between the axis and the light of other emitters
     bool unlimited = false;
     for (const uint32_t emitter : emitters) {
       const EmitterBounds& e = emitters_[emitter];
@@ -233,7 +235,7 @@ class LightTreeBuilder {
         even += 0.5 * (1.0 + back) * intensity;
         odd += 0.5 * (1.0 - back) * intensity * static_cast<double>(cosine);
         squares += 0.5 * (1.0 + back) * intensity * static_cast<double>(cosine * cosine);
-        // Normals of what moves are spread.
+        // Normals of moving emitters are spread.
         cos_plain = std::min(
             cos_plain, e.cos_normals >= 1.0f ? cosine : std::cos(std::min(arc(cosine) + arc(e.cos_normals), kPi)));
         unlimited = unlimited || e.back > 0.0f;
@@ -244,13 +246,13 @@ class LightTreeBuilder {
       }
     }
     result.radius *= 1.0f + 1e-6f;
-    // Even is twice what is sent anywhere: its profile there is 1/2.
+    // `even` is twice the uniform part, whose profile value is 1/2.
     const double total = even + 2.0 * anywhere;
     result.even = static_cast<float>(total);
     result.odd = static_cast<float>(std::clamp(odd / total, 0.0, 1.0));
     // The mean square of c is 1/3 for a sphere and 1 for a plane.
     result.flat = static_cast<float>(std::clamp((1.5 * squares - 0.5 * even) / total, 0.0, 1.0));
-    // Ninety degrees from the farthest normal.
+    // 90 degrees from the farthest normal.
     float reach = even > 0.0 ? -safe_sqrt(1.0f - cos_plain * cos_plain) : 1.0f;
     if (cos_plain <= 0.0f || angle >= std::numbers::pi_v<float>) unlimited = true;
     if (anywhere > 0.0) reach = std::min(reach, std::cos(angle));
@@ -258,7 +260,7 @@ class LightTreeBuilder {
     return result;
   }
 
-  // Opens the widest ranges until eight children are found.
+  // Opens the widest ranges until there are eight children.
   void fill_node(uint32_t number, const Range& range, uint32_t parent) {
     std::array<const Range*, LightTree::kWidth> open{&range};
     uint32_t count = 1;
@@ -275,7 +277,7 @@ class LightTreeBuilder {
         }
       }
       if (widest < 0) break;
-      // Neighbors stay neighbors, for the sake of the random number's stratification.
+      // Neighbors stay adjacent, which preserves the stratification of the random number.
       const Range* opened = open[static_cast<size_t>(widest)];
       std::move_backward(open.begin() + widest + 1, open.begin() + count, open.begin() + count + 1);
       open[static_cast<size_t>(widest)] = opened->left.get();
@@ -293,8 +295,9 @@ class LightTreeBuilder {
     for (uint32_t i = 0; i < count; ++i) {
       const Range& child = *open[i];
       const uint32_t still_to_come = count - i - 1;
-      // Few emitters become lanes themselves, unless the grid of this node is too coarse to tell them apart.
-      const bool fine = child.size() == 1 || count == 1 || child.family.radius * kFinest > range.family.radius;
+      // Small ranges become emitter lanes directly, unless the grid of this node is too coarse to
+      // separate them.
+      const bool fine = child.size() == 1 || count == 1 || child.family.radius * kMaxSizeRatio > range.family.radius;
       if (fine && child.size() <= LightTree::kWidth && lane + child.size() + still_to_come <= LightTree::kWidth) {
         for (uint32_t e = child.begin; e < child.end; ++e) {
           tree_.emitters_.push_back(order_[e]);
@@ -316,7 +319,7 @@ class LightTreeBuilder {
     }
   }
 
-  // The lanes of a node that is otherwise complete, as all its children are.
+  // Stores the lanes of a node whose other members, and whose children, are complete.
   void store_lanes(LightNode& node, uint32_t count) const {
     std::array<LightFamily, LightTree::kWidth> families;
     for (uint32_t lane = 0; lane < count; ++lane)
@@ -325,7 +328,7 @@ class LightTreeBuilder {
     node.store({families.data(), count});
   }
 
-  // What a node was made of.
+  // The range that a node was made from.
   struct Filled {
     const Range* range = nullptr;
     uint32_t lanes = 0;

@@ -24,7 +24,7 @@ struct Body {
   Box3f box;
   V3d area_vector{0.0};
   double area = 0.0;
-  double volume = 0.0; // signed, from the first vertex seen
+  double volume = 0.0; // signed, relative to the first vertex
   V3f origin{0.0f};
 };
 

@@ -1,4 +1,4 @@
-// What a clear coat over an emitter lets through.
+// Transmittance of a clear coat over an emitter (KHR_materials_clearcoat).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,9 +6,10 @@
 
 namespace kindling {
 
-// KHR_materials_clearcoat, "Emission": the coat of strength `clearcoat`, [0, 1], covers the emission as well; Schlick's Fresnel with
-// 0.04 at normal incidence. cos_theta: between the direction and the geometric normal. The extension asks for the coat's own
-// normal; hits and light samples have to agree to the bit of meaning, and a sample of a light knows no other normal.
+// KHR_materials_clearcoat, "Emission": a coat of strength `clearcoat`, in [0, 1], attenuates the
+// emission as well, by Schlick's Fresnel with 0.04 at normal incidence. cos_theta is between the
+// direction and the geometric normal. The extension uses the coat's own normal, but light samples
+// only know the geometric one, and hits must agree with them.
 [[nodiscard]] inline float coat_transmittance(float clearcoat, float cos_theta) {
   const float grazing = std::clamp(1.0f - std::fabs(cos_theta), 0.0f, 1.0f);
   const float fifth = square(square(grazing)) * grazing;

@@ -8,13 +8,14 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
+#include <cassert>
 #include <cstring>
 
 namespace kindling {
 
 namespace {
 
-// Linear texel of an image, as it is used: gray replicated, no alpha, nothing negative or non-finite.
+// Reads linear texels: gray is replicated, alpha dropped, negative and non-finite values are 0.
 class TexelReader {
  public:
   explicit TexelReader(const Image& image) : image_(image) {
@@ -73,15 +74,17 @@ float brightest(const Image& image, const TexelReader& texel) {
       [](float a, float b) { return std::max(a, b); });
 }
 
-// Samples x in [0, 1) with a density that runs linearly from a to b, both >= 0 and not both 0, by inversion.
+// Samples x in [0, 1) by inversion with a density that is linear from a to b, both >= 0 and not
+// both 0.
 float sample_linear(float u, float a, float b) {
   return std::min(u * (a + b) / (a + std::sqrt(lerp(a * a, b * b, u))), kOneMinusEpsilon);
 }
 
-// Integral over theta of sin(theta) times the hat function of row y of `height` (clamped at the poles).
+// Returns the integral over theta of sin(theta) times the hat function of row y of `height`
+// (clamped at the poles).
 double row_integral(int y, int height) {
   const double step = std::numbers::pi / height;
-  // From the row's center at angle t0 to the next row's center, or to the pole if there is none.
+  // From the row's center at angle t0 to the next row's center, or to the pole after the last row.
   const auto half_hat = [step](double t0, bool last) {
     return last ? std::cos(t0) + 1.0 : std::cos(t0) - (std::sin(t0 + step) - std::sin(t0)) / step;
   };
@@ -112,7 +115,7 @@ bool Environment::store_texels(const Image& image, float intensity) {
   height_ = image.height;
   texels_.resize((static_cast<size_t>(width_) + 2) * (static_cast<size_t>(height_) + 2));
 
-  // The brightest value lands in [2^14, 2^15): the largest half is 65504.
+  // The brightest value is scaled to [2^14, 2^15): the largest half is 65504.
   int exponent = 0;
   (void)std::frexp(peak, &exponent);
   exponent = std::max(exponent, -100); // 2^(15 - exponent) must be finite
@@ -137,19 +140,20 @@ bool Environment::store_texels(const Image& image, float intensity) {
   });
   V3d total(0.0);
   for (int y = 0; y < height_; ++y) total += row_sums[static_cast<size_t>(y)] * row_integral(y, height_);
-  leave_the_mean_to_bsdfs(luminance(V3f(total)) / (2.0f * static_cast<float>(width_))); // sin(theta) integrates to 2
+  compensate_for_mis(luminance(V3f(total)) / (2.0f * static_cast<float>(width_))); // sin(theta) integrates to 2
   fill_border();
   total *= 2.0 * std::numbers::pi / width_ * static_cast<double>(scale_);
   total_radiance_ = Rgb(static_cast<float>(total.x), static_cast<float>(total.y), static_cast<float>(total.z));
   return true;
 }
 
-// What is even over the sky is found as well by following BSDFs, so samples of light are better spent on what stands out
-// (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", SIGGRAPH Asia 2019,
-// section 5.1). They take the whole mean off the density, which is optimal for the balance heuristic and where nothing is
-// in between; the power heuristic and occlusion want a little less. Nothing falls to zero.
-void Environment::leave_the_mean_to_bsdfs(float mean_weight) {
-  constexpr float kShareOfMean = 0.7f;
+// Subtracts most of the mean from the density, because BSDF sampling finds uniform light as well
+// (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
+// Sampling", SIGGRAPH Asia 2019, section 5.1). The paper subtracts the whole mean, which is optimal
+// for the balance heuristic without occlusion; the power heuristic and occlusion favor a little
+// less. No weight becomes zero.
+void Environment::compensate_for_mis(float mean_weight) {
+  constexpr float kMeanFraction = 0.7f;
   constexpr float kMin = 0.02f; // of the texel's own weight
   struct RowSums {
     double all = 0.0, left = 0.0;
@@ -162,7 +166,7 @@ void Environment::leave_the_mean_to_bsdfs(float mean_weight) {
         HalfTexel& t = texels_[texel_index(x, y)];
         if (t.weight == 0) continue;
         const float weight = half_to_float(t.weight);
-        const float left = std::max(weight - kShareOfMean * mean_weight, kMin * weight);
+        const float left = std::max(weight - kMeanFraction * mean_weight, kMin * weight);
         t.weight = std::max<uint16_t>(1, float_to_half(left));
         sums.all += static_cast<double>(weight);
         sums.left += static_cast<double>(left);
@@ -175,7 +179,7 @@ void Environment::leave_the_mean_to_bsdfs(float mean_weight) {
     all += row_sums[static_cast<size_t>(y)].all * row_integral(y, height_);
     left_of_all += row_sums[static_cast<size_t>(y)].left * row_integral(y, height_);
   }
-  sampled_share_ = static_cast<float>(std::min(left_of_all / all, 1.0));
+  sampled_fraction_ = static_cast<float>(std::min(left_of_all / all, 1.0));
 }
 
 void Environment::fill_border() {
@@ -191,7 +195,8 @@ void Environment::fill_border() {
 void Environment::build_distribution() {
   const auto columns = static_cast<size_t>(width_);
   const auto rows = static_cast<size_t>(height_) + 1;
-  // Cell rows run from texel center to texel center, so the first and the last are half as high and reach the poles.
+  // Cell rows run from texel center to texel center, so the first and the last are half as high and
+  // end at the poles.
   const auto theta_of_edge = [this](size_t row) {
     return std::clamp((static_cast<double>(row) - 0.5) / height_, 0.0, 1.0) * std::numbers::pi;
   };
@@ -202,7 +207,7 @@ void Environment::build_distribution() {
   std::vector<double> row_sums(rows);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rows, 16), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t y = range.begin(); y < range.end(); ++y) {
-      // Border texels repeat the image's, so the rows around the poles need no special case.
+      // Border texels repeat the image's, so the rows at the poles need no special case.
       const HalfTexel* upper = &texels_[texel_index(0, static_cast<int>(y) - 1)];
       const HalfTexel* lower = &texels_[texel_index(0, static_cast<int>(y))];
       double sum = 0.0;
@@ -219,8 +224,8 @@ void Environment::build_distribution() {
   double total = 0.0;
   for (const double sum : row_sums) total += sum;
   distribution_ = Distribution2D(weights, static_cast<uint32_t>(columns), static_cast<uint32_t>(rows));
-  // Density in the image's unit square: weight * band / total * (cells per unit square); over solid angle divided by
-  // 2 pi^2 sin(theta).
+  // The density in the image's unit square is weight * band / total * (cells per unit square); over
+  // solid angle it is divided by 2 pi^2 sin(theta).
   row_factors_.resize(rows);
   for (size_t y = 0; y < rows; ++y) {
     const double cell_height = (theta_of_edge(y + 1) - theta_of_edge(y)) / std::numbers::pi;
@@ -230,6 +235,7 @@ void Environment::build_distribution() {
 }
 
 LightSample Environment::sample(const V2f& u) const {
+  assert(u.x >= 0.0f && u.x <= 1.0f && u.y >= 0.0f && u.y <= 1.0f);
   LightSample result;
   result.distance = kInfinity;
   if (is_black()) {
@@ -242,7 +248,7 @@ LightSample Environment::sample(const V2f& u) const {
     result.pdf = constant_pdf_;
     return result;
   }
-  // A cell between four texel centers, then bilinearly within.
+  // Selects a cell between four texel centers, then samples bilinearly within.
   const Distribution2D::Sample chosen = distribution_.sample(u);
   const auto rows = static_cast<float>(height_ + 1);
   const float u_s =

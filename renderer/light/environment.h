@@ -1,4 +1,4 @@
-// An importance-sampled environment: an equirectangular image, or one color, infinitely far away.
+// An importance-sampled environment: an equirectangular image or a uniform color at infinity.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,62 +18,68 @@
 
 namespace kindling {
 
-// Radiance and density of one direction, from one look-up.
+// Radiance and density of one direction, from one lookup.
 struct EnvironmentEval {
   Rgb radiance{0.0f};
   float pdf = 0.0f; // solid angle
 };
 
-// Direction d (unit, +Y up) maps to u = 0.5 + atan2(d.z, d.x) / (2 pi), v = acos(d.y) / pi; v = 0 is the top row.
-// A rotation by r turns the environment counter-clockwise about +Y, seen from above: what was seen along d is then seen
-// along rotate_y(d, r) = (d.x cos r + d.z sin r, d.y, d.z cos r - d.x sin r).
-// Radiance is the bilinear interpolation of the texels (wrapping in u, clamped in v); sampling is by a density that is
-// interpolated likewise, not constant per texel: a sun of a few texels is sampled without variance. The density is that of the
-// luminance less 0.7 of its mean (at least 0.02 of it), for what is even over the sky is found by following BSDFs as well: use it
-// with multiple importance sampling.
+// Direction d (unit, +Y up) maps to u = 0.5 + atan2(d.z, d.x) / (2 pi), v = acos(d.y) / pi; v = 0
+// is the top row. A rotation by r turns the environment counterclockwise about +Y, seen from above:
+// the radiance along d moves to rotate_y(d, r) = (d.x cos r + d.z sin r, d.y, d.z cos r - d.x sin
+// r).
 //
-// Texels are held as halves under one common power of two, so that the brightest uses the top of the range: images
-// that were halves or RGBE stay exact over 2^29 of dynamic range.
+// Radiance is the bilinear interpolation of the texels (wrapped in u, clamped in v). The sampling
+// density is interpolated likewise, not constant per texel, so a sun of a few texels is sampled
+// without variance. The density is proportional to the luminance less 0.7 of its mean (at least
+// 0.02 of the luminance): BSDF sampling finds the uniform part as well, so use it with multiple
+// importance sampling (MIS compensation).
+//
+// Texels are stored as halves with one common power-of-two scale that puts the brightest at the top
+// of the range: images of halves or RGBE stay exact over a dynamic range of 2^29.
 class Environment {
  public:
-  // Where a direction is in the image.
+  // Image coordinates of a direction.
   struct Location {
-    float u = 0.0f; // of the image itself, rotation applied
+    float u = 0.0f; // in the image, rotation applied
     float v = 0.0f;
     float sin_theta = 0.0f;
   };
 
-  // Immutable after construction. An image with negative or non-finite texels is read with those as 0. Images of
-  // integers are decoded from sRGB, floating-point ones are linear Rec. 709. An empty image is black.
+  // Immutable after construction. Negative or non-finite texels are read as 0. Integer images are
+  // decoded from sRGB, floating-point images are linear Rec. 709. An empty image is black.
   Environment(std::shared_ptr<const Image> image, float rotation_rad, float intensity);
-  // The same radiance in every direction.
+  // A uniform environment.
   explicit Environment(const Rgb& radiance);
 
   [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
-  // distance is kInfinity. pdf is 0 and the radiance black if the environment is black.
+  // The distance is kInfinity. If the environment is black, pdf is 0 and the radiance black.
   [[nodiscard]] LightSample sample(const V2f& u) const;
-  // Solid-angle density of sample() producing wi. It is that of the exact texels; cells between them are drawn by
-  // probabilities rounded to 2^-24 of their row, which moves no more than a part in 2^14 of the light.
+  // Returns the solid-angle density of sample() for wi, computed from the exact texels. The
+  // probabilities of the sampled cells are rounded to 2^-24 of their row, which shifts at most a
+  // part in 2^14 of the light.
   [[nodiscard]] float pdf(const V3f& wi) const { return eval(wi).pdf; }
-  // radiance() and pdf() at the price of one of them.
+  // radiance() and pdf() for the cost of one of them.
   [[nodiscard]] EnvironmentEval eval(const V3f& wi) const { return eval(locate(wi)); }
-  // The same in two steps: what stands between them hides the time that memory takes.
+  // The same in two steps, so that work between them hides memory latency.
   [[nodiscard]] Location locate(const V3f& wi) const;
   [[nodiscard]] EnvironmentEval eval(const Location& at) const;
-  // Asks for the memory that eval(at) will read, and that sample() will for each of a few dozen draws.
+  // Prefetches the memory of eval(at), respectively of sample() for up to a few dozen draws.
   void prefetch(const Location& at) const;
   void prefetch_samples(std::span<const V2f> draws) const;
-  // Radiance integrated over the sphere, W/m^2 per channel: pi times it is a disc's flux per unit radius squared.
+  // Returns the radiance integrated over the sphere, in W/m^2 per channel; times pi it is the flux
+  // through a disk per squared radius.
   [[nodiscard]] Rgb total_radiance() const { return total_radiance_; }
-  // How much of it, as luminance, the density of sample() follows; the rest is left to BSDF sampling. In (0, 1].
-  [[nodiscard]] float sampled_share() const { return sampled_share_; }
+  // Returns the fraction of the total luminance that the density of sample() follows, in (0, 1];
+  // the rest is left to BSDF sampling.
+  [[nodiscard]] float sampled_fraction() const { return sampled_fraction_; }
   [[nodiscard]] bool is_black() const { return constant_pdf_ == 0.0f && row_factors_.empty(); }
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
   static constexpr float kMinSinTheta = 1e-6f; // keeps densities finite at the poles
 
-  // The texel above and to the left of a point, and the point's distance from it, in texels.
+  // The texel above and to the left of a point, and the point's offset from it in texels.
   struct Footprint {
     const HalfTexel* top = nullptr; // top[width + 2] is below it
     int row = 0;
@@ -81,34 +87,37 @@ class Environment {
     float fy = 0.0f;
   };
   [[nodiscard]] Footprint footprint(const Location& at) const;
-  // x in [-1, width], y in [-1, height].
+  // Returns the index of texel (x, y); x in [-1, width], y in [-1, height].
   [[nodiscard]] size_t texel_index(int x, int y) const {
     return static_cast<size_t>(y + 1) * (static_cast<size_t>(width_) + 2) + static_cast<size_t>(x + 1);
   }
-  // False: the image is black, and nothing was stored.
+  // Returns false if the image is black; nothing is stored then.
   [[nodiscard]] bool store_texels(const Image& image, float intensity);
   void fill_border();
-  void leave_the_mean_to_bsdfs(float mean_weight);
+  void compensate_for_mis(float mean_weight);
   void build_distribution();
 
-  int width_ = 0; // 0: one color
+  int width_ = 0; // 0: uniform color
   int height_ = 0;
   float rotation_turns_ = 0.0f; // in [0, 1)
   float scale_ = 1.0f;          // radiance = stored value * scale_
-  float constant_pdf_ = 0.0f;   // of one color that is not black
+  float constant_pdf_ = 0.0f;   // of a uniform color that is not black
   Rgb constant_{0.0f};
   Rgb total_radiance_{0.0f};
-  float sampled_share_ = 1.0f;
-  // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats the image
-  // (wrapped left and right, clamped at the top and bottom), so that interpolation needs no special case.
+  float sampled_fraction_ = 1.0f;
+  // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats
+  // the image (wrapped left and right, clamped at the top and bottom), so interpolation needs no
+  // special cases.
   std::vector<HalfTexel> texels_;
-  // Over the cells between texel centers: width columns (the last one wraps), height + 1 rows (half cells at the poles).
+  // Distribution over the cells between texel centers: width columns (the last one wraps), height +
+  // 1 rows (half cells at the poles).
   Distribution2D distribution_;
-  std::vector<float> row_factors_; // for each of these rows: solid-angle density = weight * factor / sin(theta)
+  std::vector<float> row_factors_; // per cell row: solid-angle density = weight * factor / sin(theta)
 };
 
 inline Environment::Footprint Environment::footprint(const Location& at) const {
-  // Texel centers are at half-integers; the border shifts indices by one. min(1, NaN) is 1: never out of bounds.
+  // Texel centers are at half-integers; the border shifts indices by one. min(1, NaN) is 1, so
+  // accesses stay in bounds.
   const float x = std::min(1.0f, at.u) * static_cast<float>(width_) + 0.5f;
   const float y = std::min(1.0f, at.v) * static_cast<float>(height_) + 0.5f;
   const int x0 = static_cast<int>(x);

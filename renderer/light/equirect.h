@@ -1,5 +1,5 @@
-// Directions to equirectangular coordinates by polynomials: several times faster than the C library, and the same bits
-// on every machine.
+// Equirectangular coordinates of directions by polynomials.
+// Several times faster than the C library, and bitwise equal on every machine.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kindling {
 
-// atan2(y, x) / (2 pi), in [-0.5, 0.5]; absolute error below 2e-7. 0 for (0, 0).
+// Returns atan2(y, x) / (2 pi), in [-0.5, 0.5], with an absolute error below 2e-7; 0 for (0, 0).
 // The arctangent is Abramowitz & Stegun 4.4.49 on [0, 1], scaled to turns.
 [[nodiscard]] inline float atan2_turns(float y, float x) {
   const float ax = std::fabs(x);
@@ -18,7 +18,7 @@ namespace kindling {
   const float shorter = ax > ay ? ay : ax;
   const float t = shorter / (longer > 0.0f ? longer : 1.0f);
   const float s = t * t;
-  // Estrin's order: shorter dependency chains than Horner's.
+  // Estrin's scheme: shorter dependency chains than Horner's.
   const float s2 = s * s;
   const float s4 = s2 * s2;
   constexpr float k = 0.15915494309f; // 1 / (2 pi)
@@ -33,7 +33,8 @@ namespace kindling {
   return std::copysign(turns, y);
 }
 
-// acos(c) / pi, in [0, 1]; absolute error below 2e-7. |c| > 1 reads as 1. Abramowitz & Stegun 4.4.46.
+// Returns acos(c) / pi, in [0, 1], with an absolute error below 2e-7. |c| > 1 counts as 1.
+// Abramowitz & Stegun 4.4.46.
 [[nodiscard]] inline float acos_half_turns(float c) {
   const float a = std::min(std::fabs(c), 1.0f);
   const float a2 = a * a;

@@ -1,4 +1,4 @@
-// Texels of four halves, and their bilinear interpolation: two loads and two conversions where the machine has F16C.
+// Texels of four halves and their bilinear interpolation, with F16C instructions where available.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@ struct alignas(8) HalfTexel {
   uint16_t r = 0;
   uint16_t g = 0;
   uint16_t b = 0;
-  uint16_t weight = 0; // of the sampling density: interpolated like the color
+  uint16_t weight = 0; // of the sampling density; interpolated like the color
 };
 static_assert(sizeof(HalfTexel) == 8);
 
@@ -31,11 +31,12 @@ static_assert(sizeof(HalfTexel) == 8);
 #endif
 }
 
-// To nearest, ties to even.
+// Rounds to nearest, ties to even.
 [[nodiscard]] inline uint16_t float_to_half(float value) { return imath_float_to_half(value); }
 
-// R, G, B and weight between the pairs upper[0], upper[1] and lower[0], lower[1]; fx and fy in [0, 1]. Both ways below do the
-// same operations in the same order, so they give the same bits.
+// Returns R, G, B and weight interpolated between the pairs upper[0], upper[1] and lower[0],
+// lower[1]; fx and fy in [0, 1]. Both variants below perform the same operations in the same order,
+// so they give the same bits.
 [[nodiscard]] inline V4f interpolate(const HalfTexel* upper, const HalfTexel* lower, float fx, float fy) {
 #ifdef __F16C__
   const __m256 a = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(upper)));

@@ -1,8 +1,9 @@
-// Eight floats at once: the few operations that the light tree wants beyond those of the compilers' vector types.
+// SIMD vectors of eight floats: operations of the light tree beyond those of compiler vector types.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -44,7 +45,7 @@ using Int8 = int32_t __attribute__((vector_size(32)));
 #endif
 }
 
-// Floats without sign, of which only the upper sixteen of the other bits are kept.
+// Returns floats from the upper sixteen bits below the sign bit; the other bits and the sign are 0.
 [[nodiscard]] inline Float8 from_upper_bits(const uint16_t (&bits)[8]) {
 #ifdef __AVX2__
   const __m128i packed = _mm_load_si128(reinterpret_cast<const __m128i*>(bits));
@@ -69,12 +70,13 @@ using Int8 = int32_t __attribute__((vector_size(32)));
 [[nodiscard]] inline Float8 absolute(const Float8& x) {
   return reinterpret_cast<Float8>(reinterpret_cast<Int8>(x) & 0x7fffffff);
 }
-// x where the mask is set, else 0.
+// Returns x in lanes where the mask is set, else 0.
 [[nodiscard]] inline Float8 where(const Int8& mask, const Float8& x) {
   return reinterpret_cast<Float8>(mask & reinterpret_cast<Int8>(x));
 }
 
-// Sums of the lanes up to and including each; the last is the sum of all. In three steps, and always in this order.
+// Returns the inclusive prefix sums of the lanes; the last is the total. Three steps, always in the
+// same order.
 [[nodiscard]] inline Float8 running_sums(Float8 v) {
 #ifdef __AVX2__
   const auto shifted = [](const Float8& x, auto bytes) {
@@ -84,7 +86,7 @@ using Int8 = int32_t __attribute__((vector_size(32)));
   v += shifted(v, std::integral_constant<int, 4>());
   v += shifted(v, std::integral_constant<int, 8>());
   const __m256 last = _mm256_permute_ps(static_cast<__m256>(v), 0xff);
-  v += static_cast<Float8>(_mm256_permute2f128_ps(last, last, 0x08)); // the lower half's sum, to the upper half
+  v += static_cast<Float8>(_mm256_permute2f128_ps(last, last, 0x08)); // adds the lower half's sum to the upper half
 #else
   const Float8 zero{};
   v += __builtin_shufflevector(v, zero, 8, 0, 1, 2, 8, 4, 5, 6);
@@ -94,15 +96,16 @@ using Int8 = int32_t __attribute__((vector_size(32)));
   return v;
 }
 
-// The sum of the lanes before one, out of running_sums(). Without a branch.
+// Returns the sum of the lanes before `lane`, given running_sums(). Branch-free.
 [[nodiscard]] inline float sums_before(const Float8& sums, uint32_t lane) {
+  assert(lane <= 8);
   float values[9];
   values[0] = 0.0f;
   std::memcpy(values + 1, &sums, sizeof(sums));
   return values[lane];
 }
 
-// How many lanes do not exceed x.
+// Returns the number of lanes that do not exceed x.
 [[nodiscard]] inline uint32_t count_up_to(const Float8& lanes, float x) {
 #ifdef __AVX2__
   const __m256 below = _mm256_cmp_ps(static_cast<__m256>(lanes), _mm256_set1_ps(x), _CMP_LE_OQ);

@@ -1,4 +1,4 @@
-// Rounding families of emitters into a node's lanes.
+// Quantizes families of emitters to the lanes of a node.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_node.h"
 
@@ -8,15 +8,15 @@ namespace kindling {
 
 namespace {
 
-constexpr float kCenterError = 0.8661f;   // in steps: half a step along each axis
-constexpr float kRelativeError = 4e-7f;   // of coordinates: differences of positions are rounded
-constexpr float kAxisError = 0.0069f;     // of a cosine: half of 1/127 along each axis
-constexpr float kLargest = 255.0f - 1.0f; // steps that a radius may have before it is rounded up
+constexpr float kCenterError = 0.8661f;          // in steps: half a step along each axis
+constexpr float kRelativeError = 4e-7f;          // of coordinates: differences of positions are rounded
+constexpr float kAxisError = 0.0069f;            // of a cosine: half of 1/127 along each axis
+constexpr float kMaxRadiusSteps = 255.0f - 1.0f; // maximum radius in steps before it is rounded up
 
 uint8_t unsigned_byte(float value) { return static_cast<uint8_t>(std::clamp(std::lround(value * 255.0f), 0L, 255L)); }
 int8_t signed_byte(float value) { return static_cast<int8_t>(std::clamp(std::lround(value * 127.0f), -127L, 127L)); }
 
-// Never 0 for what is positive.
+// Returns the upper bits; never 0 for positive values.
 uint16_t upper_bits(float value) {
   const uint32_t bits = std::bit_cast<uint32_t>(std::clamp(value, 1e-15f, 2.0f));
   return static_cast<uint16_t>((bits + 0x4000U) >> 15);
@@ -36,7 +36,7 @@ void LightNode::store(std::span<const LightFamily> families) {
   }
   const float rounding = kRelativeError * largest_coordinate;
   const float extent = max_component(centers.max - centers.min);
-  step = std::max({extent / 255.0f, (largest_radius + rounding) / (kLargest - kCenterError), 1e-18f});
+  step = std::max({extent / 255.0f, (largest_radius + rounding) / (kMaxRadiusSteps - kCenterError), 1e-18f});
   for (int axis = 0; axis < 3; ++axis) origin[axis] = centers.min[axis];
   const auto place = [&](const V3f& center, int axis) {
     return static_cast<uint8_t>(std::clamp(std::lround((center[axis] - origin[axis]) / step), 0L, 255L));
@@ -51,7 +51,7 @@ void LightNode::store(std::span<const LightFamily> families) {
     axis_x[i] = signed_byte(f.axis.x);
     axis_y[i] = signed_byte(f.axis.y);
     axis_z[i] = signed_byte(f.axis.z);
-    // -128 is below any cosine, that of a rounded axis (up to 1.007) included.
+    // -128 is below any cosine, including that of a rounded axis (up to 1.007).
     const float reach = std::floor((f.cos_reach - kAxisError) * 127.0f);
     cos_reach[i] = reach < -126.0f ? int8_t{-128} : static_cast<int8_t>(std::min(reach, 127.0f));
     odd[i] = unsigned_byte(f.odd);

@@ -5,35 +5,37 @@
 #include "renderer/base/math.h"
 
 #include <bit>
+#include <cassert>
 #include <cstdint>
 #include <span>
 
 namespace kindling {
 
-// What is known of a family of emitters, or of one. World space.
+// Aggregate description of one or several emitters, in world space.
 //
-// Seen from direction w (from the family to the point) it shines with the intensity
-//   even * (odd * c + flat * |c| + (1 - flat) / 2), c = axis . w.
-// The first term is exact for any family of cosine emitters, since max(x, 0) = (x + |x|) / 2; the rest stands for the mean
-// of |normal . w|, and is exact for a plane (flat = 1) and for a sphere (flat = 0). Nothing leaves beyond `cos_reach`.
+// Towards direction w (from the family to the point) its intensity is even * (odd * c + flat * |c|
+// + (1 - flat) / 2), c = axis . w. The first term is exact for any family of cosine emitters, since
+// max(x, 0) = (x + |x|) / 2. The rest approximates the mean of |normal . w|, and is exact for a
+// plane (flat = 1) and for a sphere (flat = 0). No light leaves beyond `cos_reach`.
 struct LightFamily {
   V3f center{0.0f};
-  float radius = 0.0f;        // of a sphere that holds it
+  float radius = 0.0f;        // of a bounding sphere
   V3f axis{0.0f, 0.0f, 1.0f}; // unit
-  float cos_reach = -1.0f;    // no light leaves farther than this from the axis; -1: anywhere
+  float cos_reach = -1.0f;    // cosine of the maximum angle between light and axis; -1: anywhere
   float even = 0.0f;          // [1e-15, 2], relative to all emitters of the tree
   float odd = 0.0f;           // [0, 1]
   float flat = 0.0f;          // [0, 1]
 };
 
-// 128 bytes: positions on a grid of 255 steps, directions and shape in 8 bits, intensity in 16 (a float's upper half). All is
-// rounded so that the sphere still holds what it held and the reach does not shrink.
+// 128 bytes: positions on a grid of 255 steps, directions and shape in 8 bits, intensity in 16 (a
+// float's upper half). Rounding is conservative: the sphere still contains its emitters and the
+// reach does not shrink.
 struct alignas(128) LightNode {
   static constexpr uint32_t kWidth = 8;
 
   float origin[3];
   float step;             // of positions and radii
-  uint32_t first_child;   // nodes; those of this node lie together, in the order of their lanes
+  uint32_t first_child;   // child nodes of this node are contiguous, in the order of their lanes
   uint32_t first_emitter; // likewise, among the tree's emitters
   uint32_t parent;        // node * 8 + lane
   uint8_t inner;          // bit i: lane i is a node
@@ -43,15 +45,17 @@ struct alignas(128) LightNode {
   uint8_t odd[kWidth], flat[kWidth];
   uint16_t even[kWidth]; // 0: no child
 
-  // Writes the lanes, from the first on; up to eight families.
+  // Writes the lanes, starting with the first; up to eight families.
   void store(std::span<const LightFamily> families);
 
   [[nodiscard]] bool is_inner(uint32_t lane) const { return (inner >> lane & 1U) != 0; }
-  // Number of a child's node, or its place among the tree's emitters.
+  // Returns the index of a child node, respectively an index into the tree's emitters.
   [[nodiscard]] uint32_t child(uint32_t lane) const {
+    assert(lane < kWidth);
     return first_child + static_cast<uint32_t>(std::popcount(inner & ((1U << lane) - 1)));
   }
   [[nodiscard]] uint32_t emitter(uint32_t lane) const {
+    assert(lane < kWidth);
     return first_emitter + static_cast<uint32_t>(std::popcount(~inner & ((1U << lane) - 1)));
   }
 };

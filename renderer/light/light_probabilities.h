@@ -1,4 +1,4 @@
-// How the kinds of light share the light samples where that has been learned.
+// Learned selection probabilities of the kinds of light.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,7 @@ namespace kindling {
 enum class LightKind : uint8_t { tree, directional, environment };
 inline constexpr size_t kLightKinds = 3;
 
-// By LightKind; not negative, with any positive sum: kinds that a scene does not have are left out.
+// Indexed by LightKind. Nonnegative, with any positive sum: kinds that the scene lacks are ignored.
 using LightProbabilities = std::array<float, kLightKinds>;
 
 } // namespace kindling

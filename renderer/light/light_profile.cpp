@@ -1,4 +1,4 @@
-// Look-up and integration of a photometric web.
+// Lookup and integration of a photometric web.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_profile.h"
 
@@ -18,7 +18,7 @@ struct Place {
   float fraction = 0.0f;
 };
 
-// Between which two of the angles, clamped to the first and the last.
+// Returns the two angles that enclose `degrees`, clamped to the first and the last.
 Place find(const std::vector<float>& angles, float degrees) {
   const auto after = static_cast<size_t>(std::upper_bound(angles.begin(), angles.end(), degrees) - angles.begin());
   if (after == 0) return {};
@@ -38,8 +38,8 @@ LightProfile::LightProfile(Kind kind, std::vector<float> vertical_deg, std::vect
   integrate();
 }
 
-// EXT_lights_ies, "Coordinate System Mapping": the vertical plane is x-z, the horizontal one x-y; c turns counter-clockwise,
-// a and b clockwise.
+// EXT_lights_ies, "Coordinate System Mapping": the vertical plane is x-z, the horizontal one x-y; c
+// turns counterclockwise, a and b clockwise.
 V3f LightProfile::direction(Kind kind, float vertical_deg, float horizontal_deg) {
   const float sv = std::sin(vertical_deg * kDegree);
   const float cv = std::cos(vertical_deg * kDegree);
@@ -97,7 +97,7 @@ float LightProfile::intensity(const V3f& d) const {
   return lerp(lerp(low[v.below], low[v.above], v.fraction), lerp(high[v.below], high[v.above], v.fraction), h.fraction);
 }
 
-// The midpoint rule on a grid of half a degree by two: exact enough for a weight among lights.
+// Midpoint rule on a grid of half a degree by two: sufficient for a selection weight.
 void LightProfile::integrate() {
   constexpr int kRows = 360;
   constexpr int kColumns = 180;

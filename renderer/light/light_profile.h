@@ -1,4 +1,4 @@
-// The angular distribution of a luminaire: intensity by direction, from measured angles.
+// The angular intensity distribution of a luminaire, from photometric measurements.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,27 +9,29 @@
 
 namespace kindling {
 
-// Intensity is interpolated bilinearly in the two angles of the photometric web, as between the measurements of IES LM-63. Vertical
-// angles that the table does not reach are dark; horizontal ones are those that symmetry tells:
-// kind c: one angle, all around; 0 to 90, each quarter; 0 to 180, both halves; 90 to 270 the same about the other plane; 0 to 360.
-// kinds a and b: from 0, both sides; likewise the vertical angles.
+// Intensity is interpolated bilinearly in the two angles of the photometric web, between the
+// measurements of IES LM-63. Vertical angles beyond the table are dark. Horizontal angles are
+// completed by symmetry. Kind c: a single angle is rotationally symmetric; 0 to 90 covers each
+// quarter; 0 to 180 both halves; 90 to 270 likewise about the other plane; 0 to 360 has no
+// symmetry. Kinds a and b: angles that start at 0 cover both sides, also for the vertical angles.
 class LightProfile {
  public:
-  enum class Kind : uint8_t { a, b, c }; // of the angles: directions are those of direction()
+  enum class Kind : uint8_t { a, b, c }; // angular conventions: see direction()
 
-  // Angles in degrees, increasing, neither list empty; as many candela as angles multiplied, all vertical ones of the first horizontal
-  // angle first.
+  // Angles are in degrees and increasing, both lists nonempty. `candela` has one value per pair of
+  // angles, all vertical angles of the first horizontal angle first.
   LightProfile(Kind kind, std::vector<float> vertical_deg, std::vector<float> horizontal_deg,
                std::vector<float> candela);
 
-  // Candela towards `direction` (unit, the light's frame).
+  // Returns candela towards `direction` (unit, in the light's frame).
   [[nodiscard]] float intensity(const V3f& direction) const;
-  // The mean of the intensity over directions, weighted by itself: what a point that is lit may expect. 0: dark.
+  // Returns the mean intensity over directions, weighted by the intensity itself: the expected
+  // intensity at a lit point. 0: dark.
   [[nodiscard]] float typical_intensity() const { return typical_; }
-  // Integral over the sphere, lumen.
+  // Returns the luminous flux, the integral over the sphere, in lumen.
   [[nodiscard]] float flux() const { return flux_; }
 
-  // The direction that a pair of angles names; (0, 0) is -z.
+  // Returns the direction of a pair of angles; (0, 0) is -z.
   [[nodiscard]] static V3f direction(Kind kind, float vertical_deg, float horizontal_deg);
 
   [[nodiscard]] size_t memory_bytes() const {

@@ -1,4 +1,4 @@
-// What a light answers when it is sampled from a point.
+// The result of sampling a light from a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,16 +7,16 @@
 
 namespace kindling {
 
-// The contribution of a sample is f(wo, wi) |cos| * radiance / pdf. All of it in world space.
+// The contribution of a sample is f(wo, wi) |cos| * radiance / pdf. All members are in world space.
 struct LightSample {
   V3f wi;                // unit, towards the light
   float distance = 0.0f; // to the light in units of wi; kInfinity for environment and directional lights
-  Rgb radiance{0.0f};    // arriving along -wi if nothing is in between; for delta lights irradiance over cos
-  float pdf = 0.0f;      // solid angle, choice of the light included; for delta lights the probability of the choice
-  bool delta = false;    // no BSDF sample can hit it: no multiple importance sampling
+  Rgb radiance{0.0f};    // unoccluded, along -wi; for delta lights irradiance over cos
+  float pdf = 0.0f;      // solid angle, including light selection; for delta lights the selection probability
+  bool delta = false;    // cannot be hit by BSDF samples: no multiple importance sampling
   LightKind kind = LightKind::tree;
-  float kind_probability = 1.0f; // with which it was chosen; part of pdf
-  V3f normal{0.0f};              // unit, of the light's surface on the side of the point; zero if it has none
+  float kind_probability = 1.0f; // selection probability of the kind; a factor of pdf
+  V3f normal{0.0f};              // unit, of the light's surface on the side of the point; zero without a surface
 };
 
 } // namespace kindling

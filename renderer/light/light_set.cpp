@@ -1,4 +1,4 @@
-// Choosing a light, sampling it, and saying how likely that was.
+// Light selection, sampling and densities of a LightSet.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
@@ -7,16 +7,18 @@
 #include "renderer/sampling/warp.h"
 
 #include <array>
+#include <cassert>
 
 namespace kindling {
 
 namespace {
 
-// Seen from farther than this many longest edges, distance and angle hardly vary over a triangle: by area is as good
-// and cheaper.
+// At distances above this many longest edges, distance and angle hardly vary over a triangle:
+// sampling by area is as good and cheaper.
 constexpr float kFarInEdges = 2.0f;
 
-// A directional light this little below the horizon may still be asked: rounding must not hide it.
+// Directional lights up to this far below the horizon may still be sampled: rounding must not hide
+// them.
 constexpr float kHorizon = 1e-5f;
 
 template <typename Triangle>
@@ -26,7 +28,7 @@ bool sampled_by_solid_angle(const Triangle& t, const V3f& point) {
   return to_centroid.length2() < square(kFarInEdges) * longest2;
 }
 
-// Density by solid angle of a point that is uniform by area.
+// Returns the solid-angle density of a point that is uniform by area.
 float area_density(const V3f& double_area_normal, const V3f& wi, float distance) {
   const float projected = 0.5f * std::fabs(double_area_normal.dot(wi));
   return projected > 0.0f ? square(distance) / projected : 0.0f;
@@ -39,44 +41,47 @@ float first_coordinate(double rest) { return std::min(static_cast<float>(rest), 
 float LightSet::directional_irradiance(const Punctual& light, const V3f& normal) {
   const bool any_side = normal == V3f(0.0f);
   float cosine = -normal.dot(light.axis);
-  // A disc that the horizon cuts, or a light that moves.
+  // A disk cut by the horizon, or a light that moves.
   if (light.sin_reach > 0.0f) cosine = std::max(cosine, 0.5f * (cosine + light.sin_reach));
   return light.luminance * (any_side ? 1.0f : std::max(cosine + kHorizon, 0.0f));
 }
 
-// What has no directional light above the horizon, or no environment, leaves that share to the others. Among directional lights
-// the weights are those of light_share_weight() to the strongest of them.
-void LightSet::share_as_learned(const V3f& normal, const LightProbabilities& learned, Shares& shares) const {
-  shares.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightKind::tree)];
-  shares.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightKind::environment)] : 0.0f;
-  shares.sum = shares.tree + shares.environment;
+// Without a directional light above the horizon, or without an environment, their weight goes to
+// the others. Among directional lights the weights are those of light_selection_weight() relative
+// to the strongest of them.
+void LightSet::set_learned_weights(const V3f& normal, const LightProbabilities& learned,
+                                   SelectionWeights& weights) const {
+  weights.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightKind::tree)];
+  weights.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightKind::environment)] : 0.0f;
+  weights.sum = weights.tree + weights.environment;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i)
-    shares.strongest = std::max(shares.strongest, directional_irradiance(punctuals_[i], normal));
-  if (!(shares.strongest > 0.0f)) return;
+    weights.strongest = std::max(weights.strongest, directional_irradiance(punctuals_[i], normal));
+  if (!(weights.strongest > 0.0f)) return;
   float directional = 0.0f;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i)
-    directional += light_share_weight(directional_irradiance(punctuals_[i], normal), shares.strongest);
-  shares.directional_scale = learned[static_cast<size_t>(LightKind::directional)] / directional;
-  shares.sum += learned[static_cast<size_t>(LightKind::directional)];
+    directional += light_selection_weight(directional_irradiance(punctuals_[i], normal), weights.strongest);
+  weights.directional_scale = learned[static_cast<size_t>(LightKind::directional)] / directional;
+  weights.sum += learned[static_cast<size_t>(LightKind::directional)];
 }
 
-LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
+LightSet::SelectionWeights LightSet::selection_weights(const V3f& point, const V3f& normal,
+                                                       const LightProbabilities* learned) const {
   if (learned) {
-    Shares result;
-    share_as_learned(normal, *learned, result);
+    SelectionWeights result;
+    set_learned_weights(normal, *learned, result);
     return result;
   }
   const float tree = tree_.irradiance(point, normal);
-  Shares result;
+  SelectionWeights result;
   result.strongest = std::max(tree, environment_irradiance_);
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
     result.strongest = std::max(result.strongest, directional_irradiance(punctuals_[i], normal));
   }
-  result.tree = light_share_weight(tree, result.strongest);
-  result.environment = light_share_weight(environment_irradiance_, result.strongest);
+  result.tree = light_selection_weight(tree, result.strongest);
+  result.environment = light_selection_weight(environment_irradiance_, result.strongest);
   result.sum = result.tree;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    result.sum += light_share_weight(directional_irradiance(punctuals_[i], normal), result.strongest);
+    result.sum += light_selection_weight(directional_irradiance(punctuals_[i], normal), result.strongest);
   }
   result.sum += result.environment;
   return result;
@@ -84,17 +89,18 @@ LightSet::Shares LightSet::shares(const V3f& point, const V3f& normal, const Lig
 
 float LightSet::environment_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
   if (single_kind_) return environment_ ? 1.0f : 0.0f;
-  const Shares all = shares(point, normal, learned);
+  const SelectionWeights all = selection_weights(point, normal, learned);
   return all.sum > 0.0f ? all.environment / all.sum : 0.0f;
 }
 
 float LightSet::tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
   if (single_kind_) return tree_.empty() ? 0.0f : 1.0f;
-  const Shares all = shares(point, normal, learned);
+  const SelectionWeights all = selection_weights(point, normal, learned);
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
 std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) const {
+  assert(query.u.x >= 0.0f && query.u.x <= 1.0f && query.u.y >= 0.0f && query.u.y <= 1.0f);
   if (empty()) return std::nullopt;
   Choice result;
   result.rest = static_cast<double>(query.u.x);
@@ -103,12 +109,13 @@ std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) c
     return result;
   }
   if (single_kind_ && tree_.by_intensity()) return result;
-  // A draw is a multiple of 2^-24. Digits below that let improbable lights have their probability.
+  // A draw is a multiple of 2^-24. Digits below that give improbable lights their exact
+  // probability.
   const auto digits = hash_combine(std::bit_cast<uint32_t>(query.digits), std::bit_cast<uint32_t>(query.u.y));
   result.rest += static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
   if (single_kind_) return result;
-  // The tree, then the directional lights, then the environment.
-  const Shares all = shares(query.point, query.normal, query.learned);
+  // The order is: tree, directional lights, environment.
+  const SelectionWeights all = selection_weights(query.point, query.normal, query.learned);
   result.rest *= static_cast<double>(all.sum);
   const auto chooses = [&](float weight) {
     if (result.rest < static_cast<double>(weight)) {
@@ -121,7 +128,7 @@ std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) c
   };
   if (chooses(all.tree)) return result;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    if (!chooses(light_share_weight(directional_irradiance(punctuals_[i], query.normal), all.strongest) *
+    if (!chooses(light_selection_weight(directional_irradiance(punctuals_[i], query.normal), all.strongest) *
                  all.directional_scale))
       continue;
     result.kind = LightKind::directional;
@@ -168,13 +175,14 @@ std::optional<LightSample> LightSet::sample(const LightQuery& query) const {
                                                        : std::nullopt);
 }
 
-// In steps over all of a group, each of which asks for the memory that the next one reads.
+// Works in steps over all queries of a group; each step prefetches the memory of the next one.
 void LightSet::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
+  assert(samples.size() >= queries.size());
   constexpr size_t kGroup = 32;
   std::array<std::optional<Choice>, kGroup> choices;
-  std::array<V2f, kGroup> draws;                                 // of the environment
-  std::array<LightTree::Query, kGroup> descents;                 // of the tree
-  std::array<std::optional<LightTree::Choice>, kGroup> emitters; // where they end
+  std::array<V2f, kGroup> draws;                                 // for the environment
+  std::array<LightTree::Query, kGroup> descents;                 // through the tree
+  std::array<std::optional<LightTree::Choice>, kGroup> emitters; // results of the descents
   for (size_t first = 0; first < queries.size(); first += kGroup) {
     const std::span<const LightQuery> group = queries.subspan(first, std::min(kGroup, queries.size() - first));
     size_t draw_count = 0, descent_count = 0;
@@ -240,6 +248,8 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
 
 float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
                              const LightProbabilities* learned, float time) const {
+  assert(triangle < triangles_.size());
+  assert(std::fabs(wi.length2() - 1.0f) < 1e-3f);
   Triangle posed;
   if (moves(triangle)) [[unlikely]]
     posed = posed_triangle(triangle, time);
@@ -260,6 +270,7 @@ Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
 }
 
 Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi, float time) const {
+  assert(triangle < triangles_.size());
   const Triangle t = moves(triangle) ? posed_triangle(triangle, time) : triangles_[triangle];
   const Emission& emission = emissions_[t.emission];
   const V3f normal = double_area_normal(t);

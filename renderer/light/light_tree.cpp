@@ -1,4 +1,4 @@
-// Descending the light tree, and retracing the way to an emitter.
+// Descends the light tree, and retraces the path to an emitter.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
@@ -6,21 +6,24 @@
 #include "renderer/light/lanes.h"
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 
 namespace kindling {
 
 namespace {
 
-// Irradiance that each child is expected to bring to the point on a surface with this normal (unit; zero: from any side)
-// with nothing in between, luminance. Zero only if the child certainly sends none there.
+// Returns the estimated unoccluded irradiance (luminance) of each child at the point, on a surface
+// with this normal (unit; zero: from any side). Zero only if the child certainly contributes
+// nothing.
 inline Float8 importances(const LightNode& node, const V3f& point, const V3f& normal) {
   // Cosines this far below zero still count as positive: rounding must not hide a light.
   constexpr float kBelowHorizon = 1e-5f;
-  // Of what a family may send from the edge of its bounds, where the estimate says nothing.
+  // Minimum fraction for a family that may emit from the edge of its bounds, where the estimate is
+  // unreliable.
   constexpr float kMin = 0.01f;
-  // Members spread over the sphere: the mean of 1 / distance^2 stops to grow inside of it. Chosen for the least variance
-  // in a hall of a thousand bulbs, like the 0.42 below.
+  // Emitters are spread over the sphere, so the mean of 1 / distance^2 is bounded inside of it.
+  // Tuned for minimum variance in a hall of a thousand bulbs, like the 0.42 below.
   constexpr float kClamp2 = 0.35f;
   const Float8 dx = to_float(node.x) * node.step + (node.origin[0] - point.x);
   const Float8 dy = to_float(node.y) * node.step + (node.origin[1] - point.y);
@@ -30,11 +33,12 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
   const Float8 radius2 = r * r;
   const Float8 clamped2 = larger(larger(distance2, radius2 * kClamp2), splat(1e-20f));
   const Float8 inverse2 = 1.0f / clamped2;
-  const Float8 inverse = square_root(clamped2) * inverse2; // root and quotient at the same time
+  const Float8 inverse = square_root(clamped2) * inverse2; // root and quotient are computed in parallel
   const Float8 sin_u = smaller(r * inverse, splat(1.0f));  // of the half-angle of the sphere seen from the point
 
-  // The mean cosine of a sphere above the horizon is that of its center; of one that is cut by it 0.42 (center +
-  // radius) is close, and reaches zero where the last of it sets.
+  // The mean cosine of a sphere above the horizon is that of its center. For a sphere cut by the
+  // horizon 0.42 (center + radius) is a good approximation, which reaches zero where the sphere has
+  // set.
   const Float8 cos_i = (dx * normal.x + dy * normal.y + dz * normal.z) * inverse;
   const bool any_side = normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f;
   const Float8 received = larger(larger(cos_i, (cos_i + sin_u) * 0.42f + kBelowHorizon), splat(any_side ? 1.0f : 0.0f));
@@ -55,7 +59,8 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
 
 } // namespace
 
-// One level down. False: the descent has ended, at an emitter or (choice.probability is 0) where nothing reaches the point.
+// Descends one level. Returns false at the end: at an emitter, or where nothing reaches the point
+// (choice.probability is 0).
 inline bool LightTree::step(Descent& descent) const {
   const LightNode& node = nodes_[descent.node];
   Choice& choice = descent.choice;
@@ -67,9 +72,9 @@ inline bool LightTree::step(Descent& descent) const {
     choice.probability = 0.0f;
     return false;
   }
-  // The choice is by single precision, which is quicker; what is left of u keeps all its digits.
+  // The choice uses single precision, which is faster; the remainder of u keeps all digits.
   uint32_t lane = std::min(count_up_to(sums, static_cast<float>(choice.u) * sum), kWidth - 1);
-  // Rounded up to the sum, or two sums that should be equal are not.
+  // u was rounded up to the sum, or two sums that should be equal differ.
   while (!(weights[lane] > 0.0f)) lane = (lane + kWidth - 1) % kWidth;
   const float weight = weights[lane];
   const auto before = static_cast<double>(sums_before(sums, lane));
@@ -77,7 +82,7 @@ inline bool LightTree::step(Descent& descent) const {
                         0x1.fffffffffffffp-1);
   choice.probability *= weight / sum;
   if (!node.is_inner(lane)) {
-    choice.emitter = node.emitter(lane); // a place among emitters_, yet
+    choice.emitter = node.emitter(lane); // an index into emitters_ until end()
     return false;
   }
   descent.node = node.child(lane);
@@ -99,27 +104,29 @@ std::optional<LightTree::Choice> LightTree::choose_by_importance(const V3f& poin
   return end(descent);
 }
 
-// All descend a level before any goes on to the next: one waits for memory, and for the chain of its arithmetic, while the
-// others work.
+// All descents advance one level before any continues, so that memory latency and dependency chains
+// overlap.
 void LightTree::descend(std::span<Descent> descents) const {
+  assert(descents.size() <= kMaxGroup);
   std::array<uint32_t, kMaxGroup> going;
   uint32_t count = 0;
   for (uint32_t i = 0; i < descents.size(); ++i) going[count++] = i;
   while (count > 0) {
-    uint32_t still = 0;
+    uint32_t remaining = 0;
     for (uint32_t i = 0; i < count; ++i) {
-      const uint32_t who = going[i];
-      if (!step(descents[who])) continue;
-      const LightNode* next = &nodes_[descents[who].node];
+      const uint32_t index = going[i];
+      if (!step(descents[index])) continue;
+      const LightNode* next = &nodes_[descents[index].node];
       prefetch(next);
       prefetch(reinterpret_cast<const std::byte*>(next) + 64);
-      going[still++] = who;
+      going[remaining++] = index;
     }
-    count = still;
+    count = remaining;
   }
 }
 
 void LightTree::choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const {
+  assert(choices.size() >= queries.size());
   if (by_intensity_ || nodes_.empty()) {
     for (size_t i = 0; i < queries.size(); ++i) choices[i] = choose(queries[i].point, queries[i].normal, queries[i].u);
     return;
@@ -137,6 +144,7 @@ void LightTree::choose(std::span<const Query> queries, std::span<std::optional<C
 }
 
 float LightTree::probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const {
+  assert(places_.empty() || emitter < places_.size());
   uint32_t place = places_.empty() ? kNowhere : places_[emitter];
   if (place == kNowhere) return 0.0f;
   float result = 1.0f;

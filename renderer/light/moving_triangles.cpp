@@ -1,4 +1,4 @@
-// Emissive triangles that move over the shutter: where they are at a time, and what holds them at all times.
+// Emissive triangles that move over the shutter: their corners at a time, and bounds for all times.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
@@ -17,17 +17,18 @@ LightSet::Triangle LightSet::triangle_at_key(uint32_t index, uint32_t key) const
 LightSet::Triangle LightSet::posed_triangle(uint32_t index, float time) const {
   const CornerKeys& keys = moving_[index - first_moving_];
   if (keys.count == 0) return triangles_[index];
-  const KeyTime at = key_time(keys.count + 1, time);
-  Triangle result = triangle_at_key(index, static_cast<uint32_t>(at.key));
-  const Triangle next = triangle_at_key(index, static_cast<uint32_t>(at.key) + 1);
+  const accel::KeyInterval at = accel::key_interval(accel::clamped_time(time), keys.count);
+  Triangle result = triangle_at_key(index, at.first);
+  const Triangle next = triangle_at_key(index, at.first + 1);
   result.p0 = between(result.p0, next.p0, at.fraction);
   result.p1 = between(result.p1, next.p1, at.fraction);
   result.p2 = between(result.p2, next.p2, at.fraction);
   return result;
 }
 
-// Corners go straight, so a sphere around those of all keys holds them at all times. Between keys a and b the normal is
-// (1 - t)^2 na + 2 t (1 - t) m + t^2 nb with m = (ea x fb + eb x fa) / 2 of the edges e and f: a cone around the three holds it.
+// Corners move linearly, so a sphere around those of all keys contains them at all times. Between
+// keys a and b the normal is (1 - t)^2 na + 2 t (1 - t) m + t^2 nb with m = (ea x fb + eb x fa) / 2
+// of the edges e and f: a cone around the three vectors contains it.
 EmitterBounds LightSet::moving_bounds(uint32_t index) const {
   EmitterBounds result;
   const uint32_t last = moving_[index - first_moving_].count;
@@ -38,7 +39,7 @@ EmitterBounds LightSet::moving_bounds(uint32_t index) const {
     const Triangle t = triangle_at_key(index, key);
     const V3f normal = (t.p1 - t.p0).cross(t.p2 - t.p0);
     const auto double_area = static_cast<double>(normal.length());
-    if (!std::isfinite(double_area) || !is_finite(t.p0)) return {}; // never chosen
+    if (!std::isfinite(double_area) || !is_finite(t.p0)) return {}; // never selected
     for (const V3f& p : {t.p0, t.p1, t.p2}) box.extendBy(p);
     axis += V3d(normal);
     double_areas += double_area;
@@ -54,7 +55,7 @@ EmitterBounds LightSet::moving_bounds(uint32_t index) const {
   if (!(axis.length() > 0.1 * double_areas)) return result;
   axis.normalize();
   result.axis = V3f(axis);
-  double spread = 0.0; // sine of the angle that holds all
+  double spread = 0.0; // sine of the angle that contains all
   const auto hold = [&](const V3f& normal) {
     const V3d n(normal);
     const double length = n.length();

@@ -1,9 +1,11 @@
+// Sampling of single lights: meshes, parallelograms, punctual lights and the environment.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/per_light_sampling.h"
 
 #include "renderer/sampling/warp.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace kindling {
 
@@ -44,7 +46,7 @@ void PerLightSampling::add_mesh(const EmissiveMesh& mesh, uint32_t number) {
       const int s0 = (apex + 1) % 3, s1 = (apex + 2) % 3;
       const V3f opposite = corner(a, s0) + corner(a, s1) - corner(a, apex);
       for (int other = 0; other < 3; ++other) {
-        // Of the same winding: the shared side runs the other way round.
+        // The winding is equal, so the shared side runs in the opposite direction.
         const int t0 = (other + 2) % 3, t1 = (other + 1) % 3;
         if (corner(a, s0) != corner(b, t0) || corner(a, s1) != corner(b, t1)) continue;
         if ((corner(b, other) - opposite).length() > 1e-5f * size || lights_.moves(mesh.first)) continue;
@@ -58,6 +60,7 @@ void PerLightSampling::add_mesh(const EmissiveMesh& mesh, uint32_t number) {
 }
 
 std::string_view PerLightSampling::name(size_t light) const {
+  assert(light < entries_.size());
   const Entry& entry = entries_[light];
   switch (entry.kind) {
   case Kind::mesh: return lights_.meshes_[entry.name].name;
@@ -132,6 +135,7 @@ std::optional<LightSample> PerLightSampling::sample_mesh(const Entry& entry, con
 
 std::optional<LightSample> PerLightSampling::sample(size_t light, const V3f& point, const V3f& normal, const V2f& u,
                                                     float time) const {
+  assert(light < entries_.size());
   const Entry& entry = entries_[light];
   std::optional<LightSample> result;
   switch (entry.kind) {

@@ -1,4 +1,4 @@
-// The lights of a LightSet one by one, each sampled as a whole: for tracers that ask all lights at every point.
+// Per-light sampling: the lights of a LightSet one by one, for tracers that sample every light.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,22 +9,25 @@
 
 namespace kindling {
 
-// First the emissive meshes of LightSetInput::meshes, then point, spot, profiled and directional lights, then the environment. Those
-// without power are left out. Immutable, thread-safe, without allocation after construction; borrows the LightSet.
+// The order is: emissive meshes of LightSetInput::meshes, then point, spot, profiled and
+// directional lights, then the environment. Lights without power are omitted. Immutable,
+// thread-safe, without allocation after construction; borrows the LightSet.
 class PerLightSampling {
  public:
   explicit PerLightSampling(const LightSet& lights);
 
   [[nodiscard]] size_t count() const { return entries_.size(); }
-  // As the scene has it; may be empty.
+  // Returns the name in the scene; may be empty.
   [[nodiscard]] std::string_view name(size_t light) const;
-  // All samples from one point are the same: one of them says everything.
+  // True if all samples from one point are equal, so that one suffices.
   [[nodiscard]] bool is_delta(size_t light) const;
 
-  // A direction to this light, `light` below count(), seen from `point`. LightSample::pdf is of this light alone. u in [0, 1)^2: n x n
-  // strata of it are strata of the light. A mesh of two triangles that make a parallelogram is sampled evenly by area with u along its
-  // sides; in other meshes u.x runs through the triangles, in the order of the file and in proportion to their area times mean
-  // emission, and the point is even by area within one. Empty: dark from here, or below the horizon of `normal` (unit; zero: none).
+  // Samples a direction to this light from `point`; `light` is below count(). LightSample::pdf is
+  // of this light alone. u in [0, 1)^2; n x n strata of u map to strata of the light. A mesh of two
+  // triangles that form a parallelogram is sampled uniformly by area with u along its sides. In
+  // other meshes u.x selects the triangle, in file order and in proportion to area times mean
+  // emission, and the point is uniform by area within it. Empty: dark from here, or below the
+  // horizon of `normal` (unit; zero: none).
   [[nodiscard]] std::optional<LightSample> sample(size_t light, const V3f& point, const V3f& normal, const V2f& u,
                                                   float time = 0.0f) const;
 
@@ -33,17 +36,17 @@ class PerLightSampling {
   // Two triangles as one: points are apex + x (s0 - apex) + y (s1 - apex), x and y in [0, 1].
   struct Parallelogram {
     uint8_t apex, s0, s1;  // corners of the first triangle
-    uint8_t t0, t1, other; // of the second: s0, s1 and what is opposite of the apex
+    uint8_t t0, t1, other; // of the second: s0, s1 and the corner opposite of the apex
   };
   struct Entry {
     Kind kind = Kind::mesh;
-    uint32_t first = 0; // triangle, or number among the punctual lights
+    uint32_t first = 0; // triangle, or index among the punctual lights
     uint32_t count = 0; // triangles
     bool is_parallelogram = false;
     Parallelogram parallelogram{};
-    uint32_t name = 0; // number of the mesh
+    uint32_t name = 0; // index of the mesh
   };
-  // Of a triangle of the LightSet.
+  // A point on a triangle of the LightSet.
   struct OnTriangle {
     uint32_t triangle = 0;
     V2f barycentrics;
@@ -57,7 +60,7 @@ class PerLightSampling {
 
   const LightSet& lights_;
   std::vector<Entry> entries_;
-  // Of the weights of the triangles of each mesh, up to and with this one; by number of the triangle.
+  // Inclusive prefix sums of the triangle weights of each mesh, by index of the triangle.
   std::vector<double> sums_;
 };
 

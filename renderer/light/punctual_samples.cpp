@@ -1,4 +1,4 @@
-// Point, spot and directional lights: sampled, and met by rays where they have a size.
+// Point, spot and directional lights: sampling, and intersection of sized ones with rays.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
@@ -23,19 +23,19 @@ LightSet::Punctual LightSet::posed(const Punctual& light, float time) const {
   return result;
 }
 
-float LightSet::emitted_share(const Punctual& light, const V3f& wi, float distance, float share) const {
+float LightSet::attenuated(const Punctual& light, const V3f& wi, float distance, float scale) const {
   if (light.inverse_range > 0.0f) {
     // KHR_lights_punctual, "Range Property": max(min(1 - (distance / range)^4, 1), 0) / distance^2.
-    share *= std::clamp(1.0f - square(square(distance * light.inverse_range)), 0.0f, 1.0f);
+    scale *= std::clamp(1.0f - square(square(distance * light.inverse_range)), 0.0f, 1.0f);
   }
   if (light.kind == Punctual::Kind::spot) {
     // KHR_lights_punctual, "Inner and Outer Cone Angles".
-    share *= square(std::clamp(-light.axis.dot(wi) * light.angle_scale + light.angle_offset, 0.0f, 1.0f));
+    scale *= square(std::clamp(-light.axis.dot(wi) * light.angle_scale + light.angle_offset, 0.0f, 1.0f));
   }
   if (light.kind == Punctual::Kind::profiled) {
-    share *= profiled_[light.profiled].profile->intensity(-V3f(wi.dot(light.x), wi.dot(light.y), -wi.dot(light.axis)));
+    scale *= profiled_[light.profiled].profile->intensity(-V3f(wi.dot(light.x), wi.dot(light.y), -wi.dot(light.axis)));
   }
-  return share;
+  return scale;
 }
 
 std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V3f& point, const V2f& u) const {
@@ -61,9 +61,9 @@ std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V
     result.wi = sphere.sample(u);
     result.distance = sphere.sampled_distance(result.wi);
     result.pdf = sphere.pdf();
-    const float share = emitted_share(light, result.wi, std::sqrt(distance2), kInvPi / square(light.radius));
-    if (!(share > 0.0f)) return std::nullopt;
-    result.radiance = light.intensity * share;
+    const float attenuation = attenuated(light, result.wi, std::sqrt(distance2), kInvPi / square(light.radius));
+    if (!(attenuation > 0.0f)) return std::nullopt;
+    result.radiance = light.intensity * attenuation;
     return result;
   }
   if (!(distance2 > 0.0f)) return std::nullopt;
@@ -71,7 +71,7 @@ std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V
   result.pdf = 1.0f;
   result.distance = std::sqrt(distance2);
   result.wi = to_light * (1.0f / result.distance);
-  const float attenuation = emitted_share(light, result.wi, result.distance, 1.0f / distance2);
+  const float attenuation = attenuated(light, result.wi, result.distance, 1.0f / distance2);
   if (!(attenuation > 0.0f)) return std::nullopt;
   result.radiance = light.intensity * attenuation;
   return result;
@@ -81,7 +81,7 @@ Rgb LightSet::shape_radiance(const ShapeRay& ray) const {
   Rgb sum(0.0f);
   spheres_.visit(ray.origin, ray.direction, ray.end_m, [&](uint32_t number) { add_sphere(number, ray, sum); });
   if (ray.end_m == kInfinity)
-    for (const uint32_t number : discs_) add_disc(number, ray, sum);
+    for (const uint32_t number : disks_) add_disk(number, ray, sum);
   return sum;
 }
 
@@ -91,8 +91,8 @@ void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const 
   const SphereSeen sphere(to_center, light.radius);
   const std::optional<float> distance = sphere.distance(ray.direction);
   if (!distance || *distance < ray.begin_m || !(*distance < ray.end_m)) return;
-  const float share = emitted_share(light, ray.direction, to_center.length(), kInvPi / square(light.radius));
-  if (!(share > 0.0f)) return;
+  const float attenuation = attenuated(light, ray.direction, to_center.length(), kInvPi / square(light.radius));
+  if (!(attenuation > 0.0f)) return;
   float weight = 1.0f;
   if (ray.bsdf_pdf > 0.0f) {
     const auto emitter = static_cast<uint32_t>(triangles_.size()) + number;
@@ -100,27 +100,27 @@ void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const 
         tree_.probability(emitter, ray.origin, ray.normal) * tree_probability(ray.origin, ray.normal, ray.learned);
     weight = power_heuristic(ray.bsdf_pdf, sphere.pdf() * probability);
   }
-  Rgb radiance = light.intensity * (weight * share);
+  Rgb radiance = light.intensity * (weight * attenuation);
   const float depth = *distance - ray.begin_m;
   for (int c = 0; c < 3; ++c)
     if (ray.extinction[c] > 0.0f) radiance[c] *= std::exp(-ray.extinction[c] * depth);
   sum += radiance;
 }
 
-void LightSet::add_disc(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
-  const Punctual& still = punctuals_[number];
-  const V3f axis = still.key_count == 0 ? still.axis : posed(still, ray.time).axis;
+void LightSet::add_disk(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
+  const Punctual& light = punctuals_[number];
+  const V3f axis = light.key_count == 0 ? light.axis : posed(light, ray.time).axis;
   // |wi + axis|^2 = 2 (1 - cos), which keeps the digits of small angles.
-  if ((ray.direction + axis).length2() > 2.0f * still.one_minus_cos) return;
+  if ((ray.direction + axis).length2() > 2.0f * light.one_minus_cos) return;
   float weight = 1.0f;
   if (ray.bsdf_pdf > 0.0f) {
-    const Shares all = shares(ray.origin, ray.normal, ray.learned);
-    const float share = light_share_weight(directional_irradiance(still, ray.normal), all.strongest);
-    weight = power_heuristic(ray.bsdf_pdf, all.sum > 0.0f ? share * all.directional_scale / all.sum *
-                                                                (0.5f * kInvPi / still.one_minus_cos)
+    const SelectionWeights all = selection_weights(ray.origin, ray.normal, ray.learned);
+    const float selection_weight = light_selection_weight(directional_irradiance(light, ray.normal), all.strongest);
+    weight = power_heuristic(ray.bsdf_pdf, all.sum > 0.0f ? selection_weight * all.directional_scale / all.sum *
+                                                                (0.5f * kInvPi / light.one_minus_cos)
                                                           : 0.0f);
   }
-  sum += still.intensity * (weight * kInvPi / square(still.radius));
+  sum += light.intensity * (weight * kInvPi / square(light.radius));
 }
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// Spheres in space, by a ray: which of them it may meet.
+// A bounding volume hierarchy of spheres, to find those that a ray may hit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,23 +11,24 @@
 
 namespace kindling {
 
-// A binary tree of boxes, split at the median: lights with a size are few, or a few thousand. Immutable, thread-safe, the same for any
-// order of threads; visits in a fixed order.
+// A binary tree of boxes, split at the median: sized lights are few, or a few thousand. Immutable,
+// thread-safe, deterministic; visits in a fixed order.
 class SphereTree {
  public:
-  struct Ball {
+  struct Sphere {
     V3f center{0.0f};
-    float radius = 0.0f; // bounds what is to be found
-    uint32_t id = 0;     // of the caller
+    float radius = 0.0f; // bounding radius
+    uint32_t id = 0;     // chosen by the caller
   };
 
   SphereTree() = default;
-  explicit SphereTree(std::vector<Ball> spheres);
+  explicit SphereTree(std::vector<Sphere> spheres);
 
   [[nodiscard]] bool empty() const { return spheres_.empty(); }
-  [[nodiscard]] size_t memory_bytes() const { return spheres_.size() * sizeof(Ball) + nodes_.size() * sizeof(Node); }
+  [[nodiscard]] size_t memory_bytes() const { return spheres_.size() * sizeof(Sphere) + nodes_.size() * sizeof(Node); }
 
-  // Calls visit(id) for every sphere that the ray may meet at a distance up to `end`, and for some others. `direction` unit.
+  // Calls visit(id) for every sphere that the ray may hit at a distance up to `end`, and possibly
+  // for others. `direction` is unit.
   template <typename Visit>
   void visit(const V3f& origin, const V3f& direction, float end, const Visit& visit) const {
     if (nodes_.empty()) return;
@@ -40,7 +41,7 @@ class SphereTree {
       if (meets(node, origin, inverse, end)) {
         if (node.count == 0) {
           stack[depth++] = node.first; // the second child
-          ++number;                    // the first stands next to it
+          ++number;                    // the first child is adjacent
           continue;
         }
         for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(spheres_[i].id);
@@ -56,11 +57,12 @@ class SphereTree {
 
   struct Node {
     V3f low, high;
-    uint32_t first = 0; // sphere of a leaf, else the second child
-    uint32_t count = 0; // spheres; 0: the node has children
+    uint32_t first = 0; // first sphere of a leaf, else the second child
+    uint32_t count = 0; // number of spheres; 0: an inner node
   };
 
-  // Comparisons with NaN, of a direction along the box's side, are false and leave the interval as it is.
+  // Comparisons with NaN, for directions along the box's side, are false and leave the interval
+  // unchanged.
   static bool meets(const Node& node, const V3f& origin, const V3f& inverse, float end) {
     float near = 0.0f, far = end;
     for (int axis = 0; axis < 3; ++axis) {
@@ -74,7 +76,7 @@ class SphereTree {
   }
   void build(uint32_t begin, uint32_t end);
 
-  std::vector<Ball> spheres_;
+  std::vector<Sphere> spheres_;
   std::vector<Node> nodes_; // in depth-first order
 };
 

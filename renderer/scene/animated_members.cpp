@@ -1,4 +1,4 @@
-// The tables of the object model: path, range, and where the numbers are.
+// Tables of animatable properties in the glTF object model: path, range and location of the values.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animated_members.h"
 
@@ -14,11 +14,11 @@
 namespace kindling {
 namespace {
 
-using Of = AnimatedMember::Of;
+using Owner = AnimatedMember::Owner;
 
 template <typename Object>
 struct Row {
-  std::string_view path; // after the index of the object
+  std::string_view path; // relative to the object
   std::span<float> (*values)(Object&);
   float min = 0.0f; // of each component
   float max = FLT_MAX;
@@ -35,13 +35,13 @@ std::span<float> at(Object& object) {
   return floats_of(object.*Member);
 }
 
-// Of a texture that has to be there.
+// Empty unless the texture exists.
 template <auto Slot, auto Member>
 std::span<float> at_textured(Material& material) {
   return (material.*Slot).present() ? floats_of(material.*Member) : std::span<float>();
 }
 
-// With the archived workflow the base color holds values of another object.
+// In the archived specular-glossiness workflow, base_color_factor holds the diffuse factor instead.
 template <auto Member>
 std::span<float> at_metallic(Material& material) {
   return material.specular_glossiness ? std::span<float>() : floats_of(material.*Member);
@@ -104,7 +104,7 @@ constexpr Row<Material> kMaterialRows[] = {
     {"/extensions/KHR_materials_volume_scatter/scatterAnisotropy", at<&M::scatter_anisotropy>, -0.999f, 0.999f},
 };
 
-// A slot's KHR_texture_transform is at path + kTransformPath.
+// The slot's KHR_texture_transform is at path + kTransformPath.
 struct SlotRow {
   std::string_view path;
   TextureSlot Material::*slot;
@@ -140,14 +140,14 @@ constexpr Row<TextureSlot> kTransformRows[] = {{"/offset", at<&TextureSlot::offs
 
 constexpr auto kPerspective = SceneCamera::Kind::perspective;
 constexpr auto kOrthographic = SceneCamera::Kind::orthographic;
-constexpr float kNarrowest = 1e-4f; // radians, of a lens
+constexpr float kMinFieldOfView = 1e-4f; // radians, of a lens
 
 constexpr Row<SceneCamera> kCameraRows[] = {
-    {"/perspective/yfov", at_lens<kPerspective, &SceneCamera::yfov_rad>, kNarrowest, kPi - kNarrowest},
+    {"/perspective/yfov", at_lens<kPerspective, &SceneCamera::yfov_rad>, kMinFieldOfView, kPi - kMinFieldOfView},
     {"/perspective/aspectRatio", at_lens<kPerspective, &SceneCamera::aspect_ratio>, 1e-3f, 1e3f},
     {"/perspective/znear", at_lens<kPerspective, &SceneCamera::znear>},
     {"/perspective/zfar",
-     [](SceneCamera& camera) { // without a zfar in the file there is none to animate
+     [](SceneCamera& camera) { // absent in the file: not animatable
        return std::isfinite(camera.zfar) ? at_lens<kPerspective, &SceneCamera::zfar>(camera) : std::span<float>();
      }},
     {"/orthographic/xmag", at_lens<kOrthographic, &SceneCamera::xmag>, -FLT_MAX},
@@ -164,14 +164,14 @@ constexpr Row<PunctualLight> kLightRows[] = {
     {"/spot/outerConeAngle", at_spot<&PunctualLight::outer_cone_rad>, 0.0f, kPi / 2},
 };
 
-// Of the node that a light of EXT_lights_ies is on.
+// Path below the node that carries the EXT_lights_ies light.
 constexpr std::string_view kPhotometricPath = "/extensions/EXT_lights_ies";
 constexpr Row<PunctualLight> kPhotometricRows[] = {
     {"/color", at<&PunctualLight::color>, 0.0f, 1.0f},
     {"/multiplier", at<&PunctualLight::intensity>},
 };
 
-// Imath keeps w first; animate_members() turns it.
+// Imath stores w first; animate_members() rotates the components.
 constexpr Row<ImageLight> kImageLightRows[] = {
     {"/intensity", at<&ImageLight::intensity>},
     {"/rotation", at<&ImageLight::rotation>, -FLT_MAX},
@@ -192,23 +192,23 @@ Resolved resolve(const Row<Object>& row, Object& object) {
   return {row.values(object), row.min, row.max};
 }
 
-// The rows of a material's plain values come first, then three for each slot.
+// A material's rows are its plain values, followed by three for each texture slot.
 constexpr size_t kPlainRows = std::size(kMaterialRows);
 
 Resolved resolve(Scene& scene, const AnimatedMember& member) {
   const auto object = static_cast<size_t>(member.object);
   const size_t row = member.row;
-  switch (member.of) {
-  case Of::camera: return resolve(kCameraRows[row], scene.cameras[object]);
-  case Of::light:
+  switch (member.owner) {
+  case Owner::camera: return resolve(kCameraRows[row], scene.cameras[object]);
+  case Owner::light:
     return resolve(scene.lights[object].photometry == kNone ? kLightRows[row] : kPhotometricRows[row],
                    scene.lights[object]);
-  case Of::image_light: return resolve(kImageLightRows[row], scene.image_lights[object]);
-  case Of::mesh: { // "/weights" or, after it, one weight
+  case Owner::image_light: return resolve(kImageLightRows[row], scene.image_lights[object]);
+  case Owner::mesh: { // "/weights", followed by the individual weights
     const auto all = resolve(kMeshRows[0], scene.meshes[object]);
     return row == 0 ? all : Resolved{all.values.size() >= row ? all.values.subspan(row - 1, 1) : std::span<float>()};
   }
-  case Of::material: break;
+  case Owner::material: break;
   }
   Material& material = scene.materials[object];
   if (row < kPlainRows) return resolve(kMaterialRows[row], material);
@@ -254,27 +254,27 @@ std::optional<uint16_t> find_weight_row(std::string_view path, const Mesh& mesh)
   return static_cast<uint16_t>(1 + *index);
 }
 
-void keep_apart(Material& material) {
-  if (material.ior > 0.0f && material.ior < 1.0f) material.ior = 1.0f; // 0 has a meaning of its own
+void enforce_constraints(Material& material) {
+  if (material.ior > 0.0f && material.ior < 1.0f) material.ior = 1.0f; // 0 has a special meaning
 }
-void keep_apart(SceneCamera& camera) {
+void enforce_constraints(SceneCamera& camera) {
   camera.xmag = std::max(std::abs(camera.xmag), FLT_MIN);
   camera.ymag = std::max(std::abs(camera.ymag), FLT_MIN);
   if (!(camera.zfar > camera.znear)) camera.zfar = std::nextafter(camera.znear, FLT_MAX);
 }
-void keep_apart(PunctualLight& light) {
+void enforce_constraints(PunctualLight& light) {
   if (light.outer_cone_rad > light.inner_cone_rad) return;
   light.outer_cone_rad = std::max(light.outer_cone_rad, 1e-3f);
   light.inner_cone_rad = std::min(light.inner_cone_rad, light.outer_cone_rad * 0.999f);
 }
-void keep_apart(Scene& scene, const AnimatedMember& member) {
+void enforce_constraints(Scene& scene, const AnimatedMember& member) {
   const auto object = static_cast<size_t>(member.object);
-  switch (member.of) {
-  case Of::material: return keep_apart(scene.materials[object]);
-  case Of::camera: return keep_apart(scene.cameras[object]);
-  case Of::light: return keep_apart(scene.lights[object]);
-  case Of::image_light:
-  case Of::mesh: return;
+  switch (member.owner) {
+  case Owner::material: return enforce_constraints(scene.materials[object]);
+  case Owner::camera: return enforce_constraints(scene.cameras[object]);
+  case Owner::light: return enforce_constraints(scene.lights[object]);
+  case Owner::image_light:
+  case Owner::mesh: return;
   }
 }
 
@@ -289,32 +289,32 @@ void for_each_member(const Scene& scene, const Visit& visit) {
 
 std::optional<AnimatedMember> find_animated_member(Scene& scene, std::string_view pointer) {
   AnimatedMember member;
-  const auto begins = [&](Of of, std::string_view list, size_t count) {
+  const auto begins = [&](Owner owner, std::string_view list, size_t count) {
     std::string_view rest = pointer;
     if (!take_prefix(rest, list)) return false;
     const auto index = take_index(rest, count);
     if (!index) return false;
-    member.of = of;
+    member.owner = owner;
     member.object = *index;
     pointer = rest;
     return true;
   };
   std::optional<uint16_t> row;
-  if (begins(Of::material, "/materials/", scene.materials.size())) {
+  if (begins(Owner::material, "/materials/", scene.materials.size())) {
     row = find_row(kMaterialRows, pointer);
     if (!row) row = find_slot_row(pointer);
-  } else if (begins(Of::camera, "/cameras/", scene.cameras.size())) {
+  } else if (begins(Owner::camera, "/cameras/", scene.cameras.size())) {
     row = find_row(kCameraRows, pointer);
-  } else if (begins(Of::light, "/extensions/KHR_lights_punctual/lights/", scene.lights.size())) {
+  } else if (begins(Owner::light, "/extensions/KHR_lights_punctual/lights/", scene.lights.size())) {
     if (scene.lights[static_cast<size_t>(member.object)].photometry == kNone) row = find_row(kLightRows, pointer);
-  } else if (begins(Of::light, "/nodes/", scene.nodes.size())) {
+  } else if (begins(Owner::light, "/nodes/", scene.nodes.size())) {
     member.object = scene.nodes[static_cast<size_t>(member.object)].photometric_light;
     if (member.object == kNone || !take_prefix(pointer, kPhotometricPath)) return std::nullopt;
     row = find_row(kPhotometricRows, pointer);
-  } else if (begins(Of::image_light, "/extensions/EXT_lights_image_based/lights/", scene.image_lights.size())) {
+  } else if (begins(Owner::image_light, "/extensions/EXT_lights_image_based/lights/", scene.image_lights.size())) {
     row = find_row(kImageLightRows, pointer);
     member.quaternion = pointer == "/rotation";
-  } else if (begins(Of::mesh, "/meshes/", scene.meshes.size())) {
+  } else if (begins(Owner::mesh, "/meshes/", scene.meshes.size())) {
     row = find_weight_row(pointer, scene.meshes[static_cast<size_t>(member.object)]);
   }
   if (!row) return std::nullopt;
@@ -335,8 +335,9 @@ void animate_members(Scene& scene, double time_s) {
     if (channel.member.quaternion) std::rotate(value.begin(), value.end() - 1, value.end()); // x y z w to w x y z
     for (size_t c = 0; c < value.size(); ++c) target.values[c] = std::clamp(value[c], target.min, target.max);
   });
-  // Once all have their values: two that are animated must not be held against each other's old ones.
-  for_each_member(scene, [&](const AnimationChannel& channel) { keep_apart(scene, channel.member); });
+  // Constraints apply after all values are set: two animated values must not be checked against
+  // each other's old ones.
+  for_each_member(scene, [&](const AnimationChannel& channel) { enforce_constraints(scene, channel.member); });
 }
 
 } // namespace kindling

@@ -1,5 +1,5 @@
-// Animation of what is no node (KHR_animation_pointer): properties of materials, cameras, lights and meshes by the names that the
-// glTF 2.0 Asset Object Model gives them.
+// Animated properties of materials, cameras, lights and meshes (KHR_animation_pointer).
+// Properties are named as in the glTF 2.0 Asset Object Model.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,17 +11,20 @@
 
 namespace kindling {
 
-// What a JSON pointer such as "/materials/3/pbrMetallicRoughness/roughnessFactor" names, or nothing: not in the tables, or the
-// object, its texture or a value without a default (a light's range) is not in the scene. Extension objects that the file
-// lacks need not be there: their properties have defaults.
+// Returns the property that a JSON pointer such as
+// "/materials/3/pbrMetallicRoughness/roughnessFactor" names. Returns nothing if the pointer is not
+// in the tables, or if the scene lacks the object, its texture or a value without a default (a
+// light's range). Extension objects may be missing in the file: their properties have defaults.
 [[nodiscard]] std::optional<AnimatedMember> find_animated_member(Scene& scene, std::string_view pointer);
 
-// The numbers themselves, in place: as many as the property has components. Empty if it is not there.
+// Returns the values of the property in place, one per component. Empty if the property does not
+// exist.
 [[nodiscard]] std::span<float> animated_values(Scene& scene, const AnimatedMember& member);
 
-// Sets all animated members to their values at `time_s`; later animations and channels win. Values are kept in the range that
-// the property has in a file (splines swing beyond their keys), and what must be apart is kept apart: the cones of a
-// spot, the two planes of a camera. Everything that reads materials, cameras and lights comes after.
+// Sets all animated members to their values at `time_s`; later animations and channels win. Values
+// are clamped to the property's range in a file, because splines overshoot their keys. Dependent
+// values stay ordered: the inner and outer cone of a spot, the near and far plane of a camera. Call
+// this before anything reads materials, cameras or lights.
 void animate_members(Scene& scene, double time_s);
 
 } // namespace kindling

@@ -11,7 +11,7 @@
 namespace kindling {
 namespace {
 
-bool is_of_a_node(const AnimationChannel& channel) {
+bool targets_node(const AnimationChannel& channel) {
   return channel.node != kNone && !channel.times_s.empty() && channel.components > 0 &&
          channel.property != AnimatedProperty::member;
 }
@@ -34,7 +34,7 @@ AnimatedNodes::AnimatedNodes(const Scene& scene, const std::optional<double>& ti
   if (time_s) {
     for (const Animation& animation : scene.animations) {
       for (const AnimationChannel& channel : animation.channels) {
-        if (!is_of_a_node(channel)) continue;
+        if (!targets_node(channel)) continue;
         apply(channel, *time_s);
         const auto node = static_cast<size_t>(channel.node);
         if (changes_transform(channel) && !scene.nodes[node].matrix) moves_[node] = 1;
@@ -52,7 +52,7 @@ AnimatedNodes::AnimatedNodes(const Scene& scene, const std::optional<double>& ti
 void AnimatedNodes::set_time(double time_s) {
   for (const Animation& animation : scene_.animations) {
     for (const AnimationChannel& channel : animation.channels) {
-      if (is_of_a_node(channel)) apply(channel, time_s);
+      if (targets_node(channel)) apply(channel, time_s);
     }
   }
   for (const Entry& entry : moving_) place(entry);
@@ -88,7 +88,7 @@ void AnimatedNodes::apply(const AnimationChannel& channel, double time_s) {
   case AnimatedProperty::weights:
     if (channel.weight == kNone) {
       weights_[channel.node] = value_;
-    } else { // the whole list, with one weight of it replaced
+    } else { // one weight of the list is replaced
       std::vector<float> weights = morph_weights(channel.node);
       const auto index = static_cast<size_t>(channel.weight);
       if (weights.size() <= index) weights.resize(index + 1, 0.0f);
@@ -97,7 +97,7 @@ void AnimatedNodes::apply(const AnimationChannel& channel, double time_s) {
     }
     break;
   case AnimatedProperty::visible: visible_[node] = value_[0] != 0.0f; break;
-  case AnimatedProperty::member: break; // of no node: animate_members()
+  case AnimatedProperty::member: break; // not a node property; see animate_members()
   }
 }
 

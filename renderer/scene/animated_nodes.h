@@ -1,4 +1,4 @@
-// The node tree of a Scene at a time that can be changed: transforms, visibility, morph weights and matrices to the world.
+// The animated node tree of a Scene: transforms, visibility, morph weights and world matrices.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,23 +10,27 @@
 
 namespace kindling {
 
-// Of every node, whichever scene it is in: joints of a skin may lie outside the scene that shows it. The Scene must outlive it.
+// Covers every node, also those outside of the scene shown, because skins may name joints there.
+// The Scene must outlive this object.
 class AnimatedNodes {
  public:
-  // Unset: the rest pose.
+  // Starts at `time_s`, or in the rest pose if it is unset.
   AnimatedNodes(const Scene& scene, const std::optional<double>& time_s);
 
-  // All animations apply together, later ones over earlier ones. Costs as much as the nodes that some animation moves.
+  // Applies all animations at `time_s`, later ones over earlier ones. The cost is proportional to
+  // the number of animated nodes.
   void set_time(double time_s);
 
   [[nodiscard]] const M44f& to_world(int node) const { return to_world_[static_cast<size_t>(node)]; }
-  [[nodiscard]] bool visible(int node) const { return visible_[static_cast<size_t>(node)] != 0; } // of itself alone
-  // Morph weights in force for a node with a mesh: animated, else the node's, else the mesh's.
+  [[nodiscard]] bool visible(int node) const {
+    return visible_[static_cast<size_t>(node)] != 0;
+  } // the node's own flag, without its ancestors
+  // Returns the morph weights of a node with a mesh: animated, else the node's, else the mesh's.
   [[nodiscard]] const std::vector<float>& morph_weights(int node) const;
-  // Inverse bind matrices times joint to world.
+  // Returns, for each joint, its inverse bind matrix times its joint-to-world matrix.
   [[nodiscard]] std::vector<M44f> joint_matrices(const Skin& skin) const;
 
-  // Whether to_world() may depend on the time; and morph_weights().
+  // True if to_world(), respectively morph_weights(), may depend on the time.
   [[nodiscard]] bool moves(int node) const { return moves_[static_cast<size_t>(node)] != 0; }
   [[nodiscard]] bool has_animated_weights(int node) const { return weights_.count(node) != 0; }
 
@@ -45,14 +49,15 @@ class AnimatedNodes {
   std::vector<M44f> to_world_;
   std::vector<Entry> moving_;                           // parents first
   std::unordered_map<int, std::vector<float>> weights_; // only nodes whose weights are animated
-  std::vector<float> value_;                            // of the channel at hand
+  std::vector<float> value_;                            // values of the channel being applied
 };
 
-// Nodes that are nobody's child.
+// Returns all nodes without a parent.
 [[nodiscard]] std::vector<int> parentless_nodes(const Scene& scene);
 
-// Calls visit(node, parent) for the roots and all below them, parents first, siblings in order; without recursion,
-// since trees may be deep. A node is visited once, even where a broken file names it twice.
+// Calls visit(node, parent) for the roots and their descendants, parents first, siblings in order.
+// It does not recurse, since trees may be deep. Each node is visited once, even if a broken file
+// names it twice.
 template <typename Visit>
 void walk_nodes(const Scene& scene, const std::vector<int>& roots, const Visit& visit) {
   struct Entry {

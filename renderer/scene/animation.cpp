@@ -1,4 +1,4 @@
-// Samples animation channels: STEP, LINEAR and CUBICSPLINE keys, as appendix C of the glTF 2.0 specification has them.
+// Samples animation channels: STEP, LINEAR and CUBICSPLINE (glTF 2.0 specification, appendix C).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animation.h"
 
@@ -10,7 +10,7 @@ namespace {
 // The three vectors stored for each CUBICSPLINE key.
 enum SplineEntry : size_t { kInTangent = 0, kValue = 1, kOutTangent = 2 };
 
-// The components of one key: `entry` is kValue but for the tangents of splines.
+// Returns the components of one key; `entry` selects tangents of splines.
 std::span<const float> key_values(const AnimationChannel& channel, size_t key, SplineEntry entry = kValue) {
   const auto components = static_cast<size_t>(channel.components);
   const bool spline = channel.interpolation == Interpolation::cubic_spline;
@@ -29,7 +29,8 @@ void normalize_quaternion(std::span<float> q) {
   }
 }
 
-// Spherical interpolation along the shorter of the two arcs; linear where the arc is too short to divide by its sine.
+// Spherical interpolation along the shorter arc; linear where the arc is too short to divide by its
+// sine.
 void slerp_shortest(std::span<const float> a, std::span<const float> b, float t, std::span<float> out) {
   float qa[4] = {a[0], a[1], a[2], a[3]};
   float qb[4] = {b[0], b[1], b[2], b[3]};
@@ -73,7 +74,7 @@ void sample_channel(const AnimationChannel& channel, double time_s, std::span<fl
   const std::vector<float>& times = channel.times_s;
   assert(!times.empty() && out.size() == static_cast<size_t>(channel.components));
 
-  // Key k is the last at or before the time; outside the keys there is nothing to interpolate.
+  // Key k is the last at or before the time; times outside of the keys are not interpolated.
   const auto after = std::upper_bound(times.begin(), times.end(), time_s);
   const size_t k = after == times.begin() ? 0 : static_cast<size_t>(after - times.begin()) - 1;
   const bool between = after != times.begin() && after != times.end();

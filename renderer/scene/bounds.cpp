@@ -1,4 +1,4 @@
-// The world box of a posed scene: exact per vertex, or per box where instances are too many.
+// World bounds of a posed scene: exact per vertex, or per box if there are too many instances.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/bounds.h"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t kMaxExactCorners = 1ULL << 27;
 constexpr size_t kCornersPerTask = 1 << 16;
 
-// Minimum and maximum do not depend on the order, so neither does the result of a parallel reduction.
+// Minimum and maximum are independent of order, so the parallel reduction is deterministic.
 Box3f united(Box3f a, const Box3f& b) {
   a.extendBy(b);
   return a;

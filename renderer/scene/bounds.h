@@ -1,4 +1,4 @@
-// The world box of a posed scene.
+// World-space bounds of a posed scene.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,9 +6,10 @@
 
 namespace kindling {
 
-// The smallest axis-aligned box around all vertices of visible triangles, in world space; empty if there are none.
-// Non-finite positions do not count. Where instances multiply to more than 2^27 triangle corners, rotated instances
-// count with the box of their mesh's box, which may be larger than needed. Parallel; deterministic.
+// Returns the smallest axis-aligned box around all vertices of visible triangles, in world space;
+// empty if there are none. Non-finite positions are ignored. If instancing yields more than 2^27
+// triangle corners, rotated instances contribute the transformed box of their mesh, which may be
+// larger than needed. Parallel; deterministic.
 [[nodiscard]] Box3f world_bounds(const Scene& scene, const PosedScene& posed);
 
 } // namespace kindling

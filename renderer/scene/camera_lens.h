@@ -1,4 +1,4 @@
-// The lens of a camera: how much of the scene is in focus, and what the rest is blurred into.
+// Lens parameters of a camera: aperture, focal length and focus.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,19 +8,20 @@
 
 namespace kindling {
 
-// As photographers name it. The defaults are a pinhole, which everything is in focus for.
+// Photographic lens parameters. The default is a pinhole, which has everything in focus.
 struct CameraLens {
-  std::optional<float> f_stop; // N of f/N, above 0: the aperture is focal length / N wide; unset: a pinhole
-  // Above 0; unset: that of a 24 mm high sensor (36 mm x 24 mm) with the field of view.
+  std::optional<float> f_stop; // N of f/N, above 0: the aperture diameter is focal length / N; unset: pinhole
+  // Above 0. Unset: the focal length that gives the field of view on a 24 mm high sensor (36 x 24
+  // mm).
   std::optional<float> focal_length_m;
-  // Above 0, along the axis: what is this far away is sharp; unset: by the focus point.
+  // Distance of the plane of focus along the axis, above 0. Unset: determined by the focus point.
   std::optional<float> focus_distance_m;
-  std::optional<V2f> focus_point; // what is seen there is sharp; fractions of the image from its upper left corner
+  std::optional<V2f> focus_point; // focuses on the surface seen here; fractions of the image from its upper left corner
 
   int aperture_blades = 0;            // 3 or more: a regular polygon; fewer: a disk
-  float aperture_rotation_rad = 0.0f; // counter-clockwise, as the camera sees the highlights it makes
-  float anamorphic_ratio = 1.0f;      // height over width of the aperture, whose height stays; above 0
-  float cats_eye = 0.0f; // from 0 to 1: how much of the aperture the barrel hides in the corners of the image
+  float aperture_rotation_rad = 0.0f; // counterclockwise, as highlights appear to the camera
+  float anamorphic_ratio = 1.0f;      // height over width of the aperture at constant height; above 0
+  float cats_eye = 0.0f; // [0, 1]: how strongly the barrel vignettes the aperture in the corners of the image
 
   [[nodiscard]] bool is_pinhole() const { return !f_stop; }
 };

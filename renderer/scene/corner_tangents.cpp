@@ -1,5 +1,5 @@
-// MikkTSpace-compatible tangents per corner: weld, connect, group, average. Written from the description in Mikkelsen's
-// thesis.
+// MikkTSpace-compatible tangents per corner: weld, connect, group, average.
+// Written from the description in Mikkelsen's thesis.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/corner_tangents.h"
 
@@ -16,7 +16,7 @@ namespace {
 constexpr uint32_t kNoGroup = 0xffffffffU;
 constexpr uint32_t kNoEdge = 0xffffffffU;
 
-// Lengths and areas at or below this are zero, as in the reference.
+// Lengths and areas up to this limit count as zero, as in the reference.
 bool not_zero(float x) { return std::abs(x) > std::numeric_limits<float>::min(); }
 
 V3f normalized_or_zero(const V3f& v) {
@@ -26,8 +26,7 @@ V3f normalized_or_zero(const V3f& v) {
 
 V3f project_to_plane(const V3f& v, const V3f& normal) { return v - normal * normal.dot(v); }
 
-// ---- Weld: vertices with equal position, normal and texture coordinate
-// -------------------------------------------------------
+// ---- Weld: vertices with equal position, normal and texture coordinate ----------------------
 
 uint64_t hash_vertex(const TangentInput& input, uint32_t v) {
   const V3f& p = input.positions[v];
@@ -35,14 +34,15 @@ uint64_t hash_vertex(const TangentInput& input, uint32_t v) {
   const V2f& t = input.texcoords[v];
   uint64_t hash = 0x9e3779b97f4a7c15ULL;
   for (const float value : {p.x, p.y, p.z, n.x, n.y, n.z, t.x, t.y}) {
-    hash = (hash ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0xff51afd7ed558ccdULL; // + 0: minus zero equals zero
+    hash = (hash ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0xff51afd7ed558ccdULL; // + 0: negative zero equals zero
     hash ^= hash >> 32;
   }
   return hash;
 }
 
-// For each vertex the first one that equals it. Equal vertices share a slot of the table, which ends up with the first of them; slots
-// are never left, so that all who look for the same vertex come by the same ones.
+// Returns for each vertex the first equal one. Equal vertices share a slot of the hash table, which
+// finally holds the first of them. Slots are never freed, so all lookups of one vertex probe the
+// same sequence.
 std::vector<uint32_t> weld(const TangentInput& input) {
   const auto count = static_cast<uint32_t>(input.positions.size());
   const size_t table_size = std::bit_ceil(std::max<size_t>(2 * static_cast<size_t>(count), 16));
@@ -53,8 +53,8 @@ std::vector<uint32_t> weld(const TangentInput& input) {
     return input.positions[a] == input.positions[b] && input.normals[a] == input.normals[b] &&
            input.texcoords[a] == input.texcoords[b];
   };
-  // True: v stands there, or an equal one before it.
-  const auto settle = [&](size_t slot, uint32_t v) {
+  // Returns true if the slot now holds v or an equal vertex before it.
+  const auto claim = [&](size_t slot, uint32_t v) {
     const std::atomic_ref<uint32_t> entry(table[slot]);
     for (uint32_t there = entry.load(std::memory_order_relaxed);;) {
       if (there != kNoEdge && !equal(there, v)) return false;
@@ -62,12 +62,12 @@ std::vector<uint32_t> weld(const TangentInput& input) {
       if (entry.compare_exchange_weak(there, v, std::memory_order_relaxed)) return true;
     }
   };
-  std::vector<uint32_t> first(count); // until all are there, the slot
+  std::vector<uint32_t> first(count); // holds the slot until all vertices are inserted
   for_index_ranges(count, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto v = static_cast<uint32_t>(i);
       size_t slot = hash_vertex(input, v) & (table_size - 1);
-      while (!settle(slot, v)) slot = (slot + 1) & (table_size - 1);
+      while (!claim(slot, v)) slot = (slot + 1) & (table_size - 1);
       first[v] = static_cast<uint32_t>(slot);
     }
   });
@@ -77,14 +77,13 @@ std::vector<uint32_t> weld(const TangentInput& input) {
   return first;
 }
 
-// ---- Triangles: tangent direction and orientation of each
-// ---------------------------------------------------------------------
+// ---- Triangles: tangent direction and orientation of each ------------------------------------
 
 struct TriangleFrame {
   V3f tangent{0.0f, 0.0f, 0.0f}; // unit, along increasing u; zero where undefined
   bool positive = false;         // the signed uv area is positive; else the texture is mirrored or the area zero
-  bool any_group = true;         // without a usable tangent: joins groups of either orientation
-  bool degenerate = false;       // two corners in one place
+  bool any_group = true;         // no usable tangent: joins groups of either orientation
+  bool degenerate = false;       // two corners coincide
 };
 
 TriangleFrame triangle_frame(const TangentInput& input, size_t triangle) {
@@ -114,14 +113,14 @@ TriangleFrame triangle_frame(const TangentInput& input, size_t triangle) {
   return frame;
 }
 
-// ---- Neighbors: which edge of which other triangle runs along each edge
-// --------------------------------------------------------
+// ---- Neighbors: the opposite edge of each edge -----------------------------------------------
 
 constexpr uint32_t next_corner(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 constexpr uint32_t previous_corner(uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
 
-// Edge e of a triangle runs from its corner e to the next. For each edge the one that runs along it in the opposite
-// direction: the k-th of one direction is matched with the k-th of the other, in the order of the triangles.
+// Edge e of a triangle runs from its corner e to the next. Returns for each edge the one that runs
+// along it in the opposite direction: the k-th of one direction is matched with the k-th of the
+// other, in the order of the triangles.
 std::vector<uint32_t> match_edges(const std::vector<uint32_t>& corner_vertex, const std::vector<TriangleFrame>& frames,
                                   size_t vertex_count) {
   const auto edge_count = static_cast<uint32_t>(corner_vertex.size());
@@ -129,7 +128,7 @@ std::vector<uint32_t> match_edges(const std::vector<uint32_t>& corner_vertex, co
   const auto high = [&](uint32_t e) { return std::max(corner_vertex[e], corner_vertex[next_corner(e)]); };
   const auto runs_upwards = [&](uint32_t e) { return corner_vertex[e] < corner_vertex[next_corner(e)]; };
 
-  // By the lower vertex, in each group by (higher vertex, edge).
+  // Grouped by the lower vertex, sorted by (higher vertex, edge).
   const IndexGroups<uint64_t> edges(
       edge_count, vertex_count, [&](uint32_t e) { return frames[e / 3].degenerate ? kNoEdge : low(e); },
       [&](uint32_t e) { return static_cast<uint64_t>(high(e)) << 32 | e; });
@@ -162,19 +161,19 @@ std::vector<uint32_t> match_edges(const std::vector<uint32_t>& corner_vertex, co
   return opposite;
 }
 
-// ---- Groups: corners around a vertex that share one tangent
-// -----------------------------------------------------------------------
+// ---- Groups: corners around a vertex that share one tangent ----------------------------------
 
 struct Groups {
-  std::vector<uint32_t> of_corner; // kNoGroup: belongs to none
+  std::vector<uint32_t> of_corner; // kNoGroup: none
   std::vector<uint8_t> positive;   // orientation, by group
 };
 
 using VertexCorners = IndexGroups<uint32_t>; // by welded vertex, ascending
 
-// Floods from each corner that has no group yet over the edges around its vertex. A triangle that can join any group
-// takes the orientation of the first that reaches it, so the order (triangles ascending; across the edge that leaves
-// the corner before the one that enters it) is part of the definition. Vertices of other triangles alone do not depend on each other.
+// Flood-fills from each ungrouped corner across the edges around its vertex. A triangle that can
+// join any group takes the orientation of the first that reaches it, so the order is part of the
+// definition: triangles ascending; across the edge that leaves the corner before the one that
+// enters it. Different vertices are independent of each other.
 class CornerGrouping {
  public:
   CornerGrouping(const std::vector<uint32_t>& corner_vertex, const VertexCorners& corners,
@@ -213,10 +212,10 @@ class CornerGrouping {
   }
   void reach_neighbors(uint32_t corner, std::vector<uint32_t>& stack) const {
     reach(previous_corner(corner), corner_vertex_[corner], stack);
-    reach(corner, corner_vertex_[corner], stack); // on top of the stack: first
+    reach(corner, corner_vertex_[corner], stack); // on top of the stack: visited first
   }
 
-  // `stack`: corners at the vertex, reached but not judged.
+  // `stack` holds corners at the vertex that are reached but not tested.
   void flood(uint32_t seed, std::vector<uint32_t>& stack) {
     const TriangleFrame& seed_frame = frames_[seed / 3];
     if (seed_frame.degenerate || seed_frame.any_group || seed_of_[seed] != kNoGroup) return;
@@ -240,10 +239,10 @@ class CornerGrouping {
     }
   }
 
-  // In the order of their first corners.
+  // Numbers groups in the order of their first corners.
   Groups number_groups() {
     Groups groups;
-    std::vector<uint32_t>& number = opposite_; // of seeds; has had its use
+    std::vector<uint32_t>& number = opposite_; // indexed by seed; opposite_ is no longer needed
     for (uint32_t c = 0; c < seed_of_.size(); ++c) {
       if (seed_of_[c] != c) continue;
       number[c] = static_cast<uint32_t>(groups.positive.size());
@@ -264,10 +263,9 @@ class CornerGrouping {
   std::vector<uint32_t> seed_of_; // of each corner: the first corner of its group
 };
 
-// ---- Evaluation
-// ---------------------------------------------------------------------------------------------------------------------
+// ---- Evaluation ------------------------------------------------------------------------------
 
-// The angle of a corner as seen along its normal, in radians.
+// Returns the angle of a corner projected along its normal, in radians.
 float projected_angle(const TangentInput& input, uint32_t corner, const V3f& normal) {
   const V3f& p = input.positions[input.indices[corner]];
   const V3f& before = input.positions[input.indices[previous_corner(corner)]];
@@ -277,7 +275,7 @@ float projected_angle(const TangentInput& input, uint32_t corner, const V3f& nor
   return std::acos(std::clamp(a.dot(b), -1.0f, 1.0f));
 }
 
-// For corners without a tangent: along x where the normal allows it.
+// Returns the tangent of corners that have none: along x where the normal allows it.
 V3f any_tangent(const V3f& normal) {
   const V3f along_x = project_to_plane(V3f(1.0f, 0.0f, 0.0f), normal);
   const float length = along_x.length();
@@ -343,7 +341,7 @@ std::vector<V4f> corner_tangents(const TangentInput& input) {
   };
   for_index_ranges(vertex_count, [&](size_t begin, size_t end) {
     for (size_t v = begin; v < end; ++v) {
-      // Degenerate triangles look up the first other corner of their vertex.
+      // Degenerate triangles copy the first non-degenerate corner of their vertex.
       const auto other =
           std::find_if(corners[v].begin(), corners[v].end(), [&](uint32_t c) { return !frames[c / 3].degenerate; });
       const uint32_t first_group = other == corners[v].end() ? kNoGroup : groups.of_corner[*other];

@@ -17,11 +17,11 @@ V3f normalized_or(const V3f& v, const V3f& otherwise) {
   return length > 0.0f && std::isfinite(length) ? v / length : otherwise;
 }
 
-// The linear part of a transform: what it does to positions, to normals (inverse transpose) and to handedness.
+// The linear part of a transform, applied to positions, normals (inverse transpose) and handedness.
 class Linear {
  public:
   explicit Linear(const M44f& m) : m_(m) {
-    // Cofactors are products of two entries: scaled by the largest one they cannot underflow.
+    // Cofactors are products of two entries; scaled by the largest entry they cannot underflow.
     float largest = 0.0f;
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) largest = std::max(largest, std::abs(m[row][column]));
@@ -36,7 +36,7 @@ class Linear {
     sign_ = x.dot(yz_) < 0.0f ? -1.0f : 1.0f;
   }
 
-  // Up to a positive factor; zero only for transforms of rank one or less.
+  // Correct up to a positive factor; zero only for transforms of rank one or less.
   [[nodiscard]] V3f normal(const V3f& n) const { return (yz_ * n.x + zx_ * n.y + xy_ * n.z) * sign_; }
   [[nodiscard]] V3f vector(const V3f& v) const { return transform_vector(m_, v); }
   [[nodiscard]] float handedness() const { return sign_; }
@@ -58,12 +58,12 @@ M44f blend_joints(const Primitive& primitive, size_t vertex, std::span<const M44
       blended += joint_matrices[primitive.joints[i][static_cast<size_t>(k)]] * weight;
     }
   }
-  // The weights sum to 1 up to rounding; the corner is exact so that the matrix stays affine.
+  // The weights sum to 1 up to rounding; setting the corner exactly keeps the matrix affine.
   blended[3][3] = 1.0f;
   return blended;
 }
 
-// Which morph targets count, and their weights.
+// A morph target with a nonzero weight.
 struct ActiveTarget {
   const MorphTarget* target;
   float weight;
@@ -93,7 +93,7 @@ void morph_vertex(const std::vector<ActiveTarget>& targets, size_t v, PosedMesh:
     out.normals[v] = normal;
   }
   if (has_tangents) {
-    // Files often move normals and not tangents: keep the pair orthogonal.
+    // Files often move normals but not tangents: keeps the pair orthogonal.
     if (has_normals) tangent -= normal * normal.dot(tangent);
     const V4f rest = out.tangents[v];
     tangent = normalized_or(tangent, V3f(rest.x, rest.y, rest.z));
@@ -107,7 +107,7 @@ void transform_vertex(const M44f& matrix, size_t v, PosedMesh::Deformed& out) {
   const Linear linear(matrix);
   if (!out.normals.empty()) out.normals[v] = normalized_or(linear.normal(out.normals[v]), out.normals[v]);
   if (!out.tangents.empty()) {
-    // A mirrored frame keeps its texture's direction only if the sign of the bitangent turns with it.
+    // A mirrored frame keeps its texture direction only if the sign of the bitangent flips.
     const V4f& rest = out.tangents[v];
     const V3f old(rest.x, rest.y, rest.z);
     const V3f tangent = normalized_or(linear.vector(old), old);

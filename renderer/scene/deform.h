@@ -8,15 +8,15 @@
 
 namespace kindling {
 
-// Positions, normals and tangents of `primitive` with `morph_weights` applied (one per target; missing ones count as 0)
-// and then, unless `joint_matrices` is empty, moved by the blend of its joints: `joint_matrices` are inverse bind times
-// joint-to-world, so the result is in world space. A primitive without joints or weights is moved by `unskinned`
-// instead. Without a skin the result stays in the mesh's space. Normals and tangents come back unit. Parallel;
-// deterministic.
+// Returns positions, normals and tangents of `primitive` after morphing and skinning.
+// `morph_weights` has one entry per target; missing ones count as 0. `joint_matrices` are inverse
+// bind times joint-to-world, so skinned results are in world space; a primitive without joints or
+// weights is transformed by `unskinned` instead. If `joint_matrices` is empty, the result stays in
+// the mesh's space. Normals and tangents are unit. Parallel; deterministic.
 [[nodiscard]] PosedMesh::Deformed deform_primitive(const Primitive& primitive, std::span<const float> morph_weights,
                                                    std::span<const M44f> joint_matrices, const M44f& unskinned);
 
-// Moves vertices without a skin from the mesh's space to the world's. Parallel.
+// Transforms unskinned vertices from mesh space to world space. Parallel.
 void move_to_world(const M44f& mesh_to_world, PosedMesh::Deformed& deformed);
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// Counts what is in a scene.
+// Counts the contents of scenes and poses.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/describe.h"
 

@@ -1,4 +1,4 @@
-// What is in a scene, in numbers: for reports and `info`.
+// Statistics of scenes and poses, for reports and `info`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace kindling {
 
-// What the file holds, each thing once however often it is used.
+// Counts the file's contents; objects that are used several times count once.
 struct SceneStatistics {
   uint64_t scenes = 0;
   uint64_t nodes = 0;
@@ -22,7 +22,7 @@ struct SceneStatistics {
   uint64_t materials = 0;
   uint64_t textures = 0;
   uint64_t images = 0;              // distinct decoded images
-  uint64_t unreadable_textures = 0; // without an image: could not be read, or were not asked for
+  uint64_t unreadable_textures = 0; // without an image: unreadable, or not loaded on request
   uint64_t texture_bytes = 0;       // of the distinct images
   uint64_t skins = 0;
   uint64_t joints = 0;
@@ -36,12 +36,12 @@ struct SceneStatistics {
   uint64_t variants = 0;
 };
 
-// What is in the world at one moment.
+// Counts the contents of a posed scene.
 struct PosedStatistics {
   uint64_t mesh_instances = 0;
   uint64_t distinct_meshes = 0;
   uint64_t deformed_meshes = 0; // with vertices of their own
-  uint64_t triangles = 0;       // every instance counted
+  uint64_t triangles = 0;       // counts every instance
   uint64_t deformed_bytes = 0;
   uint64_t cameras = 0;
   uint64_t lights = 0;
@@ -50,7 +50,7 @@ struct PosedStatistics {
 [[nodiscard]] SceneStatistics describe(const Scene& scene);
 [[nodiscard]] PosedStatistics describe(const Scene& scene, const PosedScene& posed);
 
-// What reports print.
+// Names for reports.
 [[nodiscard]] std::string_view name_of(AlphaMode mode);              // OPAQUE, MASK, BLEND
 [[nodiscard]] std::string_view name_of(SceneCamera::Kind kind);      // perspective, orthographic
 [[nodiscard]] std::string_view name_of(PunctualLight::Kind kind);    // directional, point, spot

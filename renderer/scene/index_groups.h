@@ -1,4 +1,4 @@
-// Numbers grouped by a key: which corners meet at each vertex, and the like.
+// Groups of items by an integer key, built in parallel: for example the corners at each vertex.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,19 +18,20 @@
 
 namespace kindling {
 
-// f(begin, end) for ranges that together are [0, count), in parallel with TBB.
+// Calls f(begin, end) in parallel (TBB) for ranges that partition [0, count).
 template <typename F>
 void for_index_ranges(size_t count, const F& f) {
   tbb::parallel_for(tbb::blocked_range<size_t>(0, count, size_t{1} << 12),
                     [&](const tbb::blocked_range<size_t>& range) { f(range.begin(), range.end()); });
 }
 
-// The items 0 to item_count - 1, fewer than 2^32, by their keys, which are below key_count; Value is what is kept of one, and has an
-// order. Groups are sorted, so that it does not matter which thread came first.
+// Groups the items 0 to item_count - 1 (fewer than 2^32) by their keys, which are below key_count.
+// Each item is stored as a Value, which must be ordered; groups are sorted, so the result does not
+// depend on the order of threads.
 template <typename Value>
 class IndexGroups {
  public:
-  static constexpr uint32_t kLeftOut = 0xffffffffU; // as key
+  static constexpr uint32_t kLeftOut = 0xffffffffU; // key of items that are in no group
 
   template <typename KeyOf, typename ValueOf>
   IndexGroups(uint32_t item_count, size_t key_count, const KeyOf& key_of, const ValueOf& value_of)
@@ -42,7 +43,8 @@ class IndexGroups {
       });
     };
     for_items([&](uint32_t /*item*/, uint32_t key) { next(key); });
-    // The entry behind a key's is where its group begins; filling moves it to where the group ends, and the next one begins.
+    // begin_[key + 1] starts as the beginning of the group; filling advances it to the group's end,
+    // which is where the next group begins.
     uint32_t sum = 0;
     for (size_t key = 0; key < key_count; ++key) sum += std::exchange(begin_[key + 1], sum);
     values_.resize(sum);
@@ -68,7 +70,7 @@ class IndexGroups {
   }
 
   std::vector<uint32_t> begin_;
-  bool shared_; // by several threads
+  bool shared_; // filled by several threads
   UninitializedVector<Value> values_;
 };
 

@@ -1,4 +1,4 @@
-// The textures of a material that a renderer reads, for whoever treats them alike.
+// All texture slots of a material that a renderer reads, as one list.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace kindling {
 
-// In the order of kMaterialTextures; those that are absent are among them.
+// Returns the slots in the order of kMaterialTextures, absent ones included.
 [[nodiscard]] inline std::array<const TextureSlot*, kMaterialTextures.size()> texture_slots(const Material& material) {
   std::array<const TextureSlot*, kMaterialTextures.size()> slots{};
   for (size_t i = 0; i < slots.size(); ++i) slots[i] = &(material.*kMaterialTextures[i]);

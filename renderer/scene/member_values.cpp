@@ -1,4 +1,4 @@
-// Keeps and restores animated members.
+// Copies and restores animated members.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/member_values.h"
 

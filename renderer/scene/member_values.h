@@ -1,4 +1,4 @@
-// What animate_members() changes, as it was: a scene that is shown at one time after another goes back to it in between.
+// A copy of the animated members of a Scene, to restore them between two times.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,13 +8,13 @@
 
 namespace kindling {
 
-// Without it the values of one time would reach into the next: what must be apart is kept apart (the cones of a spot) by changing members
-// that no animation sets.
+// Without restoring, one time would affect the next: animate_members() enforces constraints (the
+// cones of a spot) by changing members that no animation sets.
 class MemberValues {
  public:
-  // Copies the objects that have members if any animation changes one.
+  // Copies all objects that can have animated members, if any animation changes one.
   explicit MemberValues(const Scene& scene);
-  // Of the same scene. Nothing if nothing was copied.
+  // Restores the members of the same scene. No-op if nothing was copied.
   void restore(Scene& scene) const;
 
  private:

@@ -1,4 +1,4 @@
-// Doubles the number of keys until what is between them is close to the truth.
+// Doubles the number of motion keys until interpolation between them is accurate.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/motion_keys.h"
 
@@ -11,22 +11,23 @@
 namespace kindling {
 namespace {
 
-constexpr float kRelativeTolerance = 1e-3f; // of radii of meshes, of ways of cameras
+constexpr float kRelativeTolerance = 1e-3f; // of mesh radii and of camera displacements
 constexpr float kAxisTolerance = 1e-4f;
-constexpr float kRounding = 1e-6f; // of coordinates: what moves less does not move
+constexpr float kRounding = 1e-6f; // of coordinates: smaller motion counts as static
 constexpr size_t kMaxKeyframes = 256;
 
-// What is known of the motion of one probe.
+// Measured motion of one probe.
 struct Track {
-  std::vector<std::vector<V3f>> keys; // the points at the keys of the level at hand
-  float radius = 0.0f;                // the largest of all times
-  float magnitude = 0.0f;             // likewise, of coordinates
-  float way = 0.0f;       // how far from where it was at the opening: of its points, of frames their position
-  float turn = 0.0f;      // of frames: likewise their axes
-  float deviation = 0.0f; // of points between keys, relative to what is allowed
+  std::vector<std::vector<V3f>> keys; // points at the keys of the current level
+  float radius = 0.0f;                // maximum over all times
+  float magnitude = 0.0f;             // maximum over all times, of coordinates
+  float displacement = 0.0f;          // maximum distance from the position at the opening; for frames of the origin
+  float axis_change = 0.0f;           // likewise for the axes of frames
+  float deviation = 0.0f;             // maximum error between keys, relative to the tolerance
 };
 
-// Fractions of the shutter at which keyframes of animated nodes lie, without its ends; of very many, some.
+// Returns the fractions of the shutter, excluding its ends, at which animated nodes have keyframes;
+// a subset if there are more than kMaxKeyframes.
 std::vector<double> keyframes_inside(const Scene& scene, const Shutter& shutter) {
   std::set<double> times;
   for (const Animation& animation : scene.animations) {
@@ -66,7 +67,7 @@ class KeyChooser {
   }
 
  private:
-  // Calls visit(probe, points) for all that are open, at a fraction of the shutter; in parallel.
+  // Calls visit(probe, points) in parallel for all open probes at a fraction of the shutter.
   template <typename Visit>
   void at(double fraction, const Visit& visit) {
     nodes_.set_time(shutter_.open_s + (shutter_.close_s - shutter_.open_s) * fraction);
@@ -77,7 +78,7 @@ class KeyChooser {
     });
   }
 
-  // Extent and way of each motion.
+  // Measures extent and displacement of each motion.
   void measure() {
     at(0.0, [&](size_t i, std::vector<V3f>&& points) { tracks_[i].keys = {std::move(points)}; });
     std::vector<double> fractions{0.0, 0.25, 0.5, 0.75, 1.0};
@@ -91,10 +92,10 @@ class KeyChooser {
         for (size_t p = 0; p < points.size(); ++p) {
           const float moved = (points[p] - track.keys[0][p]).length();
           if (p >= positions) {
-            track.turn = std::max(track.turn, moved);
+            track.axis_change = std::max(track.axis_change, moved);
             continue;
           }
-          track.way = std::max(track.way, moved);
+          track.displacement = std::max(track.displacement, moved);
           track.magnitude = std::max(track.magnitude, max_abs(points[p]));
           track.radius = std::max(track.radius, (points[p] - center).length());
         }
@@ -102,7 +103,7 @@ class KeyChooser {
     }
   }
   [[nodiscard]] bool is_static(size_t i) const {
-    return tracks_[i].way <= kRounding * tracks_[i].magnitude && tracks_[i].turn <= kRounding;
+    return tracks_[i].displacement <= kRounding * tracks_[i].magnitude && tracks_[i].axis_change <= kRounding;
   }
 
   void place_keys(uint32_t segments) {
@@ -123,7 +124,7 @@ class KeyChooser {
         Track& track = tracks_[i];
         const bool frame = probes_[i].is_frame();
         const float allowed =
-            std::max(kRelativeTolerance * (frame ? track.way : track.radius), kRounding * track.magnitude);
+            std::max(kRelativeTolerance * (frame ? track.displacement : track.radius), kRounding * track.magnitude);
         for (size_t p = 0; p < points.size(); ++p) {
           const float off = (lerp(track.keys[key][p], track.keys[key + 1][p], t) - points[p]).length();
           track.deviation = std::max(track.deviation, off / (frame && p > 0 ? kAxisTolerance : allowed));
@@ -139,7 +140,7 @@ class KeyChooser {
   std::vector<double> keyframes_;
   std::vector<Track> tracks_;
   std::vector<uint32_t> segments_;
-  std::vector<size_t> open_; // probes whose number is not known yet
+  std::vector<size_t> open_; // probes whose number of keys is not yet known
 };
 
 } // namespace

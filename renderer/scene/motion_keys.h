@@ -1,4 +1,4 @@
-// How many keys a motion needs.
+// Chooses the number of motion keys of each moving object.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,21 +10,23 @@
 
 namespace kindling {
 
-// As many segments between keys as anything gets, in powers of two.
+// The maximum number of segments between keys; a power of two.
 inline constexpr uint32_t kMaxMotionSegments = 128;
 
-// The time of key `key` of `segments` + 1.
+// Returns the time of key `key` of `segments` + 1 keys, in seconds.
 [[nodiscard]] inline double time_of_key(const Shutter& shutter, uint32_t key, uint32_t segments) {
   return shutter.open_s + (shutter.close_s - shutter.open_s) * (static_cast<double>(key) / segments);
 }
 
-// For each probe the number of segments between keys: 0 for what stands still, else the least power of two with which points between
-// keys, interpolated linearly, stay close to where they are:
-// - of meshes, within a thousandth of their radius, the largest distance of any of their points to the mean of them;
-// - axes of cameras and lights within 1e-4, their positions within a thousandth of the way that they go.
-// Compared are three times inside of each segment, and all keyframes of the animations inside of the shutter. What jumps (STEP) never
-// is close: it gets all the keys there are, and so moves within 1/128 of the shutter.
-// Sets the time of the nodes. Deterministic.
+// Returns for each probe the number of segments between keys: 0 if it is static, else the smallest
+// power of two for which linear interpolation between keys stays close to the true motion:
+// - for meshes, within a thousandth of their radius, the maximum distance of any of their points to
+// their mean;
+// - for cameras and lights, axes within 1e-4 and positions within a thousandth of their
+// displacement.
+// Three times inside of each segment and all keyframes inside of the shutter are compared. Jumps
+// (STEP) never converge: they get the maximum number of keys and so move within 1/128 of the
+// shutter. Changes the time of `nodes`. Deterministic.
 [[nodiscard]] std::vector<uint32_t> choose_motion_segments(const Scene& scene, const Shutter& shutter,
                                                            std::span<const MotionProbe> probes, AnimatedNodes& nodes);
 

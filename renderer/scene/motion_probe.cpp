@@ -1,4 +1,4 @@
-// Finds what may move, and picks the points that stand for it.
+// Finds objects that may move and picks representative points.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/motion_probe.h"
 
@@ -11,9 +11,10 @@
 namespace kindling {
 namespace {
 
-constexpr size_t kSpreadVertices = 1024; // of a mesh, beside those below
+constexpr size_t kSpreadVertices = 1024; // per mesh, besides the extremes below
 
-// Vertices spread over the primitive, the one that each target moves farthest, and the one that each joint holds most.
+// Returns vertices spread over the primitive, the one that each target moves farthest, and the one
+// with the largest weight of each joint.
 std::vector<size_t> choose_vertices(const Primitive& primitive, size_t spread) {
   const size_t count = primitive.positions.size();
   std::vector<size_t> chosen;
@@ -25,22 +26,22 @@ std::vector<size_t> choose_vertices(const Primitive& primitive, size_t spread) {
     if (farthest != target.positions.end()) chosen.push_back(static_cast<size_t>(farthest - target.positions.begin()));
   }
   if (primitive.joints.size() == primitive.weights.size()) {
-    std::map<uint16_t, std::pair<float, size_t>> held; // by joint: weight, vertex
+    std::map<uint16_t, std::pair<float, size_t>> held; // joint to (weight, vertex)
     for (size_t i = 0; i < primitive.joints.size(); ++i) {
       for (size_t k = 0; k < 4; ++k) {
         const float weight = primitive.weights[i][static_cast<int>(k)];
-        auto& [most, vertex] = held[primitive.joints[i][k]];
-        if (weight > most) most = weight, vertex = i % count;
+        auto& [max_weight, vertex] = held[primitive.joints[i][k]];
+        if (weight > max_weight) max_weight = weight, vertex = i % count;
       }
     }
-    for (const auto& [joint, most] : held) chosen.push_back(most.second);
+    for (const auto& [joint, entry] : held) chosen.push_back(entry.second);
   }
   std::sort(chosen.begin(), chosen.end());
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
   return chosen;
 }
 
-// Of the primitive, as much as says where these vertices are.
+// Returns a copy of the primitive that holds only these vertices.
 Primitive pick(const Primitive& primitive, const std::vector<size_t>& vertices) {
   Primitive picked;
   const auto copy = [&vertices](const auto& from, auto& to, size_t offset) {
@@ -67,8 +68,8 @@ std::vector<Primitive> pick_vertices(const Mesh& mesh) {
   std::vector<Primitive> picked;
   for (const Primitive& primitive : mesh.primitives) {
     const size_t size = primitive.positions.size();
-    const size_t share = count <= kSpreadVertices ? size : size * kSpreadVertices / count;
-    picked.push_back(pick(primitive, choose_vertices(primitive, share)));
+    const size_t spread = count <= kSpreadVertices ? size : size * kSpreadVertices / count;
+    picked.push_back(pick(primitive, choose_vertices(primitive, spread)));
   }
   return picked;
 }
@@ -119,7 +120,7 @@ std::vector<MotionProbe> find_motion_probes(const Scene& scene, const AnimatedNo
       probe.instance = to_matrix(node.gpu_instances[static_cast<size_t>(gpu_instances[i])]);
     bool deforming = nodes.has_animated_weights(mesh.node);
     if (node.skin != kNone) {
-      deforming |= nodes.moves(mesh.node); // primitives without joints follow it
+      deforming |= nodes.moves(mesh.node); // primitives without joints follow the node
       for (const int joint : scene.skins[static_cast<size_t>(node.skin)].joints) deforming |= nodes.moves(joint);
     }
     const Mesh& rest = scene.meshes[static_cast<size_t>(mesh.mesh)];
@@ -154,7 +155,7 @@ M44f without_scale(const M44f& m) {
   const V3f rows[3] = {V3f(m[0][0], m[0][1], m[0][2]).normalized(), V3f(m[1][0], m[1][1], m[1][2]).normalized(),
                        V3f(m[2][0], m[2][1], m[2][2]).normalized()};
   const V3f z = rows[2].length() > 0.0f ? rows[2] : V3f(0.0f, 0.0f, 1.0f);
-  // Where scales of zero leave no y, what is left of the frame decides.
+  // If zero scale leaves no y, the remaining axes determine the frame.
   V3f x = rows[1].cross(z);
   if (x.length() < 1e-6f) x = rows[0] - z * z.dot(rows[0]);
   if (x.length() < 1e-6f) x = Frame::around(z).tangent;

@@ -1,4 +1,4 @@
-// Poses a Scene: applies the animations, walks the node tree, and lists and deforms what it finds.
+// Poses a Scene: applies the animations, walks the node tree, lists objects and deforms meshes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/pose.h"
 
@@ -15,8 +15,8 @@
 namespace kindling {
 namespace {
 
-// Deformed vertices are stored once for each mesh in the world; beyond this a scene is refused rather than run out of
-// memory.
+// Deformed vertices are stored once for each mesh in the world; scenes beyond this limit are
+// refused before they exhaust memory.
 constexpr uint64_t kMaxDeformedVertices = 1ULL << 30;
 
 bool is_morphed(const Mesh& mesh, const std::vector<float>& weights) {
@@ -26,11 +26,11 @@ bool is_morphed(const Mesh& mesh, const std::vector<float>& weights) {
   return std::any_of(weights.begin(), end, [](float w) { return w != 0.0f; });
 }
 
-// `instance_of`: one entry for each mesh, GpuInstances.
+// `instance_of` gets one entry for each mesh (GpuInstances).
 void list_meshes(const Scene& scene, int node, const M44f& to_world, PosedScene& posed, std::vector<int>& instance_of) {
   const Node& n = scene.nodes[static_cast<size_t>(node)];
   if (n.skin != kNone) {
-    posed.meshes.push_back({node, n.mesh, M44f(), {}}); // skinned vertices are in the world already
+    posed.meshes.push_back({node, n.mesh, M44f(), {}}); // skinned vertices are in world space already
   } else if (n.gpu_instances.empty()) {
     posed.meshes.push_back({node, n.mesh, to_world, {}});
   } else {
@@ -48,7 +48,8 @@ void list_meshes(const Scene& scene, int node, const M44f& to_world, PosedScene&
   instance_of.resize(posed.meshes.size(), kNone);
 }
 
-// Fills PosedMesh::deformed where a skin or morph targets move vertices. False: too many vertices.
+// Fills PosedMesh::deformed for skinned and morphed meshes. Returns false if there are too many
+// vertices.
 bool deform_meshes(const Scene& scene, const AnimatedNodes& nodes, PosedScene& posed) {
   std::vector<PosedMesh*> jobs;
   uint64_t vertices = 0;
@@ -89,8 +90,8 @@ Error no_such_scene(const Scene& scene, int asked) {
 } // namespace
 
 Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
-  // Which roots are shown: the scene asked for, else the file's default, else the first, else (no scenes at all)
-  // everything.
+  // Shows the requested scene, else the file's default, else the first, else (no scenes at all) all
+  // root nodes.
   const auto scene_count = static_cast<int>(scene.scenes.size());
   int shown = options.scene != kNone ? options.scene : scene.default_scene;
   if (shown == kNone && scene_count > 0) shown = 0;
@@ -122,7 +123,7 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
     const auto i = static_cast<size_t>(node);
     const Node& n = scene.nodes[i];
     const M44f& to_world = nodes.to_world(node);
-    if (n.camera != kNone) posed.cameras.push_back({node, n.camera, without_scale(to_world)}); // hidden ones too
+    if (n.camera != kNone) posed.cameras.push_back({node, n.camera, without_scale(to_world)}); // including hidden ones
     if (!visible[i]) return;
     if (n.light != kNone) posed.lights.push_back({node, n.light, without_scale(to_world)});
     if (n.photometric_light != kNone) posed.lights.push_back({node, n.photometric_light, without_scale(to_world)});

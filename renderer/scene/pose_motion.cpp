@@ -1,4 +1,4 @@
-// Poses what moves at each of its keys.
+// Poses moving objects at each of their keys.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/pose_motion.h"
 
@@ -12,7 +12,7 @@
 namespace kindling {
 namespace {
 
-// All primitives of a mesh at the time of the nodes, in world space.
+// Returns all primitives of a mesh at the time of the nodes, in world space.
 std::vector<PosedMesh::Deformed> deform(const Scene& scene, const MotionProbe& probe, const Mesh& mesh,
                                         const AnimatedNodes& nodes) {
   const M44f& to_world = nodes.to_world(probe.node);
@@ -69,7 +69,7 @@ bool add_motion(const Scene& scene, const Shutter& shutter, GpuInstances gpu_ins
   }
   if (vertices > max_vertices) return false;
 
-  std::vector<size_t> with_key; // probes that have one at the time at hand
+  std::vector<size_t> with_key; // probes that have a key at the current time
   for (uint32_t key = 0; key <= kMaxMotionSegments; ++key) {
     with_key.clear();
     for (size_t i = 0; i < probes.size(); ++i)

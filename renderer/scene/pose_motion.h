@@ -1,4 +1,4 @@
-// What moves in a posed scene over the shutter.
+// Adds the motion keys to a posed scene.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,9 +8,10 @@
 
 namespace kindling {
 
-// Fills what is called later_* in `posed`, which is as it is at the opening, as are the nodes. Meshes that deform over the shutter get
-// their vertices at the opening as well, in world space. At most `max_vertices` may be deformed, over all keys: false if that is not
-// enough. Parallel; deterministic. Leaves the nodes at some other time.
+// Fills the later_* members of `posed`, which must be posed at the opening, as must be the nodes.
+// Meshes that deform over the shutter get world-space vertices at the opening as well. Returns
+// false if more than `max_vertices` would be deformed over all keys. Parallel; deterministic.
+// Changes the time of `nodes`.
 [[nodiscard]] bool add_motion(const Scene& scene, const Shutter& shutter, GpuInstances gpu_instances,
                               uint64_t max_vertices, AnimatedNodes& nodes, PosedScene& posed);
 

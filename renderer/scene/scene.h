@@ -1,4 +1,5 @@
-// The Scene: plain data, what a file asked for. Nothing here is prepared for rendering; posing it in time is scene/pose.h.
+// The Scene: decoded and validated file contents as plain data; pose.h poses it in time.
+// Nothing here is prepared for rendering.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,9 +20,10 @@
 
 namespace kindling {
 
-inline constexpr int kNone = -1; // an index that is absent
+inline constexpr int kNone = -1; // absent index
 
-// One entry of glTF's textures: an image and how to read it. `image` is null if it could not be read: use the factor alone.
+// One entry of glTF's textures: an image and its sampler. `image` is null if it could not be read;
+// then the factor alone applies.
 struct SceneTexture {
   std::shared_ptr<const Image> image;
   TextureWrap wrap_u = TextureWrap::repeat;
@@ -30,21 +32,22 @@ struct SceneTexture {
   std::string name; // for messages: URI or image name
 };
 
-// A material's use of a texture. uv' = transform applied to the named texcoord set (KHR_texture_transform folded in).
+// A material's use of a texture: the named texcoord set is transformed by KHR_texture_transform.
 struct TextureSlot {
   int texture = kNone; // index into Scene::textures
   int texcoord = 0;
   V2f offset{0.0f, 0.0f};
   V2f scale{1.0f, 1.0f};
-  float rotation_rad = 0.0f; // counter-clockwise about the origin, as KHR_texture_transform defines it
+  float rotation_rad = 0.0f; // counterclockwise about the origin, as in KHR_texture_transform
 
-  // KHR_texture_procedurals: in place of `texture`, which is kNone then; the transform has no effect on it.
+  // KHR_texture_procedurals replaces `texture`, which is then kNone; the transform does not affect
+  // it.
   int procedural = kNone; // index into Scene::procedurals
   int procedural_output = 0;
-  uint32_t procedural_texcoords = 0; // sets that the graph reads, as bits
+  uint32_t procedural_texcoords = 0; // texcoord sets that the graph reads, as a bit mask
 
   [[nodiscard]] bool present() const { return texture != kNone || procedural != kNone; }
-  // The sets of texture coordinates that it reads, as bits.
+  // Returns the texcoord sets that the slot reads, as a bit mask.
   [[nodiscard]] uint32_t texcoord_sets() const {
     if (procedural != kNone) return procedural_texcoords;
     return texture != kNone && texcoord >= 0 && texcoord < 32 ? 1U << static_cast<unsigned>(texcoord) : 0;
@@ -53,7 +56,7 @@ struct TextureSlot {
 
 enum class AlphaMode : uint8_t { opaque, mask, blend };
 
-// glTF 2.0 metallic-roughness and the extensions of materials, named as they name them. Factors are linear.
+// glTF 2.0 metallic-roughness and the material extensions, with their names. Factors are linear.
 struct Material {
   std::string name;
   V4f base_color_factor{1.0f, 1.0f, 1.0f, 1.0f};
@@ -90,7 +93,7 @@ struct Material {
   TextureSlot sheen_roughness_texture; // A
 
   float anisotropy_strength = 0.0f;     // KHR_materials_anisotropy
-  float anisotropy_rotation_rad = 0.0f; // counter-clockwise from the tangent
+  float anisotropy_rotation_rad = 0.0f; // counterclockwise from the tangent
   TextureSlot anisotropy_texture;       // RG direction in [-1, 1], B strength
 
   float iridescence_factor = 0.0f; // KHR_materials_iridescence
@@ -109,25 +112,26 @@ struct Material {
   TextureSlot diffuse_transmission_color_texture; // sRGB
 
   float thickness_factor = 0.0f; // KHR_materials_volume: above 0 the mesh bounds a medium, else it is thin-walled
-  TextureSlot thickness_texture; // G; a path tracer knows the true distance: kept for info alone
+  TextureSlot thickness_texture; // G; used by `info` only: a path tracer knows the true distance
   float attenuation_distance_m = std::numeric_limits<float>::infinity();
   Rgb attenuation_color{1.0f, 1.0f, 1.0f};
 
   float dispersion = 0.0f; // KHR_materials_dispersion: 20 / Abbe number
 
   // KHR_materials_volume_scatter, KHR_materials_scatter (drafts).
-  Rgb multiscatter_color{0.0f, 0.0f, 0.0f}; // albedo of the medium after all of its scattering; black: none
-  float scatter_anisotropy = 0.0f;          // g of Henyey and Greenstein, from -0.999 to 0.999
+  Rgb multiscatter_color{0.0f, 0.0f, 0.0f}; // multiple-scattering albedo of the medium; black: none
+  float scatter_anisotropy = 0.0f;          // g of Henyey and Greenstein, in [-0.999, 0.999]
 
-  // KHR_materials_pbrSpecularGlossiness: base_color_* hold the diffuse part, metallic is 0, specular_color_* hold F0 itself, and
-  // roughness is 1 - glossiness_factor * (A of specular_color_texture).
+  // KHR_materials_pbrSpecularGlossiness: base_color_* hold the diffuse part, metallic is 0,
+  // specular_color_* hold F0 itself, and roughness is 1 - glossiness_factor * (A of
+  // specular_color_texture).
   bool specular_glossiness = false;
   float glossiness_factor = 1.0f;
 
-  std::vector<std::string> extensions_used; // every extension object met on it, supported or not: for info
+  std::vector<std::string> extensions_used; // every extension object found on it, supported or not; for `info`
 };
 
-// The textures of a material that a renderer reads: all but thickness_texture.
+// The texture slots that a renderer reads: all except thickness_texture.
 inline constexpr std::array<TextureSlot Material::*, 17> kMaterialTextures{
     &Material::base_color_texture,
     &Material::metallic_roughness_texture,
@@ -147,20 +151,20 @@ inline constexpr std::array<TextureSlot Material::*, 17> kMaterialTextures{
     &Material::diffuse_transmission_texture,
     &Material::diffuse_transmission_color_texture};
 
-// Deltas of one morph target; an absent attribute is empty, others have one entry per vertex.
+// Deltas of one morph target. An absent attribute is empty; others have one entry per vertex.
 struct MorphTarget {
   std::vector<V3f> positions;
   std::vector<V3f> normals;
   std::vector<V3f> tangents;
 };
 
-// KHR_materials_variants: the material that a primitive has in one of the variants.
+// KHR_materials_variants: the material of a primitive in one variant.
 struct VariantMaterial {
   int variant = 0;  // index into Scene::variants
   int material = 0; // index into Scene::materials
 };
 
-// One triangle list in the mesh's space. Attributes are empty where absent, else one entry per vertex.
+// One triangle list in mesh space. Absent attributes are empty; others have one entry per vertex.
 struct Primitive {
   int material = kNone;                           // kNone: glTF's default material
   std::vector<VariantMaterial> variant_materials; // each variant at most once; in others it keeps `material`
@@ -192,16 +196,16 @@ struct Transform {
 struct Node {
   std::string name;
   std::vector<int> children;
-  std::optional<M44f> matrix; // set: used in place of `local` (such a node cannot be animated)
+  std::optional<M44f> matrix; // set: replaces `local`; such a node cannot be animated
   Transform local;
   int mesh = kNone;
   int skin = kNone;
   int camera = kNone;
   int light = kNone;
   int photometric_light = kNone;        // EXT_lights_ies: index into Scene::lights
-  std::vector<float> weights;           // overrides Mesh::weights where not empty
-  std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in the node's space
-  bool visible = true;                  // KHR_node_visibility; false hides the node and all below it
+  std::vector<float> weights;           // overrides Mesh::weights unless empty
+  std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in node space
+  bool visible = true;                  // KHR_node_visibility; false hides the node and its descendants
 };
 
 struct Skin {
@@ -211,23 +215,24 @@ struct Skin {
 };
 
 enum class Interpolation : uint8_t { step, linear, cubic_spline };
-// member: of an object that is no node. The others are of nodes.
+// `member` is a property of an object other than a node; all others are properties of nodes.
 enum class AnimatedProperty : uint8_t { translation, rotation, scale, weights, visible, member };
 
-// A property of a material, camera, light or mesh: a row of the tables of animated_members.h, which resolve it to numbers.
+// A property of a material, camera, light or mesh: a row of the tables in animated_members.cpp.
 struct AnimatedMember {
-  enum class Of : uint8_t { material, camera, light, image_light, mesh };
-  Of of = Of::material;
+  enum class Owner : uint8_t { material, camera, light, image_light, mesh };
+  Owner owner = Owner::material;
   bool quaternion = false; // interpolated as a rotation
   uint16_t row = 0;
-  int object = kNone; // index into the list of the Scene that `of` names
+  int object = kNone; // index into the list of the Scene that `owner` selects
 };
 
-// values: components per key (1 to 4 or the weight count); CUBICSPLINE has in-tangent, value, out-tangent for each key.
+// `values` has `components` floats per key (1 to 4, or the number of weights); CUBICSPLINE stores
+// in-tangent, value and out-tangent for each key.
 struct AnimationChannel {
   int node = kNone;
   AnimatedProperty property = AnimatedProperty::translation;
-  int weight = kNone;    // property weights: this target alone; kNone: all
+  int weight = kNone;    // property weights: the only target; kNone: all
   AnimatedMember member; // property member
   Interpolation interpolation = Interpolation::linear;
   std::vector<float> times_s; // strictly increasing, >= 0
@@ -240,7 +245,7 @@ struct Animation {
   std::vector<AnimationChannel> channels;
 };
 
-// Looks along local -z, +y up (glTF 2.0, section 3.10).
+// A camera looks along local -z with +y up (glTF 2.0, section 3.10).
 struct SceneCamera {
   enum class Kind : uint8_t { perspective, orthographic };
   std::string name;
@@ -255,7 +260,7 @@ struct SceneCamera {
   std::optional<Shutter> shutter; // relative to the time of the image
 };
 
-// KHR_lights_punctual, local -z is the axis.
+// KHR_lights_punctual; local -z is the axis.
 struct PunctualLight {
   enum class Kind : uint8_t { directional, point, spot };
   std::string name;
@@ -263,41 +268,43 @@ struct PunctualLight {
   Rgb color{1.0f, 1.0f, 1.0f};
   float intensity = 1.0f;       // directional: lux; point and spot: candela
   std::optional<float> range_m; // cut-off hint of the file
-  // Extras of ours; unset: the file does not say.
-  std::optional<float> radius_m;             // point and spot: of a sphere that shines evenly
-  std::optional<float> angular_diameter_rad; // directional: of a disc in the sky
+  // Extras of Kindling; unset if absent in the file.
+  std::optional<float> radius_m;             // point and spot: radius of a uniformly emitting sphere
+  std::optional<float> angular_diameter_rad; // directional: angular diameter of the disk in the sky
   float inner_cone_rad = 0.0f;               // spot, half angles
   float outer_cone_rad = kPi / 4.0f;
-  int photometry =
-      kNone; // EXT_lights_ies, with kind point: index into Scene::photometries, which `intensity` multiplies
+  int photometry = kNone; // EXT_lights_ies, with kind point: index into Scene::photometries; `intensity` scales it
 };
 
-// EXT_lights_ies: the light distribution of a luminaire, as measured (IES LM-63).
+// EXT_lights_ies: the measured light distribution of a luminaire (IES LM-63).
 struct Photometry {
-  // How angles name a direction; x, y, z are of the node that the light is on, and (0, 0) is -z.
-  // c: vertical angle from -z, horizontal angle from +x to +y. a, b: the vertical angle turns -z to +x, the horizontal one to -y; of a the
-  // poles are at +-x, of b at +-y.
+  // Angular conventions; x, y and z are those of the light's node, and (0, 0) is -z. c: the
+  // vertical angle starts at -z, the horizontal angle turns from +x to +y. a and b: the vertical
+  // angle turns from -z to +x, the horizontal angle to -y; the poles of a are at +-x, those of b at
+  // +-y.
   enum class Kind : uint8_t { a, b, c };
   std::string name;
   Kind kind = Kind::c;
   std::vector<float> vertical_deg;   // increasing, at least one
-  std::vector<float> horizontal_deg; // likewise; fewer than all around: the distribution is symmetric
-  std::vector<float> candela;        // >= 0; for each horizontal angle those of all vertical ones
+  std::vector<float> horizontal_deg; // likewise; less than a full circle: the distribution is symmetric
+  std::vector<float> candela;        // >= 0; for each horizontal angle the values at all vertical angles
 };
 
-// EXT_lights_image_based: light from all around.
+// EXT_lights_image_based: an environment light.
 struct ImageLight {
   std::string name;
   Quatf rotation{1.0f, 0.0f, 0.0f, 0.0f}; // unit; turns the environment
   float intensity = 1.0f;
-  // Irradiance on a plane of normal n is the sum of these times the real spherical harmonics at n, in the order l = 0, 1, 2, m = -l to l.
+  // The irradiance on a plane with normal n is the sum of these coefficients times the real
+  // spherical harmonics at n, in the order l = 0, 1, 2, m = -l to l.
   std::array<Rgb, 9> irradiance_coefficients{};
-  // Radiance: linear, f32 RGB, square and all of one size; +x, -x, +y, -y, +z, -z as seen from within, with +y up for the sides (EXT_lights_image_based
-  // says how for the other two). Null: could not be read.
+  // Linear RGB radiance as f32; the faces are square and equal in size. The order is +x, -x, +y,
+  // -y, +z, -z as seen from within, with +y up for the sides (EXT_lights_image_based defines the
+  // other two). Null: could not be read.
   std::array<std::shared_ptr<const Image>, 6> faces;
 };
 
-// What a list of roots shows: one entry of glTF's scenes.
+// The root nodes of one entry of glTF's scenes.
 struct SceneRoot {
   std::string name;
   std::vector<int> nodes;
@@ -305,7 +312,7 @@ struct SceneRoot {
 };
 
 struct Scene {
-  std::string source; // path as the user gave it: begins every message
+  std::string source; // path as given by the user; prefix of all messages
   std::string generator;
   std::string copyright;
   std::vector<std::string> extensions_used;
@@ -318,13 +325,13 @@ struct Scene {
   std::vector<Skin> skins;
   std::vector<Animation> animations;
   std::vector<SceneCamera> cameras;
-  std::vector<PunctualLight> lights; // those of KHR_lights_punctual, then one for each node with EXT_lights_ies
+  std::vector<PunctualLight> lights; // lights of KHR_lights_punctual, then one for each node with EXT_lights_ies
   std::vector<Photometry> photometries;
   std::vector<ImageLight> image_lights;
   std::vector<SceneRoot> scenes;
   std::vector<std::string> variants; // KHR_materials_variants names
   int default_scene = kNone;
-  uint64_t content_hash = 0; // of all bytes that were read: the same file gives the same number
+  uint64_t content_hash = 0; // hash of all bytes read; equal for equal files
 };
 
 } // namespace kindling

@@ -1,5 +1,4 @@
-// Tangents for a primitive: flat normals where it has none, one tangent per corner, and vertices split where corners
-// disagree.
+// Tangents of a primitive: flat normals if missing, tangents per corner, and vertex splits.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/tangents.h"
 
@@ -25,7 +24,7 @@ void gather(std::vector<T>& values, const std::vector<uint32_t>& source) {
   values = std::move(gathered);
 }
 
-// Joints and weights hold several sets of one entry per vertex, one after another.
+// Joints and weights consist of several sets of one entry per vertex, one after another.
 template <typename T>
 void gather_sets(std::vector<T>& values, const std::vector<uint32_t>& source, size_t vertex_count) {
   if (values.empty()) return;
@@ -39,7 +38,7 @@ void gather_sets(std::vector<T>& values, const std::vector<uint32_t>& source, si
   values = std::move(gathered);
 }
 
-// Vertex i becomes what vertex source[i] was. Tangents are left alone.
+// Replaces vertex i by the old vertex source[i]. Tangents are unchanged.
 void gather_vertices(Primitive& primitive, const std::vector<uint32_t>& source) {
   const size_t vertex_count = primitive.positions.size();
   gather(primitive.positions, source);
@@ -57,11 +56,12 @@ void gather_vertices(Primitive& primitive, const std::vector<uint32_t>& source) 
 
 V3f flat_normal(const V3f& p0, const V3f& p1, const V3f& p2) {
   const V3f normal = (p1 - p0).cross(p2 - p0).normalized();
-  return is_finite(normal) && normal.length() > 0.5f ? normal : V3f(0.0f, 0.0f, 1.0f); // degenerate: any will do
+  return is_finite(normal) && normal.length() > 0.5f ? normal
+                                                     : V3f(0.0f, 0.0f, 1.0f); // degenerate: any normal is valid
 }
 
-// Gives every corner its own vertex and the normal of its triangle. Morph targets turn the normals too, exactly at a
-// weight of 1.
+// Gives every corner its own vertex and the normal of its triangle. Morph targets rotate the
+// normals too, exactly at a weight of 1.
 void make_flat(Primitive& primitive) {
   gather_vertices(primitive, std::vector<uint32_t>(primitive.indices));
   const size_t vertex_count = primitive.positions.size();
@@ -89,17 +89,18 @@ struct TangentHash {
   size_t operator()(const V4f& tangent) const {
     uint64_t hash = 0x9e3779b97f4a7c15ULL;
     for (const float value : {tangent.x, tangent.y, tangent.z, tangent.w}) {
-      hash = (hash ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0xff51afd7ed558ccdULL; // + 0: minus zero equals zero
+      hash = (hash ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0xff51afd7ed558ccdULL; // + 0: negative zero equals zero
       hash ^= hash >> 32;
     }
     return hash;
   }
 };
 
-// The corners of one vertex, ascending: equal_to[c] becomes the first of them with the same tangent.
+// `corners` are those of one vertex, ascending: equal_to[c] becomes the first of them with the same
+// tangent.
 void find_equal_corners(std::span<const uint32_t> corners, const std::vector<V4f>& corner_tangent,
                         std::vector<uint32_t>& equal_to) {
-  constexpr size_t kFew = 16; // are compared one by one
+  constexpr size_t kFew = 16; // up to this number, corners are compared pairwise
   std::array<uint32_t, kFew> few{};
   size_t count = 0;
   std::unordered_map<V4f, uint32_t, TangentHash> many;
@@ -117,8 +118,8 @@ void find_equal_corners(std::span<const uint32_t> corners, const std::vector<V4f
   }
 }
 
-// Stores one tangent per vertex: a vertex keeps that of its first corner, and each further one gets a copy of the
-// vertex, numbered in the order of the corners.
+// Stores one tangent per vertex: a vertex keeps the tangent of its first corner, and each different
+// one gets a copy of the vertex, numbered in the order of the corners.
 void split_vertices(Primitive& primitive, const std::vector<V4f>& corner_tangent) {
   const auto vertex_count = static_cast<uint32_t>(primitive.positions.size());
   const auto corner_count = static_cast<uint32_t>(primitive.indices.size());
@@ -134,7 +135,7 @@ void split_vertices(Primitive& primitive, const std::vector<V4f>& corner_tangent
         tangents[v] = corners[v].empty() ? V4f(1.0f, 0.0f, 0.0f, 1.0f) : corner_tangent[corners[v].front()];
       }
     });
-    // What is no copy takes no part from here on; of a copy's corners the first stands before the others.
+    // Corners that keep their vertex are skipped below; for each copy its first corner comes first.
     for (uint32_t c = 0; c < corner_count; ++c) {
       const uint32_t vertex = primitive.indices[c];
       if (equal_to[c] == corners[vertex].front()) {
@@ -175,7 +176,7 @@ void generate_tangents(Primitive& primitive, int texcoord_set) {
   if (primitive.normals.empty()) make_flat(primitive);
   const auto set = static_cast<size_t>(texcoord_set);
   const bool has_texcoords = texcoord_set >= 0 && set < primitive.texcoords.size() && !primitive.texcoords[set].empty();
-  // Without texture coordinates every uv area is zero and all corners get a tangent of no meaning.
+  // Without texture coordinates every uv area is zero and all corners get arbitrary tangents.
   const std::vector<V2f> zeros(has_texcoords ? 0 : primitive.positions.size(), V2f(0.0f));
   const std::vector<V2f>& texcoords = has_texcoords ? primitive.texcoords[set] : zeros;
   split_vertices(primitive, corner_tangents({primitive.positions, primitive.normals, texcoords, primitive.indices}));

@@ -1,4 +1,4 @@
-// Materials of a variant.
+// Applies a material variant to all primitives.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/variants.h"
 

@@ -1,4 +1,4 @@
-// The material variants of a file: which one is shown.
+// Applies a material variant (KHR_materials_variants).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,9 @@
 
 namespace kindling {
 
-// Gives every primitive the material that it has in `variant`, an index into Scene::variants; those that the variant says nothing
-// about keep theirs (KHR_materials_variants). Once for a scene: a second variant would start from the first.
+// Gives every primitive its material in `variant`, an index into Scene::variants. Primitives
+// without an entry for the variant keep theirs. Apply at most one variant per scene: a second one
+// would start from the first.
 void apply_variant(Scene& scene, int variant);
 
 } // namespace kindling

@@ -34,7 +34,7 @@ class WorldBuilder {
     const auto start = std::chrono::steady_clock::now();
     BuildTimes& times = world_->statistics_.times;
     Stopwatch clock;
-    scene_.materials.push_back(Material{.name = "default"}); // glTF's default material stands last
+    scene_.materials.push_back(Material{.name = "default"}); // glTF's default material is last
     if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
     times.textures = clock.lap();
     take_geometry();
@@ -57,7 +57,8 @@ class WorldBuilder {
   }
 
  private:
-  // --- textures and materials -----------------------------------------------------------------------------------------
+  // --- Textures and materials
+  // ---------------------------------------------------------------------
 
   Result<void> prepare_materials() {
     for (const Material& material : scene_.materials) {
@@ -85,9 +86,10 @@ class WorldBuilder {
     return {};
   }
 
-  // --- geometry -------------------------------------------------------------------------------------------------------
+  // --- Geometry
+  // -----------------------------------------------------------------------------------
 
-  // Whether rays need not ask the filter at this geometry.
+  // True if rays can skip the hit filter for this geometry.
   [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
     const ShadingMaterial& material = world_->materials_[geometry.material];
     if (material.thin_wall) return false;
@@ -124,7 +126,7 @@ class WorldBuilder {
       std::vector<std::span<const V3f>>& keys = world_->accel_keys_.emplace_back();
       for (size_t key = 0; key < geometry.later_positions.size(); ++key)
         keys.push_back(geometry.later_position_span(key));
-      accel_meshes_.back().later_positions = keys; // of a vector that may move, but not what is in it
+      accel_meshes_.back().later_positions = keys; // of a vector that may move, but not its elements
     }
     mark_persistent({world_->geometries_, prepared.nodes, world_->instances_, groups_}, changes,
                     min_persistent_triangles(options_.min_persistent_triangles, options_.image_samples), accel_meshes_);
@@ -132,13 +134,14 @@ class WorldBuilder {
     for (const PosedLight& light : posed_.lights) world_->has_motion_ |= !light.later_transforms.empty();
   }
 
-  // --- lights ---------------------------------------------------------------------------------------------------------
+  // --- Lights
+  // -------------------------------------------------------------------------------------
 
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
     bool any_textured = false;
     const std::vector<uint8_t> emissive = find_emissive_groups();
-    std::vector<WorldInstance*> order; // those that move stand last in a LightSet
+    std::vector<WorldInstance*> order; // moving ones come last in a LightSet
     for (const bool moving : {false, true})
       for (WorldInstance& instance : world_->instances_)
         if (emissive[instance.group] != 0 && instance.moving == moving) order.push_back(&instance);
@@ -187,7 +190,7 @@ class WorldBuilder {
     world_->statistics_.emissive_triangle_count = input.triangles.size();
   }
 
-  // By group: whether its emitters are sampled.
+  // Returns flags by group: 1 if its emitters are sampled.
   [[nodiscard]] std::vector<uint8_t> find_emissive_groups() {
     std::vector<Emitters> emitters(groups_.size());
     for (const WorldInstance& instance : world_->instances_) ++emitters[instance.group].instances;
@@ -200,17 +203,18 @@ class WorldBuilder {
     SampledEmitters sampled = choose_sampled_emitters(emitters);
     if (sampled.left_out > 0 && listener_)
       listener_->on_warning(scene_.source + ": " + std::to_string(sampled.left_out) +
-                            " emissive triangles of instances are too many to be sampled: paths find them by chance");
+                            " emissive triangles of instances exceed the emitter budget and are left to BSDF sampling");
     return std::move(sampled.groups);
   }
 
-  // Textured emission of the plain strength is a display or a glowing mark: it does not light a scene.
+  // Textured emission of strength 1 is a display or a glowing mark, not a lamp that lights a scene.
   [[nodiscard]] bool is_lamp(const Material& material) const {
     return !material.emissive_texture.present() || material.emissive_strength > 1.0f;
   }
 
-  // Partly transparent emitters are found by BSDF sampling alone: their coverage belongs to the ray, not to the light. So are those
-  // below a coat with a texture, which a light does not look up, and those of procedural emission, of which no mean is known.
+  // Partly transparent emitters are left to BSDF sampling: their coverage belongs to the ray, not
+  // to the light. So are those below a textured coat, which light samples do not look up, and those
+  // with procedural emission, whose mean is unknown.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
     const ShadingMaterial& material = world_->materials_[world_->geometries_[mesh].material];
     const LayerMaterial* layers =
@@ -249,8 +253,8 @@ class WorldBuilder {
       }
       uvs[c] = emission.apply(uv);
     }
-    // Wound so that the front is counter-clockwise in world space; barycentrics would change with the order, but emission
-    // at a hit is read through the surface, and the LightSet only ever sees its own.
+    // Front faces are wound counterclockwise in world space. Barycentrics change with the order,
+    // but emission at a hit is read through the surface, and the LightSet only uses its own.
     if (job.instance->mirrored) {
       std::swap(triangle.p1, triangle.p2);
       std::swap(uvs[1], uvs[2]);
@@ -258,7 +262,7 @@ class WorldBuilder {
     triangle.emission = job.emission;
   }
 
-  // Where the triangle is after the opening of the shutter.
+  // Appends the corners of the triangle at the keys after the opening of the shutter.
   void append_keys(LightSetInput& input, const Geometry& geometry, const WorldInstance& instance,
                    size_t first_index) const {
     const auto first = static_cast<uint32_t>(input.later_corners.size());
@@ -296,7 +300,8 @@ class WorldBuilder {
     world_->lights_ = std::make_unique<LightSet>(std::move(input));
   }
 
-  // --- accelerator ----------------------------------------------------------------------------------------------------
+  // --- Accelerator
+  // --------------------------------------------------------------------------------
 
   [[nodiscard]] bool build_accelerator() {
     std::atomic<bool> cancel_flag{false};

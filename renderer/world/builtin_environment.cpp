@@ -1,4 +1,4 @@
-// Paints the studio environment.
+// Renders the studio environment.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/builtin_environment.h"
 
@@ -19,7 +19,7 @@ float smoothstep(float edge0, float edge1, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-// A round softbox around `axis`: full inside `inner_deg`, gone outside `outer_deg`.
+// Returns a round softbox around `axis`: 1 inside `inner_deg`, 0 outside `outer_deg`.
 float softbox(const V3f& direction, const V3f& axis, float inner_deg, float outer_deg) {
   const float angle_deg = std::acos(std::clamp(direction.dot(axis.normalized()), -1.0f, 1.0f)) * 180.0f * kInvPi;
   return 1.0f - smoothstep(inner_deg, outer_deg, angle_deg);

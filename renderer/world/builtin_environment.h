@@ -1,4 +1,4 @@
-// The neutral environment of a scene that brings no light of its own.
+// The neutral environment of scenes without lights.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,8 +8,9 @@
 
 namespace kindling {
 
-// A gray studio: floor 0.25, horizon 0.6 and zenith 0.9 of radiance, with one large soft key light (6) high on the +x +z side
-// and a dimmer fill (2) opposite, so that shapes read. The same numbers in every channel.
+// Returns a gray studio: radiance 0.25 at the floor, 0.6 at the horizon and 0.9 at the zenith, with
+// one large soft key light (6) high on the +x +z side and a dimmer fill light (2) opposite. All
+// channels are equal.
 [[nodiscard]] std::shared_ptr<const Environment> builtin_environment();
 
 } // namespace kindling

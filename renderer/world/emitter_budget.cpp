@@ -1,3 +1,4 @@
+// Selects the emitter groups that fit into the budget.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/emitter_budget.h"
 
@@ -6,7 +7,7 @@
 
 namespace kindling {
 
-SampledEmitters choose_sampled_emitters(std::span<const Emitters> groups, uint64_t most) {
+SampledEmitters choose_sampled_emitters(std::span<const Emitters> groups, uint64_t max_triangles) {
   const auto lights = [&](size_t group) { return groups[group].triangles * groups[group].instances; };
   std::vector<size_t> order(groups.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -20,7 +21,7 @@ SampledEmitters choose_sampled_emitters(std::span<const Emitters> groups, uint64
   for (const size_t group : order) {
     if (lights(group) == 0) continue;
     total += lights(group);
-    if (total <= most || groups[group].instances == 1)
+    if (total <= max_triangles || groups[group].instances == 1)
       sampled.groups[group] = 1;
     else
       sampled.left_out += lights(group);

@@ -1,4 +1,4 @@
-// How many emissive triangles are sampled as lights.
+// The emitter budget: how many emissive triangles are sampled as lights.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace kindling {
 
-// A lamp that is instanced is held once, its triangles as lights once for each instance: beyond these, memory would be theirs alone.
+// A lamp that is instanced is stored once, but its triangles are stored as lights once per
+// instance: without this limit they would dominate memory.
 inline constexpr uint64_t kMaxSampledEmitters = 1ULL << 24;
 
 struct Emitters {
@@ -17,13 +18,14 @@ struct Emitters {
 };
 
 struct SampledEmitters {
-  std::vector<uint8_t> groups; // by group: 1 if its emitters are sampled; 0 for those that have none, too
+  std::vector<uint8_t> groups; // by group: 1 if its emitters are sampled; 0 otherwise and for groups without emitters
   uint64_t left_out = 0;       // triangles
 };
 
-// By group. What stands once is always sampled; then groups with fewer triangles in all instances come first, of equal ones the earlier.
-// What is left out is found by BSDF sampling alone, which is unbiased.
+// Selects the sampled groups. Groups with a single instance are always sampled. Others follow in
+// ascending order of their number of triangles over all instances, ties in group order, within the
+// budget. BSDF sampling alone finds the omitted ones, which is unbiased.
 [[nodiscard]] SampledEmitters choose_sampled_emitters(std::span<const Emitters> groups,
-                                                      uint64_t most = kMaxSampledEmitters);
+                                                      uint64_t max_triangles = kMaxSampledEmitters);
 
 } // namespace kindling

@@ -13,7 +13,8 @@ namespace {
 constexpr size_t kPadding = 2; // positions that the accelerator's quadword loads may read
 constexpr size_t kRecordGrain = 1U << 14;
 
-// Texture coordinate sets that some slot of the material reads, as bits. Set 0 is kept for the uv debug view.
+// Returns the texture coordinate sets that the material reads, as a bit mask. Set 0 is always
+// included for the uv debug view.
 uint32_t used_texcoord_sets(const Material& material) {
   uint32_t used = 1;
   for (const TextureSlot* slot : texture_slots(material)) used |= slot->texcoord_sets();
@@ -33,12 +34,13 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   geometry.indices = std::move(primitive.indices);
   const size_t count = primitive.positions.size();
   geometry.position_count = count;
-  // Imath's constructor leaves them alone: who writes a page is the first to touch it. No more of them than needed.
+  // Imath's constructor leaves elements uninitialized, so the writing thread touches each page
+  // first. The size is exact.
   geometry.positions = std::vector<V3f>(count + kPadding);
   std::fill_n(geometry.positions.begin() + static_cast<std::ptrdiff_t>(count), kPadding, V3f(0.0f));
 
   const bool identity = bake == M44f();
-  // Flattened by its transform: no normal but that of its faces is left.
+  // If the transform flattens the mesh, only face normals remain.
   if (bake.determinant() == 0.0f) primitive.normals.clear();
   const M44f inverse = identity ? M44f() : bake.inverse();
   geometry.to_object = inverse;
@@ -91,7 +93,8 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
     }
   });
 
-  // A mirroring transform turns front faces into clockwise ones (glTF 2.0, section 3.7.4): wind them back.
+  // A mirroring transform makes front faces clockwise (glTF 2.0, section 3.7.4): restores the
+  // winding.
   if (mirrored) reverse_winding(geometry);
   return geometry;
 }

@@ -1,4 +1,4 @@
-// Vertices of one accelerator mesh, laid out as shading reads them.
+// Vertices of one accelerator mesh in the layout that shading reads.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,19 +9,21 @@
 #include "renderer/scene/scene.h"
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace kindling {
 
-// Positions are apart, for the accelerator; the other attributes of a vertex stand side by side in one record of floats, so
-// that a hit touches one or two cache lines per vertex. Offsets are in floats from the start of a record.
+// Positions are separate, for the accelerator. The other attributes of a vertex are adjacent in one
+// record of floats, so that a hit touches one or two cache lines per vertex. Offsets are in floats
+// from the start of a record.
 struct Geometry {
   static constexpr uint8_t kAbsent = 0xff;
   static constexpr int kMaxTexcoordSets = 8;
 
-  std::vector<V3f> positions; // position_count of them, and padding that the accelerator may read
+  std::vector<V3f> positions; // position_count of them, followed by padding that the accelerator may read
   size_t position_count = 0;
   std::vector<uint32_t> indices;
   UninitializedVector<float> attributes;
@@ -31,13 +33,13 @@ struct Geometry {
   uint8_t color_offset = kAbsent;                        // 4 floats
   std::array<uint8_t, kMaxTexcoordSets> texcoord_offset; // 2 floats each
   uint32_t material = 0;
-  // Of a mesh that deforms over the shutter, by key after the first (accel/accelerator.h); empty: it does not. Positions are padded
-  // likewise. Frames are normals and tangents, as far as records have them: 3 floats each for every vertex.
+  // Keys of a mesh that deforms over the shutter, after the first (accel/accelerator.h); empty: it
+  // does not deform. Positions are padded likewise. Frames are the normals and tangents that the
+  // records have: 3 floats each for every vertex.
   std::vector<std::vector<V3f>> later_positions;
   std::vector<UninitializedVector<float>> later_frames;
-  uint64_t number =
-      0; // of those that one WorldParts has seen: its own for as long as it is handed on untouched; 0: it deforms
-  M44f to_object; // from the space of positions to that of the file's mesh: back from where they were baked
+  uint64_t number = 0; // unique within one WorldParts and constant as long as the geometry is reused; 0: it deforms
+  M44f to_object;      // from the space of positions to that of the file's mesh; inverts baking
 
   Geometry() { texcoord_offset.fill(kAbsent); }
 
@@ -48,7 +50,7 @@ struct Geometry {
   [[nodiscard]] size_t frame_floats() const {
     return (normal_offset == kAbsent ? 0U : 3U) + (tangent_offset == kAbsent ? 0U : 3U);
   }
-  // Of the keys alone.
+  // Returns the memory of the keys only.
   [[nodiscard]] size_t key_bytes() const {
     size_t bytes = 0;
     for (const std::vector<V3f>& key : later_positions) bytes += key.capacity() * sizeof(V3f);
@@ -59,9 +61,12 @@ struct Geometry {
     return positions.capacity() * sizeof(V3f) + indices.capacity() * sizeof(uint32_t) +
            attributes.capacity() * sizeof(float) + key_bytes();
   }
-  [[nodiscard]] const float* record(uint32_t vertex) const { return attributes.data() + size_t{vertex} * stride; }
+  [[nodiscard]] const float* record(uint32_t vertex) const {
+    assert(vertex < position_count);
+    return attributes.data() + size_t{vertex} * stride;
+  }
 
-  // Interpolated attributes; the offset must be present.
+  // Interpolate attributes; the offset must be present.
   [[nodiscard]] V2f interpolate2(const std::array<const float*, 3>& records, uint8_t offset,
                                  const V3f& barycentric) const {
     const float *a = records[0] + offset, *b = records[1] + offset, *c = records[2] + offset;
@@ -84,27 +89,29 @@ struct Geometry {
   }
 };
 
-// An accelerator's instance, and what shading wants to know of it. The instance of all baked geometry is an identity. Moving ones are
-// told as they are at the opening of the shutter; `motion` is an index into World's motions, absent too where meshes alone move.
+// An accelerator's instance with the data of shading. The instance of all baked geometry is an
+// identity. Moving ones are stored at the opening of the shutter; `motion` is an index into World's
+// motions, absent if only meshes deform.
 struct WorldInstance : accel::Instance {
-  uint32_t first_mesh = 0;     // accelerator meshes of its group start here
+  uint32_t first_mesh = 0;     // first accelerator mesh of its group
   uint32_t emissive_begin = 0; // into World's table of first emissive triangles, one entry per mesh of the group
-  bool identity = true;        // never of what moves
-  bool moving = false;         // it moves, or its meshes deform: move_hit() knows where it is
+  bool identity = true;        // never for moving instances
+  bool moving = false;         // it moves or its meshes deform: use move_hit()
   bool mirrored = false;       // negative determinant: front faces are clockwise in world space
   bool emissive = false;       // false: no entries in the table
 };
 
-// Makes a Geometry of a primitive and (if it is deformed) its posed vertices, keeping what `material` and the debug views
-// can ask for. `bake` is applied to positions, normals and tangents: identity for geometry that is instanced.
-// Consumes the primitive's arrays. Runs in parallel with TBB; any number of threads gives the same.
+// Makes a Geometry of a primitive and (if deformed) its posed vertices, with the attributes that
+// `material` and the debug views need. `bake` is applied to positions, normals and tangents:
+// identity for instanced geometry. Consumes the primitive's arrays. Parallel with TBB; independent
+// of the number of threads.
 [[nodiscard]] Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index,
                                      const Material& material);
 
-// The vertices of one more key: positions, normals and tangents in the space of those that are there, as many of them.
+// Appends one key: positions, normals and tangents in the space and number of the existing ones.
 void add_key(Geometry& geometry, PosedMesh::Deformed&& key);
 
-// Turns the triangles over.
+// Reverses the winding of all triangles.
 void reverse_winding(Geometry& geometry);
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// The vertex records of one hit, and texture coordinates interpolated from them.
+// Vertex records of one hit, and texture coordinates interpolated from them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,11 +7,12 @@
 #include "renderer/world/shading_material.h"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
 
-// What the look-ups of one hit share.
+// Data shared by all lookups of one hit.
 struct HitRecords {
   const Geometry& geometry;
   std::array<const float*, 3> records;
@@ -19,6 +20,7 @@ struct HitRecords {
   const accel::Hit* hit;
 
   HitRecords(const Geometry& g, const accel::Hit& h) : geometry(g), barycentric(1.0f - h.u - h.v, h.u, h.v), hit(&h) {
+    assert(size_t{h.triangle} * 3 < g.indices.size());
     const uint32_t* index = g.indices.data() + size_t{h.triangle} * 3;
     records = {g.record(index[0]), g.record(index[1]), g.record(index[2])};
   }
@@ -26,7 +28,7 @@ struct HitRecords {
     const uint8_t offset = geometry.texcoord_offset[set];
     return offset == Geometry::kAbsent ? V2f(0.0f) : geometry.interpolate2(records, offset, barycentric);
   }
-  // Twice the area of the triangle in a set's coordinates.
+  // Returns twice the area of the triangle in the coordinates of a set.
   [[nodiscard]] float texcoord_area(uint8_t set) const {
     const uint8_t offset = geometry.texcoord_offset[set];
     if (offset == Geometry::kAbsent) return 0.0f;

@@ -1,4 +1,4 @@
-// Cube maps and spherical harmonics, resampled.
+// Resamples cube maps and spherical harmonics to equirectangular images.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/image_light_environment.h"
 
@@ -12,9 +12,9 @@ namespace {
 constexpr int kMaxWidth = 8192;
 constexpr int kCoefficientWidth = 64; // harmonics up to l = 2 vary slowly
 
-// The directions in which a face looks, and in which columns and rows of its image run. OpenGL's (specification of OpenGL 4.6, table 8.19),
-// mirrored left to right: "each saved image must be flipped about its vertical axis", which makes them views from within a
-// right-handed world.
+// Viewing direction of a face, and directions of its image's columns and rows. OpenGL's
+// (specification of OpenGL 4.6, table 8.19), mirrored left to right: "each saved image must be
+// flipped about its vertical axis", which makes them views from within a right-handed world.
 struct FaceAxes {
   V3f forward, right, down;
 };
@@ -47,7 +47,8 @@ Rgb texel(const ImageLight& light, size_t face, int x, int y) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
-// The texel at (x, y) of a face, or the one of the neighbor that is there when the face goes on flat beyond its edge.
+// Returns the texel at (x, y) of a face, or that of the neighbor at this position if the face is
+// extended flat beyond its edge.
 Rgb texel_across_edges(const ImageLight& light, size_t face, int x, int y) {
   const int size = light.faces[0]->width;
   if (x >= 0 && y >= 0 && x < size && y < size) return texel(light, face, x, y);
@@ -75,8 +76,8 @@ Rgb cube_radiance(const ImageLight& light, const V3f& d) {
   return row(y0) * (1.0f - fy) + row(y0 + 1) * fy;
 }
 
-// Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance Environment Maps" (2001): the coefficients of irradiance
-// are those of radiance times pi, 2 pi / 3 and pi / 4 for l = 0, 1, 2.
+// Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance Environment Maps" (2001):
+// the irradiance coefficients are those of radiance times pi, 2 pi / 3 and pi / 4 for l = 0, 1, 2.
 Rgb harmonic_radiance(const ImageLight& light, const V3f& d) {
   const float basis[9] = {0.282095f / kPi,
                           0.488603f * d.y / (2.0f * kPi / 3.0f),

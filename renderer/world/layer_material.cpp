@@ -1,3 +1,4 @@
+// Converts the layer parameters and the medium of a material.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/layer_material.h"
 
@@ -6,11 +7,12 @@ namespace {
 
 bool transmits(const Material& m) { return m.transmission_factor > 0.0f || m.diffuse_transmission_factor > 0.0f; }
 
-// Optical depth over the attenuation distance; what lets nothing through is cut off where floats see no difference.
+// Returns the optical depth over the attenuation distance, clamped for opaque media where floats
+// see no difference.
 float optical_depth(float color) { return -std::log(std::clamp(color, 1e-7f, 1.0f)); }
 
 float single_scattering_albedo(float color, float g) {
-  if (!(color > 0.0f)) return 0.0f; // exactly: such a medium is not walked through
+  if (!(color > 0.0f)) return 0.0f; // exactly 0: paths skip such media
   const float c = std::min(color, 1.0f);
   const float s = 4.09712f + 4.20863f * c - std::sqrt(9.59217f + 41.6808f * c + 17.7126f * c * c);
   return std::clamp((1.0f - s * s) / (1.0f - g * s * s), 0.0f, 1.0f);
@@ -47,7 +49,7 @@ LayerMaterial make_layer_material(const Material& m) {
 Medium make_medium(const Material& m) {
   Medium medium;
   medium.ior = m.ior > 0.0f ? m.ior : 1.0f;
-  medium.dispersion = medium.ior == 1.0f ? 0.0f : m.dispersion; // n - 1 is what disperses: no wavelength need be drawn
+  medium.dispersion = medium.ior == 1.0f ? 0.0f : m.dispersion; // without refraction there is no dispersion
   medium.scatter_anisotropy = m.scatter_anisotropy;
   if (!(m.attenuation_distance_m > 0.0f) || !std::isfinite(m.attenuation_distance_m)) return medium;
   for (unsigned c = 0; c < 3; ++c) {

@@ -1,4 +1,4 @@
-// What a material with layers adds to a ShadingMaterial, and the medium inside of it.
+// The layers of a shading material, and the medium inside of it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace kindling {
 
-// As the Material has it (scene.h); the same for every hit but for textures.
+// Factors and bindings as in Material (scene.h); constant over the surface except for textures.
 struct LayerMaterial {
   float clearcoat_factor = 0.0f;
   float clearcoat_roughness_factor = 0.0f;
@@ -37,11 +37,12 @@ struct LayerMaterial {
   TextureBinding diffuse_transmission;
   TextureBinding diffuse_transmission_color;
 
-  // Light may pass in a straight line where the surface is smooth enough.
+  // True if light may pass in a straight line where the surface is smooth enough.
   [[nodiscard]] bool thin_wall() const { return transmission_factor > 0.0f && !volume; }
 };
 
-// Homogeneous, inside of a closed mesh (KHR_materials_volume). Coefficients are per meter of world space.
+// A homogeneous medium inside of a closed mesh (KHR_materials_volume). Coefficients are per meter
+// of world space.
 struct Medium {
   float ior = 1.5f;
   float dispersion = 0.0f; // 20 / Abbe number
@@ -50,16 +51,17 @@ struct Medium {
   float scatter_anisotropy = 0.0f; // g of Henyey and Greenstein
 };
 
-// Whether the plain metallic-roughness model is not enough for it.
+// True if the material needs more than the plain metallic-roughness model.
 [[nodiscard]] bool has_layers(const Material& material);
 
-// All but the bindings.
+// Returns everything except the bindings.
 [[nodiscard]] LayerMaterial make_layer_material(const Material& material);
 
-// Extinction = -ln(attenuation color) / attenuation distance (KHR_materials_volume, "Attenuation"). Scattering is what
-// gives a half space of it the multiscatter color: single-scattering albedo
-//   (1 - s^2) / (1 - g s^2),  s = 4.09712 + 4.20863 c - sqrt(9.59217 + 41.6808 c + 17.7126 c^2)
-// (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks"; KHR_materials_volume_scatter).
+// Returns the medium of a material. Extinction = -ln(attenuation color) / attenuation distance
+// (KHR_materials_volume, "Attenuation"). Scattering gives a half space of the medium the
+// multiscatter color c: single-scattering albedo (1 - s^2) / (1 - g s^2) with s = 4.09712 + 4.20863
+// c - sqrt(9.59217 + 41.6808 c + 17.7126 c^2) (Kulla and Conty 2017, "Revisiting Physically Based
+// Shading at Imageworks"; KHR_materials_volume_scatter).
 [[nodiscard]] Medium make_medium(const Material& material);
 
 } // namespace kindling

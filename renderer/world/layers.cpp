@@ -1,4 +1,4 @@
-// From a hit to the parameters of a material's layers: the part of surface_at() that plain materials do without.
+// Evaluates the layer parameters of a surface at a hit, which plain materials skip.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/normal_map.h"
 #include "renderer/world/shading_normal.h"
@@ -19,7 +19,7 @@ void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, 
     return binding.present() ? textures.sample_channel(binding, index) : 1.0f;
   };
 
-  // From within a medium the layers on its outside are not met first: they are left out.
+  // Inside of a medium the outer layers are skipped, since they are beyond the interface.
   layers.boundary = material.volume;
   layers.entering = vertex.front;
   const bool inside = material.volume && !vertex.front;
@@ -45,7 +45,8 @@ void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, 
   layers.bsdf.iridescence_thickness_nm = lerp(material.iridescence_minimum_nm, material.iridescence_maximum_nm,
                                               channel(material.iridescence_thickness, 1));
 
-  // The texture turns the direction before the rotation does (KHR_materials_anisotropy, "Implementation").
+  // The texture rotates the direction before the rotation factor does (KHR_materials_anisotropy,
+  // "Implementation").
   layers.bsdf.anisotropy = 0.0f;
   layers.tangent = V3f(0.0f);
   if (material.anisotropy_strength > 0.0f && vertex.has_tangent) {
@@ -71,7 +72,7 @@ void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, 
   layers.bsdf.diffuse_transmission_color =
       material.diffuse_transmission_color_factor * rgb(material.diffuse_transmission_color);
   layers.thin_wall = false;
-  if (material.thin_wall()) { // as shadow rays see it: at the finest level
+  if (material.thin_wall()) { // at the finest level, like shadow rays
     float roughness = shading.roughness_factor;
     if (shading.metallic_roughness.present())
       roughness *= textures.sample_channel_finest(shading.metallic_roughness, 1);

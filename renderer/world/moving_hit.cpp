@@ -1,48 +1,32 @@
-// Interpolates between the keys of a motion.
+// Interpolates a moving triangle between the keys of its motion.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/moving_hit.h"
 
+#include "accel/motion.h"
+
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace kindling {
 namespace {
 
-// Between keys `key` and `key` + 1, at `fraction` in [0, 1].
-struct KeyPosition {
-  size_t key;
-  float fraction;
-};
-
-KeyPosition between_keys(float time, size_t key_count) {
-  const float position = time * static_cast<float>(key_count - 1);
-  const size_t key = std::min(static_cast<size_t>(std::max(position, 0.0f)), key_count - 2);
-  return {key, position - static_cast<float>(key)};
-}
-
-M44f lerp(const M44f& a, const M44f& b, float t) {
-  M44f m;
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 3; ++column) m[row][column] = kindling::lerp(a[row][column], b[row][column], t);
-  return m;
-}
-
-// The largest coordinate that a point with coordinates up to `magnitude` may get on its way through a matrix.
+// Returns a bound of the coordinates of a transformed point with coordinates up to `magnitude`.
 float magnitude_through(const M44f& m, float magnitude) {
   const auto row = [&m](int i) { return max_abs(V3f(m[i][0], m[i][1], m[i][2])); };
   return (row(0) + row(1) + row(2)) * magnitude + row(3);
 }
 
-void lerp_record(const Geometry& geometry, uint32_t vertex, const KeyPosition& at, float* record) {
+void lerp_record(const Geometry& geometry, uint32_t vertex, const accel::KeyInterval& at, float* record) {
   const float* own = geometry.record(vertex);
   std::copy(own, own + geometry.stride, record);
-  const float* after = geometry.later_frames[at.key].data() + size_t{vertex} * geometry.frame_floats();
+  const float* after = geometry.later_frames[at.first].data() + size_t{vertex} * geometry.frame_floats();
   const float* before =
-      at.key == 0 ? nullptr : geometry.later_frames[at.key - 1].data() + size_t{vertex} * geometry.frame_floats();
+      at.first == 0 ? nullptr : geometry.later_frames[at.first - 1].data() + size_t{vertex} * geometry.frame_floats();
   const auto blend = [&](uint8_t offset, int floats) {
     if (offset == Geometry::kAbsent) return;
     for (int c = 0; c < floats; ++c)
-      record[offset + c] = kindling::lerp(before ? *before++ : own[offset + c], *after++, at.fraction);
+      record[offset + c] = lerp(before ? *before++ : own[offset + c], *after++, at.fraction);
   };
   blend(geometry.normal_offset, 3);
   blend(geometry.tangent_offset, 3);
@@ -54,6 +38,7 @@ const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instanc
                           std::span<const std::vector<M44f>> motions, uint32_t triangle, float time,
                           std::optional<MovingHit>& moving) {
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon() * 16.0f;
+  assert(instance.moving && size_t{triangle} * 3 < geometry.indices.size());
   MovingHit& out = moving.emplace();
   out.instance = instance;
   const uint32_t* index = geometry.indices.data() + size_t{triangle} * 3;
@@ -65,12 +50,13 @@ const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instanc
       magnitude = std::max(magnitude, max_abs(out.positions[corner]));
     }
   } else {
-    const KeyPosition at = between_keys(time, geometry.later_positions.size() + 1);
-    const std::vector<V3f>& before = at.key == 0 ? geometry.positions : geometry.later_positions[at.key - 1];
-    const std::vector<V3f>& after = geometry.later_positions[at.key];
+    const accel::KeyInterval at =
+        accel::key_interval(accel::clamped_time(time), static_cast<uint32_t>(geometry.later_positions.size()));
+    const std::vector<V3f>& before = at.first == 0 ? geometry.positions : geometry.later_positions[at.first - 1];
+    const std::vector<V3f>& after = geometry.later_positions[at.first];
     for (size_t corner = 0; corner < 3; ++corner) {
       const V3f &a = before[index[corner]], &b = after[index[corner]];
-      out.positions[corner] = kindling::lerp(a, b, at.fraction);
+      out.positions[corner] = lerp(a, b, at.fraction);
       magnitude = std::max(magnitude, std::max(max_abs(a), max_abs(b)));
       lerp_record(geometry, index[corner], at, out.copies[corner].data());
       out.records[corner] = out.copies[corner].data();
@@ -79,11 +65,12 @@ const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instanc
   }
   if (instance.motion != accel::kNoId) {
     const std::vector<M44f>& keys = motions[instance.motion];
-    const KeyPosition at = between_keys(time, keys.size());
-    out.instance.object_to_world = lerp(keys[at.key], keys[at.key + 1], at.fraction);
+    const accel::KeyInterval at =
+        accel::key_interval(accel::clamped_time(time), static_cast<uint32_t>(keys.size() - 1));
+    out.instance.object_to_world = accel::between(keys[at.first], keys[at.first + 1], at.fraction);
     out.instance.mirrored = out.instance.object_to_world.determinant() < 0.0f;
-    out.error =
-        kEpsilon * std::max(magnitude_through(keys[at.key], magnitude), magnitude_through(keys[at.key + 1], magnitude));
+    out.error = kEpsilon * std::max(magnitude_through(keys[at.first], magnitude),
+                                    magnitude_through(keys[at.first + 1], magnitude));
   }
   return out;
 }

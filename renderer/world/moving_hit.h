@@ -1,4 +1,4 @@
-// Where the triangle of a hit is at the time of its ray, if it moves.
+// Poses the triangle of a hit at the time of its ray.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,19 +12,20 @@
 
 namespace kindling {
 
-// In place of what still geometry has in its arrays.
+// Replaces the arrays of static geometry.
 struct MovingHit {
   static constexpr size_t kMaxFloats = 3 + 4 + 4 + 2 * Geometry::kMaxTexcoordSets; // of a record
 
-  WorldInstance instance;                              // as it is at that time
+  WorldInstance instance;                              // posed at the time of the ray
   std::array<V3f, 3> positions;                        // in the space of the instance
-  std::array<std::array<float, kMaxFloats>, 3> copies; // of the records of a mesh that deforms
+  std::array<std::array<float, kMaxFloats>, 3> copies; // of the records of a deforming mesh
   std::array<const float*, 3> records;                 // these, or the geometry's own
-  float error = 0.0f; // bound of what interpolation adds to the error of a position, meters
+  float error = 0.0f;                                  // bound of the position error from interpolation, meters
 };
 
-// `motions`: PreparedGeometry::motions. Between keys positions, normals, tangents and the entries of matrices are interpolated linearly;
-// normals and tangents are not unit then. Fills `moving`, and returns what is in it.
+// Fills `moving` and returns its content. `motions` are PreparedGeometry::motions. Between keys
+// positions, normals, tangents and the entries of matrices are interpolated linearly; normals and
+// tangents are not unit then.
 const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instance,
                           std::span<const std::vector<M44f>> motions, uint32_t triangle, float time,
                           std::optional<MovingHit>& moving);

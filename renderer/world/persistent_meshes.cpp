@@ -1,3 +1,4 @@
+// Selects persistent meshes by the animations of the scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/persistent_meshes.h"
 
@@ -29,10 +30,11 @@ void mark_persistent(const PlacedMeshes& placed, const SceneChanges& changes, si
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) f(meshes[m]);
     }
   };
-  size_t lasting = 0, passing = 0; // triangles
-  for_each_in_place(
-      [&](const accel::TriangleMesh& mesh) { (mesh.persistent_id != 0 ? lasting : passing) += mesh.triangle_count(); });
-  if (lasting >= min_triangles && lasting >= kMinPersistentFraction * passing) return;
+  size_t persistent = 0, temporary = 0; // triangles
+  for_each_in_place([&](const accel::TriangleMesh& mesh) {
+    (mesh.persistent_id != 0 ? persistent : temporary) += mesh.triangle_count();
+  });
+  if (persistent >= min_triangles && persistent >= kMinPersistentFraction * temporary) return;
   for_each_in_place([](accel::TriangleMesh& mesh) { mesh.persistent_id = 0; });
 }
 

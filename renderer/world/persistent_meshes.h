@@ -1,4 +1,4 @@
-// Which meshes an accelerator is told to last (accel::TriangleMesh::lasting), so that what is built over them serves other frames too.
+// Persistent meshes: those whose acceleration structures later frames can reuse.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,24 +12,28 @@
 
 namespace kindling {
 
-// What lasts under identity transforms is traced apart from what does not if it has enough triangles, and so many times those of the
-// rest: then a frame saves most of its build, and rays pay little (README.md).
+// Persistent meshes under identity transforms are traced in a tree of their own if they have enough
+// triangles, and this many times those of the rest: then a frame saves most of its build at a small
+// cost per ray (README.md).
 inline constexpr size_t kMinPersistentFraction = 4;
-// Enough are a fixed number, and one for so many samples of the image: a frame of many samples saves less by a build than its rays pay.
+// The minimum is a fixed number, and one triangle for this many samples of the image: for many
+// samples the rays cost more than the build saves.
 inline constexpr uint64_t kMaxSamplesPerPersistentTriangle = 16;
 [[nodiscard]] size_t min_persistent_triangles(size_t fixed, uint64_t image_samples);
 
-// Of a World whose scene was posed at a time.
+// The meshes of a World whose scene was posed at a time.
 struct PlacedMeshes {
   std::span<const Geometry> geometries; // by mesh
-  std::span<const int> baked_nodes;     // for which the first of them have been baked
+  std::span<const int> baked_nodes;     // nodes of the first meshes, which are baked
   std::span<const WorldInstance> instances;
   std::span<const accel::MeshGroup> groups;
 };
 
-// Sets TriangleMesh::lasting of `meshes` by the scene, the moment and the image alone, so that a frame of a sequence is traced as an image of that
-// moment is. Baked meshes last that no animation moves, hides or deforms and whose material none changes; instanced ones always, as long
-// as they do not deform. Those under identity transforms do not, if they do not pay by these numbers.
+// Marks the persistent ones of `meshes` as a function of the scene, the moment and the image alone,
+// so that a frame of a sequence is traced like a single image of that moment. Baked meshes are
+// persistent if no animation moves, hides or deforms them and none changes their material;
+// instanced ones always, unless they deform. Those under identity transforms are only marked if
+// these thresholds are met.
 void mark_persistent(const PlacedMeshes& placed, const SceneChanges& changes, size_t min_triangles,
                      std::vector<accel::TriangleMesh>& meshes);
 

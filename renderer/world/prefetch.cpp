@@ -1,4 +1,4 @@
-// Asks for what shading will read of many hits before it is needed, each step once the step before has brought its addresses.
+// Prefetches the memory of many hits for shading, in steps that depend on each other's addresses.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/prefetch.h"
 #include "renderer/world/moving_hit.h"
@@ -10,7 +10,7 @@
 namespace kindling {
 namespace {
 
-// Of the textures that most materials have.
+// Prefetches the textures that most materials have.
 void prefetch_textures(const ShadingMaterial& material, const TextureLookup& lookup,
                        std::span<const Texture> textures) {
   for (const TextureBinding* binding :
@@ -45,7 +45,7 @@ V3f face_normal(const Geometry& geometry, const WorldInstance& instance, const a
 
 void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
                      std::span<RayFootprint> footprints) const {
-  constexpr size_t kCacheBytes = 256 * 1024; // what is smaller stays in the second-level cache
+  constexpr size_t kCacheBytes = 256 * 1024; // smaller data stays in the second-level cache
   if (statistics_.geometry_bytes + statistics_.texture_bytes <= kCacheBytes) return;
   for (const accel::Hit& hit : hits) {
     if (hit.is_hit()) ::kindling::prefetch(geometries_[hit.mesh].indices.data() + size_t{hit.triangle} * 3);
@@ -73,7 +73,7 @@ void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hi
                                        : face_normal(geometry, instance, hit);
     const SurfaceFootprint seen{rays[i], footprints[i], normal};
     footprints[i].choice = seen.choice();
-    footprints[i].share = seen.share();
+    footprints[i].relative_area = seen.relative_area();
     const HitRecords records(geometry, hit);
     prefetch_textures(material, TextureLookup(textures_, procedurals_, records, seen), textures_);
   }

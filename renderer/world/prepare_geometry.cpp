@@ -1,4 +1,4 @@
-// Decides what is baked and what is instanced.
+// Decides which meshes are baked and which are instanced, and prepares their vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/prepare_geometry.h"
 
@@ -16,10 +16,11 @@ namespace kindling {
 namespace {
 
 constexpr size_t kBoundsGrain = 1U << 14;
-// Of vertices for each thread that may be held twice, as they were read and as they are shaded; and always those of one primitive.
+// Maximum memory per thread of vertices that are stored twice, as read and as prepared; one
+// primitive is always allowed.
 constexpr uint64_t kBytesInHand = 2U << 20;
 
-// Front faces of a mesh with negative determinant are clockwise.
+// True if a matrix mirrors: front faces become clockwise.
 bool is_mirrored(const M44f& m) { return m.determinant() < 0.0f; }
 
 bool is_invertible(const M44f& m) {
@@ -39,8 +40,8 @@ Box3f transformed(const Box3f& box, const M44f& matrix) {
   return result;
 }
 
-// The box of what extend(box, i) adds for i from 0 to `count`. Halves are joined in order, so that even the sign of a zero is that of one
-// loop.
+// Returns the union of the boxes that extend(box, i) adds for i from 0 to `count`. Halves are
+// joined in order, so that even the signs of zeros equal those of a serial loop.
 template <typename Extend>
 Box3f box_of_all(size_t count, size_t grain, const Extend& extend) {
   return tbb::parallel_reduce(
@@ -55,7 +56,7 @@ Box3f box_of_all(size_t count, size_t grain, const Extend& extend) {
       });
 }
 
-// Over all keys.
+// Returns the box over all keys.
 Box3f box_of(const Geometry& geometry) {
   const auto box_of_span = [](std::span<const V3f> positions) {
     return box_of_all(positions.size(), kBoundsGrain, [&](Box3f& box, size_t i) {
@@ -115,7 +116,7 @@ class GeometryPreparation {
       scene_.meshes = std::vector<Mesh>();
       scene_.nodes = std::vector<Node>();
     }
-    parts_.geometries.clear(); // what nobody has taken
+    parts_.geometries.clear(); // unused ones
     find_bounds();
     return std::move(out_);
   }
@@ -126,22 +127,22 @@ class GeometryPreparation {
                                        : static_cast<uint32_t>(primitive.material);
   }
 
-  // One geometry that is to be made.
+  // A geometry to be made.
   struct Job {
     size_t mesh = 0, primitive = 0;
     PosedMesh* posed = nullptr;
     M44f bake;
     uint32_t material = 0;
-    size_t geometry = 0;   // its place
+    size_t geometry = 0;   // index of the result
     uint64_t name = 0;     // Geometry::number
-    bool consumes = false; // nobody else will read the primitive: it is moved out of the scene
+    bool consumes = false; // last use of the primitive: it is moved out of the scene
   };
 
-  // Notes what is to be made of the primitives of one posed mesh, and where it will stand.
+  // Adds the jobs for the primitives of one posed mesh, and their positions in the result.
   void append_mesh(PosedMesh& posed, const M44f& bake, bool last_use) {
     const auto number = static_cast<size_t>(posed.mesh);
     const Mesh& mesh = scene_.meshes[number];
-    const bool consumed = last_use && (!parts_.keep_scene || parts_.still[number] != 0);
+    const bool consumed = last_use && (!parts_.keep_scene || parts_.static_meshes[number] != 0);
     for (size_t p = 0; p < mesh.primitives.size(); ++p) {
       const GeometryKey same_as = key_of(posed, static_cast<uint32_t>(p), bake);
       if (std::optional<Geometry> same = parts_.geometries.take(same_as)) {
@@ -157,14 +158,14 @@ class GeometryPreparation {
     }
   }
 
-  // First what is copied, then what is consumed; in parallel as many as kBytesInHand allows.
+  // Copies first, then consumed primitives; in parallel within the limit of kBytesInHand.
   void make_geometries() {
     std::stable_partition(jobs_.begin(), jobs_.end(), [](const Job& job) { return !job.consumes; });
-    const uint64_t most = static_cast<uint64_t>(tbb::this_task_arena::max_concurrency()) * kBytesInHand;
+    const uint64_t max_bytes = static_cast<uint64_t>(tbb::this_task_arena::max_concurrency()) * kBytesInHand;
     for (size_t begin = 0, end = 0; begin < jobs_.size(); begin = end) {
       for (uint64_t in_hand = 0; end < jobs_.size() && jobs_[end].consumes == jobs_[begin].consumes; ++end) {
         in_hand += vertex_bytes(scene_.meshes[jobs_[end].mesh].primitives[jobs_[end].primitive]);
-        if (end > begin && in_hand > most) break;
+        if (end > begin && in_hand > max_bytes) break;
       }
       tbb::parallel_for(begin, end, [&](size_t i) { make(jobs_[i]); });
     }
@@ -195,7 +196,7 @@ class GeometryPreparation {
             geometry_layout(scene_.materials[material]), bake};
   }
 
-  // What make_geometry() reads.
+  // Returns a copy of the attributes that make_geometry() reads.
   static Primitive copy_for(const PosedMesh& posed, const Primitive& primitive) {
     Primitive copy;
     copy.indices = primitive.indices;
@@ -208,7 +209,7 @@ class GeometryPreparation {
     return copy;
   }
 
-  // Its number.
+  // Returns the index of the group.
   uint32_t append_group(PosedMesh& posed, bool last_use) {
     const auto first = static_cast<uint32_t>(out_.geometries.size());
     append_mesh(posed, M44f(), last_use);
@@ -232,7 +233,7 @@ class GeometryPreparation {
     }
   }
 
-  // What is interpolated between two keys stays within both boxes and what is between them.
+  // Interpolated geometry stays within both boxes and the space between them.
   void find_bounds() {
     std::vector<Box3f> geometry_boxes(out_.geometries.size());
     tbb::parallel_for(size_t{0}, geometry_boxes.size(),
@@ -260,17 +261,19 @@ class GeometryPreparation {
 
 } // namespace
 
-// A mesh that a transform flattens is still seen, but cannot be an instance: rays have no way back into its space.
+// Meshes flattened by a transform are still visible, but cannot be instances: the matrix has no
+// inverse.
 bool BakeChoice::is_baked(const PosedMesh& posed) const {
   return !moves(posed) && (!posed.deformed.empty() || meshes[static_cast<size_t>(posed.mesh)] != 0 ||
                            !is_invertible(posed.mesh_to_world));
 }
 
-// Meshes that stand once are; of the others, those of which copies cost least, as long as all copies together stay within
-// kMaxCopiedTriangles: a second level costs every ray that comes near.
+// Meshes that are placed once are baked. The others are baked in ascending order of the cost of
+// copies, as long as all copies together stay within kMaxCopiedTriangles: a second level costs
+// every ray nearby.
 BakeChoice choose_baked(const std::vector<Mesh>& meshes, const PosedScene& posed) {
   constexpr uint64_t kMaxCopiedTriangles = 1U << 18;
-  std::vector<uint32_t> uses(meshes.size(), 0); // that can be baked
+  std::vector<uint32_t> uses(meshes.size(), 0); // of instances that can be baked
   for (const PosedMesh& mesh : posed.meshes)
     if (mesh.deformed.empty() && !moves(mesh)) ++uses[static_cast<size_t>(mesh.mesh)];
   BakeChoice choice{std::vector<uint8_t>(meshes.size(), 0)};

@@ -1,4 +1,4 @@
-// From posed meshes to what is traced and shaded: vertices, instances, and the keys of what moves.
+// Prepares posed meshes for tracing and shading: vertices, instances and motion keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,25 +15,27 @@ struct WorldParts;
 
 struct PreparedGeometry {
   std::vector<Geometry> geometries; // one per accelerator mesh, baked ones first
-  std::vector<int> nodes;           // of the baked ones: where each has its place from
+  std::vector<int> nodes;           // nodes of the baked ones
   std::vector<WorldInstance> instances;
   std::vector<accel::MeshGroup> groups;
   std::vector<std::vector<M44f>> motions; // by accel::Instance::motion: the matrices of all keys
-  Box3f bounds;                           // of the world, over the shutter; empty if there is nothing
+  Box3f bounds;                           // of the world, over the shutter; empty without geometry
 };
 
-// What is baked: moved to world space, a copy for each place that it stands in.
+// The choice of baked meshes: moved to world space, with a copy for each placement.
 struct BakeChoice {
-  std::vector<uint8_t> meshes; // by mesh: whether those of its instances are that neither deform nor move
+  std::vector<uint8_t> meshes; // by mesh: 1 if instances that neither deform nor move are baked
   [[nodiscard]] bool is_baked(const PosedMesh& posed) const;
 };
 [[nodiscard]] BakeChoice choose_baked(const std::vector<Mesh>& meshes, const PosedScene& posed);
 
-// Meshes that stand once or have few triangles, and deformed ones, are baked into one group in world space: their boxes may overlap as
-// they like without a second level. Other meshes become one group each, and one instance for each node; what moves is never baked, and
-// what deforms over the shutter has a group of its own.
-// Consumes the meshes of both, those of the scene and its nodes as far as `parts` allow (null: all of them), whose geometries are taken where they are the
-// same; WorldParts::keys are those of the result. Primitives without a material have the last one of the scene.
+// Bakes meshes that are placed once or have few triangles, and deformed ones, into one group in
+// world space, where boxes may overlap without a second level. Other meshes become one group each,
+// and one instance per node. Moving meshes are never baked; meshes that deform over the shutter
+// have a group of their own.
+// Consumes the meshes of both arguments, and those of the scene and its nodes as far as `parts`
+// allow (null: all of them). Equal geometries are taken from `parts`, whose WorldParts::keys are
+// set to those of the result. Primitives without a material get the last one of the scene.
 [[nodiscard]] PreparedGeometry prepare_geometry(Scene& scene, PosedScene& posed, WorldParts* parts = nullptr);
 
 } // namespace kindling

@@ -1,3 +1,4 @@
+// Binds textures and folds constants of a material.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/prepare_material.h"
 
@@ -6,7 +7,7 @@
 namespace kindling {
 namespace {
 
-// Binds the slots of one material.
+// Binds the texture slots of one material.
 class Binder {
  public:
   explicit Binder(TextureTable& textures) : textures_(textures) {}

@@ -1,4 +1,4 @@
-// From a material as the file has it to what shading reads.
+// Converts a material of the file to the form that shading reads.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,11 +10,11 @@
 namespace kindling {
 
 struct PreparedMaterial {
-  ShadingMaterial shading;             // but for the index of its layers
-  std::optional<LayerMaterial> layers; // where the plain model is not enough
+  ShadingMaterial shading;             // without the index of its layers
+  std::optional<LayerMaterial> layers; // unless the plain model suffices
 };
 
-// Bindings are numbers of `textures`.
+// Bindings refer to textures by their numbers in `textures`.
 [[nodiscard]] PreparedMaterial prepare_material(const Material& material, TextureTable& textures);
 
 } // namespace kindling

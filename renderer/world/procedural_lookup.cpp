@@ -1,4 +1,4 @@
-// The streams of a hit.
+// Provides the geometric streams of a hit to procedural textures.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/procedural_lookup.h"
 
@@ -13,18 +13,18 @@ namespace {
 
 using Stream = ProceduralStream;
 
-constexpr int kMaxPoints = 4; // of a footprint: with 16 noise is the same for more time (renderer/texture/README.md)
-constexpr float kMaxStretch = 16.0f; // a footprint's longer axis against its shorter one
+constexpr int kMaxPoints = 4; // of a footprint: 16 give the same noise for more time (renderer/texture/README.md)
+constexpr float kMaxStretch = 16.0f; // a footprint's longer axis over its shorter one
 
 V4f extended(const V3f& v, float w = 1.0f) { return {v.x, v.y, v.z, w}; }
 
-// Values at the corners of a triangle, interpolated.
+// Interpolates values at the corners of a triangle.
 class Interpolator {
  public:
   Interpolator(const HitRecords& records, const V2f (&across)[2])
       : barycentric_(records.barycentric), across_{across[0], across[1]} {}
 
-  // `corner(k)` gives a V4f.
+  // `corner(k)` returns a V4f.
   template <typename F>
   [[nodiscard]] ProceduralSample operator()(const F& corner) const {
     const V4f a = corner(0), b = corner(1), c = corner(2);
@@ -39,8 +39,8 @@ class Interpolator {
   V2f across_[2];
 };
 
-// By how much the barycentric coordinates of the second and third corner change across the footprint: along the direction in which the ray grazes
-// the surface, and square to it.
+// Computes the change of the barycentric coordinates of the second and third corner across the
+// footprint: along the ray's projection to the surface, and perpendicular to it.
 void footprint_axes(const V3f (&corners)[3], const SurfaceFootprint& seen, V2f (&across)[2]) {
   const V3f e1 = corners[1] - corners[0], e2 = corners[2] - corners[0];
   const V3f n = e1.cross(e2);
@@ -123,7 +123,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
     }
     }
   }
-  // Over the samples of a key the points of the footprint fill it evenly (Roberts 2018: R2).
+  // Over the samples of a key the points fill the footprint evenly (Roberts 2018: R2).
   const uint32_t key = footprint.ray.key, number_of_sample = footprint.ray.index;
   const V2f shift(to_unit_float(hash_u32(key) + number_of_sample * 0xc13fa9a9U),
                   to_unit_float(hash_u32(key ^ 0x68bc21ebU) + number_of_sample * 0x91e10da5U));

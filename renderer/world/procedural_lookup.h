@@ -1,4 +1,4 @@
-// Procedural textures at one hit: what their graphs read of the surface, and how it changes across the ray's footprint.
+// Evaluates procedural textures at a hit, filtered over the ray's footprint.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,13 +13,15 @@ namespace kindling {
 
 struct SurfaceFootprint;
 
-// All that is read of a World. Positions and normals are those of the moment at which the shutter opens, so that a pattern stays on what moves.
+// The parts of a World that procedural textures read. Positions and normals are those at the
+// opening of the shutter, so patterns move with their objects.
 struct ProceduralScene {
   std::vector<ProceduralTexture> textures;
   std::span<const Texture> images;
   std::span<const WorldInstance> instances;
 
-  // Texture number `number` at a hit: averaged over the footprint, or at the point alone.
+  // Returns the value of texture `number` at a hit, averaged over the footprint if `filtered`, else
+  // at the point.
   [[nodiscard]] V4f sample(int number, const HitRecords& records, const SurfaceFootprint& footprint,
                            bool filtered) const;
 };

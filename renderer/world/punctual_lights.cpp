@@ -1,4 +1,4 @@
-// Lights that are points or directions.
+// Converts punctual and photometric lights of the scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/punctual_lights.h"
 

@@ -1,4 +1,4 @@
-// KHR_lights_punctual and EXT_lights_ies as lights of the world.
+// Converts KHR_lights_punctual and EXT_lights_ies to lights of the world.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

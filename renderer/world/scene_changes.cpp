@@ -1,3 +1,4 @@
+// Collects the nodes, materials and meshes that animation channels target.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/scene_changes.h"
 
@@ -12,13 +13,13 @@ SceneChanges::SceneChanges(const Scene& scene)
     for (const AnimationChannel& channel : animation.channels) {
       if (channel.property != AnimatedProperty::member) {
         if (channel.node != kNone) nodes[static_cast<size_t>(channel.node)] = 1;
-      } else if (channel.member.of == AnimatedMember::Of::material) {
+      } else if (channel.member.owner == AnimatedMember::Owner::material) {
         materials[static_cast<size_t>(channel.member.object)] = 1;
-      } else if (channel.member.of == AnimatedMember::Of::mesh) {
+      } else if (channel.member.owner == AnimatedMember::Owner::mesh) {
         meshes[static_cast<size_t>(channel.member.object)] = 1;
       }
     }
-  std::vector<int> below; // nodes that change
+  std::vector<int> below; // affected nodes
   for (size_t node = 0; node < scene.nodes.size(); ++node)
     if (nodes[node] != 0) below.push_back(static_cast<int>(node));
   while (!below.empty()) {

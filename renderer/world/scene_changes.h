@@ -1,4 +1,4 @@
-// What the animations of a scene may change from one moment to another.
+// The objects of a scene that its animations may change.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,16 +9,16 @@
 
 namespace kindling {
 
-// By number in the scene: 1 where an animation changes it.
+// Flags by index in the scene: 1 if an animation changes the object.
 struct SceneChanges {
-  std::vector<uint8_t> nodes; // moves, hides or deforms it, or a node above it
+  std::vector<uint8_t> nodes; // an animation moves, hides or deforms it or an ancestor
   std::vector<uint8_t> materials;
   std::vector<uint8_t> meshes; // their own weights
 
   SceneChanges() = default;
   explicit SceneChanges(const Scene& scene);
 
-  // Whether the scene has animations.
+  // True if the scene has animations.
   [[nodiscard]] bool any() const { return any_; }
 
  private:

@@ -1,4 +1,4 @@
-// Folds texture transforms.
+// Folds texture transforms into bindings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/shading_material.h"
 
@@ -18,7 +18,7 @@ TextureBinding make_binding(const TextureSlot& slot, int32_t texture) {
   binding.m[3] = -s * slot.scale.x;
   binding.m[4] = c * slot.scale.y;
   binding.m[5] = slot.offset.y;
-  // No primitive keeps a set this high: it reads as (0, 0).
+  // Primitives have no sets this high: they read as (0, 0).
   if (slot.texcoord < 0 || slot.texcoord >= Geometry::kMaxTexcoordSets) {
     binding.texcoord = 0;
     binding.transformed = true;

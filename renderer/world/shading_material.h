@@ -1,4 +1,4 @@
-// A material prepared for look-ups: textures bound, transforms folded, what is constant told apart from what is not.
+// A material prepared for lookups: bound textures, folded transforms, constant parts separated.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,7 @@ struct TextureBinding {
   uint8_t texcoord = 0;
   bool transformed = false;
   float m[6] = {1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f};
-  float area_scale = 1.0f; // by which it scales areas: the absolute determinant
+  float area_scale = 1.0f; // scale of areas: the absolute determinant
 
   [[nodiscard]] bool present() const { return texture != kNone; }
   [[nodiscard]] bool is_procedural() const { return texture < kNone; }
@@ -32,7 +32,7 @@ struct ShadingMaterial {
   float metallic_factor = 1.0f;
   float roughness_factor = 1.0f;
   float normal_scale = 1.0f;
-  Rgb emission_factor{0.0f}; // strength multiplied in
+  Rgb emission_factor{0.0f}; // includes the strength
   float ior = 1.5f;
   float specular_factor = 1.0f;
   Rgb specular_color_factor{1.0f};
@@ -43,9 +43,10 @@ struct ShadingMaterial {
   bool emissive = false;
   bool specular_glossiness = false; // roughness is 1 - (1 - roughness_factor) * A of specular_color
   int32_t layers = kNone;           // index into World's layer materials
-  bool thin_wall = false;           // thin-walled and transmissive: LayerMaterial::thin wall()
+  bool thin_wall = false;           // thin-walled and transmissive: LayerMaterial::thin_wall()
   bool textured = false;            // some binding is present
-  // Nothing but a BSDF, the same everywhere, where there are no vertex colors: constant_bsdf.
+  // The material is a BSDF without textures, equal everywhere unless there are vertex colors:
+  // constant_bsdf.
   bool constant = false;
   BsdfParameters constant_bsdf;
 
@@ -57,7 +58,8 @@ struct ShadingMaterial {
   TextureBinding specular_color;
 };
 
-// KHR_texture_transform: translation * rotation * scale (its README, "Overview").
+// Returns the binding with the folded KHR_texture_transform: translation * rotation * scale (its
+// README, "Overview").
 [[nodiscard]] TextureBinding make_binding(const TextureSlot& slot, int32_t texture);
 
 } // namespace kindling

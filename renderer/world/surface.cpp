@@ -1,4 +1,4 @@
-// From a hit to a surface: interpolation, textures, normal map, error bound; and the cut-out test that rays ask on the way.
+// Surfaces at hits: interpolation, textures, normal maps and error bounds; the hit filter.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "renderer/light/coated_emission.h"
@@ -15,31 +15,35 @@
 namespace kindling {
 namespace {
 
-// Bound of the relative rounding error of n operations: n epsilon / (1 - n epsilon) (Higham 2002, section 3.1).
+// Returns the bound of the relative rounding error of n operations: n epsilon / (1 - n epsilon)
+// (Higham 2002, section 3.1).
 constexpr float gamma(int n) {
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon() * 0.5f;
   return static_cast<float>(n) * kEpsilon / (1.0f - static_cast<float>(n) * kEpsilon);
 }
 
-// Of a point interpolated from three others with coordinates up to `magnitude`; with room for the sums made with it.
+// Returns the error bound of a point interpolated from three others with coordinates up to
+// `magnitude`, with a margin for sums computed with it.
 float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
 
-// Of the slopes of normals whose mean is 2 texel - 1, from its length r: 1 / kappa of a von Mises-Fisher distribution,
-// about (1 - r) / r (Toksvig 2005, "Mipmapping Normal Maps"). What an 8-bit texel cannot tell from a unit vector counts as one.
+// Returns the slope variance of normals whose mean is 2 texel - 1, from its length r: 1 / kappa of
+// a von Mises-Fisher distribution, about (1 - r) / r (Toksvig 2005, "Mipmapping Normal Maps").
+// Vectors that 8 bits cannot distinguish from unit vectors count as unit.
 float variance_of_normals(const Rgb& texel) {
   const float length = (texel * 2.0f - Rgb(1.0f)).length();
   constexpr float kRounding = 1.0f / 256.0f;
   return length > 0.0f ? std::max((1.0f - length) / std::max(length, 0.05f) - kRounding, 0.0f) : 0.0f;
 }
 
-// Perceptual roughness of microfacets on such normals: squared alphas add, 2 / kappa in all (Han et al. 2007, "Frequency Domain Normal
-// Map Filtering", with a lobe that is Gaussian in slopes).
+// Returns the perceptual roughness of microfacets on such normals: squared alphas add, 2 / kappa in
+// all (Han et al. 2007, "Frequency Domain Normal Map Filtering", with a lobe that is Gaussian in
+// slopes).
 float widened(float roughness, float slope_variance) {
   const float alpha2 = square(square(roughness)) + 2.0f * slope_variance;
   return std::sqrt(std::sqrt(std::min(alpha2, 1.0f)));
 }
 
-// Alpha of a base color at the finest level: what rays are tested against.
+// Returns alpha of the base color at the finest level, which rays are tested against.
 float coverage(const ShadingMaterial& material, const HitRecords& records, const TextureLookup& textures) {
   float alpha = material.base_color_factor.w;
   if (material.base_color.present()) alpha *= textures.sample_channel_finest(material.base_color, 3);
@@ -63,7 +67,7 @@ void World::moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, Surf
   surface_of<true>(ray, hit, surface, footprint);
 }
 
-// Two functions, so that what stands still costs what it would if nothing could move.
+// Two instantiations, so that static geometry has no cost of motion.
 template <bool kMoving>
 inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                               const RayFootprint& footprint) const {
@@ -91,7 +95,8 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     p1 = transform_point(m, p1);
     p2 = transform_point(m, p2);
     const float world_magnitude = std::max(max_abs(p0), std::max(max_abs(p1), max_abs(p2)));
-    // The accelerator intersects in object space: its rounding there, carried over, counts as well.
+    // The accelerator intersects in object space: its rounding there, transformed to world space,
+    // counts as well.
     const float scale =
         std::max(std::max(max_abs(V3f(m[0][0], m[0][1], m[0][2])), max_abs(V3f(m[1][0], m[1][1], m[1][2]))),
                  max_abs(V3f(m[2][0], m[2][1], m[2][2])));
@@ -108,7 +113,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   face_normal = face_length > 0.0f ? face_normal / face_length : wo;
   const bool front = face_normal.dot(wo) >= 0.0f;
 
-  // The interpolated normal, on the side that the file gave it.
+  // The interpolated normal, on the side given by the file.
   V3f normal = face_normal;
   if (geometry.normal_offset != Geometry::kAbsent) {
     V3f n = geometry.interpolate3(lookup.records, geometry.normal_offset, lookup.barycentric);
@@ -117,8 +122,8 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
   }
 
-  // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may disagree with the winding: they
-  // follow the side of the face that is seen.
+  // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may
+  // disagree with the winding: they follow the visible side of the face.
   const auto set_normals = [&](const V3f& shading_normal) {
     surface.geometric_normal = front ? face_normal : -face_normal;
     surface.shading_normal =
@@ -138,9 +143,9 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
 
   const SurfaceFootprint seen{ray, footprint, triangle_normal};
   const TextureLookup textures(textures_, procedurals_, lookup, seen);
-  float slope_variance = 0.0f; // of the normals that a coarse level has averaged
+  float slope_variance = 0.0f; // of the normals averaged by a coarse level
   const V3f vertex_normal = normal;
-  V3f tangent, bitangent; // only with has_tangent
+  V3f tangent, bitangent; // valid if has_tangent
   bool has_tangent = false;
   if (geometry.tangent_offset != Geometry::kAbsent) {
     const V4f tangent4 = geometry.interpolate4(lookup.records, geometry.tangent_offset, lookup.barycentric);
@@ -172,7 +177,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   surface.bsdf.base_color =
       Rgb(std::clamp(base.x, 0.0f, 1.0f), std::clamp(base.y, 0.0f, 1.0f), std::clamp(base.z, 0.0f, 1.0f));
 
-  // Rays met what is covered at the finest level: so is coverage counted there, once.
+  // Rays test coverage at the finest level, so alpha uses the same level here.
   if (material.alpha_mode == AlphaMode::blend && material.base_color.present() &&
       textures.is_filtered(material.base_color))
     base.w = coverage(material, lookup, textures);
@@ -207,7 +212,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     VertexFrame vertex{.normal = vertex_normal, .has_tangent = has_tangent, .front = front};
     if (has_tangent) vertex.tangent = tangent, vertex.bitangent = bitangent;
     layers_at(TextureLookup(textures_, procedurals_, lookup, seen), vertex, wo,
-              surface); // its own, so that ours can stay in registers
+              surface); // a separate object, so that ours can stay in registers
   }
 
   if (material.emissive && (front || material.double_sided)) {
@@ -248,8 +253,9 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   }
   if (material.alpha_mode != AlphaMode::blend) return true;
   if ((ray.flags & kHitPartlyTransparent) != 0) return alpha > 0.0f;
-  // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the order of visits. Over the
-  // samples of a pixel the numbers of one triangle are stratified, those of different triangles independent.
+  // Stochastic transparency: the decision depends on the ray and the triangle alone, never on the
+  // traversal order. Over the samples of a pixel the numbers of one triangle are stratified, those
+  // of different triangles independent.
   if (alpha >= 1.0f) return true;
   const uint32_t h = hash_combine(hash_combine(ray.key, candidate.instance), candidate.mesh);
   return Sampler::sample_1d(h, ray.index, candidate.triangle) < alpha;
@@ -262,7 +268,7 @@ World::~World() = default;
 V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
   const V3f& n = surface.geometric_normal;
   const float distance = surface.position_error * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
-  // The bound has room for the rounding of this sum.
+  // The bound has a margin for the rounding of this sum.
   return surface.position + n * (direction.dot(n) < 0.0f ? -distance : distance);
 }
 
@@ -276,7 +282,8 @@ accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light
                  .time = time,
                  .index = index};
   if (light.distance == kInfinity) return ray;
-  // At grazing angles an offset of either end moves the crossing of the light's plane by many times its own size.
+  // At grazing angles an offset of either end moves the intersection with the light's plane by many
+  // times its own size.
   const V3f on_light = surface.position + light.wi * light.distance;
   const float light_error = position_bound(std::max(max_abs(on_light), light.distance));
   const V3f target =

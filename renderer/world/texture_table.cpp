@@ -1,4 +1,4 @@
-// Images and their levels are shared by all textures that read them alike.
+// Builds textures; images and their levels are shared by all textures of the same content.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/texture_table.h"
 
@@ -14,7 +14,7 @@ bool is_color(TextureContent content) {
   return content == TextureContent::color || content == TextureContent::cutout_color;
 }
 
-// An image without alpha has nothing to weigh by: it needs no levels of its own.
+// Images without alpha need no alpha-weighted levels of their own.
 TextureContent kind_of_levels(const Image& image, TextureContent content) {
   const bool has_alpha = image.channels == 2 || image.channels == 4;
   return content == TextureContent::cutout_color && !has_alpha ? TextureContent::color : content;
@@ -44,10 +44,10 @@ Result<std::vector<Texture>> TextureTable::build(TextureMemory* memory, size_t& 
     const Image* image;
     TextureContent content;
     std::shared_ptr<const MipLevels> levels;
-    TextureMemory::Paged paged; // or these
+    TextureMemory::Paged paged; // used instead if paged
   };
   const bool pages = memory && memory->exceeded();
-  std::vector<Job> jobs; // each once
+  std::vector<Job> jobs; // without duplicates
   std::map<std::pair<const Image*, TextureContent>, size_t> job_of;
   std::set<const Image*> images;
   bytes = 0;
@@ -61,7 +61,7 @@ Result<std::vector<Texture>> TextureTable::build(TextureMemory* memory, size_t& 
     in_order[static_cast<size_t>(number)] = {&key, entry->second};
   }
   if (pages) {
-    // One after the other: the levels of one image at a time are in memory.
+    // Serial: the levels of only one image at a time are in memory.
     for (Job& job : jobs) {
       Result<TextureMemory::Paged> paged = memory->page(*job.image, job.content);
       if (!paged) return paged.error();

@@ -1,4 +1,4 @@
-// The textures that the materials of a scene refer to, each image prepared once for each thing it stands for.
+// The textures of a scene's materials; each image is prepared once per content type.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,34 +17,37 @@
 
 namespace kindling {
 
-// Numbers first, while materials are bound; then all of them are built at once, in parallel.
+// Textures are numbered while materials are bound, then all of them are built at once, in parallel.
 class TextureTable {
  public:
-  // What they are numbered by: texture of the scene, content.
+  // Keys are the scene's texture index and the content.
   using Numbers = std::map<std::pair<int, TextureContent>, int32_t>;
 
-  // Borrows them until build() returns.
+  // Borrows the arguments until build() returns.
   explicit TextureTable(std::span<const SceneTexture> sources, std::span<const ProceduralGraph> graphs = {})
       : sources_(sources), graphs_(graphs) {}
 
-  // Where texture `source` of the scene, read as `content`, will stand in what build() gives; kNone if it has no image.
+  // Returns the index in build()'s result of texture `source` of the scene, read as `content`;
+  // kNone if it has no image.
   [[nodiscard]] int32_t number_of(int source, TextureContent content);
   // The same for an output of a graph: below kNone (TextureBinding::procedural()).
   [[nodiscard]] int32_t number_of_procedural(int graph, int output);
 
-  // `bytes`: of all images and their levels in memory, shared ones once. The result does not depend on the number of threads.
-  // Where `memory` (may be null) is exceeded, all are paged: it must outlive the textures, and may fail.
+  // Builds all numbered textures. `bytes` is set to the memory of all images and their levels,
+  // shared ones once. The result does not depend on the number of threads. If the budget of
+  // `memory` (may be null) is exceeded, all textures are paged: it must outlive them, and paging
+  // may fail.
   [[nodiscard]] Result<std::vector<Texture>> build(TextureMemory* memory, size_t& bytes) const;
-  // The same numbers of the same scene give the same textures.
+  // The same numbers for the same scene give the same textures.
   [[nodiscard]] const Numbers& numbers() const { return numbers_; }
-  // Those that have been numbered; once.
+  // Returns the numbered procedural textures; call once.
   [[nodiscard]] std::vector<ProceduralTexture> take_procedurals() { return std::move(procedurals_); }
 
  private:
   std::span<const SceneTexture> sources_;
   std::span<const ProceduralGraph> graphs_;
   Numbers numbers_;
-  std::map<std::pair<int, int>, int32_t> procedural_numbers_; // of graph and output
+  std::map<std::pair<int, int>, int32_t> procedural_numbers_; // by graph and output
   std::vector<ProceduralTexture> procedurals_;
 };
 

@@ -1,4 +1,5 @@
-// The World: the prepared, immutable scene. Rays go to its accelerator, hits come back as surfaces ready to shade.
+// The World: the prepared, immutable scene.
+// Rays are traced by its accelerator; hits become surfaces ready to shade.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,6 +15,7 @@
 #include "renderer/world/procedural_lookup.h"
 #include "renderer/world/shading_material.h"
 
+#include <cassert>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -22,76 +24,79 @@
 
 namespace kindling {
 
-// Ray::flags: partly transparent (BLEND) surfaces are hit wherever alpha is above 0, and SurfacePoint::alpha says how much. Without
-// it their coverage is decided at random on the way, as occlusion needs it.
+// Ray::flags: partly transparent (BLEND) surfaces are hit wherever alpha is above 0, and
+// SurfacePoint::alpha is their coverage. Without the flag coverage is decided stochastically during
+// traversal, for occlusion rays.
 inline constexpr uint32_t kHitPartlyTransparent = 1;
-// Ray::flags: surfaces that light passes in a straight line are not hit where they are smooth enough for it.
+// Ray::flags: surfaces that transmit light in a straight line are not hit where they are smooth
+// enough.
 inline constexpr uint32_t kPassThinWalls = 2;
-// Ray::flags: these alone are hit, wherever their coverage is above 0, and whatever else needs no filter.
+// Ray::flags: only such surfaces are hit, wherever their coverage is above 0, besides geometry that
+// needs no filter.
 inline constexpr uint32_t kHitThinWalls = 4;
 
 class TextureLookup;
 
 // The layers of a material at one point of its surface.
 struct SurfaceLayers {
-  LayerParameters bsdf;       // without what the path and the frame add: eta, clearcoat_normal
-  V3f tangent{0.0f};          // world space, the direction of anisotropy; zero: there is none
-  V3f clearcoat_normal{0.0f}; // world space, unit, on the side of wo; only where there is a coat
+  LayerParameters bsdf;       // without eta and clearcoat_normal, which depend on path and frame
+  V3f tangent{0.0f};          // world space, the direction of anisotropy; zero: none
+  V3f clearcoat_normal{0.0f}; // world space, unit, on the side of wo; only with a coat
   bool boundary = false;      // of a medium: World::medium()
   bool entering = false;      // wo is on its outer side
   bool thin_wall = false;     // light may pass in a straight line: LayeredBsdf::straight_transmittance()
-  bool transmits = false;     // light comes through it on other ways that can be evaluated
+  bool transmits = false;     // transmits light in directions that can be evaluated
 };
 
-// A point on a surface, in world space, as an integrator needs it.
+// A point on a surface, in world space, with all data for an integrator.
 struct SurfacePoint {
   V3f position;
-  float position_error = 0.0f;               // bound of the distance between `position` and the true hit, meters
-  V3f geometric_normal;                      // unit, on the side of wo
-  V3f shading_normal;                        // unit, on the side of wo: normal-mapped, bent where it would face away
-  float alpha = 1.0f;                        // coverage, below 1 for BLEND materials alone
-  Rgb emitted{0.0f};                         // towards wo where covered, all of it
-  uint32_t emissive_triangle = accel::kNoId; // number in the LightSet: it can be sampled there, so MIS applies
-  bool unlit = false;                        // reflects nothing: `emitted` is the whole of it
-  bool layered = false;                      // `layers` are set
+  float position_error = 0.0f; // bound of the distance between `position` and the true hit, meters
+  V3f geometric_normal;        // unit, on the side of wo
+  V3f shading_normal;          // unit, on the side of wo: normal-mapped, corrected where it would face away
+  float alpha = 1.0f;          // coverage; below 1 only for BLEND materials
+  Rgb emitted{0.0f};           // radiance towards wo where covered
+  uint32_t emissive_triangle = accel::kNoId; // index in the LightSet: light sampling can reach it, so MIS applies
+  bool unlit = false;                        // reflects nothing: only `emitted` counts
+  bool layered = false;                      // `layers` is valid
   uint32_t material = 0;                     // index for reports, and for World::medium()
   BsdfParameters bsdf;
   SurfaceLayers layers;
 
   [[nodiscard]] bool has_thin_wall() const { return layered && layers.thin_wall; }
-  // For light sampling: zero where light from all around is wanted.
+  // Returns the normal for light sampling: zero if light from all directions counts.
   [[nodiscard]] V3f light_normal() const { return layered && layers.transmits ? V3f(0.0f) : geometric_normal; }
 };
 
-// What the ray that met a surface stands for.
+// The footprint of a ray on the surface that it hit.
 struct RayFootprint {
   float width_m = 0.0f; // diameter of its cone at the hit; 0 reads textures at their finest level
-  // False where the emission of lights that are sampled as well has to be what their sampling sees: the finest level. True for rays
-  // with which no light sampling competes.
+  // True if emission is texture-filtered, for rays without competing light sampling. False if light
+  // sampling must see the same emission: the finest level.
   bool filters_emission = false;
-  float share = -1.0f; // of twice the triangle, by SurfaceFootprint; below 0: not known yet
-  float choice = 0.0f; // likewise, where the share is known
+  float relative_area = -1.0f; // relative to twice the triangle, by SurfaceFootprint; below 0: not yet known
+  float choice = 0.0f;         // likewise, valid if the area is known
 };
 
-// What moves while the shutter is open.
+// Statistics of motion while the shutter is open.
 struct MotionStatistics {
   size_t moving_instance_count = 0;
   size_t deforming_mesh_count = 0;
-  size_t max_keys = 0;  // of any of them
-  size_t key_bytes = 0; // of matrices, and of vertices after the opening
+  size_t max_keys = 0;  // maximum over all objects
+  size_t key_bytes = 0; // matrices, and vertices after the opening
 };
 
-// What the steps of a build took.
+// Times of the build steps.
 struct BuildTimes {
-  WorkTime textures; // their levels
-  WorkTime geometry; // vertices packed
-  WorkTime lights;   // collected, and their tree
+  WorkTime textures; // texture levels
+  WorkTime geometry; // vertex packing
+  WorkTime lights;   // collection and light tree
   WorkTime accelerator;
 };
 
 struct WorldStatistics {
   double build_s = 0.0;
-  BuildTimes times; // parts of it
+  BuildTimes times; // of the steps
   size_t geometry_bytes = 0;
   size_t texture_bytes = 0;
   size_t light_bytes = 0;
@@ -107,39 +112,45 @@ class World {
   World& operator=(const World&) = delete;
 
   [[nodiscard]] const accel::Accelerator& accelerator() const { return *accelerator_; }
-  // What it was built from: others can be built over the same geometry, as long as the World lives.
+  // Returns the input of the accelerator: others can be built over the same geometry, as long as
+  // the World lives.
   [[nodiscard]] accel::BuildInput accelerator_input() const {
     return {accel_meshes_, accel_groups_, instances_, accel_motions_, {&World::accept_hit, this}};
   }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
-  // Bounds of all geometry, over the shutter; a unit box around the origin if there is none.
+  // Returns the bounds of all geometry over the shutter; a unit box around the origin if there is
+  // none.
   [[nodiscard]] const Box3f& bounds() const { return bounds_; }
-  // Whether anything, or a light, moves while the shutter is open: only then does the time of a ray mean something.
+  // True if any object or light moves while the shutter is open; only then ray times matter.
   [[nodiscard]] bool has_motion() const { return has_motion_; }
 
-  // Asks for the memory that surface_at() will read for these hits, a few dozen of them: a request for one hides behind
-  // those for others. One ray and one footprint for each hit, the ones surface_at() will be given: what it finds out of footprints is noted in them.
+  // Prefetches the memory that surface_at() reads for these hits, up to a few dozen: their
+  // latencies overlap. There must be one ray and one footprint per hit, those passed to
+  // surface_at() later; computed footprint values are stored in them.
   void prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
                 std::span<RayFootprint> footprints) const;
-  // The surface that `ray` met at `hit` (hit.is_hit()), wo = -direction, as it is at ray.time. `ray.direction` must be unit.
+  // Computes the surface that `ray` hit at `hit` (hit.is_hit()), posed at ray.time; wo =
+  // -direction. `ray.direction` must be unit.
   void surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint = {}) const;
 
-  // Whether the parameters of its BSDF and layers are the same all over the mesh that was hit: no textures, no colors at vertices.
+  // True if BSDF and layer parameters are constant over the mesh that was hit: no textures, no
+  // vertex colors.
   [[nodiscard]] bool is_uniform(const accel::Hit& hit) const {
     const Geometry& geometry = geometries_[hit.mesh];
     return geometry.color_offset == Geometry::kAbsent && !materials_[geometry.material].textured;
   }
   [[nodiscard]] size_t material_count() const { return materials_.size(); }
 
-  // Texture coordinate set 0, before any transform; (0, 0) where there is none.
+  // Returns texture coordinate set 0 before any transform; (0, 0) if absent.
   [[nodiscard]] V2f texcoord_at(const accel::Hit& hit) const;
 
-  // Inside of meshes with this material, SurfacePoint::layers.boundary.
+  // Returns the medium inside of meshes with this material (SurfacePoint::layers.boundary).
   [[nodiscard]] const Medium& medium(uint32_t material) const {
+    assert(material < materials_.size() && materials_[material].layers != kNone);
     return media_[static_cast<size_t>(materials_[material].layers)];
   }
-  // Whether any surface may let light pass in a straight line.
+  // True if any surface may transmit light in a straight line.
   [[nodiscard]] bool has_thin_walls() const { return has_thin_walls_; }
 
   [[nodiscard]] const std::string& material_name(uint32_t material) const;
@@ -149,14 +160,14 @@ class World {
   friend class WorldBuilder;
   World() = default;
 
-  // What the vertices of a hit give, in world space, as the file has it: on the front side.
+  // The frame interpolated from the vertices of a hit, in world space, on the front side.
   struct VertexFrame {
     V3f normal;
     V3f tangent{0.0f}, bitangent{0.0f};
     bool has_tangent = false;
     bool front = true; // wo is on the front side
   };
-  // surface_at() of what moves, and of either.
+  // surface_at() for moving objects, and the common template.
   [[gnu::noinline]] void moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                                            const RayFootprint& footprint) const;
   template <bool kMoving>
@@ -176,11 +187,11 @@ class World {
   std::vector<std::string> material_names_;
   std::vector<WorldInstance> instances_;   // one per accelerator instance
   std::vector<std::vector<M44f>> motions_; // by WorldInstance::motion: the matrices of all keys
-  std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: number of its first triangle in the LightSet
+  std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: index of its first triangle in the LightSet
   std::vector<accel::TriangleMesh> accel_meshes_; // borrow from geometries_
   std::vector<accel::MeshGroup> accel_groups_;
-  std::vector<std::span<const M44f>> accel_motions_; // likewise from motions_
-  // Likewise from geometries_: one entry for each mesh that deforms.
+  std::vector<std::span<const M44f>> accel_motions_; // borrow from motions_
+  // Borrow from geometries_: one entry for each deforming mesh.
   std::vector<std::vector<std::span<const V3f>>> accel_keys_;
   std::unique_ptr<accel::Accelerator> accelerator_;
   std::unique_ptr<LightSet> lights_;
@@ -188,12 +199,14 @@ class World {
   WorldStatistics statistics_;
 };
 
-// Where a new ray may start so that it cannot meet the surface it leaves: off the surface on the side of `direction` by
-// the error bound of the point (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th ed., section 6.8.6).
+// Returns an origin for new rays that cannot hit the surface they leave: offset from the surface on
+// the side of `direction` by the error bound of the point (Pharr, Jakob and Humphreys, "Physically
+// Based Rendering", 4th ed., section 6.8.6).
 [[nodiscard]] V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction);
 
-// The shadow ray from a surface to a light sample: starts off the surface, aims at the sampled point from there, and ends just
-// before the light's own surface, by the error bounds of both. t counts in meters. `time`: of the ray that met the surface.
+// Returns the shadow ray from a surface to a light sample: it starts off the surface, aims at the
+// sampled point from there, and ends just before the light's own surface, by the error bounds of
+// both. t is in meters. `time` is that of the ray that hit the surface.
 [[nodiscard]] accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key,
                                          uint32_t index, float time);
 

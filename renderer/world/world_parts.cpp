@@ -1,3 +1,4 @@
+// Storage of geometries that later Worlds can reuse.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_parts.h"
 

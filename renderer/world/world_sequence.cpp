@@ -1,4 +1,4 @@
-// Compares moments, and hands parts on.
+// Compares moments and reuses parts of the previous World.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_sequence.h"
 
@@ -28,12 +28,13 @@ bool all_same(const std::vector<T>& a, const std::vector<T>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const T& x, const T& y) { return same(x, y); });
 }
 
-// The numbers that animations have set of materials, lights and meshes.
+// Returns the values that animations have set in materials, lights and meshes.
 std::vector<float> animated_numbers(Scene& scene) {
   std::vector<float> numbers;
   for (const Animation& animation : scene.animations)
     for (const AnimationChannel& channel : animation.channels) {
-      if (channel.property != AnimatedProperty::member || channel.member.of == AnimatedMember::Of::camera) continue;
+      if (channel.property != AnimatedProperty::member || channel.member.owner == AnimatedMember::Owner::camera)
+        continue;
       const std::span<float> values = animated_values(scene, channel.member);
       numbers.insert(numbers.end(), values.begin(), values.end());
     }
@@ -44,21 +45,22 @@ std::vector<float> animated_numbers(Scene& scene) {
 
 std::vector<uint8_t> find_static_meshes(const Scene& scene) {
   const SceneChanges changes(scene);
-  std::vector<uint8_t> still(scene.meshes.size());
-  for (size_t mesh = 0; mesh < still.size(); ++mesh) still[mesh] = changes.meshes[mesh] == 0 ? 1 : 0;
+  std::vector<uint8_t> is_static(scene.meshes.size());
+  for (size_t mesh = 0; mesh < is_static.size(); ++mesh) is_static[mesh] = changes.meshes[mesh] == 0 ? 1 : 0;
   std::vector<uint32_t> uses(scene.meshes.size(), 0);
   for (size_t i = 0; i < scene.nodes.size(); ++i) {
     const Node& node = scene.nodes[i];
     if (node.mesh == kNone) continue;
     const auto mesh = static_cast<size_t>(node.mesh);
-    if (++uses[mesh] > 1 || changes.nodes[i] != 0 || node.skin != kNone || !node.gpu_instances.empty()) still[mesh] = 0;
+    if (++uses[mesh] > 1 || changes.nodes[i] != 0 || node.skin != kNone || !node.gpu_instances.empty())
+      is_static[mesh] = 0;
   }
   for (size_t mesh = 0; mesh < scene.meshes.size(); ++mesh)
     for (const Primitive& primitive : scene.meshes[mesh].primitives)
       if (!primitive.targets.empty() ||
           (primitive.material != kNone && changes.materials[static_cast<size_t>(primitive.material)] != 0))
-        still[mesh] = 0;
-  return still;
+        is_static[mesh] = 0;
+  return is_static;
 }
 
 WorldSequence::WorldSequence() : parts_(std::make_unique<WorldParts>()) {}
@@ -73,7 +75,7 @@ Result<const World*> WorldSequence::next(Scene& scene, PosedScene posed, const W
                                          const CancelToken* cancel, ProgressListener* listener) {
   const std::vector<float> members = animated_numbers(scene);
   if (is_shown(posed, members)) {
-    if (listener) listener->on_info("nothing but the camera has changed: the world of the frame before");
+    if (listener) listener->on_info("only the camera has changed: the previous frame's world is reused");
     return world_.get();
   }
   shown_.reset();
@@ -81,8 +83,8 @@ Result<const World*> WorldSequence::next(Scene& scene, PosedScene posed, const W
   if (more && std::none_of(posed.meshes.begin(), posed.meshes.end(), deforms))
     shown_ = {posed.meshes, posed.lights, members};
   parts_->keep_scene = more;
-  if (more && parts_->still.empty()) parts_->still = find_static_meshes(scene);
-  Scene last; // its nodes and all else go when the World is there
+  if (more && parts_->static_meshes.empty()) parts_->static_meshes = find_static_meshes(scene);
+  Scene last; // freed with its nodes once the World exists
   if (!more) last = std::move(scene);
   Result<std::unique_ptr<World>> world =
       build_world_of_parts(more ? scene : last, std::move(posed), options, *parts_, cancel, listener);

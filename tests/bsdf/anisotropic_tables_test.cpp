@@ -1,4 +1,4 @@
-// The tables of the anisotropic albedo against a quadrature that shares nothing with the generator.
+// Tests of the anisotropic albedo tables against an independent quadrature.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/anisotropic_albedo.h"
 
@@ -20,7 +20,8 @@ struct AnisotropicReference {
   double b = 0.0;
 };
 
-// Over half vectors: slopes alpha t (cos psi, sin psi) with t^2 = u / (1 - u) make D cos(theta_h) uniform in u and psi.
+// Integrates over half vectors: slopes alpha t (cos psi, sin psi) with t^2 = u / (1 - u) make D
+// cos(theta_h) uniform in u and psi.
 AnisotropicReference integrate_anisotropic(const V3d& wo, double alpha_x, double alpha_y) {
   constexpr int kRadial = 250;
   constexpr int kAngular = 250;
@@ -49,8 +50,8 @@ AnisotropicReference integrate_anisotropic(const V3d& wo, double alpha_x, double
   return {sum.e * n, sum.b * n};
 }
 
-// The accuracy that anisotropic_albedo.h states.
-TEST(AnisotropicTables, LookUpKeepsItsPromise) {
+// Verifies the accuracy that anisotropic_albedo.h states.
+TEST(AnisotropicTables, LookupStaysWithinStatedError) {
   Random random(1);
   double worst = 0.0;
   double squares = 0.0;
@@ -75,8 +76,8 @@ TEST(AnisotropicTables, LookUpKeepsItsPromise) {
   RecordProperty("rms", std::to_string(std::sqrt(squares / kCases)));
 }
 
-// Without anisotropy it is the table of GgxAlbedoTable, as far as its coarser grid goes; and the axes are not mixed up.
-TEST(AnisotropicTables, AgreesWithTheIsotropicTable) {
+// Without anisotropy it equals GgxAlbedoTable up to its coarser grid, with x and y not swapped.
+TEST(AnisotropicTables, AgreesWithIsotropicTable) {
   Random random(2);
   for (int i = 0; i < 2000; ++i) {
     const float roughness = 0.02f + 0.98f * random.next_1d();
@@ -93,7 +94,7 @@ TEST(AnisotropicTables, AgreesWithTheIsotropicTable) {
   }
 }
 
-TEST(AnisotropicTables, AveragesAreThoseOfTheLookUp) {
+TEST(AnisotropicTables, AveragesMatchLookup) {
   for (const float roughness : {0.05f, 0.3f, 0.7f}) {
     for (const float alpha_x : {0.5f, 1.0f}) {
       const AnisotropicAlbedoTable table(alpha_x, roughness * roughness);

@@ -1,4 +1,4 @@
-// The dielectric lobe in the mean: samples against their density on the whole sphere, the white furnace, albedos.
+// Statistical tests of the dielectric lobe: sampling against its pdf, white furnace, albedos.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_lobe.h"
 #include "renderer/bsdf/layer_parameters.h"
@@ -51,9 +51,9 @@ std::vector<DielectricParameters> interface_grid() {
   return all;
 }
 
-// The sphere as two hemispheres, each in the stereographic plane, where narrow lobes stay round: what goes to the other side counts as
-// absorbed, with the probability that the density leaves over.
-TEST(DielectricLobeStatistical, SamplesFollowTheirDensity) {
+// Tests each hemisphere of the sphere in the stereographic plane, where narrow lobes stay round.
+// Samples on the other side count as absorbed, with the probability that the density leaves over.
+TEST(DielectricLobeStatistical, SamplingMatchesPdf) {
   const std::vector<DielectricParameters> all = interface_grid();
   constexpr float kViews[] = {0.95f, 0.5f, 0.1f};
   constexpr int kSamples = 40000;
@@ -90,7 +90,7 @@ TEST(DielectricLobeStatistical, SamplesFollowTheirDensity) {
         error += result.absorbed * (1.0 - result.absorbed) / kSamples;
       }
       if (p.alpha_x < 0.001f) continue;
-      // The density and what is lost make up all draws.
+      // The integral of the density and the lost fraction make up all draws.
       EXPECT_NEAR(integral + lost, 1.0, 4.0 * std::sqrt(error) + 2e-3) << describe_interface(p, mu);
     }
   }
@@ -124,7 +124,7 @@ Passed mean_passed(const DielectricLobe& lobe, uint64_t seed, int samples) {
   return mean;
 }
 
-// What the tables may add to or take from a white interface, relatively: README.md.
+// Returns the relative error of the tables on a white interface: README.md.
 double table_error(const DielectricParameters& p) { return p.thin_walled ? 3e-3 : p.eta > 1.0f ? 0.012 : 0.03; }
 
 TEST(DielectricLobeStatistical, WhiteFurnace) {
@@ -150,8 +150,8 @@ TEST(DielectricLobeStatistical, WhiteFurnace) {
   }
 }
 
-// Tinted, colored and with a film: never above 1; the estimates are near what is sampled.
-TEST(DielectricLobeStatistical, NothingGivesMoreThanItReceives) {
+// Tinted, colored and with a film: never above 1; the estimates are close to the sampled albedos.
+TEST(DielectricLobeStatistical, ConservesEnergy) {
   Random random(9);
   for (uint64_t i = 0; i < 300; ++i) {
     DielectricParameters p = interface(random.next_1d(), 1.02f + 1.4f * random.next_1d(), i % 3 == 0);

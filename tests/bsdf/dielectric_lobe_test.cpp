@@ -1,4 +1,5 @@
-// Exact properties of the dielectric lobe: reciprocity, deltas, total reflection, thin thin walls, agreement of eval and sample, bad input.
+// Tests of exact properties of the dielectric lobe.
+// Reciprocity, deltas, total reflection, thin walls, agreement of eval and sample, invalid input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_lobe.h"
 
@@ -40,7 +41,7 @@ DielectricParameters random_interface(Random& random) {
   return p;
 }
 
-TEST(DielectricLobe, ReflectionIsReciprocalButForTheCompensation) {
+TEST(DielectricLobe, ReflectionIsReciprocalUpToCompensation) {
   Random random(1);
   for (int i = 0; i < 20000; ++i) {
     const DielectricParameters p = random_interface(random);
@@ -55,7 +56,7 @@ TEST(DielectricLobe, ReflectionIsReciprocalButForTheCompensation) {
 }
 
 // f(a, b) / eta^2 = f(b, a): radiance is not scaled on refraction.
-TEST(DielectricLobe, RefractionIsReciprocalInTheGeneralSense) {
+TEST(DielectricLobe, RefractionIsReciprocalUpToEtaSquared) {
   Random random(2);
   int compared = 0;
   for (int i = 0; i < 100000; ++i) {
@@ -65,7 +66,7 @@ TEST(DielectricLobe, RefractionIsReciprocalInTheGeneralSense) {
     const auto s = lobe.sample(0.999f, random.next_2d());
     if (!s || s->wi.z > -0.02f) continue;
     const Rgb forward = lobe.eval(s->wi).value / (-s->wi.z * lobe.compensation());
-    // Seen from the other side: mirrored, so that it is above.
+    // Mirrors the direction to view it from the other side.
     const V3f b(s->wi.x, s->wi.y, -s->wi.z);
     DielectricParameters q = p;
     q.eta = 1.0f / p.eta;
@@ -103,7 +104,7 @@ TEST(DielectricLobe, SampleAgreesWithEval) {
   EXPECT_GT(transmitted, 60000);
 }
 
-TEST(DielectricLobe, SmoothInterfaceIsADelta) {
+TEST(DielectricLobe, SmoothInterfaceIsDelta) {
   DielectricParameters p;
   p.alpha_x = p.alpha_y = 0.0005f;
   p.tint = {1.0f, 0.5f, 0.25f};
@@ -124,7 +125,7 @@ TEST(DielectricLobe, SmoothInterfaceIsADelta) {
   EXPECT_NEAR(lobe.transmitted_albedo().y, 0.5f * (1.0f - f), 1e-6f);
   EXPECT_EQ(lobe.eval(refracted->wi).pdf, 0.0f);
   EXPECT_EQ(lobe.eval(reflected->wi).value, Rgb(0.0f));
-  // In the mean over u_lobe: F and tint (1 - F).
+  // Averages over u_lobe: F and tint (1 - F).
   Rgb up(0.0f), down(0.0f);
   for (int i = 0; i < 10000; ++i) {
     const auto s = lobe.sample((static_cast<float>(i) + 0.5f) / 10000.0f, {0.5f, 0.5f});
@@ -135,12 +136,12 @@ TEST(DielectricLobe, SmoothInterfaceIsADelta) {
   EXPECT_NEAR(down.z, 0.25f * (1.0f - f), 2e-4f);
 }
 
-TEST(DielectricLobe, TotalReflectionIsTotal) {
+TEST(DielectricLobe, TotalInternalReflectionReflectsAll) {
   for (const float roughness : {0.0f, 0.1f}) {
     DielectricParameters p;
     p.alpha_x = p.alpha_y = square(roughness);
     p.eta = 1.0f / 1.5f;
-    p.specular = 0.0f; // no reflection but the total one
+    p.specular = 0.0f; // total reflection only
     p.tint = Rgb(0.0f);
     const float cos_o = roughness > 0.0f ? 0.3f : 0.7f; // the critical angle has 0.745
     const DielectricLobe lobe(p, V3f(std::sqrt(1.0f - cos_o * cos_o), 0.0f, cos_o));
@@ -159,7 +160,7 @@ TEST(DielectricLobe, TotalReflectionIsTotal) {
   }
 }
 
-TEST(DielectricLobe, SpecularZeroLeavesNoReflection) {
+TEST(DielectricLobe, ZeroSpecularHasNoReflection) {
   DielectricParameters p;
   p.specular = 0.0f;
   for (const float alpha : {0.0f, 0.2f}) {
@@ -173,9 +174,10 @@ TEST(DielectricLobe, SpecularZeroLeavesNoReflection) {
   }
 }
 
-// One surface of a thin wall stands for both of its interfaces and lets 1 - F pass; a thin wall modelled as two such surfaces lets (1 - F)^2
-// pass, tinted twice, and with the light that goes to and fro between them (1 - F) / (1 + F).
-TEST(DielectricLobe, ThinThinWallsTransmitAsTheExtensionSays) {
+// One surface of a thin wall stands for both interfaces and transmits 1 - F. A thin wall modeled as
+// two such surfaces transmits (1 - F)^2, tinted twice, and (1 - F) / (1 + F) with interreflections
+// between them.
+TEST(DielectricLobe, ThinWallTransmittanceMatchesExtension) {
   DielectricParameters p;
   p.thin_walled = true;
   p.tint = {1.0f, 0.5f, 0.25f};
@@ -187,12 +189,12 @@ TEST(DielectricLobe, ThinThinWallsTransmitAsTheExtensionSays) {
     EXPECT_NEAR(straight.y, 0.5f * (1.0f - f), 1e-6f);
     EXPECT_EQ(lobe.transmitted_albedo(), Rgb(0.0f));
     EXPECT_NEAR(lobe.reflected_albedo().x + straight.x, 1.0f, 1e-6f);
-    // From behind, and with the index given the other way round.
+    // From behind, and with the inverse index.
     p.eta = 1.0f / 1.5f;
     EXPECT_NEAR(DielectricLobe(p, V3f(std::sqrt(1.0f - cos_o * cos_o), 0.0f, cos_o)).straight_transmittance().x,
                 straight.x, 1e-6f);
     p.eta = 1.5f;
-    // Two surfaces, ten reflections between them.
+    // Two surfaces with ten reflections between them.
     const float r = lobe.reflected_albedo().x;
     float thin_wall = 0.0f, between = straight.x;
     for (int i = 0; i < 10; ++i) {
@@ -200,7 +202,7 @@ TEST(DielectricLobe, ThinThinWallsTransmitAsTheExtensionSays) {
       between *= r * r;
     }
     EXPECT_NEAR(thin_wall, (1.0f - f) / (1.0f + f), 1e-5f);
-    // What is sampled is the reflection alone, with the same albedo.
+    // Sampling yields the reflection only, with the same albedo.
     Random random(5);
     double sum = 0.0;
     for (int i = 0; i < 2000; ++i) {
@@ -213,8 +215,8 @@ TEST(DielectricLobe, ThinThinWallsTransmitAsTheExtensionSays) {
   }
 }
 
-// Above and below add up to what a mirror of the same facets reflects, in value and in density.
-TEST(DielectricLobe, ThinWallIsMirroredBelow) {
+// Values and densities above and below add up to those of a mirror with the same facets.
+TEST(DielectricLobe, ThinWallTransmissionMirrorsReflection) {
   DielectricParameters p;
   p.alpha_x = 0.2f;
   p.alpha_y = 0.1f;
@@ -235,7 +237,7 @@ TEST(DielectricLobe, ThinWallIsMirroredBelow) {
   }
 }
 
-TEST(DielectricLobe, AnyInputGivesFiniteValues) {
+TEST(DielectricLobe, InvalidInputGivesFiniteValues) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const float odd[] = {0.0f, 1.0f, -1.0f, 1e-30f, 1e30f, kNan, kInfinity, 1e-4f, 0.999f};
   Random random(7);

@@ -1,4 +1,4 @@
-// The tables of rough dielectric interfaces against a quadrature that shares nothing with the generator.
+// Tests of the dielectric albedo tables against an independent quadrature.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_albedo.h"
 
@@ -18,9 +18,10 @@ struct DielectricReference {
   double e = 0.0, p = 0.0, q = 0.0, reflected = 0.0;
 };
 
-// Over all normals instead of the visible ones: tan(theta_h) = alpha sqrt(u / (1 - u)) makes D cos(theta_h) uniform in u; the
-// reflection is the integral of F G2 (wo . h) / (mu_o cos(theta_h)) over it, the refraction likewise. u is graded towards 1, where
-// grazing views find their facets. Fresnel's equations by the angles.
+// Integrates over all normals instead of the visible ones: tan(theta_h) = alpha sqrt(u / (1 - u))
+// makes D cos(theta_h) uniform in u. The reflection is the integral of F G2 (wo . h) / (mu_o
+// cos(theta_h)) over it, the refraction likewise. u is graded towards 1, where the facets of
+// grazing views lie. Fresnel's equations are evaluated by angles.
 DielectricReference integrate_dielectric(double mu, double alpha, double eta) {
   constexpr int kRadial = 300;
   constexpr int kAngular = 300;
@@ -72,7 +73,7 @@ DielectricAlbedo look_up(double mu, double roughness, double eta) {
   return dielectric_albedo(static_cast<float>(mu), r, r * r, static_cast<float>(eta));
 }
 
-TEST(DielectricTables, NodesAreTheIntegrals) {
+TEST(DielectricTables, NodesMatchQuadrature) {
   const auto check = [](const DielectricTableShape& shape, bool outside) {
     for (uint32_t k = 0; k < shape.eta; k += 3) {
       for (uint32_t j = 1; j < shape.roughness; j += 5) {
@@ -98,8 +99,9 @@ TEST(DielectricTables, NodesAreTheIntegrals) {
   check(kDielectricInside, false);
 }
 
-// Between the nodes: what the README states. The error that counts is relative, as e divides.
-TEST(DielectricTables, InterpolationKeepsItsPromise) {
+// Verifies the interpolation error that the README states. The relative error counts, since e is a
+// divisor.
+TEST(DielectricTables, InterpolationStaysWithinStatedError) {
   for (const bool outside : {true, false}) {
     Random random(outside ? 1 : 2);
     double worst = 0.0, squares_e = 0.0, squares_reflected = 0.0;

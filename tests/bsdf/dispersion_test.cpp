@@ -1,4 +1,4 @@
-// Dispersion: the Abbe number put in comes out of a prism; the weights of drawn wavelengths keep white white.
+// Tests of dispersion: prisms reproduce the Abbe number, and wavelength weights keep white neutral.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
 #include "renderer/bsdf/fresnel.h"
@@ -14,7 +14,8 @@ constexpr float kF = 486.1f;
 constexpr float kD = 587.6f;
 constexpr float kC = 656.3f;
 
-// A ray in the xy plane through a prism of 60 degrees, in double: the angle by which it turns, in radians.
+// Returns the deviation in radians of a ray in the xy plane through a prism of 60 degrees, in
+// double precision.
 double prism_deviation(double ior, double incidence) {
   const double apex = std::acos(0.5);
   const double inside = std::asin(std::sin(incidence) / ior);
@@ -22,14 +23,14 @@ double prism_deviation(double ior, double incidence) {
   return incidence + exit - apex;
 }
 
-// From the minimal deviation: n = sin((apex + deviation) / 2) / sin(apex / 2).
+// From the minimum deviation: n = sin((apex + deviation) / 2) / sin(apex / 2).
 double index_of_deviation(double ior) {
   const double apex = std::acos(0.5);
   const double deviation = prism_deviation(ior, std::asin(ior * std::sin(0.5 * apex)));
   return std::sin(0.5 * (apex + deviation)) / std::sin(0.5 * apex);
 }
 
-TEST(Dispersion, APrismMeasuresTheAbbeNumber) {
+TEST(Dispersion, PrismReproducesAbbeNumber) {
   for (const float ior : {1.33f, 1.5168f, 1.7f}) {
     for (const float abbe : {20.0f, 35.0f, 64.2f}) {
       const float dispersion = 20.0f / abbe;
@@ -37,24 +38,24 @@ TEST(Dispersion, APrismMeasuresTheAbbeNumber) {
       const double n_d = index_of_deviation(static_cast<double>(dispersed_ior(ior, dispersion, kD)));
       const double n_c = index_of_deviation(static_cast<double>(dispersed_ior(ior, dispersion, kC)));
       EXPECT_NEAR(n_d, static_cast<double>(ior), 1e-6);
-      // Indices are floats (6e-8 at most) and their difference is 5e-3 or more.
+      // Indices are floats (6e-8 at most) and their difference is at least 5e-3.
       EXPECT_NEAR((n_d - 1.0) / (n_f - n_c), static_cast<double>(abbe), 1e-4 * static_cast<double>(abbe));
       EXPECT_GT(n_f, n_d);
     }
   }
 }
 
-TEST(Dispersion, FollowsTheFormulaOfTheExtension) {
+TEST(Dispersion, MatchesExtensionFormula) {
   // n_d + (n_d - 1) / V (523655 / lambda^2 - 1.5168)
   for (const float nm : {400.0f, 450.0f, 520.0f, 600.0f, 680.0f}) {
     const float expected = 1.5f + 0.5f / 30.0f * (523655.0f / (nm * nm) - 1.5168f);
-    EXPECT_NEAR(dispersed_ior(1.5f, 20.0f / 30.0f, nm), expected, 1e-5f); // its constants are rounded
+    EXPECT_NEAR(dispersed_ior(1.5f, 20.0f / 30.0f, nm), expected, 1e-5f); // the extension's constants are rounded
   }
   EXPECT_EQ(dispersed_ior(1.5f, 0.0f, 430.0f), 1.5f);
   EXPECT_EQ(dispersed_ior(1.02f, 80.0f, 680.0f), 1.0f); // clamped
 }
 
-TEST(Dispersion, TheMeanWeightIsWhite) {
+TEST(Dispersion, MeanWeightIsWhite) {
   constexpr int kSteps = 1 << 18;
   double sum[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < kSteps; ++i) {
@@ -68,7 +69,7 @@ TEST(Dispersion, TheMeanWeightIsWhite) {
   for (const double s : sum) EXPECT_NEAR(s / kSteps, 1.0, 1e-6);
 }
 
-TEST(Dispersion, WavelengthsFallAndColorsRunFromRedToViolet) {
+TEST(Dispersion, WavelengthsDecreaseFromRedToViolet) {
   float previous = 1000.0f;
   for (int i = 0; i < 1000; ++i) {
     const float nm = sample_wavelength(static_cast<float>(i) / 1000.0f).nm;

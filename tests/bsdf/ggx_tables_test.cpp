@@ -1,4 +1,4 @@
-// The tables of the GGX albedo against quadratures that share nothing with the generator.
+// Tests of the GGX albedo tables against independent quadratures.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/ggx_albedo.h"
 
@@ -15,9 +15,10 @@ struct Reference {
   double b = 0.0;
 };
 
-// Over half vectors instead of visible normals: tan(theta_h) = alpha sqrt(u / (1 - u)) makes D cos(theta_h) uniform in
-// u, and E = integral of D V 4 (wo . h) cos(theta_i) dh. Its integrand is smooth but for the horizon; u is graded
-// towards 1, where grazing views find their facets.
+// Integrates over half vectors instead of visible normals: tan(theta_h) = alpha sqrt(u / (1 - u))
+// makes D cos(theta_h) uniform in u, and E = integral of D V 4 (wo . h) cos(theta_i) dh. The
+// integrand is smooth except at the horizon; u is graded towards 1, where the facets of grazing
+// views lie.
 Reference integrate(double mu, double alpha) {
   constexpr int kRadial = 2000;
   constexpr int kAngular = 1000;
@@ -59,8 +60,8 @@ double mu_of_column(uint32_t column, double alpha) {
   return std::min(2.0 * alpha * x * x / (1.0 + 2.0 * alpha - x * x), 1.0);
 }
 
-// Column 0 is the limit of mu = 0 and not an integral of this kind: it is checked by interpolation below.
-TEST(GgxTables, NodesAreTheIntegrals) {
+// Column 0 is the limit of mu = 0 and not such an integral; the interpolation test below covers it.
+TEST(GgxTables, NodesMatchQuadrature) {
   for (uint32_t row = 0; row < kGgxRoughnessNodes; row += 5) {
     for (uint32_t column = 1; column < kGgxMuNodes; column += 6) {
       const double roughness = roughness_of_row(row);
@@ -76,8 +77,8 @@ TEST(GgxTables, NodesAreTheIntegrals) {
   }
 }
 
-// Between the nodes: the accuracy that ggx_albedo.h states.
-TEST(GgxTables, InterpolationKeepsItsPromise) {
+// Verifies the interpolation error that ggx_albedo.h states.
+TEST(GgxTables, InterpolationStaysWithinStatedError) {
   double worst = 0.0;
   double squares = 0.0;
   int count = 0;
@@ -99,7 +100,7 @@ TEST(GgxTables, InterpolationKeepsItsPromise) {
   RecordProperty("worst", std::to_string(worst));
 }
 
-TEST(GgxTables, AveragesAreThoseOfTheInterpolatedTable) {
+TEST(GgxTables, AveragesMatchInterpolatedTable) {
   constexpr int kSteps = 20000;
   for (const float roughness : {0.01f, 0.02f, 0.1f, 0.333f, 0.5f, 0.77f, 1.0f}) {
     const GgxAlbedoTable table(roughness, roughness * roughness);
@@ -117,7 +118,7 @@ TEST(GgxTables, AveragesAreThoseOfTheInterpolatedTable) {
   }
 }
 
-TEST(GgxTables, AlbedosStayInRangeEverywhere) {
+TEST(GgxTables, AlbedosStayInRange) {
   for (int r = 0; r <= 300; ++r) {
     const float roughness = lerp(kMinRoughness, 1.0f, static_cast<float>(r) / 300.0f);
     const GgxAlbedoTable table(roughness, roughness * roughness);

@@ -1,4 +1,4 @@
-// The glTF BSDF in the mean: samples against their density, the white furnace, albedos by sampling and by quadrature.
+// Statistical tests of the glTF BSDF: sampling against its pdf, white furnace, albedos.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/gltf_bsdf.h"
 
@@ -19,7 +19,8 @@ namespace {
 using test::Random;
 using test::view;
 
-// What the interpolation of the albedo tables may add to or take from a furnace above mu = 0.001: see ggx_albedo.h.
+// Maximum error of a white furnace above mu = 0.001 by interpolation of the albedo tables: see
+// ggx_albedo.h.
 constexpr double kTableError = 2e-3;
 
 std::string describe(const BsdfParameters& p, float mu) {
@@ -45,9 +46,9 @@ std::vector<BsdfParameters> grid() {
   return all;
 }
 
-// Directions are floats: for the narrowest lobes a grazing view leaves too few of them across the lobe to count, so
-// these views stay above the grazing one. (They are in the furnace below.)
-TEST(GltfBsdfStatistical, SamplesFollowTheirDensity) {
+// Directions are floats: in grazing views of the narrowest lobes too few of them lie across the
+// lobe for a count, so the views stay above grazing. The furnace below includes them.
+TEST(GltfBsdfStatistical, SamplingMatchesPdf) {
   const std::vector<BsdfParameters> materials = grid();
   constexpr float kViews[] = {1.0f, 0.7f, 0.25f, 0.03f};
   const double level = test::sidak_level(0.01, static_cast<int>(materials.size() * std::size(kViews)));
@@ -72,7 +73,8 @@ TEST(GltfBsdfStatistical, SamplesFollowTheirDensity) {
       const auto result = test::chi_square_hemisphere(
           draw, [&](const V3f& wi) { return bsdf.eval(wi).pdf; }, options);
       EXPECT_GT(result.p_value, level) << describe(p, mu) << ": " << result.summary;
-      // The density and what is absorbed make up all draws: within four standard errors of the share that is counted.
+      // The integral of the density and the absorbed fraction make up all draws, within four
+      // standard errors of the fraction.
       const double error = std::sqrt(result.absorbed * (1.0 - result.absorbed) / 100000.0);
       EXPECT_NEAR(result.integral + result.absorbed, 1.0, 4.0 * error + 1e-3) << describe(p, mu);
     }
@@ -119,7 +121,7 @@ TEST(GltfBsdfStatistical, WhiteFurnace) {
   }
 }
 
-TEST(GltfBsdfStatistical, NothingReflectsMoreThanItReceives) {
+TEST(GltfBsdfStatistical, ConservesEnergy) {
   Random random(9);
   for (uint64_t i = 0; i < 2000; ++i) {
     BsdfParameters p;
@@ -136,8 +138,8 @@ TEST(GltfBsdfStatistical, NothingReflectsMoreThanItReceives) {
   }
 }
 
-// Integral of f cos over the hemisphere by midpoint quadrature in the square of the cosine warp, which knows nothing of
-// GGX.
+// Integrates f cos over the hemisphere by midpoint quadrature in the square of the cosine warp,
+// independently of GGX.
 Rgb quadrature_albedo(const GltfBsdf& bsdf) {
   constexpr int kSide = 700;
   double sum[3] = {0.0, 0.0, 0.0};
@@ -154,7 +156,7 @@ Rgb quadrature_albedo(const GltfBsdf& bsdf) {
           static_cast<float>(sum[2] * kScale)};
 }
 
-TEST(GltfBsdfStatistical, SampledQuadratureAndStatedAlbedoAgree) {
+TEST(GltfBsdfStatistical, AlbedoMatchesSamplingAndQuadrature) {
   uint64_t seed = 3000;
   for (const float metallic : {0.0f, 0.5f, 1.0f}) {
     for (const float roughness : {0.25f, 0.5f, 1.0f}) {
@@ -180,8 +182,8 @@ TEST(GltfBsdfStatistical, SampledQuadratureAndStatedAlbedoAgree) {
   }
 }
 
-// The estimator is good, not just right: weights of a smooth or a white material hardly vary.
-TEST(GltfBsdfStatistical, WeightsVaryLittle) {
+// The estimator is efficient, not just correct: weights of smooth or white materials hardly vary.
+TEST(GltfBsdfStatistical, WeightsHaveLowVariance) {
   uint64_t seed = 4000;
   for (const float metallic : {0.0f, 1.0f}) {
     for (const float roughness : {0.0f, 0.2f, 0.5f, 1.0f}) {

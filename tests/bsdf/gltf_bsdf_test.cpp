@@ -1,4 +1,5 @@
-// Exact properties of the glTF BSDF: Lambert, reciprocity, known values, agreement of eval and sample, bad input.
+// Tests of exact properties of the glTF BSDF.
+// Lambert, reciprocity, known values, agreement of eval and sample, invalid input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/gltf_bsdf.h"
 
@@ -21,7 +22,7 @@ using test::random_direction;
 BsdfParameters random_parameters(Random& random) {
   BsdfParameters p;
   p.base_color = {random.next_1d(), random.next_1d(), random.next_1d()};
-  // The ends of the ranges are as common as what lies between.
+  // The ends of the ranges are as frequent as the interior.
   const auto pick = [&] {
     const float u = 2.0f * random.next_1d() - 0.5f;
     return std::min(std::max(u, 0.0f), 1.0f);
@@ -34,7 +35,7 @@ BsdfParameters random_parameters(Random& random) {
   return p;
 }
 
-TEST(GltfBsdf, WithoutReflectionItIsLambertExactly) {
+TEST(GltfBsdf, IsExactlyLambertWithoutReflection) {
   BsdfParameters p;
   p.base_color = {0.2f, 0.5f, 0.9f};
   p.metallic = 0.0f;
@@ -71,15 +72,16 @@ TEST(GltfBsdf, IsReciprocal) {
   }
 }
 
-// glTF 2.0 appendix B: at normal incidence a mirror-like metal's peak is F D / 4 with D = 1 / (pi alpha^2) and G = 1.
-TEST(GltfBsdf, PeakOfAMetalIsTheFormula) {
+// glTF 2.0 appendix B: at normal incidence the peak of a mirror-like metal is F D / 4 with D = 1 /
+// (pi alpha^2) and G = 1.
+TEST(GltfBsdf, MetalPeakMatchesFormula) {
   BsdfParameters p;
   p.base_color = {0.9f, 0.6f, 0.1f};
   p.roughness = 0.3f;
   const float alpha = 0.09f;
   const Rgb value = GltfBsdf(p, {0, 0, 1}).eval({0, 0, 1}).value;
   const float d = 1.0f / (kPi * alpha * alpha);
-  EXPECT_NEAR(value.x, 0.9f * d / 4.0f, 0.9f * d / 4.0f * 2e-3f); // multiple scattering adds next to nothing
+  EXPECT_NEAR(value.x, 0.9f * d / 4.0f, 0.9f * d / 4.0f * 2e-3f); // multiple scattering is negligible
   EXPECT_NEAR(value.z, 0.1f * d / 4.0f, 0.1f * d / 4.0f * 2e-3f);
 }
 
@@ -127,7 +129,7 @@ TEST(GltfBsdf, SampleAgreesWithEval) {
   EXPECT_GT(glossy, 50000);
 }
 
-TEST(GltfBsdf, BelowTheHorizonIsBlack) {
+TEST(GltfBsdf, IsBlackBelowHorizon) {
   const GltfBsdf bsdf({}, V3f(0.6f, 0, 0.8f));
   for (const V3f& wi : {V3f(0, 0, -1), V3f(1, 0, 0), V3f(0.6f, 0, -0.8f)}) {
     EXPECT_EQ(bsdf.eval(wi).value, Rgb(0.0f));
@@ -159,7 +161,7 @@ TEST(GltfBsdf, GrazingAndInvertedViewsAreFinite) {
   }
 }
 
-TEST(GltfBsdf, ParametersOutOfRangeAreClamped) {
+TEST(GltfBsdf, ClampsParameters) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   BsdfParameters p;
   p.base_color = {2.0f, -1.0f, kNan};
@@ -189,7 +191,7 @@ TEST(GltfBsdf, BlackMaterialsAbsorb) {
   EXPECT_EQ(GltfBsdf(p, {0, 0, 1}).albedo(), Rgb(0.0f));
 }
 
-// A white dielectric and a white metal reflect all, at any roughness and angle.
+// A white dielectric and a white metal reflect everything, at any roughness and angle.
 TEST(GltfBsdf, WhiteAlbedoIsOne) {
   for (const float metallic : {0.0f, 0.3f, 1.0f}) {
     for (const float roughness : {0.0f, 0.1f, 0.4f, 0.7f, 1.0f}) {

@@ -1,4 +1,4 @@
-// The layered BSDF in the mean: samples against their density on the sphere, furnaces, albedos by sampling and as stated.
+// Statistical tests of the layered BSDF: sampling against its pdf, furnaces, albedos.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/layered_bsdf.h"
 
@@ -49,7 +49,7 @@ void expect_samples_follow_density(const std::vector<Case>& cases, uint64_t seed
 }
 
 // One lobe at a time above the surface, over its own parameters.
-TEST(LayeredBsdfStatistical, EachLobeFollowsItsDensity) {
+TEST(LayeredBsdfStatistical, SamplingOfEachLobeMatchesPdf) {
   LayeredMaterial black;
   black.base.base_color = Rgb(0.0f);
   black.base.metallic = black.base.specular = 0.0f;
@@ -78,8 +78,9 @@ TEST(LayeredBsdfStatistical, EachLobeFollowsItsDensity) {
   expect_samples_follow_density(cases, 100, 40000);
 }
 
-// On a fixed grid over both hemispheres: of many lobes the weakest is seen as surely as the strongest, if it is not narrower than the midpoint rule
-// of each bin (0.007 in the root of z, 0.026 in azimuth). p value of the counts; absorbed samples are one more bin.
+// Tests on a fixed grid over both hemispheres, which detects the weakest of many lobes as reliably
+// as the strongest, unless it is narrower than the midpoint rule of each bin (0.007 in the root of
+// z, 0.026 in azimuth). Gives the p value of the counts; absorbed samples are one more bin.
 struct GridResult {
   double p_value;
   double total; // of the density and the absorbed samples
@@ -100,7 +101,7 @@ GridResult grid_test(const LayeredBsdf& bsdf, uint64_t seed, int samples) {
   double integral = 0.0;
   for (int i = 0; i < kRows * kSteps; ++i) {
     for (int j = 0; j < kColumns * kSteps; ++j) {
-      const float root = (static_cast<float>(i) + 0.5f) / (kRows * kSteps); // rows are even in the root of z
+      const float root = (static_cast<float>(i) + 0.5f) / (kRows * kSteps); // rows are evenly spaced in the root of z
       V3f w = view(root * root, (static_cast<float>(j) + 0.5f) / (kColumns * kSteps));
       for (int side = 0; side < 2; ++side, w.z = -w.z) {
         const double mass = static_cast<double>(bsdf.eval(w).pdf * root) * 4.0 * std::numbers::pi /
@@ -117,7 +118,7 @@ GridResult grid_test(const LayeredBsdf& bsdf, uint64_t seed, int samples) {
     observed[static_cast<size_t>(s && s->pdf > 0.0f ? bin_of(s->wi) : kBins)] += 1.0;
   }
   expected[kBins] = std::max(1.0 - integral, 0.0) * samples;
-  // Bins that expect little are pooled.
+  // Bins with small expected counts are pooled.
   double statistic = 0.0;
   double pooled_expected = 0.0;
   double pooled_observed = 0.0;
@@ -141,13 +142,13 @@ GridResult grid_test(const LayeredBsdf& bsdf, uint64_t seed, int samples) {
   return {test::chi_square_tail(statistic, std::max(cells - 1, 1)), integral + observed[kBins] / samples};
 }
 
-TEST(LayeredBsdfStatistical, RandomCombinationsFollowTheirDensity) {
+TEST(LayeredBsdfStatistical, SamplingOfRandomMaterialsMatchesPdf) {
   constexpr int kCases = 200;
   constexpr int kSamples = 20000;
   Random random(7);
   for (uint64_t i = 0; i < kCases; ++i) {
     LayeredMaterial m = random_material(random, 0.4f);
-    if (m.base.ior < 1.3f) m.base.ior = m.layers.eta = 1.3f; // what is hardly refracted stays in a narrow lobe
+    if (m.base.ior < 1.3f) m.base.ior = m.layers.eta = 1.3f; // weak refraction would stay in a narrow lobe
     const float mu = 0.15f + 0.85f * random.next_1d();
     const GridResult result = grid_test(LayeredBsdf(m.base, m.layers, view(mu, random.next_1d())), 1000 + i, kSamples);
     EXPECT_GT(result.p_value, test::sidak_level(0.01, kCases)) << i << describe(m, mu) << ": total " << result.total;
@@ -155,7 +156,8 @@ TEST(LayeredBsdfStatistical, RandomCombinationsFollowTheirDensity) {
   }
 }
 
-// What each model may add or lose, and by how much albedo() may be off: the figures of renderer/bsdf/README.md.
+// Maximum gain and loss of each model, and the maximum error of albedo(): the figures of
+// renderer/bsdf/README.md.
 struct Bounds {
   double above = 2e-3; // tables of GGX: see ggx_albedo.h
   double below = 2e-3;
@@ -183,8 +185,9 @@ Bounds bounds_of(const LayeredMaterial& m) {
   return b;
 }
 
-// The brightest channel: a film takes from the base what it reflects of its brightest, in all channels.
-TEST(LayeredBsdfStatistical, WhiteFurnaceOfRandomCombinations) {
+// Tests the brightest channel: a film takes from the base the reflectance of its brightest channel,
+// in all channels.
+TEST(LayeredBsdfStatistical, WhiteFurnaceOfRandomMaterials) {
   Random random(8);
   for (uint64_t i = 0; i < 200; ++i) {
     LayeredMaterial m = whitened(random_material(random, 0.0f));
@@ -200,7 +203,7 @@ TEST(LayeredBsdfStatistical, WhiteFurnaceOfRandomCombinations) {
   }
 }
 
-TEST(LayeredBsdfStatistical, SampledAndStatedAlbedoAgree) {
+TEST(LayeredBsdfStatistical, AlbedoMatchesSampling) {
   Random random(9);
   for (uint64_t i = 0; i < 200; ++i) {
     LayeredMaterial m = random_material(random, 0.0f);

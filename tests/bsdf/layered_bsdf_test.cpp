@@ -1,4 +1,5 @@
-// Exact properties of the layered BSDF: the plain model, reciprocity, agreement of eval and sample, layers that hide what is below, bad input.
+// Tests of exact properties of the layered BSDF.
+// The plain model, reciprocity, agreement of eval and sample, opaque layers, invalid input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/layered_bsdf.h"
 #include "renderer/bsdf/thin_film.h"
@@ -21,7 +22,7 @@ using test::random_direction;
 using test::random_material;
 using test::view;
 
-TEST(LayeredBsdf, WithoutLayersItIsGltfBsdf) {
+TEST(LayeredBsdf, EqualsGltfBsdfWithoutLayers) {
   Random random(1);
   for (int i = 0; i < 50000; ++i) {
     BsdfParameters p = random_material(random, 0.0f).base;
@@ -34,7 +35,7 @@ TEST(LayeredBsdf, WithoutLayersItIsGltfBsdf) {
     const BsdfEval b = layered.eval(wi);
     ASSERT_LT((a.value - b.value).length(), 1e-5f * a.value.length() + 1e-12f) << i;
     ASSERT_NEAR(a.pdf, b.pdf, 1e-5f * a.pdf + 1e-6f * wi.z)
-        << i; // the plain model keeps 1e-6 for invisible reflections
+        << i; // the plain model keeps a probability of 1e-6 for invisible reflections
     ASSERT_LT((plain.albedo() - layered.albedo()).length(), 1e-5f) << i;
     ASSERT_NEAR(plain.glossy_probability(), layered.cosine_begin(), 2e-6f) << i;
     ASSERT_EQ(layered.straight_transmittance(), Rgb(0.0f));
@@ -57,7 +58,7 @@ void expect_reciprocal(const LayeredMaterial& m, Random& random, const char* wha
     const V3f a = random_direction(random);
     V3f b = random_direction(random);
     const bool through = random.next_1d() < 0.3f;
-    // Below the surface the roles change: what was wi is the view, in a frame that is turned over about x.
+    // Below the surface the roles swap: wi becomes the view, in a frame that is flipped about x.
     const auto turned = [](const V3f& w) { return V3f(w.x, -w.y, -w.z); };
     if (through) b = -b;
     const Rgb forward = LayeredBsdf(m.base, m.layers, a).eval(b).value / std::abs(b.z);
@@ -81,7 +82,7 @@ TEST(LayeredBsdf, OpaqueBaseAndDiffuseTransmissionAreReciprocal) {
   }
 }
 
-TEST(LayeredBsdf, EachLayerAloneIsReciprocal) {
+TEST(LayeredBsdf, SingleLayersAreReciprocal) {
   Random random(3);
   for (int i = 0; i < 200; ++i) {
     LayeredMaterial m = random_material(random, 0.0f);
@@ -114,7 +115,8 @@ TEST(LayeredBsdf, SampleAgreesWithEval) {
     }
     below += s->wi.z < 0.0f ? 1 : 0;
     if (s->pdf == 0.0f) continue; // delta
-    // sample() of glass has the density of the microfacet, which the rounding of a narrow lobe's wi hides from eval().
+    // sample() of glass uses the density of the microfacet, which eval() cannot recover from the
+    // rounded wi of a narrow lobe.
     const bool glass = m.layers.transmission > 0.0f;
     if (glass && (m.base.roughness < 0.3f || m.base.ior < 1.2f)) continue;
     const float tolerance = glass ? 2e-2f : 1e-4f;
@@ -127,7 +129,7 @@ TEST(LayeredBsdf, SampleAgreesWithEval) {
 }
 
 // KHR_materials_clearcoat: F of ior 1.5 at normal incidence, on black and on white.
-TEST(LayeredBsdf, CoatReflectsFourPercentAndDimsTheRest) {
+TEST(LayeredBsdf, CoatReflectsFourPercentAndAttenuatesBase) {
   BsdfParameters black;
   black.base_color = Rgb(0.0f);
   black.metallic = black.specular = 0.0f;
@@ -141,19 +143,20 @@ TEST(LayeredBsdf, CoatReflectsFourPercentAndDimsTheRest) {
   BsdfParameters gray = black;
   gray.base_color = Rgb(0.5f);
   EXPECT_NEAR(LayeredBsdf(gray, layers, n).albedo().x, 0.02f + 0.98f * 0.5f, 1e-4f);
-  // Along its own normal, wherever the base looks to.
+  // Along its own normal, independent of the base's normal.
   layers.clearcoat = 1.0f;
   layers.clearcoat_normal = view(0.7f, 0.2f);
   EXPECT_NEAR(LayeredBsdf(black, layers, layers.clearcoat_normal).albedo().x, 0.04f, 1e-4f);
-  // Light from below the coat's horizon is not reflected by it.
+  // The coat does not reflect light from below its horizon.
   const V3f below_coat = view(0.05f, 0.7f);
   ASSERT_LT(below_coat.dot(layers.clearcoat_normal), 0.0f);
   EXPECT_EQ(LayeredBsdf(black, layers, n).eval(below_coat).value, Rgb(0.0f));
   EXPECT_GT(LayeredBsdf(black, layers, n).eval(view(0.5f, 0.2f)).value.x, 0.0f);
 }
 
-// What lets light straight on and what blurs it meet at one roughness, which belongs to the first.
-TEST(LayeredBsdf, ThinWallsAreStraightUpToTheStatedRoughness) {
+// Straight transmission and blurred transmission meet at one roughness, which belongs to the
+// former.
+TEST(LayeredBsdf, ThinWallsAreStraightUpToRoughnessLimit) {
   BsdfParameters p;
   p.base_color = Rgb(1.0f);
   p.metallic = 0.0f;
@@ -169,7 +172,7 @@ TEST(LayeredBsdf, ThinWallsAreStraightUpToTheStatedRoughness) {
   }
 }
 
-// KHR_materials_diffuse_transmission: without reflection it is Lambert on both sides, exactly.
+// KHR_materials_diffuse_transmission: without reflection it is exactly Lambert on both sides.
 TEST(LayeredBsdf, DiffuseTransmissionIsLambertBelow) {
   BsdfParameters p;
   p.base_color = {0.8f, 0.6f, 0.4f};
@@ -185,9 +188,9 @@ TEST(LayeredBsdf, DiffuseTransmissionIsLambertBelow) {
   EXPECT_NEAR(above.pdf + below.pdf, 0.7f * kInvPi, 1e-6f);
 }
 
-// A mirror with a film shows the film's own color, at any angle: on metal, and on a dielectric without its body. Under a clear coat the film is
-// lit from within that.
-TEST(LayeredBsdf, MirrorShowsTheFilm) {
+// A mirror with a film has the film's own color, at any angle: on metal, and on a dielectric
+// without its body. Under a clear coat the film is lit from within the coat.
+TEST(LayeredBsdf, MirrorHasFilmColor) {
   BsdfParameters p;
   p.base_color = {0.9f, 0.5f, 0.2f};
   p.roughness = 0.0f;
@@ -226,8 +229,9 @@ TEST(LayeredBsdf, MirrorShowsTheFilm) {
   EXPECT_LT((coated.albedo() - (Rgb(0.04f) + film * 0.96f)).length(), 2e-3f);
 }
 
-// The lobes are those of the glass, in proportion, under the layers; a smooth wall lets light straight on.
-TEST(LayeredBsdf, TransmissionIsTheGlassUnderItsLayers) {
+// The lobes are those of the glass, scaled by the layers above; a smooth wall transmits light in a
+// straight line.
+TEST(LayeredBsdf, TransmissionIsGlassBelowLayers) {
   Random random(8);
   const V3f wo = view(0.6f, 0.1f);
   for (int i = 0; i < 2000; ++i) {
@@ -276,7 +280,7 @@ TEST(LayeredBsdf, TransmissionIsTheGlassUnderItsLayers) {
   EXPECT_EQ(LayeredBsdf(thin_wall, layers, {0.0f, 0.0f, 1.0f}).straight_transmittance(), Rgb(0.0f));
 }
 
-TEST(LayeredBsdf, GrazingInvertedAndBadInputIsFinite) {
+TEST(LayeredBsdf, GrazingInvertedAndInvalidInputIsFinite) {
   Random random(5);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const V3f views[] = {{1, 0, 0}, {0, 1, 1e-30f}, {1, 0, 1e-6f}, {0.6f, 0, -0.8f}, {0, 0, -1}, {0, 0, 1}};

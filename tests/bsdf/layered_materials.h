@@ -1,4 +1,4 @@
-// Materials and directions for the tests of LayeredBsdf.
+// Random materials and directions for the tests of LayeredBsdf.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ inline V3f view(float mu, float azimuth_turns) {
   return {sin_theta * phi.cos, sin_theta * phi.sin, mu};
 }
 
-// The ends of the range are as common as what lies between.
+// The ends of the range are as frequent as the interior.
 inline float pick(Random& random) { return saturate(2.0f * random.next_1d() - 0.5f); }
 inline Rgb color(Random& random) {
   const float r = random.next_1d();
@@ -31,14 +31,14 @@ inline Rgb color(Random& random) {
   return {r, g, random.next_1d()};
 }
 
-// All parameters at random. Roughness is at least min_roughness.
-// Above the surface, at 0.01 degrees from it at least.
+// Returns a random direction above the surface, at least 0.01 degrees from it.
 inline V3f random_direction(Random& random) {
   V3f w = sample_uniform_hemisphere(random.next_2d());
   w.z = std::max(w.z, 2e-4f);
   return w.normalized();
 }
 
+// All parameters are random; the roughness of base and coat is at least min_roughness.
 inline LayeredMaterial random_material(Random& random, float min_roughness) {
   const auto rough = [&] { return std::max(pick(random), min_roughness); };
   LayeredMaterial m;
@@ -66,7 +66,7 @@ inline LayeredMaterial random_material(Random& random, float min_roughness) {
   return m;
 }
 
-// Every color 1, so that a furnace shows each loss.
+// Sets every color to 1, so that a furnace reveals each loss.
 inline LayeredMaterial whitened(LayeredMaterial m) {
   m.base.base_color = m.base.specular_color = m.layers.diffuse_transmission_color = Rgb(1.0f);
   if (max_component(m.layers.sheen_color) > 0.0f) m.layers.sheen_color = Rgb(max_component(m.layers.sheen_color));
@@ -90,7 +90,7 @@ inline std::string describe(const LayeredMaterial& m, float mu) {
          number("diffuse transmission", l.diffuse_transmission);
 }
 
-// Mean of what sample() returns as weight: the albedo, straight light apart.
+// Mean weight of sample(): the albedo without straight transmission.
 struct MeanWeight {
   Rgb value{0.0f};
   Rgb error{0.0f}; // standard errors

@@ -1,4 +1,4 @@
-// The sheen lobe: the specification's formulas, its albedo table by quadrature, the quality of its sampling; fast_pow.
+// Tests of the sheen lobe (formulas, albedo table, sampling quality) and of fast_pow.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/sheen_lobe.h"
 
@@ -37,14 +37,15 @@ V3d direction(double mu, double phi) {
   return {r * std::cos(phi), r * std::sin(phi), mu};
 }
 
-TEST(SheenLobe, IsTheFormulaOfTheSpecification) {
+TEST(SheenLobe, MatchesSpecificationFormula) {
   Random random(1);
   for (int i = 0; i < 20000; ++i) {
     const float roughness = kSheenGainRoughness + (1.0f - kSheenGainRoughness) * random.next_1d();
     const V3f wo = view(0.005f + 0.995f * random.next_1d(), random.next_1d());
     const V3f wi = view(0.005f + 0.995f * random.next_1d(), random.next_1d());
     const double expected = sheen(V3d(wo), V3d(wi), static_cast<double>(roughness));
-    // sin^2(theta_h) has an error of 1e-7, which the exponent 1 / (2 alpha) magnifies where it is small.
+    // sin^2(theta_h) has an error of 1e-7, which the exponent 1 / (2 alpha) magnifies where it is
+    // small.
     const double sine2 = 1.0 - square((wo + wi).normalized().z);
     const double tolerance = 2e-5 + 2e-7 / (sine2 * static_cast<double>(roughness * roughness) + 1e-12);
     if (expected < 1e-20) continue;
@@ -53,8 +54,8 @@ TEST(SheenLobe, IsTheFormulaOfTheSpecification) {
   }
 }
 
-// E(mu, roughness) of the specification, by a quadrature that shares nothing with the generator.
-TEST(SheenLobe, AlbedoTableIsTheIntegral) {
+// E(mu, roughness) of the specification, by an independent quadrature.
+TEST(SheenLobe, AlbedoTableMatchesQuadrature) {
   for (const float roughness : {0.31f, 0.42f, 0.6f, 0.777f, 1.0f}) {
     for (const float mu : {0.013f, 0.07f, 0.21f, 0.5f, 0.77f, 1.0f}) {
       constexpr int kSide = 500;
@@ -74,7 +75,7 @@ TEST(SheenLobe, AlbedoTableIsTheIntegral) {
   }
 }
 
-TEST(SheenLobe, NeverReflectsMoreThanItReceives) {
+TEST(SheenLobe, ConservesEnergy) {
   for (int r = 0; r <= 100; ++r) {
     const float roughness = lerp(kMinSheenRoughness, 1.0f, static_cast<float>(r) / 100.0f);
     for (int m = 1; m <= 100; ++m) {
@@ -84,8 +85,8 @@ TEST(SheenLobe, NeverReflectsMoreThanItReceives) {
   }
 }
 
-// Variance of weight: what sampling costs. The cosine lobe has 0.3 to 15 here.
-TEST(SheenLobe, WeightsVaryLittle) {
+// Verifies the variance of the weights. The cosine lobe has 0.3 to 15 here.
+TEST(SheenLobe, WeightsHaveLowVariance) {
   for (const float roughness : {0.25f, 0.5f, 1.0f}) {
     for (const float mu : {0.9f, 0.5f, 0.15f}) {
       const SheenLobe lobe(roughness, view(mu, 0.3f));
@@ -116,7 +117,7 @@ TEST(SheenLobe, WeightsVaryLittle) {
   }
 }
 
-TEST(FastPow, IsThePower) {
+TEST(FastPow, MatchesStdPow) {
   Random random(2);
   for (int i = 0; i < 100000; ++i) {
     const float x = 1e-6f + random.next_1d();

@@ -1,4 +1,4 @@
-// The thin film against Airy's formula integrated over the spectrum; Newton's colors; limits; bad input.
+// Tests of the thin film against Airy's formula integrated over the spectrum, and of its limits.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/thin_film.h"
@@ -39,7 +39,8 @@ Vec to_rec709(const Vec& c) {
           0.0556434 * c[0] - 0.2040259 * c[1] + 1.0572252 * c[2]};
 }
 
-// Linear Rec. 709 of a spectrum under the equal-energy illuminant, each of X, Y, Z of a flat spectrum of 1 being 1.
+// Returns the linear Rec. 709 color of a spectrum under the equal-energy illuminant; X, Y and Z of
+// a flat spectrum of 1 are 1.
 template <class Spectrum>
 Vec integrate_spectrum(const Spectrum& spectrum) {
   Vec sum = {}, white = {};
@@ -53,7 +54,7 @@ Vec integrate_spectrum(const Spectrum& spectrum) {
   return to_rec709({sum[0] / white[0], sum[1] / white[1], sum[2] / white[2]});
 }
 
-// The interfaces as KHR_materials_iridescence has them: unpolarized, by Schlick, with phases of 0 and pi.
+// Interfaces as in KHR_materials_iridescence: unpolarized, by Schlick, with phases of 0 and pi.
 struct Film {
   double r12, r23; // amplitudes, signed
   double opd_nm;
@@ -73,7 +74,7 @@ struct Film {
     const std::complex<double> e = std::polar(1.0, 2.0 * kPiD * opd_nm / nm);
     return std::norm((r12 + r23 * e) / (1.0 + r12 * r23 * e));
   }
-  // Mean over the phase: what is left of a thick film.
+  // Mean over the phase: the limit of a thick film.
   [[nodiscard]] double mean() const {
     const double a = r12 * r12, b = r23 * r23;
     return a + (1.0 - a) * (1.0 - a) * b / (1.0 - a * b);
@@ -85,8 +86,9 @@ struct Film {
   }
 };
 
-// The reflectance's mean stays neutral and only what the interference adds is colored by the observer: so does the extension. (The
-// equal-energy white is no neutral of Rec. 709, so this is not the same as to integrate all of it.)
+// As in the extension, the mean reflectance stays neutral and only the interference is colored by
+// the observer. (The equal-energy white is not neutral in Rec. 709, so this differs from
+// integrating all of it.)
 Vec reference(const Film& film) {
   const double mean = film.mean();
   Vec rgb = integrate_spectrum([&](double nm) { return film.reflectance(nm) - mean; });
@@ -94,8 +96,8 @@ Vec reference(const Film& film) {
   return rgb;
 }
 
-// How far the extension's Gaussians are from the observer: the greatest error of their Fourier transform in any channel of Rec. 709
-// over all path differences.
+// Returns the maximum error of the Fourier transform of the extension's Gaussians over all path
+// differences, in any channel of Rec. 709.
 double error_of_fit() {
   const auto gaussian = [](double opd_nm, double value, double position, double variance) {
     const double phase = 2.0 * kPiD * opd_nm * 1e-9;
@@ -122,7 +124,7 @@ const Base kBases[] = {
     {"gold", {0.999f, 0.766f, 0.336f}}, // above F0 of the films, so that all channels have one phase
     {"copper", {0.955f, 0.638f, 0.538f}}, {"silver", {0.972f, 0.960f, 0.915f}}};
 
-TEST(ThinFilm, AgreesWithTheSpectralIntegralWithinTheErrorOfTheFit) {
+TEST(ThinFilm, MatchesSpectralIntegralWithinFitError) {
   const double fit = error_of_fit();
   EXPECT_LT(fit, 0.17); // in thick films; 0.05 below a path difference of 800 nm
   double squares = 0.0;
@@ -139,8 +141,8 @@ TEST(ThinFilm, AgreesWithTheSpectralIntegralWithinTheErrorOfTheFit) {
             const double expected = std::min(std::max(reference(film)[c], 0.0), 1.0);
             const double first = film.first_harmonic();
             const double r = std::abs(film.r12 * film.r23);
-            // Both harmonics may be off by the error of the fit; those from the third are left out, and no channel's response to a
-            // harmonic is above 1.3.
+            // Both harmonics may deviate by the error of the fit; those from the third are omitted,
+            // and no channel's response to a harmonic is above 1.3.
             const double tolerance = first * ((1.0 + r) * fit + 1.3 * r * r / (1.0 - r)) + 2e-5;
             ASSERT_NEAR(static_cast<double>(seen[channel]), expected, tolerance)
                 << base.name << ", film " << ior << ", " << thickness << " nm, cos " << cos_theta << ", channel " << c;
@@ -155,9 +157,10 @@ TEST(ThinFilm, AgreesWithTheSpectralIntegralWithinTheErrorOfTheFit) {
   RecordProperty("rms", std::to_string(std::sqrt(squares / count)));
 }
 
-// At normal incidence Schlick and Fresnel agree: the film is Airy's, by path differences that everybody has seen. Newton's colors
-// of a soap film, from black: yellow, purple, blue, green, yellow, purple (Michel-Levy's chart at these retardations).
-TEST(ThinFilm, HuesOfASoapFilmComeInNewtonsOrder) {
+// At normal incidence Schlick and Fresnel agree: the film is Airy's. Newton's colors of a soap
+// film, from black: yellow, purple, blue, green, yellow, purple (Michel-Levy's chart at these
+// retardations).
+TEST(ThinFilm, SoapFilmShowsNewtonsColors) {
   const auto seen = [](float opd_nm) { return thin_film_fresnel(1.0f, 1.0f, 1.33f, Rgb(0.0f), opd_nm / 2.66f); };
   const auto describe = [&](float opd_nm) {
     const Rgb c = seen(opd_nm) / max_component(seen(opd_nm));
@@ -174,12 +177,12 @@ TEST(ThinFilm, HuesOfASoapFilmComeInNewtonsOrder) {
   EXPECT_GT(std::min(purple2.x, purple2.z), 1.3f * purple2.y) << describe(1080.0f);
 }
 
-TEST(ThinFilm, WithoutAFilmItIsSchlick) {
+TEST(ThinFilm, IsSchlickWithoutFilm) {
   for (const float cos_theta : {0.0f, 0.1f, 0.5f, 1.0f}) {
     const Rgb f0(0.04f, 0.5f, 1.0f);
     const Rgb none = thin_film_fresnel(cos_theta, 1.0f, 1.4f, f0, 0.0f);
     for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(none[c], schlick_fresnel(f0[c], 1.0f, cos_theta));
-    // And continuously so.
+    // The transition is continuous.
     Rgb previous = none;
     for (float thickness = 1e-4f; thickness < 0.04f; thickness += 1e-4f) {
       const Rgb f = thin_film_fresnel(cos_theta, 1.0f, 1.4f, f0, thickness);
@@ -189,18 +192,18 @@ TEST(ThinFilm, WithoutAFilmItIsSchlick) {
   }
 }
 
-TEST(ThinFilm, AThickFilmHasNoColor) {
+TEST(ThinFilm, ThickFilmIsNeutral) {
   const Film film(0.7, 1.4, 0.04, 1.0);
   const Rgb f = thin_film_fresnel(0.7f, 1.0f, 1.4f, Rgb(0.04f), 20000.0f);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c], static_cast<float>(film.mean()), 1e-5f);
 }
 
-TEST(ThinFilm, ReflectsAllBeyondTheCriticalAngle) {
+TEST(ThinFilm, ReflectsAllBeyondCriticalAngle) {
   EXPECT_EQ(thin_film_fresnel(0.3f, 1.5f, 1.2f, Rgb(0.04f), 300.0f), Rgb(1.0f));
   EXPECT_LT(max_component(thin_film_fresnel(1.0f, 1.5f, 1.2f, Rgb(0.04f), 300.0f)), 0.2f);
 }
 
-TEST(ThinFilm, AnyInputGivesAReflectance) {
+TEST(ThinFilm, AnyInputGivesValidReflectance) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   Random random(3);
   const float odd[] = {0.0f, -1.0f, 1.0f, 1e-30f, 1e30f, kNan, kInfinity, -kInfinity};

@@ -1,4 +1,4 @@
-// Apertures: uniform over shapes whose areas are known, by chi-square; and what their sampling keeps.
+// Tests of apertures: uniformity over known shapes by chi-square, and stratification.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/aperture.h"
 
@@ -22,7 +22,7 @@ CameraLens lens_of(int blades, float rotation, float ratio, float cats_eye) {
   return lens;
 }
 
-// Of two disks of radius 1 whose centers are `distance` apart: what they share.
+// Returns the area of the intersection of two disks of radius 1 whose centers are `distance` apart.
 double common_area(double distance) {
   return 2.0 * std::acos(0.5 * distance) - 0.5 * distance * std::sqrt(4.0 - distance * distance);
 }
@@ -30,7 +30,7 @@ double common_area(double distance) {
 struct Shape {
   CameraLens lens;
   V2f field;
-  double area; // on the unit circle's scale, with the ratio; 0: not known on paper
+  double area; // on the unit circle's scale, with the ratio; 0: not known in closed form
 };
 
 std::vector<Shape> shapes() {
@@ -47,7 +47,7 @@ std::vector<Shape> shapes() {
           {lens_of(7, 0.2f, 1.0f, 0.8f), V2f(0.0f, 1.0f), 0.0}};
 }
 
-// Bins of a grid; expectations from counting which of 64 x 64 points of a cell are inside.
+// Bins of a grid; expectations are the counts of interior points among 64 x 64 per cell.
 TEST(Aperture, IsSampledUniformly) {
   const std::vector<Shape> all = shapes();
   const double level = test::sidak_level(0.01, static_cast<int>(all.size()));
@@ -85,7 +85,7 @@ TEST(Aperture, IsSampledUniformly) {
       ++cells;
     };
     for (size_t i = 0; i < expected.size(); ++i) {
-      if (expected[i] >= 40.0) { // edges are known to a percent alone
+      if (expected[i] >= 40.0) { // edges are only accurate to a percent
         close(expected[i], observed[i]);
       } else {
         pooled_expected += expected[i];
@@ -98,8 +98,8 @@ TEST(Aperture, IsSampledUniformly) {
   }
 }
 
-// A corner at the top, then counter-clockwise by the rotation; the ratio makes it narrower.
-TEST(Aperture, HasItsCornersWhereTheyAreSaidToBe) {
+// A corner at the top, then counterclockwise by the rotation; the ratio narrows it.
+TEST(Aperture, CornersMatchRotationAndRatio) {
   const auto has_corner = [](const Aperture& aperture, float x, float y) {
     return aperture.contains(V2f(x, y) * (0.999f * kRadius), V2f(0.0f)) &&
            !aperture.contains(V2f(x, y) * (1.001f * kRadius), V2f(0.0f));
@@ -116,8 +116,9 @@ TEST(Aperture, HasItsCornersWhereTheyAreSaidToBe) {
   EXPECT_TRUE(has_corner(narrow, 0.5f * half, -0.5f));
 }
 
-// The first 4^k points of a stratified set fall one into each cell of equal area, as far as corners of cells can tell: here, by triangles.
-TEST(Aperture, KeepsStrata) {
+// The first 4^k points of a stratified set fall one into each cell of equal area, within the limits
+// of cell corners; tested by triangles.
+TEST(Aperture, PreservesStrata) {
   const Aperture square_hole(lens_of(4, 0.0f, 1.0f, 0.0f), 1.0f);
   constexpr int kSide = 8;
   std::array<int, 4> counts{};
@@ -130,7 +131,7 @@ TEST(Aperture, KeepsStrata) {
   for (const int count : counts) EXPECT_EQ(count, kSide * kSide / 4);
 }
 
-TEST(Aperture, IsAPureFunction) {
+TEST(Aperture, IsPureFunction) {
   const Aperture aperture(lens_of(5, 0.1f, 1.2f, 1.0f), kRadius);
   for (const V2f& u : {V2f(0.0f), V2f(kOneMinusEpsilon), V2f(0.5f), V2f(0.5f, 0.0f), V2f(0.99f, 0.01f)}) {
     const V2f p = aperture.sample(u, V2f(0.6f, 0.8f));

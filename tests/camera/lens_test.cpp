@@ -1,4 +1,4 @@
-// Rays of lenses and of moving cameras against the thin lens and against still cameras.
+// Tests of lens rays and moving cameras against the thin lens and static cameras.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 #include "renderer/camera/place_camera.h"
@@ -26,7 +26,7 @@ V3f at_depth(const Camera& camera, const CameraRay& ray, float depth_m) {
   return ray.origin + ray.direction * (depth_m / ray.direction.dot(camera.forward()));
 }
 
-TEST(Lens, RaysOfAFilmPositionMeetInThePlaneOfFocus) {
+TEST(Lens, RaysConvergeInPlaneOfFocus) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   SceneCamera file = with_lens(2.0f, 0.05f, 3.0f);
@@ -38,14 +38,14 @@ TEST(Lens, RaysOfAFilmPositionMeetInThePlaneOfFocus) {
     const V3f sharp = at_depth(pinhole, pinhole.generate_ray(film, V2f(0.5f), 0.0f), 3.0f);
     const CameraRay ray = lens.generate_ray(film, V2f(uniform(random), uniform(random)), 0.0f);
     EXPECT_NEAR(ray.direction.length(), 1.0f, 1e-6f);
-    EXPECT_NEAR(lens.depth(ray.origin, 0.0f), 0.0f, 1e-6f);                          // on the lens,
+    EXPECT_NEAR(lens.depth(ray.origin, 0.0f), 0.0f, 1e-6f);                          // on the lens
     EXPECT_LE((ray.origin - lens.position()).length(), 0.5f * 0.05f / 2.0f + 1e-6f); // inside of the aperture
     EXPECT_LT((at_depth(lens, ray, 3.0f) - sharp).length(), 1e-5f);
   }
 }
 
-// Of a film position, what is seen of a plane at depth d has the diameter A |d - f| / f.
-TEST(Lens, BlursByTheCircleOfConfusion) {
+// A film position sees a region of diameter A |d - f| / f on a plane at depth d.
+TEST(Lens, BlurMatchesCircleOfConfusion) {
   const Camera camera(with_lens(1.4f, 0.085f, 2.0f), kPlaced, kSize);
   const float aperture = 0.085f / 1.4f;
   const V2f film(100, 300);
@@ -61,7 +61,7 @@ TEST(Lens, BlursByTheCircleOfConfusion) {
   }
 }
 
-TEST(Lens, FindsItsFocalLengthFromTheFieldOfView) {
+TEST(Lens, DerivesFocalLengthFromFieldOfView) {
   EXPECT_NEAR(focal_length_of(2.0f * std::atan(0.012f / 0.05f)), 0.05f, 1e-7f); // 50 mm and 24 mm of sensor
   SceneCamera file = with_lens(2.0f, 0.0f, 3.0f);
   file.yfov_rad = 2.0f * std::atan(0.012f / 0.05f);
@@ -69,7 +69,7 @@ TEST(Lens, FindsItsFocalLengthFromTheFieldOfView) {
   EXPECT_NEAR(Camera(file, kPlaced, kSize).confusion(6.0f), 0.025f, 1e-7f);
 }
 
-TEST(Lens, IsNoneWhereSomethingIsMissing) {
+TEST(Lens, IncompleteLensIsPinhole) {
   SceneCamera no_focus = with_lens(2.0f, 0.05f, 1.0f), no_stop = no_focus, flat = no_focus;
   no_focus.lens.focus_distance_m.reset();
   no_stop.lens.f_stop.reset();
@@ -87,7 +87,7 @@ TEST(Lens, IsNoneWhereSomethingIsMissing) {
 }
 
 // Telecentric: each film position has its own lens.
-TEST(Lens, OfOrthographicCamerasBlursAlikeEverywhere) {
+TEST(Lens, OrthographicBlurIsUniform) {
   SceneCamera file = with_lens(2.0f, 0.1f, 2.0f);
   file.kind = SceneCamera::Kind::orthographic;
   const Camera camera(file, kPlaced, kSize);
@@ -103,27 +103,29 @@ TEST(Lens, OfOrthographicCamerasBlursAlikeEverywhere) {
   }
 }
 
-// Highlights behind the focus look like the aperture as the camera sees it: a corner at the top is at the top of the image.
-TEST(Lens, ShowsApertureUprightBehindTheFocus) {
+// Highlights behind the focus look like the aperture as seen by the camera: a corner at the top is
+// at the top of the image.
+TEST(Lens, ApertureIsUprightBehindFocus) {
   SceneCamera file = with_lens(1.0f, 0.05f, 1.0f);
   file.lens.aperture_blades = 3;
   const Camera camera(file, M44f(), kSize);
-  // Film positions that see the point (0, 0, -4): those whose lens point p has film offset p (1 - focus / depth). The lowest ones see it past the
-  // bottom edge, which is closer than the corner at the top.
+  // Film positions that see the point (0, 0, -4) satisfy film offset = p (1 - focus / depth) for
+  // lens point p. The lowest ones see it past the bottom edge, which is closer than the corner at
+  // the top.
   float highest = 0.0f, lowest = 0.0f;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   for (int i = 0; i < 20000; ++i) {
     const CameraRay ray = camera.generate_ray({320, 240}, {uniform(random), uniform(random)}, 0.0f);
-    // Seen by the ray through the middle: the mirrored statement.
+    // Uses the mirrored statement: the point seen by the ray through the center.
     const float y = at_depth(camera, ray, 4.0f).y;
     highest = std::max(highest, y);
     lowest = std::min(lowest, y);
   }
-  EXPECT_GT(-lowest, 1.8f * highest); // of a point's image the other way round
+  EXPECT_GT(-lowest, 1.8f * highest); // inverted relative to a point's image
 }
 
-TEST(MovingCamera, IsAtItsKeysAndBetweenThem) {
+TEST(MovingCamera, InterpolatesKeys) {
   const M44f there = look_at({2, 2, 3}, {-4, 1.5f, 2}, {0, 1, 0});
   const M44f further = look_at({2, 5, 3}, {-4, 0, 2}, {0, 1, 0});
   const std::vector<M44f> later{there, further};
@@ -131,21 +133,22 @@ TEST(MovingCamera, IsAtItsKeysAndBetweenThem) {
   EXPECT_TRUE(moving.shutter_open());
   const std::vector<M44f> keys{kPlaced, there, further};
   for (size_t k = 0; k < 3; ++k) {
-    const Camera still(SceneCamera{}, keys[k], kSize);
-    EXPECT_FALSE(still.shutter_open());
+    const Camera static_camera(SceneCamera{}, keys[k], kSize);
+    EXPECT_FALSE(static_camera.shutter_open());
     const CameraRay a = moving.generate_ray({10, 20}, V2f(0.5f), 0.5f * static_cast<float>(k));
-    const CameraRay b = still.generate_ray({10, 20}, V2f(0.5f), 0.0f);
+    const CameraRay b = static_camera.generate_ray({10, 20}, V2f(0.5f), 0.0f);
     EXPECT_LT((a.origin - b.origin).length(), 1e-5f) << k;
     EXPECT_LT((a.direction - b.direction).length(), 1e-5f) << k;
-    EXPECT_NEAR(moving.depth({7, 8, 9}, 0.5f * static_cast<float>(k)), still.depth({7, 8, 9}, 0.0f), 1e-4f);
+    EXPECT_NEAR(moving.depth({7, 8, 9}, 0.5f * static_cast<float>(k)), static_camera.depth({7, 8, 9}, 0.0f), 1e-4f);
   }
   const CameraRay between = moving.generate_ray({10, 20}, V2f(0.5f), 0.25f);
   EXPECT_LT((between.origin - V3f(1.5f, 2, 3)).length(), 1e-5f);
   EXPECT_NEAR(between.direction.length(), 1.0f, 1e-6f);
 }
 
-// A turn about the vertical by 40 degrees between two keys, at all times: half the angle at half the time, and near it elsewhere.
-TEST(MovingCamera, TurnsTheShortWayAndEvenly) {
+// A rotation about the vertical by 40 degrees between two keys, at all times: half the angle at
+// half the time, and close to linear elsewhere.
+TEST(MovingCamera, RotatesTheShortWayAtConstantSpeed) {
   const auto turned = [](float degrees) {
     return orbit_camera({.theta_deg = degrees, .phi_deg = 90.0f, .radius_m = 0.0f}).camera_to_world;
   };
@@ -162,13 +165,13 @@ TEST(MovingCamera, TurnsTheShortWayAndEvenly) {
   }
 }
 
-TEST(MovingCamera, HasALensAsWell) {
+TEST(MovingCamera, SupportsLens) {
   const M44f there = look_at({2, 2, 3}, {-4, 1.5f, 2}, {0, 1, 0});
   const std::vector<M44f> later{there};
   const SceneCamera file = with_lens(2.0f, 0.05f, 3.0f);
-  const Camera moving(file, kPlaced, kSize, {.later_transforms = later}), still(file, there, kSize);
+  const Camera moving(file, kPlaced, kSize, {.later_transforms = later}), static_camera(file, there, kSize);
   const CameraRay a = moving.generate_ray({10, 20}, V2f(0.1f, 0.7f), 1.0f);
-  const CameraRay b = still.generate_ray({10, 20}, V2f(0.1f, 0.7f), 0.0f);
+  const CameraRay b = static_camera.generate_ray({10, 20}, V2f(0.1f, 0.7f), 0.0f);
   EXPECT_LT((a.origin - b.origin).length(), 1e-5f);
   EXPECT_LT((a.direction - b.direction).length(), 1e-5f);
 }

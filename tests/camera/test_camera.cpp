@@ -1,4 +1,4 @@
-// Rays and projections of the camera against angles and lengths worked out by hand.
+// Tests of camera rays and projections against hand-computed angles and lengths.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 #include "renderer/camera/place_camera.h"
@@ -34,18 +34,18 @@ SceneCamera orthographic(float xmag, float ymag) {
 
 CameraRay ray(const Camera& camera, float x, float y) { return camera.generate_ray({x, y}, kNoLens, 0.0f); }
 
-TEST(Camera, LooksAlongMinusZThroughTheCentre) {
+TEST(Camera, CenterRayLooksAlongMinusZ) {
   const Camera camera(perspective(60), M44f(), {400, 200});
   const CameraRay center = ray(camera, 200, 100);
   expect_near(center.origin, {0, 0, 0});
   expect_near(center.direction, {0, 0, -1});
 }
 
-TEST(Camera, KeepsTheVerticalFieldOfViewForEveryAspect) {
+TEST(Camera, KeepsVerticalFieldOfView) {
   const float t = std::tan(30.0f * kPi / 180.0f);
   for (const V2i& size : {V2i(400, 200), V2i(200, 200), V2i(100, 200)}) {
     SceneCamera file = perspective(60);
-    file.aspect_ratio = 7.0f; // the size of the image wins
+    file.aspect_ratio = 7.0f; // overridden by the size of the image
     const Camera camera(file, M44f(), size);
     const auto width = static_cast<float>(size.x);
     expect_near(ray(camera, 0.5f * width, 0).direction, V3f(0, t, -1).normalized()); // the top edge
@@ -56,13 +56,13 @@ TEST(Camera, KeepsTheVerticalFieldOfViewForEveryAspect) {
   }
 }
 
-TEST(Camera, PixelCentresAreAtHalves) {
-  // 2 x 2 pixels, 90 degrees: the center of the first pixel is half-way to the corner.
+TEST(Camera, PixelCentersAreAtHalves) {
+  // 2 x 2 pixels, 90 degrees: the center of the first pixel is halfway to the corner.
   const Camera camera(perspective(90), M44f(), {2, 2});
   expect_near(ray(camera, 0.5f, 0.5f).direction, V3f(-0.5f, 0.5f, -1).normalized());
 }
 
-TEST(Camera, MovesWithItsMatrix) {
+TEST(Camera, FollowsMatrix) {
   const Camera camera(perspective(90), look_at({5, 0, 0}, {0, 0, 0}, {0, 1, 0}), {10, 10});
   const CameraRay corner = ray(camera, 0, 0);
   expect_near(corner.origin, {5, 0, 0});
@@ -89,7 +89,7 @@ TEST(Camera, DirectionsAreUnit) {
     EXPECT_NEAR(ray(camera, uniform(random), uniform(random)).direction.length(), 1.0f, 1e-6f);
 }
 
-TEST(Camera, ProjectUndoesGenerateRay) {
+TEST(Camera, ProjectInvertsGenerateRay) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   const M44f placed = look_at({1, 2, 3}, {-4, 0.5f, 2}, {0, 1, 0});
@@ -101,11 +101,12 @@ TEST(Camera, ProjectUndoesGenerateRay) {
       const V3f point = r.origin + r.direction * (0.1f + 10.0f * uniform(random));
       const std::optional<V2f> found = camera.project(point);
       ASSERT_TRUE(found.has_value());
-      // The closest points are 0.1 away from an eye at coordinates of 3: 2^-24 * 3 / 0.1 of a 480 pixel film.
+      // The closest points are 0.1 away from an eye at coordinates of 3: 2^-24 * 3 / 0.1 of a 480
+      // pixel film.
       EXPECT_NEAR(found->x, film.x, 5e-3f);
       EXPECT_NEAR(found->y, film.y, 5e-3f);
 
-      // world_to_ndc says the same.
+      // world_to_ndc() agrees.
       const M44f ndc = camera.world_to_ndc();
       const V4f h = V4f(point.x, point.y, point.z, 1.0f) * ndc;
       EXPECT_NEAR(h.x / h.w * 640.0f, film.x, 2e-2f);
@@ -114,20 +115,20 @@ TEST(Camera, ProjectUndoesGenerateRay) {
   }
 }
 
-TEST(Camera, DoesNotSeeBehindItself) {
+TEST(Camera, DoesNotProjectPointsBehind) {
   const Camera camera(perspective(50), M44f(), {640, 480});
   EXPECT_FALSE(camera.project({0, 0, 1}).has_value());
   EXPECT_FALSE(camera.project({1, 0, 0}).has_value());
   EXPECT_TRUE(camera.project({0, 0, -1}).has_value());
 }
 
-TEST(Camera, WorldToCameraIsTheInverse) {
+TEST(Camera, WorldToCameraIsInverse) {
   const M44f placed = look_at({1, 2, 3}, {-4, 0.5f, 2}, {0, 1, 0});
   const Camera camera(perspective(50), placed, {64, 48});
   EXPECT_TRUE((placed * camera.world_to_camera()).equalWithAbsError(M44f(), 1e-5f));
 }
 
-TEST(Camera, AnglesWithoutATangentAreFinite) {
+TEST(Camera, ExtremeFieldsOfViewAreFinite) {
   for (const float yfov : {0.0f, kPi, 7.0f}) {
     SceneCamera file;
     file.yfov_rad = yfov;
@@ -136,7 +137,7 @@ TEST(Camera, AnglesWithoutATangentAreFinite) {
   }
 }
 
-TEST(Camera, IsAValue) {
+TEST(Camera, IsCopyable) {
   const Camera a(perspective(50), M44f(), {64, 48});
   const Camera b = a;
   EXPECT_EQ(ray(a, 3, 4).direction, ray(b, 3, 4).direction);

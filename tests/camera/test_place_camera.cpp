@@ -1,4 +1,4 @@
-// Placed cameras: what they must see, and how tightly.
+// Tests of camera placement: visibility, tightness and degenerate input.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/place_camera.h"
 
@@ -27,7 +27,7 @@ void expect_rigid(const M44f& m) {
   expect_close(x.cross(y), z);
 }
 
-// The share of the film that the corners of the box cover, as a box.
+// Returns the bounds of the box's corners on the film, as fractions.
 Imath::Box2f film_bounds(const Box3f& box, const PlacedCamera& placed, const V2i& size) {
   const Camera camera(placed.camera, placed.camera_to_world, size);
   Imath::Box2f film;
@@ -40,7 +40,7 @@ Imath::Box2f film_bounds(const Box3f& box, const PlacedCamera& placed, const V2i
   return film;
 }
 
-TEST(LookAt, SeesItsTargetUpright) {
+TEST(LookAt, CentersTargetUpright) {
   const M44f m = look_at({3, 4, 5}, {-1, 0, 2}, {0, 1, 0});
   expect_rigid(m);
   expect_close(eye(m), {3, 4, 5});
@@ -49,7 +49,7 @@ TEST(LookAt, SeesItsTargetUpright) {
   EXPECT_NEAR(m[0][1], 0.0f, 1e-6f); // and the horizon level
 }
 
-TEST(LookAt, HasAnAnswerWhereTheQuestionHasNone) {
+TEST(LookAt, HandlesDegenerateInput) {
   for (const V3f& target : {V3f(0, 0, 0), V3f(0, -1, 0), V3f(0, 1, 0)})
     expect_rigid(look_at({0, 0, 0}, target, {0, 1, 0}));
   expect_rigid(look_at({0, 0, 0}, {1, 0, 0}, {1, 0, 0}));
@@ -57,7 +57,7 @@ TEST(LookAt, HasAnAnswerWhereTheQuestionHasNone) {
   expect_close(forward(look_at({0, 5, 0}, {0, 0, 0}, {0, 1, 0})), {0, -1, 0});
 }
 
-TEST(FitCamera, SeesTheWholeBoxTightly) {
+TEST(FitCamera, FramesBoxTightly) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   for (int i = 0; i < 500; ++i) {
@@ -73,7 +73,7 @@ TEST(FitCamera, SeesTheWholeBoxTightly) {
     EXPECT_GT(film.min.y, 0.049f);
     EXPECT_LT(film.max.x, 0.951f);
     EXPECT_LT(film.max.y, 0.951f);
-    // One direction is filled to the margin.
+    // One direction is filled up to the margin.
     EXPECT_GT(std::max(film.max.x - film.min.x, film.max.y - film.min.y), 0.899f) << box.min << box.max;
   }
 }
@@ -85,10 +85,10 @@ TEST(FitCamera, LooksFromTheFrontAndAbove) {
   EXPECT_LT(view.z, -0.5f); // glTF's front is +z
   EXPECT_LT(view.y, -0.1f);
   EXPECT_GT(view.y, -0.6f);
-  EXPECT_GT(std::abs(view.x), 0.1f); // three-quarter
+  EXPECT_GT(std::abs(view.x), 0.1f); // three-quarter view
 }
 
-TEST(FitCamera, WorksForFlatAndDegenerateAndEmptyBoxes) {
+TEST(FitCamera, HandlesFlatDegenerateAndEmptyBoxes) {
   for (const Box3f& box :
        {Box3f({0, 0, 0}, {2, 0, 3}), Box3f({0, 0, 0}, {2, 3, 0}), Box3f({1, 1, 1}, {1, 5, 1}),
         Box3f({7, 7, 7}, {7, 7, 7}), Box3f({1e6f, 0, 0}, {1e6f, 0, 0}), Box3f({-1e-6f, 0, 0}, {1e-6f, 1e-6f, 0})}) {
@@ -109,7 +109,7 @@ TEST(FitCamera, WorksForFlatAndDegenerateAndEmptyBoxes) {
   }
 }
 
-TEST(OrbitCamera, StandsOnTheSphereAroundItsTarget) {
+TEST(OrbitCamera, LiesOnSphereAroundTarget) {
   const PlacedCamera front = orbit_camera({.theta_deg = 0, .phi_deg = 90, .radius_m = 3, .target = {1, 2, 3}});
   expect_close(eye(front.camera_to_world), {1, 2, 6});
   expect_close(forward(front.camera_to_world), {0, 0, -1});
@@ -122,7 +122,7 @@ TEST(OrbitCamera, StandsOnTheSphereAroundItsTarget) {
   expect_rigid(right.camera_to_world);
 }
 
-TEST(OrbitCamera, AgreesWithLookAtAwayFromThePoles) {
+TEST(OrbitCamera, MatchesLookAtAwayFromPoles) {
   for (const float theta : {-155.0f, -30.0f, 0.0f, 77.0f}) {
     for (const float phi : {10.0f, 75.0f, 100.0f, 170.0f}) {
       const M44f m =
@@ -132,7 +132,7 @@ TEST(OrbitCamera, AgreesWithLookAtAwayFromThePoles) {
   }
 }
 
-TEST(OrbitCamera, IsDefinedAtThePolesAndInTheTarget) {
+TEST(OrbitCamera, IsDefinedAtPolesAndTarget) {
   const PlacedCamera top = orbit_camera({.theta_deg = 90, .phi_deg = 0, .radius_m = 5});
   expect_close(forward(top.camera_to_world), {0, -1, 0});
   expect_rigid(top.camera_to_world);
@@ -141,7 +141,7 @@ TEST(OrbitCamera, IsDefinedAtThePolesAndInTheTarget) {
   expect_close(forward(inside.camera_to_world), {0, 0, 1});
 }
 
-TEST(DefaultImageSize, FollowsTheAspect) {
+TEST(DefaultImageSize, FollowsAspect) {
   EXPECT_EQ(default_image_size(std::nullopt), V2i(1280, 720));
   EXPECT_EQ(default_image_size(1.0f), V2i(1280, 1280));
   EXPECT_EQ(default_image_size(2.0f), V2i(1280, 640));

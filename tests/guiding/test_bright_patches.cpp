@@ -1,4 +1,4 @@
-// The directions that patches are given against the density that is claimed for them.
+// Tests that directions sampled from patches match their stated density.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/bright_patches.h"
 
@@ -13,8 +13,8 @@ namespace {
 
 using test::Random;
 
-// On the walls of a room of 2 x 2 x 2 around the origin, shining inwards; two overlap as seen from some points, one shines
-// outwards.
+// On the walls of a room of 2 x 2 x 2 around the origin, facing inwards; two overlap as seen from
+// some points, one faces outwards.
 std::vector<BrightPatch> room_patches() {
   return {
       {V3f(0.3f, 1.0f, -0.2f), V3f(0.5f, 0.0f, 0.05f), 3, 40.0f},
@@ -37,7 +37,7 @@ const Place kPlaces[] = {{V3f(0.0f, -0.9f, 0.0f), V3f(0, 1, 0)},
                          {V3f(0.9f, 0.1f, 0.2f), V3f(-1, 0, 0)},
                          {V3f(0.3f, 0.5f, -0.5f), V3f(0, 0.6f, 0.8f)}};
 
-TEST(Facing, IsTheNearestHalfAxis) {
+TEST(Facing, IsNearestHalfAxis) {
   EXPECT_EQ(facing_of(V3f(1, 0, 0)), 0U);
   EXPECT_EQ(facing_of(V3f(-0.8f, 0.6f, 0)), 1U);
   EXPECT_EQ(facing_of(V3f(0.1f, 0.9f, 0.2f)), 2U);
@@ -64,21 +64,22 @@ TEST(BrightPatches, ChancesFollowFormFactors) {
     }
     EXPECT_NEAR(sum, chances.sum, 1e-5f);
   }
-  // A large bright ceiling leaves the rest its due.
+  // A large bright ceiling leaves the minimum rest.
   const BrightPatch ceiling{V3f(0, 1, 0), V3f(5, 0, 5), 3, 1e6f};
   BrightPatches::Chances chances;
   BrightPatches(std::span(&ceiling, 1)).chances(V3f(0.0f), V3f(0, 1, 0), chances);
   EXPECT_NEAR(chances.sum, 1.0f - BrightPatches::kMinRest, 1e-5f);
-  // Seen from behind, and with none at all, there is nothing to aim at.
+  // Seen from behind, or without patches, there is no target.
   BrightPatches(std::span(&ceiling, 1)).chances(V3f(0, 2, 0), V3f(0, -1, 0), chances);
   EXPECT_EQ(chances.sum, 0.0f);
   BrightPatches().chances(V3f(0.0f), V3f(0, 1, 0), chances);
   EXPECT_EQ(chances.sum, 0.0f);
 }
 
-// Counts of directions in cells of z and azimuth. What they should be is integrated by one random point in each of a million small
-// cells: the density jumps at the edges of patches, where quadrature has no order.
-TEST(BrightPatches, SamplesFollowTheDensity) {
+// Counts directions in cells of z and azimuth. The expectation integrates one random point in each
+// of a million small cells: the density jumps at the edges of patches, where quadrature has no
+// order.
+TEST(BrightPatches, SamplingMatchesPdf) {
   const BrightPatches patches(room_patches());
   constexpr size_t kRows = 8, kColumns = 16, kFine = 128;
   constexpr int kSamples = 40000;
@@ -102,7 +103,8 @@ TEST(BrightPatches, SamplesFollowTheDensity) {
         expected[row / kFine * kColumns + column / kFine] += mass * kSamples;
         integral += mass;
       }
-    // Half of the points in the 10,000 or so small cells on an edge are on the wrong side, at random.
+    // Half of the points in the 10,000 or so small cells on an edge are on the wrong side, at
+    // random.
     EXPECT_NEAR(integral, 1.0, 5e-3) << place.position;
     for (int i = 0; i < kSamples; ++i) {
       const float u_patch = random.next_1d();
@@ -129,8 +131,9 @@ TEST(BrightPatches, SamplesFollowTheDensity) {
   }
 }
 
-// Every sampled direction has a density, but for those that rounding moves over an edge.
-TEST(BrightPatches, SamplesHaveADensity) {
+// Every sampled direction has a positive density, except for those that rounding moves over an
+// edge.
+TEST(BrightPatches, SamplesHavePositiveDensity) {
   const BrightPatches patches(room_patches());
   Random random(9);
   int without = 0;

@@ -1,4 +1,4 @@
-// Guides learned from made-up records.
+// Tests of guides learned from synthetic records.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
@@ -17,8 +17,8 @@ namespace {
 
 using test::Random;
 
-// From the floor of a room of 4 x 2 x 4 to its ceiling, which is bright in a strip at x from 1 to 1.1, and dim elsewhere.
-// The walls are as dim. Directions by the cosine.
+// From the floor of a room of 4 x 2 x 4 to its ceiling, which is bright in a strip at x from 1 to
+// 1.1, and dim elsewhere. The walls are equally dim. Directions are cosine-distributed.
 std::vector<GuideRecord> room_records(int count, uint64_t seed, float strip_radiance) {
   Random random(seed);
   std::vector<GuideRecord> records;
@@ -28,7 +28,7 @@ std::vector<GuideRecord> room_records(int count, uint64_t seed, float strip_radi
     record.normal = V3f(0, 1, 0);
     const V3f wi = Frame::around(record.normal).to_world(sample_cosine_hemisphere(random.next_2d()));
     if (wi.y < 0.001f) continue;
-    // The ceiling, or the wall that is met first.
+    // The ceiling, or the wall that is hit first.
     float distance = 2.0f / wi.y;
     record.hit_facing = 3;
     for (const int axis : {0, 2}) {
@@ -48,7 +48,7 @@ std::vector<GuideRecord> room_records(int count, uint64_t seed, float strip_radi
   return records;
 }
 
-TEST(LearnGuide, FindsTheBrightStrip) {
+TEST(LearnGuide, FindsBrightStrip) {
   const LearnedGuide learned = learn_guide(room_records(20000, 1, 5.0f), {});
   EXPECT_LT(learned.second_moment, 0.5);
   // From the middle of the floor most guided directions lead into the strip.
@@ -68,18 +68,19 @@ TEST(LearnGuide, FindsTheBrightStrip) {
   EXPECT_GT(inside, 800);
 }
 
-TEST(LearnGuide, ForeseesWhatOtherRecordsConfirm) {
+TEST(LearnGuide, PredictedGainHoldsForOtherRecords) {
   const LearnedGuide learned = learn_guide(room_records(100000, 3, 5.0f), {});
   const std::vector<GuideRecord> others = room_records(100000, 4, 5.0f);
   EXPECT_NEAR(second_moment(others, learned.guide.patches), learned.second_moment, 0.05);
 }
 
-TEST(LearnGuide, ForeseesNoGainWithoutAnythingBright) {
+TEST(LearnGuide, PredictsNoGainWithoutBrightRegions) {
   const LearnedGuide learned = learn_guide(room_records(20000, 5, 0.15f), {});
   EXPECT_GT(learned.second_moment, 0.97);
 }
 
-// The strengths are a minimum: no change of a single one lowers the second moment of the records that they were fitted to.
+// The strengths are a minimum: no change of a single one lowers the second moment of the fitted
+// records.
 TEST(LearnGuide, StrengthsAreAMinimum) {
   std::vector<GuideRecord> records = room_records(5000, 6, 5.0f);
   std::vector<BrightPatch> patches = find_patches(records);
@@ -94,8 +95,8 @@ TEST(LearnGuide, StrengthsAreAMinimum) {
     }
 }
 
-// To the bit: the guide decides which samples an image has.
-TEST(LearnGuide, ThreadsDoNotMatter) {
+// Bitwise equality matters: the guide determines the samples of an image.
+TEST(LearnGuide, IsIndependentOfThreadCount) {
   const std::vector<GuideRecord> records = room_records(100000, 7, 3.0f);
   LearnedGuide alone;
   tbb::task_arena(1).execute([&] { alone = learn_guide(records, {}); });
@@ -111,10 +112,10 @@ TEST(LearnGuide, ThreadsDoNotMatter) {
   }
 }
 
-TEST(LearnGuide, FromNothing) {
+TEST(LearnGuide, HandlesEmptyAndDegenerateRecords) {
   EXPECT_TRUE(learn_guide({}, {}).guide.patches.empty());
   EXPECT_EQ(learn_guide({}, {}).second_moment, 1.0);
-  // All at one place: no split can part them, and no rectangle around them is flat.
+  // All hits in one place: no split can separate them, and no rectangle around them is flat.
   GuideRecord record;
   record.normal = V3f(0, 1, 0);
   record.hit = V3f(1, 1, 1);

@@ -136,7 +136,7 @@ TEST(Guiding, LightProbabilitiesKeepTheMean) {
     record.moment = square(to_unit_float(hash_u32(i / 300)) * static_cast<float>(i % 7));
     records.push_back(record);
   }
-  const Guide guide{{}, ShareTree(records)};
+  const Guide guide{{}, LightSelectionTree(records)};
   const Camera camera(SceneCamera{}, look_at(V3f(0, 0.1f, 3.0f), V3f(0, -0.2f, 0)), V2i(24, 24));
   RenderSettings settings = small_render(V2i(24, 24), 256);
   settings.integrator.roulette_start_bounce = 2;

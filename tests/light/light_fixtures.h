@@ -1,4 +1,4 @@
-// Images and estimators that the tests of lights share.
+// Images and estimators shared by the tests of lights.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@ inline V3f rotate_y(const V3f& d, float r) {
   return {d.x * std::cos(r) + d.z * std::sin(r), d.y, d.z * std::cos(r) - d.x * std::sin(r)};
 }
 
-// An image of floats; `value` gives the texel at (x, y).
+// Returns an image of floats; `value` gives the texel at (x, y).
 inline std::shared_ptr<const Image> float_image(int width, int height, const std::function<Rgb(int, int)>& value) {
   auto image = std::make_shared<Image>();
   image->width = width;
@@ -36,7 +36,8 @@ inline std::shared_ptr<const Image> float_image(int width, int height, const std
   return image;
 }
 
-// Uneven on purpose: noise over three decades, a black quarter, black poles and one very bright texel.
+// Deliberately uneven: noise over three decades, a black quarter, black poles and one very bright
+// texel.
 inline std::shared_ptr<const Image> uneven_image(int width, int height) {
   Random random(7);
   return float_image(width, height, [&](int x, int y) {
@@ -48,7 +49,7 @@ inline std::shared_ptr<const Image> uneven_image(int width, int height) {
   });
 }
 
-// Mean and its standard error.
+// Accumulates a mean and its standard error.
 struct Estimate {
   double sum = 0.0;
   double sum_of_squares = 0.0;
@@ -66,7 +67,7 @@ struct Estimate {
   }
 };
 
-// Irradiance (luminance) at a point with this normal, by sampling the lights.
+// Estimates the irradiance (luminance) at a point with this normal by sampling the lights.
 inline Estimate sampled_irradiance(const LightSet& lights, const V3f& point, const V3f& normal, size_t samples,
                                    uint32_t seed) {
   Random random(seed);
@@ -80,7 +81,8 @@ inline Estimate sampled_irradiance(const LightSet& lights, const V3f& point, con
   return estimate;
 }
 
-// Two triangles: corner, corner + a, corner + a + b, corner + b. Emits to the side of a x b.
+// Adds two triangles: corner, corner + a, corner + a + b, corner + b. They emit to the side of a x
+// b.
 inline void add_rectangle(LightSetInput& input, const V3f& corner, const V3f& a, const V3f& b, uint32_t emission) {
   input.triangles.push_back({corner, corner + a, corner + a + b, emission});
   input.triangles.push_back({corner, corner + a + b, corner + b, emission});

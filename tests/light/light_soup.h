@@ -1,4 +1,4 @@
-// Random collections of lights of every kind and size, good and degenerate.
+// Random collections of lights of every kind and size, valid and degenerate.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,8 +19,9 @@ inline V3f random_point(Random& random, float extent) {
   return (V3f(x, y, z) * 2.0f - V3f(1.0f)) * extent;
 }
 
-// In a cube of side 20: emissions 0 and 1 are one-sided, 2 two-sided, 3 two-sided and textured if `texture` is given. A
-// third of the triangles hang in a few clusters that face one way, some are tiny, one is huge, some have no area.
+// In a cube of side 20: emissions 0 and 1 are one-sided, 2 two-sided, 3 two-sided and textured if
+// `texture` is given. A third of the triangles are in a few clusters that face one way, some are
+// tiny, one is huge, some have no area.
 inline LightSetInput light_soup(uint32_t seed, int triangles, int points, int spots, const Texture* texture) {
   Random random(seed);
   LightSetInput input;

@@ -1,4 +1,4 @@
-// The conventions of an Environment: directions, rotation, poles, and what images may hold.
+// Tests of the Environment: directions, rotation, poles, texel formats and its density.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/environment.h"
 #include "tests/light/light_fixtures.h"
@@ -20,7 +20,7 @@ V3f uniform_direction(test::Random& random) {
   return {static_cast<float>(r * std::cos(phi)), static_cast<float>(z), static_cast<float>(r * std::sin(phi))};
 }
 
-// The map of the specification in double precision, interpolated by the book.
+// The mapping of the specification in double precision with textbook interpolation.
 Rgb reference_radiance(const Image& image, const V3f& d) {
   const double u = 0.5 + std::atan2(static_cast<double>(d.z), static_cast<double>(d.x)) / (2.0 * std::numbers::pi);
   const double v = std::acos(std::clamp(static_cast<double>(d.y), -1.0, 1.0)) / std::numbers::pi;
@@ -55,12 +55,12 @@ TEST(Equirect, AnglesAreAccurate) {
     worst_acos = std::max(worst_acos, std::fabs(static_cast<double>(acos_half_turns(c)) -
                                                 std::acos(static_cast<double>(c)) / std::numbers::pi));
   }
-  // As the header states; in radians 1.3e-6 and 6e-7.
+  // Bounds that the header states; in radians 1.3e-6 and 6e-7.
   EXPECT_LT(worst_atan, 2e-7);
   EXPECT_LT(worst_acos, 2e-7);
 }
 
-TEST(Equirect, SpecialValues) {
+TEST(Equirect, HandlesSpecialValues) {
   EXPECT_EQ(atan2_turns(0.0f, 1.0f), 0.0f);
   EXPECT_EQ(atan2_turns(1.0f, 0.0f), 0.25f);
   EXPECT_EQ(atan2_turns(-1.0f, 0.0f), -0.25f);
@@ -75,7 +75,7 @@ TEST(Equirect, SpecialValues) {
   EXPECT_NEAR(acos_half_turns(0.0f), 0.5f, 1e-7f);
 }
 
-// An 8 x 4 image whose texels carry their own coordinates.
+// An 8 x 4 image whose texels hold their own coordinates.
 std::shared_ptr<const Image> coordinate_image() {
   return float_image(8, 4, [](int x, int y) { return Rgb(static_cast<float>(x), static_cast<float>(y), 1.0f); });
 }
@@ -93,15 +93,16 @@ TEST(Environment, DirectionsMapAsDocumented) {
   EXPECT_EQ(environment.radiance({0, -1, 0}).y, 3.0f);
 }
 
-TEST(Environment, AgreesWithTheDefinition) {
-  const auto image = test::uneven_image(37, 19); // odd sizes: nothing falls on round numbers
+TEST(Environment, MatchesReferenceInterpolation) {
+  const auto image = test::uneven_image(37, 19); // odd sizes avoid round numbers
   const Environment environment(image, 0.0f, 1.0f);
   test::Random random(2);
   for (int i = 0; i < 100'000; ++i) {
     const V3f d = uniform_direction(random);
     const Rgb expected = reference_radiance(*image, d);
     const Rgb found = environment.radiance(d);
-    // Stored as halves (2^-11 relative), and u off by 2e-7: 37 texels * 2e-7 * 4000 is 0.03 near the bright one.
+    // Stored as halves (2^-11 relative), and u is off by 2e-7: 37 texels * 2e-7 * 4000 is 0.03 near
+    // the bright one.
     for (int c = 0; c < 3; ++c) ASSERT_NEAR(found[c], expected[c], 5e-4f * expected[c] + 0.06f) << d;
   }
 }
@@ -126,7 +127,7 @@ TEST(Environment, HalfImagesAreExact) {
   }
 }
 
-TEST(Environment, RotationTurnsItCounterClockwiseFromAbove) {
+TEST(Environment, RotationIsCounterclockwiseFromAbove) {
   const auto image = test::uneven_image(32, 16);
   const Environment still(image, 0.0f, 1.0f);
   for (const float r : {0.5f, -2.0f, 7.0f, kPi}) {
@@ -138,14 +139,14 @@ TEST(Environment, RotationTurnsItCounterClockwiseFromAbove) {
       EXPECT_NEAR(turned.radiance(rotate_y(d, r)).x, expected.x, 1e-3f * expected.x + 0.1f) << r << " " << d;
     }
   }
-  // A quarter turn takes what was at +X to -Z.
+  // A quarter turn moves +X to -Z.
   const auto spot = float_image(64, 32, [](int x, int) { return x == 31 || x == 32 ? Rgb(1.0f) : Rgb(0.0f); });
   EXPECT_NEAR(Environment(spot, 0.0f, 1.0f).radiance({1, 0, 0}).x, 1.0f, 1e-5f);
   EXPECT_NEAR(Environment(spot, kPi / 2, 1.0f).radiance({0, 0, -1}).x, 1.0f, 1e-4f);
   EXPECT_EQ(Environment(spot, kPi / 2, 1.0f).radiance({0, 0, 1}).x, 0.0f);
 }
 
-TEST(Environment, IntensityScalesRadianceAndNotDensity) {
+TEST(Environment, IntensityScalesRadianceButNotDensity) {
   const auto image = test::uneven_image(32, 16);
   const Environment one(image, 0.3f, 1.0f);
   const Environment three(image, 0.3f, 3.0f);
@@ -158,7 +159,7 @@ TEST(Environment, IntensityScalesRadianceAndNotDensity) {
   EXPECT_FLOAT_EQ(three.total_radiance().y, 3.0f * one.total_radiance().y);
 }
 
-TEST(Environment, BlackOnesGiveNothing) {
+TEST(Environment, BlackEnvironmentHasNoSamples) {
   const auto black = float_image(8, 4, [](int, int) { return Rgb(0.0f); });
   for (const Environment& environment :
        {Environment(black, 0.0f, 1.0f), Environment(Rgb(0.0f)), Environment(nullptr, 0.0f, 1.0f),
@@ -173,7 +174,7 @@ TEST(Environment, BlackOnesGiveNothing) {
   }
 }
 
-TEST(Environment, OneColor) {
+TEST(Environment, UniformColorHasConstantDensity) {
   const Environment environment(Rgb(1.0f, 2.0f, 3.0f));
   EXPECT_EQ(environment.radiance({0.6f, 0.8f, 0.0f}), Rgb(1.0f, 2.0f, 3.0f));
   EXPECT_FLOAT_EQ(environment.pdf({0.6f, 0.8f, 0.0f}), 1.0f / (4.0f * kPi));
@@ -184,7 +185,7 @@ TEST(Environment, OneColor) {
   EXPECT_EQ(sample.radiance, Rgb(1.0f, 2.0f, 3.0f));
 }
 
-TEST(Environment, BadTexelsReadAsZero) {
+TEST(Environment, InvalidTexelsReadAsZero) {
   const float bad[] = {-1.0f, kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN()};
   const auto image = float_image(8, 4, [&](int x, int y) { return y == 1 ? Rgb(bad[x % 4]) : Rgb(2.0f); });
   const Environment environment(image, 0.0f, 1.0f);
@@ -195,7 +196,7 @@ TEST(Environment, BadTexelsReadAsZero) {
     const LightSample sample = environment.sample(random.next_2d());
     ASSERT_TRUE(sample.pdf > 0.0f && std::isfinite(sample.pdf));
   }
-  // A direction that is not a number must not read out of bounds.
+  // A NaN direction must not read out of bounds.
   (void)environment.eval(V3f(std::numeric_limits<float>::quiet_NaN()));
 }
 
@@ -214,8 +215,8 @@ TEST(Environment, ReadsEveryPixelType) {
   EXPECT_EQ(Environment(std::make_shared<Image>(f16), 0.0f, 1.0f).radiance({0, 0, 1}).z, 2.5f);
 }
 
-TEST(Environment, ExtremeRangesSurvive) {
-  // A sun of 1e9 over a sky of 1: beyond what a half can hold at once.
+TEST(Environment, KeepsExtremeDynamicRange) {
+  // A sun of 1e9 over a sky of 1 exceeds the range of a half.
   const auto image = float_image(64, 32, [](int x, int y) { return x == 10 && y == 5 ? Rgb(1e9f) : Rgb(1.0f); });
   const Environment environment(image, 0.0f, 1.0f);
   EXPECT_NEAR(environment.radiance({0, -1, 0}).x, 1.0f, 2e-3f);
@@ -230,24 +231,25 @@ TEST(Environment, MemoryIsAsDocumented) {
   EXPECT_LT(static_cast<double>(environment.memory_bytes()), 13.5 * 512 * 256);
 }
 
-// What is even over the sky is left to BSDF sampling, a sun is not, and one color has nothing that stands out.
-TEST(Environment, DensityFollowsWhatStandsOut) {
+// The uniform part of the sky is left to BSDF sampling, the sun is not; a uniform color is sampled
+// uniformly.
+TEST(Environment, DensityIsMisCompensated) {
   const auto sky = [](float sun) {
     return Environment(float_image(64, 32, [&](int x, int y) { return Rgb(x == 20 && y == 8 ? sun : 1.0f); }), 0.0f,
                        1.0f);
   };
   const Environment even = sky(1.0f);
-  EXPECT_NEAR(even.sampled_share(), 0.3f, 2e-3f);
+  EXPECT_NEAR(even.sampled_fraction(), 0.3f, 2e-3f);
   EXPECT_NEAR(even.pdf(V3f(0.6f, 0.48f, 0.64f)), 0.25f * kInvPi,
-              2.5e-3f * kInvPi); // sin(theta) within a row is not told apart
+              2.5e-3f * kInvPi); // sin(theta) within a row is not resolved
   const Environment sunny = sky(1e5f);
-  EXPECT_GT(sunny.sampled_share(), 0.9f);
-  EXPECT_LT(sunny.sampled_share(), 1.0f);
-  EXPECT_GT(sunny.pdf(V3f(0.0f, -1.0f, 0.0f)), 0.0f); // far from the sun, and still possible
-  EXPECT_EQ(Environment(Rgb(2.0f)).sampled_share(), 1.0f);
+  EXPECT_GT(sunny.sampled_fraction(), 0.9f);
+  EXPECT_LT(sunny.sampled_fraction(), 1.0f);
+  EXPECT_GT(sunny.pdf(V3f(0.0f, -1.0f, 0.0f)), 0.0f); // far from the sun, but still possible
+  EXPECT_EQ(Environment(Rgb(2.0f)).sampled_fraction(), 1.0f);
 }
 
-TEST(Environment, PositiveDensityWhereverThereIsLight) {
+TEST(Environment, DensityIsPositiveWhereverThereIsLight) {
   const Environment environment(test::uneven_image(37, 19), 1.0f, 1.0f);
   test::Random random(8);
   for (int i = 0; i < 200'000; ++i) {
@@ -256,7 +258,7 @@ TEST(Environment, PositiveDensityWhereverThereIsLight) {
   }
 }
 
-TEST(Environment, SamplesReportTheDensityThatIsLookedUp) {
+TEST(Environment, SamplePdfMatchesLookup) {
   for (const int width : {37, 512}) {
     const Environment environment(test::uneven_image(width, width / 2), 2.0f, 1.0f);
     test::Random random(9);
@@ -271,8 +273,8 @@ TEST(Environment, SamplesReportTheDensityThatIsLookedUp) {
       const float tolerance = 2e-3f * max_component(sample.radiance) + 4000.0f * 4e-7f * static_cast<float>(width);
       ASSERT_NEAR(eval.radiance.x, sample.radiance.x, tolerance);
     }
-    // Only directions within about 4e-7 turns of a texel's border may read the neighbor; half of the samples are in
-    // one texel.
+    // Only directions within about 4e-7 turns of a texel's border may read the neighbor; half of
+    // the samples are in one texel.
     EXPECT_LT(different, kSamples * 4e-7 * width * 20 + 10);
   }
 }

@@ -1,4 +1,4 @@
-// LightNode: what rounding to bytes may do, and the profile of a family against the sum over its members.
+// Tests of LightNode: conservative rounding, and profiles of families against sums of members.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_node.h"
 
@@ -14,10 +14,11 @@ using test::Random;
 using test::random_direction;
 using test::random_point;
 
-TEST(LightNode, RoundingKeepsWhatSpheresHold) {
+TEST(LightNode, RoundedBoundsContainOriginals) {
   Random random(51);
   for (int round = 0; round < 500; ++round) {
-    // From clusters of a millimeter to a kilometer away from the origin, with members as large as all of it.
+    // From clusters of a millimeter to a kilometer away from the origin, with members up to the
+    // size of the cluster.
     const float extent = std::pow(10.0f, -3.0f + 6.0f * random.next_1d());
     const V3f far = random_point(random, round % 3 == 0 ? 1000.0f : 0.0f);
     std::vector<LightFamily> families(1 + static_cast<size_t>(random.next_1d() * 7.99f));
@@ -50,15 +51,17 @@ TEST(LightNode, RoundingKeepsWhatSpheresHold) {
   }
 }
 
-// Irradiance at a far point from emitters with normals in a cap around an axis, from the root's one guess.
-TEST(LightNode, ProfileOfFamilies) {
+// Compares the root's estimate at a far point with the sum over emitters whose normals are in a cap
+// around an axis.
+TEST(LightNode, FamilyProfileMatchesSumOfMembers) {
   Random random(52);
   struct Kind {
     float cos_cap;
     float back;
-    float tolerance; // of the largest
+    float tolerance; // of the maximum
   };
-  // Exact for planes, spheres and half spheres (but for rounding to bytes); close in between.
+  // Exact for planes, spheres and half spheres (except for rounding to bytes); approximate in
+  // between.
   for (const Kind& kind : {Kind{1.0f, 0.0f, 0.02f}, Kind{1.0f, 1.0f, 0.02f}, Kind{-1.0f, 0.0f, 0.05f},
                            Kind{-1.0f, 0.0625f, 0.05f}, Kind{0.0f, 0.0f, 0.05f}, Kind{0.7f, 0.0f, 0.1f}}) {
     const V3f axis = random_direction(random);
@@ -88,7 +91,7 @@ TEST(LightNode, ProfileOfFamilies) {
   }
 }
 
-// As the README says.
+// Verifies the figure in the README.
 TEST(LightNode, MemoryPerEmitter) {
   Random random(53);
   std::vector<EmitterBounds> emitters(80'000);

@@ -1,4 +1,4 @@
-// Measured luminaires: intensities against closed forms and the table, symmetry, flux, and the samples of a LightSet.
+// Tests of measured luminaires: closed forms, table values, symmetry, flux and LightSet samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_profile.h"
 #include "renderer/light/light_set.h"
@@ -34,7 +34,7 @@ LightProfile lambertian() {
   return profile_of(Kind::c, steps(0, 90, 91), {0.0f}, [](float v, float) { return 1000.0f * cosine(v); });
 }
 
-TEST(LightProfile, LambertianLuminaireInClosedForm) {
+TEST(LightProfile, LambertianMatchesClosedForm) {
   const LightProfile profile = lambertian();
   constexpr float kBetweenSteps = 1000.0f * 3.9e-5f; // second derivative times step^2 / 8
   for (float v = 0.0f; v < 90.0f; v += 0.37f)
@@ -48,8 +48,8 @@ TEST(LightProfile, LambertianLuminaireInClosedForm) {
               1.0f); // integral of cos^3 over that of cos^2, over sin
 }
 
-// Every measured value is found where direction() says that it is, at irregular angles.
-TEST(LightProfile, TheTableIsMetAtItsAngles) {
+// Irregular angles: intensity() returns every measured value in the direction given by direction().
+TEST(LightProfile, ReproducesTableAtItsAngles) {
   const auto mark = [](float v, float h) { return 1000.0f + 3.0f * v + 0.5f * h; };
   const std::vector<float> all_around = {0, 13, 45, 90, 128.5f, 180, 200, 270, 300, 360};
   const std::vector<float> both_sides = {-90, -45, -44, 0, 7, 60, 90};
@@ -59,7 +59,7 @@ TEST(LightProfile, TheTableIsMetAtItsAngles) {
       {Kind::b, {both_sides, {-89, -20, 0, 5, 89}}},
   };
   for (const auto& [kind, angles] : cases) {
-    // Values that close the circle.
+    // Closes the circle with equal values.
     const auto value = [&, k = kind](float v, float h) { return mark(v, k == Kind::c && h == 360.0f ? 0.0f : h); };
     const LightProfile profile = profile_of(kind, angles.first, angles.second, value);
     for (const float v : angles.first) {
@@ -72,18 +72,18 @@ TEST(LightProfile, TheTableIsMetAtItsAngles) {
 }
 
 // EXT_lights_ies, "Coordinate System Mapping".
-TEST(LightProfile, DirectionsAreThoseOfTheExtension) {
+TEST(LightProfile, DirectionsMatchExtension) {
   const auto near = [](const V3f& a, const V3f& b) { return (a - b).length() < 1e-6f; };
   for (const Kind kind : {Kind::a, Kind::b, Kind::c})
     EXPECT_TRUE(near(LightProfile::direction(kind, 0, 0), {0, 0, -1}));
   for (const Kind kind : {Kind::a, Kind::b, Kind::c})
     EXPECT_TRUE(near(LightProfile::direction(kind, 90, 0), {1, 0, 0}));
-  EXPECT_TRUE(near(LightProfile::direction(Kind::c, 90, 90), {0, 1, 0}));  // counter-clockwise
+  EXPECT_TRUE(near(LightProfile::direction(Kind::c, 90, 90), {0, 1, 0}));  // counterclockwise
   EXPECT_TRUE(near(LightProfile::direction(Kind::a, 0, 90), {0, -1, 0}));  // clockwise
   EXPECT_TRUE(near(LightProfile::direction(Kind::b, 45, 90), {0, -1, 0})); // the pole
 }
 
-TEST(LightProfile, SymmetryIsAppliedWhereAnglesEnd) {
+TEST(LightProfile, AppliesSymmetryBeyondTable) {
   const auto value = [](float, float h) { return 100.0f + h; };
   const std::vector<float> vertical = {0, 90, 180};
   const auto at = [&](const LightProfile& profile, float h) {
@@ -105,11 +105,12 @@ TEST(LightProfile, SymmetryIsAppliedWhereAnglesEnd) {
   EXPECT_EQ(flood.intensity({0, 0, 1}), 0.0f); // behind
 }
 
-// What arrives on a sphere around the light is the flux of the table.
-TEST(LightProfile, SamplesCarryTheFluxOfTheTable) {
+// The irradiance on a sphere around the light integrates to the flux of the table.
+TEST(LightProfile, SamplesCarryFluxOfTable) {
   const auto profile = std::make_shared<LightProfile>(profile_of(
       Kind::c, steps(0, 180, 37), steps(0, 180, 13), [](float v, float h) { return 200.0f + v * 2.0f + h; }));
-  // The table is linear in both angles. Integrals from 0 to pi: of sin v 2, of v sin v pi; the mean of h is 90.
+  // The table is linear in both angles. Integrals from 0 to pi: of sin v 2, of v sin v pi; the mean
+  // of h is 90.
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   const double exact = 2.0 * std::numbers::pi * (2.0 * (200.0 + 90.0) + 2.0 * std::numbers::pi * kDegrees);
   EXPECT_NEAR(static_cast<double>(profile->flux()), exact, exact * 2e-4);
@@ -141,8 +142,8 @@ TEST(LightProfile, SamplesCarryTheFluxOfTheTable) {
   EXPECT_NEAR(flux.z, 2.0 * exact, exact * 2e-3);
 }
 
-TEST(LightProfile, TheFrameTurnsTheDistribution) {
-  // Bright along +x of the frame alone, and that is world -z.
+TEST(LightProfile, FrameRotatesDistribution) {
+  // The light is bright only along +x of its frame, which is world -z.
   const auto profile =
       std::make_shared<LightProfile>(profile_of(Kind::c, {0, 90, 180}, {0, 90, 180, 270, 360}, [](float v, float h) {
         return v == 90.0f && (h == 0.0f || h == 360.0f) ? 8.0f : 0.0f;
@@ -156,8 +157,8 @@ TEST(LightProfile, TheFrameTurnsTheDistribution) {
   EXPECT_FALSE(lights.sample({0, 0, 2}, {0, 0, -1}, 0.5f, {0.5f, 0.5f}));
 }
 
-// Beside another light, choices and their probabilities give the sum of both; and neither starves.
-TEST(LightProfile, ChosenAmongOthersWithoutBias) {
+// Beside another light, samples and their probabilities sum to both lights, and both are sampled.
+TEST(LightProfile, SelectionAmongOthersIsUnbiased) {
   LightSetInput input;
   input.points.push_back({{2, 1, 0}, Rgb(50.0f), {}});
   for (const float x : {-1.0f, 0.5f, 1.5f})
@@ -177,7 +178,7 @@ TEST(LightProfile, ChosenAmongOthersWithoutBias) {
   EXPECT_NEAR(sum / kCount, expected, expected * 5e-3);
 }
 
-TEST(LightProfile, DarkOnesAreNeverChosen) {
+TEST(LightProfile, DarkProfilesAreNeverSelected) {
   LightSetInput input;
   input.profiled.push_back(
       {{0, 1, 0},

@@ -1,4 +1,4 @@
-// LightSet: which light is chosen how often, what a sample says, and that densities asked later agree with it.
+// Tests of LightSet: selection frequencies, contents of samples, and agreement of pdf functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 #include "tests/light/light_fixtures.h"
@@ -15,7 +15,7 @@ using test::float_image;
 
 Emission white(float radiance, bool two_sided = false) { return {Rgb(radiance), nullptr, two_sided}; }
 
-TEST(LightSet, EmptyOnes) {
+TEST(LightSet, EmptySetHasNoSamples) {
   const LightSet nothing{LightSetInput{}};
   EXPECT_TRUE(nothing.empty());
   EXPECT_EQ(nothing.light_count(), 0u);
@@ -34,7 +34,7 @@ TEST(LightSet, EmptyOnes) {
   EXPECT_EQ(black.pdf_triangle(1, {0, -1, 0}, {0, 1, 0}, {0, 1, 0}, 1.0f), 0.0f);
 }
 
-// Hits of the triangle by the sampled direction, for the density that is asked when a ray finds it.
+// Intersects the triangle with the sampled direction, for the density at a hit.
 struct TriangleHit {
   bool hit = false;
   float distance = 0.0f;
@@ -54,7 +54,7 @@ TriangleHit intersect(const EmissiveTriangle& t, const V3f& point, const V3f& wi
   return {inside, static_cast<float>(distance), static_cast<float>(u), static_cast<float>(v)};
 }
 
-TEST(LightSet, TriangleSamplesAndDensitiesAgree) {
+TEST(LightSet, TriangleSamplePdfMatchesPdfTriangle) {
   LightSetInput input;
   input.emissions = {white(3.0f), white(2.0f, true)};
   input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 0}); // emits downwards
@@ -89,7 +89,7 @@ TEST(LightSet, TriangleSamplesAndDensitiesAgree) {
 TEST(LightSet, OneSidedTrianglesAreDarkBehind) {
   LightSetInput input;
   input.emissions = {white(1.0f)};
-  input.triangles.push_back({{-1, 0, -1}, {1, 0, -1}, {0, 0, 1}, 0}); // its front looks down
+  input.triangles.push_back({{-1, 0, -1}, {1, 0, -1}, {0, 0, 1}, 0}); // its front faces down
   const LightSet lights(input);
   test::Random random(2);
   for (int i = 0; i < 1000; ++i) {
@@ -108,7 +108,7 @@ TEST(LightSet, OneSidedTrianglesAreDarkBehind) {
   EXPECT_EQ(both.emitted(0, 0.3f, 0.3f, {0, -1, 0}), Rgb(1.0f));
 }
 
-TEST(LightSet, DegenerateTrianglesAreNeverChosen) {
+TEST(LightSet, DegenerateTrianglesAreNeverSelected) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   LightSetInput input;
   input.emissions = {white(1.0f, true), white(nan), white(-1.0f), white(kInfinity)};
@@ -119,7 +119,7 @@ TEST(LightSet, DegenerateTrianglesAreNeverChosen) {
   input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 1});
   input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 2});
   input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 3});
-  input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 0}); // the only good one
+  input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 0}); // the only valid one
   const LightSet lights(input);
   EXPECT_EQ(lights.light_count(), 1u);
   test::Random random(3);
@@ -133,7 +133,7 @@ TEST(LightSet, DegenerateTrianglesAreNeverChosen) {
     for (uint32_t t = 0; t < 7; ++t)
       ASSERT_EQ(lights.pdf_triangle(t, point, {0, 1, 0}, sample->wi, sample->distance), 0.0f);
   }
-  // On a corner and in the plane: nothing, but nothing that is not a number either.
+  // On a corner and in the plane: no sample, or at least no NaN.
   for (const V3f& point : {V3f(-1, 2, -1), V3f(0, 2, 0), V3f(10, 2, 0)}) {
     const auto sample = lights.sample(point, {0, 1, 0}, 0.5f, {0.3f, 0.3f});
     EXPECT_TRUE(!sample || (std::isfinite(sample->pdf) && is_finite(sample->wi)));
@@ -187,7 +187,7 @@ TEST(LightSet, SpotLightFollowsKhrLightsPunctual) {
   EXPECT_FALSE(lights.sample({0, 4, 0}, {0, 1, 0}, 0.5f, {0.5f, 0.5f})); // behind it
 }
 
-TEST(LightSet, DirectionalLight) {
+TEST(LightSet, DirectionalLightHasStatedIrradiance) {
   LightSetInput input;
   input.directionals.push_back({{0, 0, -1}, Rgb(1.0f, 2.0f, 3.0f)});
   const LightSet lights(input);
@@ -200,7 +200,7 @@ TEST(LightSet, DirectionalLight) {
   EXPECT_FLOAT_EQ(sample->pdf, 1.0f);
 }
 
-TEST(LightSet, TwoLightsAreChosenByIntensity) {
+TEST(LightSet, SelectsTwoLightsByIntensity) {
   LightSetInput input;
   input.points.push_back({{1, 0, 0}, Rgb(3.0f), {}});
   input.points.push_back({{2, 0, 0}, Rgb(0.0f), {}}); // never
@@ -219,11 +219,11 @@ TEST(LightSet, TwoLightsAreChosenByIntensity) {
   EXPECT_EQ(spot, kSamples / 4); // u_light is a grid
 }
 
-TEST(LightSet, SharesFollowTheIrradianceAtThePoint) {
+TEST(LightSet, SelectionFollowsIrradianceAtPoint) {
   LightSetInput input;
   input.points.push_back({{0, 2, 0}, Rgb(4.0f), {}});       // 1 lux below it
   input.directionals.push_back({{0, -1, 0}, Rgb(0.5f)});    // half as strong
-  input.directionals.push_back({{-1, 0, 0}, Rgb(1000.0f)}); // grazes a floor, floods a wall
+  input.directionals.push_back({{-1, 0, 0}, Rgb(1000.0f)}); // grazes a floor, faces a wall
   const LightSet lights(input);
   EXPECT_EQ(lights.light_count(), 3u);
   const auto counts = [&](const V3f& normal) {
@@ -233,15 +233,16 @@ TEST(LightSet, SharesFollowTheIrradianceAtThePoint) {
       const auto s = lights.sample({0, 0, 0}, normal, (static_cast<float>(i) + 0.5f) / kSamples, {0.5f, 0.5f});
       if (!s) continue;
       const size_t which = s->distance < kInfinity ? 0 : s->wi.y == 1.0f ? 1 : 2;
-      seen[which] += 1.0 / (kSamples * static_cast<double>(s->pdf)); // each light counts once, if its density is right
+      seen[which] += 1.0 / (kSamples * static_cast<double>(s->pdf)); // each light counts once if its density is correct
     }
     return seen;
   };
   const auto probability_of_first = [&](const V3f& normal) { return lights.sample({0, 0, 0}, normal, 0.0f, {})->pdf; };
-  // Straight up: the third is beyond the horizon but for a rounding's worth of 0.01 lux, which has the floor of 1/19.
+  // Straight up: the third is below the horizon except for a rounding margin of 0.01 lux, which has
+  // the floor of 1/19.
   EXPECT_NEAR(probability_of_first({0, 1, 0}), 1.0f / (1.5f + 1.0f / 19.0f), 0.01f);
   EXPECT_NEAR(probability_of_first(V3f(-0.6f, 0.8f, 0)), 2.0f / 3.0f, 1e-4f);
-  // Towards the third: the others are a thousand times weaker, and have the floor.
+  // Towards the third: the others are a thousand times weaker and have the floor.
   EXPECT_NEAR(probability_of_first(V3f(0.8f, 0.6f, 0)), 1.0f / 21.0f, 1e-4f);
   for (const V3f& normal : {V3f(0, 1, 0), V3f(0.8f, 0.6f, 0), V3f(0.0f)}) {
     const auto seen = counts(normal);
@@ -250,15 +251,15 @@ TEST(LightSet, SharesFollowTheIrradianceAtThePoint) {
   EXPECT_EQ(counts({0, -1, 0})[0], 0.0);
 }
 
-TEST(LightSet, ShareWeights) {
-  EXPECT_EQ(light_share_weight(0.0f, 1.0f), 0.0f);
-  EXPECT_EQ(light_share_weight(1.0f, 1.0f), 1.0f);
-  EXPECT_NEAR(light_share_weight(1.0f, 2.0f), 0.5f, 1e-6f);
-  const float least = light_share_weight(1e-20f, 1e10f);
-  EXPECT_NEAR(least / (1.0f + least), 0.05f, 1e-6f);
+TEST(LightSet, SelectionWeightHasFloor) {
+  EXPECT_EQ(light_selection_weight(0.0f, 1.0f), 0.0f);
+  EXPECT_EQ(light_selection_weight(1.0f, 1.0f), 1.0f);
+  EXPECT_NEAR(light_selection_weight(1.0f, 2.0f), 0.5f, 1e-6f);
+  const float floor_weight = light_selection_weight(1e-20f, 1e10f);
+  EXPECT_NEAR(floor_weight / (1.0f + floor_weight), 0.05f, 1e-6f);
 }
 
-TEST(LightSet, EnvironmentIsSampledWithItsShare) {
+TEST(LightSet, EnvironmentPdfIncludesSelection) {
   LightSetInput input;
   input.emissions = {white(1.0f, true)};
   add_rectangle(input, {0, 5, 0}, {1, 0, 0}, {0, 0, 1}, 0);
@@ -294,7 +295,7 @@ TEST(LightSet, EnvironmentIsSampledWithItsShare) {
   EXPECT_TRUE(alone.sample({0, 0, 0}, {0, 1, 0}, kOneMinusEpsilon, {0.5f, 0.5f})->distance == kInfinity);
 }
 
-TEST(LightSet, TextureDecidesThePower) {
+TEST(LightSet, PowerDependsOnTexture) {
   // Left half black, right half 1: the triangle that covers the left half has no power.
   const auto image = float_image(64, 64, [](int x, int) { return x < 32 ? Rgb(0.0f) : Rgb(1.0f, 0.5f, 0.25f); });
   const Texture texture(
@@ -312,7 +313,7 @@ TEST(LightSet, TextureDecidesThePower) {
   EXPECT_EQ(lights.emitted(0, 0.3f, 0.3f, {0, 1, 0}), Rgb(0.0f));
 }
 
-TEST(LightSet, MillionsOfLights) {
+TEST(LightSet, HandlesMillionsOfLights) {
   LightSetInput input;
   input.emissions = {white(1.0f, true), white(2.0f, true)};
   constexpr uint32_t kCount = (1U << 20) + 3000;
@@ -344,12 +345,13 @@ TEST(LightSet, MillionsOfLights) {
     const auto index = static_cast<uint32_t>(on_light.x + 0.1f) + 1024 * static_cast<uint32_t>(on_light.z + 0.1f);
     ASSERT_NEAR(lights.pdf_triangle(index, point, {0, -1, 0}, s->wi, s->distance), s->pdf, 1e-4f * s->pdf);
     ASSERT_EQ(lights.emitted(index, 0.3f, 0.3f, s->wi), s->radiance);
-    // The density is the probability * distance^2 / (area * cosine); its inverse counts the nearer lights.
+    // The density is the probability * distance^2 / (area * cosine); its inverse counts the nearer
+    // lights.
     const double inverse = square(s->distance) / static_cast<double>(s->pdf * 0.125f * std::fabs(s->wi.y));
     lights_seen.add(on_light.x >= 462 && on_light.x < 562 && on_light.z >= 462 && on_light.z < 562 ? inverse : 0.0);
   }
   EXPECT_NEAR(lights_seen.mean(), 10'000.0, 5.0 * lights_seen.standard_error());
-  EXPECT_LT(lights_seen.standard_error(), 150.0); // most of the samples go to the environment, which is brighter
+  EXPECT_LT(lights_seen.standard_error(), 150.0); // most samples go to the environment, which is brighter
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Every light against quadrature or a closed form, and every density against the samples it claims to describe.
+// Statistical tests of lights against quadrature or closed forms, and of densities against samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 #include "tests/light/light_fixtures.h"
@@ -14,14 +14,15 @@ using test::Estimate;
 using test::float_image;
 using test::sampled_irradiance;
 
-// A sampled mean is taken as right within five standard errors: wrong by chance once in 1.7 million.
+// Sampled means must lie within five standard errors: a false alarm once in 1.7 million.
 void expect_agreement(const Estimate& estimate, double expected, const char* what) {
   EXPECT_NEAR(estimate.mean(), expected, 5.0 * estimate.standard_error() + 1e-5 * expected) << what;
-  // So that agreement means something.
+  // Ensures that the test is significant.
   EXPECT_LT(estimate.standard_error(), 0.01 * expected) << what;
 }
 
-// Form factor from a small element to a parallel a x b rectangle at distance h whose corner is straight above it.
+// Returns the form factor from a small element to a parallel a x b rectangle at distance h with a
+// corner straight above the element.
 double corner_form_factor(double a, double b, double h) {
   const double x = a / h;
   const double y = b / h;
@@ -30,12 +31,12 @@ double corner_form_factor(double a, double b, double h) {
   return (x / sx * std::atan(y / sx) + y / sy * std::atan(x / sy)) / (2.0 * std::numbers::pi);
 }
 
-TEST(LightStatistics, RectangleHasItsFormFactor) {
-  // Near (by solid angle), far (by area), and from under a corner's neighborhood.
+TEST(LightStatistics, RectangleMatchesFormFactor) {
+  // Near (by solid angle), far (by area), and in between.
   for (const float height : {0.05f, 0.5f, 2.0f, 15.0f, 60.0f}) {
     LightSetInput input;
     input.emissions = {{Rgb(2.0f), nullptr, false}};
-    add_rectangle(input, {-1.0f, height, -0.5f}, {2, 0, 0}, {0, 0, 1}, 0); // x cross z is -y: shines down
+    add_rectangle(input, {-1.0f, height, -0.5f}, {2, 0, 0}, {0, 0, 1}, 0); // x cross z is -y: emits downwards
     const LightSet lights(input);
     const double h = static_cast<double>(height);
     const double expected = 2.0 * std::numbers::pi * 4.0 * corner_form_factor(1.0, 0.5, h);
@@ -45,7 +46,7 @@ TEST(LightStatistics, RectangleHasItsFormFactor) {
   }
 }
 
-TEST(LightStatistics, TexturedEmission) {
+TEST(LightStatistics, TexturedEmissionMatchesQuadrature) {
   const auto image = float_image(16, 16, [](int x, int y) {
     test::Random random(static_cast<uint64_t>(y * 16 + x));
     return x > 3 && x < 9 ? Rgb(0.0f) : Rgb(random.next_1d() * 5.0f, random.next_1d(), y == 5 ? 30.0f : 0.0f);
@@ -75,7 +76,7 @@ TEST(LightStatistics, TexturedEmission) {
   expect_agreement(sampled_irradiance(lights, point, {0, 1, 0}, 1'000'000, 3), expected, "textured");
 }
 
-TEST(LightStatistics, EnvironmentIrradiance) {
+TEST(LightStatistics, EnvironmentIrradianceMatchesQuadrature) {
   for (const float rotation : {0.0f, 1.1f}) {
     const auto environment = std::make_shared<Environment>(test::uneven_image(40, 20), rotation, 0.5f);
     LightSetInput input;
@@ -96,13 +97,13 @@ TEST(LightStatistics, EnvironmentIrradiance) {
       }
       expected *= std::pow(std::numbers::pi / kSteps, 2.0);
       const Estimate estimate = sampled_irradiance(lights, {0, 0, 0}, normal, 1'000'000, 4);
-      // The quadrature itself is good to 1e-3: kinks of the interpolation between 32 steps per texel.
+      // The quadrature itself is accurate to 1e-3: the interpolation has kinks every 32 steps.
       EXPECT_NEAR(estimate.mean(), expected, 5.0 * estimate.standard_error() + 1e-3 * expected) << normal;
     }
   }
 }
 
-TEST(LightStatistics, EnvironmentTotalRadiance) {
+TEST(LightStatistics, EnvironmentTotalRadianceMatchesQuadrature) {
   for (const int height : {1, 2, 3, 20}) {
     const Environment environment(test::float_image(2 * height + 1, height,
                                                     [](int x, int y) {
@@ -129,8 +130,9 @@ TEST(LightStatistics, EnvironmentTotalRadiance) {
   }
 }
 
-// Directions fall into quarters of texels, where the density is one number: no quadrature is needed.
-TEST(LightStatistics, EnvironmentSamplesFollowTheDensity) {
+// Directions are binned to quarters of texels, where the density can be integrated without
+// quadrature.
+TEST(LightStatistics, EnvironmentSamplingMatchesPdf) {
   constexpr int kWidth = 37;
   constexpr int kHeight = 19;
   constexpr float kRotation = 0.9f;
@@ -188,7 +190,7 @@ TEST(LightStatistics, EnvironmentSamplesFollowTheDensity) {
   EXPECT_GT(test::chi_square_tail(statistic, cells - 1), 1e-4) << statistic << " in " << cells << " cells";
 }
 
-TEST(LightStatistics, TriangleSamplesFollowTheDensity) {
+TEST(LightStatistics, TriangleSamplingMatchesPdf) {
   const EmissiveTriangle triangle{{-1, 2, -0.5f}, {1, 2.2f, -0.4f}, {0.2f, 2, 1}, 0};
   const V3f points[] = {{0, 0, 0},   {0.1f, 1.95f, 0.1f},    {-3, 1.8f, 0.5f},
                         {4, -20, 7}, {-1.01f, 2.0f, -0.51f}, {0, 3, 0}};
@@ -201,7 +203,8 @@ TEST(LightStatistics, TriangleSamplesFollowTheDensity) {
   const V3f normal = e1.cross(e2);
   const double level = test::sidak_level(0.01, static_cast<int>(std::size(points)));
   for (const V3f& point : points) {
-    // On the square that maps to the triangle with constant density: b1 = 1 - sqrt(x), b2 = y sqrt(x).
+    // Uses the square that maps to the triangle with constant density: b1 = 1 - sqrt(x), b2 = y
+    // sqrt(x).
     const auto draw = [&](test::Random& random) -> std::optional<std::array<double, 2>> {
       const auto s = lights.sample(point, {0, 1, 0}, random.next_1d(), random.next_2d());
       if (!s) return std::nullopt;
@@ -227,8 +230,9 @@ TEST(LightStatistics, TriangleSamplesFollowTheDensity) {
   }
 }
 
-TEST(LightStatistics, SpotLightFlux) {
-  // Integrating E over a plane below the lamp gives the flux through it: 2 pi times the integral of I sin(theta).
+TEST(LightStatistics, SpotLightFluxMatchesClosedForm) {
+  // Integrating E over a plane below the lamp gives the flux through it: 2 pi times the integral of
+  // I sin(theta).
   LightSetInput input;
   SpotLight spot;
   spot.position = {0.5f, 3, 0.25f};
@@ -238,7 +242,7 @@ TEST(LightStatistics, SpotLightFlux) {
   spot.cos_outer = std::cos(0.7f);
   input.spots = {spot};
   const LightSet lights(input);
-  // Falloff ((c - co) / (ci - co))^2 between the cones: integral over c is (ci - co) / 3.
+  // Falloff ((c - co) / (ci - co))^2 between the cones: the integral over c is (ci - co) / 3.
   const double ci = static_cast<double>(spot.cos_inner);
   const double co = static_cast<double>(spot.cos_outer);
   const double expected = 10.0 * 2.0 * std::numbers::pi * ((1.0 - ci) + (ci - co) / 3.0);
@@ -257,7 +261,7 @@ TEST(LightStatistics, SpotLightFlux) {
   EXPECT_NEAR(flux, expected, 1e-3 * expected);
 }
 
-TEST(LightStatistics, AllKindsTogether) {
+TEST(LightStatistics, AllLightKindsAddUp) {
   LightSetInput input;
   input.emissions = {{Rgb(2.0f), nullptr, false}, {Rgb(0.3f), nullptr, true}};
   add_rectangle(input, {-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0);
@@ -268,7 +272,7 @@ TEST(LightStatistics, AllKindsTogether) {
   input.scene_radius_m = 3.0f;
   const LightSet lights(input);
 
-  // No occlusion is asked, so that each contributes as if it were alone.
+  // Without occlusion, each light contributes as if it were alone.
   const double ceiling = 2.0 * std::numbers::pi * 4.0 * corner_form_factor(1.0, 1.0, 2.0);
   const double point = 4.0 / 10.0 * 3.0 / std::sqrt(10.0);
   const double sun = 0.5 * 0.8;

@@ -1,4 +1,4 @@
-// LightTree: reported probabilities, conservative bounds, determinism; and which bodies count as closed.
+// Tests of LightTree (probabilities, conservative bounds, determinism) and of closed shells.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
@@ -44,7 +44,7 @@ std::vector<EmitterBounds> emitter_soup(uint32_t seed, int count) {
   return emitters;
 }
 
-TEST(LightTree, EmptyOnes) {
+TEST(LightTree, EmptyTreeHasNoChoices) {
   const LightTree none;
   EXPECT_TRUE(none.empty());
   EXPECT_FALSE(none.choose({0, 0, 0}, {0, 1, 0}, 0.5));
@@ -54,7 +54,7 @@ TEST(LightTree, EmptyOnes) {
   EXPECT_EQ(dark.probability(3, {0, 0, 0}, {0, 1, 0}), 0.0f);
 }
 
-TEST(LightTree, ChosenProbabilityIsTheOneAskedLater) {
+TEST(LightTree, ChoiceProbabilityMatchesProbability) {
   for (const int count : {1, 2, 3, 8, 9, 50, 3000}) {
     const auto emitters = emitter_soup(static_cast<uint32_t>(count), count);
     const LightTree tree(emitters);
@@ -73,7 +73,7 @@ TEST(LightTree, ChosenProbabilityIsTheOneAskedLater) {
   }
 }
 
-TEST(LightTree, ProbabilitiesAddUp) {
+TEST(LightTree, ProbabilitiesSumToOne) {
   const auto emitters = emitter_soup(1, 1000);
   const LightTree tree(emitters);
   Random random(12);
@@ -87,18 +87,19 @@ TEST(LightTree, ProbabilitiesAddUp) {
     ASSERT_LE(sum, 1.0 + 1e-5);
     mean += sum / kPoints;
   }
-  EXPECT_GT(mean, 0.9); // what is missing leads to families none of whose members can reach the point
+  EXPECT_GT(mean, 0.9); // the remainder leads to families without any member that reaches the point
 }
 
-// Whatever an emitter can send to the point's side must have a chance: no light is lost to the bounds of a family.
-TEST(LightTree, WhatMayContributeMayBeChosen) {
+// Every emitter that sends light to the point's side must have a positive probability, despite the
+// bounds of families.
+TEST(LightTree, ContributingEmittersHavePositiveProbability) {
   const auto emitters = emitter_soup(2, 2000);
   const LightTree tree(emitters);
   Random random(13);
   int contributing = 0;
   int excluded = 0;
   for (int i = 0; i < 100; ++i) {
-    // Some of the points lie within the clusters.
+    // Some of the points are within the clusters.
     const V3f point = i % 2 == 0 ? random_point(random, 14.0f)
                                  : emitters[static_cast<size_t>(i) * 16].center + random_point(random, 1.0f);
     const V3f normal = random_direction(random);
@@ -122,10 +123,10 @@ TEST(LightTree, WhatMayContributeMayBeChosen) {
     }
   }
   EXPECT_GT(contributing, 10'000);
-  EXPECT_GT(excluded, 50'000); // the bounds are worth something
+  EXPECT_GT(excluded, 50'000); // the bounds are effective
 }
 
-TEST(LightTree, SameForAnyThreadCount) {
+TEST(LightTree, IsIndependentOfThreadCount) {
   const auto emitters = emitter_soup(3, 30'000); // enough for parallel tasks
   const auto build = [&](int threads) {
     tbb::task_arena arena(threads);
@@ -149,8 +150,8 @@ TEST(LightTree, SameForAnyThreadCount) {
   }
 }
 
-// All in one place, all in a line, of very different strength, very far away.
-TEST(LightTree, DegenerateArrangements) {
+// All in one place, all on a line, of very different intensity, very far away.
+TEST(LightTree, HandlesDegenerateArrangements) {
   for (const int kind : {0, 1, 2, 3}) {
     std::vector<EmitterBounds> emitters(100);
     for (int i = 0; i < 100; ++i) {
@@ -189,7 +190,7 @@ std::vector<EmissiveTriangle> box(const V3f& size, bool outwards, bool lid) {
   return input.triangles;
 }
 
-TEST(ClosedShells, OuterSides) {
+TEST(ClosedShells, FindsOuterSides) {
   const auto all = [](const std::vector<EmissiveTriangle>& triangles, float scene_radius) {
     const auto sides = find_outer_sides(triangles, std::vector<bool>(triangles.size(), true), scene_radius);
     EXPECT_TRUE(std::ranges::all_of(sides, [&](OuterSide s) { return s == sides[0]; }));
@@ -201,7 +202,7 @@ TEST(ClosedShells, OuterSides) {
   EXPECT_EQ(all(box({1, 2, 0.0f}, true, true), 100.0f), OuterSide::both); // a sheet
   EXPECT_EQ(all(box({1, 2, 3}, true, true), 4.0f), OuterSide::both);      // as large as a room
 
-  // Two bodies and a triangle that is not asked.
+  // Two bodies and a triangle that is not a candidate.
   auto triangles = box({1, 1, 1}, true, true);
   auto second = box({1, 1, 1}, false, true);
   for (EmissiveTriangle& t : second) t = {t.p0 + V3f(5.0f), t.p1 + V3f(5.0f), t.p2 + V3f(5.0f), 0};

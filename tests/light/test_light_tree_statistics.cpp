@@ -1,4 +1,4 @@
-// Choices by the light tree against their probabilities, its estimates against light by light, its noise against power.
+// Statistical tests of the light tree: choices, estimates, and variance against power sampling.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 #include "tests/light/light_soup.h"
@@ -16,7 +16,7 @@ using test::random_direction;
 using test::random_point;
 using test::sampled_irradiance;
 
-TEST(LightTreeStatistics, ChoicesFollowTheirProbabilities) {
+TEST(LightTreeStatistics, ChoicesMatchProbabilities) {
   Random random(21);
   constexpr int kPoints = 20;
   constexpr int kSamples = 200'000;
@@ -34,7 +34,7 @@ TEST(LightTreeStatistics, ChoicesFollowTheirProbabilities) {
   for (int i = 0; i < kPoints; ++i) {
     const V3f point = random_point(random, 7.0f);
     const V3f normal = i % 4 == 0 ? V3f(0.0f) : random_direction(random);
-    std::vector<double> observed(kCount + 1, 0.0); // the last: nothing
+    std::vector<double> observed(kCount + 1, 0.0); // the last counts empty choices
     for (int k = 0; k < kSamples; ++k) {
       const auto choice = tree.choose(point, normal, static_cast<double>(random.next_1d()));
       observed[choice ? choice->emitter : kCount] += 1.0;
@@ -68,13 +68,13 @@ TEST(LightTreeStatistics, ChoicesFollowTheirProbabilities) {
       EXPECT_LT(few_observed, few_expected + 5.0 * std::sqrt(few_expected) + 5.0);
     }
     all_cells += cells;
-    if (cells < 2) continue; // from outside, looking away: nothing
+    if (cells < 2) continue; // outside, facing away: no choices
     EXPECT_GT(test::chi_square_tail(statistic, cells - 1), test::sidak_level(0.001, kPoints)) << point << normal;
   }
   EXPECT_GT(all_cells, 50 * kPoints);
 }
 
-// The same input, one light at a time: choice and bounds play no part in it.
+// Samples the same input one light at a time, without selection and bounds.
 Estimate light_by_light(const LightSetInput& input, const V3f& point, const V3f& normal, size_t samples) {
   double mean = 0.0;
   double variance = 0.0;
@@ -105,7 +105,7 @@ Estimate light_by_light(const LightSetInput& input, const V3f& point, const V3f&
   return total;
 }
 
-TEST(LightTreeStatistics, EstimatesAgreeWithLightByLight) {
+TEST(LightTreeStatistics, EstimatesMatchPerLightSums) {
   const auto image = test::float_image(8, 8, [](int x, int y) { return Rgb(static_cast<float>((x ^ y) & 3)); });
   const Texture texture(image,
                         {TextureWrap::repeat, TextureWrap::repeat, TextureFilter::linear, TextureEncoding::linear});
@@ -124,7 +124,8 @@ TEST(LightTreeStatistics, EstimatesAgreeWithLightByLight) {
       const Estimate estimate = sampled_irradiance(lights, point, normal, 400'000, 23 + soup);
       const double error = std::hypot(expected.standard_error(), estimate.standard_error());
       EXPECT_NEAR(estimate.mean(), expected.mean(), 5.0 * error) << "soup " << soup << " point " << i;
-      // So that agreement means something; the seven triangles of the first hardly light the place.
+      // Ensures that the test is significant; the seven triangles of the first soup hardly light
+      // the place.
       if (soup > 0) {
         EXPECT_LT(error, 0.02 * expected.mean()) << "soup " << soup << " point " << i;
       }
@@ -132,8 +133,8 @@ TEST(LightTreeStatistics, EstimatesAgreeWithLightByLight) {
   }
 }
 
-// A BSDF ray that meets an emitter asks for the density of what sample() would have said.
-TEST(LightTreeStatistics, DensityOfHitsIsThatOfSamples) {
+// pdf_triangle() at a hit must equal the density that sample() reports.
+TEST(LightTreeStatistics, HitPdfMatchesSamplePdf) {
   LightSetInput input = light_soup(31, 120, 3, 3, nullptr);
   input.directionals.push_back({{0, -1, 0}, Rgb(0.4f)});
   input.environment = std::make_shared<Environment>(Rgb(0.05f));
@@ -147,7 +148,7 @@ TEST(LightTreeStatistics, DensityOfHitsIsThatOfSamples) {
     const auto s = lights.sample(point, normal, u_light, random.next_2d());
     if (!s || s->delta || s->distance == kInfinity) continue;
     const V3f on_light = point + s->wi * s->distance;
-    // Whose plane and outline the sample lies in.
+    // Finds the triangle that contains the sample.
     float nearest = kInfinity;
     uint32_t found = 0;
     for (uint32_t t = 0; t < input.triangles.size(); ++t) {
@@ -169,8 +170,8 @@ TEST(LightTreeStatistics, DensityOfHitsIsThatOfSamples) {
   EXPECT_GT(compared, 5000);
 }
 
-// A hall with many small lamps: the variance of one sample against choosing lamps by their power.
-TEST(LightTreeStatistics, LessNoiseThanChoosingByPower) {
+// A hall with many small lamps: the variance of one sample against selection by power.
+TEST(LightTreeStatistics, HasLessVarianceThanPowerSampling) {
   Random random(41);
   LightSetInput input;
   input.emissions = {{Rgb(5.0f), nullptr, false}, {Rgb(20.0f), nullptr, false}};
@@ -180,7 +181,8 @@ TEST(LightTreeStatistics, LessNoiseThanChoosingByPower) {
     test::add_rectangle(input, corner, {0.2f, 0, 0}, {0, 0, 0.2f}, i % 2 == 0 ? 0 : 1);
   }
   const LightSet lights(input);
-  // By power: lamps of the two emissions have areas alike, so a fifth of the choices goes to the first.
+  // By power: lamps of the two emissions have similar areas, so a fifth of the choices goes to the
+  // first.
   std::vector<LightSet> alone;
   for (const EmissiveTriangle& t : input.triangles) {
     alone.emplace_back(LightSetInput{.emissions = input.emissions, .triangles = {t}});

@@ -1,4 +1,4 @@
-// Lights that move over the shutter: at every time they are what a still light there would be.
+// Tests of lights that move over the shutter against static lights posed at the same time.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/sampling/warp.h"
@@ -27,7 +27,8 @@ Estimate irradiance_at(const LightSet& lights, const V3f& point, const V3f& norm
   return estimate;
 }
 
-// Triangles with two to six keys anywhere in a cube, half of them on a course of their own, some turning over; one-sided and not.
+// Triangles with two to six keys anywhere in a cube, half of them on individual paths, some
+// flipping over; one-sided and two-sided.
 LightSetInput flock(size_t still, size_t moving) {
   LightSetInput input;
   input.emissions = {{Rgb(2.0f), nullptr, false}, {Rgb(1.0f), nullptr, true}};
@@ -53,7 +54,7 @@ LightSetInput flock(size_t still, size_t moving) {
   return input;
 }
 
-// The same lights, still, where they are at a time.
+// Returns the same lights, static, posed at a time.
 LightSetInput frozen(const LightSetInput& input, float time) {
   LightSetInput result = input;
   const size_t still = input.triangles.size() - input.moving.size();
@@ -78,7 +79,7 @@ LightSetInput frozen(const LightSetInput& input, float time) {
   return result;
 }
 
-TEST(MovingLights, TrianglesAreWhereTheyAreAtATime) {
+TEST(MovingLights, TrianglesMatchStaticOnesAtSameTime) {
   const V3f point(0.3f, -0.5f, 0.2f), normal = V3f(0.2f, 1.0f, -0.3f).normalized();
   for (const size_t count : {1U, 60U}) {
     const LightSetInput input = flock(count / 2, count);
@@ -96,8 +97,9 @@ TEST(MovingLights, TrianglesAreWhereTheyAreAtATime) {
   }
 }
 
-// Samples and the density of the hit that finds the same place; and nothing that shines has no chance.
-TEST(MovingLights, DensitiesAreThoseOfTheTime) {
+// Compares samples with the density at a hit of the same place, and verifies that every light can
+// be sampled.
+TEST(MovingLights, PdfMatchesSamplesAtSameTime) {
   const LightSetInput input = flock(20, 60);
   const LightSet lights(input);
   test::Random random(5);
@@ -122,7 +124,7 @@ TEST(MovingLights, DensitiesAreThoseOfTheTime) {
         ++shining;
       }
       if (!s) continue;
-      // The triangle that was sampled: its plane is where the sample is.
+      // The sampled triangle is the one whose plane contains the sample.
       const V3f on_light = point + s->wi * s->distance;
       const V3f b0 = (on_light - triangle.p0).cross(triangle.p1 - triangle.p0);
       const V3f b1 = (on_light - triangle.p1).cross(triangle.p2 - triangle.p1);
@@ -144,7 +146,7 @@ LightFrame frame_towards(const V3f& position, const V3f& direction) {
   return frame;
 }
 
-TEST(MovingLights, PunctualLightsAreWhereTheyAreAtATime) {
+TEST(MovingLights, PunctualLightsMatchStaticOnesAtSameTime) {
   const V3f a(-1, 2, 0), b(2, 1.5f, 1), c(1, 3, -1);
   const V3f down(0.1f, -1, 0), aside(0.8f, -1, 0.3f);
   const V3f point(0.2f, 0, 0.1f), normal(0, 1, 0);
@@ -165,7 +167,7 @@ TEST(MovingLights, PunctualLightsAreWhereTheyAreAtATime) {
                                   .irradiance = Rgb(0.5f),
                                   .angular_diameter_rad = radius,
                                   .later = {frame_towards(V3f(0.0f), aside)}});
-    for (int i = 0; i < 5; ++i) // so that the tree has a choice
+    for (int i = 0; i < 5; ++i) // gives the tree a choice
       input.points.push_back({.position = V3f(static_cast<float>(i), 4, 0), .intensity = Rgb(0.5f)});
     const LightSet moving(input);
     const auto at = [&](float time) {
@@ -196,12 +198,13 @@ TEST(MovingLights, PunctualLightsAreWhereTheyAreAtATime) {
       EXPECT_NEAR(now.mean(), still.mean(), 5.0 * std::hypot(now.standard_error(), still.standard_error())) << time;
       EXPECT_LE(now.standard_error(), 0.02 * now.mean());
     }
-    // Over the shutter the mean of still ones; midpoints of 32 slices are good to 1e-3 here.
+    // The mean over the shutter equals the mean of static lights; midpoints of 32 slices are
+    // accurate to 1e-3 here.
     const Estimate all = irradiance_at(
         moving, point, normal, [](size_t i) { return (static_cast<float>(i) + 0.5f) / 200'000.0f; }, 200'000, 6);
     EXPECT_NEAR(all.mean(), mean, 5.0 * std::sqrt(square(all.standard_error()) + error2) + 1e-3 * mean) << radius;
 
-    // Rays meet them where they are.
+    // Rays hit them at their positions.
     if (radius == 0.0f) continue;
     for (const float time : kTimes) {
       const V3f wi = (at(time).points[0].position - point).normalized();
@@ -219,7 +222,7 @@ TEST(MovingLights, PunctualLightsAreWhereTheyAreAtATime) {
   }
 }
 
-TEST(MovingLights, PerLightSamplingMoveAsWell) {
+TEST(MovingLights, PerLightSamplingHandlesMotion) {
   LightSetInput input = flock(0, 3);
   input.meshes = {{0, 3, "flock"}};
   const LightSet moving(input);

@@ -1,4 +1,4 @@
-// PerLightSampling: every light of a set by itself, with strata that stay strata.
+// Tests of PerLightSampling: every light by itself, with preserved stratification.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/per_light_sampling.h"
 #include "tests/light/light_fixtures.h"
@@ -13,7 +13,7 @@ namespace {
 using test::add_rectangle;
 using test::Estimate;
 
-// Irradiance by one light.
+// Estimates the irradiance from one light.
 Estimate irradiance_by(const PerLightSampling& lights, size_t light, const V3f& point, const V3f& normal,
                        size_t samples) {
   test::Random random(3);
@@ -28,7 +28,7 @@ Estimate irradiance_by(const PerLightSampling& lights, size_t light, const V3f& 
 LightSetInput one_of_each() {
   LightSetInput input;
   input.emissions = {{Rgb(2.0f), nullptr, false}, {Rgb(0.0f), nullptr, false}, {Rgb(1.0f), nullptr, true}};
-  add_rectangle(input, {-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0); // shines down
+  add_rectangle(input, {-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0); // emits downwards
   input.triangles.push_back({{5, 0, 0}, {5, 1, 0}, {5, 0, 1}, 1});
   input.triangles.push_back({{0, 1, 3}, {0.3f, 1, 3}, {0, 1.5f, 3}, 2});
   input.triangles.push_back({{0, 1, 3}, {0.3f, 1, 3}, {0.5f, 0.5f, 3.2f}, 2});
@@ -41,7 +41,7 @@ LightSetInput one_of_each() {
   return input;
 }
 
-TEST(PerLightSampling, ListTheLightsThatShine) {
+TEST(PerLightSampling, ListsEmittingLights) {
   const LightSet set(one_of_each());
   const PerLightSampling lights(set);
   std::vector<std::string> names;
@@ -54,8 +54,8 @@ TEST(PerLightSampling, ListTheLightsThatShine) {
   EXPECT_EQ(PerLightSampling(LightSet{LightSetInput{}}).count(), 0U);
 }
 
-// Each brings what it brings alone, and together they bring what the set does.
-TEST(PerLightSampling, BringWhatTheSetBrings) {
+// Each light contributes as if alone, and together they contribute as the set does.
+TEST(PerLightSampling, SumMatchesLightSet) {
   const LightSetInput input = one_of_each();
   const LightSet set(input);
   const PerLightSampling lights(set);
@@ -74,9 +74,9 @@ TEST(PerLightSampling, BringWhatTheSetBrings) {
   EXPECT_TRUE(lights.sample(2, point, V3f(0.0f), {0.5f, 0.5f}));
 }
 
-TEST(PerLightSampling, StrataOfAParallelogramAreItsCells) {
+TEST(PerLightSampling, ParallelogramStrataAreItsCells) {
   const V3f corner(-1, 2, -1), a(2, 0.5f, 0), b(0.3f, 0, 1.5f);
-  // However its two triangles are cut, and wherever they begin.
+  // For any split into two triangles and any first corner.
   for (int turn = 0; turn < 9; ++turn) {
     LightSetInput input;
     input.emissions = {{Rgb(1.0f), nullptr, true}};
@@ -100,7 +100,7 @@ TEST(PerLightSampling, StrataOfAParallelogramAreItsCells) {
       const V3f on = point + s->wi * s->distance - corner;
       const V3f n = a.cross(b);
       const float x = on.cross(b).dot(n) / n.length2(), y = a.cross(on).dot(n) / n.length2();
-      // Middles of strata are middles of cells.
+      // Centers of strata map to centers of cells.
       ASSERT_NEAR(x * kStrata - std::floor(x * kStrata), 0.5f, 1e-3f);
       ASSERT_NEAR(y * kStrata - std::floor(y * kStrata), 0.5f, 1e-3f);
       cells.insert({static_cast<int>(x * kStrata), static_cast<int>(y * kStrata)});
@@ -111,7 +111,7 @@ TEST(PerLightSampling, StrataOfAParallelogramAreItsCells) {
   }
 }
 
-TEST(PerLightSampling, TrianglesThatOnlyLookLikeAParallelogram) {
+TEST(PerLightSampling, DoesNotMergeNonParallelograms) {
   LightSetInput input;
   input.emissions = {{Rgb(1.0f), nullptr, true}, {Rgb(4.0f), nullptr, true}};
   const V3f point(0.1f, 0, 0.2f), normal(0, 1, 0);

@@ -1,4 +1,4 @@
-// Punctual lights with a size: their directions, what they bring, and the rays that meet them.
+// Tests of punctual lights with a size: directions, irradiance, and intersection with rays.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 #include "renderer/light/sphere_seen.h"
@@ -16,13 +16,13 @@ using test::sampled_irradiance;
 
 constexpr double kPiD = std::numbers::pi;
 
-// A sampled mean is right within five standard errors: wrong by chance once in 1.7 million.
+// Sampled means must lie within five standard errors: a false alarm once in 1.7 million.
 void expect_close_agreement(const Estimate& estimate, double expected, const char* what) {
   EXPECT_NEAR(estimate.mean(), expected, 5.0 * estimate.standard_error() + 2e-6 * expected) << what;
   EXPECT_LE(estimate.standard_error(), 0.01 * expected) << what;
 }
 
-TEST(SizedLights, DirectionsToABallAreEven) {
+TEST(SizedLights, SphereDirectionsAreUniform) {
   struct Case {
     float distance, radius;
   };
@@ -38,7 +38,7 @@ TEST(SizedLights, DirectionsToABallAreEven) {
   }
 }
 
-TEST(SizedLights, DistancesToABall) {
+TEST(SizedLights, SphereDistancesMatchIntersection) {
   test::Random random(2);
   for (const float distance : {50.0f, 3.0f, 1.1f, 0.7f, 0.0f}) {
     const V3f center = V3f(0.6f, 0.0f, -0.8f) * distance;
@@ -46,7 +46,8 @@ TEST(SizedLights, DistancesToABall) {
     for (int i = 0; i < 1000; ++i) {
       const V3f wi = sphere.sample(random.next_2d());
       const float t = sphere.sampled_distance(wi);
-      // On the surface, on the near side of it; at the silhouette the root of a rounding error remains.
+      // On the surface, on its near side; at the silhouette the square root of a rounding error
+      // remains.
       EXPECT_NEAR((wi * t - center).length(), 1.0f, 2e-6f * std::max(distance, 1.0f));
       const float facing = (wi * t - center).dot(wi);
       EXPECT_TRUE(distance < 1.0f ? facing >= 0.0f : facing <= 3e-3f * distance) << facing;
@@ -58,11 +59,11 @@ TEST(SizedLights, DistancesToABall) {
   EXPECT_FALSE(sphere.distance(V3f(0, 0, -1))); // behind
   EXPECT_FALSE(sphere.distance(V3f(1, 0, 0)));
   EXPECT_FLOAT_EQ(*sphere.distance(V3f(0, 0, 1)), 2.0f);
-  EXPECT_FLOAT_EQ(*SphereSeen(V3f(0, 0, 0.5f), 1.0f).distance(V3f(0, 0, 1)), 1.5f); // from inside, where it leaves
+  EXPECT_FLOAT_EQ(*SphereSeen(V3f(0, 0, 0.5f), 1.0f).distance(V3f(0, 0, 1)), 1.5f); // from inside, where the ray leaves
 }
 
-// The whole of a uniform sphere above the horizon: pi L (r / d)^2 cos, which is the point's intensity cos / d^2.
-TEST(SizedLights, SpheresBringWhatThePointWould) {
+// A uniform sphere above the horizon: pi L (r / d)^2 cos, which is the point's intensity cos / d^2.
+TEST(SizedLights, SphereIrradianceEqualsPoint) {
   const V3f normal = V3f(0.3f, 1.0f, 0.2f).normalized();
   const V3f to_light(0.5f, 2.0f, -0.4f);
   const double expected = 7.0 * static_cast<double>(normal.dot(to_light.normalized()) / to_light.length2());
@@ -73,7 +74,7 @@ TEST(SizedLights, SpheresBringWhatThePointWould) {
     EXPECT_EQ(lights.has_shapes(), radius > 0.0f);
     expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 100'000, 1), expected, "point");
     if (radius == 0.0f) continue;
-    // Beside nineteen others, so that the tree has a choice.
+    // Nineteen other lights give the tree a choice.
     for (int i = 0; i < 19; ++i) {
       const V3f at(static_cast<float>(i) - 9.0f, 3.0f, 1.0f);
       input.points.push_back({.position = at, .intensity = Rgb(1.0f), .radius_m = 0.1f});
@@ -86,7 +87,8 @@ TEST(SizedLights, SpheresBringWhatThePointWould) {
   }
 }
 
-// Irradiance of a plane with normal +y by what comes from a cone of directions, in double precision: midpoints in 1 - cos and in angle.
+// Returns the irradiance of a plane with normal +y from a cone of directions, in double precision:
+// midpoints in 1 - cos and in angle.
 template <typename Radiance>
 double irradiance_of_cone(const V3d& axis, double one_minus_cos_max, const Radiance& radiance) {
   constexpr int kSteps = 600;
@@ -104,13 +106,13 @@ double irradiance_of_cone(const V3d& axis, double one_minus_cos_max, const Radia
   }
   return sum * 2.0 * kPiD * one_minus_cos_max / (kSteps * kSteps);
 }
-// Of a sphere around `center`, seen from the origin; from inside it is everywhere.
+// For a sphere around `center`, seen from the origin; from inside it covers all directions.
 double one_minus_cos_of(const V3d& center, double radius) {
   const double sin2 = radius * radius / center.length2();
   return sin2 < 1.0 ? 1.0 - std::sqrt(1.0 - sin2) : 2.0;
 }
 
-TEST(SizedLights, SpheresThatTheHorizonCuts) {
+TEST(SizedLights, SpheresCutByHorizonMatchQuadrature) {
   for (const float height : {0.6f, 0.0f, -0.5f, 0.9f}) {
     const V3f center(height == 0.9f ? 0.0f : 1.2f, height, 0.0f); // the last: the point is inside
     LightSetInput input;
@@ -119,9 +121,9 @@ TEST(SizedLights, SpheresThatTheHorizonCuts) {
     const V3d axis = V3d(center).normalized();
     const double expected = irradiance_of_cone(axis, one_minus_cos_of(c, 1.0), [](const V3d&) { return 2.0 / kPiD; });
     const Estimate estimate = sampled_irradiance(LightSet(input), V3f(0.0f), {0, 1, 0}, 400'000, 3);
-    // The quadrature resolves the horizon to a step: 1/600 of the diameter, on either side alike.
+    // The quadrature resolves the horizon to a step: 1/600 of the diameter, equally on either side.
     EXPECT_NEAR(estimate.mean(), expected, 5.0 * estimate.standard_error() + 1e-3 * expected) << height;
-    // Beside a lamp, with a choice to make.
+    // Beside other lamps, which adds a choice.
     input.points.push_back({.position = V3f(0, 5, 0), .intensity = Rgb(3.0f)});
     input.points.push_back({.position = V3f(0, -5, 0), .intensity = Rgb(3.0f)});
     const Estimate with = sampled_irradiance(LightSet(input), V3f(0.0f), {0, 1, 0}, 400'000, 4);
@@ -129,7 +131,7 @@ TEST(SizedLights, SpheresThatTheHorizonCuts) {
   }
 }
 
-TEST(SizedLights, SpotsKeepTheirCone) {
+TEST(SizedLights, SpotsKeepCone) {
   LightSetInput input;
   SpotLight spot{.position = {0, 4, 0}, .axis = {0, -1, 0}, .intensity = Rgb(8.0f)};
   spot.cos_inner = std::cos(0.3f);
@@ -139,7 +141,7 @@ TEST(SizedLights, SpotsKeepTheirCone) {
   input.spots.push_back(spot);
   const LightSet lights(input);
   for (const float x : {0.0f, 0.9f, 1.6f, 2.2f, 2.6f}) {
-    // Each point of the sphere sends the spot's intensity over pi r^2 in every direction.
+    // Each point of the sphere emits the spot's intensity over pi r^2 in every direction.
     const V3d c(-static_cast<double>(x), 4.0, 0.0);
     const double window = 1.0 - std::pow(c.length() / 9.0, 4.0);
     const double expected = irradiance_of_cone(c.normalized(), one_minus_cos_of(c, 0.5), [&](const V3d& wi) {
@@ -152,7 +154,7 @@ TEST(SizedLights, SpotsKeepTheirCone) {
   EXPECT_FALSE(lights.sample(V3f(0, 6, 0), V3f(0.0f), 0.5f, {0.5f, 0.5f})); // behind it
 }
 
-TEST(SizedLights, DiscsInTheSkyKeepTheirLux) {
+TEST(SizedLights, SkyDisksKeepIrradiance) {
   for (const float degrees : {0.0f, 0.53f, 5.0f, 60.0f}) {
     LightSetInput input;
     const V3f to_sun = V3f(1.0f, 2.0f, 0.5f).normalized();
@@ -160,7 +162,7 @@ TEST(SizedLights, DiscsInTheSkyKeepTheirLux) {
         {.direction = -to_sun, .irradiance = Rgb(3.0f), .angular_diameter_rad = degrees * kPi / 180.0f});
     const LightSet lights(input);
     expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), to_sun, 50'000, 5), 3.0, "facing");
-    // The projection of a disc that is wholly above the horizon is that of its middle.
+    // The projection of a disk that is entirely above the horizon is that of its center.
     if (degrees < 50.0f) {
       const V3f normal(0, 1, 0);
       expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 50'000, 6),
@@ -169,7 +171,7 @@ TEST(SizedLights, DiscsInTheSkyKeepTheirLux) {
   }
 }
 
-TEST(SizedLights, SunsThatSet) {
+TEST(SizedLights, SettingSunMatchesQuadrature) {
   constexpr float kDiameter = 0.4f;
   for (const float elevation : {0.15f, 0.0f, -0.1f}) {
     const V3f to_sun(std::cos(elevation), std::sin(elevation), 0.0f);
@@ -207,8 +209,9 @@ LightSetInput many_kinds(size_t count) {
   return input;
 }
 
-// What a ray meets is what each light by itself would show, and without a competitor nothing is weighted.
-TEST(SizedLights, RaysMeetEverySphereAndDisc) {
+// A ray collects what each light contributes by itself; without competing light sampling there are
+// no weights.
+TEST(SizedLights, RaysHitEverySphereAndDisk) {
   for (const size_t count : {2U, 300U}) {
     const LightSetInput input = many_kinds(count);
     const LightSet lights(input);
@@ -244,8 +247,8 @@ TEST(SizedLights, RaysMeetEverySphereAndDisc) {
   }
 }
 
-// The stretch and what is in it.
-TEST(SizedLights, StretchesOfARay) {
+// The interval of the ray and the extinction within it.
+TEST(SizedLights, RespectsRayInterval) {
   LightSetInput input;
   input.points.push_back({.position = {0, 0, 5}, .intensity = Rgb(kPi), .radius_m = 1.0f});
   const LightSet lights(input);
@@ -262,12 +265,12 @@ TEST(SizedLights, StretchesOfARay) {
   EXPECT_FLOAT_EQ(seen(0.0f, kInfinity), 1.0f);
   EXPECT_EQ(seen(0.0f, 3.99f), 0.0f);
   EXPECT_FLOAT_EQ(seen(3.99f, 4.01f), 1.0f); // its front
-  EXPECT_EQ(seen(4.01f, kInfinity), 0.0f);   // the sphere has one skin
+  EXPECT_EQ(seen(4.01f, kInfinity), 0.0f);   // only the first surface counts
   EXPECT_FLOAT_EQ(seen(1.0f, kInfinity, 0.5f), std::exp(-1.5f));
 }
 
-// The density that the weights of rays use is the one that samples have.
-TEST(SizedLights, WeightsUseTheDensityOfSamples) {
+// The MIS weights of rays must use the density that samples have.
+TEST(SizedLights, MisWeightsUseSamplePdf) {
   for (const size_t count : {1U, 40U}) {
     const LightSet lights(many_kinds(count));
     test::Random random(9);
@@ -279,12 +282,12 @@ TEST(SizedLights, WeightsUseTheDensityOfSamples) {
       const auto s = lights.sample(point, normal, u_light, random.next_2d());
       if (!s || s->delta) continue;
       const auto along = [&](float bsdf_pdf) {
-        const bool disc = s->distance == kInfinity;
+        const bool disk = s->distance == kInfinity;
         return lights.shape_radiance({.origin = point,
                                       .normal = normal,
                                       .direction = s->wi,
-                                      .begin_m = disc ? 1e6f : s->distance * (1.0f - 1e-5f),
-                                      .end_m = disc ? kInfinity : s->distance * (1.0f + 1e-5f) + 1e-6f,
+                                      .begin_m = disk ? 1e6f : s->distance * (1.0f - 1e-5f),
+                                      .end_m = disk ? kInfinity : s->distance * (1.0f + 1e-5f) + 1e-6f,
                                       .bsdf_pdf = bsdf_pdf});
       };
       if (std::fabs(along(0.0f).x - s->radiance.x) > 1e-4f * s->radiance.x) continue; // at an edge

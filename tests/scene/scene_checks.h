@@ -1,4 +1,4 @@
-// What tests of poses share.
+// Helpers shared by tests of poses.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Properties of materials, cameras, lights and meshes under animation: every name of the object model, ranges and order.
+// Tests of animated members: every property of the object model, ranges and order.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animated_members.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kExtension = "/materials/0/extensions/KHR_materials_";
 
-// A scene in which everything is there.
+// Returns a scene that has every animatable object.
 Scene full_scene() {
   Scene scene;
   Material& m = scene.materials.emplace_back();
@@ -41,7 +41,7 @@ AnimationChannel constant(const AnimatedMember& member, const std::vector<float>
   return channel;
 }
 
-// The scene with each property set to the values given.
+// Returns the scene with each property animated to the values given.
 Scene animated(Scene scene, const std::vector<std::pair<std::string, std::vector<float>>>& properties) {
   scene.animations.emplace_back();
   for (const auto& [pointer, value] : properties) {
@@ -55,7 +55,7 @@ Scene animated(Scene scene, const std::vector<std::pair<std::string, std::vector
 
 using Read = std::function<const float*(const Scene&)>;
 
-TEST(AnimatedMembers, EveryNameReachesItsOwnNumbers) {
+TEST(AnimatedMembers, EachPointerResolvesToItsProperty) {
   const std::string x = kExtension;
 #define OF_MATERIAL(member) [](const Scene& s) { return reinterpret_cast<const float*>(&s.materials[0].member); }
   const std::map<std::string, std::pair<int, Read>> names = {
@@ -110,7 +110,7 @@ TEST(AnimatedMembers, EveryNameReachesItsOwnNumbers) {
   }
 }
 
-TEST(AnimatedMembers, TexturesMoveInEverySlot) {
+TEST(AnimatedMembers, AnimatesTransformsOfAllTextureSlots) {
   const std::string x = std::string(kExtension);
   const std::map<std::string, TextureSlot Material::*> slots = {
       {"/materials/0/normalTexture", &Material::normal_texture},
@@ -146,7 +146,7 @@ TEST(AnimatedMembers, TexturesMoveInEverySlot) {
   }
 }
 
-TEST(AnimatedMembers, TheArchivedWorkflowHasItsOwnNames) {
+TEST(AnimatedMembers, ResolvesSpecularGlossinessPointers) {
   const std::string diffuse = std::string(kExtension) + "pbrSpecularGlossiness/diffuseFactor";
   Scene scene = full_scene();
   EXPECT_FALSE(find_animated_member(scene, diffuse));
@@ -155,7 +155,7 @@ TEST(AnimatedMembers, TheArchivedWorkflowHasItsOwnNames) {
   EXPECT_FALSE(find_animated_member(scene, "/materials/0/pbrMetallicRoughness/baseColorFactor"));
 }
 
-TEST(AnimatedMembers, ValuesStayInRange) {
+TEST(AnimatedMembers, ClampsValuesToRange) {
   const std::string ior = std::string(kExtension) + "ior/ior";
   EXPECT_EQ(animated(full_scene(), {{ior, {0.5f}}}).materials[0].ior, 1.0f);
   EXPECT_EQ(animated(full_scene(), {{ior, {0.0f}}}).materials[0].ior, 0.0f);
@@ -171,8 +171,8 @@ TEST(AnimatedMembers, ValuesStayInRange) {
   EXPECT_GT(scene.cameras[1].xmag, 0.0f);
 }
 
-// Both cones at once, the inner one beyond where the outer one was.
-TEST(AnimatedMembers, ConesAreHeldApartWhenBothAreKnown) {
+// Both cones change at once; the inner one moves beyond the old outer one.
+TEST(AnimatedMembers, KeepsConesOrderedAfterAllChannels) {
   const std::string spot = "/extensions/KHR_lights_punctual/lights/0/spot/";
   const Scene wide = animated(full_scene(), {{spot + "innerConeAngle", {1.0f}}, {spot + "outerConeAngle", {1.25f}}});
   EXPECT_EQ(wide.lights[0].inner_cone_rad, 1.0f);
@@ -182,7 +182,7 @@ TEST(AnimatedMembers, ConesAreHeldApartWhenBothAreKnown) {
   EXPECT_LT(crossed.lights[0].inner_cone_rad, 0.5f);
 }
 
-TEST(AnimatedMembers, LaterChannelsWinAndOthersStay) {
+TEST(AnimatedMembers, LaterChannelsOverrideEarlierOnes) {
   const std::string pointer = "/materials/0/alphaCutoff";
   const Scene scene = animated(full_scene(), {{pointer, {0.25f}}, {pointer, {0.75f}}});
   EXPECT_EQ(scene.materials[0].alpha_cutoff, 0.75f);

@@ -1,4 +1,4 @@
-// World bounds and the numbers that reports print.
+// Tests of world bounds and scene statistics.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/bounds.h"
 #include "renderer/scene/describe.h"
@@ -14,7 +14,7 @@ using test::pose;
 
 Scene one_triangle() {
   Primitive triangle;
-  triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {100, 100, 100}}; // the last is in no triangle
+  triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {100, 100, 100}}; // the last vertex is unused
   triangle.indices = {0, 1, 2};
   triangle.texcoords = {std::vector<V2f>(4)};
   triangle.targets.resize(1);
@@ -35,7 +35,7 @@ TEST(WorldBounds, AreTightAroundTransformedVertices) {
   scene.nodes[0].local.rotation = Quatf(std::cos(kPi / 8), 0, 0, std::sin(kPi / 8)); // 45 degrees about z
   scene.nodes[0].local.translation = {10, 0, 0};
   const Box3f box = world_bounds(scene, pose(scene));
-  EXPECT_NEAR(box.min.x, 10 - kHalfRoot, 1e-5f); // the box of the turned box would reach lower down and higher up
+  EXPECT_NEAR(box.min.x, 10 - kHalfRoot, 1e-5f); // the box of the rotated box would be larger
   EXPECT_NEAR(box.max.x, 10 + kHalfRoot, 1e-5f);
   EXPECT_NEAR(box.min.y, 0, 1e-5f);
   EXPECT_NEAR(box.max.y, kHalfRoot, 1e-5f);
@@ -43,7 +43,7 @@ TEST(WorldBounds, AreTightAroundTransformedVertices) {
   EXPECT_EQ(box.max.z, 0.0f);
 }
 
-TEST(WorldBounds, FollowDeformedVertices) {
+TEST(WorldBounds, IncludeDeformedVertices) {
   Scene scene = one_triangle();
   scene.meshes[0].weights = {1};
   EXPECT_EQ(world_bounds(scene, pose(scene)), Box3f({0, 0, 5}, {1, 1, 5}));
@@ -55,8 +55,8 @@ TEST(WorldBounds, AreEmptyWithoutTriangles) {
   EXPECT_TRUE(world_bounds(scene, pose(scene)).isEmpty());
 }
 
-TEST(WorldBounds, UseBoxesWhereInstancesAreTooManyForVertices) {
-  // 300 instances of 500000 corners each are more than 2^27.
+TEST(WorldBounds, FallBackToBoxesForManyInstances) {
+  // 300 instances of 500000 corners each exceed 2^27 corners.
   Scene scene = one_triangle();
   Primitive& primitive = scene.meshes[0].primitives[0];
   primitive.indices.resize(500001, 1);
@@ -112,7 +112,7 @@ TEST(Describe, CountsEachThingOnce) {
   EXPECT_EQ(posed.deformed_bytes, 4u * 12);
 }
 
-TEST(Describe, AnEmptySceneHasNoKeys) {
+TEST(Describe, EmptySceneHasNoKeys) {
   const SceneStatistics found = describe(Scene());
   EXPECT_FALSE(found.first_key_s.has_value());
   EXPECT_EQ(found.triangles, 0u);

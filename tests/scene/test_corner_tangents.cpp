@@ -1,4 +1,4 @@
-// Corner tangents of random meshes against a slow oracle that follows the definition in double precision.
+// Tests of corner tangents of random meshes against a slow double-precision oracle.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/corner_tangents.h"
 
@@ -21,7 +21,8 @@ struct RandomMesh {
   [[nodiscard]] TangentInput input() const { return {positions, normals, texcoords, indices}; }
 };
 
-// A bumpy grid with holes, seams in uv and normals, mirrored patches and vertices that are equal under several numbers.
+// Returns a bumpy grid with holes, seams in uv and normals, mirrored patches and duplicate
+// vertices.
 RandomMesh random_mesh(uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
@@ -39,7 +40,7 @@ RandomMesh random_mesh(uint32_t seed) {
   RandomMesh mesh;
   std::vector<std::pair<uint32_t, V3f>> known;
   const auto corner = [&](int i, int j, const V2f& uv, const V3f& n_at) {
-    // Often an existing equal vertex, sometimes a new number for it.
+    // Reuses an existing equal vertex most of the time, else adds a duplicate.
     for (uint32_t v = 0; v < mesh.positions.size(); ++v) {
       if (mesh.positions[v] == grid[j][i] && mesh.normals[v] == n_at && mesh.texcoords[v] == uv && !chance(0.3f))
         return v;
@@ -52,12 +53,12 @@ RandomMesh random_mesh(uint32_t seed) {
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
       if (chance(0.1f)) continue;   // a hole
-      const bool mirrored = i >= 4; // u runs back from the column i = 4 on: shared uv, other hand
+      const bool mirrored = i >= 4; // u runs backwards from the column i = 4 on: shared uv, mirrored
       const V2f shift = j >= 5 ? V2f(3.0f, 7.0f) : V2f(0.0f); // a seam in uv
       const bool tilted = j < 2;                              // a seam in normals
       const auto uv = [&](int x, int y) {
         const float u = static_cast<float>(mirrored ? 8 - x : x);
-        // A mild shear, so that tangents of neighbors differ.
+        // A mild shear makes the tangents of neighbors differ.
         return V2f(u + 0.2f * static_cast<float>(y * y % 3), -static_cast<float>(y)) + shift;
       };
       const auto at = [&](int x, int y) {
@@ -74,8 +75,8 @@ RandomMesh random_mesh(uint32_t seed) {
   return mesh;
 }
 
-// The definition, word for word: for each pair of corners whether they are joined, in O(n^2); tangents in double
-// precision.
+// The literal definition: tests each pair of corners for a connection, in O(n^2); tangents in
+// double precision.
 struct Oracle {
   explicit Oracle(const RandomMesh& m) : mesh(m), parent(m.indices.size()) {
     std::iota(parent.begin(), parent.end(), size_t{0});
@@ -99,7 +100,8 @@ struct Oracle {
     return static_cast<double>(t1.x) * t2.y - static_cast<double>(t1.y) * t2.x;
   }
 
-  // Same vertex, same hand, and an edge at that vertex which one triangle runs along forwards and the other backwards.
+  // True for corners at the same vertex, with the same orientation, and with an edge at that vertex
+  // which the two triangles traverse in opposite directions.
   bool joined(size_t a, size_t b) const {
     if (a / 3 == b / 3 || !equal(a, b) || (uv_area(a) > 0) != (uv_area(b) > 0)) return false;
     return equal(next(a), previous(b)) || equal(previous(a), next(b));
@@ -118,7 +120,8 @@ struct Oracle {
     return (uv_area(c) > 0 ? t : -t).normalized();
   }
 
-  // The sum of a corner's group, not normalized: its length tells how well the direction is defined.
+  // Returns the unnormalized sum of a corner's group: its length tells how well the direction is
+  // defined.
   V3d group_sum(size_t corner) {
     V3d sum(0.0);
     for (size_t c = 0; c < parent.size(); ++c) {
@@ -144,7 +147,8 @@ TEST(CornerTangents, MatchTheDefinitionOnRandomMeshes) {
     Oracle oracle(mesh);
     for (size_t c = 0; c < tangents.size(); ++c) {
       const V3d sum = oracle.group_sum(c);
-      // Single precision loses about 1e-6 per term and acos near 0 and pi up to 5e-4; cancellation magnifies both.
+      // Single precision loses about 1e-6 per term, and acos near 0 and pi up to 5e-4; cancellation
+      // magnifies both.
       const double tolerance = 1e-3 / std::max(sum.length(), 1e-2);
       const V3d found(tangents[c].x, tangents[c].y, tangents[c].z);
       EXPECT_LT((found - sum.normalized()).length(), tolerance) << "seed " << seed << ", corner " << c;
@@ -152,18 +156,18 @@ TEST(CornerTangents, MatchTheDefinitionOnRandomMeshes) {
       ++(tangents[c].w < 0 ? mirrored : upright);
     }
   }
-  EXPECT_GT(mirrored, 500u); // the meshes do exercise both hands
+  EXPECT_GT(mirrored, 500u); // both orientations occur
   EXPECT_GT(upright, 500u);
 }
 
-TEST(CornerTangents, OfOneGroupAreBitwiseEqual) {
+TEST(CornerTangents, GroupMembersAreBitwiseEqual) {
   const RandomMesh mesh = random_mesh(99);
   const std::vector<V4f> tangents = corner_tangents(mesh.input());
   Oracle oracle(mesh);
   for (size_t c = 0; c < tangents.size(); ++c) EXPECT_EQ(tangents[c], tangents[oracle.root(c)]);
 }
 
-TEST(CornerTangents, DoNotDependOnHowVerticesAreNumbered) {
+TEST(CornerTangents, AreIndependentOfVertexNumbering) {
   const RandomMesh mesh = random_mesh(7);
   RandomMesh reversed = mesh;
   const auto last = static_cast<uint32_t>(mesh.positions.size() - 1);
@@ -174,9 +178,9 @@ TEST(CornerTangents, DoNotDependOnHowVerticesAreNumbered) {
   EXPECT_EQ(corner_tangents(mesh.input()), corner_tangents(reversed.input()));
 }
 
-TEST(CornerTangents, NonManifoldEdgesPairInOrder) {
-  // Three triangles on the edge 0-1: the two that run along it forwards compete for the one that runs backwards, and
-  // the first wins.
+TEST(CornerTangents, PairNonManifoldEdgesInOrder) {
+  // Three triangles share the edge 0-1: the two that traverse it forwards compete for the one that
+  // runs backwards, and the first wins.
   RandomMesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 2, 0}};
   mesh.normals.assign(5, V3f(0, 0, 1));
@@ -185,11 +189,12 @@ TEST(CornerTangents, NonManifoldEdgesPairInOrder) {
   const std::vector<V4f> tangents = corner_tangents(mesh.input());
   EXPECT_EQ(tangents[0], tangents[7]); // vertex 0: first and third
   EXPECT_EQ(tangents[1], tangents[6]);
-  EXPECT_NE(tangents[3], tangents[7]); // the second stands alone
+  EXPECT_NE(tangents[3], tangents[7]); // the second is unmatched
   EXPECT_NE(tangents[4], tangents[6]);
 }
 
-// Many small meshes side by side, some triangles without a uv area (which join any group, in order) and some without an extent.
+// Returns many small meshes side by side; some triangles have no uv area (they join any group, in
+// order) and some are degenerate.
 RandomMesh large_mesh() {
   RandomMesh all;
   for (uint32_t seed = 0; seed < 300; ++seed) {
@@ -201,7 +206,7 @@ RandomMesh large_mesh() {
     }
     const auto first = static_cast<uint32_t>(all.positions.size());
     for (const uint32_t index : mesh.indices) all.indices.push_back(first + index);
-    for (V3f& p : mesh.positions) p.z += 10.0f * static_cast<float>(seed / 2); // pairs meet
+    for (V3f& p : mesh.positions) p.z += 10.0f * static_cast<float>(seed / 2); // meshes overlap in pairs
     all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
     all.normals.insert(all.normals.end(), mesh.normals.begin(), mesh.normals.end());
     all.texcoords.insert(all.texcoords.end(), mesh.texcoords.begin(), mesh.texcoords.end());
@@ -209,7 +214,7 @@ RandomMesh large_mesh() {
   return all;
 }
 
-TEST(CornerTangents, ThreadsDoNotMatter) {
+TEST(CornerTangents, AreIndependentOfThreadCount) {
   const RandomMesh mesh = large_mesh();
   const auto run = [&](size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -222,8 +227,8 @@ TEST(CornerTangents, ThreadsDoNotMatter) {
   }
 }
 
-// What is far from a triangle is nothing to it: a mesh beside others has the tangents that it has alone.
-TEST(CornerTangents, OfAMeshAreThoseItHasAmongOthers) {
+// A mesh has the same tangents alone and beside other meshes.
+TEST(CornerTangents, AreIndependentOfOtherMeshes) {
   RandomMesh all;
   std::vector<V4f> alone;
   for (uint32_t seed = 0; seed < 200; ++seed) {

@@ -1,4 +1,4 @@
-// Skins and morph targets against vertices moved by hand.
+// Tests of skins and morph targets against hand-computed vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/pose.h"
 #include "tests/scene/scene_checks.h"
@@ -15,8 +15,8 @@ using test::kHalfRoot;
 using test::pose;
 using test::xyz;
 
-// A bar along y with a joint at its foot (node 1) and one at y = 1 (node 2, child of 1). Node 0 holds the mesh, far
-// away.
+// A bar along y with a joint at its foot (node 1) and one at y = 1 (node 2, child of 1). Node 0
+// holds the mesh, far away.
 Scene two_joints() {
   Primitive bar;
   bar.positions = {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}};
@@ -48,7 +48,7 @@ Scene two_joints() {
   return scene;
 }
 
-TEST(Skin, InBindPoseStaysWhereItIsAndIgnoresItsNode) {
+TEST(Skin, BindPoseIsIdentityAndIgnoresNodeTransform) {
   const PosedScene posed = pose(two_joints());
   ASSERT_EQ(posed.meshes.size(), 1u);
   EXPECT_EQ(posed.meshes[0].mesh_to_world, M44f());
@@ -62,12 +62,12 @@ TEST(Skin, InBindPoseStaysWhereItIsAndIgnoresItsNode) {
 
 TEST(Skin, BlendsTwoJoints) {
   Scene scene = two_joints();
-  scene.nodes[2].local.rotation = Quatf(kHalfRoot, 0, 0, kHalfRoot); // the top joint turns by 90 degrees about z
+  scene.nodes[2].local.rotation = Quatf(kHalfRoot, 0, 0, kHalfRoot); // the top joint rotates by 90 degrees about z
   scene.nodes[1].local.translation = {0, 0, 3};                      // and both move along z
   const PosedMesh::Deformed bar = pose(scene).meshes.at(0).deformed.at(0);
   expect_near(bar.positions[0], {0, 0, 3});
-  expect_near(bar.positions[1], {0, 1, 3});  // in the joint of both
-  expect_near(bar.positions[2], {-1, 1, 3}); // one above the joint: turned from +y to -x
+  expect_near(bar.positions[1], {0, 1, 3});  // weighted by both joints
+  expect_near(bar.positions[2], {-1, 1, 3}); // one above the joint: rotated from +y to -x
   expect_near(bar.normals[0], {1, 0, 0});
   expect_near(bar.normals[1], {kHalfRoot, kHalfRoot, 0}); // half of a right angle
   expect_near(bar.normals[2], {0, 1, 0});
@@ -76,7 +76,7 @@ TEST(Skin, BlendsTwoJoints) {
   EXPECT_EQ(bar.tangents[2].w, -1.0f);
 }
 
-TEST(Skin, NormalsFollowTheInverseTranspose) {
+TEST(Skin, NormalsUseInverseTranspose) {
   Scene scene = two_joints();
   scene.meshes[0].primitives[0].normals.assign(3, V3f(kHalfRoot, kHalfRoot, 0));
   scene.meshes[0].primitives[0].tangents.assign(3, V4f(-kHalfRoot, kHalfRoot, 0, 1));
@@ -88,20 +88,20 @@ TEST(Skin, NormalsFollowTheInverseTranspose) {
   expect_near(xyz(bar.tangents[0]), V3f(-2, 1, 0).normalized());
 }
 
-TEST(Skin, MirroringKeepsNormalsOutwardAndTurnsTheBitangentSign) {
+TEST(Skin, MirroringFlipsBitangentSign) {
   Scene scene = two_joints();
   scene.nodes[1].local.scale = {-1, 1, 1};
   const PosedMesh::Deformed bar = pose(scene).meshes.at(0).deformed.at(0);
   expect_near(bar.normals[0], {-1, 0, 0});
   EXPECT_EQ(bar.tangents[0].w, -1.0f);
-  // The bitangent itself is mirrored like any vector: it was cross(x, y) = z and stays.
+  // The bitangent is mirrored like any vector: cross(x, y) = z is unchanged.
   expect_near(bar.normals[0].cross(xyz(bar.tangents[0])) * bar.tangents[0].w, {0, 0, 1});
 }
 
-TEST(Skin, MoreThanFourInfluences) {
+TEST(Skin, BlendsMoreThanFourInfluences) {
   Scene scene = two_joints();
   Primitive& bar = scene.meshes[0].primitives[0];
-  // A second set of joints moves half the weight of every vertex to joint 1.
+  // A second set of joints moves half of every vertex's weight to joint 1.
   bar.joints.insert(bar.joints.end(), 3, {1, 0, 0, 0});
   for (V4f& w : bar.weights) w *= 0.5f;
   bar.weights.insert(bar.weights.end(), 3, V4f(0.5f, 0, 0, 0));
@@ -122,7 +122,8 @@ TEST(Skin, FlattenedJointsGiveFiniteNormals) {
   }
 }
 
-// One triangle with two targets: the first lifts vertex 0 and tilts its normal, the second moves everything along x.
+// One triangle with two targets: the first lifts vertex 0 and tilts its normal, the second
+// translates everything along x.
 Scene morphing() {
   Primitive triangle;
   triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -135,7 +136,7 @@ Scene morphing() {
   MorphTarget slide;
   slide.positions.assign(3, V3f(1, 0, 0));
   triangle.targets = {lift, slide};
-  Primitive still; // the same mesh has a part without targets
+  Primitive still; // a primitive of the same mesh without targets
   still.positions = {{5, 5, 5}, {6, 5, 5}, {5, 6, 5}};
   still.indices = {0, 1, 2};
   Mesh mesh;
@@ -151,9 +152,9 @@ Scene morphing() {
   return scene;
 }
 
-TEST(Morph, WithoutWeightsSharesTheVerticesOfTheScene) { EXPECT_TRUE(pose(morphing()).meshes.at(0).deformed.empty()); }
+TEST(Morph, ZeroWeightsShareSceneVertices) { EXPECT_TRUE(pose(morphing()).meshes.at(0).deformed.empty()); }
 
-TEST(Morph, AddsWeightedDeltasInTheSpaceOfTheMesh) {
+TEST(Morph, AddsWeightedDeltasInMeshSpace) {
   Scene scene = morphing();
   scene.meshes[0].weights = {0.5f, 3};
   const PosedScene posed = pose(scene);
@@ -171,7 +172,7 @@ TEST(Morph, AddsWeightedDeltasInTheSpaceOfTheMesh) {
   EXPECT_TRUE(mesh.deformed[1].normals.empty());
 }
 
-TEST(Morph, WeightsOfTheNodeWinOverTheMeshAndAnimationsOverBoth) {
+TEST(Morph, WeightPrecedenceIsAnimationNodeMesh) {
   Scene scene = morphing();
   scene.meshes[0].weights = {1, 0};
   scene.nodes[0].weights = {0, 1};
@@ -186,7 +187,7 @@ TEST(Morph, WeightsOfTheNodeWinOverTheMeshAndAnimationsOverBoth) {
   expect_near(pose(scene, {.time_s = 0.5}).meshes.at(0).deformed.at(0).positions[0], {2, 0, 1});
 }
 
-TEST(Morph, ComesBeforeTheSkin) {
+TEST(Morph, IsAppliedBeforeSkin) {
   Scene scene = two_joints();
   MorphTarget target;
   target.positions.assign(3, V3f(1, 0, 0));
@@ -194,11 +195,11 @@ TEST(Morph, ComesBeforeTheSkin) {
   scene.meshes[0].weights = {1};
   scene.nodes[1].local.rotation = Quatf(kHalfRoot, 0, 0, kHalfRoot);
   const PosedMesh::Deformed bar = pose(scene).meshes.at(0).deformed.at(0);
-  expect_near(bar.positions[0], {0, 1, 0}); // moved along x, then turned
+  expect_near(bar.positions[0], {0, 1, 0}); // moved along x, then rotated
   expect_near(bar.positions[2], {-2, 1, 0});
 }
 
-TEST(Deform, DoesNotDependOnTheNumberOfThreads) {
+TEST(Deform, IsIndependentOfThreadCount) {
   Scene scene = two_joints();
   Primitive& bar = scene.meshes[0].primitives[0];
   constexpr size_t kVertices = 100000;

@@ -1,4 +1,4 @@
-// Animated members go back to what the file had.
+// Tests that animated members are restored to the values of the file.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/member_values.h"
 
@@ -9,7 +9,8 @@
 namespace kindling {
 namespace {
 
-// A spot whose outer cone is animated: at time 0 it is narrower than the inner one, which gives way.
+// A spot whose outer cone is animated: at time 0 it is narrower than the inner one, which is
+// reduced.
 Scene spot_scene() {
   Scene scene;
   PunctualLight& light = scene.lights.emplace_back();
@@ -27,12 +28,12 @@ Scene spot_scene() {
   return scene;
 }
 
-TEST(MemberValues, WhatNoAnimationSetsComesBackToo) {
+TEST(MemberValues, RestoresMembersChangedByConstraints) {
   Scene scene = spot_scene();
   Scene fresh = scene;
   const MemberValues as_loaded(scene);
   animate_members(scene, 0.0);
-  ASSERT_NE(scene.lights[0].inner_cone_rad, 0.1f) << "nothing is pushed: nothing is tested";
+  ASSERT_NE(scene.lights[0].inner_cone_rad, 0.1f) << "the constraint is inactive, so the test is void";
   as_loaded.restore(scene);
   EXPECT_EQ(scene.lights[0].inner_cone_rad, 0.1f);
   EXPECT_EQ(scene.lights[0].outer_cone_rad, 0.3f);
@@ -42,7 +43,7 @@ TEST(MemberValues, WhatNoAnimationSetsComesBackToo) {
   EXPECT_EQ(scene.lights[0].outer_cone_rad, fresh.lights[0].outer_cone_rad);
 }
 
-TEST(MemberValues, WithoutAnimatedMembersNothingIsTouched) {
+TEST(MemberValues, RestoreIsNoOpWithoutAnimatedMembers) {
   Scene scene = spot_scene();
   scene.animations.clear();
   const MemberValues as_loaded(scene);

@@ -1,4 +1,4 @@
-// Keys over the shutter, against poses at the times between them.
+// Tests of motion keys over the shutter against poses at the times between them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/bounds.h"
 #include "renderer/scene/pose.h"
@@ -26,13 +26,14 @@ AnimationChannel channel_of(int node, AnimatedProperty property, std::vector<flo
   return channel;
 }
 
-// One turn of 90 degrees about z in each second, from time 0 to 4.
+// One rotation of 90 degrees about z in each second, from time 0 to 4.
 AnimationChannel turn(int node) {
   return channel_of(node, AnimatedProperty::rotation, {0, 1, 2, 3, 4},
                     {0, 0, 0, 1, 0, 0, kHalfRoot, kHalfRoot, 0, 0, 1, 0, 0, 0, kHalfRoot, -kHalfRoot, 0, 0, 0, -1});
 }
 
-// Two nodes below a parent, each with a mesh: a square of radius 1 in the parent's origin and one 3 m away from it.
+// Two nodes below a parent, each with a mesh: a square of radius 1 in the parent's origin and one 3
+// m away from it.
 Scene two_squares() {
   Scene scene;
   scene.source = "test.gltf";
@@ -54,7 +55,7 @@ PosedScene pose(const Scene& scene, double open_s, double close_s) {
   return pose(scene, {.shutter = Shutter{open_s, close_s}});
 }
 
-// Of key positions: between the two keys around `fraction` of the shutter.
+// Interpolates the two keys around `fraction` of the shutter.
 template <typename T, typename At>
 T between(size_t key_count, double fraction, const At& at) {
   const double position = fraction * static_cast<double>(key_count - 1);
@@ -76,8 +77,8 @@ V3f vertex_at(const PosedMesh& mesh, size_t primitive, size_t vertex, double fra
   });
 }
 
-// Where the corners of undeformed meshes are at many times, against poses at those times.
-void expect_true_to_poses(const Scene& scene, const Shutter& shutter, float tolerance_m) {
+// Compares the corners of undeformed meshes at many times with poses at those times.
+void expect_matches_poses(const Scene& scene, const Shutter& shutter, float tolerance_m) {
   const PosedScene moving = pose(scene, {.shutter = shutter});
   for (int i = 0; i <= 97; ++i) {
     const double fraction = i / 97.0;
@@ -95,7 +96,7 @@ void expect_true_to_poses(const Scene& scene, const Shutter& shutter, float tole
 
 size_t keys_of(const PosedMesh& mesh) { return 1 + mesh.later_transforms.size() + mesh.later_deformed.size(); }
 
-TEST(Motion, AShutterThatOpensForNoTimeIsAPose) {
+TEST(Motion, ZeroLengthShutterEqualsPose) {
   Scene scene = two_squares();
   scene.animations = {{"", {turn(0)}}};
   const PosedScene frozen = pose(scene, 0.3, 0.3);
@@ -106,9 +107,9 @@ TEST(Motion, AShutterThatOpensForNoTimeIsAPose) {
   }
 }
 
-TEST(Motion, WhatStandsStillHasOneKey) {
+TEST(Motion, StaticNodeHasOneKey) {
   Scene scene = two_squares();
-  // Keyframes that say the same all the time, and a motion that is over when the shutter opens.
+  // Keyframes with constant values, and a motion that ends before the shutter opens.
   scene.animations = {
       {"",
        {channel_of(1, AnimatedProperty::rotation, {0, 1, 5}, {0.6f, 0, 0, 0.8f, 0.6f, 0, 0, 0.8f, 0.6f, 0, 0, 0.8f}),
@@ -117,7 +118,7 @@ TEST(Motion, WhatStandsStillHasOneKey) {
   EXPECT_EQ(keys_of(pose(scene, 0.5, 0.6).meshes[1]), 2u);
 }
 
-TEST(Motion, AStraightWayNeedsTwoKeys) {
+TEST(Motion, StraightTranslationHasTwoKeys) {
   Scene scene = two_squares();
   scene.animations = {{"", {channel_of(2, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 500, 0, 0})}}};
   const PosedScene posed = pose(scene, 0.25, 0.75);
@@ -127,38 +128,39 @@ TEST(Motion, AStraightWayNeedsTwoKeys) {
   EXPECT_EQ(transform_point(posed.meshes[1].later_transforms[0], V3f(0)), V3f(375, 0, 0));
 }
 
-// A chord of an arc of 90 degrees / n is off by radius (1 - cos(45 / n)): below 1e-3 of the radius from n = 18 on. The far
-// one has a box of radius 1, and its farthest corner goes round at 3.77 m.
-TEST(Motion, RotationsGetAsManyKeysAsTheirSizeAsksFor) {
+// A chord of an arc of 90 degrees / n is off by radius (1 - cos(45 / n)): below 1e-3 of the radius
+// from n = 18 on. The far mesh has a box of radius 1, and its farthest corner moves on a circle of
+// 3.77 m.
+TEST(Motion, KeyCountOfRotationGrowsWithRadius) {
   Scene scene = two_squares();
   scene.animations = {{"", {turn(0)}}};
   const PosedScene posed = pose(scene, 1.0, 2.0);
   EXPECT_EQ(keys_of(posed.meshes[0]), 33u);
   EXPECT_EQ(keys_of(posed.meshes[1]), 65u);
-  expect_true_to_poses(scene, {1.0, 2.0}, 1.05e-3f);
+  expect_matches_poses(scene, {1.0, 2.0}, 1.05e-3f);
   // A hundredth of the time: 0.9 degrees.
   EXPECT_EQ(keys_of(pose(scene, 1.0, 1.01).meshes[0]), 2u);
-  expect_true_to_poses(scene, {1.0, 1.01}, 1.05e-3f);
-  // No more than there are: 129 keys for a full turn, twice as far away.
+  expect_matches_poses(scene, {1.0, 1.01}, 1.05e-3f);
+  // Bounded by the maximum: 129 keys for a full turn, twice as far away.
   scene.nodes[2].local.translation = {300, 0, 0};
   EXPECT_EQ(keys_of(pose(scene, 0.0, 4.0).meshes[1]), 129u);
 }
 
-TEST(Motion, KeyframesInsideOfTheShutterCount) {
+TEST(Motion, AccountsForKeyframesInsideShutter) {
   Scene scene = two_squares();
-  // There and back again within a hundredth of the shutter: no grid of eight would see it.
+  // An excursion within a hundredth of the shutter: no grid of eight would detect it.
   scene.animations = {{"",
                        {channel_of(2, AnimatedProperty::translation, {0, 0.401f, 0.405f, 0.409f, 1},
                                    {3, 0, 0, 3, 0, 0, 4, 0, 0, 3, 0, 0, 3, 0, 0})}}};
   const PosedScene posed = pose(scene, 0.0, 1.0);
   EXPECT_EQ(keys_of(posed.meshes[1]), 129u);
-  // A corner in the way, on the grid of four segments.
+  // A corner in the path, on the grid of four segments.
   scene.animations = {{"", {channel_of(2, AnimatedProperty::translation, {0, 0.25f, 1}, {3, 0, 0, 4, 0, 0, 3, 9, 0})}}};
   EXPECT_EQ(keys_of(pose(scene, 0.0, 1.0).meshes[1]), 5u);
-  expect_true_to_poses(scene, {0.0, 1.0}, 1.05e-3f);
+  expect_matches_poses(scene, {0.0, 1.0}, 1.05e-3f);
 }
 
-TEST(Motion, AJumpTakesOneOf128Parts) {
+TEST(Motion, StepJumpTakesOneSegment) {
   Scene scene = two_squares();
   AnimationChannel jump = channel_of(2, AnimatedProperty::translation, {0, 0.505f}, {3, 0, 0, 3, 8, 0});
   jump.interpolation = Interpolation::step;
@@ -178,7 +180,7 @@ TEST(Motion, GpuInstancesMoveWithTheirNode) {
   scene.nodes[1].gpu_instances = {a, b};
   scene.animations = {{"", {turn(0)}}};
   EXPECT_EQ(pose(scene, 0.0, 1.0).meshes.size(), 3u);
-  expect_true_to_poses(scene, {0.0, 1.0}, 2.1e-3f);
+  expect_matches_poses(scene, {0.0, 1.0}, 2.1e-3f);
 }
 
 TEST(Motion, CamerasAndLightsStayRigid) {
@@ -203,7 +205,7 @@ TEST(Motion, CamerasAndLightsStayRigid) {
   EXPECT_EQ(posed.cameras[0].camera_to_world, pose(scene, {.time_s = 0.0}).cameras[0].camera_to_world);
 }
 
-TEST(Motion, VisibilityIsThatOfTheMiddle) {
+TEST(Motion, VisibilityIsEvaluatedMidShutter) {
   Scene scene = two_squares();
   AnimationChannel hide = channel_of(1, AnimatedProperty::visible, {0, 1}, {1, 0});
   hide.interpolation = Interpolation::step;
@@ -212,9 +214,10 @@ TEST(Motion, VisibilityIsThatOfTheMiddle) {
   EXPECT_EQ(pose(scene, 0.9, 2.0).meshes.size(), 1u);
 }
 
-// --- deformation ------------------------------------------------------------------------------------------------------
+// --- Deformation
+// ----------------------------------------------------------------------------------
 
-// The far square bends by a target that moves one corner; its parent turns and mirrors.
+// The far square is bent by a target that moves one corner; its parent rotates and mirrors.
 Scene morphing_squares() {
   Scene scene = two_squares();
   scene.meshes.push_back(scene.meshes[0]);
@@ -253,10 +256,10 @@ TEST(Motion, MorphedMeshesAreInWorldSpaceAtEveryKey) {
   EXPECT_NEAR(last.tangents[0].x, kHalfRoot, 1e-5f);
   EXPECT_EQ(last.tangents[0].w, -1.0f); // mirrored
   const Box3f box = world_bounds(scene, pose(scene, {.shutter = shutter}));
-  EXPECT_NEAR(box.max.z, 1.0f, 1e-5f); // of the last key: half of the target
+  EXPECT_NEAR(box.max.z, 1.0f, 1e-5f); // at the last key: half of the target
 }
 
-TEST(Motion, AMorphThatStandsStillMovesAsAWhole) {
+TEST(Motion, ConstantMorphIsNotDeformedPerKey) {
   Scene scene = morphing_squares();
   scene.meshes[1].weights = {0.5f};
   scene.animations = {{"", {turn(0)}}};
@@ -266,7 +269,7 @@ TEST(Motion, AMorphThatStandsStillMovesAsAWhole) {
   EXPECT_GE(mesh.later_transforms.size(), 16u);
 }
 
-// Many vertices between two joints, the upper of which turns.
+// Many vertices between two joints, the upper of which rotates.
 Scene bending() {
   Scene scene;
   Primitive bar;
@@ -295,7 +298,7 @@ Scene bending() {
   return scene;
 }
 
-TEST(Motion, SkinsAreTrueToPoses) {
+TEST(Motion, SkinnedVerticesMatchPoses) {
   const Scene scene = bending();
   const PosedMesh mesh = pose(scene, 0.2, 0.7).meshes.at(0);
   EXPECT_EQ(mesh.mesh_to_world, M44f());
@@ -308,12 +311,12 @@ TEST(Motion, SkinsAreTrueToPoses) {
     for (size_t v = 0; v < 5000; ++v)
       worst = std::max(worst, (vertex_at(mesh, 0, v, fraction) - still.deformed[0].positions[v]).length());
   }
-  EXPECT_LT(worst, 1.05e-3f); // its radius is 1
-  EXPECT_GT(worst, 1e-5f);    // and not by too many keys
+  EXPECT_LT(worst, 1.05e-3f); // the radius is 1
+  EXPECT_GT(worst, 1e-5f);    // and not because of too many keys
   EXPECT_EQ(keys_of(pose(scene, 5.0, 6.0).meshes.at(0)), 1u);
 }
 
-TEST(Motion, DoesNotDependOnThreads) {
+TEST(Motion, IsIndependentOfThreadCount) {
   Scene scene = bending();
   const PosedScene many = pose(scene, 0.2, 0.7);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);

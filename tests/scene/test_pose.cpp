@@ -1,4 +1,4 @@
-// Node trees, visibility, instancing, cameras and lights: where things are in the world.
+// Tests of poses: node trees, visibility, instancing, cameras and lights.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/pose.h"
 #include "tests/scene/scene_checks.h"
@@ -45,15 +45,15 @@ TEST(ToMatrix, ScalesThenRotatesThenTranslates) {
   transform.rotation = Quatf(kHalfRoot, 0, 0, kHalfRoot); // +90 degrees about z
   transform.translation = {10, 20, 30};
   const M44f m = to_matrix(transform);
-  expect_near(transform_point(m, {1, 0, 0}), {10, 22, 30}); // (2, 0, 0) turns to (0, 2, 0)
+  expect_near(transform_point(m, {1, 0, 0}), {10, 22, 30}); // (2, 0, 0) rotates to (0, 2, 0)
   expect_near(transform_point(m, {0, 1, 0}), {7, 20, 30});
   expect_near(transform_point(m, {0, 0, 1}), {10, 20, 34});
   EXPECT_EQ(m[3][3], 1.0f);
 }
 
-TEST(ToMatrix, OfTheDefaultIsExactlyTheIdentity) { EXPECT_EQ(to_matrix(Transform()), M44f()); }
+TEST(ToMatrix, DefaultTransformIsIdentity) { EXPECT_EQ(to_matrix(Transform()), M44f()); }
 
-TEST(Pose, ChildrenFollowTheirParents) {
+TEST(Pose, ChildrenInheritParentTransforms) {
   Node parent = mesh_node({1, 0, 0}, {1});
   parent.local.rotation = Quatf(kHalfRoot, 0, 0, kHalfRoot);
   parent.local.scale = {2, 2, 2};
@@ -66,15 +66,15 @@ TEST(Pose, ChildrenFollowTheirParents) {
   ASSERT_EQ(posed.meshes.size(), 3u);
   expect_near(transform_point(posed.meshes[0].mesh_to_world, {1, 0, 0}), {1, 2, 0});
   expect_near(transform_point(posed.meshes[1].mesh_to_world, {0, 0, 0}), {1, 2, 0});
-  expect_near(transform_point(posed.meshes[1].mesh_to_world, {0, 1, 0}), {3, 2, 0}); // -y, doubled, turned to +x
+  expect_near(transform_point(posed.meshes[1].mesh_to_world, {0, 1, 0}), {3, 2, 0}); // -y, doubled, rotated to +x
   expect_near(transform_point(posed.meshes[2].mesh_to_world, {0, 0, 0}), {11, 2, 0});
   EXPECT_GT(determinant(posed.meshes[0].mesh_to_world), 0.0f);
   EXPECT_LT(determinant(posed.meshes[1].mesh_to_world), 0.0f);
   EXPECT_TRUE(posed.meshes[0].deformed.empty());
 }
 
-TEST(Pose, ListsInTheOrderOfTheTree) {
-  // 4 is the first root; 0 has children 3 and 1, and 3 has 2.
+TEST(Pose, ListsMeshesInTreeOrder) {
+  // 4 is the first root; 0 has children 3 and 1, and 3 has child 2.
   const Scene scene = scene_of({mesh_node({0, 0, 0}, {3, 1}), mesh_node({0, 0, 0}), mesh_node({0, 0, 0}),
                                 mesh_node({0, 0, 0}, {2}), mesh_node({0, 0, 0})},
                                {4, 0});
@@ -84,7 +84,7 @@ TEST(Pose, ListsInTheOrderOfTheTree) {
   EXPECT_EQ(order, (std::vector<int>{4, 0, 3, 2, 1}));
 }
 
-TEST(Pose, ADeepTreeNeedsNoStack) {
+TEST(Pose, DeepTreeDoesNotOverflowStack) {
   constexpr int kDepth = 300000;
   std::vector<Node> nodes(kDepth);
   for (int i = 0; i + 1 < kDepth; ++i) nodes[static_cast<size_t>(i)].children = {i + 1};
@@ -95,7 +95,7 @@ TEST(Pose, ADeepTreeNeedsNoStack) {
   expect_near(transform_point(posed.meshes[0].mesh_to_world, {0, 0, 0}), {0, 0, 7});
 }
 
-TEST(Pose, PicksTheSceneAskedFor) {
+TEST(Pose, SelectsRequestedScene) {
   Scene scene = scene_of({mesh_node({0, 0, 0}), mesh_node({1, 0, 0}), mesh_node({2, 0, 0})}, {0});
   scene.scenes.push_back({"other", {1, 2}});
   EXPECT_EQ(pose(scene).meshes.size(), 1u); // no default: the first
@@ -107,7 +107,7 @@ TEST(Pose, PicksTheSceneAskedFor) {
   EXPECT_EQ(pose(scene).meshes.size(), 3u); // no scenes: everything
 }
 
-TEST(Pose, NamesTheScenesThatExist) {
+TEST(Pose, ErrorListsExistingScenes) {
   Scene scene = scene_of({mesh_node({0, 0, 0})}, {0});
   scene.scenes.push_back({"", {0}});
   const Result<PosedScene> posed = pose_scene(scene, {.scene = 7});
@@ -117,7 +117,7 @@ TEST(Pose, NamesTheScenesThatExist) {
   EXPECT_FALSE(pose_scene(scene, {.scene = -2}).ok());
 }
 
-TEST(Pose, HiddenNodesHideAllBelowThemButCameras) {
+TEST(Pose, HiddenNodesHideDescendantsExceptCameras) {
   Node hidden = mesh_node({0, 0, 0}, {1});
   hidden.visible = false;
   hidden.light = 0;
@@ -151,7 +151,7 @@ TEST(Pose, VisibilityCanBeAnimated) {
   EXPECT_EQ(pose(scene, {.time_s = 1.5}).meshes.size(), 1u);
 }
 
-TEST(Pose, AnimationsMoveNodesOnlyAtATime) {
+TEST(Pose, AppliesAnimationsOnlyWithTime) {
   Scene scene = scene_of({mesh_node({1, 2, 3})}, {0});
   AnimationChannel move;
   move.node = 0;
@@ -171,7 +171,7 @@ TEST(Pose, AnimationsMoveNodesOnlyAtATime) {
               {5 + diagonal, diagonal, 0});
 }
 
-TEST(Pose, GpuInstancesMultiplyTheMesh) {
+TEST(Pose, GpuInstancesRepeatMesh) {
   Node node = mesh_node({0, 0, 5});
   Transform a, b;
   a.translation = {1, 0, 0};
@@ -185,7 +185,7 @@ TEST(Pose, GpuInstancesMultiplyTheMesh) {
   expect_near(transform_point(posed.meshes[1].mesh_to_world, {0, 1, 0}), {0, 6, 5});
 }
 
-TEST(Pose, CamerasAndLightsLoseScaleAndMirroring) {
+TEST(Pose, CamerasAndLightsAreRigid) {
   Node parent;
   parent.local.scale = {-2, 3, 0.5f};
   parent.children = {1};
@@ -206,7 +206,7 @@ TEST(Pose, CamerasAndLightsLoseScaleAndMirroring) {
   expect_near(transform_vector(m, {0, 1, 0}), {0, 1, 0});
 }
 
-TEST(Pose, ACameraScaledToNothingStillHasAFrame) {
+TEST(Pose, CameraWithZeroScaleHasValidFrame) {
   for (const V3f& scale : {V3f(0, 0, 0), V3f(1, 0, 1), V3f(1, 1, 0), V3f(0, 1, 0)}) {
     Node node;
     node.camera = 0;

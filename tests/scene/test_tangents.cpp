@@ -1,5 +1,4 @@
-// Tangents of meshes whose answer is known: planes, mirrored seams, spheres, degenerate triangles; and what splitting
-// carries along.
+// Tests of tangents of meshes with known results: planes, seams, spheres, degenerate triangles.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/tangents.h"
 #include "tests/scene/scene_checks.h"
@@ -12,7 +11,8 @@ namespace {
 using test::expect_near;
 using test::xyz;
 
-// A grid of n x n quads in [0, 1]^2 of the xy plane, facing +z, its image upright: u = x, v = 1 - y.
+// A grid of n x n quads in [0, 1]^2 of the xy plane, facing +z, its image upright: u = x, v = 1 -
+// y.
 Primitive plane(uint32_t n) {
   Primitive primitive;
   primitive.texcoords.resize(1);
@@ -34,7 +34,7 @@ Primitive plane(uint32_t n) {
   return primitive;
 }
 
-// Latitudes and longitudes with smooth normals; the column of the seam is doubled.
+// Latitudes and longitudes with smooth normals; the column at the seam is doubled.
 Primitive sphere(uint32_t rings, uint32_t columns) {
   Primitive primitive;
   primitive.texcoords.resize(1);
@@ -60,10 +60,10 @@ Primitive sphere(uint32_t rings, uint32_t columns) {
   return primitive;
 }
 
-TEST(Tangents, OfAnUprightPlanePointAlongU) {
+TEST(Tangents, PointAlongUOnPlane) {
   Primitive primitive = plane(4);
   generate_tangents(primitive, 0);
-  ASSERT_EQ(primitive.positions.size(), 25u); // nothing split
+  ASSERT_EQ(primitive.positions.size(), 25u); // no vertex is split
   ASSERT_EQ(primitive.tangents.size(), 25u);
   for (const V4f& tangent : primitive.tangents) {
     expect_near(xyz(tangent), {1, 0, 0});
@@ -88,7 +88,7 @@ TEST(Tangents, FollowRotatedAndMirroredTexcoords) {
   }
 }
 
-TEST(Tangents, OfTheNamedSet) {
+TEST(Tangents, UseRequestedTexcoordSet) {
   Primitive primitive = plane(2);
   primitive.texcoords.push_back(primitive.texcoords[0]);
   for (V2f& uv : primitive.texcoords[1]) uv = {uv.y, 1 - uv.x};
@@ -105,12 +105,12 @@ Primitive mirrored_in_the_middle(uint32_t n) {
   return primitive;
 }
 
-TEST(Tangents, SplitVerticesWhereTheImageIsMirrored) {
+TEST(Tangents, SplitVerticesAtMirrorSeam) {
   constexpr uint32_t n = 4;
   Primitive primitive = mirrored_in_the_middle(n);
   const size_t before = primitive.positions.size();
   generate_tangents(primitive, 0);
-  EXPECT_EQ(primitive.positions.size(), before + n + 1); // the middle column is there twice
+  EXPECT_EQ(primitive.positions.size(), before + n + 1); // the middle column is duplicated
   for (size_t t = 0; t < primitive.triangle_count(); ++t) {
     float center_x = 0;
     for (size_t k = 0; k < 3; ++k) center_x += primitive.positions[primitive.indices[3 * t + k]].x / 3;
@@ -122,7 +122,7 @@ TEST(Tangents, SplitVerticesWhereTheImageIsMirrored) {
   }
 }
 
-TEST(Tangents, SplittingCarriesEveryAttribute) {
+TEST(Tangents, SplittingCopiesAllAttributes) {
   Primitive primitive = mirrored_in_the_middle(2);
   const size_t count = primitive.positions.size();
   primitive.texcoords.push_back({});
@@ -166,11 +166,12 @@ TEST(Tangents, SplittingCarriesEveryAttribute) {
   }
 }
 
-TEST(Tangents, OfASmoothSphereAreUnitAndFollowTheParallels) {
+TEST(Tangents, FollowParallelsOnSmoothSphere) {
   Primitive primitive = sphere(24, 48);
   const size_t before = primitive.positions.size();
   generate_tangents(primitive, 0);
-  // At each pole every column of triangles stands alone, but no vertex there is shared: nothing to split.
+  // At each pole every column of triangles is isolated, but no vertex there is shared, so none is
+  // split.
   EXPECT_EQ(primitive.positions.size(), before);
   for (size_t v = 0; v < primitive.positions.size(); ++v) {
     const V3f tangent = xyz(primitive.tangents[v]);
@@ -179,14 +180,15 @@ TEST(Tangents, OfASmoothSphereAreUnitAndFollowTheParallels) {
     EXPECT_NEAR(tangent.dot(normal), 0.0f, 1e-5f);
     EXPECT_EQ(primitive.tangents[v].w, 1.0f);
     if (std::abs(normal.y) > 0.99f) continue;
-    // East is (cos phi, 0, -sin phi); a seam's one-sided triangles lie half a column off, 3.75 degrees.
+    // East is (cos phi, 0, -sin phi); a seam's one-sided triangles deviate by half a column, 3.75
+    // degrees.
     const V3f east = V3f(normal.z, 0, -normal.x).normalized();
     EXPECT_GT(tangent.dot(east), std::cos(4.0f * kPi / 180.0f)) << "vertex " << v;
   }
 }
 
-TEST(Tangents, EqualVerticesUnderDifferentNumbersGetEqualTangents) {
-  // A bent strip as a soup of triangles: corners that coincide must agree as if they were one vertex.
+TEST(Tangents, DuplicateVerticesGetEqualTangents) {
+  // A bent strip as a triangle soup: coincident corners must agree as if they were one vertex.
   Primitive shared = plane(6);
   for (size_t v = 0; v < shared.positions.size(); ++v) {
     V3f& p = shared.positions[v];
@@ -211,8 +213,8 @@ TEST(Tangents, EqualVerticesUnderDifferentNumbersGetEqualTangents) {
     EXPECT_EQ(soup.tangents[soup.indices[c]], shared.tangents[shared.indices[c]]);
 }
 
-TEST(Tangents, TrianglesThatTouchInAPointAloneAreNotAveraged) {
-  // Two triangles with one vertex in common and images turned against each other by 90 degrees.
+TEST(Tangents, TrianglesSharingOnlyAVertexAreNotAveraged) {
+  // Two triangles share one vertex; their images are rotated against each other by 90 degrees.
   Primitive primitive;
   primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
   primitive.normals.assign(5, V3f(0, 0, 1));
@@ -240,9 +242,9 @@ TEST(Tangents, DegenerateTexcoordsGiveFiniteOrthogonalTangents) {
   }
 }
 
-TEST(Tangents, TrianglesWithoutUvAreaJoinTheirNeighbors) {
-  // The middle quad of three in a row has one texture coordinate per column: zero area. Its corners take the groups
-  // beside it.
+TEST(Tangents, ZeroUvAreaTrianglesJoinNeighbors) {
+  // The middle quad of three in a row has one texture coordinate per column: zero area. Its corners
+  // join the groups beside it.
   Primitive primitive;
   primitive.texcoords.resize(1);
   for (const float x : {0.0f, 1.0f, 2.0f, 3.0f}) {
@@ -254,14 +256,14 @@ TEST(Tangents, TrianglesWithoutUvAreaJoinTheirNeighbors) {
   }
   primitive.indices = {0, 2, 3, 0, 3, 1, 2, 4, 5, 2, 5, 3, 4, 6, 7, 4, 7, 5};
   generate_tangents(primitive, 0);
-  EXPECT_EQ(primitive.positions.size(), 8u); // nothing split
+  EXPECT_EQ(primitive.positions.size(), 8u); // no vertex is split
   for (const V4f& tangent : primitive.tangents) {
     expect_near(xyz(tangent), {1, 0, 0});
     EXPECT_EQ(tangent.w, 1.0f);
   }
 }
 
-TEST(Tangents, TrianglesOfTwoEqualPositionsCopyTheirVertex) {
+TEST(Tangents, DegenerateTrianglesCopyVertexTangent) {
   Primitive primitive = plane(1);
   for (V2f& uv : primitive.texcoords[0]) uv = {uv.y, 1 - uv.x};
   for (const uint32_t v : {0u, 0u, 1u, 3u, 3u, 3u}) primitive.indices.push_back(v);
@@ -270,8 +272,8 @@ TEST(Tangents, TrianglesOfTwoEqualPositionsCopyTheirVertex) {
   for (const V4f& tangent : primitive.tangents) expect_near(xyz(tangent), {0, -1, 0});
 }
 
-TEST(Tangents, WithoutNormalsTheFacesAreFlat) {
-  // Two faces of a box, sharing the edge x = 1.
+TEST(Tangents, MissingNormalsGiveFlatFaces) {
+  // Two faces of a box that share the edge x = 1.
   Primitive primitive;
   primitive.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, -1}, {1, 1, -1}};
   primitive.texcoords = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}, {2, 1}, {2, 0}}};
@@ -292,7 +294,7 @@ TEST(Tangents, WithoutNormalsTheFacesAreFlat) {
   }
 }
 
-TEST(Tangents, SurviveBrokenInput) {
+TEST(Tangents, HandleInvalidInput) {
   Primitive empty;
   generate_tangents(empty, 0);
   EXPECT_TRUE(empty.tangents.empty());
@@ -311,7 +313,7 @@ TEST(Tangents, SurviveBrokenInput) {
   }
 }
 
-TEST(Tangents, AreTheSameEveryTime) {
+TEST(Tangents, AreDeterministic) {
   Primitive a = mirrored_in_the_middle(20), b = a;
   generate_tangents(a, 0);
   generate_tangents(b, 0);
@@ -320,8 +322,9 @@ TEST(Tangents, AreTheSameEveryTime) {
   EXPECT_EQ(a.positions, b.positions);
 }
 
-TEST(Tangents, CrowdedVerticesAndEdgesTakeNoQuadraticTime) {
-  // 200000 triangles at one vertex, all on one edge in the same direction: pairs would be 4e10.
+TEST(Tangents, CrowdedVerticesAndEdgesAreSubquadratic) {
+  // 200000 triangles at one vertex, all on one edge in the same direction; testing pairs would take
+  // 4e10 steps.
   constexpr uint32_t kTriangles = 200000;
   Primitive primitive;
   primitive.texcoords.resize(1);

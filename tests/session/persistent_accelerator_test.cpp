@@ -190,10 +190,10 @@ TEST(PersistentAccelerators, OnlyWhereItPays) {
     options.min_persistent_triangles = least;
     const auto world =
         build_world(std::move(things.scene), std::move(posed).value(), options, nullptr, nullptr).value();
-    size_t lasting = 0;
+    size_t persistent = 0;
     for (const accel::TriangleMesh& mesh : world->accelerator_input().meshes)
-      lasting += mesh.persistent_id != 0 ? mesh.triangle_count() : 0;
-    return lasting;
+      persistent += mesh.persistent_id != 0 ? mesh.triangle_count() : 0;
+    return persistent;
   };
   const Things things = make_things();
   EXPECT_EQ(nodes_of(false, 0), 0U);

@@ -1,4 +1,4 @@
-// Emission below a clear coat: in closed form at a hit, and the same from the light.
+// Tests of emission below a clear coat: closed form at hits, and equality with light samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -16,7 +16,7 @@ Scene lamp(const std::function<void(Material&)>& change) {
 // Schlick's Fresnel with 0.04.
 double reflected(double cos_theta) { return 0.04 + 0.96 * std::pow(1.0 - cos_theta, 5.0); }
 
-TEST(CoatedEmission, FadesAsTheCoatReflects) {
+TEST(CoatedEmission, IsAttenuatedByCoatFresnel) {
   for (const float clearcoat : {0.0f, 0.4f, 1.0f}) {
     const auto world = make_world(lamp([&](Material& m) { m.clearcoat_factor = clearcoat; }), accel::Kind::embree);
     for (const float degrees : {0.0f, 40.0f, 75.0f, 88.0f}) {
@@ -31,7 +31,7 @@ TEST(CoatedEmission, FadesAsTheCoatReflects) {
       const double expected =
           3.0 * (1.0 - static_cast<double>(clearcoat) * reflected(std::cos(static_cast<double>(angle))));
       EXPECT_NEAR(surface.emitted.x, expected, 1e-5) << clearcoat << ", " << degrees;
-      // The same triangle, asked as a light, and sampled.
+      // The same triangle, evaluated as a light and sampled.
       ASSERT_NE(surface.emissive_triangle, accel::kNoId);
       EXPECT_NEAR(world->lights().emitted(surface.emissive_triangle, 0.3f, 0.3f, -wo).x, expected, 1e-5);
       const auto sample = world->lights().sample(target + wo * 20.0f, -wo, 0.3f, {0.4f, 0.6f});
@@ -42,8 +42,8 @@ TEST(CoatedEmission, FadesAsTheCoatReflects) {
   }
 }
 
-// What is inside of a volume looks out below the coat.
-TEST(CoatedEmission, OfAVolumeIsCoatedOnItsOuterSide) {
+// Emission inside of a volume is not covered by the outer coat.
+TEST(CoatedEmission, VolumeIsCoatedOnOuterSide) {
   const auto world = make_world(lamp([](Material& m) {
                                   m.clearcoat_factor = 1.0f;
                                   m.transmission_factor = 1.0f;
@@ -64,7 +64,7 @@ TEST(CoatedEmission, OfAVolumeIsCoatedOnItsOuterSide) {
   }
 }
 
-TEST(CoatedEmission, BelowATexturedCoatIsFoundByChance) {
+TEST(CoatedEmission, TexturedCoatIsLeftToBsdfSampling) {
   Scene scene = lamp([](Material& m) {
     m.clearcoat_factor = 1.0f;
     m.clearcoat_texture.texture = 0;

@@ -1,4 +1,4 @@
-// Which emitters are sampled where there are too many.
+// Tests of the selection of emitters within the budget.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/emitter_budget.h"
 
@@ -7,7 +7,7 @@
 namespace kindling {
 namespace {
 
-TEST(EmitterBudget, SmallGroupsComeFirst) {
+TEST(EmitterBudget, PrefersSmallGroups) {
   const std::vector<Emitters> groups{{10, 100}, {0, 5}, {2, 50}, {1, 400}, {3, 20}};
   const SampledEmitters all = choose_sampled_emitters(groups, 1560);
   EXPECT_EQ(all.groups, (std::vector<uint8_t>{1, 0, 1, 1, 1}));
@@ -20,7 +20,7 @@ TEST(EmitterBudget, SmallGroupsComeFirst) {
   EXPECT_EQ(few.left_out, 1400U);
 }
 
-TEST(EmitterBudget, WhatStandsOnceIsAlwaysSampled) {
+TEST(EmitterBudget, SingleInstancesAreAlwaysSampled) {
   const std::vector<Emitters> groups{{5000, 1}, {7, 10}};
   const SampledEmitters sampled = choose_sampled_emitters(groups, 100);
   EXPECT_EQ(sampled.groups, (std::vector<uint8_t>{1, 0}));

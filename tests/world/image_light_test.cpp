@@ -1,4 +1,4 @@
-// EXT_lights_image_based: the orientation of faces, rotation, seams, irradiance, and what comes before what.
+// Tests of EXT_lights_image_based: face orientation, rotation, seams, irradiance, precedence.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/image_light_environment.h"
 #include "tests/integrator/test_scenes.h"
@@ -9,14 +9,14 @@
 namespace kindling::test {
 namespace {
 
-// What a camera within the cube sees through each face: where it looks, and which way is up in its image.
+// The view through each face from within the cube: viewing direction, and up in its image.
 struct View {
   V3f forward, up;
 };
 const View kViews[6] = {{{1, 0, 0}, {0, 1, 0}},  {{-1, 0, 0}, {0, 1, 0}}, {{0, 1, 0}, {0, 0, -1}},
                         {{0, -1, 0}, {0, 0, 1}}, {{0, 0, 1}, {0, 1, 0}},  {{0, 0, -1}, {0, 1, 0}}};
 
-// The cube map of a function of direction.
+// Returns the cube map of a function of direction.
 template <typename F>
 ImageLight cube_of(int size, const F& radiance) {
   ImageLight light;
@@ -40,7 +40,7 @@ ImageLight cube_of(int size, const F& radiance) {
   return light;
 }
 
-// Differs in all directions, and is smooth.
+// Smooth, and different in all directions.
 Rgb pattern(const V3f& d) { return {2.0f + d.x + 0.5f * d.y, 2.0f + d.y - 0.5f * d.z, 2.0f + d.z + 0.3f * d.x * d.y}; }
 
 V3f random_direction(Random& random) {
@@ -56,14 +56,14 @@ TEST(ImageLight, FacesAreViewsFromWithin) {
   for (int i = 0; i < 2000; ++i) {
     const V3f d = random_direction(random);
     const Rgb error = image_light_radiance(light, d) - pattern(d);
-    // A texel is 1 / 16 wide; beyond an edge the nearest one stands for what is interpolated.
+    // A texel is 1 / 16 wide; beyond an edge interpolation uses the nearest one.
     EXPECT_LT(error.length(), 0.06f) << d.x << ' ' << d.y << ' ' << d.z;
   }
   for (const V3f& d : {V3f(1, 0, 0), V3f(0, -1, 0), V3f(0, 0, 1)})
     EXPECT_LT((image_light_radiance(light, d) - pattern(d)).length(), 3e-3f);
 }
 
-TEST(ImageLight, RotationTurnsTheEnvironment) {
+TEST(ImageLight, RotationRotatesEnvironment) {
   ImageLight light = cube_of(16, pattern);
   Random random(2);
   const ImageLight still = light;
@@ -73,12 +73,12 @@ TEST(ImageLight, RotationTurnsTheEnvironment) {
     EXPECT_LT((image_light_radiance(light, light.rotation.rotateVector(d)) - image_light_radiance(still, d)).length(),
               1e-4f);
   }
-  // Counter-clockwise about +y: what was along +x is then along -z.
+  // Counterclockwise about +y: +x moves to -z.
   light.rotation.setAxisAngle({0, 1, 0}, kPi / 2.0f);
   EXPECT_LT((image_light_radiance(light, {0, 0, -1}) - pattern({1, 0, 0})).length(), 6e-3f);
 }
 
-TEST(ImageLight, EnvironmentIsTheImageTimesItsIntensity) {
+TEST(ImageLight, EnvironmentIsImageTimesIntensity) {
   ImageLight light = cube_of(32, pattern);
   light.intensity = 3.0f;
   const auto environment = image_light_environment(light);
@@ -92,7 +92,7 @@ TEST(ImageLight, EnvironmentIsTheImageTimesItsIntensity) {
   EXPECT_LT((environment->total_radiance() * (0.25f * kInvPi) - Rgb(6.0f)).length(), 0.02f);
 }
 
-TEST(ImageLight, CoefficientsGiveTheIrradianceThatTheyDescribe) {
+TEST(ImageLight, CoefficientsReproduceIrradiance) {
   ImageLight light;
   const float c[9] = {4.0f, 0.5f, -0.3f, 0.7f, 0.1f, -0.05f, 0.1f, 0.15f, -0.1f};
   for (size_t i = 0; i < 9; ++i) light.irradiance_coefficients[i] = Rgb(c[i], 2.0f * c[i], 0.5f * c[i]);
@@ -117,7 +117,7 @@ TEST(ImageLight, CoefficientsGiveTheIrradianceThatTheyDescribe) {
   }
 }
 
-TEST(ImageLight, OptionsComeBeforeTheFileAndTheFileBeforeTheStudio) {
+TEST(ImageLight, PrecedenceIsOptionFileStudio) {
   const auto build = [](const std::shared_ptr<const Environment>& option) {
     Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {quad(V3f(-1, 0, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
     scene.image_lights.push_back(cube_of(4, [](const V3f&) { return Rgb(7.0f); }));

@@ -1,4 +1,4 @@
-// Surfaces of things that move, against the same things posed at the ray's time.
+// Tests of surfaces of moving objects against the same objects posed at the ray's time.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/motion_scenes.h"
 
@@ -33,13 +33,13 @@ struct Case {
   const char* name;
   Scene (*scene)();
   bool deforms;
-  float tolerance_m; // of keys: a thousandth of the radius, and what that does to positions seen at a slant
+  float tolerance_m; // from keys: a thousandth of the radius, magnified at grazing views
 };
 const Case kCases[] = {{"sphere", turning_sphere, false, 4e-3f},
                        {"strip", bending_strip, true, 4e-3f},
                        {"swelling", swelling_sphere, true, 6e-3f}};
 
-TEST(MovingSurface, IsWhereItIsAtTheTimeOfTheRay) {
+TEST(MovingSurface, MatchesPoseAtTimeOfRay) {
   for (const Case& c : kCases) {
     const auto moving = make_posed_world(c.scene(), {.shutter = Shutter{0.0, 1.0}}, accel::Kind::brute_force);
     EXPECT_TRUE(moving->has_motion());
@@ -49,7 +49,7 @@ TEST(MovingSurface, IsWhereItIsAtTheTimeOfTheRay) {
       const V3f center = still->bounds().center();
       int compared = 0;
       for (int i = 0; i < 400; ++i) {
-        // Rays from all around to points near the middle.
+        // Rays from all around to points near the center.
         const float z = 1.0f - 2.0f * (static_cast<float>(i) + 0.5f) / 400.0f, phi = 2.39996f * static_cast<float>(i);
         const float r = std::sqrt(1.0f - z * z);
         const V3f from = center + V3f(r * std::cos(phi), r * std::sin(phi), z) * 10.0f;
@@ -68,7 +68,8 @@ TEST(MovingSurface, IsWhereItIsAtTheTimeOfTheRay) {
         EXPECT_LT(off_ray.length(), 2e-5f) << c.name;
         EXPECT_LT(found.position_error, 1e-4f) << c.name;
         EXPECT_GT(found.geometric_normal.dot(expected.geometric_normal), 0.9999f) << c.name << " at " << time;
-        // What stands still is baked, with normals made unit at the vertices: in scaled meshes these interpolate otherwise.
+        // Static objects are baked with unit vertex normals, which interpolate differently in
+        // scaled meshes.
         EXPECT_GT(found.shading_normal.dot(expected.shading_normal), 0.999f) << c.name << " at " << time;
       }
       EXPECT_GT(compared, 60) << c.name << " at " << time;
@@ -76,8 +77,9 @@ TEST(MovingSurface, IsWhereItIsAtTheTimeOfTheRay) {
   }
 }
 
-// The front of a mirrored, deforming mesh is where it is without a shutter: emission of one-sided material shows it.
-TEST(MovingSurface, FrontsStayFronts) {
+// The front side of a mirrored, deforming mesh is the same as without a shutter: emission of
+// one-sided material shows it.
+TEST(MovingSurface, KeepsFrontSide) {
   for (Scene (*make)() : {turning_sphere, swelling_sphere}) {
     Scene scene = make();
     scene.materials[0].emissive_factor = Rgb(1.0f);
@@ -90,7 +92,7 @@ TEST(MovingSurface, FrontsStayFronts) {
       SurfacePoint surface;
       world->surface_at(ray, hit, surface);
       EXPECT_EQ(surface.emitted, Rgb(1.0f)) << time;
-      // Light sampling knows the triangle as well, with the same side in front at that time.
+      // Light sampling uses the triangle as well, with the same front side at that time.
       EXPECT_EQ(surface.emissive_triangle, hit.triangle);
       EXPECT_EQ(world->lights().emitted(surface.emissive_triangle, 0.3f, 0.3f, ray.direction, time), Rgb(1.0f)) << time;
       EXPECT_GT(world->lights().pdf_triangle(surface.emissive_triangle, ray.origin, V3f(0.0f), ray.direction, hit.t,
@@ -102,10 +104,10 @@ TEST(MovingSurface, FrontsStayFronts) {
   }
 }
 
-TEST(MovingWorld, StillThingsStayBakedAndMovingOnesShareTheirMesh) {
+TEST(MovingWorld, StaticMeshesAreBakedAndMovingOnesShared) {
   Scene scene = make_scene({diffuse_material(Rgb(0.5f))},
                            {sphere(V3f(0.0f), 1.0f, 8, 0), quad(V3f(-1, -1, 1), V3f(2, 0, 0), V3f(0, 0, -2), 0)});
-  for (const float x : {3.0f, 6.0f}) { // two more spheres, of which one moves
+  for (const float x : {3.0f, 6.0f}) { // two more spheres, one of them moving
     Node node = scene.nodes[0];
     node.local.translation = V3f(x, 0, 0);
     scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
@@ -123,14 +125,14 @@ TEST(MovingWorld, StillThingsStayBakedAndMovingOnesShareTheirMesh) {
   ASSERT_EQ(input.motions.size(), 2U);
   EXPECT_EQ(input.motions[0].size(), 2U);
   EXPECT_EQ(input.motions[0][0], input.instances[1].object_to_world);
-  // Over the shutter: the spheres come down to z = -10 and up to y = 8.
+  // Over the shutter: the spheres move down to z = -10 and up to y = 8.
   EXPECT_NEAR(world->bounds().min.z, -10.0f, 1e-4f);
   EXPECT_NEAR(world->bounds().max.y, 8.0f, 1e-4f);
   EXPECT_EQ(world->statistics().motion.moving_instance_count, 2U);
   EXPECT_EQ(world->statistics().motion.max_keys, 2U);
 }
 
-TEST(MovingWorld, DeformingMeshesAreGroupsOfTheirOwn) {
+TEST(MovingWorld, DeformingMeshesHaveOwnGroups) {
   const auto world = make_posed_world(bending_strip(), {.shutter = Shutter{0.0, 1.0}}, accel::Kind::embree);
   const accel::BuildInput input = world->accelerator_input();
   ASSERT_EQ(input.meshes.size(), 1U);
@@ -141,7 +143,7 @@ TEST(MovingWorld, DeformingMeshesAreGroupsOfTheirOwn) {
   EXPECT_GT(world->statistics().motion.key_bytes, 8 * input.meshes[0].positions.size() * 36);
 }
 
-TEST(MovingWorld, MovingLampsAreLamps) {
+TEST(MovingWorld, MovingLampsLightTheScene) {
   Scene scene = turning_sphere();
   scene.materials[0].emissive_factor = Rgb(1.0f);
   PosedScene posed = pose_scene(scene, {.shutter = Shutter{0.0, 1.0}}).value();

@@ -1,4 +1,4 @@
-// Procedural textures on surfaces: in every slot, in object and world space, baked and instanced, near and far.
+// Tests of procedural textures on surfaces: all slots, object and world space, filtering.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 #include "tests/texture/graph_builder.h"
@@ -60,11 +60,11 @@ TEST(ProceduralSurface, FillsEverySlot) {
   EXPECT_EQ(surface.bsdf.specular, 0.125f);
   EXPECT_EQ(surface.bsdf.specular_color, Rgb(0.25f, 0.5f, 0.75f));
   EXPECT_EQ(surface.emitted, Rgb(0.5f, 1.0f, 1.5f));
-  EXPECT_EQ(surface.emissive_triangle, accel::kNoId); // no light sampling: BSDF sampling finds it
+  EXPECT_EQ(surface.emissive_triangle, accel::kNoId); // BSDF sampling only
   EXPECT_EQ(surface.alpha, 1.0f);
 }
 
-TEST(ProceduralSurface, CutsOut) {
+TEST(ProceduralSurface, SupportsCutouts) {
   Material material;
   material.alpha_mode = AlphaMode::mask;
   use(material.base_color_texture, 0);
@@ -78,8 +78,9 @@ TEST(ProceduralSurface, CutsOut) {
   }
 }
 
-// The same mesh moved and turned, alone (baked) and many times (instanced): the pattern goes with it, or stays in the world.
-TEST(ProceduralSurface, StaysOnItsObjectOrInTheWorld) {
+// The same mesh moved and rotated, alone (baked) and many times (instanced): the pattern moves
+// along, or stays in the world.
+TEST(ProceduralSurface, FollowsObjectOrWorldSpace) {
   for (const bool world_space : {false, true})
     for (const bool instanced : {false, true}) {
       Material material = diffuse_material(Rgb(1.0f));
@@ -109,8 +110,9 @@ TEST(ProceduralSurface, StaysOnItsObjectOrInTheWorld) {
     }
 }
 
-// A wide ray sees the mean, a narrow one the pattern; coverage and footprints of no width do not depend on the ray.
-TEST(ProceduralSurface, IsFilteredByTheFootprint) {
+// A wide ray sees the mean, a narrow one the pattern; coverage and footprints of zero width do not
+// depend on the ray.
+TEST(ProceduralSurface, IsFilteredByFootprint) {
   Material material = diffuse_material(Rgb(1.0f));
   use(material.base_color_texture, 0);
   Scene scene = make_scene({material}, {patterned_floor(0)});
@@ -128,8 +130,9 @@ TEST(ProceduralSurface, IsFilteredByTheFootprint) {
   for (const float value : wide) EXPECT_NEAR(value, 0.5f, 0.02f);
 }
 
-// A nonlinear function of noise: the mean over wide footprints is that of all points, with less spread.
-TEST(ProceduralSurface, ManySamplesOfAFootprintAgreeWithTheirMean) {
+// A nonlinear function of noise: the mean over wide footprints equals that of all points, with less
+// variance.
+TEST(ProceduralSurface, FilteredSamplesHaveSameMean) {
   Material material = diffuse_material(Rgb(1.0f));
   use(material.base_color_texture, 0);
   Scene scene = make_scene({material}, {patterned_floor(0)});

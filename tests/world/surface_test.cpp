@@ -1,4 +1,4 @@
-// What a hit becomes: position, normals on the right side, textures through their transforms, emission, error bound.
+// Tests of surfaces at hits (position, normals, textures, emission, error bound) and of the World.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -36,7 +36,7 @@ std::shared_ptr<const Image> four_texels() {
   return image;
 }
 
-TEST(Surface, PositionIsOnTheTriangleWithinItsBound) {
+TEST(Surface, PositionIsOnTriangleWithinBound) {
   const auto world = make_world(make_scene({diffuse_material(Rgb(0.5f))}, {floor_quad(0)}), accel::Kind::embree);
   for (const float x : {-0.9f, -0.3f, 0.1f, 0.77f}) {
     const SurfacePoint surface = surface_below(*world, x, 0.3f * x);
@@ -49,7 +49,7 @@ TEST(Surface, PositionIsOnTheTriangleWithinItsBound) {
   }
 }
 
-TEST(Surface, NormalsFaceTheViewer) {
+TEST(Surface, NormalsFaceViewer) {
   Primitive from_below = floor_quad(0);
   std::swap(from_below.indices[1], from_below.indices[2]);
   std::swap(from_below.indices[4], from_below.indices[5]);
@@ -62,8 +62,8 @@ TEST(Surface, NormalsFaceTheViewer) {
   }
 }
 
-// The same mesh placed by a mirroring, shearing-free but uneven transform, alone (baked) and twice (instanced), gives the
-// same surface: normals by the inverse transpose, the front side kept.
+// The same mesh under a mirroring, nonuniform transform without shear, alone (baked) and twice
+// (instanced), gives the same surface: normals by the inverse transpose, the same front side.
 TEST(Surface, BakedAndInstancedAgree) {
   Material lamp = emissive_material(Rgb(1.0f));
   lamp.double_sided = false;
@@ -92,14 +92,14 @@ TEST(Surface, BakedAndInstancedAgree) {
     // The inverse transpose of diag(sx, 1.5, 0.5) on (0.1, 0.9, 0.4).
     const V3f expected = V3f(0.1f / sx, 0.9f / 1.5f, 0.4f / 0.5f).normalized();
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(baked.shading_normal[c], expected[c], 1e-5f);
-    // Its front was up and still is: it emits towards the ray.
+    // The front side is still up: it emits towards the ray.
     EXPECT_EQ(baked.emitted.x, 1.0f);
     EXPECT_EQ(instanced.emitted.x, 1.0f);
     EXPECT_NE(instanced.emissive_triangle, accel::kNoId);
   }
 }
 
-TEST(Surface, TexturesThroughTheirTransforms) {
+TEST(Surface, AppliesTextureTransforms) {
   const auto color_at = [](const TextureSlot& slot, float x, float z) {
     Material material = diffuse_material(Rgb(1.0f));
     material.base_color_texture = slot;
@@ -111,7 +111,8 @@ TEST(Surface, TexturesThroughTheirTransforms) {
     const auto world = make_world(std::move(scene), accel::Kind::embree);
     return surface_below(*world, x, z).bsdf.base_color;
   };
-  // u runs along +x from -1 to 1, v along -z: the corner x = -1, z = 1 is uv (0, 0), the top left texel.
+  // u runs along +x from -1 to 1, v along -z: the corner x = -1, z = 1 is uv (0, 0), the top left
+  // texel.
   TextureSlot slot{.texture = 0};
   EXPECT_EQ(color_at(slot, -0.5f, 0.5f), Rgb(1, 0, 0));
   EXPECT_EQ(color_at(slot, 0.5f, 0.5f), Rgb(0, 1, 0));
@@ -124,8 +125,8 @@ TEST(Surface, TexturesThroughTheirTransforms) {
   EXPECT_EQ(color_at(slot, -0.4f, 0.5f), Rgb(0, 1, 0));
 }
 
-// Any shading normal, even one below the surface, is turned just so far that the mirror direction of wo leaves the surface;
-// one that does so already is not touched.
+// Any shading normal, even one below the surface, is rotated just far enough that the mirror
+// direction of wo leaves the surface; valid ones are unchanged.
 TEST(Surface, ShadingNormalsReflectUpwards) {
   const auto direction = [](uint32_t i, float lowest_z) {
     const float z = lowest_z + (1.0f - lowest_z) * to_unit_float(hash_u32(2 * i));
@@ -153,7 +154,7 @@ TEST(Surface, ShadingNormalsReflectUpwards) {
   EXPECT_GT(untouched, 2000);
 }
 
-TEST(Surface, NormalMapBendsTowardsTheTangent) {
+TEST(Surface, NormalMapTiltsTowardsTangent) {
   auto flat = std::make_shared<Image>();
   flat->width = flat->height = 1;
   flat->channels = 3;
@@ -174,12 +175,13 @@ TEST(Surface, NormalMapBendsTowardsTheTangent) {
   };
   EXPECT_GT(normal_with(1, 1, 128).x, 0.5f);
   EXPECT_LT(normal_with(-1, 1, 128).x, -0.5f);
-  // Bitangent = cross(normal, tangent) * w = cross(+y, +x) * w = -z * w: green above the middle leans there.
+  // Bitangent = cross(normal, tangent) * w = cross(+y, +x) * w = -z * w: green above 0.5 leans
+  // there.
   EXPECT_LT(normal_with(1, 1, 230).z, -0.3f);
   EXPECT_GT(normal_with(1, -1, 230).z, 0.3f);
 }
 
-TEST(World, SharedMeshIsHeldOnceUnlessItsCopiesAreFewTriangles) {
+TEST(World, SharedMeshIsInstancedUnlessSmall) {
   const auto statistics = [](int copies) {
     Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0.0f), 1.0f, 64, 0)});
     for (int i = 1; i < copies; ++i) {
@@ -191,7 +193,7 @@ TEST(World, SharedMeshIsHeldOnceUnlessItsCopiesAreFewTriangles) {
     return make_world(std::move(scene), accel::Kind::kdtree)->statistics();
   };
   const auto few = statistics(3), many = statistics(80), more = statistics(120);
-  EXPECT_EQ(few.accelerator.instance_count, 1U); // all that is baked
+  EXPECT_EQ(few.accelerator.instance_count, 1U); // all baked meshes
   EXPECT_EQ(many.accelerator.instance_count, 80U);
   EXPECT_EQ(more.accelerator.instance_count, 120U);
   EXPECT_EQ(many.geometry_bytes, more.geometry_bytes);
@@ -206,8 +208,9 @@ TEST(World, EmptySceneHasBoundsAndNoHits) {
   }
 }
 
-// A node of no size shows nothing, one that flattens its mesh shows it flat; neither disturbs the other copies.
-TEST(World, FlattenedInstances) {
+// A node of zero size is invisible, one that flattens its mesh shows it flat; neither affects the
+// other copies.
+TEST(World, HandlesFlattenedInstances) {
   Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0.0f), 1.0f, 32, 0)});
   Node nothing = scene.nodes[0], disc = scene.nodes[0];
   nothing.local.scale = V3f(0.0f);
@@ -231,7 +234,7 @@ class Warnings final : public ProgressListener {
   void on_info(std::string_view) override {}
 };
 
-TEST(World, DarkSceneGetsTheStudioAndSaysSo) {
+TEST(World, DarkSceneGetsStudioWithWarning) {
   Scene scene = make_scene({diffuse_material(Rgb(0.5f))}, {floor_quad(0)});
   PosedScene posed = pose_scene(scene, {}).value();
   Warnings warnings;
@@ -252,8 +255,8 @@ TEST(World, CancelledBuildFails) {
   EXPECT_EQ(world.error().kind, ErrorKind::render_failed);
 }
 
-// What is dark gets the built-in environment: a textured glow of strength 1 lights no scene, a lamp does.
-TEST(World, WithoutALampItIsLitByTheBuiltinEnvironment) {
+// Dark scenes get the built-in environment: a textured glow of strength 1 is not a lamp.
+TEST(World, ScenesWithoutLampGetBuiltinEnvironment) {
   const auto is_lit = [](float strength, bool textured) {
     Material material = emissive_material(Rgb(1.0f));
     material.emissive_strength = strength;

@@ -1,4 +1,4 @@
-// What a World is made of does not depend on the number of threads that make it.
+// Tests that a World does not depend on the number of threads that build it.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/prepare_geometry.h"
 #include "renderer/world/world_parts.h"
@@ -29,7 +29,8 @@ Primitive soup(uint32_t triangles, uint32_t seed) {
   return primitive;
 }
 
-// Meshes that stand once, in several places, mirrored, flattened, as many instances, deformed, and moving, small and large.
+// Meshes with one or several placements, mirrored, flattened, instanced, deformed and moving, small
+// and large.
 Scene many_meshes() {
   Scene scene;
   scene.materials.resize(3);
@@ -77,8 +78,8 @@ Prepared prepare(size_t threads, bool shutter, bool keep_scene) {
   PosedScene posed = pose_scene(scene, pose).value();
   WorldParts parts;
   parts.keep_scene = keep_scene;
-  parts.still.assign(scene.meshes.size(), 0);
-  parts.still[3] = 1;
+  parts.static_meshes.assign(scene.meshes.size(), 0);
+  parts.static_meshes[3] = 1;
   Prepared prepared{prepare_geometry(scene, posed, &parts), {}};
   prepared.keys = std::move(parts.keys);
   return prepared;
@@ -95,7 +96,7 @@ void expect_same_bits(const A& a, const A& b) {
 void expect_same_geometry(const Prepared& one, const Prepared& four) {
   const PreparedGeometry &a = one.geometry, &b = four.geometry;
   EXPECT_EQ(one.keys, four.keys);
-  EXPECT_EQ(std::memcmp(&a.bounds, &b.bounds, sizeof a.bounds), 0); // signs of zeros, too
+  EXPECT_EQ(std::memcmp(&a.bounds, &b.bounds, sizeof a.bounds), 0); // including signs of zeros
   ASSERT_EQ(a.geometries.size(), b.geometries.size());
   for (size_t g = 0; g < a.geometries.size(); ++g) {
     SCOPED_TRACE(g);
@@ -129,7 +130,7 @@ void expect_same_geometry(const Prepared& one, const Prepared& four) {
   }
 }
 
-TEST(ThreadCount, DoesNotMatterToGeometry) {
+TEST(ThreadCount, DoesNotAffectGeometry) {
   for (const bool shutter : {false, true})
     for (const bool keep_scene : {false, true}) {
       SCOPED_TRACE(testing::Message() << "shutter " << shutter << ", keep_scene " << keep_scene);
@@ -140,14 +141,15 @@ TEST(ThreadCount, DoesNotMatterToGeometry) {
     }
 }
 
-// Whether a mesh is copied or consumed, and what else is prepared beside it, makes no difference to what is made of it.
-TEST(ThreadCount, CopiesAreWhatIsConsumed) {
+// Copying or consuming a mesh, and the other meshes prepared in parallel, must not affect the
+// result.
+TEST(ThreadCount, CopiedAndConsumedMeshesAreEqual) {
   const Prepared consumed = prepare(4, false, false), copied = prepare(4, false, true);
   expect_same_geometry(consumed, copied);
 }
 
-// Each geometry is that of its own primitive and place.
-TEST(ThreadCount, EveryGeometryIsMadeOfItsOwnPrimitive) {
+// Each geometry belongs to its own primitive and placement.
+TEST(ThreadCount, EveryGeometryHasItsOwnPrimitive) {
   const Scene scene = many_meshes();
   const Prepared prepared = prepare(4, false, false);
   for (size_t g = 0; g < prepared.keys.size(); ++g) {

@@ -1,4 +1,4 @@
-// Worlds of one scene one after the other are those of the scene alone, and share what does not change.
+// Tests that Worlds of a sequence equal separately built ones, and share unchanged parts.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_sequence.h"
 
@@ -35,7 +35,8 @@ void move(Scene& scene, int node) {
   scene.animations.emplace_back().channels.push_back(channel);
 }
 
-// Node 0 stands, 1 moves, 2 and 3 share a mesh, of which 3 moves; 4 is morphed; 5 has a camera that moves.
+// Node 0 is static, 1 moves, 2 and 3 share a mesh, of which 3 moves; 4 is morphed; 5 has a moving
+// camera.
 Scene make_scene() {
   Scene scene;
   for (int mesh = 0; mesh < 4; ++mesh)
@@ -58,7 +59,7 @@ Scene make_scene() {
 
 PosedScene pose(const Scene& scene, double time_s) { return pose_scene(scene, {kNone, time_s, std::nullopt}).value(); }
 
-// Bit for bit: what is traced.
+// Compares the traced data bit for bit.
 void expect_same(const World& a, const World& b) {
   const accel::BuildInput x = a.accelerator_input(), y = b.accelerator_input();
   ASSERT_EQ(x.meshes.size(), y.meshes.size());
@@ -90,7 +91,7 @@ void expect_same(const World& a, const World& b) {
   EXPECT_EQ(a.statistics().geometry_bytes, b.statistics().geometry_bytes);
 }
 
-TEST(WorldSequence, EachIsTheWorldOfTheSceneAlone) {
+TEST(WorldSequence, EqualsSeparatelyBuiltWorlds) {
   Scene scene = make_scene();
   WorldSequence worlds;
   const WorldOptions options;
@@ -106,7 +107,7 @@ TEST(WorldSequence, EachIsTheWorldOfTheSceneAlone) {
   }
 }
 
-// Every copy of a mesh that stands in several places has the mesh's material.
+// Every copy of a mesh with several placements has the mesh's material.
 TEST(WorldSequence, CopiesKeepTheirMaterial) {
   for (const bool more : {true, false}) {
     Scene scene = make_scene();
@@ -128,7 +129,7 @@ TEST(WorldSequence, CopiesKeepTheirMaterial) {
   }
 }
 
-TEST(WorldSequence, CamerasAloneLeaveTheWorldAlone) {
+TEST(WorldSequence, CameraMotionKeepsWorld) {
   Scene scene = make_scene();
   for (const size_t animation : {0, 1}) scene.animations[animation].channels.clear();
   WorldSequence worlds;
@@ -139,7 +140,7 @@ TEST(WorldSequence, CamerasAloneLeaveTheWorldAlone) {
   EXPECT_EQ(deformed->bounds().max.z, 2.0f);
 }
 
-TEST(WorldSequence, WhatStandsIsHandedOn) {
+TEST(WorldSequence, StaticGeometryIsReused) {
   Scene scene = make_scene();
   WorldSequence worlds;
   const auto positions = [](const World& world, size_t mesh) {
@@ -147,25 +148,25 @@ TEST(WorldSequence, WhatStandsIsHandedOn) {
   };
   const World* world = worlds.next(scene, pose(scene, 0.0), {}, true, nullptr, nullptr).value();
   const V3f* standing = positions(*world, 0);
-  EXPECT_TRUE(scene.meshes[0].primitives[0].positions.empty()) << "it stands in two places";
+  EXPECT_TRUE(scene.meshes[0].primitives[0].positions.empty()) << "it has two placements";
   EXPECT_FALSE(scene.meshes[1].primitives[0].positions.empty());
   world = worlds.next(scene, pose(scene, 1.0), {}, true, nullptr, nullptr).value();
   EXPECT_EQ(positions(*world, 0), standing);
   EXPECT_EQ(positions(*world, 1)[0].y, 3.0f);
 }
 
-// Meshes that an accelerator is told to last, by node.
+// Returns the persistent flags of meshes, by node.
 std::vector<uint8_t> persistent_nodes(const Scene& scene, double time_s, const WorldOptions& options) {
   Scene consumed = scene;
   const PosedScene posed = pose(scene, time_s);
   const auto world = build_world(std::move(consumed), posed, options, nullptr, nullptr).value();
   const accel::BuildInput input = world->accelerator_input();
-  std::vector<uint8_t> lasting;
-  for (const accel::TriangleMesh& mesh : input.meshes) lasting.push_back(mesh.persistent_id != 0 ? 1 : 0);
-  return lasting;
+  std::vector<uint8_t> persistent;
+  for (const accel::TriangleMesh& mesh : input.meshes) persistent.push_back(mesh.persistent_id != 0 ? 1 : 0);
+  return persistent;
 }
 
-TEST(WorldSequence, WhatLasts) {
+TEST(WorldSequence, MarksPersistentMeshes) {
   Scene scene = make_scene();
   Primitive& large = scene.meshes[0].primitives[0];
   for (int i = 0; i < 30; ++i)
@@ -186,7 +187,7 @@ TEST(WorldSequence, WhatLasts) {
   --options.image_samples;
   EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{1, 0, 1, 0, 1}));
   options.image_samples = 0;
-  // Two triangles do not last: eight must.
+  // Two triangles are not persistent, so eight must be.
   large.indices.resize(3 * 5);
   options.min_persistent_triangles = 0;
   EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
@@ -204,10 +205,10 @@ TEST(WorldSequence, WhatLasts) {
   large.indices.resize(3 * 31, 1);
   EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{1, 0, 0, 0, 1}));
   EXPECT_EQ(persistent_nodes(scene, 1.0, options), (Nodes{1, 0, 0, 1}));
-  // Of a material that changes.
+  // With a material that changes.
   channel.property = AnimatedProperty::member;
   channel.node = kNone;
-  channel.member = {AnimatedMember::Of::material, false, 0, 1};
+  channel.member = {AnimatedMember::Owner::material, false, 0, 1};
   scene.animations[0].channels.push_back(channel);
   EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
   // At rest, and without animations.
@@ -217,16 +218,16 @@ TEST(WorldSequence, WhatLasts) {
   EXPECT_EQ(persistent_nodes(scene, 0.5, options), (Nodes{0, 0, 0, 0, 0}));
 }
 
-TEST(WorldSequence, StillMeshes) {
+TEST(WorldSequence, FindsStaticMeshes) {
   Scene scene = make_scene();
   EXPECT_EQ(find_static_meshes(scene), (std::vector<uint8_t>{1, 0, 0, 0}));
-  scene.nodes[1].children = {0}; // which moves
+  scene.nodes[1].children = {0}; // a moving parent
   EXPECT_EQ(find_static_meshes(scene)[0], 0);
   scene.nodes[1].children = {};
   EXPECT_EQ(find_static_meshes(scene)[0], 1);
   AnimationChannel channel;
   channel.property = AnimatedProperty::member;
-  channel.member = {AnimatedMember::Of::material, false, 0, 1};
+  channel.member = {AnimatedMember::Owner::material, false, 0, 1};
   scene.animations[0].channels.push_back(channel);
   EXPECT_EQ(find_static_meshes(scene)[0], 0);
 }

@@ -1,6 +1,6 @@
-// Shares of the kinds of light: learned from made-up records, and what LightSet makes of them.
+// Tests of learned light selection probabilities, and of LightSet with them.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/guiding/share_tree.h"
+#include "renderer/guiding/light_selection_tree.h"
 
 #include "renderer/light/light_set.h"
 #include "renderer/sampling/warp.h"
@@ -14,7 +14,8 @@ namespace {
 
 using test::Random;
 
-// A floor: on the left the sun is nine times as strong as the lamps, on the right it does not arrive.
+// A floor: on the left the sun is nine times as strong as the lamps, on the right it does not
+// arrive.
 std::vector<LightRecord> floor_records(int count, uint64_t seed) {
   Random random(seed);
   std::vector<LightRecord> records;
@@ -31,30 +32,31 @@ std::vector<LightRecord> floor_records(int count, uint64_t seed) {
   return records;
 }
 
-TEST(ShareTree, LearnsWhatArrives) {
+TEST(LightSelectionTree, LearnsFromUnoccludedSamples) {
   std::vector<LightRecord> records = floor_records(20000, 1);
-  const ShareTree shares(records);
+  const LightSelectionTree shares(records);
   EXPECT_GT(shares.region_count(), 50U);
   const LightProbabilities& left = shares.find(V3f(-0.5f, 0, 0.5f), V3f(0, 1, 0));
   const LightProbabilities& right = shares.find(V3f(0.5f, 0, 0.5f), V3f(0, 1, 0));
-  EXPECT_NEAR(left[1] / left[0], 9.0f, 1.0f); // roots of the moments
+  EXPECT_NEAR(left[1] / left[0], 9.0f, 1.0f); // square roots of the moments
   EXPECT_GT(right[0], 0.8f);
   for (const LightProbabilities& here : {left, right})
-    for (const float share : here) EXPECT_GE(share, 0.05f); // nothing starves
+    for (const float share : here) EXPECT_GE(share, 0.05f); // lower bound
   const std::vector<LightRecord> others = floor_records(20000, 2);
   EXPECT_LT(second_moment(others, shares), 0.7);
-  EXPECT_TRUE(ShareTree().empty());
-  EXPECT_TRUE(ShareTree(std::span<LightRecord>()).empty());
+  EXPECT_TRUE(LightSelectionTree().empty());
+  EXPECT_TRUE(LightSelectionTree(std::span<LightRecord>()).empty());
 }
 
-// Large regions are built by several threads: the tree is that of one, and all leaves are where they belong.
-TEST(ShareTree, ThreadsDoNotMatter) {
+// Large regions are built by several threads: the tree equals that of one thread, and all leaves
+// are in place.
+TEST(LightSelectionTree, IsIndependentOfThreadCount) {
   std::vector<LightRecord> records = floor_records(60000, 3);
   for (size_t i = 0; i < records.size(); i += 3) records[i].facing = static_cast<uint8_t>(i % kFacings);
   std::vector<LightRecord> same = records;
-  ShareTree alone, together;
-  tbb::task_arena(1).execute([&] { alone = ShareTree(records); });
-  tbb::task_arena(2).execute([&] { together = ShareTree(same); });
+  LightSelectionTree alone, together;
+  tbb::task_arena(1).execute([&] { alone = LightSelectionTree(records); });
+  tbb::task_arena(2).execute([&] { together = LightSelectionTree(same); });
   EXPECT_EQ(together.region_count(), alone.region_count());
   Random random(4);
   for (int i = 0; i < 5000; ++i) {
@@ -70,8 +72,9 @@ TEST(ShareTree, ThreadsDoNotMatter) {
   EXPECT_EQ(second_moment(records, alone), second_moment(same, together));
 }
 
-// Triangle, two suns and environment: all samples come with the density that is said later, and kinds as often as shares ask.
-TEST(ShareTree, LightSetSharesAsLearned) {
+// Triangle, two suns and environment: all samples have the density of the pdf functions, and kinds
+// are selected as often as learned.
+TEST(LightSelectionTree, LightSetUsesLearnedProbabilities) {
   LightSetInput input;
   input.emissions = {{Rgb(3.0f), nullptr, true}};
   input.triangles = {{V3f(-1, 2, -1), V3f(1, 2, -1), V3f(0, 2, 1), 0}};
@@ -107,8 +110,8 @@ TEST(ShareTree, LightSetSharesAsLearned) {
   }
 }
 
-// What is missing leaves its share to the others.
-TEST(ShareTree, AbsentKinds) {
+// Missing kinds leave their probability to the others.
+TEST(LightSelectionTree, AbsentKindsAreIgnored) {
   LightSetInput input;
   input.directionals = {{V3f(0, -1, 0), Rgb(2.0f)}};
   input.environment = std::make_shared<Environment>(Rgb(0.5f));

@@ -1,5 +1,6 @@
+// Builds the tree of light selection probabilities from training records.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/guiding/share_tree.h"
+#include "renderer/guiding/light_selection_tree.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
@@ -11,41 +12,42 @@ namespace kindling {
 namespace {
 
 constexpr size_t kMaxRecords = 256; // of a region
-constexpr uint32_t kDeepest = 24;
-constexpr size_t kTaskRecords = 8192; // records: the halves of a region of so many are built at the same time
-constexpr double kAround = 32.0;      // records that the surroundings count for
-constexpr float kMinShare = 0.05f;    // nothing starves: what has not been seen may still be there
+constexpr uint32_t kMaxDepth = 24;
+constexpr size_t kTaskRecords = 8192;       // records: regions of this size build their halves in parallel
+constexpr double kSurroundingWeight = 32.0; // weight of the surrounding region, in records
+constexpr float kMinProbability = 0.05f;    // lower bound, because unseen light may still exist
 
-// The noise of a sample of one kind, chosen with probability q, is moment / q: least for q in proportion to its root.
-LightProbabilities shares_for(const std::array<double, kLightKinds>& moments) {
-  LightProbabilities shares{};
+// The noise of a sample of one kind, selected with probability q, is moment / q: minimal for q
+// proportional to its square root.
+LightProbabilities probabilities_for(const std::array<double, kLightKinds>& moments) {
+  LightProbabilities probabilities{};
   double sum = 0.0;
   for (const double moment : moments) sum += std::sqrt(moment);
   for (size_t f = 0; f < kLightKinds; ++f) {
-    const double share = sum > 0.0 ? std::sqrt(moments[f]) / sum : 1.0 / kLightKinds;
-    shares[f] = std::max(static_cast<float>(share), kMinShare);
+    const double probability = sum > 0.0 ? std::sqrt(moments[f]) / sum : 1.0 / kLightKinds;
+    probabilities[f] = std::max(static_cast<float>(probability), kMinProbability);
   }
-  return shares;
+  return probabilities;
 }
 
-// Puts a tree that was built apart, its root first, into another: its root at `at`.
+// Appends a separately built tree (root first) to another one, with its root at `at`.
 template <typename Node>
-void append(const std::vector<Node>& part_nodes, const std::vector<LightProbabilities>& part_shares, uint32_t leaf,
-            size_t at, std::vector<Node>& nodes, std::vector<LightProbabilities>& shares) {
+void append(const std::vector<Node>& part_nodes, const std::vector<LightProbabilities>& part_probabilities,
+            uint32_t leaf, size_t at, std::vector<Node>& nodes, std::vector<LightProbabilities>& probabilities) {
   const auto node_offset = static_cast<uint32_t>(nodes.size()) - 1;
-  const auto share_offset = static_cast<uint32_t>(shares.size());
+  const auto probability_offset = static_cast<uint32_t>(probabilities.size());
   for (size_t i = 0; i < part_nodes.size(); ++i) {
     Node node = part_nodes[i];
-    node.next = node.next + (node.axis == leaf ? share_offset : node_offset);
+    node.next = node.next + (node.axis == leaf ? probability_offset : node_offset);
     if (i == 0)
       nodes[at] = node;
     else
       nodes.push_back(node);
   }
-  shares.insert(shares.end(), part_shares.begin(), part_shares.end());
+  probabilities.insert(probabilities.end(), part_probabilities.begin(), part_probabilities.end());
 }
 
-// By facing, and by their order within.
+// Sorts by facing, and keeps the order within.
 std::array<std::span<LightRecord>, kFacings> sort_by_facing(std::span<LightRecord> records) {
   std::array<size_t, kFacings> counts{}, next{};
   for (const LightRecord& r : records) ++counts[r.facing];
@@ -63,7 +65,7 @@ std::array<std::span<LightRecord>, kFacings> sort_by_facing(std::span<LightRecor
 
 } // namespace
 
-ShareTree::ShareTree(std::span<LightRecord> records) {
+LightSelectionTree::LightSelectionTree(std::span<LightRecord> records) {
   if (records.empty()) return;
   const std::array<std::span<LightRecord>, kFacings> sorted = sort_by_facing(records);
   std::array<double, kLightKinds> moments{};
@@ -72,17 +74,18 @@ ShareTree::ShareTree(std::span<LightRecord> records) {
   LightProbabilities around;
   for (size_t f = 0; f < kLightKinds; ++f) around[f] = static_cast<float>(moments[f]);
   nodes_.resize(kFacings);
-  std::array<ShareTree, kFacings> parts;
+  std::array<LightSelectionTree, kFacings> parts;
   tbb::parallel_for(uint32_t{0}, kFacings, [&](uint32_t facing) {
     parts[facing].nodes_.resize(1);
     parts[facing].build(0, sorted[facing], around, 0);
   });
   for (uint32_t facing = 0; facing < kFacings; ++facing)
-    append(parts[facing].nodes_, parts[facing].shares_, kLeaf, facing, nodes_, shares_);
+    append(parts[facing].nodes_, parts[facing].probabilities_, kLeaf, facing, nodes_, probabilities_);
 }
 
-// `around`: mean moments by kind of the surrounding region.
-void ShareTree::build(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around, uint32_t depth) {
+// `around` holds the mean moments by kind of the surrounding region.
+void LightSelectionTree::build(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around,
+                               uint32_t depth) {
   std::array<double, kLightKinds> moments{};
   V3d sum(0.0), sum2(0.0);
   for (const LightRecord& r : records) {
@@ -94,11 +97,11 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
   const auto count = static_cast<double>(records.size());
   LightProbabilities means;
   for (size_t f = 0; f < kLightKinds; ++f) {
-    moments[f] = (moments[f] + kAround * static_cast<double>(around[f])) / (count + kAround);
+    moments[f] = (moments[f] + kSurroundingWeight * static_cast<double>(around[f])) / (count + kSurroundingWeight);
     means[f] = static_cast<float>(moments[f]);
   }
-  if (records.size() > kMaxRecords && depth < kDeepest) {
-    // At the mean along the axis of the largest variance.
+  if (records.size() > kMaxRecords && depth < kMaxDepth) {
+    // Splits at the mean along the axis of the largest variance.
     const V3d mean = sum / count;
     const V3d variance = sum2 / count - mean * mean;
     const uint32_t axis = variance.x >= variance.y && variance.x >= variance.z ? 0 : variance.y >= variance.z ? 1 : 2;
@@ -118,33 +121,33 @@ void ShareTree::build(uint32_t node, std::span<LightRecord> records, const Light
         build(children + 1, records.subspan(left), means, depth + 1);
         return;
       }
-      std::array<ShareTree, 2> halves;
-      for (ShareTree& half : halves) half.nodes_.resize(1);
+      std::array<LightSelectionTree, 2> halves;
+      for (LightSelectionTree& half : halves) half.nodes_.resize(1);
       tbb::parallel_invoke([&] { halves[0].build(0, records.first(left), means, depth + 1); },
                            [&] { halves[1].build(0, records.subspan(left), means, depth + 1); });
       for (uint32_t i = 0; i < 2; ++i)
-        append(halves[i].nodes_, halves[i].shares_, kLeaf, children + i, nodes_, shares_);
+        append(halves[i].nodes_, halves[i].probabilities_, kLeaf, children + i, nodes_, probabilities_);
       return;
     }
   }
-  nodes_[node].next = static_cast<uint32_t>(shares_.size());
-  shares_.push_back(shares_for(moments));
+  nodes_[node].next = static_cast<uint32_t>(probabilities_.size());
+  probabilities_.push_back(probabilities_for(moments));
 }
 
-double second_moment(std::span<const LightRecord> records, const ShareTree& shares) {
+double second_moment(std::span<const LightRecord> records, const LightSelectionTree& tree) {
   std::array<bool, kLightKinds> seen{};
   for (const LightRecord& r : records) seen[static_cast<size_t>(r.kind)] = true;
   std::vector<float> terms(records.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, records.size(), 4096), [&](const auto& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
       const LightRecord& r = records[i];
-      const LightProbabilities& here = shares.find(r.position, r.facing);
+      const LightProbabilities& here = tree.find(r.position, r.facing);
       float sum = 0.0f;
       for (size_t f = 0; f < kLightKinds; ++f) sum += seen[f] ? here[f] : 0.0f;
       terms[i] = r.moment * sum / here[static_cast<size_t>(r.kind)];
     }
   });
-  double with = 0.0, without = 0.0; // in order
+  double with = 0.0, without = 0.0; // summed in order
   for (size_t i = 0; i < records.size(); ++i) {
     without += static_cast<double>(records[i].moment / records[i].probability);
     with += static_cast<double>(terms[i]);
