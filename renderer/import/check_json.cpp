@@ -9,7 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -34,11 +34,11 @@ class Checker {
  public:
   Checker(json& root, Warnings& warnings) : root_(root), warnings_(warnings) {}
 
-  std::string run() {
+  CorePlaces run() {
     if (!root_.is_object())
       fail_here(fmt::format("{} at the top, accepted is an object", shown(root_)), "TYPE_MISMATCH");
     check_object(root_, kGltfSchema, true);
-    return std::move(core_);
+    return std::move(places_);
   }
 
  private:
@@ -75,18 +75,15 @@ class Checker {
 
   void check_object(json& value, const JsonSchema& schema, bool core) {
     if (!value.is_object()) fail_type(value, "an object");
-    if (core) core_ += '{';
-    bool first = true;
     for (const JsonProperty& property : schema.properties) {
       const auto found = value.find(property.name);
       if (found == value.end()) {
         if (property.required) {
           fail_here(fmt::format("'{}' is missing", property.name), "UNDEFINED_PROPERTY");
         }
-        if (core) write_absent(property, schema, first);
+        if (core) note_absent(value, property, schema);
         continue;
       }
-      const bool write = core && property.core;
       path_.emplace_back(property.name);
       if (property.soft && points_nowhere(*found, property)) {
         warnings_.add("soft", pointer_here(),
@@ -97,37 +94,25 @@ class Checker {
         path_.pop_back();
         continue;
       }
-      if (write) write_key(property.name, first);
-      check_property(*found, property, write);
+      if (core && !property.core) places_.hidden.push_back(&*found);
+      check_property(*found, property, core && property.core);
       path_.pop_back();
     }
-    if (core) core_ += '}';
+    if (core) {
+      for (const char* name : {"extensions", "extras"}) {
+        if (const auto found = value.find(name); found != value.end()) places_.hidden.push_back(&*found);
+      }
+    }
     check_extensions(value, schema);
   }
 
-  // What tinygltf 2.7 does not let us leave out.
-  void write_absent(const JsonProperty& property, const JsonSchema& schema, bool& first) {
+  // Absent properties that tinygltf 2.7 requires.
+  void note_absent(json& value, const JsonProperty& property, const JsonSchema& schema) {
     if (&schema == &kAccessorSchema && property.name == "bufferView") {
-      write_key("bufferView", first);
-      core_ += fmt::format("{}", collection_size("bufferViews"));
+      places_.accessors_without_view.push_back(&value);
     } else if (&schema == &kChannelTargetSchema && property.name == "node") {
-      write_key("node", first);
-      core_ += "-1";
-    } else if (&schema == &kGltfSchema && property.name == "bufferViews") {
-      write_key("bufferViews", first);
-      core_ += '[';
-      write_spare_buffer_view();
-      core_ += ']';
+      places_.targets_without_node.push_back(&value);
     }
-  }
-  void write_spare_buffer_view() { core_ += R"({"buffer":0,"byteLength":1})"; }
-
-  void write_key(std::string_view name, bool& first) {
-    if (!first) core_ += ',';
-    first = false;
-    core_ += '"';
-    core_ += name; // of the schema: nothing to escape
-    core_ += "\":";
   }
 
   void check_extensions(json& value, const JsonSchema& schema) {
@@ -157,39 +142,26 @@ class Checker {
       fail_here(fmt::format("{} elements, accepted is {}", value.size(), accepted),
                 value.empty() ? "EMPTY_ENTITY" : "ARRAY_LENGTH_NOT_IN_LIST");
     }
-    if (core) core_ += '[';
     for (size_t i = 0; i < value.size(); ++i) {
-      if (core && i > 0) core_ += ',';
       path_.emplace_back(i);
       check_value(value[i], property, core);
       path_.pop_back();
     }
-    if (core && property.name == "bufferViews") {
-      if (!value.empty()) core_ += ',';
-      write_spare_buffer_view();
-    }
-    if (core) core_ += ']';
   }
 
   void check_value(json& value, const JsonProperty& property, bool core) {
     switch (property.kind) {
     case JsonKind::boolean:
       if (!value.is_boolean()) fail_type(value, "true or false");
-      if (core) core_ += value.get<bool>() ? "true" : "false";
       break;
-    case JsonKind::integer: {
-      const int64_t number = check_integer(value, property);
-      if (core) fmt::format_to(std::back_inserter(core_), "{}", number);
-      break;
-    }
-    case JsonKind::index: check_index(value, property, core); break;
-    case JsonKind::number: check_number(value, property, core); break;
+    case JsonKind::integer: check_integer(value, property); break;
+    case JsonKind::index: check_index(value, property); break;
+    case JsonKind::number: check_number(value, property); break;
     case JsonKind::string:
       if (!value.is_string()) fail_type(value, "a string");
-      if (core) core_ += value.dump();
       break;
-    case JsonKind::choice: check_choice(value, property, core); break;
-    case JsonKind::code: check_code(value, property, core); break;
+    case JsonKind::choice: check_choice(value, property); break;
+    case JsonKind::code: check_code(value, property); break;
     case JsonKind::object:
       if (property.schema != nullptr) {
         check_object(value, *property.schema, core);
@@ -197,7 +169,7 @@ class Checker {
         fail_type(value, "an object");
       }
       break;
-    case JsonKind::index_map: check_index_map(value, property, core); break;
+    case JsonKind::index_map: check_index_map(value, property); break;
     }
   }
 
@@ -211,10 +183,13 @@ class Checker {
     if (value.is_number_unsigned() && value.get<uint64_t>() > (1ULL << 53)) {
       fail_here(fmt::format("{}, accepted are integers below 2^53", value.get<uint64_t>()), "VALUE_NOT_IN_RANGE");
     }
-    return value.get<int64_t>();
+    const auto number = value.get<int64_t>();
+    if (number >= 0 && !value.is_number_unsigned())
+      value = static_cast<uint64_t>(number); // the only type of tinygltf's sizes
+    return number;
   }
 
-  int64_t check_integer(json& value, const JsonProperty& property) const {
+  void check_integer(json& value, const JsonProperty& property) const {
     const int64_t number = check_whole(value);
     if (static_cast<double>(number) < property.min || static_cast<double>(number) > property.max) {
       fail_here(fmt::format("{}, accepted is {:.0f} to {:.0f}", number, property.min, property.max),
@@ -223,7 +198,6 @@ class Checker {
     if (property.multiple_of > 1 && number % property.multiple_of != 0) {
       fail_here(fmt::format("{}, accepted are multiples of {}", number, property.multiple_of), "VALUE_MULTIPLE_OF");
     }
-    return number;
   }
 
   [[nodiscard]] size_t collection_size(std::string_view name) const {
@@ -236,7 +210,7 @@ class Checker {
            (value.get<int64_t>() < 0 || value.get<uint64_t>() >= collection_size(property.collection));
   }
 
-  void check_index(json& value, const JsonProperty& property, bool core) {
+  void check_index(json& value, const JsonProperty& property) const {
     const int64_t index = check_whole(value);
     const size_t size = collection_size(property.collection);
     if (index < 0 || static_cast<uint64_t>(index) >= size) {
@@ -245,10 +219,9 @@ class Checker {
                     : fmt::format("accepted is an index of {}, 0 to {}", property.collection, size - 1);
       fail_here(fmt::format("{}, {}", index, accepted), "UNRESOLVED_REFERENCE");
     }
-    if (core) fmt::format_to(std::back_inserter(core_), "{}", index);
   }
 
-  void check_number(json& value, const JsonProperty& property, bool core) {
+  void check_number(json& value, const JsonProperty& property) const {
     if (!value.is_number()) fail_type(value, "a number");
     double number = value.get<double>();
     const double slack = property.max < FLT_MAX ? 1e-4 * (property.max - property.min) : 0.0;
@@ -263,53 +236,41 @@ class Checker {
       number = std::clamp(number, property.min, property.max);
       value = number;
     }
-    if (core) fmt::format_to(std::back_inserter(core_), "{}", number);
   }
 
-  void check_choice(json& value, const JsonProperty& property, bool core) {
+  void check_choice(json& value, const JsonProperty& property) const {
     if (!value.is_string()) fail_type(value, "a string");
     const auto& text = value.get_ref<const std::string&>();
     if (std::find(property.choices.begin(), property.choices.end(), text) == property.choices.end()) {
       fail_here(fmt::format("{}, accepted is one of {}", in_quotes(text), fmt::join(property.choices, ", ")),
                 "VALUE_NOT_IN_LIST");
     }
-    if (core) fmt::format_to(std::back_inserter(core_), "\"{}\"", text);
   }
 
-  void check_code(json& value, const JsonProperty& property, bool core) {
+  void check_code(json& value, const JsonProperty& property) const {
     const int64_t code = check_whole(value);
     if (std::find(property.codes.begin(), property.codes.end(), code) == property.codes.end()) {
       fail_here(fmt::format("{}, accepted is one of {}", code, fmt::join(property.codes, ", ")), "VALUE_NOT_IN_LIST");
     }
-    if (core) fmt::format_to(std::back_inserter(core_), "{}", code);
   }
 
-  void check_index_map(json& value, const JsonProperty& property, bool core) {
+  void check_index_map(json& value, const JsonProperty& property) {
     if (!value.is_object()) fail_type(value, "an object");
-    if (core) core_ += '{';
-    bool first = true;
     for (auto& [name, index] : value.items()) {
-      if (core) {
-        if (!first) core_ += ',';
-        first = false;
-        core_ += json(name).dump();
-        core_ += ':';
-      }
       path_.emplace_back(std::string_view(name));
-      check_index(index, property, core);
+      check_index(index, property);
       path_.pop_back();
     }
-    if (core) core_ += '}';
   }
 
   json& root_;
   Warnings& warnings_;
-  std::string core_;
+  CorePlaces places_;
   std::vector<std::variant<std::string_view, size_t>> path_;
 };
 
 } // namespace
 
-std::string check_json(json& root, Warnings& warnings) { return Checker(root, warnings).run(); }
+CorePlaces check_json(json& root, Warnings& warnings) { return Checker(root, warnings).run(); }
 
 } // namespace kindling::gltf

@@ -4,6 +4,7 @@
 
 #include "renderer/import/accessor.h"
 #include "renderer/import/check_json.h"
+#include "renderer/import/core_structs.h"
 #include "renderer/import/extensions.h"
 #include "renderer/import/glb.h"
 #include "renderer/import/meshopt_views.h"
@@ -73,39 +74,6 @@ void check_asset_first(const json& root) {
   if (asset == root.end() || !asset->is_object()) return;
   const auto version = asset->find("version");
   if (version != asset->end() && version->is_string()) check_version(*asset);
-}
-
-void parse_core(const std::string& text, Document& document) {
-  tinygltf::TinyGLTF parser;
-  std::string error;
-  std::string ignored;
-  bool parsed = false;
-  try {
-    parsed = parser.LoadASCIIFromString(&document.core, &error, &ignored, text.data(),
-                                        static_cast<unsigned int>(text.size()), "");
-  } catch (const std::exception& e) {
-    error = e.what();
-  }
-  tinygltf::Model& core = document.core;
-  const json& root = *document.json;
-  const auto size_of = [&](const char* name) { return root.contains(name) ? root[name].size() : 0; };
-  bool whole = parsed && core.accessors.size() == size_of("accessors") && core.meshes.size() == size_of("meshes") &&
-               core.materials.size() == size_of("materials") && core.textures.size() == size_of("textures") &&
-               core.samplers.size() == size_of("samplers") && core.nodes.size() == size_of("nodes") &&
-               core.scenes.size() == size_of("scenes") && core.skins.size() == size_of("skins") &&
-               core.cameras.size() == size_of("cameras") && core.animations.size() == size_of("animations") &&
-               core.bufferViews.size() == size_of("bufferViews") + 1;
-  for (size_t i = 0; whole && i < core.meshes.size(); ++i) {
-    whole = core.meshes[i].primitives.size() == root["meshes"][i]["primitives"].size();
-  }
-  for (size_t i = 0; whole && i < core.animations.size(); ++i) {
-    whole = core.animations[i].channels.size() == root["animations"][i]["channels"].size();
-  }
-  if (!whole) fail("", fmt::format("tinygltf could not read the file: {}", in_quotes(error)));
-  core.bufferViews.pop_back(); // the spare one of check_json()
-  for (tinygltf::Accessor& accessor : core.accessors) {
-    if (static_cast<size_t>(accessor.bufferView) >= core.bufferViews.size()) accessor.bufferView = -1;
-  }
 }
 
 // `bin` is the chunk of a .glb, which `container` says that the file is.
@@ -224,11 +192,9 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   }
 
   check_asset_first(*document.json);
-  {
-    const std::string core = check_json(*document.json, warnings);
-    check_extensions(*document.json, warnings);
-    parse_core(core, document);
-  }
+  const CorePlaces places = check_json(*document.json, warnings);
+  check_extensions(*document.json, warnings);
+  document.core = read_core_structs(*document.json, places);
   if (document.core.nodes.size() > limits.max_nodes) {
     fail("/nodes", fmt::format("{} nodes, at most {} are accepted", document.core.nodes.size(), limits.max_nodes));
   }
