@@ -5,29 +5,13 @@
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
 #include "renderer/base/stopwatch.h"
+#include "renderer/import/files/import_limits.h"
+#include "renderer/import/json/extension_support.h"
 #include "renderer/scene/scene.h"
 
-#include <cstdint>
 #include <filesystem>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace kindling {
-
-// Above these a file is refused: what a crafted file could make us allocate.
-struct ImportLimits {
-  uint64_t max_file_bytes = 16ULL << 30;    // of one .gltf, .glb, buffer or image
-  uint64_t max_json_bytes = 512ULL << 20;   // of the JSON text; its tree takes up to 30 times as much memory
-  uint64_t max_total_elements = 1ULL << 31; // accessor elements decoded, all together (also bounds decompression)
-  // A small file decodes to no more than this, a larger one to no more elements than elements_per_byte times its bytes.
-  uint64_t max_elements_of_small_file = 1ULL << 24;
-  uint64_t elements_per_byte = 256;
-  uint64_t max_texture_bytes = 64ULL << 30; // decoded images, all together
-  uint32_t max_nodes = 1U << 24;
-  uint32_t max_node_depth = 1024; // levels of the node tree
-  uint64_t max_gpu_instances = 1ULL << 26;
-};
 
 class TextureMemory;
 
@@ -51,16 +35,5 @@ struct ImportOptions {
 // the listener, which may be null. Deterministic; decodes images and buffers in parallel with TBB.
 [[nodiscard]] Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options,
                                       ProgressListener* listener);
-
-// Support for one extension of glTF: the one table for errors, documents, tests and `info --list-extensions`.
-struct ExtensionSupport {
-  std::string_view name;
-  enum class Level : uint8_t { full, partial, ignored } level = Level::full; // ignored: known, has no effect yet, warns
-  std::string_view note;
-};
-[[nodiscard]] std::vector<ExtensionSupport> supported_extensions();    // by name
-[[nodiscard]] std::string_view name_of(ExtensionSupport::Level level); // full, partial, ignored
-// As Markdown, the table of the README.
-[[nodiscard]] std::string extension_table_markdown();
 
 } // namespace kindling

@@ -1,7 +1,7 @@
 // Files, containers, buffers and URIs.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/file_bytes.h"
-#include "renderer/import/uri.h"
+#include "renderer/import/files/file_bytes.h"
+#include "renderer/import/files/uri.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // tinygltf's structs, read from a parsed JSON tree: content, and the tree is the same afterwards.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/core_structs.h"
+#include "renderer/import/json/core_structs.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

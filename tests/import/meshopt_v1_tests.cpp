@@ -1,6 +1,6 @@
 // KHR_meshopt_compression: version 1 of the attribute codec and the color filter, against streams and answers of the reference library.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/meshopt_attributes.h"
+#include "renderer/import/compression/meshopt_attributes.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/import/meshopt_fixtures.h"
 

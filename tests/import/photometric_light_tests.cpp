@@ -1,6 +1,6 @@
 // EXT_lights_ies and the reader of IES LM-63.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/parse_ies.h"
+#include "renderer/import/lights/parse_ies.h"
 #include "renderer/scene/animated_members.h"
 #include "renderer/scene/pose.h"
 #include "tests/import/gltf_builder.h"

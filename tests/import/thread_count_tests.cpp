@@ -1,7 +1,7 @@
 // What is read, warned of and refused does not depend on the number of threads; parts that are divided among them, against plain loops.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/file_bytes.h"
-#include "renderer/import/triangles.h"
+#include "renderer/import/document/triangles.h"
+#include "renderer/import/files/file_bytes.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,15 @@
+// EXT_ and KHR_meshopt_compression: bufferViews are decompressed into memory of their own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/document/document.h"
+
+namespace kindling::gltf {
+
+// The extension object of a buffer or bufferView, or null.
+[[nodiscard]] const nlohmann::json* find_meshopt_extension(const nlohmann::json& object);
+
+// Replaces the bytes of every compressed bufferView, in parallel with TBB. Throws ImportFailure.
+void decompress_meshopt_views(Document& document);
+
+} // namespace kindling::gltf
