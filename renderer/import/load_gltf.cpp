@@ -1,4 +1,4 @@
-// The order in which a file becomes a Scene.
+// The steps from a glTF file to a Scene, in order.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 

@@ -1,4 +1,4 @@
-// Reads .gltf and .glb files into a Scene: parsed, validated once, decoded, with one-line errors.
+// Loads .gltf and .glb files into a Scene, with one-line errors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +15,12 @@ namespace kindling {
 
 class TextureMemory;
 
-// What the steps of an import took.
+// Durations of the steps of an import.
 struct ImportTimes {
-  WorkTime files;    // read, hashed and parsed
-  WorkTime meshes;   // vertices decoded and checked; nodes, animations and all else that is no image
-  WorkTime tangents; // made where a material needs them and the file has none
-  WorkTime textures; // images read and decoded
+  WorkTime files;    // reading, hashing and parsing
+  WorkTime meshes;   // vertices, nodes, animations and all else except images
+  WorkTime tangents; // computed where a material needs them and the file has none
+  WorkTime textures; // reading and decoding of images
 };
 
 struct ImportOptions {
@@ -30,9 +30,10 @@ struct ImportOptions {
   ImportTimes* times = nullptr;            // set at the end, if not null
 };
 
-// Errors are of kind input_output (cannot be read) or scene_invalid, one line: file, JSON pointer, what was found, what
-// would be accepted. Warnings (skipped points and lines, unreadable textures, unsupported optional extensions) go to
-// the listener, which may be null. Deterministic; decodes images and buffers in parallel with TBB.
+// Loads a scene. Errors are of kind input_output (unreadable) or scene_invalid, in one line: file,
+// JSON pointer, value, expected values. Warnings (skipped points and lines, unreadable textures,
+// unsupported optional extensions) go to the listener, which may be null. Deterministic; decodes
+// images and buffers in parallel with TBB.
 [[nodiscard]] Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options,
                                       ProgressListener* listener);
 

@@ -1,4 +1,4 @@
-// Opens a file: container, JSON, tinygltf, buffers, bufferViews.
+// Opens a file: container, JSON, tinygltf's structs, buffers, bufferViews.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/open_document.h"
 
@@ -26,12 +26,13 @@ json parse_json(std::string_view text, uint64_t max_bytes) {
   if (text.size() > max_bytes) {
     fail("", fmt::format("{} bytes of JSON, at most {} are accepted", text.size(), max_bytes));
   }
-  // Some writers pad with zero bytes, which no JSON reader takes for the end.
+  // Some exporters pad with zero bytes, which are not JSON.
   while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
   try {
     return json::parse(text.begin(), text.end());
   } catch (const json::exception& e) {
-    // "[json.exception.parse_error.101] parse error at line 1, column 2: ..." without its first word.
+    // Removes the first word of "[json.exception.parse_error.101] parse error at line 1, column 2:
+    // ...".
     std::string_view what = e.what();
     if (const size_t end = what.find("] "); end != std::string_view::npos) what.remove_prefix(end + 2);
     std::string line;
@@ -40,7 +41,7 @@ json parse_json(std::string_view text, uint64_t max_bytes) {
   }
 }
 
-// Versions are "major.minor".
+// Parses "major.minor".
 std::optional<std::pair<int, int>> parse_version(std::string_view text) {
   int major = 0;
   int minor = 0;
@@ -58,16 +59,16 @@ void check_version(const json& asset) {
     const auto& text = asset[name].get_ref<const std::string&>();
     const std::string pointer = fmt::format("/asset/{}", name);
     const auto version = parse_version(text);
-    if (!version) fail(pointer, fmt::format("{}, accepted is a version like 2.0", in_quotes(text)), "PATTERN_MISMATCH");
+    if (!version) fail(pointer, fmt::format("{}, expected a version like 2.0", in_quotes(text)), "PATTERN_MISMATCH");
     if (version->first != 2 || (minimum && version->second > 0)) {
-      fail(pointer, fmt::format("glTF {}, accepted is 2.0", text), "UNKNOWN_ASSET_MAJOR_VERSION");
+      fail(pointer, fmt::format("glTF {}, expected 2.0", text), "UNKNOWN_ASSET_MAJOR_VERSION");
     }
   };
   check("version", false);
   check("minVersion", true);
 }
 
-// Before anything is looked at in detail, a file of another kind or version shall say so.
+// Checks the version before all else, so that the error for another version names it.
 void check_asset_first(const json& root) {
   if (!root.is_object()) return;
   const auto asset = root.find("asset");
@@ -76,7 +77,7 @@ void check_asset_first(const json& root) {
   if (version != asset->end() && version->is_string()) check_version(*asset);
 }
 
-// `bin` is the chunk of a .glb, which `container` says that the file is.
+// Reads all buffers. `container` is true for a .glb, whose BIN chunk is `bin`.
 void read_buffers(Document& document, bool container, std::optional<Bytes> bin) {
   json& root = *document.json;
   if (!root.contains("buffers")) return;
@@ -100,7 +101,7 @@ void read_buffers(Document& document, bool container, std::optional<Bytes> bin) 
       } else if (i == 0 && container) {
         fail(pointer, "no uri, and the .glb has no BIN chunk", "BUFFER_MISSING_GLB_DATA");
       } else {
-        document.buffers.emplace_back(); // complained about where it is used
+        document.buffers.emplace_back(); // an error at its first use
         continue;
       }
     } else {
@@ -109,7 +110,7 @@ void read_buffers(Document& document, bool container, std::optional<Bytes> bin) 
       Result<OwnedBytes> owned = Error{};
       if (data) {
         owned = decode_data_uri(uri);
-        uri = "data:"; // the text is not needed twice
+        uri = "data:"; // the text is no longer needed
         uri.shrink_to_fit();
       } else {
         auto path = resolve_uri(document.path.parent_path(), uri);
@@ -177,7 +178,7 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
     text = chunks.json;
     bin = chunks.bin;
   } else if (text.empty()) {
-    fail("", "the file is empty, accepted is JSON or a .glb", "INVALID_JSON");
+    fail("", "the file is empty, expected JSON or a .glb", "INVALID_JSON");
   }
   document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes));
   if (bin) {

@@ -10,8 +10,8 @@
 
 namespace kindling::gltf {
 
-// Reads the file and its buffers, checks JSON, extensions, buffers, bufferViews and accessors (bounds only),
-// decompresses bufferViews. Throws ImportFailure.
+// Reads the file and its buffers, decompresses bufferViews, and checks JSON, extensions, buffers,
+// bufferViews and bounds of accessors. Throws ImportFailure.
 [[nodiscard]] Document open_document(const std::filesystem::path& path, const ImportLimits& limits, Warnings& warnings);
 
 } // namespace kindling::gltf

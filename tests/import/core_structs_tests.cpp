@@ -1,4 +1,4 @@
-// tinygltf's structs, read from a parsed JSON tree: content, and the tree is the same afterwards.
+// tinygltf's structs from a parsed JSON tree: their content, and the unchanged tree.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/core_structs.h"
 

@@ -1,4 +1,4 @@
-// The adapter of libdraco.
+// Adapter of libdraco: header checks, decoding, conversion of attributes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/compression/draco_mesh.h"
 
@@ -23,7 +23,7 @@ using nlohmann::json;
 
 constexpr uint32_t kDracoGrain = 1U << 14;
 
-// A little-endian reader of the header; ok() is false once it has run past the end.
+// Little-endian reader of the header; ok() is false after a read past the end.
 class HeaderReader {
  public:
   explicit HeaderReader(Bytes bytes) : left_(bytes) {}
@@ -62,7 +62,7 @@ class HeaderReader {
   bool ok_ = true;
 };
 
-// Metadata stand between the header and the counts when a flag says so.
+// Skips the metadata between header and counts, present if a flag is set.
 void skip_metadata(HeaderReader& reader, int depth, bool& too_deep) {
   if (depth > 16) {
     too_deep = true;
@@ -142,7 +142,7 @@ const json* find_draco(const Document& document, size_t mesh, size_t primitive) 
 
 DracoCounts declared_draco_counts(const Document& document, const json& draco, const std::string& pointer) {
   const Bytes bytes = compressed_bytes(document, draco, pointer);
-  if (bytes.size() < 11 || std::memcmp(bytes.data(), "DRACO", 5) != 0) fail(pointer, "does not hold Draco data");
+  if (bytes.size() < 11 || std::memcmp(bytes.data(), "DRACO", 5) != 0) fail(pointer, "not Draco data");
   HeaderReader reader(bytes.subspan(5));
   const int major = reader.byte();
   const int minor = reader.byte();
@@ -150,8 +150,8 @@ DracoCounts declared_draco_counts(const Document& document, const json& draco, c
   const int method = reader.byte();
   reader.byte();
   const bool metadata = (reader.byte() & 0x80U) != 0;
-  if (major != 2 || minor != 2) fail(pointer, fmt::format("Draco bitstream {}.{}, accepted is 2.2", major, minor));
-  if (type != 1 || method > 1) fail(pointer, "Draco data of another kind than a mesh");
+  if (major != 2 || minor != 2) fail(pointer, fmt::format("Draco bitstream {}.{}, expected 2.2", major, minor));
+  if (type != 1 || method > 1) fail(pointer, "Draco data that are not a mesh");
   if (metadata) {
     bool too_deep = false;
     const uint64_t count = reader.varint();
@@ -171,7 +171,7 @@ DracoCounts declared_draco_counts(const Document& document, const json& draco, c
     counts.vertices = reader.varint();
     counts.faces = reader.varint();
   }
-  if (!reader.ok()) fail(pointer, "Draco data that end within their header");
+  if (!reader.ok()) fail(pointer, "truncated Draco header");
   return counts;
 }
 
@@ -198,13 +198,13 @@ DracoPrimitive decode_draco(const Document& document, const json& draco, const t
     const std::string place = fmt::format("{}/attributes/{}", pointer, semantic);
     const auto accessor = primitive.attributes.find(semantic);
     if (accessor == primitive.attributes.end()) {
-      fail(place, "an attribute that the primitive itself does not list");
+      fail(place, "an attribute that the primitive does not list");
     }
     if (!id.is_number_integer() || id.get<int64_t>() < 0 || id.get<int64_t>() > UINT32_MAX) {
-      fail(place, "no id; accepted is an integer from 0", "TYPE_MISMATCH");
+      fail(place, "not an id, expected an integer from 0", "TYPE_MISMATCH");
     }
     const draco::PointAttribute* attribute = mesh->GetAttributeByUniqueId(id.get<uint32_t>());
-    if (attribute == nullptr) fail(place, fmt::format("id {}, which the Draco data do not hold", id.get<uint32_t>()));
+    if (attribute == nullptr) fail(place, fmt::format("id {} is not in the Draco data", id.get<uint32_t>()));
     const tinygltf::Accessor& core = document.core.accessors[static_cast<size_t>(accessor->second)];
     DracoAttribute decoded;
     decoded.semantic = semantic;

@@ -27,16 +27,16 @@ struct DracoCounts {
   uint64_t vertices = 0;
 };
 
-// The extension object of a primitive, or null.
+// Returns the extension object of a primitive, or null.
 [[nodiscard]] const nlohmann::json* find_draco(const Document& document, size_t mesh, size_t primitive);
 
-// What the compressed data declares, read without decoding it (Draco bitstream 2.2): to refuse it before libdraco
-// allocates. Throws ImportFailure.
+// Reads the declared counts from the header (Draco bitstream 2.2), so that a file above the limits
+// is refused before libdraco allocates. Throws ImportFailure.
 [[nodiscard]] DracoCounts declared_draco_counts(const Document& document, const nlohmann::json& draco,
                                                 const std::string& pointer);
 
-// Attributes follow their accessors' types and numbers of components; those accessors' counts are not used. Throws
-// ImportFailure.
+// Decodes a primitive. Attributes have the types and components of their accessors, whose counts
+// are ignored. Throws ImportFailure.
 [[nodiscard]] DracoPrimitive decode_draco(const Document& document, const nlohmann::json& draco,
                                           const tinygltf::Primitive& primitive, const std::string& pointer);
 

@@ -1,4 +1,4 @@
-// KHR_meshopt_compression, appendices A (mode 0, version 1) and B (filter 4).
+// Decoders of KHR_meshopt_compression, appendices A (mode 0, version 1) and B (filter 4).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/compression/meshopt_attributes.h"
 
@@ -19,12 +19,12 @@ constexpr size_t kMaxBlockElements = 256; // elements of a block
 constexpr size_t kBlockBytes = 8192;
 constexpr size_t kMinTail = 24;
 
-// How the deltas of one byte position are stored within a block.
+// The encoding of the deltas of one byte position within a block.
 enum class Control : uint8_t { low_bits, high_bits, zero, literal };
 
 enum class Channel : uint8_t { byte_delta, short_delta, word_xor };
 
-// The bytes not yet read; taking more than there are gives nothing.
+// Reads bytes in order; take() returns false if too few are left.
 class BlockReader {
  public:
   explicit BlockReader(Bytes bytes) : rest_(bytes) {}
@@ -40,10 +40,11 @@ class BlockReader {
   Bytes rest_;
 };
 
-// Two bits each, the first lowest.
+// Returns entry `index` of packed two-bit values, the lowest bits first.
 unsigned two_bits(const uint8_t* bytes, size_t index) { return (bytes[index / 4] >> (index % 4 * 2)) & 3u; }
 
-// Deltas of 1, 2 or 4 bits: one whose bits are all set is a whole byte after the others.
+// Decodes deltas of 1, 2 or 4 bits. A value with all bits set stands for a byte that follows the
+// packed ones.
 bool decode_sentinels(BlockReader& reader, unsigned bits, uint8_t* out) {
   const uint8_t* packed = nullptr;
   if (!reader.take(kGroup * bits / 8, packed)) return false;
@@ -52,7 +53,7 @@ bool decode_sentinels(BlockReader& reader, unsigned bits, uint8_t* out) {
   for (size_t i = 0; i < kGroup; ++i) {
     const size_t place = i % per_byte;
     const size_t shift =
-        bits == 1 ? place : (per_byte - 1 - place) * bits; // single bits start at the lowest, others highest
+        bits == 1 ? place : (per_byte - 1 - place) * bits; // single bits start at the lowest, others at the highest
     unsigned value = (packed[i / per_byte] >> shift) & sentinel;
     if (value == sentinel) {
       const uint8_t* whole = nullptr;
@@ -64,7 +65,7 @@ bool decode_sentinels(BlockReader& reader, unsigned bits, uint8_t* out) {
   return true;
 }
 
-// The deltas of one byte position in a block; `out` has room for whole groups.
+// Decodes the deltas of one byte position in a block; `out` has room for whole groups.
 bool decode_deltas(BlockReader& reader, Control control, size_t elements, uint8_t* out) {
   const size_t groups = (elements + kGroup - 1) / kGroup;
   const uint8_t* bytes = nullptr;
@@ -100,7 +101,7 @@ T unzigzag(T value) {
   return static_cast<T>((value & 1u) != 0 ? ~(value >> 1) : value >> 1);
 }
 
-// The four bytes of a channel, little-endian.
+// Returns the next value of a channel: four bytes, little-endian.
 uint32_t next_value(uint32_t previous, uint32_t delta, Channel channel, int rotation) {
   uint32_t value = 0;
   switch (channel) {
@@ -140,7 +141,7 @@ void decode_colors(std::span<std::byte> elements) {
     const int y = in[0];
     const int co = static_cast<Signed>(in[1]);
     const int cg = static_cast<Signed>(in[2]);
-    const unsigned one = (1u << std::bit_width(static_cast<unsigned>(in[3]))) - 1; // 1.0 with the bits of this color
+    const unsigned one = (1u << std::bit_width(static_cast<unsigned>(in[3]))) - 1; // 1.0 at the bit depth of this color
     const unsigned alpha = in[3] & (one >> 1);
     const int values[4] = {y + co - cg, y + cg, y - co - cg, static_cast<int>(alpha << 1 | (alpha & 1u))};
     const float scale = one == 0 ? 0.0f : kMax / static_cast<float>(one);

@@ -1,4 +1,4 @@
-// The adapter of libmeshoptimizer; streams that it is too old for go to meshopt_attributes.
+// Adapter of libmeshoptimizer; version 1 of the attribute codec goes to meshopt_attributes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/compression/meshopt_views.h"
 
@@ -18,7 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-// The second is the first with version 1 of attributes and a filter for colors; a view that has both is read by it.
+// KHR_meshopt_compression adds version 1 of attributes and a color filter; it wins where a view has
+// both.
 constexpr const char* kNames[] = {"KHR_meshopt_compression", "EXT_meshopt_compression"};
 
 struct CompressedView {
@@ -33,11 +34,12 @@ struct CompressedView {
   bool failed = false;
 };
 
-// What libmeshoptimizer asserts instead of reporting: KHR_meshopt_compression, "JSON schema updates".
+// Checks the conditions that libmeshoptimizer asserts: KHR_meshopt_compression, "JSON schema
+// updates".
 void check_stride(const CompressedView& view) {
   const auto refuse = [&](std::string_view accepted) {
     fail(view.pointer + "/byteStride",
-         fmt::format("{} with mode {} and filter {}, accepted is {}", view.stride, view.mode, view.filter, accepted));
+         fmt::format("{} with mode {} and filter {}, expected {}", view.stride, view.mode, view.filter, accepted));
   };
   if (view.mode == "ATTRIBUTES") {
     if (view.stride % 4 != 0) refuse("a multiple of 4");
@@ -48,10 +50,10 @@ void check_stride(const CompressedView& view) {
   }
   if (view.stride != 2 && view.stride != 4) refuse("2 or 4");
   if (view.filter != "NONE") {
-    fail(view.pointer + "/filter", fmt::format("{} with mode {}, accepted is NONE", view.filter, view.mode));
+    fail(view.pointer + "/filter", fmt::format("{} with mode {}, expected NONE", view.filter, view.mode));
   }
   if (view.mode == "TRIANGLES" && view.count % 3 != 0) {
-    fail(view.pointer + "/count", fmt::format("{}, accepted are multiples of 3", view.count));
+    fail(view.pointer + "/count", fmt::format("{}, expected a multiple of 3", view.count));
   }
 }
 
@@ -90,7 +92,7 @@ std::optional<CompressedView> find_compressed(const Document& document, size_t i
 }
 
 bool decode_view(CompressedView& view) {
-  // OwnedBytes come from operator new[]: aligned for the 16-byte moves of the filters.
+  // OwnedBytes uses operator new[], aligned for the 16-byte moves of the filters.
   view.decoded = OwnedBytes(view.count * view.stride);
   void* out = view.decoded.data();
   const auto* in = reinterpret_cast<const unsigned char*>(view.bytes.data());

@@ -1,4 +1,4 @@
-// EXT_ and KHR_meshopt_compression: bufferViews are decompressed into memory of their own.
+// EXT_meshopt_compression and KHR_meshopt_compression: decompression of bufferViews.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,10 +6,11 @@
 
 namespace kindling::gltf {
 
-// The extension object of a buffer or bufferView, or null.
+// Returns the extension object of a buffer or bufferView, or null.
 [[nodiscard]] const nlohmann::json* find_meshopt_extension(const nlohmann::json& object);
 
-// Replaces the bytes of every compressed bufferView, in parallel with TBB. Throws ImportFailure.
+// Replaces the bytes of every compressed bufferView by decoded ones, in parallel with TBB. Throws
+// ImportFailure.
 void decompress_meshopt_views(Document& document);
 
 } // namespace kindling::gltf

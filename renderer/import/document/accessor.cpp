@@ -1,4 +1,4 @@
-// Bounds and formats of accessors, and the loops that turn their bytes into numbers.
+// Bounds and formats of accessors, and conversion of their bytes to numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/document/accessor.h"
 
@@ -30,7 +30,7 @@ int component_count(int type) {
   }
 }
 
-// Columns of matrices start at multiples of four bytes (glTF 2.0, section 3.6.2.4).
+// Matrix columns start at multiples of four bytes (glTF 2.0, section 3.6.2.4).
 size_t element_bytes(int type, int component_type) {
   const size_t component = component_bytes(component_type);
   if (type == TINYGLTF_TYPE_MAT2 && component == 1) return 6;
@@ -50,12 +50,13 @@ uint32_t load_index(const std::byte* from, int component_type) {
   return value;
 }
 
-// Elements of `size` bytes, `stride` apart, starting at `offset` of a bufferView.
+// Checks that `count` elements of `size` bytes, `stride` apart from `offset` on, lie within a
+// bufferView.
 void check_fit(const Document& document, int view_index, uint64_t offset, uint64_t stride, uint64_t size,
                uint64_t count, std::string_view pointer) {
   const ViewBytes& view = document.views[static_cast<size_t>(view_index)];
   const uint64_t length = view.length;
-  if (count > length || offset > length) { // also keeps the sum below from overflowing
+  if (count > length || offset > length) { // also prevents overflow of the sum below
     fail(pointer,
          fmt::format("{} elements at byte {} do not fit the {} bytes of bufferView {}", count, offset, length,
                      view_index),
@@ -81,7 +82,7 @@ void check_sparse(const Document& document, const tinygltf::Accessor& accessor, 
             index_bytes, count, pointer + "/sparse/indices");
   check_fit(document, sparse.values.bufferView, static_cast<uint64_t>(sparse.values.byteOffset), size, size, count,
             pointer + "/sparse/values");
-  if (!document.views[static_cast<size_t>(sparse.indices.bufferView)].has_data()) return; // refused where it is used
+  if (!document.views[static_cast<size_t>(sparse.indices.bufferView)].has_data()) return; // an error at its first use
   const std::byte* indices =
       document.views[static_cast<size_t>(sparse.indices.bufferView)].bytes.data() + sparse.indices.byteOffset;
   uint64_t lowest = 0;
@@ -151,7 +152,7 @@ void check_accessors(const Document& document) {
     const std::string pointer = fmt::format("/accessors/{}", i);
     const size_t size = element_bytes(accessor.type, accessor.componentType);
     if (accessor.normalized && component_bytes(accessor.componentType) == 4) {
-      fail(pointer + "/normalized", "true for 32-bit components, accepted are bytes and shorts",
+      fail(pointer + "/normalized", "true for 32-bit components, expected 8-bit or 16-bit components",
            "ACCESSOR_NORMALIZED_INVALID");
     }
     if (accessor.bufferView >= 0) {
@@ -241,10 +242,9 @@ void require_format(const AccessorView& view, const AccessorFormat& format, std:
   default: break;
   }
   fail(pointer,
-       fmt::format("{} of {}{}, accepted for {} is {}{}{} of {}", name(view.components),
-                   view.normalized ? "normalized " : "", found, semantic, name(format.components),
-                   format.components_or != 0 ? " or " : "", format.components_or != 0 ? name(format.components_or) : "",
-                   types),
+       fmt::format("{} of {}{}, {} must be {}{}{} of {}", name(view.components), view.normalized ? "normalized " : "",
+                   found, semantic, name(format.components), format.components_or != 0 ? " or " : "",
+                   format.components_or != 0 ? name(format.components_or) : "", types),
        code);
 }
 

@@ -1,4 +1,4 @@
-// Accessors: bounds checked once, then read as floats or indices whatever their storage.
+// Accessors: bounds are checked once, then elements are read as floats or indices.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +12,12 @@
 
 namespace kindling::gltf {
 
-// Where the elements lie. Made by view_accessor() for a checked accessor, or by the Draco decoder.
+// The location and format of elements, from view_accessor() or the Draco decoder.
 struct AccessorView {
   const std::byte* data = nullptr; // null: all zero before the sparse values
   size_t stride = 0;               // bytes from one element to the next
   size_t count = 0;
-  int component_type = 5126; // as in the file
+  int component_type = 5126; // glTF's code; 5126: float
   int components = 1;
   bool normalized = false;
 
@@ -29,30 +29,32 @@ struct AccessorView {
 
 [[nodiscard]] size_t component_bytes(int component_type);
 
-// Every accessor of the file: does it fit its bufferView, are its sparse indices in order. Throws ImportFailure.
+// Checks that every accessor fits its bufferView and that sparse indices increase. Throws
+// ImportFailure.
 void check_accessors(const Document& document);
 
-// `pointer` is of the property that refers to it. Throws ImportFailure if its bufferView has no data.
+// `pointer` is the place of the reference. Throws ImportFailure if the bufferView has no data.
 [[nodiscard]] AccessorView view_accessor(const Document& document, int accessor, std::string_view pointer);
 
-// What a use of an accessor may hold.
+// The formats that one use of an accessor permits.
 struct AccessorFormat {
   int components = 1;
-  int components_or = 0; // another number that is fine, 0: none
+  int components_or = 0; // another permitted number; 0: none
   bool is_float = true;
-  bool normalized_int = false;      // BYTE, SHORT and their unsigned kinds, normalized
-  bool normalized_unsigned = false; // only the unsigned ones
-  bool plain_int = false;           // BYTE, SHORT and their unsigned kinds, not normalized
+  bool normalized_int = false;      // BYTE, SHORT and their unsigned types, normalized
+  bool normalized_unsigned = false; // only the unsigned types
+  bool plain_int = false;           // BYTE, SHORT and their unsigned types, not normalized
 };
 // `semantic` names the use in the error, `code` is the validator's. Throws ImportFailure.
 void require_format(const AccessorView& view, const AccessorFormat& format, std::string_view pointer,
                     std::string_view semantic, std::string_view code);
 
-// Elements `gather` (all if empty) as floats into `out`, `width` floats for each, components beyond the accessor's set
-// to `fill`. Normalized integers become [0, 1] or [-1, 1] (glTF 2.0, section 3.6.2.2). Runs in parallel with TBB.
+// Reads the elements `gather` (all if empty) into `out`, `width` floats each; components that the
+// accessor lacks are set to `fill`. Normalized integers become [0, 1] or [-1, 1] (glTF 2.0, section
+// 3.6.2.2). Runs in parallel with TBB.
 void read_floats(const AccessorView& view, std::span<const uint32_t> gather, float* out, int width, float fill = 0.0f);
 
-// As vectors of Imath or plain floats: V is float, V2f, V3f or V4f.
+// Returns elements as floats or vectors: V is float, V2f, V3f or V4f.
 template <typename V>
 [[nodiscard]] std::vector<V> read_vectors(const AccessorView& view, std::span<const uint32_t> gather = {},
                                           float fill = 0.0f) {
@@ -62,7 +64,8 @@ template <typename V>
   return values;
 }
 
-// Unsigned integers: width of 1 (indices) or 4 (joints). The format has been checked.
+// Reads unsigned integers, 1 (indices) or 4 (joints) per element. The format must have been
+// checked.
 void read_unsigned(const AccessorView& view, std::span<const uint32_t> gather, uint32_t* out);
 
 [[nodiscard]] bool all_finite(std::span<const float> values);
@@ -71,7 +74,7 @@ template <typename V>
   return {reinterpret_cast<const float*>(values.data()), values.size() * (sizeof(V) / sizeof(float))};
 }
 
-// How many elements may still be decoded, all parts of a file together: see ImportLimits.
+// Counts the elements that all parts of a file decode, against ImportLimits.
 class ElementBudget {
  public:
   explicit ElementBudget(Document& document);

@@ -1,4 +1,4 @@
-// A glTF file taken apart: its checked JSON, tinygltf's structs of the core, and the bytes of its buffers.
+// An opened glTF file: checked JSON, tinygltf's structs of the core, and the bytes of its buffers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,10 +15,10 @@
 
 namespace kindling::gltf {
 
-// What a bufferView holds, decompressed. No bytes where its buffer has no data (a file may leave that to an extension).
+// The decompressed bytes of a bufferView; none if its buffer has no data, as extensions permit.
 struct ViewBytes {
   Bytes bytes;
-  size_t length = 0; // declared, also where there are no bytes
+  size_t length = 0; // as declared, even without bytes
   size_t stride = 0; // 0: elements are tightly packed
   [[nodiscard]] bool has_data() const { return !bytes.empty(); }
 };
@@ -26,15 +26,15 @@ struct ViewBytes {
 struct Document {
   std::filesystem::path path;
   ImportLimits limits;
-  std::unique_ptr<nlohmann::json> json; // extensions are read from here; fits kGltfSchema
+  std::unique_ptr<nlohmann::json> json; // the source of extensions; valid against kGltfSchema
   tinygltf::Model core;                 // no buffers, images, extensions or extras; absent bufferViews are -1
   std::vector<Bytes> buffers;           // empty: no data
   std::vector<ViewBytes> views;
   uint64_t bytes_read = 0;
-  uint64_t elements_used = 0; // of the limits: ElementBudget
+  uint64_t elements_used = 0; // charged by ElementBudget
   uint64_t content_hash = 0;
 
-  std::vector<OwnedBytes> storage; // what the spans above point into
+  std::vector<OwnedBytes> storage; // memory of the spans above
 
   Document();
   Document(Document&&) noexcept;

@@ -1,4 +1,4 @@
-// Unrolling and compacting of indices.
+// Parallel conversion and compaction of index lists.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/document/triangles.h"
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t kTriangleGrain = 1U << 14;
 
-// f(begin, end) for ranges that together are [0, count).
+// Calls f(begin, end) for disjoint ranges that cover [0, count).
 template <typename F>
 void for_ranges(size_t count, const F& f) {
   tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kTriangleGrain),
@@ -25,7 +25,7 @@ void for_ranges(size_t count, const F& f) {
 }
 
 struct Span {
-  uint32_t least = std::numeric_limits<uint32_t>::max(), most = 0;
+  uint32_t min = std::numeric_limits<uint32_t>::max(), max = 0;
 };
 
 Span span_of(std::span<const uint32_t> indices) {
@@ -33,13 +33,13 @@ Span span_of(std::span<const uint32_t> indices) {
       tbb::blocked_range<size_t>(0, indices.size(), kTriangleGrain), Span(),
       [&](const tbb::blocked_range<size_t>& range, Span span) {
         for (size_t i = range.begin(); i < range.end(); ++i) {
-          span.least = std::min(span.least, indices[i]);
-          span.most = std::max(span.most, indices[i]);
+          span.min = std::min(span.min, indices[i]);
+          span.max = std::max(span.max, indices[i]);
         }
         return span;
       },
       [](const Span& a, const Span& b) {
-        return Span{std::min(a.least, b.least), std::max(a.most, b.most)};
+        return Span{std::min(a.min, b.min), std::max(a.max, b.max)};
       });
 }
 
@@ -69,7 +69,7 @@ std::vector<uint32_t> to_triangle_list(std::vector<uint32_t> indices, int mode) 
 }
 
 std::optional<size_t> first_out_of_bounds(std::span<const uint32_t> indices, uint32_t vertex_count) {
-  if (indices.empty() || span_of(indices).most < vertex_count) return std::nullopt;
+  if (indices.empty() || span_of(indices).max < vertex_count) return std::nullopt;
   const auto found =
       std::find_if(indices.begin(), indices.end(), [&](uint32_t index) { return index >= vertex_count; });
   return static_cast<size_t>(found - indices.begin());
@@ -78,17 +78,17 @@ std::optional<size_t> first_out_of_bounds(std::span<const uint32_t> indices, uin
 std::vector<uint32_t> compact_vertices(std::vector<uint32_t>& indices, uint32_t vertex_count) {
   if (indices.empty()) return {};
   const Span span = span_of(indices);
-  // Only over the range in use: many small primitives may share one long list.
-  UninitializedVector<uint32_t> number(size_t{span.most - span.least} + 1);
+  // Allocate the used range only: many small primitives may share one long list.
+  UninitializedVector<uint32_t> number(size_t{span.max - span.min} + 1);
   for_ranges(number.size(), [&](size_t begin, size_t end) { std::fill(&number[begin], number.data() + end, 0U); });
   for_ranges(indices.size(), [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const std::atomic_ref<uint32_t> used(number[indices[i] - span.least]);
+      const std::atomic_ref<uint32_t> used(number[indices[i] - span.min]);
       if (used.load(std::memory_order_relaxed) == 0) used.store(1, std::memory_order_relaxed);
     }
   });
 
-  // How many are used before each block, then which.
+  // Count the used vertices before each block, then number them.
   const size_t blocks = (number.size() + kTriangleGrain - 1) / kTriangleGrain;
   const auto block_end = [&](size_t block) { return std::min((block + 1) * kTriangleGrain, number.size()); };
   std::vector<uint32_t> used_before(blocks + 1, 0);
@@ -105,11 +105,11 @@ std::vector<uint32_t> compact_vertices(std::vector<uint32_t>& indices, uint32_t 
     for (size_t i = block * kTriangleGrain; i < block_end(block); ++i) {
       if (number[i] == 0) continue;
       number[i] = next;
-      used[next++] = span.least + static_cast<uint32_t>(i);
+      used[next++] = span.min + static_cast<uint32_t>(i);
     }
   });
   for_ranges(indices.size(), [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) indices[i] = number[indices[i] - span.least];
+    for (size_t i = begin; i < end; ++i) indices[i] = number[indices[i] - span.min];
   });
   return used;
 }

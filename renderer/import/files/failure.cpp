@@ -1,4 +1,4 @@
-// Messages and warnings.
+// Formatting of error messages, and the collection of warnings by kind.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/failure.h"
 
@@ -37,7 +37,7 @@ std::string in_quotes(std::string_view text) {
     }
   }
   if (text.size() > kLongest) {
-    // Not in the middle of a UTF-8 sequence.
+    // Do not cut a UTF-8 sequence.
     while (!out.empty() && (static_cast<unsigned char>(out.back()) & 0xc0U) == 0x80U) out.pop_back();
     if (!out.empty() && static_cast<unsigned char>(out.back()) >= 0xc0U) out.pop_back();
     out += "...";

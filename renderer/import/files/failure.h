@@ -1,4 +1,4 @@
-// How reading a file stops or complains: one exception that never leaves this folder, and the collected warnings.
+// The importer's errors, thrown as one exception type, and its collected warnings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,21 +11,24 @@
 
 namespace kindling::gltf {
 
-// Thrown by the importer's parts, turned into a Result by load_gltf(). The message lacks the file's name.
+// Thrown by the importer's parts and converted to a Result by load_gltf(). The message lacks the
+// file's name.
 struct ImportFailure {
   Error error;
 };
 
-// The one-line form "pointer: message (CODE)"; CODE is the glTF validator's name for the fault, where it has one.
+// Returns "pointer: message (CODE)"; CODE is the glTF validator's name for the fault, where it has
+// one.
 [[nodiscard]] std::string place_message(std::string_view pointer, std::string_view message, std::string_view code);
 
 [[noreturn]] void fail(std::string_view pointer, std::string_view message, std::string_view code = {},
                        ErrorKind kind = ErrorKind::scene_invalid);
 
-// Text of the file made safe to show: in quotes, control characters escaped, shortened.
+// Returns text of the file in quotes, safe to print: control characters escaped, at most 80 bytes.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
-// Warnings of one piece of work. Of each kind only the first is kept, with the number of its repetitions; of kinds at most 100.
+// Warnings of one piece of work. Only the first of each kind is stored, with a count of the others;
+// at most 100 kinds are stored.
 class Warnings {
  public:
   void add(std::string_view kind, std::string_view pointer, std::string_view message, std::string_view code = {});

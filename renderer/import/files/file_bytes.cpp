@@ -1,4 +1,4 @@
-// Reading and hashing.
+// Parallel reading of files, and XXH64 by blocks.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/file_bytes.h"
 
@@ -46,7 +46,7 @@ class OpenFile {
   [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
 
   struct Got {
-    size_t bytes = 0; // fewer than asked for: the file ends there, or
+    size_t bytes = 0; // fewer than requested: the file ends there, or reading failed
     bool failed = false;
   };
   [[nodiscard]] Got read(std::span<std::byte> into, size_t offset) const {
@@ -90,7 +90,7 @@ Result<OwnedBytes> read_file(const std::filesystem::path& path, uint64_t max_byt
     blocks[i] = file.read({bytes.data() + begin, std::min(kReadBlock, size - begin)}, begin);
   });
   size_t got = 0;
-  for (const OpenFile::Got& block : blocks) { // up to the first that is not whole
+  for (const OpenFile::Got& block : blocks) { // up to the first incomplete block
     if (block.failed) return wrong("cannot be read to its end");
     got += block.bytes;
     if (block.bytes < kReadBlock) break;

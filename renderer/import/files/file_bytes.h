@@ -19,7 +19,7 @@ using Bytes = std::span<const std::byte>;
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// Memory that is not cleared first: it is about to be filled.
+// An owned array of bytes, uninitialized after construction.
 class OwnedBytes {
  public:
   OwnedBytes() = default;
@@ -35,17 +35,20 @@ class OwnedBytes {
   size_t size_ = 0;
 };
 
-// A copy, not a mapping: what was validated cannot change under us, and a file cut short elsewhere cannot raise SIGBUS.
-// Only regular files of at most `max_bytes`; of one that shrinks meanwhile, what is left. Large ones are read in parallel with TBB. The
-// error says what is wrong but not the file's name.
+// Returns a copy of a regular file of at most `max_bytes`. The file is not mapped: validated bytes
+// cannot change later, and a truncated file cannot raise SIGBUS. A file that shrinks while it is
+// read gives the bytes that are left. Large files are read in parallel with TBB. The error lacks
+// the file's name.
 [[nodiscard]] Result<OwnedBytes> read_file(const std::filesystem::path& path, uint64_t max_bytes);
 
-// XXH64 (Collet, xxHash specification 0.1.1): about 10 GB/s, the same on every machine.
+// Returns the XXH64 hash (Collet, xxHash specification 0.1.1): about 10 GB/s, the same on every
+// machine.
 [[nodiscard]] uint64_t hash_bytes(Bytes bytes, uint64_t seed = 0);
 
-// Of whole files and images. Up to kHashedBlock bytes it is hash_bytes(); of more it is hash_bytes(words, seed) of 64-bit words, the lowest
-// byte first: hash_bytes() with seed 0 of each kHashedBlock bytes (of the rest that is left at the end), and last the number of
-// all bytes. So blocks are hashed in parallel with TBB, and the number does not depend on the threads.
+// Returns the hash of a whole file or image. Up to kHashedBlock bytes it is hash_bytes(). For more
+// bytes it is hash_bytes(words, seed) over 64-bit little-endian words: hash_bytes() with seed 0 of
+// each block of kHashedBlock bytes (the last block may be shorter), then the number of all bytes.
+// Blocks are hashed in parallel with TBB; the result does not depend on the number of threads.
 inline constexpr size_t kHashedBlock = size_t{1} << 20;
 [[nodiscard]] uint64_t hash_content(Bytes bytes, uint64_t seed = 0);
 

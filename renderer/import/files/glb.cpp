@@ -1,4 +1,4 @@
-// The chunks of a container.
+// Parses and validates the chunks of a .glb.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/glb.h"
 
@@ -31,14 +31,14 @@ GlbChunks split_glb(Bytes file, Warnings& warnings) {
   }
   if (!is_glb(file)) fail("", "does not start with the bytes 'glTF' of a .glb", "GLB_INVALID_MAGIC");
   if (const uint32_t version = read_u32(file, 4); version != 2) {
-    fail("", fmt::format("container version {}, accepted is 2", version), "GLB_INVALID_VERSION");
+    fail("", fmt::format("container version {}, expected 2", version), "GLB_INVALID_VERSION");
   }
   const size_t declared = read_u32(file, 8);
   if (declared < kHeaderBytes + kChunkHeaderBytes) {
     fail("", fmt::format("declares a length of {} bytes, a .glb has at least 20", declared), "GLB_LENGTH_TOO_SMALL");
   }
   if (declared > file.size()) {
-    fail("", fmt::format("declares {} bytes but has {}: cut short", declared, file.size()), "GLB_LENGTH_MISMATCH");
+    fail("", fmt::format("declares {} bytes but has {}: truncated", declared, file.size()), "GLB_LENGTH_MISMATCH");
   }
   if (declared < file.size()) {
     warnings.add("glb_extra", "", fmt::format("{} bytes after the end of the .glb are ignored", file.size() - declared),
@@ -49,8 +49,7 @@ GlbChunks split_glb(Bytes file, Warnings& warnings) {
   size_t at = kHeaderBytes;
   for (int number = 0; at < declared; ++number) {
     if (declared - at < kChunkHeaderBytes) {
-      fail("", fmt::format("{} stray bytes where a chunk header of 8 should be", declared - at),
-           "GLB_UNEXPECTED_END_OF_CHUNK_HEADER");
+      fail("", fmt::format("{} bytes left, a chunk header has 8", declared - at), "GLB_UNEXPECTED_END_OF_CHUNK_HEADER");
     }
     const size_t length = read_u32(file, at);
     const uint32_t type = read_u32(file, at + 4);
@@ -66,10 +65,10 @@ GlbChunks split_glb(Bytes file, Warnings& warnings) {
       if (length == 0) fail("", "the JSON chunk is empty", "GLB_EMPTY_CHUNK");
       chunks.json = content;
     } else if (type == kJson || (type == kBin && chunks.bin)) {
-      fail("", fmt::format("chunk {} is a second one of its type", number), "GLB_DUPLICATE_CHUNK");
+      fail("", fmt::format("chunk {} repeats the type of another chunk", number), "GLB_DUPLICATE_CHUNK");
     } else if (type == kBin) {
       if (number != 1) {
-        fail("", fmt::format("the BIN chunk is number {}, it has to be 1", number), "GLB_UNEXPECTED_BIN_CHUNK");
+        fail("", fmt::format("the BIN chunk has number {}, expected 1", number), "GLB_UNEXPECTED_BIN_CHUNK");
       }
       chunks.bin = content;
     } else {

@@ -1,4 +1,4 @@
-// The binary container of glTF 2.0 (section 4): its JSON and BIN chunks.
+// The binary container of glTF 2.0 (section 4): JSON and BIN chunks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,9 +14,9 @@ struct GlbChunks {
   std::optional<Bytes> bin;
 };
 
-[[nodiscard]] bool is_glb(Bytes file); // by its magic bytes
+[[nodiscard]] bool is_glb(Bytes file); // true if the file starts with the magic bytes "glTF"
 
-// Spans point into `file`. Throws ImportFailure.
+// Returns the chunks as spans of `file`. Throws ImportFailure.
 [[nodiscard]] GlbChunks split_glb(Bytes file, Warnings& warnings);
 
 } // namespace kindling::gltf

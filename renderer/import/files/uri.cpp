@@ -1,4 +1,4 @@
-// Percent and base64 decoding, and the refusal of paths that leave the folder.
+// Percent and base64 decoding, and rejection of paths outside the scene's folder.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/uri.h"
 
@@ -41,14 +41,14 @@ constexpr std::array<uint8_t, 256> kBase64 = make_base64_table();
 
 Result<OwnedBytes> decode_base64(std::string_view text) {
   for (int i = 0; i < 2 && !text.empty() && text.back() == '='; ++i) text.remove_suffix(1);
-  if (text.size() % 4 == 1) return invalid("base64 data of impossible length (INVALID_URI)");
+  if (text.size() % 4 == 1) return invalid("base64 data of invalid length (INVALID_URI)");
   OwnedBytes bytes(text.size() / 4 * 3 + (text.size() % 4 == 0 ? 0 : text.size() % 4 - 1));
   std::byte* out = bytes.data();
   uint32_t bits = 0;
   int count = 0;
   for (const char c : text) {
     const uint8_t six = kBase64[static_cast<uint8_t>(c)];
-    if (six == 255) return invalid(fmt::format("{} is no character of base64 (INVALID_URI)", in_quotes({&c, 1})));
+    if (six == 255) return invalid(fmt::format("{} is not a base64 character (INVALID_URI)", in_quotes({&c, 1})));
     bits = (bits << 6) | six;
     count += 6;
     if (count >= 8) {
@@ -112,15 +112,15 @@ Result<OwnedBytes> decode_data_uri(std::string_view uri) {
 
 Result<std::filesystem::path> resolve_uri(const std::filesystem::path& folder, std::string_view uri) {
   const std::string decoded = percent_decode(uri);
-  if (decoded.empty()) return invalid("an empty URI; accepted is the name of a file beside the scene (INVALID_URI)");
+  if (decoded.empty()) return invalid("empty URI, expected the name of a file beside the scene (INVALID_URI)");
   if (decoded.find('\0') != std::string::npos) return invalid("a URI with a zero byte (INVALID_URI)");
   if (has_scheme(uri) || decoded.front() == '/' || decoded.front() == '\\') {
-    return invalid(fmt::format("refused the absolute URI {}; accepted are files beside the scene and data: URIs "
+    return invalid(fmt::format("absolute URI {}, expected a file beside the scene or a data: URI "
                                "(NON_RELATIVE_URI)",
                                in_quotes(uri)));
   }
   if (has_parent_segment(decoded)) {
-    return invalid(fmt::format("refused {}, which leaves the folder of the scene by '..'", in_quotes(uri)));
+    return invalid(fmt::format("{} leaves the folder of the scene by '..'", in_quotes(uri)));
   }
   std::filesystem::path path = folder / decoded;
   std::error_code code;

@@ -1,4 +1,4 @@
-// URIs of a glTF file: data: URIs are decoded, relative references become paths beside the file.
+// URIs of a glTF file: data: URIs are decoded, relative ones are resolved beside the file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,18 +11,19 @@
 
 namespace kindling::gltf {
 
-// Errors of this file lack the place; the caller knows it.
+// Errors of these functions lack the place; the caller adds it.
 
-// %XX becomes the byte XX; a % that starts no such triple stays as it is.
+// Replaces %XX by the byte XX. A % without two hexadecimal digits is unchanged.
 [[nodiscard]] std::string percent_decode(std::string_view text);
 
-[[nodiscard]] bool is_data_uri(std::string_view uri); // the scheme in any case
+[[nodiscard]] bool is_data_uri(std::string_view uri); // compares the scheme without case
 
-// RFC 2397, base64 (padding optional) or percent-encoded.
+// Decodes a data: URI (RFC 2397), base64 with optional padding or percent-encoded.
 [[nodiscard]] Result<OwnedBytes> decode_data_uri(std::string_view uri);
 
-// A path in or below `folder`: refused are schemes, absolute paths and '..' segments, encoded or not, with either
-// slash. If the decoded name does not exist but the raw one does, it is the raw one (some writers do not encode).
+// Returns a path in or below `folder`. Refuses schemes, absolute paths and '..' segments, encoded
+// or not, with either slash. If the decoded name does not exist but the raw one does, returns the
+// raw one: some exporters do not encode.
 [[nodiscard]] Result<std::filesystem::path> resolve_uri(const std::filesystem::path& folder, std::string_view uri);
 
 } // namespace kindling::gltf

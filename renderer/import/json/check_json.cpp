@@ -1,4 +1,4 @@
-// The walk of a JSON tree along the schema.
+// Validates a JSON tree against the schema, recursively from the root.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/check_json.h"
 
@@ -35,8 +35,7 @@ class Checker {
   Checker(json& root, Warnings& warnings) : root_(root), warnings_(warnings) {}
 
   CorePlaces run() {
-    if (!root_.is_object())
-      fail_here(fmt::format("{} at the top, accepted is an object", shown(root_)), "TYPE_MISMATCH");
+    if (!root_.is_object()) fail_here(fmt::format("{} at the top, expected an object", shown(root_)), "TYPE_MISMATCH");
     check_object(root_, kGltfSchema, true);
     return std::move(places_);
   }
@@ -70,7 +69,7 @@ class Checker {
   }
 
   [[noreturn]] void fail_type(const json& value, std::string_view accepted) const {
-    fail_here(fmt::format("{}, accepted is {}", shown(value), accepted), "TYPE_MISMATCH");
+    fail_here(fmt::format("{}, expected {}", shown(value), accepted), "TYPE_MISMATCH");
   }
 
   void check_object(json& value, const JsonSchema& schema, bool core) {
@@ -87,8 +86,8 @@ class Checker {
       path_.emplace_back(property.name);
       if (property.soft && points_nowhere(*found, property)) {
         warnings_.add("soft", pointer_here(),
-                      fmt::format("{}, which of the {} {} is none", shown(*found), collection_size(property.collection),
-                                  property.collection),
+                      fmt::format("{} is not an index of the {} {}", shown(*found),
+                                  collection_size(property.collection), property.collection),
                       "UNRESOLVED_REFERENCE");
         value.erase(found);
         path_.pop_back();
@@ -139,7 +138,7 @@ class Checker {
     if (value.size() < property.min_items || value.size() > property.max_items) {
       const std::string accepted = property.max_items == UINT32_MAX ? fmt::format("at least {}", property.min_items)
                                                                     : fmt::format("{}", property.max_items);
-      fail_here(fmt::format("{} elements, accepted is {}", value.size(), accepted),
+      fail_here(fmt::format("{} elements, expected {}", value.size(), accepted),
                 value.empty() ? "EMPTY_ENTITY" : "ARRAY_LENGTH_NOT_IN_LIST");
     }
     for (size_t i = 0; i < value.size(); ++i) {
@@ -181,22 +180,21 @@ class Checker {
     }
     if (!value.is_number_integer()) fail_type(value, "an integer");
     if (value.is_number_unsigned() && value.get<uint64_t>() > (1ULL << 53)) {
-      fail_here(fmt::format("{}, accepted are integers below 2^53", value.get<uint64_t>()), "VALUE_NOT_IN_RANGE");
+      fail_here(fmt::format("{}, expected an integer below 2^53", value.get<uint64_t>()), "VALUE_NOT_IN_RANGE");
     }
     const auto number = value.get<int64_t>();
     if (number >= 0 && !value.is_number_unsigned())
-      value = static_cast<uint64_t>(number); // the only type of tinygltf's sizes
+      value = static_cast<uint64_t>(number); // tinygltf reads sizes from unsigned values only
     return number;
   }
 
   void check_integer(json& value, const JsonProperty& property) const {
     const int64_t number = check_whole(value);
     if (static_cast<double>(number) < property.min || static_cast<double>(number) > property.max) {
-      fail_here(fmt::format("{}, accepted is {:.0f} to {:.0f}", number, property.min, property.max),
-                "VALUE_NOT_IN_RANGE");
+      fail_here(fmt::format("{}, expected {:.0f} to {:.0f}", number, property.min, property.max), "VALUE_NOT_IN_RANGE");
     }
     if (property.multiple_of > 1 && number % property.multiple_of != 0) {
-      fail_here(fmt::format("{}, accepted are multiples of {}", number, property.multiple_of), "VALUE_MULTIPLE_OF");
+      fail_here(fmt::format("{}, expected a multiple of {}", number, property.multiple_of), "VALUE_MULTIPLE_OF");
     }
   }
 
@@ -214,9 +212,9 @@ class Checker {
     const int64_t index = check_whole(value);
     const size_t size = collection_size(property.collection);
     if (index < 0 || static_cast<uint64_t>(index) >= size) {
-      const std::string accepted =
-          size == 0 ? fmt::format("there are no {}", property.collection)
-                    : fmt::format("accepted is an index of {}, 0 to {}", property.collection, size - 1);
+      const std::string accepted = size == 0
+                                       ? fmt::format("there are no {}", property.collection)
+                                       : fmt::format("expected an index of {}, 0 to {}", property.collection, size - 1);
       fail_here(fmt::format("{}, {}", index, accepted), "UNRESOLVED_REFERENCE");
     }
   }
@@ -229,8 +227,10 @@ class Checker {
     if (low || !(number <= property.max + slack)) {
       const std::string min =
           property.min <= -FLT_MAX ? "" : fmt::format(" {} {}", property.above_min ? "above" : "from", property.min);
-      const std::string max = property.max >= FLT_MAX ? " finite" : fmt::format(" to {}", property.max);
-      fail_here(fmt::format("{}, accepted is a number{}{}", number, min, max), "VALUE_NOT_IN_RANGE");
+      const bool bounded = property.max < FLT_MAX;
+      const std::string max = bounded ? fmt::format(" to {}", property.max) : "";
+      fail_here(fmt::format("{}, expected a {}number{}{}", number, bounded ? "" : "finite ", min, max),
+                "VALUE_NOT_IN_RANGE");
     }
     if (number < property.min || number > property.max) {
       number = std::clamp(number, property.min, property.max);
@@ -242,7 +242,7 @@ class Checker {
     if (!value.is_string()) fail_type(value, "a string");
     const auto& text = value.get_ref<const std::string&>();
     if (std::find(property.choices.begin(), property.choices.end(), text) == property.choices.end()) {
-      fail_here(fmt::format("{}, accepted is one of {}", in_quotes(text), fmt::join(property.choices, ", ")),
+      fail_here(fmt::format("{}, expected one of {}", in_quotes(text), fmt::join(property.choices, ", ")),
                 "VALUE_NOT_IN_LIST");
     }
   }
@@ -250,7 +250,7 @@ class Checker {
   void check_code(json& value, const JsonProperty& property) const {
     const int64_t code = check_whole(value);
     if (std::find(property.codes.begin(), property.codes.end(), code) == property.codes.end()) {
-      fail_here(fmt::format("{}, accepted is one of {}", code, fmt::join(property.codes, ", ")), "VALUE_NOT_IN_LIST");
+      fail_here(fmt::format("{}, expected one of {}", code, fmt::join(property.codes, ", ")), "VALUE_NOT_IN_LIST");
     }
   }
 

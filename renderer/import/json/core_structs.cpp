@@ -1,4 +1,4 @@
-// Shows tinygltf what it can read of a JSON tree, and checks that it has read all of it.
+// Hides parts of a JSON tree from tinygltf, and checks that tinygltf has read all others.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/core_structs.h"
 
@@ -19,7 +19,8 @@ class ReadableTree {
  public:
   ReadableTree(json& root, const CorePlaces& places) : root_(root), places_(places), hidden_(places.hidden.size()) {
     for (size_t i = 0; i < hidden_.size(); ++i) hidden_[i].swap(*places.hidden[i]);
-    // It refuses indices whose accessor has no bufferView, so these accessors get one more than there are.
+    // It refuses indices whose accessor has no bufferView, so these accessors get one more than
+    // there are.
     if (!places.accessors_without_view.empty()) {
       has_views_ = root.contains("bufferViews");
       json& views = root["bufferViews"];

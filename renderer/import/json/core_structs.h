@@ -9,9 +9,9 @@
 
 namespace kindling::gltf {
 
-// Returns all of the core but buffers, images, extensions and extras; an absent bufferView is -1, as is
-// an absent node of a channel's target. `root` and `places` are those of check_json(). `root` is changed
-// while tinygltf reads it, and the same afterwards. Throws ImportFailure.
+// Returns the core without buffers, images, extensions and extras. An absent bufferView is -1, and
+// so is the absent node of a channel's target. `root` has passed check_json(), which returned
+// `places`. It is changed while tinygltf reads it, and restored. Throws ImportFailure.
 [[nodiscard]] tinygltf::Model read_core_structs(nlohmann::json& root, const CorePlaces& places);
 
 } // namespace kindling::gltf

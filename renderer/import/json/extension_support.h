@@ -9,15 +9,15 @@
 
 namespace kindling {
 
-// Support for one extension of glTF: the one table for errors, documents, tests and `info --list-extensions`.
+// Support for one extension of glTF. The list serves error messages, the README, tests and `info`.
 struct ExtensionSupport {
   std::string_view name;
-  enum class Level : uint8_t { full, partial, ignored } level = Level::full; // ignored: known, has no effect yet, warns
+  enum class Level : uint8_t { full, partial, ignored } level = Level::full; // ignored: has no effect, a warning
   std::string_view note;
 };
-[[nodiscard]] std::vector<ExtensionSupport> supported_extensions();    // by name
+[[nodiscard]] std::vector<ExtensionSupport> supported_extensions();    // ordered by name
 [[nodiscard]] std::string_view name_of(ExtensionSupport::Level level); // full, partial, ignored
-// As Markdown, the table of the README.
+// Returns the table of renderer/import/README.md in Markdown.
 [[nodiscard]] std::string extension_table_markdown();
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// The table of extensions and what follows from it.
+// The table of supported extensions, and the warnings and errors that follow from it.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/extensions.h"
 

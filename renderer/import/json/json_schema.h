@@ -1,4 +1,4 @@
-// The shape of glTF's JSON as data: what each object may hold, of which type and in which range.
+// The schema of glTF's JSON as data: properties of each object with types and ranges.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +17,8 @@ enum class JsonKind : uint8_t {
   string,
   choice,    // one of `choices`
   code,      // an integer of `codes`
-  object,    // as `schema` says
-  index_map, // an object whose every value is an index
+  object,    // conforms to `schema`
+  index_map, // an object whose values are indices
 };
 
 struct JsonSchema;
@@ -38,11 +38,11 @@ struct JsonProperty {
   std::span<const std::string_view> choices;
   std::span<const int> codes;
   const JsonSchema* schema = nullptr;
-  bool soft = false; // index: one that points nowhere is dropped with a warning
-  bool core = true;  // handed on to tinygltf; false: read from the JSON by this folder
+  bool soft = false; // index: removed with a warning if it is out of bounds
+  bool core = true;  // read by tinygltf; false: hidden from it and read from the JSON
 };
 
-// An extension object that may stand under "extensions" of an object.
+// An extension object below "extensions" of an object.
 struct JsonExtension {
   std::string_view name;
   const JsonSchema* schema = nullptr;
@@ -53,10 +53,10 @@ struct JsonSchema {
   std::span<const JsonExtension> extensions;
 };
 
-// The root of a glTF 2.0 file (specification, section 5) with the extensions that this folder reads. What it does not
-// list is not looked at.
+// Schema of the root of a glTF 2.0 file (specification, section 5) with the extensions that the
+// importer reads. Other properties are not checked.
 extern const JsonSchema kGltfSchema;
-// Recognised by the writer of the core JSON, which adds to them.
+// Named because check_json() records their absent properties in CorePlaces.
 extern const JsonSchema kAccessorSchema;
 extern const JsonSchema kChannelTargetSchema;
 

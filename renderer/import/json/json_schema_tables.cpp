@@ -1,4 +1,4 @@
-// The tables of json_schema.h: glTF 2.0, section 5, and the extensions read here, property by property.
+// Schema tables of glTF 2.0 (section 5) and of the supported extensions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/json_schema.h"
 
@@ -9,9 +9,9 @@ using K = JsonKind;
 using P = JsonProperty;
 using E = JsonExtension;
 
-constexpr double kMaxInteger = 9007199254740991.0; // 2^53 - 1, what every JSON reader holds exactly
+constexpr double kMaxInteger = 9007199254740991.0; // 2^53 - 1: every JSON reader represents it exactly
 constexpr double kMaxInt = 2147483647.0;
-// Above this the square of a length is no finite float any more.
+// The square of a larger length is not a finite float.
 constexpr double kFar = 1e18;
 constexpr double kMaxTexcoordSet = 31.0;
 
@@ -88,13 +88,13 @@ constexpr P kAccessorProperties[] = {
 
 constexpr P kDracoProperties[] = {
     {.name = "bufferView", .kind = K::index, .required = true, .collection = "bufferViews"},
-    // Not indices of accessors but ids within the compressed data; read by draco_mesh.cpp.
+    // Ids within the compressed data, not indices of accessors; read by draco_mesh.cpp.
     {.name = "attributes", .kind = K::object, .required = true}};
 constexpr JsonSchema kDraco{.properties = kDracoProperties};
 constexpr P kMappingProperties[] = {
     kName,
     {.name = "material", .kind = K::index, .required = true, .collection = "materials"},
-    // Indices of the variants of the root's extension: variant_mappings.cpp.
+    // Indices of the root extension's variants; checked by variant_mappings.cpp.
     {.name = "variants", .kind = K::integer, .required = true, .array = true, .min = 0, .max = kMaxInt}};
 constexpr JsonSchema kMapping{.properties = kMappingProperties};
 constexpr P kMappingsProperties[] = {
@@ -216,7 +216,7 @@ constexpr P kMetallicRoughnessProperties[] = {
     {.name = "roughnessFactor", .min = 0, .max = 1},
     {.name = "metallicRoughnessTexture", .kind = K::object, .schema = &kTextureInfo}};
 constexpr JsonSchema kMetallicRoughness{.properties = kMetallicRoughnessProperties};
-// The material extensions, in the order of their names.
+// Material extensions, ordered by name.
 constexpr P kAnisotropyProperties[] = {{.name = "anisotropyStrength", .min = 0, .max = 1},
                                        {.name = "anisotropyRotation"},
                                        {.name = "anisotropyTexture", .kind = K::object, .schema = &kTextureInfo}};
@@ -255,7 +255,7 @@ constexpr P kSpecularGlossinessProperties[] = {
     {.name = "specularGlossinessTexture", .kind = K::object, .schema = &kTextureInfo}};
 constexpr JsonSchema kSpecularGlossiness{.properties = kSpecularGlossinessProperties};
 constexpr P kScatterAnisotropy{.name = "scatterAnisotropy", .min = -1, .max = 1};
-// The draft has been through several names.
+// The draft has used several names.
 constexpr P kScatterProperties[] = {
     {.name = "scatterStrengthFactor", .min = 0, .max = 1},
     {.name = "scatterStrengthTexture", .kind = K::object, .schema = &kTextureInfo},
@@ -284,7 +284,7 @@ constexpr JsonSchema kUnlit{};
 constexpr P kVolumeProperties[] = {
     {.name = "thicknessFactor", .min = 0},
     {.name = "thicknessTexture", .kind = K::object, .schema = &kTextureInfo},
-    // Infinity is the default, which JSON cannot say: what no float holds means it.
+    // The default is infinity, which JSON cannot express; values above FLT_MAX mean infinity.
     {.name = "attenuationDistance", .min = 0, .max = DBL_MAX}, // 0: material_extensions.cpp
     {.name = "attenuationColor", .array = true, .min_items = 3, .max_items = 3, .min = 0, .max = 1}};
 constexpr JsonSchema kVolume{.properties = kVolumeProperties};
@@ -314,14 +314,15 @@ constexpr P kMaterialProperties[] = {
     {.name = "normalTexture", .kind = K::object, .schema = &kNormalTexture},
     {.name = "occlusionTexture", .kind = K::object, .schema = &kOcclusionTexture},
     {.name = "emissiveTexture", .kind = K::object, .schema = &kTextureInfo},
-    // Above 1 is against the specification, has a clear meaning and is written by some: a warning of materials.cpp.
+    // Values above 1 violate the specification but have a clear meaning; materials.cpp warns of
+    // them.
     {.name = "emissiveFactor", .array = true, .min_items = 3, .max_items = 3, .min = 0},
     {.name = "alphaMode", .kind = K::choice, .choices = kAlphaModes},
     {.name = "alphaCutoff", .min = 0},
     {.name = "doubleSided", .kind = K::boolean}};
 constexpr JsonSchema kMaterial{.properties = kMaterialProperties, .extensions = kMaterialExtensions};
 
-// A texture without an image is one that cannot be read: a warning, as for those.
+// An invalid source is a warning, like an unreadable image.
 constexpr P kSource{.name = "source", .kind = K::index, .collection = "images", .soft = true};
 constexpr P kOtherSourceProperties[] = {kSource};
 constexpr JsonSchema kOtherSource{.properties = kOtherSourceProperties};
@@ -357,7 +358,7 @@ constexpr JsonSchema kVariant{.properties = kVariantProperties};
 constexpr P kVariantsProperties[] = {
     {.name = "variants", .kind = K::object, .required = true, .array = true, .schema = &kVariant}};
 constexpr JsonSchema kVariants{.properties = kVariantsProperties};
-// The lists of lists of numbers in it are checked by image_lights.cpp.
+// image_lights.cpp checks its nested arrays.
 constexpr P kImageLightProperties[] = {
     kName,
     {.name = "rotation", .array = true, .min_items = 4, .max_items = 4, .min = -1, .max = 1},

@@ -1,4 +1,4 @@
-// Values of our own extras, and the warnings about those that cannot be used.
+// Typed values of Kindling's extras, with warnings for invalid ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/kindling_extras.h"
 
@@ -28,13 +28,13 @@ std::string shown_value(const json& value) {
 KindlingExtras::KindlingExtras(const json& element, const std::string& pointer, Warnings& warnings)
     : pointer_(pointer + "/extras/kindling"), warnings_(warnings) {
   const auto extras = element.find("extras");
-  if (extras == element.end() || !extras->is_object()) return; // others may put anything there
+  if (extras == element.end() || !extras->is_object()) return; // other applications may store anything there
   const auto own = extras->find("kindling");
   if (own == extras->end()) return;
   if (own->is_object()) {
     object_ = &*own;
   } else {
-    warnings_.add("extras", pointer_, shown_value(*own) + " is ignored, accepted is an object");
+    warnings_.add("extras", pointer_, shown_value(*own) + " is ignored, expected an object");
   }
 }
 
@@ -73,7 +73,7 @@ std::optional<V2f> KindlingExtras::pair(const char* key, const Range& range) {
 
 void KindlingExtras::warn(const char* key, std::string_view accepted) {
   warnings_.add(fmt::format("extras {}", key), fmt::format("{}/{}", pointer_, key),
-                fmt::format("{} is ignored, accepted is {}", shown_value((*object_)[key]), accepted));
+                fmt::format("{} is ignored, expected {}", shown_value((*object_)[key]), accepted));
 }
 
 void KindlingExtras::finish() {
@@ -83,7 +83,7 @@ void KindlingExtras::finish() {
     std::string names;
     for (const std::string_view name : known_) names += fmt::format("{}{}", names.empty() ? "" : ", ", name);
     warnings_.add("extras of an unknown name", pointer_,
-                  fmt::format("{} is ignored, accepted are {}", in_quotes(key), names));
+                  fmt::format("{} is ignored, expected one of {}", in_quotes(key), names));
   }
 }
 

@@ -1,4 +1,4 @@
-// What Kindling reads from a file beside glTF's own properties: the object "kindling" in the `extras` of an element.
+// Reads the object "kindling" in the `extras` of a glTF element.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,14 +14,16 @@
 
 namespace kindling::gltf {
 
-// Nothing in it stops the import: what is unknown, of a wrong type or out of range is ignored, with a warning that names the place,
-// the value and what is accepted. Read every key that exists, then call finish().
+// Errors in it never stop the import: keys that are unknown, of a wrong type or out of range are
+// ignored with a warning (place, value, accepted values). Read every supported key, then call
+// finish().
 class KindlingExtras {
  public:
-  // `element` and `warnings` must outlive it; `pointer` is the element's JSON pointer. Elements without such an object have no keys.
+  // `element` and `warnings` must outlive this object; `pointer` is the element's JSON pointer. An
+  // element without extras has no keys.
   KindlingExtras(const nlohmann::json& element, const std::string& pointer, Warnings& warnings);
 
-  // Which numbers a key accepts, in words too: "a number above 0".
+  // The numbers that a key accepts; `accepted` describes them: "a number above 0".
   struct Range {
     double min;
     double max;
@@ -31,9 +33,9 @@ class KindlingExtras {
   [[nodiscard]] std::optional<float> number(const char* key, const Range& range);
   [[nodiscard]] std::optional<int> integer(const char* key, const Range& range);
   [[nodiscard]] std::optional<V2f> pair(const char* key, const Range& range); // an array of two
-  // Complains about the value of a key that was read, for reasons that lie outside of it.
+  // Warns that the value of a key is ignored, for a reason outside of the value.
   void warn(const char* key, std::string_view accepted);
-  // Warns of the keys that were not asked for.
+  // Warns of keys that were never read.
   void finish();
 
  private:

@@ -8,11 +8,11 @@
 #include <cstring>
 #include <exception>
 
-// TinyGLTF::LoadFromString() takes text, parses it into a local tree with JsonParse(), and reads the
-// root's extras from that tree at the very end. The overloads here match the arguments of these two
-// calls better than tinygltf's own functions do: the first moves the lent tree into the local one, the
-// second moves it back. The text is a Loan. Should another version of tinygltf call its own functions,
-// the loan is not valid JSON, or not returned, and read_tree() reports it.
+// TinyGLTF::LoadFromString() takes text, parses it into a local tree with JsonParse(), and reads
+// the root's extras from that tree at the very end. The overloads here match the arguments of these
+// two calls better than tinygltf's own functions do: the first moves the lent tree into the local
+// one, the second moves it back. The text is a Loan. Should another version of tinygltf call its
+// own functions, the loan is not valid JSON, or not returned, and read_tree() reports it.
 namespace {
 
 struct Loan {

@@ -20,9 +20,9 @@
 namespace kindling::gltf {
 namespace tinygltf = kindling_tinygltf;
 
-// Fills tinygltf's structs from a JSON tree that is parsed already. `tree` is lent to tinygltf and the
-// same afterwards, its nodes at their addresses. Returns tinygltf's message where it fails, and the
-// tree may then be lost; else an empty string.
+// Fills tinygltf's structs from a JSON tree that is parsed already. `tree` is lent to tinygltf and
+// the same afterwards, its nodes at their addresses. Returns tinygltf's message where it fails, and
+// the tree may then be lost; else an empty string.
 [[nodiscard]] std::string read_tree(nlohmann::json& tree, tinygltf::Model& model);
 
 } // namespace kindling::gltf

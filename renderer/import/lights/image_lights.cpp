@@ -1,4 +1,4 @@
-// Image-based lights: their numbers, and the first level of their cube maps made linear.
+// Reads image-based lights, and decodes the first level of their cube maps to linear RGB.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/lights/image_lights.h"
 
@@ -32,7 +32,8 @@ const json& lights_of(const Document& document) {
   return extension == nullptr ? none : (*extension)["lights"];
 }
 
-// A list at `name` of at least one list of exactly `width` values that pass.
+// Returns the non-empty list at `name`, each entry a list of exactly `width` values that pass
+// `accept`.
 template <typename Accept>
 const json& list_of_lists(const json& light, const char* name, size_t width, std::string_view what,
                           const std::string& pointer, const Accept& accept) {
@@ -42,7 +43,7 @@ const json& list_of_lists(const json& light, const char* name, size_t width, std
     return list.is_array() && list.size() == width && std::all_of(list.begin(), list.end(), accept);
   };
   if (!found->is_array() || found->empty() || !std::all_of(found->begin(), found->end(), passes))
-    fail(fmt::format("{}/{}", pointer, name), fmt::format("accepted are lists of {} {}", width, what), "TYPE_MISMATCH");
+    fail(fmt::format("{}/{}", pointer, name), fmt::format("expected lists of {} {}", width, what), "TYPE_MISMATCH");
   return *found;
 }
 
@@ -54,7 +55,7 @@ ImageLight read_light(const Document& document, const json& object, const std::s
     const auto q = rotation->get<std::vector<float>>();
     light.rotation = Quatf(q[3], q[0], q[1], q[2]);
     if (!(light.rotation.length() > 1e-6f))
-      fail(pointer + "/rotation", "a quaternion of length 0, accepted are those of length 1", "ROTATION_NON_UNIT");
+      fail(pointer + "/rotation", "a quaternion of length 0, expected length 1", "ROTATION_NON_UNIT");
     light.rotation.normalize();
   }
   const auto is_float = [](const json& value) {
@@ -62,7 +63,7 @@ ImageLight read_light(const Document& document, const json& object, const std::s
   };
   const json& coefficients = list_of_lists(object, "irradianceCoefficients", 3, "numbers", pointer, is_float);
   if (coefficients.size() != light.irradiance_coefficients.size())
-    fail(pointer + "/irradianceCoefficients", fmt::format("{} coefficients, accepted are 9", coefficients.size()),
+    fail(pointer + "/irradianceCoefficients", fmt::format("{} coefficients, expected 9", coefficients.size()),
          "ARRAY_LENGTH_NOT_IN_LIST");
   for (size_t i = 0; i < coefficients.size(); ++i)
     light.irradiance_coefficients[i] = {coefficients[i][0].get<float>(), coefficients[i][1].get<float>(),
@@ -73,7 +74,7 @@ ImageLight read_light(const Document& document, const json& object, const std::s
   return light;
 }
 
-// Linear RGB in floats.
+// Returns the image as linear RGB in floats.
 Image linear_face(const Image& image) {
   Image face;
   face.width = image.width;
@@ -142,27 +143,26 @@ void import_image_light_faces(Document& document, Scene& scene, Warnings& warnin
     ImageLight& light = scene.image_lights[i];
     const json& images = lights_of(document)[i]["specularImages"][0];
     const std::string pointer = light_pointer(i) + "/specularImages/0";
-    std::string trouble;
-    for (size_t f = 0; f < light.faces.size() && trouble.empty(); ++f) {
+    std::string fault;
+    for (size_t f = 0; f < light.faces.size() && fault.empty(); ++f) {
       const Result<Image> pixels = read_image(document, images[f].get<int>());
       if (!pixels) {
-        trouble = pixels.error().message;
+        fault = pixels.error().message;
         break;
       }
       const int size = pixels.value().width;
       if (size != pixels.value().height || (f > 0 && size != light.faces[0]->width)) {
-        trouble = fmt::format("face {} is of {} x {} pixels, accepted are squares of one size", f, size,
-                              pixels.value().height);
+        fault = fmt::format("face {} has {} x {} pixels, expected squares of one size", f, size, pixels.value().height);
         break;
       }
       light.faces[f] = std::make_shared<const Image>(linear_face(pixels.value()));
       bytes += light.faces[f]->byte_count();
       if (bytes > document.limits.max_texture_bytes)
-        fail(pointer, fmt::format("decoded images of more than {} bytes", document.limits.max_texture_bytes));
+        fail(pointer, fmt::format("the decoded images have more than {} bytes", document.limits.max_texture_bytes));
     }
-    if (trouble.empty()) continue;
+    if (fault.empty()) continue;
     light.faces = {};
-    warnings.add("image light", pointer, fmt::format("{}: its coefficients are used alone", trouble));
+    warnings.add("image light", pointer, fmt::format("{}: only the coefficients of the light are used", fault));
   }
 }
 

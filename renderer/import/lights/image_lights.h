@@ -1,4 +1,4 @@
-// EXT_lights_image_based.
+// EXT_lights_image_based: environment lights from cube maps.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,13 +7,15 @@
 
 namespace kindling::gltf {
 
-// Fills scene.image_lights, still without images, and the light of each of scene.scenes. Needs these. Throws ImportFailure.
+// Fills scene.image_lights, without images, and the image_light of scene.scenes. Throws
+// ImportFailure.
 void import_image_lights(const Document& document, Scene& scene);
 
-// Gives those that a scene uses the six faces of the cube map's first level, which is that of roughness 0; the levels below it hold
-// nothing that a path tracer would not find out. JPEG and PNG without alpha are sRGB; with alpha they are RGBD: color (of gamma
-// 2.2, as the encoders that exist have it, for the specification is silent) divided by alpha. If a face cannot be read, or is not
-// like the others, none is there and a warning says so. Throws ImportFailure beyond ImportLimits::max_texture_bytes.
+// Loads the six faces of the first level, that of roughness 0, for the lights that a scene uses. A
+// path tracer does not need the levels for rougher surfaces. JPEG and PNG without alpha are sRGB;
+// with alpha they are RGBD: color divided by alpha, with gamma 2.2 as existing encoders use it (the
+// specification names none). If a face is unreadable or differs in size, the light has no faces,
+// with a warning. Throws ImportFailure above ImportLimits::max_texture_bytes.
 void import_image_light_faces(Document& document, Scene& scene, Warnings& warnings);
 
 } // namespace kindling::gltf

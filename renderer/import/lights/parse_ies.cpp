@@ -1,4 +1,4 @@
-// The reader of LM-63: one line that names the version, keywords, TILT, then numbers.
+// Reads LM-63: a line with the version, keywords, TILT, then numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/lights/parse_ies.h"
 
@@ -15,7 +15,7 @@
 namespace kindling::gltf {
 namespace {
 
-// Goes through the text by lines, then by words.
+// Tokenizer: lines first, then numbers.
 class IesReader {
  public:
   explicit IesReader(std::string_view text) : rest_(text) {}
@@ -38,7 +38,7 @@ class IesReader {
     return result;
   }
 
-  // Numbers stand between spaces, line ends and commas, on as many lines as their writer liked.
+  // Numbers are separated by spaces, line ends and commas; line ends have no meaning.
   float number(std::string_view what) {
     while (!rest_.empty() && (std::isspace(static_cast<unsigned char>(rest_.front())) || rest_.front() == ',')) {
       if (rest_.front() == '\n') ++line_;
@@ -52,18 +52,18 @@ class IesReader {
     rest_.remove_prefix(length);
     std::string_view digits = word;
     if (digits.front() == '+') digits.remove_prefix(1);
-    double value = 0.0; // programs write numbers that are too small for a float
+    double value = 0.0; // a double, because files have numbers too small for a float
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error != std::errc() || end != digits.data() + digits.size() ||
         !(std::fabs(value) <= static_cast<double>(FLT_MAX)))
-      refuse(fmt::format("{} for {}, accepted is a number", in_quotes(word), what));
+      refuse(fmt::format("{} for {}, expected a number", in_quotes(word), what));
     return static_cast<float>(value);
   }
 
-  int integer(std::string_view what, int least, int most) {
+  int integer(std::string_view what, int min, int max) {
     const float value = number(what);
-    if (value != std::floor(value) || value < static_cast<float>(least) || value > static_cast<float>(most))
-      refuse(fmt::format("{} for {}, accepted are whole numbers from {} to {}", value, what, least, most));
+    if (value != std::floor(value) || value < static_cast<float>(min) || value > static_cast<float>(max))
+      refuse(fmt::format("{} for {}, expected a whole number from {} to {}", value, what, min, max));
     return static_cast<int>(value);
   }
 
@@ -72,7 +72,7 @@ class IesReader {
     for (int i = 0; i < count; ++i) {
       values.push_back(number(what));
       if (i > 0 && !(values[static_cast<size_t>(i)] > values[static_cast<size_t>(i) - 1]))
-        refuse(fmt::format("{} after {} among {}s, accepted are increasing ones", values.back(),
+        refuse(fmt::format("{} after {} for {}, expected increasing angles", values.back(),
                            values[static_cast<size_t>(i) - 1], what));
     }
     return values;
@@ -85,7 +85,8 @@ class IesReader {
 
 constexpr int kMaxAngles = 4096;
 
-// Whether the last of the three factors is one: in 2002 it is for future use, in 2019 it says how the file came about.
+// True if the third factor is the ballast-lamp factor: 2002 reserves it, 2019 stores the file's
+// origin there.
 bool has_lamp_factor(std::string_view version) {
   return version.find("2002") == std::string_view::npos && version.find("2019") == std::string_view::npos;
 }
@@ -101,25 +102,25 @@ void check_range(const IesReader& reader, const Photometry& web) {
   const float h1 = web.horizontal_deg.back();
   if (web.kind != Photometry::Kind::c) {
     if (v0 < -90.01f || v1 > 90.01f)
-      reader.refuse(fmt::format("vertical angles from {} to {}, accepted with types A and B are -90 to 90", v0, v1));
+      reader.refuse(fmt::format("vertical angles from {} to {}, expected -90 to 90 for types A and B", v0, v1));
     if (h0 < -90.01f || h1 > 90.01f)
-      reader.refuse(fmt::format("horizontal angles from {} to {}, accepted with types A and B are -90 to 90", h0, h1));
+      reader.refuse(fmt::format("horizontal angles from {} to {}, expected -90 to 90 for types A and B", h0, h1));
     return;
   }
   if (v0 < -0.01f || v1 > 180.01f)
-    reader.refuse(fmt::format("vertical angles from {} to {}, accepted with type C are 0 to 180", v0, v1));
+    reader.refuse(fmt::format("vertical angles from {} to {}, expected 0 to 180 for type C", v0, v1));
   const bool around = one_of(h0, {0.0f}) && (web.horizontal_deg.size() == 1 || one_of(h1, {90.0f, 180.0f, 360.0f}));
   if (!around && !(one_of(h0, {90.0f}) && one_of(h1, {270.0f}))) {
-    // Some leave out the last angle of all around, which equals the first.
+    // Some files omit 360 degrees, which equals 0.
     if (!(one_of(h0, {0.0f}) && h1 > 180.0f && h1 < 360.0f))
       reader.refuse(
-          fmt::format("horizontal angles from {} to {}, accepted with type C are 0 alone, 0 to 90, 180 or 360, and "
+          fmt::format("horizontal angles from {} to {}, expected for type C: 0 alone, 0 to 90, 180 or 360, or "
                       "90 to 270",
                       h0, h1));
   }
 }
 
-// The first horizontal angle once more at 360 degrees, where the file leaves it out.
+// Repeats the first horizontal angle at 360 degrees where the file omits it.
 void close_circle(Photometry& web) {
   if (web.kind != Photometry::Kind::c || web.horizontal_deg.size() < 2) return;
   const float last = web.horizontal_deg.back();
@@ -141,7 +142,7 @@ Photometry parse(std::string_view text) {
   std::string_view version;
   std::string_view tilt;
   for (bool first = true; tilt.empty(); first = false) {
-    if (reader.at_end()) reader.refuse("no line 'TILT=' before the end, accepted is a file of IES LM-63");
+    if (reader.at_end()) reader.refuse("no line 'TILT=' before the end, expected a file of IES LM-63");
     const std::string_view line = reader.line();
     if (first && line.substr(0, 3) == "IES") version = line;
     if (line.substr(0, 5) == "TILT=") tilt = line.substr(5);
@@ -161,7 +162,7 @@ Photometry parse(std::string_view text) {
   if (has_lamp_factor(version)) factor *= lamp_factor;
   static_cast<void>(reader.number("the watts"));
   if (!(factor >= 0.0f && factor < 1e30f))
-    reader.refuse(fmt::format("factors that multiply to {}, accepted is a number from 0", factor));
+    reader.refuse(fmt::format("factors that multiply to {}, expected a number from 0", factor));
 
   Photometry web;
   web.kind = type == 1 ? Photometry::Kind::c : type == 2 ? Photometry::Kind::b : Photometry::Kind::a;
@@ -172,8 +173,7 @@ Photometry parse(std::string_view text) {
   if (count > reader.left()) reader.refuse(fmt::format("the file ends before its {} candela values", count));
   for (size_t i = 0; i < count; ++i) {
     const float value = reader.number("a candela value") * factor;
-    if (!(value >= -1e-3f && value < 1e30f))
-      reader.refuse(fmt::format("{} candela, accepted are numbers from 0", value));
+    if (!(value >= -1e-3f && value < 1e30f)) reader.refuse(fmt::format("{} candela, expected a number from 0", value));
     web.candela.push_back(std::max(value, 0.0f));
   }
   close_circle(web);

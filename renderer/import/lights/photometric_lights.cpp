@@ -1,4 +1,4 @@
-// Light profiles of a file and the nodes that shine with them.
+// Reads light profiles, and attaches them to nodes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/lights/photometric_lights.h"
 
@@ -16,13 +16,14 @@ using nlohmann::json;
 
 constexpr const char* kPhotometricLights = "EXT_lights_ies";
 
-// A light without a distribution: dark.
+// Returns a profile that emits nothing.
 Photometry dark() { return {.vertical_deg = {0.0f}, .horizontal_deg = {0.0f}, .candela = {0.0f}}; }
 
 Photometry read_profile(Document& document, const json& object, const std::string& pointer, Warnings& warnings) {
   const bool has_uri = object.contains("uri");
   if (has_uri == object.contains("bufferView"))
-    fail(pointer, has_uri ? "both uri and bufferView, accepted is one" : "neither uri nor bufferView, accepted is one",
+    fail(pointer,
+         has_uri ? "both uri and bufferView, expected one of them" : "neither uri nor bufferView, expected one of them",
          "ONE_OF_MISMATCH");
   OwnedBytes owned;
   Bytes bytes;

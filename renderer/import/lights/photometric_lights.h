@@ -1,4 +1,4 @@
-// EXT_lights_ies.
+// EXT_lights_ies: light profiles and the nodes that use them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,8 +7,9 @@
 
 namespace kindling::gltf {
 
-// Fills scene.photometries and appends a light to scene.lights for each node that has one. Needs scene.nodes. A profile that
-// cannot be read is a warning, and its lights are left out; one that is not of IES LM-63 is an ImportFailure.
+// Fills scene.photometries, and appends a light to scene.lights for each node that has one. Needs
+// scene.nodes. An unreadable file is a warning, and its lights are dark. Throws ImportFailure for
+// invalid IES LM-63.
 void import_photometric_lights(Document& document, Scene& scene, Warnings& warnings);
 
 } // namespace kindling::gltf

@@ -1,4 +1,4 @@
-// KHR_materials_*, one reader each. Their ranges stand in json_schema_tables.cpp.
+// Readers of KHR_materials_*, one each. json_schema_tables.cpp has their ranges.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/material_extensions.h"
 
@@ -20,13 +20,13 @@ using nlohmann::json;
 
 constexpr Rgb kWhite(1.0f, 1.0f, 1.0f);
 constexpr Rgb kBlack(0.0f, 0.0f, 0.0f);
-// The phase function at g = 1 is a delta.
+// At g = 1 the phase function is a delta.
 constexpr float kMaxScatterAnisotropy = 0.999f;
-// A nanometre: nothing is seen through less, and the coefficients of the medium stay finite.
+// One nanometer: a medium with less is opaque, and the coefficients stay finite.
 constexpr double kMinAttenuationDistance_m = 1e-9;
 
 struct Place {
-  const std::string& pointer; // of the extension object
+  const std::string& pointer; // JSON pointer of the extension object
   Warnings& warnings;
 };
 
@@ -64,7 +64,7 @@ void read_emissive_strength(const json& object, const Place&, Material& material
 void read_ior(const json& object, const Place& place, Material& material) {
   const double value = number_or(object, "ior", 1.5);
   if (value != 0.0 && value < 1.0) {
-    fail(place.pointer + "/ior", fmt::format("{}, accepted is 0 or a number from 1", value), "VALUE_NOT_IN_RANGE");
+    fail(place.pointer + "/ior", fmt::format("{}, expected 0 or a number from 1", value), "VALUE_NOT_IN_RANGE");
   }
   material.ior = static_cast<float>(value);
 }
@@ -91,7 +91,7 @@ void read_specular_glossiness(const json& object, const Place&, Material& materi
   material.specular_color_factor = rgb_or(object, "specularFactor", white);
   material.specular_color_texture = texture_slot(object, "specularGlossinessTexture");
   material.glossiness_factor = float_or(object, "glossinessFactor", 1.0f);
-  material.roughness_factor = 1.0f - material.glossiness_factor; // right where there is no texture
+  material.roughness_factor = 1.0f - material.glossiness_factor; // exact without a texture
 }
 
 void read_sheen(const json& object, const Place&, Material& material) {
@@ -117,9 +117,9 @@ void read_volume(const json& object, const Place& place, Material& material) {
   material.thickness_factor = float_or(object, "thicknessFactor", 0.0f);
   material.thickness_texture = texture_slot(object, "thicknessTexture");
   const double distance = number_or(object, "attenuationDistance", DBL_MAX);
-  if (distance == 0.0) { // as older exporters say that nothing is absorbed
+  if (distance == 0.0) { // written by older exporters for a medium without absorption
     place.warnings.add("attenuation distance", place.pointer + "/attenuationDistance",
-                       "0 is taken for infinite, accepted is a number above 0", "VALUE_NOT_IN_RANGE");
+                       "0 is read as infinity, expected a number above 0", "VALUE_NOT_IN_RANGE");
   } else if (distance <= static_cast<double>(FLT_MAX)) {
     material.attenuation_distance_m = static_cast<float>(std::max(distance, kMinAttenuationDistance_m));
   }
@@ -132,7 +132,7 @@ void read_scatter_anisotropy(const json& object, const Place& place, Material& m
   if (material.scatter_anisotropy != g) {
     place.warnings.add(
         "scatter anisotropy", place.pointer + "/scatterAnisotropy",
-        fmt::format("{} becomes {}, accepted is a number above -1 and below 1", g, material.scatter_anisotropy),
+        fmt::format("{} becomes {}, expected a number above -1 and below 1", g, material.scatter_anisotropy),
         "VALUE_NOT_IN_RANGE");
   }
 }
@@ -143,15 +143,17 @@ void read_volume_scatter(const json& object, const Place& place, Material& mater
   read_scatter_anisotropy(object, place, material);
 }
 
-// The draft's thin-walled mode: of what the surface transmits a part `strength` is scattered, (1 + g) / 2 of that forwards. Told in
-// terms of KHR_materials_transmission, KHR_materials_diffuse_transmission and the base color, which is exact where neither base
-// color nor transmission has a texture and all is scattered (strength 1); below, what is scattered back is tinted in part only.
+// The draft's thin-walled mode: a fraction `strength` of the transmitted light is scattered, (1 +
+// g) / 2 of it forwards. Expressed by KHR_materials_transmission,
+// KHR_materials_diffuse_transmission and the base color. This is exact if neither base color nor
+// transmission has a texture and strength is 1; below 1, backscattered light is tinted in part
+// only.
 void scatter_at_thin_wall(const Rgb& color, const TextureSlot& color_texture, float strength, Material& material) {
   const float scattered = material.transmission_factor * strength;
   if (scattered <= 0.0f) return;
   const float forwards = scattered * 0.5f * (1.0f + material.scatter_anisotropy);
   const float backwards = scattered - forwards;
-  const float plain = 1.0f - material.transmission_factor; // of the base: its diffuse reflection
+  const float plain = 1.0f - material.transmission_factor; // weight of the base's diffuse reflection
   material.transmission_factor -= scattered;
   material.diffuse_transmission_factor = std::clamp(forwards / (plain + scattered), 0.0f, 1.0f);
   material.diffuse_transmission_color_factor = color;
@@ -186,10 +188,10 @@ void read_scatter(const json& object, const Place& place, Material& material) {
 struct Reader {
   const char* name;
   void (*read)(const json& object, const Place& place, Material& material);
-  bool with_specular_glossiness = false; // has a meaning beside it
+  bool with_specular_glossiness = false; // true if it can be combined with KHR_materials_pbrSpecularGlossiness
 };
 
-// In this order: scatter builds upon transmission and volume.
+// Order matters: scatter depends on transmission and volume.
 constexpr Reader kReaders[] = {
     {"KHR_materials_pbrSpecularGlossiness", read_specular_glossiness, true},
     {"KHR_materials_emissive_strength", read_emissive_strength, true},
@@ -207,7 +209,7 @@ constexpr Reader kReaders[] = {
     {"KHR_materials_scatter", read_scatter},
 };
 
-// The names of all extension objects at and below a value.
+// Collects the names of all extension objects at and below a value.
 void collect_extensions(const json& value, std::set<std::string>& names) {
   if (!value.is_structured()) return;
   for (const auto& item : value.items()) {
@@ -219,7 +221,7 @@ void collect_extensions(const json& value, std::set<std::string>& names) {
   }
 }
 
-// What an unlit material is made of; the rest is for renderers that know no KHR_materials_unlit.
+// Returns the members that KHR_materials_unlit uses; the others are a fallback for other renderers.
 Material unlit_part(const Material& material) {
   Material part;
   part.name = material.name;

@@ -1,4 +1,4 @@
-// The KHR_materials_* extensions of one material, and which of them exclude each other.
+// The KHR_materials_* extensions of one material, and their mutual exclusions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,9 +11,11 @@
 
 namespace kindling::gltf {
 
-// Reads the extensions of a checked material object into `material`, whose core values are set. KHR_materials_unlit leaves base
-// color, alpha and sides; KHR_materials_pbrSpecularGlossiness takes the place of the metallic-roughness values; both set aside what
-// their specifications exclude, KHR_materials_scatter the two extensions that it replaces: a warning. Throws ImportFailure.
+// Reads the extensions of a checked material object into `material`, whose core values are set.
+// KHR_materials_unlit retains base color, alpha and sides only. KHR_materials_pbrSpecularGlossiness
+// replaces the metallic-roughness values. Both disable the extensions that their specifications
+// exclude, and KHR_materials_scatter the two that it replaces; each is a warning. Throws
+// ImportFailure.
 void read_material_extensions(const nlohmann::json& object, const std::string& pointer, Material& material,
                               Warnings& warnings);
 

@@ -1,4 +1,4 @@
-// Values of a material's JSON.
+// Typed values and texture slots from a material's JSON.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/material_values.h"
 
@@ -12,7 +12,7 @@
 namespace kindling::gltf {
 namespace {
 
-constexpr int kWrong = -2; // an index that is none: import_procedurals() says so
+constexpr int kWrong = -2; // an invalid index; import_procedurals() reports it
 
 }
 

@@ -1,4 +1,4 @@
-// Values of a material's JSON, which check_json() has checked.
+// Typed access to a material's JSON that has passed check_json().
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,11 +8,12 @@
 
 namespace kindling::gltf {
 
-// A property of an object; null: absent.
+// Returns a property of an object, or null if absent.
 [[nodiscard]] const nlohmann::json* member(const nlohmann::json& object, const char* name);
 [[nodiscard]] float float_or(const nlohmann::json& object, const char* name, float fallback);
 [[nodiscard]] Rgb rgb_or(const nlohmann::json& object, const char* name, const Rgb& fallback);
-// The textureInfo `name` of an object with its KHR_texture_transform; an absent slot where there is none.
+// Returns the textureInfo `name` of an object with its KHR_texture_transform; an empty slot if
+// absent.
 [[nodiscard]] TextureSlot texture_slot(const nlohmann::json& object, const char* name);
 
 } // namespace kindling::gltf

@@ -1,4 +1,4 @@
-// Core materials.
+// Reads the core properties of materials.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/materials.h"
 
@@ -48,7 +48,7 @@ void import_materials(const Document& document, Scene& scene, Warnings& warnings
     read_material_extensions(object, pointer, material, warnings);
     if (max_component(material.emissive_factor) > 1.0f) {
       warnings.add("emissive", pointer + "/emissiveFactor",
-                   fmt::format("{} is used as it is, although above 1 KHR_materials_emissive_strength should be",
+                   fmt::format("{} is used unchanged; values above 1 require KHR_materials_emissive_strength",
                                max_component(material.emissive_factor)),
                    "VALUE_NOT_IN_RANGE");
     }

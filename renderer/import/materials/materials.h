@@ -1,4 +1,4 @@
-// Materials of a file: core factors and textures, and the material extensions that are supported.
+// Materials of a file: core factors, textures, and supported extensions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,8 +7,8 @@
 
 namespace kindling::gltf {
 
-// Fills scene.materials. Texture slots refer to scene.textures, which has an entry for each of the file's textures.
-// Throws ImportFailure.
+// Fills scene.materials. Texture slots refer to scene.textures, one entry for each texture of the
+// file. Throws ImportFailure.
 void import_materials(const Document& document, Scene& scene, Warnings& warnings);
 
 } // namespace kindling::gltf

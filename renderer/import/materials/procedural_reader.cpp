@@ -1,4 +1,4 @@
-// Reads nodes in the order in which values flow, without recursion, and checks what they say against their definitions.
+// Reads nodes in topological order, without recursion, and checks them against their definitions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/procedural_reader.h"
 
@@ -24,37 +24,37 @@ using R = ProceduralRule;
 using S = ProceduralInput::Source;
 using T = ProceduralType;
 
-constexpr size_t kMaxPorts = 32; // of a graph or a node
+constexpr size_t kMaxPorts = 32; // inputs or outputs of a graph or a node
 
 [[noreturn]] void fault(const std::string& pointer, std::string message) {
   throw ProceduralFault{pointer, std::move(message)};
 }
 
-const json& list_of(const json& object, const char* name, const std::string& pointer, size_t most) {
+const json& list_of(const json& object, const char* name, const std::string& pointer, size_t max_size) {
   static const json kEmpty = json::array();
   const json* list = member(object, name);
   if (list == nullptr) return kEmpty;
   const std::string place = fmt::format("{}/{}", pointer, name);
-  if (!list->is_array()) fault(place, "accepted is an array of objects");
-  if (list->size() > most) fault(place, fmt::format("{} entries, at most {} are accepted", list->size(), most));
+  if (!list->is_array()) fault(place, "expected an array of objects");
+  if (list->size() > max_size) fault(place, fmt::format("{} entries, at most {} are accepted", list->size(), max_size));
   for (size_t i = 0; i < list->size(); ++i)
-    if (!(*list)[i].is_object()) fault(fmt::format("{}/{}", place, i), "accepted is an object");
+    if (!(*list)[i].is_object()) fault(fmt::format("{}/{}", place, i), "expected an object");
   return *list;
 }
 
 const std::string& text_of(const json& object, const char* name, const std::string& pointer) {
   const json* value = member(object, name);
-  if (value == nullptr || !value->is_string()) fault(fmt::format("{}/{}", pointer, name), "accepted is a string");
+  if (value == nullptr || !value->is_string()) fault(fmt::format("{}/{}", pointer, name), "expected a string");
   return value->get_ref<const std::string&>();
 }
 
-// An index below `count`; empty: absent.
+// Returns an index below `count`, or nothing if absent.
 std::optional<size_t> index_of(const json& object, const char* name, const std::string& pointer, size_t count) {
   const json* value = member(object, name);
   if (value == nullptr) return std::nullopt;
   if (!value->is_number_integer() || (!value->is_number_unsigned() && value->get<int64_t>() < 0) ||
       value->get<uint64_t>() >= count)
-    fault(fmt::format("{}/{}", pointer, name), fmt::format("accepted is an index below {}", count));
+    fault(fmt::format("{}/{}", pointer, name), fmt::format("expected an index below {}", count));
   return value->get<size_t>();
 }
 
@@ -71,7 +71,7 @@ T type_of(const json& object, const std::string& pointer) {
     std::string accepted;
     for (size_t i = 0; i <= static_cast<size_t>(T::file); ++i)
       accepted += fmt::format("{}{}", i == 0 ? "" : ", ", name_of(static_cast<T>(i)));
-    fault(pointer + "/type", fmt::format("{}, accepted are {}", in_quotes(name), accepted));
+    fault(pointer + "/type", fmt::format("{}, expected one of {}", in_quotes(name), accepted));
   }
   return *type;
 }
@@ -79,21 +79,21 @@ T type_of(const json& object, const std::string& pointer) {
 V4f value_of(const json& value, T type, const std::string& pointer) {
   const auto number = [&](const json& item) {
     const double x = item.is_number() ? item.get<double>() : std::numeric_limits<double>::quiet_NaN();
-    if (!(std::abs(x) <= 1e18)) fault(pointer, "accepted are numbers up to 1e18");
+    if (!(std::abs(x) <= 1e18)) fault(pointer, "expected numbers up to 1e18");
     return static_cast<float>(x);
   };
   const int channels = channels_of(type);
   if (type == T::boolean) {
-    if (!value.is_boolean()) fault(pointer, "accepted is true or false");
+    if (!value.is_boolean()) fault(pointer, "expected true or false");
     return V4f(value.get<bool>() ? 1.0f : 0.0f);
   }
   if (channels == 1) {
     const float x = number(value);
-    if (type == T::integer && x != std::floor(x)) fault(pointer, "accepted is an integer");
+    if (type == T::integer && x != std::floor(x)) fault(pointer, "expected an integer");
     return V4f(x);
   }
   if (!value.is_array() || value.size() != static_cast<size_t>(channels))
-    fault(pointer, fmt::format("accepted is an array of {} numbers", channels));
+    fault(pointer, fmt::format("expected an array of {} numbers", channels));
   V4f result(0.0f, 0.0f, 0.0f, 1.0f);
   for (int c = 0; c < channels; ++c) result[c] = number(value[static_cast<size_t>(c)]);
   return result;
@@ -144,7 +144,7 @@ class GraphReader {
     if (const json* name = member(graph, "name"); name != nullptr && name->is_string())
       result_.name = name->get<std::string>();
     if (const std::string& type = text_of(graph, "nodetype", pointer); type != "nodegraph")
-      fault(pointer + "/nodetype", fmt::format("{}, accepted is 'nodegraph'", in_quotes(type)));
+      fault(pointer + "/nodetype", fmt::format("{}, expected 'nodegraph'", in_quotes(type)));
   }
 
   ProceduralGraph read() {
@@ -153,7 +153,7 @@ class GraphReader {
       position_[i] = static_cast<int16_t>(result_.nodes.size());
       result_.nodes.push_back(read_node(i));
     }
-    if (outputs_.empty()) fault(pointer_ + "/outputs", "none, at least one is accepted");
+    if (outputs_.empty()) fault(pointer_ + "/outputs", "none, expected at least one");
     for (size_t i = 0; i < outputs_.size(); ++i) result_.outputs.push_back(read_output(i));
     return std::move(result_);
   }
@@ -161,7 +161,8 @@ class GraphReader {
  private:
   [[nodiscard]] std::string place_of(size_t node) const { return fmt::format("{}/nodes/{}", pointer_, node); }
 
-  // Each node after those that it reads (Kahn 1962, "Topological Sorting of Large Networks"), else by number.
+  // Sorts nodes behind their inputs (Kahn 1962, "Topological Sorting of Large Networks"), ties by
+  // number.
   [[nodiscard]] std::vector<size_t> in_order() const {
     std::vector<size_t> waits_for(nodes_.size(), 0);
     std::vector<std::vector<size_t>> readers(nodes_.size());
@@ -183,7 +184,7 @@ class GraphReader {
     if (order.size() < nodes_.size()) {
       const auto first = static_cast<size_t>(
           std::find_if(waits_for.begin(), waits_for.end(), [](size_t count) { return count > 0; }) - waits_for.begin());
-      fault(place_of(first), "its inputs depend on its own output, accepted is a graph without cycles");
+      fault(place_of(first), "its inputs depend on its own output, expected a graph without cycles");
     }
     return order;
   }
@@ -193,14 +194,14 @@ class GraphReader {
     const std::string place = place_of(i);
     const std::string& name = text_of(object, "nodetype", place);
     const ProceduralDefinition* definition = find_procedural_definition(name);
-    if (definition == nullptr)
-      fault(place + "/nodetype", fmt::format("{} is not a node that is known", in_quotes(name)));
+    if (definition == nullptr) fault(place + "/nodetype", fmt::format("{} is not a known node type", in_quotes(name)));
     ProceduralNode node{.kind = definition->kind};
     const bool several = !definition->outputs.empty();
     if (!several) {
       node.type = type_of(object, place);
       if (((definition->output_types >> static_cast<unsigned>(node.type)) & 1U) == 0)
-        fault(place + "/type", fmt::format("{} is no output of {}", in_quotes(name_of(node.type)), definition->name));
+        fault(place + "/type",
+              fmt::format("{} is not an output type of {}", in_quotes(name_of(node.type)), definition->name));
     }
     const json& ports = list_of(object, "inputs", place, kMaxPorts);
     std::vector<const json*> given(definition->inputs.size(), nullptr);
@@ -209,7 +210,7 @@ class GraphReader {
       const std::string port = fmt::format("{}/inputs/{}", place, p);
       const size_t number = input_number(*definition, ports[p], p, port);
       if (given[number] != nullptr)
-        fault(port, fmt::format("input {} a second time", in_quotes(definition->inputs[number].name)));
+        fault(port, fmt::format("input {} appears twice", in_quotes(definition->inputs[number].name)));
       given[number] = &ports[p];
       places[number] = port;
     }
@@ -225,7 +226,7 @@ class GraphReader {
       }
       if (node.inputs.back().source == S::uv0) result_.texcoord_sets |= 1U;
     }
-    // The draft's own example has it beside the inputs.
+    // The draft's example has it beside the inputs.
     if (const json* value = member(object, "value");
         value != nullptr && node.kind == Kind::constant && given[0] == nullptr)
       node.inputs[0].value = value_of(*value, node.type, place + "/value");
@@ -245,7 +246,7 @@ class GraphReader {
     std::string accepted;
     for (const ProceduralInputRule& rule : definition.inputs)
       accepted += fmt::format("{}{}", accepted.empty() ? "" : ", ", rule.name);
-    fault(place + "/name", fmt::format("not an input of {}, accepted are {}", definition.name, accepted));
+    fault(place + "/name", fmt::format("not an input of {}, expected one of {}", definition.name, accepted));
   }
 
   ProceduralInput read_input(const json& port, const ProceduralInputRule& rule, T output, T first,
@@ -254,7 +255,7 @@ class GraphReader {
     input.type = type_of(port, place);
     if (!allows(rule.rule, input.type, output, first)) {
       fault(place + "/type",
-            fmt::format("{} for input {}, accepted is {}", in_quotes(name_of(input.type)), in_quotes(rule.name),
+            fmt::format("{} for input {}, expected {}", in_quotes(name_of(input.type)), in_quotes(rule.name),
                         rule.rule == R::numeric ? "a float, a color or a vector"
                                                 : name_of(default_type(rule, output, first))));
     }
@@ -275,12 +276,12 @@ class GraphReader {
     }
     if (input.type == T::file) {
       const auto texture = index_of(*from, "texture", from_place, texture_count_);
-      if (!texture) fault(from_place, "without a texture, accepted is an index of one");
+      if (!texture) fault(from_place, "no texture, expected an index of textures");
       input.texture = static_cast<int>(*texture);
       return input;
     }
     const json* value = member(*from, "value");
-    if (value == nullptr) fault(from_place, "without a value, accepted are value, node and input");
+    if (value == nullptr) fault(from_place, "no value, expected one of value, node, input");
     if (input.type == T::string) {
       input.variant = word_number(rule, *value, from_place + "/value");
     } else {
@@ -290,23 +291,22 @@ class GraphReader {
   }
 
   static int8_t word_number(const ProceduralInputRule& rule, const json& value, const std::string& place) {
-    if (!value.is_string()) fault(place, "accepted is a string");
+    if (!value.is_string()) fault(place, "expected a string");
     std::string accepted;
     for (size_t n = 0; n < rule.words.size(); ++n) {
       if (rule.words[n].empty() || rule.words[n] == value.get_ref<const std::string&>()) return static_cast<int8_t>(n);
       accepted += fmt::format("{}{}", n == 0 ? "" : ", ", rule.words[n]);
     }
-    fault(place, fmt::format("{}, accepted are {}", in_quotes(value.get_ref<const std::string&>()), accepted));
+    fault(place, fmt::format("{}, expected one of {}", in_quotes(value.get_ref<const std::string&>()), accepted));
   }
 
-  // A port that reads node `source`, which has been read.
+  // Resolves a port that refers to node `source`, which has been read already.
   void connect(const json& port, size_t source, T type, const std::string& place, int16_t& node, int8_t& output) const {
     node = position_[source];
     const ProceduralNode& from = result_.nodes[static_cast<size_t>(node)];
     const size_t output_count = std::max(definition_of(from.kind).outputs.size(), size_t{1});
     const auto number = index_of(port, "output", place, output_count);
-    if (!number && output_count > 1)
-      fault(place, fmt::format("without output, accepted is one below {}", output_count));
+    if (!number && output_count > 1) fault(place, fmt::format("no output, expected an index below {}", output_count));
     output = static_cast<int8_t>(number.value_or(0));
     const T given = output_count > 1 ? T::float_ : from.type;
     if (given != type)
@@ -314,12 +314,12 @@ class GraphReader {
             fmt::format("{} from node {} of type {}", in_quotes(name_of(type)), source, in_quotes(name_of(given))));
   }
 
-  // What one input alone does not tell.
+  // Checks that concern several inputs.
   void check(const ProceduralNode& node, const ProceduralDefinition& definition, const std::string& place) {
     const auto at = [&](size_t n) { return static_cast<int>(std::clamp(node.inputs[n].value.x, -1e6f, 1e6f)); };
     const auto expect = [&](size_t n, int low, int high) {
       if (at(n) < low || at(n) > high)
-        fault(place, fmt::format("{} of {}, accepted is {} to {}", definition.inputs[n].name, at(n), low, high));
+        fault(place, fmt::format("{} of {}, expected {} to {}", definition.inputs[n].name, at(n), low, high));
     };
     const int channels = channels_of(node.inputs[0].type);
     switch (node.kind) {
@@ -329,7 +329,7 @@ class GraphReader {
       break;
     case Kind::geomcolor: expect(0, 0, 0); break;
     case Kind::image:
-      if (node.inputs[0].texture < 0) fault(place, "without a file, accepted is an index of a texture");
+      if (node.inputs[0].texture < 0) fault(place, "no file, expected an index of textures");
       break;
     case Kind::fractal2d:
     case Kind::fractal3d: expect(1, 0, kMaxProceduralOctaves); break;
@@ -357,10 +357,9 @@ class GraphReader {
     const std::string place = fmt::format("{}/outputs/{}", pointer_, i);
     ProceduralOutput output{.type = type_of(port, place)};
     if (!allows(R::numeric, output.type, T::float_, T::float_))
-      fault(place + "/type",
-            fmt::format("{}, accepted is a float, a color or a vector", in_quotes(name_of(output.type))));
+      fault(place + "/type", fmt::format("{}, expected a float, a color or a vector", in_quotes(name_of(output.type))));
     const auto source = index_of(port, "node", place, nodes_.size());
-    if (!source) fault(place, "without a node, accepted is an index of one");
+    if (!source) fault(place, "no node, expected an index of nodes");
     connect(port, *source, output.type, place, output.node, output.output);
     return output;
   }
@@ -370,14 +369,14 @@ class GraphReader {
   const json& inputs_;
   const json& nodes_;
   const json& outputs_;
-  std::vector<int16_t> position_; // of the file's nodes in the result
+  std::vector<int16_t> position_; // index in the result of each node of the file
   ProceduralGraph result_;
 };
 
 } // namespace
 
 ProceduralGraph read_procedural_graph(const json& graph, const std::string& pointer, size_t texture_count) {
-  if (!graph.is_object()) fault(pointer, "accepted is an object");
+  if (!graph.is_object()) fault(pointer, "expected an object");
   ProceduralGraph result = GraphReader(graph, pointer, texture_count).read();
   for (size_t i = 0; i < result.outputs.size(); ++i) {
     const ProceduralTexture compiled(result, i, [](int, bool) { return 0; });

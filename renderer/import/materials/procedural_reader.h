@@ -1,4 +1,4 @@
-// One graph of KHR_texture_procedurals, from JSON that nobody has checked.
+// Reads one graph of KHR_texture_procedurals from unchecked JSON.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,13 +11,14 @@
 
 namespace kindling::gltf {
 
-// What is wrong with a graph, and where.
+// A fault of a graph with its place.
 struct ProceduralFault {
   std::string pointer;
   std::string message;
 };
 
-// `pointer` is the graph's place in the file; file inputs name one of `texture_count` textures. Throws ProceduralFault.
+// `pointer` is the graph's place in the file; filename inputs refer to one of `texture_count`
+// textures. Throws ProceduralFault.
 [[nodiscard]] ProceduralGraph read_procedural_graph(const nlohmann::json& graph, const std::string& pointer,
                                                     size_t texture_count);
 

@@ -1,4 +1,4 @@
-// Which slots read graphs, and what happens where a graph cannot be read.
+// Resolves the graphs of texture slots, with the texture as fallback.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/procedurals.h"
 
@@ -37,7 +37,8 @@ class Importer {
     }
   }
 
-  // The graph and output that a slot names become those of the scene; where they cannot be read the texture is left.
+  // Replaces the file's graph and output indices of a slot by the scene's; leaves the texture on a
+  // fault.
   void resolve(size_t material, TextureSlot& slot) {
     if (slot.procedural == kNone) return;
     const int graph = slot.procedural, output = slot.procedural_output;
@@ -46,19 +47,19 @@ class Importer {
     const std::string place = fmt::format("/materials/{}", material);
     const size_t count = graphs_ == nullptr ? 0 : std::min(graphs_->size(), kMaxGraphs);
     if (graph < 0 || static_cast<size_t>(graph) >= count) {
-      complain(place, fmt::format("{} index {}, of which there are {}", kProcedurals, graph, count));
+      complain(place, fmt::format("{} index {}, there are {}", kProcedurals, graph, count));
       return;
     }
     const int number = number_of(static_cast<size_t>(graph));
     if (number == kNone) return;
     const ProceduralGraph& read = scene_.procedurals[static_cast<size_t>(number)];
     if (output == kNone && read.outputs.size() > 1) {
-      complain(place, fmt::format("{} index {} without output, of which the graph has {}", kProcedurals, graph,
-                                  read.outputs.size()));
+      complain(place,
+               fmt::format("{} index {} without output, the graph has {}", kProcedurals, graph, read.outputs.size()));
       return;
     }
     if (output < kNone || output >= static_cast<int>(read.outputs.size())) {
-      complain(place, fmt::format("{} output {}, of which there are {}", kProcedurals, output, read.outputs.size()));
+      complain(place, fmt::format("{} output {}, there are {}", kProcedurals, output, read.outputs.size()));
       return;
     }
     slot.procedural = number;
@@ -77,7 +78,7 @@ class Importer {
     warnings_.add("procedural " + pointer, pointer, message + "; the texture is used in its place");
   }
 
-  // In Scene::procedurals; kNone: unreadable.
+  // Returns an index into Scene::procedurals; kNone if unreadable.
   int number_of(size_t graph) {
     const auto [entry, inserted] = numbers_.try_emplace(graph, kNone);
     if (!inserted) return entry->second;
@@ -106,7 +107,7 @@ void import_procedurals(const Document& document, Scene& scene, Warnings& warnin
   for (size_t i = 0; i < scene.materials.size(); ++i) {
     Material& material = scene.materials[i];
     for (TextureSlot Material::*slot : kMaterialTextures) importer.resolve(i, material.*slot);
-    material.thickness_texture.procedural = kNone; // not read
+    material.thickness_texture.procedural = kNone; // not rendered
   }
 }
 

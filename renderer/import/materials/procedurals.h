@@ -7,9 +7,9 @@
 
 namespace kindling::gltf {
 
-// After import_materials(): reads the graphs that texture slots name, and gives each of these slots its graph in place of its
-// texture. What is wrong with a graph is an error where the file requires the extension; else it is a warning, and the slots keep their
-// textures.
+// Reads the graphs that texture slots refer to, and replaces the texture of each of these slots by
+// its graph. A fault of a graph is an error if the file requires the extension; else it is a
+// warning, and the slots retain their textures. Call after import_materials().
 void import_procedurals(const Document& document, Scene& scene, Warnings& warnings);
 
 } // namespace kindling::gltf

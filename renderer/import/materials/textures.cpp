@@ -1,4 +1,4 @@
-// Samplers, and the fetching, comparing and decoding of files.
+// Samplers; loading, deduplication and decoding of images.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/textures.h"
 
@@ -32,7 +32,7 @@ TextureWrap to_wrap(int code) {
   return TextureWrap::repeat;
 }
 
-// The images of a texture, the preferred one first: of the extensions before the plain source, as they say.
+// Returns the images of a texture by preference: those of extensions, then the plain source.
 std::vector<int> images_of(const Document& document, size_t texture) {
   const json& object = (*document.json)["textures"][texture];
   std::vector<int> images;
@@ -47,11 +47,11 @@ std::vector<int> images_of(const Document& document, size_t texture) {
   return images;
 }
 
-// One image of the file: its encoded bytes, then what came of them.
+// One image of the file: encoded bytes and decoded result.
 struct ImageFile {
   int image = kNone; // index into the file's images
   std::string name;
-  OwnedBytes owned; // where the bytes are not part of a buffer
+  OwnedBytes owned; // unless the bytes are part of a buffer
   Bytes bytes;
   std::string error; // not empty: unreadable
   uint64_t hash = 0;
@@ -100,12 +100,12 @@ void check_image_objects(const Document& document) {
     const bool has_uri = (*images)[i].contains("uri");
     if (has_uri != (*images)[i].contains("bufferView")) continue;
     fail(fmt::format("/images/{}", i),
-         has_uri ? "both uri and bufferView, accepted is one" : "neither uri nor bufferView, accepted is one",
+         has_uri ? "both uri and bufferView, expected one of them" : "neither uri nor bufferView, expected one of them",
          "ONE_OF_MISMATCH");
   }
 }
 
-// Textures that a slot of some material refers to.
+// Returns for each texture whether a material refers to it.
 std::vector<bool> used_textures(const Scene& scene) {
   std::vector<bool> used(scene.textures.size(), false);
   for (const Material& material : scene.materials) {
@@ -120,7 +120,7 @@ std::vector<bool> used_textures(const Scene& scene) {
   return used;
 }
 
-// Equal bytes are one file, whatever their names.
+// Finds images with equal bytes.
 void find_equal(std::vector<ImageFile>& files) {
   std::multimap<std::tuple<uint64_t, size_t>, size_t> seen;
   for (size_t i = 0; i < files.size(); ++i) {
@@ -146,11 +146,11 @@ Result<std::shared_ptr<const Image>> keep(TextureMemory* memory, Image&& image) 
   return std::make_shared<const Image>(std::move(image));
 }
 
-// Decodes the images from index `first` on.
+// Decodes the images from index `first` on, in parallel.
 void decode_all(const Document& document, std::vector<ImageFile>& files, size_t first, TextureMemory* memory,
                 ProgressListener* listener) {
   std::mutex mutex;
-  std::string not_kept; // why one could not be
+  std::string storage_error; // of the texture memory
   size_t done = 0;
   std::atomic<uint64_t> total{0};
   for (size_t i = 0; i < first; ++i) {
@@ -167,7 +167,7 @@ void decode_all(const Document& document, std::vector<ImageFile>& files, size_t 
           file.decoded = std::move(kept).value();
         } else {
           const std::lock_guard lock(mutex);
-          not_kept = kept.error().message;
+          storage_error = kept.error().message;
         }
       } else {
         file.error = image.error().message;
@@ -180,13 +180,13 @@ void decode_all(const Document& document, std::vector<ImageFile>& files, size_t 
                            .done = static_cast<double>(done),
                            .total = static_cast<double>(files.size() - first)});
   });
-  if (!not_kept.empty()) fail("/images", not_kept);
+  if (!storage_error.empty()) fail("/images", storage_error);
   if (total.load() > document.limits.max_texture_bytes) {
-    fail("/images", fmt::format("decoded images of more than {} bytes", document.limits.max_texture_bytes));
+    fail("/images", fmt::format("the decoded images have more than {} bytes", document.limits.max_texture_bytes));
   }
 }
 
-// Fetches and decodes the images from index `first` on.
+// Loads and decodes the images from index `first` on.
 void load_files(Document& document, std::vector<ImageFile>& files, size_t first, TextureMemory* memory,
                 ProgressListener* listener) {
   tbb::parallel_for(first, files.size(), [&](size_t i) {
@@ -195,7 +195,7 @@ void load_files(Document& document, std::vector<ImageFile>& files, size_t first,
   });
   for (size_t i = first; i < files.size(); ++i) {
     const ImageFile& file = files[i];
-    if (file.owned.size() == 0) continue; // in a buffer, which has been counted
+    if (file.owned.size() == 0) continue; // part of a buffer, which is hashed already
     document.bytes_read += file.bytes.size();
     document.content_hash = hash_bytes(std::as_bytes(std::span(&file.hash, 1)), document.content_hash);
   }
@@ -240,11 +240,11 @@ void import_images(Document& document, Scene& scene, TextureMemory* memory, Prog
     max_images = std::max(max_images, images[i].size());
     if (images[i].empty()) {
       warnings.add("no source", fmt::format("/textures/{}", i),
-                   "a texture without an image that can be read: the material's factor is used alone");
+                   "a texture without a readable image: the material's factor is used alone");
     }
   }
 
-  // First what each texture prefers, then, where that could not be read, what it names besides.
+  // Load the preferred image of each texture, then the next one of those whose image is unreadable.
   for (size_t rank = 0; rank < max_images; ++rank) {
     const size_t first = files.size();
     const auto wanted = [&](size_t i) { return scene.textures[i].image == nullptr && rank < images[i].size(); };
@@ -265,16 +265,16 @@ void import_images(Document& document, Scene& scene, TextureMemory* memory, Prog
     }
   }
 
-  std::set<int> missed; // images of textures that have got none
+  std::set<int> failed_images; // images of textures without any readable one
   for (size_t i = 0; i < used.size(); ++i) {
-    if (scene.textures[i].image == nullptr) missed.insert(images[i].begin(), images[i].end());
+    if (scene.textures[i].image == nullptr) failed_images.insert(images[i].begin(), images[i].end());
   }
   for (const ImageFile& file : files) {
     if (file.decoded != nullptr) continue;
     warnings.add(fmt::format("image {}", file.image), fmt::format("/images/{}", file.image),
                  fmt::format("{}: {}", file.error,
-                             missed.contains(file.image) ? "the material's factor is used alone"
-                                                         : "the texture's other image is used"));
+                             failed_images.contains(file.image) ? "the material's factor is used alone"
+                                                                : "the texture's other image is used"));
   }
 }
 

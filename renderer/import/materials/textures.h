@@ -1,4 +1,4 @@
-// Textures of a file: samplers, and the images that materials use, decoded in parallel.
+// Textures of a file: samplers, and parallel decoding of the images in use.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,18 +11,19 @@ class TextureMemory;
 
 namespace kindling::gltf {
 
-// Fills scene.textures (one for each of the file's, images still null).
+// Fills scene.textures, one for each texture of the file, without images.
 void import_samplers(const Document& document, Scene& scene);
 
-// Gives an Image to each texture that a material uses; equal images are held once, even under two names. A texture
-// of which one image cannot be read gets its next (of KHR_texture_basisu, EXT_texture_webp, the plain source); what
-// cannot be read is a warning. Adds the images' bytes to document.content_hash. Throws ImportFailure if the images need
-// more than ImportLimits::max_texture_bytes.
+// Sets the Image of each texture that a material uses; images with equal bytes are stored once. If
+// an image is unreadable, a warning, the texture gets its next one, in the order
+// KHR_texture_basisu, EXT_texture_webp, plain source. Adds the images' bytes to
+// document.content_hash. Throws ImportFailure if the images need more than
+// ImportLimits::max_texture_bytes.
 void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
                    Warnings& warnings);
 
-// One image of the file's images by its index, for those who are no texture; the error is one line without the place. Adds its
-// bytes to document.content_hash.
+// Returns one of the file's images by index, for uses other than textures. The error is one line
+// without the place. Adds the image's bytes to document.content_hash.
 [[nodiscard]] Result<Image> read_image(Document& document, int image);
 
 } // namespace kindling::gltf

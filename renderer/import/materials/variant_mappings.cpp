@@ -1,4 +1,4 @@
-// Names and mappings of variants.
+// Reads the names and mappings of material variants.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/variant_mappings.h"
 
@@ -41,10 +41,10 @@ std::vector<VariantMaterial> read_variant_mappings(const Document& document, siz
                      message, code);
       };
       if (variant >= variant_count) {
-        warn("variant", fmt::format("{}, which of the {} variants is none", variant, variant_count),
+        warn("variant", fmt::format("{} is not one of the {} variants", variant, variant_count),
              "UNRESOLVED_REFERENCE");
       } else if (!seen.insert(variant).second) {
-        warn("variant twice", fmt::format("variant {} has a material by an earlier mapping, which is used", variant),
+        warn("variant twice", fmt::format("an earlier mapping of variant {} is used", variant),
              "KHR_MATERIALS_VARIANTS_NON_UNIQUE_VARIANT");
       } else {
         result.push_back({.variant = static_cast<int>(variant), .material = material});

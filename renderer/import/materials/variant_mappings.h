@@ -1,4 +1,4 @@
-// KHR_materials_variants: which material a primitive has in which variant.
+// KHR_materials_variants: names of variants, and the materials of primitives by variant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,11 +9,11 @@
 
 namespace kindling::gltf {
 
-// Scene::variants: names, which may be equal.
+// Returns the names for Scene::variants; they need not be unique.
 [[nodiscard]] std::vector<std::string> read_variant_names(const Document& document);
 
-// The mappings of one primitive, those of equal variants from the first on. A variant that is none, or that has a material already,
-// is a warning.
+// Returns the mappings of one primitive, the first for each variant. An invalid variant, or a
+// second mapping of one, is a warning.
 [[nodiscard]] std::vector<VariantMaterial> read_variant_mappings(const Document& document, size_t mesh,
                                                                  size_t primitive, size_t variant_count,
                                                                  Warnings& warnings);

@@ -1,4 +1,4 @@
-// The list of primitives to read, and their reading in parallel.
+// Checks all primitives in order, then reads them in parallel.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/meshes/meshes.h"
 
@@ -41,7 +41,7 @@ void check_targets(const Document& document, size_t mesh) {
   }
 }
 
-// Its own material, then those of its variants.
+// Returns the material of a primitive, then those of its variants.
 std::vector<const Material*> materials_of(const Document& document, const Scene& scene, const Job& job) {
   std::vector<const Material*> materials;
   const int own = document.core.meshes[job.mesh].primitives[job.primitive].material;
@@ -98,7 +98,7 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings, WorkTim
   });
   tangents = tangents_clock.elapsed();
   for (Job& job : jobs) {
-    if (job.failure) std::rethrow_exception(job.failure); // the first in the file's order, whichever was first in time
+    if (job.failure) std::rethrow_exception(job.failure); // the first in the order of the file
     warnings.append(job.warnings);
     if (!job.result) continue;
     job.result->variant_materials = std::move(job.variant_materials);

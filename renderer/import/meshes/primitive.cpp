@@ -1,4 +1,4 @@
-// From the accessors of one primitive to vertices and triangles.
+// Reads the vertices and triangles of one primitive from its accessors.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/meshes/primitive.h"
 
@@ -34,7 +34,7 @@ std::string primitive_pointer(size_t mesh, size_t primitive) {
   return fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
 }
 
-// "TEXCOORD_3" with prefix "TEXCOORD_" is 3; -1 for other names.
+// Returns 3 for "TEXCOORD_3" with prefix "TEXCOORD_"; -1 for other names.
 int set_number(std::string_view name, std::string_view prefix) {
   if (name.size() <= prefix.size() || name.substr(0, prefix.size()) != prefix) return -1;
   const std::string_view digits = name.substr(prefix.size());
@@ -66,7 +66,7 @@ void require_joints(const AccessorView& view, const std::string& pointer) {
                     (view.component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
                      view.component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
   if (!fits) {
-    fail(pointer, "accepted for joints is VEC4 of UNSIGNED_BYTE or UNSIGNED_SHORT, not normalized",
+    fail(pointer, "joints must be VEC4 of UNSIGNED_BYTE or UNSIGNED_SHORT, not normalized",
          "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT");
   }
 }
@@ -77,12 +77,12 @@ void require_indices(const AccessorView& view, const std::string& pointer) {
                      view.component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
                      view.component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
   if (!fits) {
-    fail(pointer, "accepted for indices is SCALAR of UNSIGNED_BYTE, UNSIGNED_SHORT or UNSIGNED_INT, not normalized",
+    fail(pointer, "indices must be SCALAR of UNSIGNED_BYTE, UNSIGNED_SHORT or UNSIGNED_INT, not normalized",
          "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT");
   }
 }
 
-// The sets 0, 1, ... of joints come with as many of weights.
+// Checks that there are as many sets of weights as of joints, and returns their number.
 int check_joint_sets(const tinygltf::Primitive& core, const std::string& pointer) {
   int joints = 0;
   int weights = 0;
@@ -90,7 +90,7 @@ int check_joint_sets(const tinygltf::Primitive& core, const std::string& pointer
   while (core.attributes.contains(fmt::format("WEIGHTS_{}", weights))) ++weights;
   if (joints != weights) {
     fail(pointer + "/attributes",
-         fmt::format("{} sets of JOINTS and {} of WEIGHTS, accepted are equal numbers", joints, weights),
+         fmt::format("{} sets of JOINTS and {} of WEIGHTS, expected equal numbers", joints, weights),
          "MESH_PRIMITIVE_JOINTS_WEIGHTS_MISMATCH");
   }
   if (joints > kMaxJointSets) {
@@ -99,7 +99,7 @@ int check_joint_sets(const tinygltf::Primitive& core, const std::string& pointer
   return joints;
 }
 
-// The views of one primitive's accessors: the file's, or what Draco made of them.
+// Views of one primitive's attributes, from accessors or from decoded Draco data.
 class Source {
  public:
   Source(const Document& document, const tinygltf::Primitive& core, DracoPrimitive draco)
@@ -154,8 +154,7 @@ void read_skinning(const Source& source, std::span<const uint32_t> gather, int s
     const std::string semantic = fmt::format("WEIGHTS_{}", set);
     const std::vector<V4f> weights = read_vectors<V4f>(source.attribute(semantic), gather);
     if (!all_finite(as_floats(weights)))
-      fail(fmt::format("{}/attributes/{}", pointer, semantic), "a weight that is no finite number",
-           "ACCESSOR_INVALID_FLOAT");
+      fail(fmt::format("{}/attributes/{}", pointer, semantic), "a weight that is not finite", "ACCESSOR_INVALID_FLOAT");
     primitive.weights.insert(primitive.weights.end(), weights.begin(), weights.end());
   }
   normalize_weights(primitive);
@@ -165,7 +164,7 @@ template <typename V>
 std::vector<V> read_deltas(const AccessorView& view, std::span<const uint32_t> gather, const std::string& pointer) {
   if (view.data == nullptr && view.sparse_count == 0) return {}; // all zero
   std::vector<V> deltas = read_vectors<V>(view, gather);
-  if (!all_finite(as_floats(deltas))) fail(pointer, "a value that is no finite number", "ACCESSOR_INVALID_FLOAT");
+  if (!all_finite(as_floats(deltas))) fail(pointer, "a value that is not finite", "ACCESSOR_INVALID_FLOAT");
   return deltas;
 }
 
@@ -211,7 +210,8 @@ bool need_tangents(std::span<const Material* const> materials) {
                      [](const Material* material) { return tangent_texcoord_set(*material).has_value(); });
 }
 
-// Along the texture coordinates of the first material that needs tangents and has them: a primitive has one frame.
+// Computes tangents from the texture coordinates of the first material that needs tangents and has
+// these coordinates: a primitive has one tangent frame.
 void make_tangents(std::span<const Material* const> materials, const std::string& pointer, Primitive& primitive,
                    Warnings& warnings) {
   for (const Material* material : materials) {
@@ -222,9 +222,9 @@ void make_tangents(std::span<const Material* const> materials, const std::string
   }
   const bool anisotropic = std::any_of(materials.begin(), materials.end(),
                                        [](const Material* material) { return material->anisotropy_strength > 0.0f; });
-  if (!anisotropic) return; // what misses the coordinates of a normal texture has been said
+  if (!anisotropic) return; // missing coordinates of a normal texture have been reported
   warnings.add("tangent space", pointer + "/material",
-               "anisotropy without a direction: there are neither TANGENT nor texture coordinates to make it of",
+               "anisotropy without a direction: the primitive has neither TANGENT nor texture coordinates",
                "MESH_PRIMITIVE_NO_TANGENT_SPACE");
 }
 
@@ -242,7 +242,7 @@ void check_primitive(const Document& document, size_t mesh, size_t index, Elemen
   if (draco != nullptr) {
     const std::string place = pointer + "/extensions/KHR_draco_mesh_compression";
     const DracoCounts counts = declared_draco_counts(document, *draco, place);
-    // What libdraco builds for each face and vertex while it decodes is charged as well.
+    // Includes the memory that libdraco needs for each face and vertex while it decodes.
     budget.charge(counts.faces * 6 + counts.vertices * 6, place);
     vertices = std::max(vertices, counts.vertices);
     corners = counts.faces * 3;
@@ -255,7 +255,7 @@ void check_primitive(const Document& document, size_t mesh, size_t index, Elemen
   budget.charge(corners + listed, pointer + "/indices");
 
   const auto charge = [&](const AccessorView& view, const std::string& place) {
-    // Sparse values and those without bytes of the file are held for all vertices for a while, others for those in use.
+    // Sparse and all-zero accessors are decoded for all vertices, others for the used ones.
     const bool whole = view.sparse_count > 0 || (view.data == nullptr && draco == nullptr);
     budget.charge(whole ? view.count : std::min(vertices, listed), place);
   };
@@ -316,7 +316,8 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
     for (const auto& [semantic, accessor] : core.attributes) {
       if (source.attribute(semantic).count != source.draco().vertex_count) {
         fail(fmt::format("{}/attributes/{}", pointer, semantic),
-             fmt::format("not {} elements as the Draco data", source.draco().vertex_count),
+             fmt::format("the Draco data have {} elements, this accessor has another count",
+                         source.draco().vertex_count),
              "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT");
       }
     }
@@ -324,7 +325,8 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
       for (const auto& [semantic, accessor] : core.targets[t]) {
         if (document.core.accessors[static_cast<size_t>(accessor)].count != source.draco().vertex_count) {
           fail(fmt::format("{}/targets/{}/{}", pointer, t, semantic),
-               fmt::format("not {} elements as the Draco data", source.draco().vertex_count),
+               fmt::format("the Draco data have {} elements, this accessor has another count",
+                           source.draco().vertex_count),
                "MESH_PRIMITIVE_MORPH_TARGET_INVALID_ATTRIBUTE_COUNT");
         }
       }

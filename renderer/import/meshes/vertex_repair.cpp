@@ -1,4 +1,4 @@
-// Repairs of vertex attributes, in parallel.
+// Parallel repair of vertex attributes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/meshes/vertex_repair.h"
 
@@ -16,7 +16,7 @@ namespace {
 constexpr float kFarthest = 1e18f;
 constexpr size_t kVertexGrain = 1U << 14;
 
-// f(i) is true for values that are fine; returns how many are not.
+// Returns the number of i in [0, count) for which f(i) is false.
 template <typename F>
 size_t count_bad(size_t count, F&& f) {
   std::atomic<size_t> bad{0};
@@ -28,7 +28,7 @@ size_t count_bad(size_t count, F&& f) {
   return bad.load();
 }
 
-// False, and v unchanged, if it has no direction.
+// Returns false, with v unchanged, if it has no direction.
 bool normalize(V3f& v) {
   const V3d wide(v.x, v.y, v.z);
   const double length = std::sqrt(wide.dot(wide));
@@ -49,7 +49,7 @@ void check_positions(const Primitive& primitive, const std::string& pointer) {
   size_t first = 0;
   while (fine(first)) ++first;
   const V3f& p = primitive.positions[first];
-  fail(pointer, fmt::format("vertex ({}, {}, {}), accepted are finite numbers up to 1e18", p.x, p.y, p.z),
+  fail(pointer, fmt::format("vertex ({}, {}, {}), expected finite numbers up to 1e18", p.x, p.y, p.z),
        "ACCESSOR_INVALID_FLOAT");
 }
 
@@ -82,7 +82,7 @@ void repair_tangents(Primitive& primitive, const std::string& pointer, Warnings&
     return true;
   });
   if (bad == 0) return;
-  warnings.add("tangents", pointer, fmt::format("{} tangents without a direction: all are made anew", bad),
+  warnings.add("tangents", pointer, fmt::format("{} tangents without a direction: all are recomputed", bad),
                "ACCESSOR_VECTOR3_NON_UNIT");
   primitive.tangents.clear();
 }
@@ -95,8 +95,7 @@ void repair_texcoords(std::vector<V2f>& texcoords, const std::string& pointer, W
     return false;
   });
   if (bad > 0)
-    warnings.add("texcoords", pointer,
-                 fmt::format("{} texture coordinates that are no finite numbers are set to 0", bad),
+    warnings.add("texcoords", pointer, fmt::format("{} texture coordinates that are not finite are set to 0", bad),
                  "ACCESSOR_INVALID_FLOAT");
 }
 
@@ -111,7 +110,7 @@ void clamp_colors(std::vector<V4f>& colors, const std::string& pointer, Warnings
     return fine;
   });
   if (bad > 0)
-    warnings.add("colors", pointer, fmt::format("{} vertex colors that are no numbers are set to 1", bad),
+    warnings.add("colors", pointer, fmt::format("{} vertex colors that are NaN are set to 1", bad),
                  "ACCESSOR_INVALID_FLOAT");
 }
 

@@ -1,4 +1,4 @@
-// Channels with their key times and values, checked.
+// Reads and checks animation channels.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/nodes/animations.h"
 
@@ -49,8 +49,9 @@ std::optional<int> take_index(std::string_view& text) {
   return index;
 }
 
-// KHR_animation_pointer: animated_members.h knows the names of all but "/nodes/3/rotation", "/nodes/3/weights/1",
-// "/nodes/3/extensions/KHR_node_visibility/visible" and their like.
+// Resolves pointers of KHR_animation_pointer to properties of nodes: "/nodes/3/rotation",
+// "/nodes/3/weights/1", "/nodes/3/extensions/KHR_node_visibility/visible". animated_members.h has
+// all others.
 std::optional<Target> parse_pointer(std::string_view text, Scene& scene) {
   Target target;
   if (const auto member = find_animated_member(scene, text)) {
@@ -92,7 +93,7 @@ std::optional<Target> find_target(const tinygltf::AnimationChannel& core, const 
     }
     return target;
   }
-  if (core.target_node < 0) return std::nullopt; // as the specification says
+  if (core.target_node < 0) return std::nullopt; // the specification ignores such channels
   const auto property = property_of(core.target_path);
   if (!property) {
     warnings.add("path", pointer + "/target/path",
@@ -102,7 +103,7 @@ std::optional<Target> find_target(const tinygltf::AnimationChannel& core, const 
   return Target{core.target_node, *property};
 }
 
-// Neither a bufferView nor sparse values: all zero.
+// True for an accessor with neither a bufferView nor sparse values: all zero.
 bool lacks_data(const Document& document, int accessor) {
   const tinygltf::Accessor& core = document.core.accessors[static_cast<size_t>(accessor)];
   return core.bufferView < 0 && !core.sparse.isSparse;
@@ -113,15 +114,14 @@ std::vector<float> read_times(const Document& document, int accessor, bool cubic
   const AccessorView view = view_accessor(document, accessor, pointer);
   require_format(view, {.components = 1}, pointer, "key times", "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT");
   if (cubic && view.count < 2) {
-    fail(pointer, "1 key with CUBICSPLINE, accepted are at least 2",
-         "ANIMATION_SAMPLER_INPUT_ACCESSOR_TOO_FEW_ELEMENTS");
+    fail(pointer, "1 key with CUBICSPLINE, expected at least 2", "ANIMATION_SAMPLER_INPUT_ACCESSOR_TOO_FEW_ELEMENTS");
   }
   budget.charge(view.count, pointer);
   std::vector<float> times = read_vectors<float>(view);
-  if (!all_finite(times)) fail(pointer, "a time that is no finite number", "ACCESSOR_INVALID_FLOAT");
-  if (lacks_data(document, accessor)) return times; // import_animations() leaves the channel out
+  if (!all_finite(times)) fail(pointer, "a time that is not finite", "ACCESSOR_INVALID_FLOAT");
+  if (lacks_data(document, accessor)) return times; // import_animations() skips the channel
   if (times.front() < 0.0f) {
-    fail(pointer, fmt::format("first key at {} s, accepted are times from 0", times.front()),
+    fail(pointer, fmt::format("first key at {} s, expected times from 0", times.front()),
          "ACCESSOR_ANIMATION_INPUT_NEGATIVE");
   }
   for (size_t i = 1; i < times.size(); ++i) {
@@ -152,13 +152,13 @@ void read_values(const Document& document, int accessor, size_t scalars, const s
   require_format(view, format, pointer, "these values", kFormat);
   const size_t expected = scalars / static_cast<size_t>(format.components);
   if (view.count != expected) {
-    fail(pointer, fmt::format("{} values for {} keys, accepted are {}", view.count, channel.times_s.size(), expected),
+    fail(pointer, fmt::format("{} values for {} keys, expected {}", view.count, channel.times_s.size(), expected),
          "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT");
   }
   budget.charge(view.count, pointer);
   channel.values.resize(scalars);
   read_floats(view, {}, channel.values.data(), format.components);
-  if (!all_finite(channel.values)) fail(pointer, "a value that is no finite number", "ACCESSOR_INVALID_FLOAT");
+  if (!all_finite(channel.values)) fail(pointer, "a value that is not finite", "ACCESSOR_INVALID_FLOAT");
 }
 
 void normalize_rotations(std::vector<float>& values, const std::string& pointer) {
@@ -166,7 +166,7 @@ void normalize_rotations(std::vector<float>& values, const std::string& pointer)
     double square = 0.0;
     for (size_t c = 0; c < 4; ++c) square += static_cast<double>(values[i + c]) * static_cast<double>(values[i + c]);
     if (!(square > 1e-12)) {
-      fail(pointer, fmt::format("quaternion {} has length 0, accepted are those of length 1", i / 4),
+      fail(pointer, fmt::format("quaternion {} has length 0, expected length 1", i / 4),
            "ACCESSOR_ANIMATION_SAMPLER_OUTPUT_NON_NORMALIZED_QUATERNION");
     }
     const double scale = 1.0 / std::sqrt(square);
@@ -174,7 +174,7 @@ void normalize_rotations(std::vector<float>& values, const std::string& pointer)
   }
 }
 
-// What the target allows, and how many numbers a key has.
+// Checks that the node can have the target, and returns the number of values per key.
 int check_target(const Document& document, Scene& scene, const Target& target, const std::string& pointer) {
   if (target.property == AnimatedProperty::member)
     return static_cast<int>(animated_values(scene, target.member).size());
@@ -195,7 +195,7 @@ int check_target(const Document& document, Scene& scene, const Target& target, c
   default:
     if (node.matrix) {
       fail(pointer,
-           fmt::format("node {} has a matrix, accepted are nodes with translation, rotation and scale", target.node),
+           fmt::format("node {} has a matrix, expected a node with translation, rotation and scale", target.node),
            "ANIMATION_CHANNEL_TARGET_NODE_MATRIX");
     }
     return target.property == AnimatedProperty::rotation ? 4 : 3;
@@ -236,8 +236,8 @@ void import_animations(Document& document, Scene& scene, Warnings& warnings) {
       channel.times_s = read_times(document, sampler.input, cubic, place + "/input", budget);
       const size_t scalars = channel.times_s.size() * static_cast<size_t>(channel.components) * (cubic ? 3 : 1);
       read_values(document, sampler.output, scalars, place + "/output", budget, channel);
-      if (lacks_data(document, sampler.input)) { // all zero: no times that increase
-        warnings.add("no keys", pointer, "an animation whose key times have no data has no effect");
+      if (lacks_data(document, sampler.input)) { // all times are zero
+        warnings.add("no keys", pointer, "an animation without key times has no effect");
         continue;
       }
       if (is_rotation(channel) && !cubic) normalize_rotations(channel.values, place + "/output");

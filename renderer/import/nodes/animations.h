@@ -7,8 +7,8 @@
 
 namespace kindling::gltf {
 
-// Fills scene.animations; needs scene.nodes. Channels without a target and those that animate what is not supported are
-// left out, the latter with a warning. Throws ImportFailure.
+// Fills scene.animations; needs scene.nodes. Skips channels without a target, and with a warning
+// those whose target is not supported. Throws ImportFailure.
 void import_animations(Document& document, Scene& scene, Warnings& warnings);
 
 } // namespace kindling::gltf

@@ -1,4 +1,4 @@
-// The lens and the shutter of a camera, from its extras.
+// Lens and shutter of a camera, from its extras.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,8 @@
 
 namespace kindling::gltf {
 
-// Fills camera.lens and camera.shutter; `object` is the camera's JSON, `pointer` says where it is. The README of this folder lists the keys.
+// Fills camera.lens and camera.shutter. `object` is the camera's JSON at `pointer`.
+// renderer/import/README.md lists the keys.
 void read_camera_extras(const nlohmann::json& object, const std::string& pointer, SceneCamera& camera,
                         Warnings& warnings);
 

@@ -1,4 +1,4 @@
-// Cameras and KHR_lights_punctual.
+// Reads cameras and KHR_lights_punctual.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/extensions.h"
 #include "renderer/import/nodes/camera_extras.h"
@@ -22,12 +22,12 @@ void import_cameras(const Document& document, Scene& scene, Warnings& warnings) 
     const std::string pointer = fmt::format("/cameras/{}", i);
     SceneCamera camera;
     camera.name = core.name;
-    // tinygltf has checked that the object of the type is there.
+    // tinygltf has checked that the object of this type exists.
     if (core.type == "perspective") {
       const json& lens = object["perspective"];
       camera.kind = SceneCamera::Kind::perspective;
       if (core.perspective.yfov >= 3.14159265358979) {
-        fail(pointer + "/perspective/yfov", fmt::format("{}, accepted are angles below pi", core.perspective.yfov),
+        fail(pointer + "/perspective/yfov", fmt::format("{}, expected an angle below pi", core.perspective.yfov),
              "CAMERA_YFOV_GEQUAL_PI");
       }
       camera.yfov_rad = f(core.perspective.yfov);
@@ -39,7 +39,7 @@ void import_cameras(const Document& document, Scene& scene, Warnings& warnings) 
       camera.xmag = f(std::abs(core.orthographic.xmag));
       camera.ymag = f(std::abs(core.orthographic.ymag));
       if (camera.xmag == 0.0f || camera.ymag == 0.0f) {
-        fail(pointer + "/orthographic", "xmag or ymag is 0, accepted are other numbers", "CAMERA_XMAG_YMAG_ZERO");
+        fail(pointer + "/orthographic", "xmag or ymag is 0, expected other values", "CAMERA_XMAG_YMAG_ZERO");
       }
       camera.znear = f(core.orthographic.znear);
       camera.zfar = f(core.orthographic.zfar);

@@ -1,4 +1,4 @@
-// One key for each kind of light.
+// Reads the key of each kind of light.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/nodes/light_extras.h"
 

@@ -1,4 +1,4 @@
-// The size of a punctual light, from its extras.
+// Size of a punctual light, from its extras.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace kindling::gltf {
 
-// Fills the radius or the angle of `light`, whose kind is known; `object` is its JSON, `pointer` says where it is. The README of this
-// folder lists the keys.
+// Fills the radius or the angle of `light`, whose kind is set. `object` is its JSON at `pointer`.
+// renderer/import/README.md lists the keys.
 void read_light_extras(const nlohmann::json& object, const std::string& pointer, PunctualLight& light,
                        Warnings& warnings);
 

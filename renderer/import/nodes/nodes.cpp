@@ -1,4 +1,4 @@
-// Nodes, their tree, and scenes.
+// Reads nodes, instances and scenes, and checks the tree.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/nodes/nodes.h"
 
@@ -27,7 +27,7 @@ V3f to_v3f(const std::vector<double>& values) {
 void read_transform(const tinygltf::Node& core, const json& object, const std::string& pointer, Node& node) {
   if (!core.matrix.empty()) {
     if (object.contains("translation") || object.contains("rotation") || object.contains("scale")) {
-      fail(pointer + "/matrix", "a node with a matrix and translation, rotation or scale, accepted is one of both",
+      fail(pointer + "/matrix", "a matrix beside translation, rotation or scale, expected one or the other",
            "NODE_MATRIX_TRS");
     }
     M44f matrix;
@@ -36,7 +36,7 @@ void read_transform(const tinygltf::Node& core, const json& object, const std::s
       const float wanted = row == 3 ? 1.0f : 0.0f;
       if (std::abs(matrix[row][3] - wanted) > 1e-5f) {
         fail(pointer + "/matrix",
-             fmt::format("element {} is {}, accepted is an affine matrix with {}", row * 4 + 3, matrix[row][3], wanted),
+             fmt::format("element {} is {}, expected an affine matrix with {}", row * 4 + 3, matrix[row][3], wanted),
              "NODE_MATRIX_NON_TRS");
       }
       matrix[row][3] = wanted;
@@ -50,13 +50,13 @@ void read_transform(const tinygltf::Node& core, const json& object, const std::s
     const std::vector<double>& q = core.rotation;
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(length > 1e-6))
-      fail(pointer + "/rotation", "a quaternion of length 0, accepted is one of length 1", "ROTATION_NON_UNIT");
+      fail(pointer + "/rotation", "a quaternion of length 0, expected length 1", "ROTATION_NON_UNIT");
     node.local.rotation = {static_cast<float>(q[3] / length), static_cast<float>(q[0] / length),
                            static_cast<float>(q[1] / length), static_cast<float>(q[2] / length)};
   }
 }
 
-// EXT_mesh_gpu_instancing.
+// Reads EXT_mesh_gpu_instancing.
 void read_instances(const Document& document, const json& extension, const std::string& pointer, ElementBudget& budget,
                     uint64_t& total, Node& node) {
   const std::string place = pointer + "/extensions/EXT_mesh_gpu_instancing/attributes";
@@ -70,7 +70,7 @@ void read_instances(const Document& document, const json& extension, const std::
     count = here;
     counted = true;
   }
-  if (!counted) fail(place, "no attributes, accepted is at least one");
+  if (!counted) fail(place, "no attributes, expected at least one");
   total += count;
   if (total > document.limits.max_gpu_instances) {
     fail(place, fmt::format("more than {} instances in the file", document.limits.max_gpu_instances));
@@ -87,7 +87,7 @@ void read_instances(const Document& document, const json& extension, const std::
     const auto width = static_cast<size_t>(format.components);
     std::vector<float> values(count * width);
     read_floats(view, {}, values.data(), format.components);
-    if (!all_finite(values)) fail(at, "a value that is no finite number", "ACCESSOR_INVALID_FLOAT");
+    if (!all_finite(values)) fail(at, "a value that is not finite", "ACCESSOR_INVALID_FLOAT");
     for (size_t i = 0; i < count; ++i) assign(node.gpu_instances[i], values.data() + i * width);
   };
   read("TRANSLATION", {.components = 3}, [](Transform& t, const float* v) { t.translation = {v[0], v[1], v[2]}; });
@@ -117,7 +117,7 @@ void read_node_extensions(const Document& document, const Scene& scene, const js
   }
 }
 
-// Every joint that a vertex names must be in the skin.
+// Checks that the skin has every joint that a vertex refers to.
 void check_skin(const Scene& scene, const std::vector<int>& highest_joint, const std::string& pointer, Node& node) {
   if (node.skin == kNone) return;
   const int highest = node.mesh == kNone ? kNone : highest_joint[static_cast<size_t>(node.mesh)];
@@ -128,7 +128,7 @@ void check_skin(const Scene& scene, const std::vector<int>& highest_joint, const
   const size_t joints = scene.skins[static_cast<size_t>(node.skin)].joints.size();
   if (static_cast<size_t>(highest) >= joints) {
     fail(pointer + "/skin",
-         fmt::format("a vertex of mesh {} names joint {}, skin {} has {}", node.mesh, highest, node.skin, joints),
+         fmt::format("a vertex of mesh {} uses joint {}, skin {} has {}", node.mesh, highest, node.skin, joints),
          "ACCESSOR_JOINTS_INDEX_OOB");
   }
 }
@@ -145,7 +145,7 @@ std::vector<int> highest_joints(const Scene& scene) {
   return highest;
 }
 
-// One parent at most, no loops, no more levels than the limit. Returns the parent of each node.
+// Returns the parent of each node. Throws for a second parent, a loop, or too many levels.
 std::vector<int> check_tree(const Document& document, const std::vector<Node>& nodes) {
   std::vector<int> parent(nodes.size(), kNone);
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -158,7 +158,8 @@ std::vector<int> check_tree(const Document& document, const std::vector<Node>& n
       known = static_cast<int>(i);
     }
   }
-  // Breadth first from the roots: with one parent each, what is not reached is part of a loop.
+  // Breadth first from the roots. Each node has one parent, so a node that is not reached is in a
+  // loop.
   std::vector<int> level;
   for (size_t i = 0; i < nodes.size(); ++i) {
     if (parent[i] == kNone) level.push_back(static_cast<int>(i));
@@ -179,8 +180,8 @@ std::vector<int> check_tree(const Document& document, const std::vector<Node>& n
   }
   const auto lost = std::find(reached.begin(), reached.end(), false);
   if (lost != reached.end()) {
-    fail(node_pointer(static_cast<size_t>(lost - reached.begin())),
-         "the node is its own ancestor, or below one that is", "NODE_LOOP");
+    fail(node_pointer(static_cast<size_t>(lost - reached.begin())), "the node is part of a loop, or below one",
+         "NODE_LOOP");
   }
   return parent;
 }
@@ -193,7 +194,7 @@ void import_scenes(const Document& document, const std::vector<int>& parent, Sce
       const auto node = static_cast<size_t>(core.nodes[n]);
       const std::string pointer = fmt::format("/scenes/{}/nodes/{}", i, n);
       if (parent[node] != kNone)
-        fail(pointer, fmt::format("node {} is a child of node {}, accepted are root nodes", node, parent[node]),
+        fail(pointer, fmt::format("node {} is a child of node {}, expected a root node", node, parent[node]),
              "SCENE_NON_ROOT_NODE");
       if (listed_by[node] == static_cast<int>(i))
         fail(pointer, fmt::format("node {} is listed twice", node), "DUPLICATE_ELEMENTS");

@@ -1,4 +1,4 @@
-// Skins with their inverse bind matrices.
+// Reads skins and their inverse bind matrices.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/document/accessor.h"
 #include "renderer/import/nodes/nodes.h"
@@ -21,7 +21,7 @@ void import_skins(Document& document, Scene& scene, Warnings& warnings) {
     std::vector<int> sorted = skin.joints;
     std::sort(sorted.begin(), sorted.end());
     if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
-      fail(pointer + "/joints", "a node twice", "DUPLICATE_ELEMENTS");
+      fail(pointer + "/joints", "a node is listed twice", "DUPLICATE_ELEMENTS");
     }
     skin.inverse_bind_matrices.resize(skin.joints.size());
     if (core.inverseBindMatrices >= 0) {
@@ -35,7 +35,7 @@ void import_skins(Document& document, Scene& scene, Warnings& warnings) {
       budget.charge(view.count * 16, place);
       std::vector<float> values(view.count * 16);
       read_floats(view, {}, values.data(), 16);
-      if (!all_finite(values)) fail(place, "a value that is no finite number", "ACCESSOR_INVALID_FLOAT");
+      if (!all_finite(values)) fail(place, "a value that is not finite", "ACCESSOR_INVALID_FLOAT");
       bool affine = true;
       for (size_t j = 0; j < skin.joints.size(); ++j) {
         M44f& matrix = skin.inverse_bind_matrices[j];
