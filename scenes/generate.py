@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the scenes of this folder, or tells with --check whether they are what this generator makes."""
+"""Writes the scenes of this folder; with --check compares them with the generator's output."""
 import argparse
 import pathlib
 import sys
@@ -33,7 +33,7 @@ def main():
             path.write_bytes(data)
             print("%9d  %s" % (len(data), name))
     if stale:
-        print("not what scenes/generate.py makes: " + ", ".join(stale) + "\nrun: python3 scenes/generate.py", file=sys.stderr)
+        print("differ from the output of scenes/generate.py: " + ", ".join(stale) + "\nrun: python3 scenes/generate.py", file=sys.stderr)
         return 1
     return 0
 

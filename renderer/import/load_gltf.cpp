@@ -1,17 +1,17 @@
-// The order in which a file becomes a Scene.
+// The steps from a glTF file to a Scene, in order.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 
-#include "renderer/import/animations.h"
-#include "renderer/import/document.h"
-#include "renderer/import/image_lights.h"
-#include "renderer/import/materials.h"
-#include "renderer/import/meshes.h"
-#include "renderer/import/nodes.h"
-#include "renderer/import/photometric_lights.h"
-#include "renderer/import/procedurals.h"
-#include "renderer/import/textures.h"
-#include "renderer/import/variant_mappings.h"
+#include "renderer/import/lights/image_lights.h"
+#include "renderer/import/lights/photometric_lights.h"
+#include "renderer/import/materials/materials.h"
+#include "renderer/import/materials/procedurals.h"
+#include "renderer/import/materials/textures.h"
+#include "renderer/import/materials/variant_mappings.h"
+#include "renderer/import/meshes/meshes.h"
+#include "renderer/import/nodes/animations.h"
+#include "renderer/import/nodes/nodes.h"
+#include "renderer/import/open_document.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

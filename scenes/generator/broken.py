@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are broken in one way each, and what a reader must say about them (expected.json)."""
+"""Files with one fault each, and the outcome that a reader must report (expected.json)."""
 import base64
 import json
 import struct
@@ -9,7 +9,7 @@ from .gltf import COPYRIGHT, FLOAT, UBYTE, Gltf, dump, glb
 
 
 def _triangle():
-    """A good file, as a dictionary: what each broken one starts from."""
+    """A valid file as a dictionary, the base of each broken one."""
     g = Gltf()
     g.json["asset"] = {"version": "2.0", "copyright": COPYRIGHT}
     attributes = {"POSITION": g.add_accessor([(0, 0, 0), (1, 0, 0), (0, 1, 0)], "VEC3", bounds=True)}
@@ -27,8 +27,8 @@ CASES = []
 
 
 def case(pointer, reason, outcome="error"):
-    """pointer: how the JSON pointer in the message begins ("" where there is none to name). outcome: "error", "warning" (loads,
-    and says so), or "any": odd, but not against the specification; must not crash."""
+    """pointer: start of the JSON pointer in the message ("" if there is none). outcome: "error", "warning" (loads with a
+    warning), or "any": unusual but valid; must not crash."""
     def register(make):
         CASES.append((make, pointer, reason, outcome))
         return make
@@ -269,7 +269,7 @@ def json_nested_too_deep():
 
 
 def _with_graph(required, nodes, **graph):
-    """The triangle with a procedural texture of these nodes; its output reads the last one."""
+    """The triangle with a procedural texture of these nodes; its output is the last one."""
     g = _triangle()
     g.use("KHR_texture_procedurals", required)
     out = {"name": "out", "nodetype": "output", "type": "color3", "node": len(nodes) - 1}

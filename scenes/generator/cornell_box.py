@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Cornell box with its published measures.
 
-Geometry in millimetres as measured at Cornell (graphics.cornell.edu/online/box/data.html); here one unit is 100 mm, the origin
+Geometry in millimeters as measured at Cornell (graphics.cornell.edu/online/box/data.html); here one unit is 100 mm, the origin
 is on the floor below the middle, and the camera looks along -z. Reflectances and emission are the usual linear Rec. 709
 values for the measured spectra. All surfaces are purely diffuse.
 """
@@ -28,7 +28,7 @@ def _face(*corners):
 
 
 def _block(top):
-    """Top corners as published: they run so that the top faces up."""
+    """Top corners as published, in the order that makes the top face up."""
     low = [(x, 0.0, z) for x, _, z in top]
     sides = [_face(top[i], low[i], low[(i + 1) % 4], top[(i + 1) % 4]) for i in range(4)]
     return joined([_face(*top)] + sides)
@@ -46,7 +46,7 @@ def build():
     back = _face((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))
     right = _face((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))
     left = _face((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))
-    # Half a millimetre below the ceiling.
+    # Half a millimeter below the ceiling.
     lamp = _face((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))
     short = _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)])
     tall = _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)])
@@ -56,7 +56,7 @@ def build():
         g.add_node("short block", mesh=g.add_mesh("short block", [(short, white)])),
         g.add_node("tall block", mesh=g.add_mesh("tall block", [(tall, white)])),
         g.add_node("light", mesh=g.add_mesh("light", [(lamp, light)])),
-        # 35 mm lens before a 25 mm square.
+        # A 35 mm lens and a sensor of 25 x 25 mm.
         g.add_camera_node("camera", _point(278, 273, -800), _point(278, 273, 0), 2 * math.atan(0.0125 / 0.035), 1.0),
     ]
     return {"cornell_box.glb": g.finish(roots, "Cornell box").to_glb()}

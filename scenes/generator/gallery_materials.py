@@ -68,7 +68,7 @@ def glass(g, name, n=1.5, roughness=0.0, distance_m=None, color=(1, 1, 1), **mor
 
 
 def volume(stage):
-    """Solid glass: attenuation of one colour at ever shorter distances, then a smaller index, then rough."""
+    """Solid glass: attenuation of one color at decreasing distances, then a smaller index, then rough."""
     amber = (0.90, 0.42, 0.06)
     stage.place(0, glass(stage.g, "clear"))
     for i, distance in enumerate([1.6, 0.8, 0.4, 0.2]):
@@ -135,7 +135,7 @@ def unlit(stage):
 
 
 def specular_glossiness(stage):
-    """The archived pbrSpecularGlossiness; the metallic-roughness values that others read are plain grey."""
+    """The archived pbrSpecularGlossiness; its fallback in metallic-roughness is plain gray."""
     for i, glossiness in enumerate([0.0, 0.35, 0.7, 1.0]):
         stage.place(i, make(stage.g, "gloss %g" % glossiness, (0.5, 0.5, 0.5), 0.0, 1.0, pbrSpecularGlossiness={
             "diffuseFactor": [0.03, 0.10, 0.16, 1.0], "specularFactor": [0.05, 0.05, 0.05], "glossinessFactor": glossiness}))

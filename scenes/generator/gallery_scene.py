@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All extensions in one picture: fifteen spheres on three steps, each with what its row of the gallery shows at its best."""
+"""All extensions in one image: fifteen spheres on three steps, each with the best parameters of its row."""
 from . import gallery_materials as materials
 from . import images
 from .gallery_stage import RADIUS, Stage
@@ -36,7 +36,7 @@ def build():
 
 
 def _balls(g):
-    """(name, material, "plain", "textured" or the material of a lamp inside), from the front left."""
+    """List of (name, material, "plain", "textured" or the material of a lamp inside), from the front left."""
     make, glass = materials.make, materials.glass
     bulb = g.add_material("bulb", (0, 0, 0), emission=(12, 9.6, 7), diffuse_only=True)
     hammered = {"index": g.add_texture("hammered", materials.bumps(64, 5, 3.0))}

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the gallery's spheres stand: a dome of soft light, a large soft lamp and a small bright one, a floor, a card to look through."""
+"""The gallery's stage: a dome of soft light, a large soft and a small bright lamp, a floor, a background card."""
 import math
 
 from . import images
 from .gltf import Gltf, cross, normalize, subtract
 from .shapes import Mesh, quad, sphere
 
-RADIUS, SPACING = 0.45, 1.05  # metres
-LIFT = 0.002  # no sphere touches the floor
+RADIUS, SPACING = 0.45, 1.05  # meters
+LIFT = 0.002  # spheres float above the floor
 CAMERA, TARGET, ASPECT = (0.0, 1.25, 9.0), (0.0, 0.455, 0.0), 4.4
 
 
@@ -15,7 +15,7 @@ class Stage:
     """One document with the lights, the floor and a camera that sees a row of spheres."""
 
     def __init__(self, count, card=False, dim=1.0):
-        """card: behind the spheres, for what is looked through. dim: factor of all light."""
+        """card: adds the card behind transparent spheres. dim: factor of all light."""
         self.g = Gltf()
         self.roots = []
         self.count = count
@@ -37,7 +37,7 @@ class Stage:
         self.roots.append(self.g.add_node(name, mesh=self.g.add_mesh(name, [(mesh, material)]), translation=at))
 
     def place(self, index, material, shape="ball", radius=RADIUS):
-        """A sphere in the row. shape: ball, or textured for one with texture coordinates; each is stored once."""
+        """Adds a sphere to the row. shape: "ball", or "textured" for one with texture coordinates; each is stored once."""
         part = self.shapes.get((shape, radius))
         if part is None:
             mesh = sphere(radius, 56, 28) if radius > 0.2 else sphere(radius, 16, 8)
@@ -61,7 +61,7 @@ class Stage:
 
 
 def panel(centre, target, width, height):
-    """A rectangle that faces the target."""
+    """A rectangle facing the target."""
     n = normalize(subtract(target, centre))
     across = normalize(cross((0, 1, 0), n))
     up = cross(n, across)
@@ -70,7 +70,7 @@ def panel(centre, target, width, height):
 
 
 def _dome_picture():
-    """Top row is the zenith: dark above, light at the horizon, and a warm and a cool side."""
+    """The dome's image, zenith in the top row: dark above, bright at the horizon, a warm and a cool side."""
     def pixel(x, y):
         height = 1.0 - (y + 0.5) / 16.0  # 1 at the zenith, -1 at the nadir
         side = 0.5 + 0.5 * math.cos(2.0 * math.pi * (x + 0.5) / 32.0)
@@ -90,7 +90,7 @@ def _floor_picture():
 
 
 def _card_picture():
-    """One period is as wide as a sphere's place: stripes, then a checkerboard, with one coloured column in each."""
+    """The card's image, one period per sphere: stripes, then a checkerboard, with one colored column in each."""
     white, black, orange, teal = (0.93, 0.93, 0.91), (0.05, 0.05, 0.055), (0.90, 0.42, 0.08), (0.05, 0.55, 0.60)
 
     def pixel(x, y):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds glTF 2.0 documents: accessors, meshes, materials, nodes, and the two ways to write them."""
+"""Builds glTF 2.0 documents: accessors, meshes, materials, nodes; writes .gltf and .glb."""
 import base64
 import json
 import struct
@@ -11,7 +11,7 @@ COPYRIGHT = "The Kindling authors. CC0 1.0."
 
 
 def rounded(value):
-    """Floats as short as float32 allows, so that files are readable and the same everywhere."""
+    """Shortest decimals for float32, so that files are readable and the same everywhere."""
     if isinstance(value, float):
         short = float("%.7g" % value)
         return int(short) if short == int(short) and abs(short) < 1e9 else short
@@ -23,7 +23,7 @@ def rounded(value):
 
 
 class Gltf:
-    """One document with one buffer. Every add_... returns the index of what it added."""
+    """One document with one buffer. Every add_... returns the index of the added element."""
 
     def __init__(self):
         self.json = {"asset": {"version": "2.0", "generator": "Kindling scenes/generate.py", "copyright": COPYRIGHT}}
@@ -71,7 +71,7 @@ class Gltf:
         return self.add("accessors", accessor)
 
     def add_attributes(self, mesh):
-        """Positions, normals, texture coordinates and colours of a shapes.Mesh."""
+        """Positions, normals, texture coordinates and colors of a shapes.Mesh."""
         attributes = {"POSITION": self.add_accessor(mesh.positions, "VEC3", bounds=True, target=34962)}
         if mesh.normals:
             attributes["NORMAL"] = self.add_accessor(mesh.normals, "VEC3", target=34962)
@@ -162,7 +162,7 @@ class Gltf:
         return rounded({key: out[key] for key in order if key in out})
 
     def to_gltf(self):
-        """Text with everything inside."""
+        """The document as .gltf text with an embedded buffer."""
         uri = "data:application/octet-stream;base64," + base64.b64encode(bytes(self.bin)).decode()
         return dump(self.document(uri)).encode()
 
@@ -178,7 +178,7 @@ def glb(chunks, version=2, length=None):
 
 
 def dump(value, indent=0, width=118):
-    """JSON for people: what fits on a line stays on one."""
+    """Readable JSON: values that fit on a line stay on one."""
     flat = json.dumps(value, ensure_ascii=False)
     if len(flat) + indent <= width or not isinstance(value, (dict, list)) or not value:
         return flat + ("\n" if indent == 0 else "")
@@ -193,13 +193,13 @@ def dump(value, indent=0, width=118):
 
 
 def look_at(eye, target, up=(0.0, 1.0, 0.0)):
-    """Quaternion (x, y, z, w) that turns -z towards the target; cameras and lights look along -z."""
+    """Quaternion (x, y, z, w) that rotates -z towards the target; cameras and lights look along -z."""
     z = normalize(subtract(eye, target))
     if abs(dot(z, up)) > 0.9999:
         up = (0.0, 0.0, -1.0)
     x = normalize(cross(up, z))
     y = cross(z, x)
-    # Rows of the rotation matrix's transpose are x, y and z.
+    # x, y and z are the rows of the rotation matrix's transpose.
     trace = x[0] + y[1] + z[2]
     if trace > 0:
         s = 2.0 * (trace + 1.0) ** 0.5

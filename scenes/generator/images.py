@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Procedural pictures as PNG: value noise, wood, weave, leaves."""
+"""Procedural images as PNG: value noise, wood, weave, leaves."""
 import math
 import struct
 import zlib
 
 
 def png(width, height, channels, rows):
-    """8 bits; rows of bytes, from the top. Each row gets the filter that leaves the smallest differences."""
+    """8-bit PNG from rows of bytes, top row first. Each row uses the filter with the smallest differences."""
     previous = bytes(width * channels)
     body = bytearray()
     for row in rows:
@@ -39,7 +39,7 @@ def png(width, height, channels, rows):
 
 
 def paint(width, height, channels, pixel, levels=256):
-    """pixel(x, y) -> values in [0, 1], as stored (no encoding is applied); fewer levels make smaller files."""
+    """An image from pixel(x, y) -> stored values in [0, 1] (no encoding is applied); fewer levels make smaller files."""
     rows = []
     for y in range(height):
         row = bytearray()
@@ -83,7 +83,7 @@ def hash_unit(x, y, seed=0):
 
 
 def noise(x, y, period_x, period_y, seed=0):
-    """Value noise in [0, 1] that repeats after the periods."""
+    """Value noise in [0, 1] with these periods."""
     ix, iy = math.floor(x), math.floor(y)
     fx, fy = x - ix, y - iy
     fx, fy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)
@@ -102,7 +102,7 @@ def fractal(x, y, period_x, period_y, octaves, seed=0):
 
 
 def normal_map(width, height, level, strength):
-    """From level(x, y) in [0, 1], which repeats; +y up as glTF has it."""
+    """A normal map from the periodic height level(x, y) in [0, 1]; +y up as in glTF."""
     grid = [[level(x, y) for x in range(width)] for y in range(height)]
 
     def pixel(x, y):

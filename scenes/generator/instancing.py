@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One mesh many times, in both ways: a colonnade of nodes, and a field of EXT_mesh_gpu_instancing."""
+"""Instances in both forms: a colonnade of nodes, and a field by EXT_mesh_gpu_instancing."""
 import math
 
 from .gltf import BYTE, FLOAT, Gltf
@@ -35,7 +35,7 @@ def build():
         height = 0.35 * math.exp(-((radius - 4.0) / 1.1) ** 2)
         translations.append((radius * math.cos(angle), height, radius * math.sin(angle)))
         half = 0.5 * (angle + 0.6 * hash_unit(i, 2))
-        # Normalized bytes: the extension allows them for rotations.
+        # The extension permits normalized bytes for rotations.
         rotations.append((0, round(-127 * math.sin(half)), 0, round(127 * math.cos(half))))
         scales.append((size, size * (0.6 + 0.8 * hash_unit(i, 3)), size))
     pebble = sphere(1.0, 16, 8).scaled(0.17, 0.10, 0.12).without_uvs()
@@ -67,7 +67,7 @@ def build():
     sun = g.add_light("evening sun", "directional", (1.0, 0.72, 0.45), 3.0)
     half = math.radians(-28) / 2
     turn = math.radians(55) / 2
-    # Turned down by 28 degrees, then about y by 55.
+    # Pitched down by 28 degrees, then rotated about y by 55.
     rotation = [math.cos(turn) * math.sin(half), math.sin(turn) * math.cos(half), -math.sin(turn) * math.sin(half),
                 math.cos(turn) * math.cos(half)]
     roots.append(g.add_node("evening sun", rotation=rotation, extensions=sun))

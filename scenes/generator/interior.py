@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A room with low sun: table, plant, lamps and copper. The picture of the README and of cmake/demo.sh.
+"""A room with low sun: table, plant, lamps and copper. The image of the README and of cmake/demo.sh.
 
-Light: a directional sun through the window on the left; a wide panel outside that is the sky, with a hole where the sun's beam
-comes through; a pendant, a table lamp and a candle.
+Light: a directional sun through the window on the left; a wide panel outside as sky, with a hole for the sun's beam; a pendant, a table lamp and a candle.
 """
 import math
 
@@ -12,7 +11,7 @@ from .gltf import Gltf, look_at, normalize
 from .images import hash_unit
 from .shapes import beveled_box, box, joined, quad, sphere
 
-# The room in metres; the floor is y = 0, the camera looks towards -z, the window is in the wall at x = LEFT.
+# The room in meters; the floor is y = 0, the camera looks towards -z, the window is in the wall at x = LEFT.
 LEFT, RIGHT, BACK, FRONT, CEILING = -2.2, 2.4, -2.2, 3.0, 2.75
 WINDOW_LOW, WINDOW_HIGH, WINDOW_BACK, WINDOW_FRONT = 0.90, 2.20, -1.40, 0.10
 SUN = normalize((0.86, -0.45, 0.20))
@@ -22,13 +21,13 @@ TABLE_HEIGHT = 0.75
 
 
 class _Room:
-    """Materials by name, and placing things with little text."""
+    """Materials by name, and short calls that place objects."""
 
     def __init__(self):
         self.g = Gltf()
         self.roots = []
         self.material = {}
-        self.library = {}  # primitives that several things share
+        self.library = {}  # primitives shared by several objects
 
     def define(self, name, *args, **fields):
         self.material[name] = self.g.add_material(name, *args, **fields)
@@ -130,7 +129,7 @@ def _walls(room):
 
 
 def _outside(room):
-    """Four strips around the hole for the sun; one picture over all of them."""
+    """Four strips around the hole for the sun; one image over all of them."""
     x = LEFT - PANEL_DISTANCE
     k = PANEL_DISTANCE / SUN[0]
     margin = 0.12
@@ -142,7 +141,7 @@ def _outside(room):
     pieces = [quad((x, y0, z0), (0, 0, z1 - z0), (0, y1 - y0, 0)) for (z0, z1), (y0, y1) in strips]
     panel = joined(pieces).with_uvs(lambda p: ((front - p[2]) / (front - back), (high - p[1]) / (high - low)))
     room.place("sky and garden", [(panel, "outside")])
-    # A wide window behind the camera, seen only by what it lights.
+    # A wide window behind the camera, outside of the view.
     fill = quad((0.9, 0.75, FRONT - 0.01), (-2.7, 0, 0), (0, 1.65, 0))
     room.place("window behind the camera", [(fill, "overcast")])
     sun = room.g.add_light("sun", "directional", (1.0, 0.80, 0.56), 19.0)
@@ -200,11 +199,11 @@ def _table(room):
 
 
 def _leaves(room, places, origin, scale):
-    """One blade, many nodes."""
+    """One leaf mesh, many nodes."""
     if "blade" not in room.material:
         room.material["blade"] = room.g.add_mesh("leaf", [(things.leaf_blade(), room.material["leaf"])])
     for point, turn, pitch, size in places:
-        # Pitch lifts +z upwards, then the heading turns it about y.
+        # Pitch raises +z, then the heading rotates it about y.
         a, b = math.radians(turn) / 2, math.radians(-pitch) / 2
         rotation = [math.cos(a) * math.sin(b), math.sin(a) * math.cos(b), -math.sin(a) * math.sin(b), math.cos(a) * math.cos(b)]
         at = [o + s * p for o, s, p in zip(origin, scale, point)]
@@ -237,7 +236,7 @@ def _corner(room):
     for i, cloth in enumerate(cloths):
         thick, tall = 0.024 + 0.02 * hash_unit(i, 7), 0.19 + 0.06 * hash_unit(i, 8)
         cover, pages = things.book(0.15, tall, thick)
-        # Upright, its spine to the room: x of the lying book goes to -z, y to -x, z to y.
+        # Upright, its spine towards the room: x of the lying book maps to -z, y to -x, z to y.
         cover, pages = (mesh.mapped(lambda p: (-p[1], p[2], -p[0]), lambda n: (-n[1], n[2], -n[0])) for mesh in (cover, pages))
         low, high = ([pick(p[k] for p in cover.positions) for k in range(3)] for pick in (min, max))
         parts = [(mesh.moved(-low[0], -low[1], -low[2]), material) for mesh, material in ((cover, cloth), (pages, "paper"))]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of the interior: wood, weave, leaves, a painting, and what is outside of the window."""
+"""Images of the interior: wood, weave, leaves, a painting, and the view from the window."""
 import math
 
 from . import images
@@ -7,7 +7,7 @@ from .images import fractal, hash_unit, mix, noise, smooth, srgb
 
 
 def floor_boards():
-    """Oak boards, 8 across and two along: colour, and roughness in G as glTF wants it. Covers 1.6 m."""
+    """Oak boards, 8 across and two along: color, and roughness in G. Covers 1.6 m."""
     size, width = 256, 32
     light, dark = (0.42, 0.235, 0.115), (0.235, 0.118, 0.052)
 
@@ -115,7 +115,7 @@ def leaf():
 
 
 def outside():
-    """Sky over trees, out of focus: what the light that comes in looks like. Stored as sRGB, multiplied by a strength."""
+    """Sky over trees, out of focus. Stored as sRGB, multiplied by a strength."""
     width, height = 96, 64
 
     def color(x, y):
@@ -131,7 +131,7 @@ def outside():
 
 
 def lamp_shade():
-    """Linen with light behind it: brightest at the height of the bulb, darker along the seams."""
+    """Backlit linen: brightest at the height of the bulb, darker along the seams."""
     def color(x, y):
         v = (y + 0.5) / 32
         glow = 0.30 + 0.70 * math.exp(-((v - 0.58) / 0.30) ** 2)
@@ -142,7 +142,7 @@ def lamp_shade():
 
 
 def _cells(x, y, period, seed):
-    """Distances to the two nearest of randomly placed points, one in each square of the grid."""
+    """Distances to the two nearest of randomly placed points, one in each grid cell."""
     ix, iy = math.floor(x), math.floor(y)
     distances = []
     for j in (-1, 0, 1):
@@ -155,15 +155,15 @@ def _cells(x, y, period, seed):
 
 
 def hammered():
-    """Round dents, as a hammer leaves them."""
+    """Round dents of a hammer."""
     return images.normal_map(96, 96, lambda x, y: min(_cells(x / 12.0, y / 12.0, 8, 90)[0], 1.0) ** 2, 2.2)
 
 
 def peel():
-    """Pores of an orange."""
+    """Orange peel."""
     return images.normal_map(48, 48, lambda x, y: smooth(0.05, 0.5, _cells(x / 3.0, y / 3.0, 16, 95)[0]), 0.5)
 
 
 def plaster():
-    """What a trowel leaves on a wall."""
+    """Trowel marks on a wall."""
     return images.normal_map(96, 96, lambda x, y: fractal(x / 12.0, y / 12.0, 8, 8, 4, 100), 0.9)

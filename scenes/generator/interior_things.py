@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The things of the interior as meshes, each standing on y = 0 around the origin."""
+"""Objects of the interior as meshes, each on y = 0 around the origin."""
 import math
 
 from .images import hash_unit
@@ -124,8 +124,8 @@ def book(width, depth, height):
 
 
 def pendant(drop):
-    """(dome, diffuser) of a lamp whose rim is at y = 0; the cord goes up by `drop`. The diffuser closes the dome: light that
-    had to find its way out of it would be noise."""
+    """(dome, diffuser) of a lamp whose rim is at y = 0; the cord has length `drop`. The diffuser closes the dome: indirect
+    light from inside would be noisy."""
     outline = curve([(0.020, 0.185), (0.035, 0.172), (0.075, 0.135), (0.150, 0.060), (0.172, 0.0)], 5)
     dome = joined([lathe([(0.160, 0.004), (0.166, 0.0)] + outline[::-1] + [(0.020, 0.215), (0.008, 0.222), (0.0, 0.222)], 36),
                    tube([(0, 0.215, 0), (0, drop, 0)], 0.0035, 6)])
@@ -154,7 +154,7 @@ def leaf_blade():
         x = (u - 0.5) * 0.5
         return (x, 0.16 * math.sin(math.pi * 0.8 * v) - 0.10 * v * v + 0.25 * abs(x) * (1 - 0.3 * v), v)
 
-    # v of the picture runs from the tip (top) to the stem, so along -z as seen from above.
+    # v of the image runs from the tip (top) to the stem, along -z as seen from above.
     mesh = sheet(lambda u, v: shape(1.0 - u, v), 4, 5)
     mesh.normals = [tuple(-c for c in n) if n[1] < 0 else n for n in mesh.normals]
     for t in range(0, len(mesh.indices), 3):
@@ -196,7 +196,7 @@ def curtain(width, height, folds, seed):
 def window(width, height, depth):
     """Frame, two casements with a cross each, and a sill; in the plane z = 0, opening from (0, 0) to (width, height)."""
     b = 0.045
-    s = 0.005  # the frame stands so far into the opening: in its plane it would share faces with the wall
+    s = 0.005  # offset of the frame into the opening, so that it shares no faces with the wall
     parts = [
         box((-b, -b, -depth), (s, height + b, 0.02)), box((width - s, -b, -depth), (width + b, height + b, 0.02)),
         box((s, height - s, -depth), (width - s, height + b, 0.02)), box((s, -b, -depth), (width - s, s, 0.02)),
@@ -228,7 +228,7 @@ def sideboard(width, depth, height):
 
 
 def frame(width, height, border, depth):
-    """A picture frame around a width x height picture in the plane z = depth / 2; four mitred-looking bars."""
+    """A picture frame around a width x height image in the plane z = depth / 2; four bars that look mitered."""
     w, h, b = width / 2, height / 2, border
     return joined([beveled_box((-w - b, h, 0), (w + b, h + b, depth), 0.008), beveled_box((-w - b, -h - b, 0), (w + b, -h, depth), 0.008),
                    beveled_box((-w - b, -h, 0), (-w, h, depth), 0.008), beveled_box((w, -h, 0), (w + b, h, depth), 0.008)])

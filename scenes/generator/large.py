@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two scenes that fill memory, of any size: `heavy` has millions of triangles, `swarm` millions of instances of small meshes.
 
-Needs NumPy, which writes in seconds what lists would take minutes for.
+Needs NumPy: lists would take minutes instead of seconds.
 """
 import math
 import struct
@@ -17,7 +17,7 @@ _KIND = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
 def _accessor(g, array, component=FLOAT, normalized=False, bounds=False, target=None):
-    """array: one row for each element."""
+    """array: one row per element."""
     array = np.ascontiguousarray(array, dtype=_STORED[component])
     width = 1 if array.ndim == 1 else array.shape[1]
     accessor = {"bufferView": g.add_view(array.data.cast("B"), None, target), "componentType": component,
@@ -63,14 +63,14 @@ def _noise(x, y, cells, seed):
 
 
 def _grid_indices(columns, rows):
-    """Two triangles for each square of a grid of (rows + 1) x (columns + 1) vertices, front faces up if x goes right and z goes down."""
+    """Two triangles for each square of a grid of (rows + 1) x (columns + 1) vertices, front faces up for x to the right and z downwards."""
     first = (np.arange(rows, dtype=np.uint32)[:, None] * (columns + 1) + np.arange(columns, dtype=np.uint32)).reshape(-1)
     below = first + np.uint32(columns + 1)
     return np.stack([first, below, first + 1, first + 1, below, below + 1], axis=1)
 
 
 def _grid_normals(positions):
-    """positions: (rows, columns, 3), neighbours side by side."""
+    """positions: (rows, columns, 3), neighbors adjacent."""
     along = np.gradient(positions, axis=1)
     down = np.gradient(positions, axis=0)
     normals = np.cross(down, along)
@@ -79,11 +79,11 @@ def _grid_normals(positions):
 
 # ---- heavy ----------------------------------------------------------------------------------------------------------
 
-LAND = 400.0  # metres across
+LAND = 400.0  # width in meters
 
 
 def _height(x, z):
-    """Metres; x and z in [0, 1]: ridges over hills, and fine gravel."""
+    """Height in meters for x and z in [0, 1]: ridges over hills, and fine gravel."""
     hills = 14.0 * _noise(x, z, 5, 1)
     ridges = np.zeros_like(x)
     size = 22.0
@@ -108,14 +108,14 @@ def _land_picture(size):
 
 
 def _boulder(columns, rows, seed):
-    """A sphere of columns x rows squares, worn: positions, normals, indices."""
+    """An eroded sphere of columns x rows squares: positions, normals, indices."""
     angle = np.linspace(0, 2 * math.pi, columns + 1, dtype=np.float32)
     polar = np.linspace(0.002, math.pi - 0.002, rows + 1, dtype=np.float32)
     a, p = np.meshgrid(angle, polar)
     direction = np.stack([np.sin(p) * np.cos(a), np.cos(p), -np.sin(p) * np.sin(a)], axis=2)
     radius = np.ones_like(a)
     size = 0.30
-    for octave in range(5):  # three projections, so that there is neither a seam nor a pole
+    for octave in range(5):  # three projections, to avoid seams and poles
         for axis in range(3):
             u, v = direction[..., axis] * 0.5 + 0.5, direction[..., (axis + 1) % 3] * 0.5 + 0.5
             radius += size / 3 * _noise(u, v, 4 << octave, seed * 100 + octave * 3 + axis)
@@ -125,7 +125,7 @@ def _boulder(columns, rows, seed):
 
 
 def heavy(triangles=7_000_000):
-    """A landscape with a texture, 9/14 of the triangles, and 16 boulders, all different, of four materials. At least that many triangles.
+    """A textured landscape with 9/14 of the triangles, and 16 different boulders of four materials. `triangles` is a minimum.
 
     7,000,000 are 1500 x 1500 squares of land and 625 x 125 of each boulder.
     """
@@ -164,7 +164,7 @@ def heavy(triangles=7_000_000):
 # ---- swarm ----------------------------------------------------------------------------------------------------------
 
 def _rock(seed):
-    """80 triangles: positions, normals, indices."""
+    """A rock of 80 triangles: positions, normals, indices."""
     golden = (1 + math.sqrt(5)) / 2
     points = [normalize(p) for p in [(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0), (0, -1, golden), (0, 1, golden),
                                      (0, -1, -golden), (0, 1, -golden), (golden, 0, -1), (golden, 0, 1), (-golden, 0, -1), (-golden, 0, 1)]]
@@ -195,7 +195,7 @@ def _rock(seed):
 
 
 def _ring(count, seed):
-    """Radii with gaps and waves, angles, heights; metres."""
+    """Radii (with gaps and waves), angles and heights, in meters."""
     random = np.random.Generator(np.random.PCG64(seed))
     radius = np.sqrt(random.uniform(125.0 ** 2, 235.0 ** 2, count)).astype(np.float32)
     gaps = ((radius > 190.0) & (radius < 196.0)) | ((radius > 150.0) & (radius < 152.0))
@@ -206,7 +206,7 @@ def _ring(count, seed):
 
 
 def swarm(instances=10_000_000):
-    """The ring of a planet: that many rocks of four shapes with 80 triangles each, by EXT_mesh_gpu_instancing."""
+    """The ring of a planet: `instances` rocks of four shapes with 80 triangles each, by EXT_mesh_gpu_instancing."""
     g = Gltf()
     g.use("EXT_mesh_gpu_instancing", required=True)
     materials = [g.add_material("ice", (0.72, 0.76, 0.80), 0.0, 0.55), g.add_material("dust", (0.56, 0.45, 0.34), 0.0, 0.95),
@@ -222,7 +222,7 @@ def swarm(instances=10_000_000):
         random = np.random.Generator(np.random.PCG64(80 + shape))
         turn = random.normal(size=(count, 4)).astype(np.float32)
         turn *= 127.0 / np.linalg.norm(turn, axis=1, keepdims=True)
-        # As large as the ring is sparse, so that it is closed from afar; a few are ten times as large.
+        # Sizes grow where the ring is sparse, so that it looks closed from afar; a few rocks are ten times as large.
         size = np.float32(0.035 * math.sqrt(1e7 / instances)) * (1 + 0.12 * (1 / random.uniform(0.012, 1.0, count).astype(np.float32) - 1))
         attributes = {"TRANSLATION": _accessor(g, np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)),
                       "ROTATION": _accessor(g, np.rint(turn), BYTE, normalized=True),
@@ -245,7 +245,7 @@ def _boulder_sphere(radius):
 
 
 def _sun(g, towards, lux):
-    """A directional light that shines along `towards`."""
+    """A directional light along `towards`."""
     z = np.array(normalize(tuple(-t for t in towards)))
     x = np.cross((0.0, 1.0, 0.0), z)
     x /= np.linalg.norm(x)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spheres over roughness (left to right, 0 to 1) and kind of surface (front to back: from dielectric to metal)."""
+"""Spheres by roughness (left to right, 0 to 1) and surface (front to back, dielectric to metal)."""
 import math
 
 from . import images
@@ -7,7 +7,7 @@ from .gltf import Gltf
 from .shapes import lathe, quad, sphere
 
 COLUMNS = 7
-# Linear. The metals' colours are reflectances at normal incidence.
+# Linear. The metals' colors are reflectances at normal incidence.
 ROWS = [
     ("ceramic", (0.80, 0.78, 0.74), 0.0),
     ("red lacquer", (0.55, 0.020, 0.018), 0.0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The figures of "Research on ray tracing" as scenes of today, one file each."""
+"""The figures of "Research on ray tracing" as glTF scenes, one file each."""
 from . import paper_cpu, paper_gpu, paper_motion
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 1 and 5 to 8: what a ray tracer of one's own shows, from mirrors over a checkerboard to depth of field and soft shadows."""
+"""Figures 1 and 5 to 8: mirrors over a checkerboard, depth of field, antialiasing, soft shadows."""
 import math
 
 from . import images
@@ -11,9 +11,8 @@ STUDIO = ((0.10, 0.12, 0.15), (0.24, 0.25, 0.27), (0.12, 0.12, 0.12))
 
 
 def figure_01():
-    """The scene that ray tracers are timed with: glass, mirror and lacquer over a checkerboard, two point lights, and a net of
-    mirrors behind, between which reflections do not end. Its spheres are coarse, so that a tracer without an accelerator gets
-    to the end of it."""
+    """The scene for timings: glass, mirror and lacquer over a checkerboard, two point lights, and a net of mirrors behind
+    with endless reflections. Its spheres are coarse, so that a tracer without an accelerator can finish."""
     s = Studio(DUSK, 0.34)
     board = s.g.add_material("checkerboard", s.picture("checkerboard", checkers(IVORY, (0.035, 0.075, 0.11))), 0.0, 0.0)
     s.floor(board, 6.0, 2.5)
@@ -47,7 +46,7 @@ def figure_05():
 
 
 def figure_06():
-    """Edges of every slope: a star of black and white, a checkerboard to the horizon, a striped ball."""
+    """Edges of every slope: a star of black and white, a checkerboard to the horizon, a striped sphere."""
     s = Studio(((0.10, 0.26, 0.46), (0.52, 0.64, 0.70), (0.3, 0.3, 0.3)))
     s.floor(s.g.add_material("checkerboard", s.picture("checkerboard", checkers((0.82, 0.80, 0.76), (0.02, 0.02, 0.025))), 0.0, 1.0), 9.0, 3.0)
     s.add("star", _star(0.30, 36), s.matte("black", (0.015, 0.015, 0.02)), translation=[0.12, 0.34, -0.25])
@@ -67,7 +66,7 @@ def _disc(radius, segments, z):
 
 
 def _star(radius, rays):
-    """Every second of 2 * rays sectors of a disc."""
+    """Every second one of 2 * rays sectors of a disc."""
     result = Mesh()
     for i in range(rays):
         a, b = 2 * math.pi * i / rays, 2 * math.pi * (i + 0.5) / rays
@@ -77,7 +76,7 @@ def _star(radius, rays):
 
 
 def figure_07():
-    """A rectangular light over things that touch the ground and things that do not: shadows grow soft with distance."""
+    """A rectangular light over objects on and above the ground: shadows soften with distance."""
     s = Studio(((0.07, 0.09, 0.12), (0.13, 0.14, 0.16), (0.1, 0.1, 0.1)))
     s.sweep(s.matte("sweep", (0.62, 0.58, 0.53)), back=-1.2, bend=0.4)
     s.ball("ball", (-0.27, 0.14, 0.14), 0.14, s.lacquer("coral", CORAL, 0.3))
@@ -89,7 +88,7 @@ def figure_07():
 
 
 def figure_08():
-    """Depth of field, soft shadows and smooth edges at once: a row of spheres that goes away."""
+    """Depth of field, soft shadows and smooth edges at once: a receding row of spheres."""
     s = Studio(((0.02, 0.04, 0.09), (0.30, 0.33, 0.38), (0.10, 0.10, 0.10)))
     board = s.g.add_material("checkerboard", s.picture("checkerboard", checkers((0.76, 0.73, 0.67), (0.035, 0.05, 0.075))), 0.0, 0.0)
     s.floor(board, 6.0, 2.6)

@@ -9,7 +9,7 @@ MORNING = ((0.10, 0.16, 0.26), (0.34, 0.35, 0.36), (0.15, 0.15, 0.15))
 
 
 def _mirrors(roughness, name):
-    """Two mirror spheres over a mirror in the form of a parallelogram, in the air of an evening."""
+    """Two mirror spheres over a mirror in the form of a parallelogram, in the evening."""
     s = Studio(SUNSET, 0.4)
     s.add("parallelogram", quad((-0.60, 0, 0.36), (0.92, 0, 0.0), (0.24, 0, -0.70)).without_uvs(), s.metal("plate", (0.16, 0.23, 0.33), roughness))
     s.ball("left sphere", (-0.225, 0.215, -0.02), 0.20, s.metal("silver", SILVER, roughness))
@@ -28,7 +28,7 @@ def figure_10():
 
 
 def _stripes(name, roughness):
-    """A sphere of glass before stripes."""
+    """A glass sphere in front of stripes."""
     s = Studio(MORNING)
     s.sweep(s.matte("sweep", (0.36, 0.38, 0.40)), back=-1.4, bend=0.5)
     colors = [IVORY, (0.028, 0.06, 0.13), IVORY, CORAL]
@@ -42,7 +42,7 @@ def _stripes(name, roughness):
 
 
 def _cube(name, roughness):
-    """A sphere behind a cube of glass."""
+    """A sphere behind a glass cube."""
     s = Studio(MORNING)
     s.sweep(s.matte("sweep", (0.56, 0.45, 0.34)), back=-1.7, bend=0.6)
     cube = beveled_box((-0.17, 0.0, -0.17), (0.17, 0.34, 0.17), 0.006).without_uvs().rotated("y", 24)
@@ -69,7 +69,7 @@ def figure_14():
 
 
 def _lights_behind(s):
-    """A street at night: bulbs that the lens turns into discs."""
+    """A street at night: bulbs that the lens blurs to discs."""
     hues = [(16.0, 8.0, 2.6), (14.0, 12.0, 8.6), (14.0, 3.2, 1.8), (3.4, 10.0, 14.0)]
     bulbs = [s.g.add_material("bulb %d" % i, (0, 0, 0), emission=hue, diffuse_only=True) for i, hue in enumerate(hues)]
     for i in range(40):

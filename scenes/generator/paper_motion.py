@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 11, 15 and 16: turbulence and checkers on glossy spheres, spheres in motion, and all effects of the paper in one picture."""
+"""Figures 11, 15 and 16: turbulence and checkers on glossy spheres, moving spheres, and all effects in one image."""
 import math
 
 from . import images, procedurals
@@ -28,7 +28,7 @@ def figure_11():
 
 
 def move(s, node, way):
-    """The node flies along `way` while the shutter is open and rests where it stands for the last third: a sphere at the end of its trail."""
+    """Moves the node by the displacement `way` while the shutter is open; it rests for the last third, a sphere at the end of its trail."""
     at = s.g.json["nodes"][node]["translation"]
     times = s.g.add_accessor([0.0, 0.66 * SHUTTER_S, SHUTTER_S], "SCALAR", bounds=True)
     places = s.g.add_accessor([tuple(a - d for a, d in zip(at, way)), at, at], "VEC3")
@@ -40,7 +40,7 @@ def move(s, node, way):
 
 
 def figure_15():
-    """Three spheres of turbulence that fly past a turbulent patch; highlights of small lamps draw their ways."""
+    """Three spheres of turbulence that fly past a turbulent patch; highlights of small lamps draw their paths."""
     s = Studio(((0.02, 0.03, 0.06), (0.09, 0.10, 0.16), (0.03, 0.03, 0.05)))
     patch = turbulence("patch", NIGHT, 2.4, 5.1, 7, 0.95)
     s.add("patch", quad((-1.3, -0.75, -0.75), (2.6, 0, 0), (0, 2.2, 0)).without_uvs(), textured(s.g, "patch", patch, (0.03, 0.05, 0.1), 0.0, 0.6))
@@ -58,7 +58,7 @@ def figure_15():
 
 
 def figure_16():
-    """All of it: mirrors, gloss, glass clear and frosted, stripes, checkers, turbulence, a lens and a shutter."""
+    """All effects: mirrors, gloss, glass clear and frosted, stripes, checkers, turbulence, a lens and a shutter."""
     s = Studio(EVENING, 0.4)
     s.add("parallelogram", quad((-1.5, 0, 0.75), (2.7, 0, 0.0), (0.30, 0, -1.75)).without_uvs(), s.metal("plate", (0.15, 0.18, 0.24), 0.10))
     colors = [IVORY, (0.028, 0.06, 0.13), IVORY, CORAL]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the figures' scenes are built from: a studio with a sky that is seen but not sampled, soft boxes, point lights, round spheres.
+"""Parts of the figures' scenes: a studio with a sky that is visible but not sampled, soft boxes, point lights, spheres.
 
-The measures are those of a table: spheres of 5 to 15 cm, a camera a metre or two away, so that real lenses blur as they do.
+Sizes are those of a table: spheres of 5 to 15 cm, a camera one or two meters away, so that real lenses blur realistically.
 """
 import math
 
@@ -17,7 +17,7 @@ SILVER, GOLD, STEEL_BLUE, ROSE = (0.95, 0.945, 0.93), (1.0, 0.76, 0.34), (0.52, 
 
 class Studio:
     """One document; everything stands on y = 0. `sky`: linear RGB at the zenith, at the horizon and below it, 0 to 1; `fade`: the
-    sine of the height at which it has the zenith's colour."""
+    sine of the elevation at which it reaches the zenith's color."""
 
     def __init__(self, sky, fade=0.55):
         self.g = Gltf()
@@ -31,7 +31,7 @@ class Studio:
         return node
 
     def ball(self, name, at, radius, material, textured=False, level=4):
-        """A sphere by its centre. All of one level share their vertices; `textured`: with texture coordinates around y."""
+        """A sphere by its center. Spheres of one level share their vertices; `textured`: with texture coordinates around y."""
         key = "uv" if textured else level
         if key not in self.balls:
             self.balls[key] = self._textured_ball() if textured else self._plain_ball(level)
@@ -45,7 +45,7 @@ class Studio:
         self.add("floor", quad((x - half, 0, z + half), (2 * half, 0, 0), (0, 0, -2 * half), (2 * half * uv_per_m,) * 2), material)
 
     def sweep(self, material, back=-1.5, bend=0.9, height=4.0, half=6.0, front=4.0):
-        """Paper that hangs from the wall behind and runs out on the floor: no horizon."""
+        """Background paper from the wall to the floor, without a horizon."""
         lengths = (front - back - bend, bend * math.pi / 2, height)
         total = sum(lengths)
 
@@ -63,12 +63,12 @@ class Studio:
         self.add("sweep", sheet(at, 1, 96).without_uvs(), material)
 
     def soft_box(self, name, centre, target, width, height, radiance):
-        """A rectangle that shines towards the target, W/(m^2 sr)."""
+        """An emitting rectangle facing the target, W/(m^2 sr)."""
         material = self.g.add_material(name, (0, 0, 0), emission=radiance, diffuse_only=True)
         self.add(name, panel(centre, target, width, height).without_uvs(), material)
 
     def lamp(self, name, at, color, intensity, radius=None):
-        """A point light, candela; a sphere where it has a radius."""
+        """A point light in candela; a sphere if it has a radius."""
         fields = {"extras": {"kindling": {"radius": radius}}} if radius else {}
         light = self.g.add_light(name, "point", color, intensity, **fields)
         self.roots.append(self.g.add_node(name, translation=list(at), extensions=light))
@@ -77,7 +77,7 @@ class Studio:
         return self.g.add_material(name, color, 0.0, roughness)
 
     def lacquer(self, name, color, roughness=0.0):
-        """Paint that reflects as a dielectric does."""
+        """Paint with a dielectric coat."""
         return self.g.add_material(name, color, 0.0, roughness)
 
     def metal(self, name, color=SILVER, roughness=0.0):
@@ -97,7 +97,7 @@ class Studio:
         return self.g.add_texture(name, png, nearest=True)
 
     def finish(self, name, eye, target, yfov_deg, aspect, **lens):
-        """lens: what the camera's extras hold."""
+        """Adds the camera; lens: its extras."""
         camera = self.g.add_camera_node("camera", eye, target, math.radians(yfov_deg), aspect)
         if lens:
             self.g.json["cameras"][-1]["extras"] = {"kindling": lens}
@@ -105,7 +105,7 @@ class Studio:
         return self.g.finish(self.roots, name).to_glb()
 
     def _dome(self, sky, fade):
-        """Unlit: it shines on what meets it, and is not a light that shadow rays look for."""
+        """An unlit dome: rays that hit it see its radiance, but it is not sampled as a light."""
         inside = sphere(30.0, 32, 16)
         turned = [k for t in range(0, len(inside.indices), 3) for k in (inside.indices[t], inside.indices[t + 2], inside.indices[t + 1])]
         mesh = Mesh(inside.positions, [tuple(-c for c in n) for n in inside.normals], inside.uvs, turned)
@@ -134,7 +134,7 @@ class Studio:
         return part
 
     def _quantized_ball(self, points, indices):
-        """Positions of a unit sphere are its normals: one accessor of shorts is both."""
+        """Positions of a unit sphere equal its normals, so one accessor of shorts serves as both."""
         self.g.use("KHR_mesh_quantization", required=True)
         shorts = [tuple(round(32767 * c) for c in p) for p in points]
         accessor = self.g.add_accessor(shorts, "VEC3", SHORT, normalized=True, bounds=True, target=34962)
@@ -143,7 +143,7 @@ class Studio:
 
 
 def panel(centre, target, width, height):
-    """A rectangle that faces the target."""
+    """A rectangle facing the target."""
     n = normalize(subtract(target, centre))
     up = (0, 1, 0) if abs(n[1]) < 0.999 else (0, 0, -1)
     across = normalize(cross(up, n))
@@ -178,5 +178,5 @@ def icosphere(level):
 
 
 def checkers(first, second):
-    """Squares of two colours, linear RGB; 2 x 2 of them, with texture coordinates 0 to 1 over all."""
+    """2 x 2 squares of two colors, linear RGB, with texture coordinates 0 to 1 over all."""
     return images.paint(2, 2, 3, lambda x, y: images.srgb(first if (x + y) % 2 == 0 else second))

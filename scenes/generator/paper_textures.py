@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Procedural surfaces of the figures: turbulence and checkers as graphs of KHR_texture_procedurals, in front of one flat colour."""
+"""Procedural surfaces of the figures: turbulence and checkers by KHR_texture_procedurals, with one flat color as fallback."""
 from . import images, procedurals
 from .procedurals import Graph
 
 
 def textured(g, name, graph, mean, metallic=0.0, roughness=0.5, **fields):
-    """A material whose base colour is a graph; `mean`: linear RGB for readers that know no graphs."""
+    """A material whose base color is a graph; `mean`: linear RGB for readers without support for graphs."""
     root = g.json.get("extensions", {}).get("KHR_texture_procedurals", {"procedurals": []})
     number = len(root["procedurals"])
     procedurals.add(g, [graph])
@@ -14,9 +14,9 @@ def textured(g, name, graph, mean, metallic=0.0, roughness=0.5, **fields):
 
 
 def turbulence(name, colors, frequency, seed=0.0, octaves=6, gain=1.15, warp=0.0):
-    """Perlin's turbulence of the object's position (Perlin 1985, "An Image Synthesizer") through a ramp of three colours.
+    """Perlin's turbulence of the object's position (Perlin 1985, "An Image Synthesizer") through a ramp of three colors.
 
-    `seed` moves the pattern. `warp` above 0: the sine of the height plus that much turbulence instead, which is marble.
+    `seed` moves the pattern. `warp` above 0: the sine of the height plus turbulence times `warp`, which is marble.
     """
     graph = Graph(name)
     moved = graph.node("add", "vector3", in1=graph.node("position", "vector3", space="object"), in2=(seed, 0.37 * seed, 0.71 * seed))

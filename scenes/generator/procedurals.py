@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs of KHR_texture_procedurals (draft): nodes of MaterialX 1.39 as glTF writes them, and patterns made of them."""
+"""Graphs of KHR_texture_procedurals (draft): MaterialX 1.39 nodes in glTF, and patterns made of them."""
 
 
 class Ref:
-    """The output of a node: what inputs of later nodes are given."""
+    """The output of a node, for inputs of later nodes."""
 
     def __init__(self, node, value_type, output=None):
         self.node, self.type, self.output = node, value_type, output
 
 
 class Graph:
-    """One entry of the extension's "procedurals". Inputs are told by name: a Ref, or a constant (float, int, bool, str, tuple)."""
+    """One entry of the extension's "procedurals". Inputs are keyword arguments: a Ref, or a constant (float, int, bool, str, tuple)."""
 
     def __init__(self, name):
         self.name, self.nodes, self.outputs = name, [], []
@@ -56,7 +56,7 @@ def checkerboard(color1, color2, tiling=(8.0, 8.0)):
 
 
 def stripes(color1, color2, count=8.0, share=0.5):
-    """Vertical ones: color1 for the first `share` of each."""
+    """Vertical stripes: color1 for the first fraction `share` of each."""
     g = Graph("stripes")
     uv = g.node("texcoord", "vector2", index=0)
     u = g.node("extract", "float", in_=uv, index=0)
@@ -85,7 +85,7 @@ def turbulence(low, high, frequency=2.0, octaves=6):
 
 
 def marble(vein, stone, frequency=2.0, swirl=6.0, octaves=6):
-    """sin(x + turbulence), as Perlin 1985 has it."""
+    """sin(x + turbulence) (Perlin 1985)."""
     g = Graph("marble")
     p = g.node("multiply", "vector3", in1=g.node("position", "vector3", space="object"), in2=frequency)
     x = g.node("extract", "float", in_=p, index=0)
@@ -103,7 +103,7 @@ def worley(low, high, frequency=4.0):
 
 
 def add(gltf, graphs):
-    """Writes the graphs into a document (gltf.Gltf) and adds the one texture that stands where they are not read."""
+    """Writes the graphs into a document (gltf.Gltf) and adds the fallback texture."""
     gltf.use("KHR_texture_procedurals")
     gltf.use("EXT_texture_procedurals_mx_1_39")
     root = gltf.json.setdefault("extensions", {}).setdefault("KHR_texture_procedurals", {"procedurals": []})
@@ -111,6 +111,6 @@ def add(gltf, graphs):
 
 
 def slot(graph, fallback_texture, output=None):
-    """A textureInfo that reads graph number `graph`."""
+    """A textureInfo with graph number `graph`."""
     extension = {"index": graph} if output is None else {"index": graph, "output": output}
     return {"index": fallback_texture, "extensions": {"KHR_texture_procedurals": extension}}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Indexed triangle meshes: boxes, spheres, turned profiles, tubes, sheets, and how to move and join them."""
+"""Indexed triangle meshes: boxes, spheres, lathed profiles, tubes, sheets; transforms and unions."""
 import math
 
 from .gltf import cross, normalize, subtract
@@ -23,7 +23,7 @@ class Mesh:
         return self
 
     def mapped(self, point, vector=None):
-        """point and vector are functions of a triple; vector None: directions stay."""
+        """point and vector are functions of a triple; vector None: directions are unchanged."""
         normals = [normalize(vector(n)) for n in self.normals] if vector else self.normals
         return Mesh([point(p) for p in self.positions], normals, self.uvs, self.indices, self.colors)
 
@@ -36,7 +36,7 @@ class Mesh:
         return self.mapped(lambda p: (p[0] * x, p[1] * y, p[2] * z), lambda n: (n[0] / x, n[1] / y, n[2] / z))
 
     def rotated(self, axis, degrees):
-        """About x, y or z, counter-clockwise when the axis points at you."""
+        """About x, y or z, counter-clockwise seen against the axis."""
         c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
         turn = {
             "x": lambda p: (p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]),
@@ -61,7 +61,7 @@ def joined(meshes):
 
 
 def quad(corner, a, b, uv_scale=(1.0, 1.0)):
-    """corner, corner + a, corner + a + b, corner + b; faces a x b. v runs against b, so that pictures stand upright."""
+    """corner, corner + a, corner + a + b, corner + b; faces a x b. v runs against b, so that images are upright."""
     n = normalize(cross(a, b))
     add = lambda p, q: tuple(x + y for x, y in zip(p, q))
     u, v = uv_scale
@@ -70,7 +70,7 @@ def quad(corner, a, b, uv_scale=(1.0, 1.0)):
 
 
 def box(low, high, uv_per_m=1.0):
-    """Axis-aligned, faces outwards; texture coordinates in metres times uv_per_m."""
+    """Axis-aligned, faces outwards; texture coordinates in meters times uv_per_m."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     k = uv_per_m
@@ -85,7 +85,7 @@ def box(low, high, uv_per_m=1.0):
 
 
 def beveled_box(low, high, bevel, uv_per_m=1.0):
-    """A box with flat chamfers on its twelve edges: edges that catch the light."""
+    """A box with flat chamfers on its twelve edges, which show highlights."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     b = min(bevel, (x1 - x0) * 0.45, (y1 - y0) * 0.45, (z1 - z0) * 0.45)
     centre = ((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2)
@@ -134,12 +134,12 @@ def beveled_box(low, high, bevel, uv_per_m=1.0):
 
 
 def lathe(profile, segments=32, uv_scale=(1.0, 1.0), sharp_deg=40.0):
-    """Turns a profile of (radius, height) pairs about y, from bottom to top with the outside to the right of the way.
+    """Turns a profile of (radius, height) pairs about y, from bottom to top with the outside on the right.
 
-    Normals are smooth but where the profile bends by more than sharp_deg.
+    Normals are smooth except where the profile bends by more than sharp_deg.
     """
     profile = [p for i, p in enumerate(profile) if i == 0 or math.dist(p, profile[i - 1]) > 1e-7]
-    # Split at sharp corners, so that each run has normals of its own.
+    # Split at sharp corners: each run has its own normals.
     runs, run = [], [profile[0]]
     for i in range(1, len(profile)):
         run.append(profile[i])
@@ -188,7 +188,7 @@ def sphere(radius=1.0, segments=32, rings=16):
     profile[0] = (0.0, -radius)
     profile[-1] = (0.0, radius)
     mesh = lathe(profile, segments, sharp_deg=180.0)
-    # Of a sphere the normals are known.
+    # The normals of a sphere are exact.
     mesh.normals = [normalize(p) for p in mesh.positions]
     return mesh
 
@@ -211,7 +211,7 @@ def torus(major, minor, segments=32, sides=12):
 
 
 def tube(path, radii, sides=8, caps=True):
-    """A round tube along points; the frame is carried along without twisting."""
+    """A round tube along points; its frame is transported without twist."""
     result = Mesh()
     count = len(path)
     tangents = [normalize(subtract(path[min(i + 1, count - 1)], path[max(i - 1, 0)])) for i in range(count)]
@@ -244,7 +244,7 @@ def tube(path, radii, sides=8, caps=True):
 
 
 def outward(mesh):
-    """Turns triangles round whose winding disagrees with their normals."""
+    """Reverses triangles whose winding disagrees with their normals."""
     for t in range(0, len(mesh.indices), 3):
         a, b, c = mesh.indices[t:t + 3]
         face = cross(subtract(mesh.positions[b], mesh.positions[a]), subtract(mesh.positions[c], mesh.positions[a]))

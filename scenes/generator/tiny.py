@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One small glTF for each feature of the format: few triangles, text that can be read."""
+"""One small, readable glTF for each feature of the format."""
 import math
 import struct
 
@@ -9,7 +9,7 @@ from .shapes import Mesh, box, quad, sphere
 
 
 def _leaf_picture(alpha):
-    """An 8 x 8 checker; alpha runs from 0 on the left to 1 on the right if asked for."""
+    """An 8 x 8 checker; with alpha from 0 on the left to 1 on the right if requested."""
     def pixel(x, y):
         color = (0.85, 0.35, 0.20) if (x + y) % 2 else (0.95, 0.85, 0.60)
         return color + (((x + 0.5) / 8,) if alpha else ())
@@ -54,7 +54,7 @@ def non_indexed():
 
 
 def sparse():
-    """A flat 4 x 4 grid from one view; two vertices are lifted by the sparse part. A second accessor has no view at all."""
+    """A flat 4 x 4 grid from one view; the sparse part raises two vertices. A second accessor has no view."""
     g = Gltf()
     grid = [(i % 4, 0.0, i // 4) for i in range(16)]
     positions = g.add_accessor(grid, "VEC3", bounds=True)
@@ -71,7 +71,7 @@ def sparse():
 
 
 def interleaved():
-    """Position, normal and colour of a vertex side by side: one view with a stride of 28 bytes."""
+    """Interleaved positions, normals and colors: one view with a stride of 28 bytes."""
     g = Gltf()
     mesh = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0))
     colors = [(255, 60, 30, 255), (40, 200, 60, 255), (40, 90, 255, 255), (250, 220, 60, 255)]
@@ -85,7 +85,7 @@ def interleaved():
 
 
 def vertex_colors():
-    """COLOR_0 as normalized shorts, linear; the material's colour multiplies it."""
+    """COLOR_0 as normalized shorts, linear; multiplied by the material's color."""
     g = Gltf()
     mesh = _cube()
     colors = [tuple(int(65535 * (0.5 + c)) for c in p) for p in mesh.positions]
@@ -139,7 +139,7 @@ def skin():
 
 
 def animation():
-    """Four cubes moved by STEP, LINEAR and CUBICSPLINE, and turned; try --time 0.25, 0.5, 1.5."""
+    """Four cubes moved by STEP, LINEAR and CUBICSPLINE, and rotated; try --time 0.25, 0.5, 1.5."""
     g = Gltf()
     mesh = g.add("meshes", {"primitives": [g.add_primitive(_cube(0.3))]})
     nodes = [g.add_node(name, mesh=mesh, translation=[i - 1.5, 0, 0]) for i, name in enumerate(["step", "linear", "cubic", "turning"])]
@@ -160,7 +160,7 @@ def animation():
 
 
 def texture_transform():
-    """The same quad and picture as they are, and with offset, rotation and scale of KHR_texture_transform."""
+    """The same quad and image, plain and with offset, rotation and scale of KHR_texture_transform."""
     g = Gltf()
     g.use("KHR_texture_transform")
     texture = _checker_texture(g)
@@ -194,7 +194,7 @@ def light_point():
 
 
 def light_spot():
-    down = [math.sin(-math.pi / 4), 0, 0, math.cos(-math.pi / 4)]  # the axis is -z: a quarter turn about x makes it -y
+    down = [math.sin(-math.pi / 4), 0, 0, math.cos(-math.pi / 4)]  # the light's axis is -z; a quarter turn about x maps it to -y
     return _lit("spot", 60.0, [0.6, 3.0, 0.4], down, spot={"innerConeAngle": 0.25, "outerConeAngle": 0.5})
 
 
@@ -212,7 +212,7 @@ def unlit():
 
 
 def alpha_modes():
-    """One picture whose alpha grows to the right: OPAQUE ignores it, MASK cuts at 0.3 and at the default 0.5, BLEND mixes."""
+    """One image whose alpha increases to the right: OPAQUE ignores it, MASK cuts at 0.3 and at the default 0.5, BLEND mixes."""
     g = Gltf()
     texture = _checker_texture(g, alpha=True, nearest=False)
     shared = g.add_primitive(quad((-0.45, -0.45, 0), (0.9, 0, 0), (0, 0.9, 0)))
@@ -235,7 +235,7 @@ def orthographic_camera():
 
 
 def negative_scale():
-    """The right one is the left one mirrored: its winding turns round, its front must not."""
+    """The right one is the left one mirrored: its winding is reversed, its front is not."""
     g = Gltf()
     mesh = g.add_mesh("letter", [(box((-0.5, -0.5, -0.1), (-0.3, 0.5, 0.1)).append(box((-0.3, -0.5, -0.1), (0.3, -0.3, 0.1))).without_uvs(),
                                   g.add_material("red", (0.7, 0.1, 0.05)))])
@@ -333,7 +333,7 @@ def procedural_textures():
 
 
 def external_files():
-    """Buffer and picture beside the file, with a space and a letter outside of ASCII in their names, percent-encoded."""
+    """Buffer and image beside the file, with a space and a letter outside of ASCII in their names, percent-encoded."""
     g = Gltf()
     g.json["images"] = [{"uri": "checker%20board.png"}]
     g.json["textures"] = [{"source": 0}]

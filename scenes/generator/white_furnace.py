@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spheres that reflect all light: under a constant environment they must vanish."""
+"""Spheres that reflect all light; under a constant environment they must vanish."""
 from .gltf import Gltf
 from .shapes import sphere
 

@@ -1,4 +1,4 @@
-// Accessors: every way in which a file may store numbers.
+// Accessors: component types, strides, sparse values, bounds.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -12,7 +12,7 @@ std::string bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-// A triangle whose positions are the accessor `position`.
+// Returns a triangle whose positions are the accessor `position`.
 GltfBuilder with_position(GltfBuilder builder, int position) {
   builder.root_node({{"mesh", builder.mesh({{"attributes", {{"POSITION", position}}}})}});
   return builder;
@@ -46,18 +46,17 @@ TEST(Accessor, NormalizesIntegers) {
   EXPECT_EQ(read_as<uint16_t>(kUnsignedShort, true, 13107, 65535)[0], V3f(0.2f, 1, 0));
 }
 
-TEST(Accessor, RefusesFormatsThatItsUseDoesNotAllow) {
+TEST(Accessor, RefusesFormatsInvalidForTheirUse) {
   GltfBuilder builder;
   const int position = builder.accessor<float>({0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2}, kFloat, "VEC4");
-  EXPECT_EQ(
-      load(with_position(std::move(builder), position)).error,
-      "/meshes/0/primitives/0/attributes/POSITION: VEC4 of FLOAT, accepted for POSITION is VEC3 of FLOAT, normalized "
-      "BYTE or SHORT, BYTE or SHORT (MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT)");
+  EXPECT_EQ(load(with_position(std::move(builder), position)).error,
+            "/meshes/0/primitives/0/attributes/POSITION: VEC4 of FLOAT, POSITION must be VEC3 of FLOAT, normalized "
+            "BYTE or SHORT, BYTE or SHORT (MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT)");
 }
 
 TEST(Accessor, ReadsInterleavedAndOffset) {
   GltfBuilder builder;
-  // Position and normal by turns, after 8 bytes of something else.
+  // Interleaved positions and normals after 8 unrelated bytes.
   std::vector<float> values = {9, 9};
   for (int i = 0; i < 3; ++i) {
     const auto x = static_cast<float>(i);
@@ -132,14 +131,14 @@ TEST(Accessor, ChecksBounds) {
   EXPECT_NE(error([](json& r) { r["bufferViews"][0]["byteStride"] = 6; }).find("VALUE_MULTIPLE_OF"), std::string::npos);
   EXPECT_NE(error([](json& r) { r["accessors"][0]["normalized"] = true; }).find("ACCESSOR_NORMALIZED_INVALID"),
             std::string::npos);
-  EXPECT_NE(error([](json& r) { r["accessors"][0]["componentType"] = 5124; }).find("accepted is one of 5120"),
+  EXPECT_NE(error([](json& r) { r["accessors"][0]["componentType"] = 5124; }).find("expected one of 5120"),
             std::string::npos);
   EXPECT_NE(error([](json& r) { r["accessors"][0]["count"] = 0; }).find("VALUE_NOT_IN_RANGE"), std::string::npos);
   EXPECT_NE(error([](json& r) { r["accessors"][0]["bufferView"] = 1; }).find("UNRESOLVED_REFERENCE"),
             std::string::npos);
 }
 
-TEST(Accessor, RefusesABufferShorterThanItSays) {
+TEST(Accessor, RefusesBufferShorterThanDeclared) {
   GltfBuilder builder = triangle();
   builder.root["buffers"] = json::array({json{{"byteLength", 36}, {"uri", data_uri(builder.bin.substr(0, 35))}}});
   EXPECT_EQ(load(builder).error, "/buffers/0: declares 36 bytes but has 35 (BUFFER_BYTE_LENGTH_MISMATCH)");

@@ -1,4 +1,4 @@
-// KHR_animation_pointer: what reaches materials, cameras, lights and meshes, and what is refused.
+// KHR_animation_pointer: targets in materials, cameras, lights and meshes, and invalid ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animated_members.h"
 #include "tests/import/gltf_builder.h"
@@ -8,7 +8,7 @@
 namespace kindling::test {
 namespace {
 
-// One channel from `from` at 0 s to `to` at 1 s.
+// Adds one channel from `from` at 0 s to `to` at 1 s.
 GltfBuilder pointing(const char* pointer, const std::vector<float>& from, const std::vector<float>& to,
                      const char* type) {
   GltfBuilder builder = triangle();
@@ -32,16 +32,17 @@ Scene at_half(const GltfBuilder& builder) {
   return std::move(*loaded.scene);
 }
 
-TEST(AnimationPointer, ReachesMaterials) {
+TEST(AnimationPointer, AnimatesMaterials) {
   const Scene factor =
       at_half(pointing("/materials/0/pbrMetallicRoughness/baseColorFactor", {0, 0, 0, 1}, {1, 0.5f, 0, 0}, "VEC4"));
-  EXPECT_EQ(factor.materials[0].base_color_factor, V4f(0.5f, 0.25f, 0, 0.5f)); // a color: no quaternion
+  EXPECT_EQ(factor.materials[0].base_color_factor,
+            V4f(0.5f, 0.25f, 0, 0.5f)); // a color is not normalized as a quaternion
   const Scene strength =
       at_half(pointing("/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength", {0}, {8}, "SCALAR"));
   EXPECT_EQ(strength.materials[0].emissive_strength, 4.0f);
 }
 
-TEST(AnimationPointer, ReachesCamerasAndLights) {
+TEST(AnimationPointer, AnimatesCamerasAndLights) {
   GltfBuilder camera = pointing("/cameras/0/perspective/yfov", {0.5f}, {1.5f}, "SCALAR");
   camera.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 0.7}, {"znear", 0.1}}}});
   EXPECT_EQ(at_half(camera).cameras[0].yfov_rad, 1.0f);
@@ -51,7 +52,7 @@ TEST(AnimationPointer, ReachesCamerasAndLights) {
   EXPECT_EQ(at_half(light).lights[0].color, Rgb(0.5f, 0.25f, 0.125f));
 }
 
-TEST(AnimationPointer, ReachesWeightsOfMeshesAndSingleOnesOfNodes) {
+TEST(AnimationPointer, AnimatesWeightsOfMeshesAndNodes) {
   const auto morphed = [](const char* pointer, const std::vector<float>& from, const std::vector<float>& to) {
     GltfBuilder builder = pointing(pointer, from, to, "SCALAR");
     builder.root["meshes"][0]["primitives"][0]["targets"] = json::array({json{{"POSITION", 0}}, json{{"POSITION", 0}}});
@@ -71,12 +72,12 @@ TEST(AnimationPointer, ReadsIntegersAsFloats) {
   GltfBuilder builder = pointing("/materials/0/extensions/KHR_materials_ior/ior", {1}, {2}, "SCALAR");
   json& output = builder.root["animations"][0]["samplers"][0]["output"];
   output = builder.accessor<uint8_t>({1, 2}, kUnsignedByte, "SCALAR");
-  EXPECT_EQ(at_half(builder).materials[0].ior, 1.5f); // not normalized: 1 is 1.0
+  EXPECT_EQ(at_half(builder).materials[0].ior, 1.5f); // an unnormalized integer: 1 is 1.0
   output = builder.accessor<uint8_t>({255, 255}, kUnsignedByte, "SCALAR", true);
   EXPECT_EQ(at_half(builder).materials[0].ior, 1.0f);
 }
 
-TEST(AnimationPointer, RefusesValuesOfAnotherShape) {
+TEST(AnimationPointer, RefusesValuesOfWrongShape) {
   const auto error = [](const char* type, const std::vector<float>& one) {
     return load(pointing("/materials/0/emissiveFactor", one, one, type)).error;
   };
@@ -85,7 +86,7 @@ TEST(AnimationPointer, RefusesValuesOfAnotherShape) {
   EXPECT_NE(error("VEC3", {0, 0}).find("values for 2 keys"), std::string::npos);
 }
 
-TEST(AnimationPointer, WarnsOnceOfWhatIsNotThere) {
+TEST(AnimationPointer, WarnsOnceOfMissingTargets) {
   for (const char* pointer : {"/materials/1/alphaCutoff", "/materials/0/alphaMode", "/materials/0/normalTexture/scale",
                               "/materials/0/emissiveFactor/0", "/extensions/KHR_lights_punctual/lights/0/range",
                               "/cameras/0/perspective/zfar", "/materials//alphaCutoff", "/materials/-1/alphaCutoff",

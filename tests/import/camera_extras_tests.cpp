@@ -1,4 +1,4 @@
-// The lens and the shutter of cameras, from extras that are good, broken or somebody else's.
+// Lens and shutter of cameras, from valid, invalid and foreign extras.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -15,7 +15,7 @@ Loaded with_extras(json extras) {
   return load(builder);
 }
 
-TEST(CameraExtras, AreReadInFull) {
+TEST(CameraExtras, ReadsAllKeys) {
   const Loaded loaded = with_extras(json::parse(R"({"kindling": {
     "fStop": 2.8, "focalLength": 0.05, "focusDistance": 3.2, "focusPoint": [0.5, 0.6], "apertureBlades": 6,
     "apertureRotation": 0.2, "anamorphicRatio": 1.33, "catsEye": 0.25, "shutterOpen": -0.01, "shutterClose": 0.02}})"));
@@ -35,7 +35,7 @@ TEST(CameraExtras, AreReadInFull) {
   EXPECT_NEAR(camera.shutter->close_s, 0.02, 1e-9);
 }
 
-TEST(CameraExtras, AreOptionalOneByOne) {
+TEST(CameraExtras, EachKeyIsOptional) {
   for (const char* text : {"{}", R"({"kindling": {}})", R"("a note")", R"([1, 2])", R"({"other": {"fStop": "x"}})"}) {
     const Loaded loaded = with_extras(json::parse(text));
     ASSERT_TRUE(loaded.scene) << loaded.error;
@@ -52,27 +52,27 @@ TEST(CameraExtras, AreOptionalOneByOne) {
 }
 
 struct Broken {
-  const char* own;     // what stands in extras.kindling
+  const char* own;     // value of extras.kindling
   const char* warning; // without the file's name
 };
 
-TEST(CameraExtras, WarnOfWhatTheyIgnore) {
+TEST(CameraExtras, WarnsOfIgnoredValues) {
   for (const Broken& broken : {
-           Broken{R"({"fStop": 0})", "fStop: '0' is ignored, accepted is a number from 0.001 to 1e6"},
-           Broken{R"({"fStop": "2.8"})", R"(fStop: '"2.8"' is ignored, accepted is a number from 0.001 to 1e6)"},
-           Broken{R"({"focalLength": -1})", "focalLength: '-1' is ignored, accepted is a length above 0, in meters"},
-           Broken{R"({"focusDistance": null})", "focusDistance: 'null' is ignored, accepted is a length above 0"},
-           Broken{R"({"focusPoint": [0.5]})", "focusPoint: '[0.5]' is ignored, accepted is [x, y]"},
-           Broken{R"({"focusPoint": [0.5, 2]})", "focusPoint: '[0.5,2]' is ignored, accepted is [x, y]"},
-           Broken{R"({"apertureBlades": 2.5})", "apertureBlades: '2.5' is ignored, accepted is a whole number"},
+           Broken{R"({"fStop": 0})", "fStop: '0' is ignored, expected a number from 0.001 to 1e6"},
+           Broken{R"({"fStop": "2.8"})", R"(fStop: '"2.8"' is ignored, expected a number from 0.001 to 1e6)"},
+           Broken{R"({"focalLength": -1})", "focalLength: '-1' is ignored, expected a length above 0, in meters"},
+           Broken{R"({"focusDistance": null})", "focusDistance: 'null' is ignored, expected a length above 0"},
+           Broken{R"({"focusPoint": [0.5]})", "focusPoint: '[0.5]' is ignored, expected [x, y]"},
+           Broken{R"({"focusPoint": [0.5, 2]})", "focusPoint: '[0.5,2]' is ignored, expected [x, y]"},
+           Broken{R"({"apertureBlades": 2.5})", "apertureBlades: '2.5' is ignored, expected a whole number"},
            Broken{R"({"apertureBlades": 1e300})", "apertureBlades: '1e+300' is ignored"},
-           Broken{R"({"anamorphicRatio": 0})", "anamorphicRatio: '0' is ignored, accepted is a number from 0.1 to 10"},
-           Broken{R"({"catsEye": 1.5})", "catsEye: '1.5' is ignored, accepted is a number from 0 to 1"},
+           Broken{R"({"anamorphicRatio": 0})", "anamorphicRatio: '0' is ignored, expected a number from 0.1 to 10"},
+           Broken{R"({"catsEye": 1.5})", "catsEye: '1.5' is ignored, expected a number from 0 to 1"},
            Broken{R"({"shutterOpen": 1, "shutterClose": 0.5})",
-                  "shutterClose: '0.5' is ignored, accepted is a time not before"},
-           Broken{R"({"shutterOpen": 1})", "shutterOpen: '1' is ignored, accepted is a time not after shutterClose"},
-           Broken{R"({"fstop": 2})", "'fstop' is ignored, accepted are fStop, focalLength, focusDistance"},
-           Broken{"7", "'7' is ignored, accepted is an object"},
+                  "shutterClose: '0.5' is ignored, expected a time not before"},
+           Broken{R"({"shutterOpen": 1})", "shutterOpen: '1' is ignored, expected a time not after shutterClose"},
+           Broken{R"({"fstop": 2})", "'fstop' is ignored, expected one of fStop, focalLength, focusDistance"},
+           Broken{"7", "'7' is ignored, expected an object"},
        }) {
     const Loaded loaded = with_extras({{"kindling", json::parse(broken.own)}});
     ASSERT_TRUE(loaded.scene) << loaded.error;

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 
-# What the validator calls an error but leaves an image well defined, and why.
+# Errors of the validator that leave the image well defined, by reason.
 HARMLESS = {
     "declared bounds are not used": [
         "ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "ACCESSOR_MAX_MISMATCH",
@@ -27,22 +27,22 @@ HARMLESS = {
         "ACCESSOR_INVALID_FLOAT", "ACCESSOR_INVALID_IBM", "ACCESSOR_INVALID_SIGN", "ACCESSOR_VECTOR3_NON_UNIT",
         "ACCESSOR_NON_CLAMPED", "ACCESSOR_WEIGHTS_NEGATIVE", "ACCESSOR_WEIGHTS_NON_NORMALIZED", "ROTATION_NON_UNIT",
         "ACCESSOR_ANIMATION_SAMPLER_OUTPUT_NON_NORMALIZED_QUATERNION"],
-    "bytes are read one by one, so alignment and hints to a GPU do not matter": [
+    "alignment and hints to a GPU have no effect": [
         "ACCESSOR_OFFSET_ALIGNMENT", "ACCESSOR_TOTAL_OFFSET_ALIGNMENT", "ACCESSOR_MATRIX_ALIGNMENT",
         "MESH_PRIMITIVE_ACCESSOR_UNALIGNED", "MESH_PRIMITIVE_ACCESSOR_WITHOUT_BYTESTRIDE", "GLB_CHUNK_LENGTH_UNALIGNED",
         "BUFFER_VIEW_TARGET_OVERRIDE", "BUFFER_VIEW_INVALID_BYTE_STRIDE", "BUFFER_VIEW_TOO_BIG_BYTE_STRIDE",
         "MESH_PRIMITIVE_INDICES_ACCESSOR_WITH_BYTESTRIDE", "ANIMATION_SAMPLER_ACCESSOR_WITH_BYTESTRIDE",
         "SKIN_IBM_ACCESSOR_WITH_BYTESTRIDE", "IMAGE_BUFFER_VIEW_WITH_BYTESTRIDE"],
-    "an index with a vertex behind it is an index": ["ACCESSOR_INDEX_PRIMITIVE_RESTART"],
+    "an index with a vertex is valid": ["ACCESSOR_INDEX_PRIMITIVE_RESTART"],
     "points are not rendered; triangles with these joints are refused or repaired": [
         "ACCESSOR_JOINTS_INDEX_OOB", "ACCESSOR_JOINTS_INDEX_DUPLICATE"],
-    "the last one counts": ["ANIMATION_DUPLICATE_TARGETS"],
-    "MIME types are not believed, images are recognized by their bytes": [
+    "the last channel is used": ["ANIMATION_DUPLICATE_TARGETS"],
+    "MIME types are ignored, images are recognized by their bytes": [
         "BUFFER_DATA_URI_MIME_TYPE_INVALID", "IMAGE_MIME_TYPE_INVALID", "IMAGE_NON_ENABLED_MIME_TYPE",
         "TEXTURE_INVALID_IMAGE_MIME_TYPE"],
-    "an image that cannot be read is a warning": [
+    "an unreadable image is a warning": [
         "IMAGE_DATA_INVALID", "IMAGE_UNEXPECTED_EOS", "IO_ERROR", "INVALID_URI"],
-    "nothing, or the same twice": ["EMPTY_ENTITY", "DUPLICATE_ELEMENTS"],
+    "empty and duplicate elements have no effect": ["EMPTY_ENTITY", "DUPLICATE_ELEMENTS"],
     "a byte order mark is skipped": ["INVALID_JSON"],
     "unknown attributes, extensions and paths have no effect": [
         "MESH_PRIMITIVE_INVALID_ATTRIBUTE", "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_UNSIGNED_INT",
@@ -50,18 +50,18 @@ HARMLESS = {
         "UNEXPECTED_EXTENSION_OBJECT", "UNDECLARED_EXTENSION", "NON_REQUIRED_EXTENSION",
         "KHR_ANIMATION_POINTER_ANIMATION_CHANNEL_TARGET_PATH", "KHR_ANIMATION_POINTER_ANIMATION_CHANNEL_TARGET_NODE",
         "PATTERN_MISMATCH"],
-    "missing texture coordinates read (0, 0), missing tangents are made": [
+    "missing texture coordinates read (0, 0), missing tangents are computed": [
         "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", "MESH_PRIMITIVE_NO_TANGENT_SPACE"],
-    "joints are posed wherever they stand in the tree, 'skeleton' is not used": [
+    "joints may be anywhere in the tree, 'skeleton' is ignored": [
         "NODE_SKIN_NO_SCENE", "SKIN_NO_COMMON_ROOT", "SKIN_SKELETON_INVALID"],
-    "what has nothing to act on has no effect": ["NODE_SKIN_WITH_NON_SKINNED_MESH", "UNSATISFIED_DEPENDENCY"],
+    "features without a target have no effect": ["NODE_SKIN_WITH_NON_SKINNED_MESH", "UNSATISFIED_DEPENDENCY"],
     "the camera's type decides": ["ONE_OF_MISMATCH"],
 }
-# Extension objects that are not read yet: what is wrong in them does not matter.
+# Extension objects whose faults have no effect.
 UNREAD = ["KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_dispersion", "KHR_materials_iridescence",
           "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_transmission",
           "KHR_materials_variants", "KHR_materials_volume"]
-# One asset whose invalid parts are of unknown extensions and extras.
+# An asset whose invalid parts belong to unknown extensions and extras.
 HARMLESS_FILES = {"root/extensions_non_objects.gltf"}
 HARMLESS_CODES = {code for codes in HARMLESS.values() for code in codes}
 
@@ -69,7 +69,7 @@ SECONDS_PER_FILE = 20
 
 
 def run(load_check, files):
-    """Lines of load_check for the files; raises RuntimeError with what happened if something did."""
+    """Returns load_check's lines for the files; raises RuntimeError if it fails."""
     environment = dict(os.environ)
     environment.setdefault("ASAN_OPTIONS", "max_allocation_size_mb=2048:detect_leaks=1")
     environment.setdefault("UBSAN_OPTIONS", "print_stacktrace=1")
@@ -90,7 +90,7 @@ def run(load_check, files):
 
 
 def run_each(load_check, files, problems):
-    """Like run(), but a failure is pinned to a file, noted, and does not stop the others."""
+    """Like run(), but finds the file that fails, records it, and continues with the others."""
     try:
         return run(load_check, files)
     except RuntimeError as error:
@@ -104,7 +104,7 @@ def run_each(load_check, files, problems):
 
 
 def unexplained(file):
-    """Error codes of the validator's report that are not harmless."""
+    """Returns the error codes of the validator's report that are not harmless."""
     report = file + ".report.json"
     if not os.path.exists(report) or any(file.endswith(name) for name in HARMLESS_FILES):
         return []
@@ -113,7 +113,7 @@ def unexplained(file):
     codes = set()
     for message in messages:
         unread = any("/extensions/" + name in message.get("pointer", "") for name in UNREAD)
-        # The image of a texture that is not there is one that cannot be read.
+        # A missing image of a texture counts as unreadable.
         no_image = message["code"] == "UNRESOLVED_REFERENCE" and message.get("pointer", "").endswith("/source")
         if message["severity"] == 0 and message["code"] not in HARMLESS_CODES and not unread and not no_image:
             codes.add(message["code"])
@@ -121,7 +121,7 @@ def unexplained(file):
 
 
 def mutate_text(text, generator):
-    """JSON that stays JSON most of the time: other numbers, indices and words."""
+    """Changes numbers, indices and words; the result usually remains JSON."""
     kind = generator.randrange(4)
     if kind == 0:
         return mutate_bytes(text, generator)
@@ -153,7 +153,7 @@ def mutate_bytes(data, generator):
         start = generator.randrange(len(data))
         del data[start:start + generator.randrange(1, 64)]
     else:
-        # Half of them near the start, where headers are.
+        # Half of the changes are near the start, in headers.
         reach = len(data) if generator.random() < 0.5 else min(len(data), 4096)
         for _ in range(generator.randrange(1, 64 if kind == 4 else 5)):
             if reach:
@@ -162,7 +162,7 @@ def mutate_bytes(data, generator):
 
 
 def mutate(data, generator):
-    """Any file; a .glb mostly stays a container and has one of its chunks changed."""
+    """Mutates any file; a .glb usually remains a container with one changed chunk."""
     if data[:4] != b"glTF" or len(data) < 20 or generator.random() < 0.2:
         return mutate_text(data, generator) if data[:1] == b"{" else mutate_bytes(data, generator)
     length = int.from_bytes(data[12:16], "little")
@@ -177,7 +177,7 @@ def mutate(data, generator):
 
 
 def mutants(files, count, generator, folder):
-    """Copies of whole model folders, with mutated files beside the good ones."""
+    """Copies model folders, and adds mutated files beside the originals."""
     names = []
     copies = {}
     small = [file for file in files if os.path.getsize(file) < 4000000]

@@ -41,7 +41,7 @@ std::string encode_vertices(const void* data, size_t count, size_t stride) {
   return {out.begin(), out.end()};
 }
 
-// A compressed bufferView over a fallback buffer without data.
+// Adds a compressed bufferView over a fallback buffer without data.
 int compressed_view(GltfBuilder& builder, const std::string& bytes, size_t count, size_t stride, const char* mode,
                     const char* filter = "NONE") {
   const int plain = builder.view(bytes);
@@ -65,7 +65,7 @@ std::string with_fallback(const GltfBuilder& builder) {
   return root.dump();
 }
 
-// The grid with compressed positions and indices; accessor 0 and 1.
+// Returns the grid with compressed positions and indices, accessors 0 and 1.
 GltfBuilder meshopt_grid() {
   GltfBuilder builder;
   const std::vector<float> positions = grid_positions();
@@ -174,9 +174,9 @@ TEST(Meshopt, RefusesBrokenData) {
                   "/count: 63 elements of 12 bytes, the bufferView has 768"));
   EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["count"] = 9007199254740991; }), "/count: "));
   EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["byteStride"] = 6; }), "/byteStride: 6 with mode ATTRIBUTES"));
-  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["mode"] = "TRIANGLES"; }), "accepted is 2 or 4"));
-  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["filter"] = "QUATERNION"; }), "accepted is 8"));
-  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["filter"] = "OTHER"; }), "accepted is one of NONE"));
+  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["mode"] = "TRIANGLES"; }), "expected 2 or 4"));
+  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["filter"] = "QUATERNION"; }), "expected 8"));
+  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["filter"] = "OTHER"; }), "expected one of NONE"));
 }
 
 TEST(Quantization, ReadsIntegerAttributes) {
@@ -198,7 +198,7 @@ TEST(Quantization, ReadsIntegerAttributes) {
   EXPECT_EQ(decoded_primitive(loaded).texcoords.at(0)[0], V2f(-2, 3));
 }
 
-// The grid as Draco data, and the ids of its attributes.
+// The grid as Draco data, with the ids of its attributes.
 struct DracoGrid {
   std::string bytes;
   uint32_t position = 0;
@@ -274,16 +274,16 @@ TEST(Draco, RefusesBrokenData) {
     return load(builder).error;
   };
   const auto has = [](const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; };
-  EXPECT_TRUE(has(error([](GltfBuilder& b, json&) { b.bin[0] = 'X'; }), "does not hold Draco data"));
-  EXPECT_TRUE(has(error([](GltfBuilder& b, json&) { b.bin[5] = 1; }), "Draco bitstream 1.2, accepted is 2.2"));
+  EXPECT_TRUE(has(error([](GltfBuilder& b, json&) { b.bin[0] = 'X'; }), "not Draco data"));
+  EXPECT_TRUE(has(error([](GltfBuilder& b, json&) { b.bin[5] = 1; }), "Draco bitstream 1.2, expected 2.2"));
   EXPECT_TRUE(has(error([](GltfBuilder& b, json&) { b.root["bufferViews"][0]["byteLength"] = b.bin.size() / 2; }),
                   "that draco cannot decode"));
-  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["attributes"]["POSITION"] = 77; }),
-                  "id 77, which the Draco data do not hold"));
   EXPECT_TRUE(
-      has(error([](GltfBuilder&, json& e) { e["attributes"]["POSITION"] = "0"; }), "accepted is an integer from 0"));
-  EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["attributes"]["NORMAL"] = 0; }),
-                  "that the primitive itself does not list"));
+      has(error([](GltfBuilder&, json& e) { e["attributes"]["POSITION"] = 77; }), "id 77 is not in the Draco data"));
+  EXPECT_TRUE(
+      has(error([](GltfBuilder&, json& e) { e["attributes"]["POSITION"] = "0"; }), "expected an integer from 0"));
+  EXPECT_TRUE(
+      has(error([](GltfBuilder&, json& e) { e["attributes"]["NORMAL"] = 0; }), "that the primitive does not list"));
   EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["bufferView"] = 9; }), "UNRESOLVED_REFERENCE"));
   EXPECT_TRUE(has(error([&](GltfBuilder&, json& e) { e["attributes"]["POSITION"] = grid.texcoord; }),
                   "2 components in the Draco data, 3 in accessor 0"));

@@ -1,7 +1,7 @@
 // Files, containers, buffers and URIs.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/file_bytes.h"
-#include "renderer/import/uri.h"
+#include "renderer/import/files/file_bytes.h"
+#include "renderer/import/files/uri.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,9 @@ size_t triangle_count(const Loaded& loaded) {
 
 std::string_view span_text(const Result<gltf::OwnedBytes>& bytes) { return gltf::as_text(bytes.value().span()); }
 
-TEST(Hash, AgreesWithThePublishedXxh64) {
-  // XXH64 with seed 0 of "" and of "a", and one input of more than 32 bytes, as the reference implementation prints them.
+TEST(Hash, EqualsPublishedXxh64) {
+  // XXH64 with seed 0 of "", "a" and one input of more than 32 bytes, from the reference
+  // implementation.
   const auto hash = [](std::string_view text) {
     return gltf::hash_bytes(std::as_bytes(std::span(text.data(), text.size())));
   };
@@ -45,7 +46,7 @@ TEST(Uri, DecodesData) {
   EXPECT_FALSE(gltf::decode_data_uri("data:;base64").ok());
 }
 
-TEST(Uri, StaysInTheFolderOfTheScene) {
+TEST(Uri, RefusesPathsOutsideTheFolder) {
   const std::filesystem::path folder = "/scenes";
   EXPECT_EQ(gltf::resolve_uri(folder, "a/b%20c.bin").value(), folder / "a/b c.bin");
   EXPECT_EQ(gltf::resolve_uri(folder, "..a/b...bin").value(), folder / "..a/b...bin");
@@ -55,7 +56,7 @@ TEST(Uri, StaysInTheFolderOfTheScene) {
   }
 }
 
-TEST(Container, GltfWithDataUriAndGlbHoldTheSame) {
+TEST(Container, GltfWithDataUriEqualsGlb) {
   const GltfBuilder builder = triangle();
   const Loaded text = load(builder);
   const Loaded binary = load_text(builder.glb(), {}, "test.glb");
@@ -65,9 +66,7 @@ TEST(Container, GltfWithDataUriAndGlbHoldTheSame) {
   EXPECT_TRUE(text.warnings.empty());
 }
 
-TEST(Container, GlbIsKnownByItsBytesNotItsName) {
-  EXPECT_EQ(triangle_count(load_text(triangle().glb(), {}, "test.gltf")), 1U);
-}
+TEST(Container, DetectsGlbByMagicBytes) { EXPECT_EQ(triangle_count(load_text(triangle().glb(), {}, "test.gltf")), 1U); }
 
 TEST(Container, ReadsExternalBuffersOfAnyName) {
   const TempFolder folder;
@@ -97,16 +96,19 @@ TEST(Container, ContentHashCoversEveryFile) {
 }
 
 TEST(Container, RefusesBuffersOutsideTheFolder) {
-  for (const char* uri : {"../a.bin", "/a.bin", "file:///a.bin", "http://example.com/a.bin"}) {
+  for (const std::string uri : {"../a.bin", "/a.bin", "file:///a.bin", "http://example.com/a.bin"}) {
     GltfBuilder builder = triangle();
     builder.root["buffers"] = json::array({json{{"byteLength", builder.bin.size()}, {"uri", uri}}});
     const Loaded loaded = load(builder);
     EXPECT_EQ(loaded.kind, ErrorKind::scene_invalid);
-    EXPECT_NE(loaded.error.find("/buffers/0/uri: refused"), std::string::npos) << loaded.error;
+    const bool relative = uri.starts_with("..");
+    EXPECT_TRUE(loaded.error.starts_with(relative ? "/buffers/0/uri: '../a.bin' leaves the folder"
+                                                  : "/buffers/0/uri: absolute URI '" + uri + "'"))
+        << loaded.error;
   }
 }
 
-TEST(Container, SaysWhatCannotBeRead) {
+TEST(Container, ReportsUnreadableFiles) {
   const TempFolder folder;
   Loaded loaded = load_file(folder.path() / "absent.gltf");
   EXPECT_EQ(loaded.kind, ErrorKind::input_output);
@@ -140,7 +142,7 @@ TEST(Container, RefusesBrokenGlb) {
   EXPECT_NE(load_text(text, {}, "test.glb").error.find("BUFFER_MISSING_GLB_DATA"), std::string::npos);
 }
 
-TEST(Container, WarnsOfBytesAfterTheEnd) {
+TEST(Container, WarnsOfTrailingBytes) {
   const Loaded loaded = load_text(triangle().glb() + "tail", {}, "test.glb");
   EXPECT_EQ(triangle_count(loaded), 1U);
   EXPECT_TRUE(loaded.warned("GLB_EXTRA_DATA"));
@@ -148,9 +150,9 @@ TEST(Container, WarnsOfBytesAfterTheEnd) {
 
 TEST(Container, RefusesOtherVersions) {
   EXPECT_EQ(load_text(R"({"asset":{"version":"1.0"}})").error,
-            "/asset/version: glTF 1.0, accepted is 2.0 (UNKNOWN_ASSET_MAJOR_VERSION)");
+            "/asset/version: glTF 1.0, expected 2.0 (UNKNOWN_ASSET_MAJOR_VERSION)");
   EXPECT_EQ(load_text(R"({"asset":{"version":"two"}})").error,
-            "/asset/version: 'two', accepted is a version like 2.0 (PATTERN_MISMATCH)");
+            "/asset/version: 'two', expected a version like 2.0 (PATTERN_MISMATCH)");
   EXPECT_TRUE(load_text(R"({"asset":{"version":"2.7"}})").scene);
   EXPECT_FALSE(load_text(R"({"asset":{"version":"2.7","minVersion":"2.1"}})").scene);
   EXPECT_EQ(load_text("{}").error, "'asset' is missing (UNDEFINED_PROPERTY)");
@@ -164,7 +166,7 @@ TEST(Container, SurvivesDeepJson) {
   EXPECT_FALSE(load_text(std::string(depth, '{')).scene);
 }
 
-TEST(Container, HoldsItsLimits) {
+TEST(Container, EnforcesLimits) {
   const GltfBuilder builder = triangle();
   ImportOptions options;
   options.limits.max_file_bytes = 100;
@@ -180,15 +182,15 @@ TEST(Container, HoldsItsLimits) {
   EXPECT_NE(load(builder, options).error.find("/nodes: 1 nodes, at most 0"), std::string::npos);
 }
 
-TEST(Container, RefusesToGrowASmallFileIntoAHugeScene) {
+TEST(Container, RefusesHugeSceneFromSmallFile) {
   GltfBuilder builder;
-  // A billion points that no byte of the file backs.
+  // A billion points without data in the file.
   const int position = builder.push("accessors", {{"componentType", kFloat}, {"count", 1000000000}, {"type", "VEC3"}});
   builder.root_node({{"mesh", builder.mesh({{"attributes", {{"POSITION", position}}}})}});
   EXPECT_NE(load(builder).error.find("are accepted for a file of this size"), std::string::npos);
 }
 
-TEST(Container, RefusesVerticesFarApartThatNoByteBacks) {
+TEST(Container, RefusesManyVerticesWithoutData) {
   GltfBuilder builder;
   const int position = builder.push("accessors", {{"componentType", kFloat}, {"count", 4000000000}, {"type", "VEC3"}});
   const int indices = builder.accessor<uint32_t>({0, 1, 3999999999U}, kUnsignedInt, "SCALAR");
@@ -196,8 +198,8 @@ TEST(Container, RefusesVerticesFarApartThatNoByteBacks) {
   EXPECT_NE(load(builder).error.find("are accepted for a file of this size"), std::string::npos);
 }
 
-TEST(Container, EndsInTimeWhateverIsRepeated) {
-  // Each of these takes minutes if some step compares all with all.
+TEST(Container, LoadsRepeatedElementsInLinearTime) {
+  // Each of these takes minutes if some step is quadratic.
   GltfBuilder builder;
   for (int i = 0; i < 30000; ++i) {
     builder.push("images", {{"uri", "absent" + std::to_string(i) + ".png"}});
@@ -212,7 +214,7 @@ TEST(Container, EndsInTimeWhateverIsRepeated) {
   EXPECT_EQ(loaded.warnings.back(), "and 29900 other warnings");
 }
 
-TEST(Container, AcceptsByteOrderMarkAndIntegersWrittenAsFloats) {
+TEST(Container, AcceptsByteOrderMarkAndIntegersAsFloats) {
   GltfBuilder builder = triangle();
   builder.root["scene"] = 0.0;
   builder.root["nodes"][0]["mesh"] = 0.0;

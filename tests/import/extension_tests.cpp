@@ -1,4 +1,4 @@
-// The table of extensions: one source for code, documents and messages.
+// The table of extensions: README, messages, required and ignored extensions.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -13,12 +13,12 @@ namespace {
 
 using Level = ExtensionSupport::Level;
 
-TEST(Extensions, AreSortedAndUnique) {
+TEST(Extensions, TableIsSortedAndUnique) {
   const std::vector<ExtensionSupport> list = supported_extensions();
   for (size_t i = 1; i < list.size(); ++i) EXPECT_LT(list[i - 1].name, list[i].name);
 }
 
-TEST(Extensions, HoldWhatTheImporterPromises) {
+TEST(Extensions, SupportedExtensionsLoadWithoutWarning) {
   const std::vector<ExtensionSupport> list = supported_extensions();
   for (const char* name :
        {"KHR_texture_transform", "KHR_lights_punctual", "KHR_materials_unlit", "KHR_materials_emissive_strength",
@@ -31,7 +31,7 @@ TEST(Extensions, HoldWhatTheImporterPromises) {
   }
 }
 
-TEST(Extensions, AreTheTableOfTheReadme) {
+TEST(Extensions, TableEqualsReadme) {
   std::ifstream stream(KINDLING_SOURCE_DIR "/renderer/import/README.md");
   ASSERT_TRUE(stream);
   std::stringstream text;
@@ -44,7 +44,7 @@ TEST(Extensions, AreTheTableOfTheReadme) {
       << "put in what 'kindling info --extension-table' prints";
 }
 
-TEST(Extensions, TableHasARowForEach) {
+TEST(Extensions, MarkdownHasOneRowEach) {
   const std::string table = extension_table_markdown();
   for (const ExtensionSupport& extension : supported_extensions()) {
     const std::string row = "\n| " + std::string(extension.name) + " | " + std::string(name_of(extension.level)) +
@@ -60,7 +60,7 @@ Loaded with_extensions(json used, json required) {
   return load(builder);
 }
 
-TEST(Extensions, UnknownRequiredOnesAreRefusedWithTheList) {
+TEST(Extensions, RefusesUnknownRequiredExtensionWithList) {
   const Loaded loaded =
       with_extensions({"KHR_lights_punctual", "ACME_hologram"}, {"KHR_lights_punctual", "ACME_hologram"});
   EXPECT_EQ(loaded.kind, ErrorKind::scene_invalid);
@@ -72,7 +72,7 @@ TEST(Extensions, UnknownRequiredOnesAreRefusedWithTheList) {
   }
 }
 
-TEST(Extensions, IgnoredOnesWarnOnce) {
+TEST(Extensions, IgnoredExtensionsWarnOnce) {
   GltfBuilder builder;
   builder.root["extensionsUsed"] = {"ACME_hologram", "KHR_lights_punctual"};
   for (int i = 0; i < 3; ++i) builder.push("materials", {{"extensions", {{"ACME_hologram", json::object()}}}});
@@ -80,7 +80,7 @@ TEST(Extensions, IgnoredOnesWarnOnce) {
             (std::vector<std::string>{"/extensionsUsed/0: 'ACME_hologram' has no effect yet (unknown)"}));
 }
 
-TEST(Extensions, EndlessListsAreRefused) {
+TEST(Extensions, RefusesOverlongLists) {
   json names = json::array();
   for (int i = 0; i < 1001; ++i) names.push_back("ACME_" + std::to_string(i));
   EXPECT_EQ(with_extensions(names, {}).error, "/extensionsUsed: 1001 names, at most 1000 are accepted");

@@ -1,4 +1,4 @@
-// Base64, containers, temporary folders and the builder.
+// Base64, .glb containers, temporary folders, and the builder.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 

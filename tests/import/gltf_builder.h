@@ -1,4 +1,4 @@
-// Writes small glTF files for the tests of the importer, and loads them.
+// Builds small glTF files for the importer's tests, and loads them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,10 +26,10 @@ inline constexpr int kFloat = 5126;
 [[nodiscard]] std::string base64(std::string_view bytes);
 [[nodiscard]] std::string data_uri(std::string_view bytes, std::string_view media_type = "application/octet-stream");
 
-// A container of the two chunks; no BIN chunk if `bin` is empty.
+// Returns a .glb of the two chunks; no BIN chunk if `bin` is empty.
 [[nodiscard]] std::string make_glb(std::string json_text, std::string bin);
 
-// A folder of this test alone, removed at the end.
+// A temporary folder, removed at the end of the test.
 class TempFolder {
  public:
   TempFolder();
@@ -44,14 +44,14 @@ class TempFolder {
   std::filesystem::path path_;
 };
 
-// A file in the making: JSON to change at will, and one buffer.
+// A glTF file under construction: editable JSON and one buffer.
 struct GltfBuilder {
   json root = {{"asset", {{"version", "2.0"}}}};
   std::string bin;
 
-  // Bytes become a bufferView at a multiple of 4.
+  // Appends bytes as a bufferView at a multiple of 4.
   int view(std::string_view bytes, int stride = 0);
-  // One bufferView of its own, tightly packed.
+  // Adds an accessor with a bufferView of its own, tightly packed.
   template <typename T>
   int accessor(const std::vector<T>& values, int component_type, const char* type, bool normalized = false) {
     const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
@@ -60,19 +60,19 @@ struct GltfBuilder {
   int accessor_of(int buffer_view, size_t count, int component_type, const char* type, bool normalized = false);
   static size_t components(std::string_view type);
 
-  int push(const char* list, json item); // its index
+  int push(const char* list, json item); // returns its index
   int mesh(json primitive) { return push("meshes", {{"primitives", json::array({std::move(primitive)})}}); }
-  // A node, also listed in the scene.
+  // Adds a node, also to the scene.
   int root_node(json node);
 
   [[nodiscard]] std::string gltf() const; // the buffer as a data: URI
   [[nodiscard]] std::string glb() const;
 };
 
-// One triangle in z = 0 with corners (0,0), (1,0), (0,1), on a node of a scene.
+// Returns one triangle in z = 0 with corners (0,0), (1,0), (0,1), on a node of a scene.
 [[nodiscard]] GltfBuilder triangle();
 
-// What load_gltf() made of a text: the scene or the error without the file's path, and the warnings likewise.
+// The result of load_gltf(): scene or error, and warnings, without the path of the file.
 struct Loaded {
   std::optional<Scene> scene;
   std::string error;
@@ -87,7 +87,7 @@ struct Loaded {
                                const char* name = "test.gltf");
 [[nodiscard]] Loaded load(const GltfBuilder& builder, const ImportOptions& options = {});
 
-// Images of one pixel.
+// Images of one pixel in several formats.
 extern const std::string_view kPngBase64;
 extern const std::string_view kWebpBase64;
 [[nodiscard]] std::string from_base64(std::string_view text);

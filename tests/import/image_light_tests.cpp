@@ -1,4 +1,4 @@
-// EXT_lights_image_based: numbers, images and their encodings, and what is refused.
+// EXT_lights_image_based: values, image encodings, and invalid lights.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animated_members.h"
 #include "tests/import/gltf_builder.h"
@@ -10,7 +10,7 @@
 namespace kindling::test {
 namespace {
 
-// PNGs of one pixel: (255, 128, 0), the same with alpha 51, and two pixels in a row.
+// PNG images: one pixel (255, 128, 0), the same with alpha 51, and two pixels in a row.
 constexpr std::string_view kRgb =
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR42mP438AAAAQBAYD718vxAAAAAElFTkSuQmCC";
 constexpr std::string_view kRgbd =
@@ -43,7 +43,7 @@ Rgb texel(const Image& image) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
-TEST(ImageLights, AreRead) {
+TEST(ImageLights, ReadsLights) {
   const Loaded loaded = load(lit_by(kRgbd, kRgb));
   ASSERT_TRUE(loaded.scene) << loaded.error;
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
@@ -59,7 +59,7 @@ TEST(ImageLights, AreRead) {
   EXPECT_LT((texel(*light.faces[5]) - Rgb(5.0f, 5.0f * std::pow(128.0f / 255.0f, 2.2f), 0.0f)).length(), 1e-4f);
 }
 
-TEST(ImageLights, OfNoSceneAreNotDecoded) {
+TEST(ImageLights, DoesNotDecodeUnusedLights) {
   GltfBuilder builder = lit_by(kRgb, "AAAA");
   builder.root["scenes"][0].erase("extensions");
   const Loaded loaded = load(builder);
@@ -68,16 +68,16 @@ TEST(ImageLights, OfNoSceneAreNotDecoded) {
   EXPECT_EQ(loaded.scene->scenes[0].image_light, kNone);
 }
 
-TEST(ImageLights, ImagesThatDoNotFitLeaveTheCoefficients) {
+TEST(ImageLights, UsesCoefficientsWithoutValidFaces) {
   for (const auto& [first, others] : {std::pair(kWide, kRgb), std::pair(kRgb, std::string_view("AAAA"))}) {
     const Loaded loaded = load(lit_by(first, others));
     ASSERT_TRUE(loaded.scene) << loaded.error;
-    EXPECT_TRUE(loaded.warned("its coefficients are used alone"));
+    EXPECT_TRUE(loaded.warned("only the coefficients of the light are used"));
     for (const auto& face : loaded.scene->image_lights.at(0).faces) EXPECT_EQ(face, nullptr);
   }
 }
 
-TEST(ImageLights, BrokenOnesAreRefused) {
+TEST(ImageLights, RefusesInvalidLights) {
   const std::string place = "/extensions/EXT_lights_image_based/lights/0";
   const auto error = [](const char* property, const json& value) {
     GltfBuilder builder = lit_by(kRgb, kRgb);
@@ -85,13 +85,13 @@ TEST(ImageLights, BrokenOnesAreRefused) {
     return load(builder).error;
   };
   EXPECT_EQ(error("rotation", {0, 0, 0, 0}),
-            place + "/rotation: a quaternion of length 0, accepted are those of length 1 (ROTATION_NON_UNIT)");
+            place + "/rotation: a quaternion of length 0, expected length 1 (ROTATION_NON_UNIT)");
   EXPECT_EQ(error("irradianceCoefficients", json::array({json::array({1, 2, 3})})),
-            place + "/irradianceCoefficients: 1 coefficients, accepted are 9 (ARRAY_LENGTH_NOT_IN_LIST)");
+            place + "/irradianceCoefficients: 1 coefficients, expected 9 (ARRAY_LENGTH_NOT_IN_LIST)");
   for (const char* broken : {"[]", "7", "[1, 2]", "[[0, 1, 2, 3, 4]]", "[[0, 1, 2, 3, 4, 6]]", "[[0, 1, 2, 3, 4, -1]]",
                              "[[0, 1, 2, 3, 4, 0.5]]", "[[0, 1, 2, 3, 4, \"5\"]]"}) {
     EXPECT_EQ(error("specularImages", json::parse(broken)),
-              place + "/specularImages: accepted are lists of 6 images of 6 (TYPE_MISMATCH)")
+              place + "/specularImages: expected lists of 6 images of 6 (TYPE_MISMATCH)")
         << broken;
   }
   EXPECT_NE(error("irradianceCoefficients", json::parse("[[1e99, 0, 0]]")), "");
@@ -105,7 +105,7 @@ TEST(ImageLights, BrokenOnesAreRefused) {
   EXPECT_EQ(load(builder).error, place + ": no 'specularImages' (UNDEFINED_PROPERTY)");
 }
 
-TEST(ImageLights, RotationIsAnimatedAsARotation) {
+TEST(ImageLights, AnimatesRotationByQuaternion) {
   GltfBuilder builder = lit_by(kRgb, kRgb);
   const float s = std::sqrt(0.5f);
   const int input = builder.accessor<float>({0, 1}, kFloat, "SCALAR");

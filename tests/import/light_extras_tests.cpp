@@ -1,4 +1,4 @@
-// The size of lights, from extras that are good, broken or of another kind of light.
+// Sizes of lights, from extras that are valid, invalid or of another kind of light.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -15,13 +15,13 @@ Loaded with_extras_light(std::string_view light) {
   return load(builder);
 }
 
-TEST(LightExtras, AreReadInFull) {
+TEST(LightExtras, ReadsAllKeys) {
   const Loaded point = with_extras_light(R"({"type": "point", "extras": {"kindling": {"radius": 0.25}}})");
   ASSERT_TRUE(point.scene) << point.error;
   EXPECT_TRUE(point.warnings.empty());
   EXPECT_EQ(point.scene->lights[0].radius_m, 0.25f);
   const Loaded spot = with_extras_light(R"({"type": "spot", "spot": {}, "extras": {"kindling": {"radius": 0}}})");
-  EXPECT_EQ(spot.scene->lights[0].radius_m, 0.0f); // said, and so no flag's business
+  EXPECT_EQ(spot.scene->lights[0].radius_m, 0.0f); // set by the file, so no flag changes it
   const Loaded sun =
       with_extras_light(R"({"type": "directional", "extras": {"kindling": {"angularDiameter": 0.0093}}})");
   EXPECT_EQ(sun.scene->lights[0].angular_diameter_rad, 0.0093f);
@@ -31,19 +31,19 @@ TEST(LightExtras, AreReadInFull) {
   EXPECT_FALSE(plain.scene->lights[0].angular_diameter_rad);
 }
 
-TEST(LightExtras, WarnOfWhatTheyIgnore) {
+TEST(LightExtras, WarnsOfIgnoredValues) {
   struct BrokenLight {
     const char* type;
     const char* own;
     const char* warning;
   };
   for (const BrokenLight& broken : {
-           BrokenLight{"point", R"({"radius": -1})", "radius: '-1' is ignored, accepted is a length from 0, in meters"},
+           BrokenLight{"point", R"({"radius": -1})", "radius: '-1' is ignored, expected a length from 0, in meters"},
            BrokenLight{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
-           BrokenLight{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, accepted are radius"},
+           BrokenLight{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, expected one of radius"},
            BrokenLight{"directional", R"({"angularDiameter": 4})",
-                       "angularDiameter: '4' is ignored, accepted is an angle"},
-           BrokenLight{"directional", R"({"radius": 1})", "'radius' is ignored, accepted are angularDiameter"},
+                       "angularDiameter: '4' is ignored, expected an angle"},
+           BrokenLight{"directional", R"({"radius": 1})", "'radius' is ignored, expected one of angularDiameter"},
        }) {
     const Loaded loaded = with_extras_light(std::string(R"({"type": ")") + broken.type +
                                             R"(", "extras": {"kindling": )" + broken.own + "}}");

@@ -1,4 +1,4 @@
-// A developer's program: imports each FILE, poses its scenes, prints one line: OK or the error (-v warnings, -t time).
+// load_check [-v] [-t] FILE...: imports each file, prints OK or the error (-v warnings, -t time).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/pose.h"
@@ -28,7 +28,7 @@ size_t triangles(const kindling::Scene& scene) {
   return count;
 }
 
-// What a renderer does first: at rest and in the middle of the animations. Empty if all went well.
+// Poses every scene at rest and during its animations; returns the first error, or an empty string.
 std::string pose_all(const kindling::Scene& scene) {
   for (size_t i = 0; i < scene.scenes.size(); ++i) {
     for (const std::optional<double>& time : {std::optional<double>(), std::optional<double>(0.5)}) {

@@ -1,5 +1,5 @@
-// Writes meshopt_fixtures_tables.cpp: streams of the attribute codec's version 1 as an encoder of others makes them, and what its
-// reference decoder makes of them (in JavaScript; the WebAssembly one of 1.0.1 gets rotated XOR deltas wrong under Node 20).
+// Writes meshopt_fixtures_tables.cpp: streams of attribute codec version 1 from meshoptimizer's encoder, and their
+// bytes from its reference decoder in JavaScript (the WebAssembly one of 1.0.1 decodes rotated XOR deltas wrongly under Node 20).
 // Usage: npm install meshoptimizer@1.0.1; node make_meshopt_fixtures.mjs > meshopt_fixtures_tables.cpp
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert';
@@ -41,7 +41,7 @@ const text = data => {
   const base64 = Buffer.from(data).toString('base64');
   return (base64.match(/.{1,110}/g) ?? ['']).map(line => `\n     "${line}"`).join('');
 };
-console.log(`// Written by make_meshopt_fixtures.mjs: streams encoded by meshoptimizer 1.0.1, and what its reference decoder makes of them.
+console.log(`// Streams of meshoptimizer 1.0.1 with their decoded bytes; written by make_meshopt_fixtures.mjs.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/meshopt_fixtures.h"
 

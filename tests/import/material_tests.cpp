@@ -1,4 +1,4 @@
-// Materials, textures and images.
+// Core materials, texture transforms, samplers, images.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -15,7 +15,7 @@ Loaded with_material(std::string_view text) {
   return load(builder);
 }
 
-TEST(Materials, HaveTheDefaultsOfTheSpecification) {
+TEST(Materials, HasDefaultsOfSpecification) {
   const Loaded loaded = with_material("{}");
   ASSERT_TRUE(loaded.scene) << loaded.error;
   const Material& material = loaded.scene->materials[0];
@@ -33,7 +33,7 @@ TEST(Materials, HaveTheDefaultsOfTheSpecification) {
   EXPECT_FALSE(material.base_color_texture.present());
 }
 
-TEST(Materials, ReadEveryFieldOfTheCore) {
+TEST(Materials, ReadsEveryCoreField) {
   const Loaded loaded = with_material(R"({"name": "m", "doubleSided": true, "alphaMode": "MASK", "alphaCutoff": 0.25,
     "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.6,
       "baseColorTexture": {"index": 0, "texCoord": 1}, "metallicRoughnessTexture": {"index": 1}},
@@ -58,7 +58,7 @@ TEST(Materials, ReadEveryFieldOfTheCore) {
   EXPECT_EQ(with_material(R"({"alphaMode": "BLEND"})").scene->materials[0].alpha_mode, AlphaMode::blend);
 }
 
-TEST(Materials, ReadExtensions) {
+TEST(Materials, ReadsExtensions) {
   const Loaded loaded = with_material(R"({"extensions": {"ACME_shine": {"a": "?"}, "KHR_materials_ior": {"ior": 1.33},
     "KHR_materials_emissive_strength": {"emissiveStrength": 7},
     "KHR_materials_specular": {"specularFactor": 0, "specularTexture": {"index": 1}, "specularColorFactor": [2, 1, 0],
@@ -76,7 +76,7 @@ TEST(Materials, ReadExtensions) {
                                                                 "KHR_materials_ior", "KHR_materials_specular"}));
 }
 
-TEST(Materials, ReadTextureTransforms) {
+TEST(Materials, ReadsTextureTransforms) {
   const Loaded loaded =
       with_material(R"({"emissiveTexture": {"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform":
     {"offset": [0.5, 1], "rotation": 1.5, "scale": [2, -3], "texCoord": 2}}}})");
@@ -88,10 +88,10 @@ TEST(Materials, ReadTextureTransforms) {
   EXPECT_EQ(slot.texcoord, 2);
 }
 
-TEST(Materials, RefuseValuesOutOfRange) {
+TEST(Materials, RefusesValuesOutOfRange) {
   EXPECT_EQ(
       with_material(R"({"pbrMetallicRoughness": {"metallicFactor": 1.5}})").error,
-      "/materials/0/pbrMetallicRoughness/metallicFactor: 1.5, accepted is a number from 0 to 1 (VALUE_NOT_IN_RANGE)");
+      "/materials/0/pbrMetallicRoughness/metallicFactor: 1.5, expected a number from 0 to 1 (VALUE_NOT_IN_RANGE)");
   EXPECT_FALSE(with_material(R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1]}})").scene);
   EXPECT_FALSE(with_material(R"({"alphaMode": "CUTOUT"})").scene);
   EXPECT_FALSE(with_material(R"({"emissiveFactor": [-1, 0, 0]})").scene);
@@ -102,17 +102,17 @@ TEST(Materials, RefuseValuesOutOfRange) {
       with_material(
           R"({"extensions": {"KHR_texture_transform": 1, "KHR_materials_specular": {"specularTexture": {"index": 9}}}})")
           .scene);
-  // Rounding does not count.
+  // Rounding errors are clamped.
   EXPECT_EQ(
       with_material(R"({"pbrMetallicRoughness": {"metallicFactor": 1.00000012}})").scene->materials[0].metallic_factor,
       1.0f);
-  // Strong emission without its extension has a clear meaning.
+  // Strong emission without its extension is accepted with a warning.
   const Loaded strong = with_material(R"({"emissiveFactor": [3, 0, 0]})");
   EXPECT_EQ(strong.scene->materials[0].emissive_factor.x, 3.0f);
   EXPECT_TRUE(strong.warned("KHR_materials_emissive_strength"));
 }
 
-// A material that uses texture 0, and room for images.
+// Returns a material that uses texture 0.
 GltfBuilder textured(json image) {
   GltfBuilder builder;
   builder.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
@@ -122,7 +122,7 @@ GltfBuilder textured(json image) {
   return builder;
 }
 
-TEST(Textures, ReadSamplers) {
+TEST(Textures, ReadsSamplers) {
   const Loaded loaded = load(textured({{"uri", "data:image/png;base64," + std::string(kPngBase64)}}));
   ASSERT_TRUE(loaded.scene) << loaded.error;
   const SceneTexture& texture = loaded.scene->textures[0];
@@ -131,7 +131,7 @@ TEST(Textures, ReadSamplers) {
   EXPECT_EQ(texture.wrap_v, TextureWrap::mirrored_repeat);
 }
 
-TEST(Textures, ReadImagesFromAnywhere) {
+TEST(Textures, ReadsImagesFromAllSources) {
   const std::string png = from_base64(kPngBase64);
   const auto width = [](const Loaded& loaded) {
     EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
@@ -148,7 +148,7 @@ TEST(Textures, ReadImagesFromAnywhere) {
   EXPECT_EQ(width(load_file(folder.write("test.gltf", textured({{"uri", "a%20%C3%A4.png"}}).gltf()))), 1);
 }
 
-TEST(Textures, PreferWebpWhereItIsGiven) {
+TEST(Textures, PrefersWebp) {
   GltfBuilder builder = textured({{"uri", data_uri("not an image")}});
   builder.root["textures"][0]["extensions"]["EXT_texture_webp"]["source"] =
       builder.push("images", {{"uri", data_uri(from_base64(kWebpBase64))}});
@@ -158,7 +158,7 @@ TEST(Textures, PreferWebpWhereItIsGiven) {
   EXPECT_EQ(loaded.scene->textures[0].image->width, 1);
 }
 
-TEST(Textures, UnreadableOnesAreAWarning) {
+TEST(Textures, WarnsOfUnreadableImages) {
   const auto check = [](json image, std::string_view part) {
     const Loaded loaded = load(textured(std::move(image)));
     ASSERT_TRUE(loaded.scene) << loaded.error;
@@ -168,30 +168,30 @@ TEST(Textures, UnreadableOnesAreAWarning) {
     EXPECT_NE(loaded.warnings[0].find("the material's factor is used alone"), std::string::npos);
   };
   check({{"uri", "absent.png"}}, "/images/0: 'absent.png': no such file");
-  check({{"uri", "../a.png"}}, "refused '../a.png', which leaves the folder");
-  check({{"uri", "https://example.com/a.png"}}, "refused the absolute URI");
+  check({{"uri", "../a.png"}}, "'../a.png' leaves the folder");
+  check({{"uri", "https://example.com/a.png"}}, "absolute URI");
   check({{"uri", data_uri("GIF89a")}}, "/images/0: ");
   check({{"uri", data_uri(from_base64(kPngBase64).substr(0, 50))}}, "/images/0: ");
 }
 
-TEST(Textures, WithoutImageAreAWarning) {
+TEST(Textures, WarnsOfTexturesWithoutImage) {
   GltfBuilder builder = textured({{"uri", "a.png"}});
   builder.root["textures"][0]["source"] = 5;
   const Loaded loaded = load(builder);
   ASSERT_TRUE(loaded.scene) << loaded.error;
   EXPECT_TRUE(loaded.warned("/textures/0/source: 5"));
-  EXPECT_TRUE(loaded.warned("a texture without an image"));
+  EXPECT_TRUE(loaded.warned("a texture without a readable image"));
 }
 
-TEST(Textures, RefuseImagesThatAreTwoOrNone) {
+TEST(Textures, RefusesImagesWithTwoSourcesOrNone) {
   EXPECT_EQ(load(textured(json::object())).error,
-            "/images/0: neither uri nor bufferView, accepted is one (ONE_OF_MISMATCH)");
+            "/images/0: neither uri nor bufferView, expected one of them (ONE_OF_MISMATCH)");
   GltfBuilder builder = textured({{"uri", "a.png"}});
   builder.root["images"][0]["bufferView"] = builder.view("abcd");
-  EXPECT_EQ(load(builder).error, "/images/0: both uri and bufferView, accepted is one (ONE_OF_MISMATCH)");
+  EXPECT_EQ(load(builder).error, "/images/0: both uri and bufferView, expected one of them (ONE_OF_MISMATCH)");
 }
 
-TEST(Textures, HoldEqualImagesOnce) {
+TEST(Textures, StoresEqualImagesOnce) {
   const std::string uri = "data:image/png;base64," + std::string(kPngBase64);
   GltfBuilder builder = textured({{"uri", uri}});
   builder.push("images", {{"uri", uri}});
@@ -206,7 +206,7 @@ TEST(Textures, HoldEqualImagesOnce) {
   EXPECT_EQ(loaded.scene->textures[0].image, loaded.scene->textures[2].image);
 }
 
-TEST(Textures, DecodeOnlyWhatIsUsedAndWanted) {
+TEST(Textures, DecodesUsedTexturesOnly) {
   GltfBuilder builder = textured({{"uri", "data:image/png;base64," + std::string(kPngBase64)}});
   builder.push("images", {{"uri", "absent.png"}});
   builder.push("textures", {{"source", 1}});
@@ -219,7 +219,7 @@ TEST(Textures, DecodeOnlyWhatIsUsedAndWanted) {
   EXPECT_EQ(load(builder, options).scene->textures[0].image, nullptr);
   options = {};
   options.limits.max_texture_bytes = 1;
-  EXPECT_NE(load(builder, options).error.find("decoded images of more than 1 bytes"), std::string::npos);
+  EXPECT_NE(load(builder, options).error.find("the decoded images have more than 1 bytes"), std::string::npos);
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Meshes: primitive modes, vertex attributes, morph targets.
+// Meshes: primitive modes, vertex attributes and their repair, morph targets.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -32,8 +32,9 @@ const Primitive& only(const Loaded& loaded) {
 using Indices = std::vector<uint32_t>;
 
 TEST(Mesh, UnrollsEveryTriangleMode) {
-  // glTF 2.0, section 3.7.2.1: strips keep the winding by turning every second triangle, fans start each with the next two.
-  EXPECT_EQ(only(load(zigzag(4))).indices, (Indices{0, 1, 2})); // two vertices are left over
+  // glTF 2.0, section 3.7.2.1: strips reverse every second triangle to preserve the winding; a
+  // triangle of a fan starts with the next two vertices.
+  EXPECT_EQ(only(load(zigzag(4))).indices, (Indices{0, 1, 2})); // two vertices are unused
   EXPECT_EQ(only(load(zigzag(5))).indices, (Indices{0, 1, 2, 1, 3, 2, 2, 3, 4}));
   EXPECT_EQ(only(load(zigzag(6))).indices, (Indices{1, 2, 0, 2, 3, 0, 3, 4, 0}));
   EXPECT_EQ(only(load(zigzag(5, {4, 3, 2, 1, 0}))).indices, (Indices{4, 3, 2, 3, 1, 2, 2, 1, 0}));
@@ -74,7 +75,7 @@ TEST(Mesh, RefusesIndicesOutOfBounds) {
   EXPECT_NE(load(builder).error.find("MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT"), std::string::npos);
 }
 
-TEST(Mesh, KeepsOnlyVerticesInUse) {
+TEST(Mesh, RemovesUnusedVertices) {
   const Loaded loaded = load(zigzag(4, {4, 2, 1}));
   EXPECT_EQ(only(loaded).indices, (Indices{2, 1, 0}));
   EXPECT_EQ(only(loaded).positions, (std::vector<V3f>{{0, 1, 0}, {1, 0, 0}, {2, 0, 0}}));
@@ -112,7 +113,7 @@ TEST(Mesh, ReadsAllTexcoordSetsAndColors) {
   EXPECT_TRUE(primitive.texcoords[1].empty());
   EXPECT_EQ(primitive.texcoords[2], (std::vector<V2f>{{0, 0}, {1, 0}, {0, 1}}));
   EXPECT_EQ(primitive.colors, (std::vector<V4f>{{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 0, 1}}));
-  EXPECT_TRUE(loaded.warned("1 texture coordinates that are no finite numbers"));
+  EXPECT_TRUE(loaded.warned("1 texture coordinates that are not finite"));
 }
 
 TEST(Mesh, ReadsColorsWithAlphaOfEveryType) {
@@ -128,7 +129,7 @@ TEST(Mesh, ReadsColorsWithAlphaOfEveryType) {
             V4f(1, 0, 0, .2f));
 }
 
-TEST(Mesh, RefusesAttributesOfAnotherLength) {
+TEST(Mesh, RefusesAttributesOfUnequalLength) {
   GltfBuilder builder = triangle();
   builder.root["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] =
       builder.accessor<float>({0, 0, 1, 0, 0, 1}, kFloat, "VEC3");
@@ -149,7 +150,7 @@ GltfBuilder normal_mapped() {
   return builder;
 }
 
-TEST(Mesh, MakesTangentsWhereANormalMapNeedsThem) {
+TEST(Mesh, ComputesTangentsForNormalMaps) {
   const Loaded loaded = load(normal_mapped());
   ASSERT_EQ(only(loaded).tangents.size(), 3U);
   for (const V4f& tangent : only(loaded).tangents)
@@ -157,14 +158,14 @@ TEST(Mesh, MakesTangentsWhereANormalMapNeedsThem) {
   EXPECT_TRUE(only(load(triangle())).tangents.empty());
 }
 
-TEST(Mesh, KeepsTheFilesTangentsAndRepairsThem) {
+TEST(Mesh, ReadsAndRepairsTangents) {
   GltfBuilder builder = normal_mapped();
   json& attributes = builder.root["meshes"][0]["primitives"][0]["attributes"];
   attributes["TANGENT"] = builder.accessor<float>({0, 2, 0, 1, 0, 1, 0, -1, 0, 1, 0, 0}, kFloat, "VEC4");
   EXPECT_EQ(only(load(builder)).tangents, (std::vector<V4f>{{0, 1, 0, 1}, {0, 1, 0, -1}, {0, 1, 0, 1}}));
   attributes["TANGENT"] = builder.accessor<float>({0, 0, 0, 1, 0, 1, 0, -1, 0, 1, 0, 0}, kFloat, "VEC4");
   const Loaded loaded = load(builder);
-  EXPECT_TRUE(loaded.warned("1 tangents without a direction: all are made anew"));
+  EXPECT_TRUE(loaded.warned("1 tangents without a direction: all are recomputed"));
   EXPECT_NEAR(std::abs(only(loaded).tangents.at(0).x), 1.0f, 1e-6f);
 }
 
@@ -187,7 +188,7 @@ TEST(Mesh, ReadsJointsAndNormalizesWeights) {
   const Loaded loaded = load(builder);
   const Primitive& primitive = only(loaded);
   ASSERT_EQ(primitive.joints.size(), 6U);
-  // Vertex 0: half and half over both sets; the joint without weight becomes 0.
+  // Vertex 0: equal weights in both sets; the joint without weight becomes 0.
   EXPECT_EQ(primitive.joints[0], (std::array<uint16_t, 4>{1, 0, 0, 0}));
   EXPECT_EQ(primitive.joints[3], (std::array<uint16_t, 4>{2, 0, 0, 0}));
   EXPECT_EQ(primitive.weights[0], V4f(.5f, 0, 0, 0));
@@ -232,8 +233,8 @@ TEST(Mesh, ReadsMorphTargets) {
   EXPECT_NE(load(builder).error.find("MESH_PRIMITIVE_MORPH_TARGET_INVALID_ATTRIBUTE_COUNT"), std::string::npos);
 }
 
-TEST(Mesh, IsTheSameForAnyOrderOfWork) {
-  // Several broken primitives: the error is always the first one's.
+TEST(Mesh, IsIndependentOfWorkOrder) {
+  // Several invalid primitives: the error is always that of the first.
   GltfBuilder builder = triangle();
   json& primitives = builder.root["meshes"][0]["primitives"];
   const int bad = builder.accessor<uint8_t>({0, 1, 7}, kUnsignedByte, "SCALAR");

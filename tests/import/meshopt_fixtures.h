@@ -1,4 +1,4 @@
-// Streams of the attribute codec's version 1 and what they decode to.
+// Streams of attribute codec version 1, and their decoded bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

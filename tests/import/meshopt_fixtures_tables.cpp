@@ -1,4 +1,4 @@
-// Written by make_meshopt_fixtures.mjs: streams encoded by meshoptimizer 1.0.1, and what its reference decoder makes of them.
+// Streams of meshoptimizer 1.0.1 with their decoded bytes; written by make_meshopt_fixtures.mjs.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/meshopt_fixtures.h"
 

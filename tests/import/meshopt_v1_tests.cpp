@@ -1,6 +1,6 @@
-// KHR_meshopt_compression: version 1 of the attribute codec and the color filter, against streams and answers of the reference library.
+// KHR_meshopt_compression: attribute codec version 1 and color filter against the reference.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/meshopt_attributes.h"
+#include "renderer/import/compression/meshopt_attributes.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/import/meshopt_fixtures.h"
 
@@ -22,7 +22,8 @@ struct Decoded {
   std::vector<std::byte> bytes;
 };
 
-// The stream in memory of exactly its size, so that a sanitizer sees every byte read beyond it.
+// Copies the stream to memory of exactly its size, so that a sanitizer detects every read beyond
+// it.
 Decoded decode(const std::vector<std::byte>& stream, size_t count, size_t stride, std::string_view filter) {
   const auto exact = std::make_unique<std::byte[]>(stream.size());
   std::copy(stream.begin(), stream.end(), exact.get());
@@ -32,7 +33,7 @@ Decoded decode(const std::vector<std::byte>& stream, size_t count, size_t stride
   return out;
 }
 
-TEST(MeshoptV1, DecodesToTheBitWhatTheReferenceDoes) {
+TEST(MeshoptV1, DecodesBitIdenticallyToReference) {
   for (const MeshoptFixture& fixture : meshopt_fixtures()) {
     const std::vector<std::byte> stream = from_base64_bytes(fixture.encoded);
     ASSERT_TRUE(gltf::is_meshopt_attributes_v1(stream)) << fixture.name;
@@ -42,7 +43,7 @@ TEST(MeshoptV1, DecodesToTheBitWhatTheReferenceDoes) {
   }
 }
 
-TEST(MeshoptV1, RefusesStreamsOfAnotherLength) {
+TEST(MeshoptV1, RefusesStreamsOfWrongLength) {
   for (const MeshoptFixture& fixture : meshopt_fixtures()) {
     std::vector<std::byte> stream = from_base64_bytes(fixture.encoded);
     EXPECT_FALSE(decode({}, fixture.count, fixture.stride, "").valid);
@@ -53,7 +54,7 @@ TEST(MeshoptV1, RefusesStreamsOfAnotherLength) {
   }
 }
 
-TEST(MeshoptV1, RefusesChannelModesThatDoNotExist) {
+TEST(MeshoptV1, RefusesInvalidChannelModes) {
   const MeshoptFixture& fixture = meshopt_fixtures()[0];
   for (const int mode : {0x03, 0x0f, 0x10, 0x21}) {
     std::vector<std::byte> stream = from_base64_bytes(fixture.encoded);
@@ -62,7 +63,7 @@ TEST(MeshoptV1, RefusesChannelModesThatDoNotExist) {
   }
 }
 
-// Whatever the bytes are, nothing is read or written out of bounds (for builds with sanitizers) and something is answered.
+// No bytes cause access out of bounds (for builds with sanitizers), and each stream gets an answer.
 TEST(MeshoptV1, SurvivesBrokenStreams) {
   std::mt19937 random(1);
   size_t valid = 0;
@@ -79,7 +80,7 @@ TEST(MeshoptV1, SurvivesBrokenStreams) {
   EXPECT_GT(valid, 0U); // other values in a stream of the same shape
 }
 
-TEST(MeshoptV1, ColorsOfNoEncoderBecomeSomeColor) {
+TEST(MeshoptV1, InvalidColorsGiveValidValues) {
   for (const size_t stride : {4U, 8U}) {
     std::vector<std::byte> elements(stride * 3, std::byte{0});
     std::fill(elements.begin() + static_cast<std::ptrdiff_t>(stride), elements.end(), std::byte{0xff});
@@ -89,7 +90,7 @@ TEST(MeshoptV1, ColorsOfNoEncoderBecomeSomeColor) {
   }
 }
 
-// A file whose positions are the fixture of that name, in the extension of that name.
+// Returns a file whose positions are the named fixture, in the named extension.
 json compressed_file(const char* extension, std::string_view name) {
   const auto fixtures = meshopt_fixtures();
   const auto fixture =
@@ -125,12 +126,12 @@ TEST(MeshoptV1, FilesLoad) {
   }
 }
 
-TEST(MeshoptV1, BrokenFilesSayWhereTheyAre) {
+TEST(MeshoptV1, InvalidFilesReportThePlace) {
   json root = compressed_file("KHR_meshopt_compression", "floats");
   json& view = root["bufferViews"][1]["extensions"]["KHR_meshopt_compression"];
   view["filter"] = "COLOR";
   EXPECT_EQ(load_text(root.dump()).error, "/bufferViews/1/extensions/KHR_meshopt_compression/byteStride: 12 with mode "
-                                          "ATTRIBUTES and filter COLOR, accepted is 4 or 8");
+                                          "ATTRIBUTES and filter COLOR, expected 4 or 8");
   view["filter"] = "NONE";
   view["byteLength"] = view["byteLength"].get<int>() - 1;
   EXPECT_NE(load_text(root.dump()).error.find("/bufferViews/1/extensions/KHR_meshopt_compression"), std::string::npos);

@@ -1,6 +1,6 @@
-// EXT_lights_ies and the reader of IES LM-63.
+// EXT_lights_ies and the parser of IES LM-63.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/parse_ies.h"
+#include "renderer/import/lights/parse_ies.h"
 #include "renderer/scene/animated_members.h"
 #include "renderer/scene/pose.h"
 #include "tests/import/gltf_builder.h"
@@ -12,12 +12,12 @@ namespace {
 
 using gltf::parse_ies;
 
-// Lines 1 to 5 as most files have them.
+// Lines 1 to 5 of a common file.
 const std::string kHead = "IESNA:LM-63-2002\r\n"
                           "[TEST] by hand\r\n"
                           "[LAMP] TILT of keywords means nothing\r\n"
                           "TILT=NONE\r\n";
-// Candela are 10 times 0.5 times the numbers.
+// Candela are 10 * 0.5 times the numbers.
 const std::string kTwoPlanes = kHead + "1 1000 10 3 2 1 2 0 0 0\r\n"
                                        "0.5 1 40\r\n"
                                        "0 45 90\r\n"
@@ -38,25 +38,25 @@ std::string with_numbers(const std::string& first_line, const std::string& tilt,
   return first_line + "TILT=" + tilt + "\n1 -1 1 2 1 1 1 0 0 0 2 " + lamp_factor + " 40\n0 90\n0\n10 20\n";
 }
 
-TEST(Ies, TheLampFactorCountsUntil1995) {
+TEST(Ies, AppliesLampFactorUntil1995) {
   for (const char* version : {"", "IESNA91\n", "IESNA:LM-63-1995\n"})
     EXPECT_EQ(parse_ies(with_numbers(version, "NONE", "1.5")).value().candela, (std::vector<float>{30, 60})) << version;
-  for (const char* version : {"IESNA:LM-63-2002\n", "IES:LM-63-2019\n"}) // another meaning
+  for (const char* version : {"IESNA:LM-63-2002\n", "IES:LM-63-2019\n"}) // the factor has another meaning
     EXPECT_EQ(parse_ies(with_numbers(version, "NONE", "1.1")).value().candela, (std::vector<float>{20, 40})) << version;
 }
 
-TEST(Ies, NumbersTooSmallForAFloatAreNought) {
+TEST(Ies, NumbersTooSmallForFloatBecomeZero) {
   const std::string tiny = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 1 0 0 0 1 1 1\n0 90\n0\n10 3.9e-127\n";
   EXPECT_EQ(parse_ies(tiny).value().candela, (std::vector<float>{10, 0}));
 }
 
-TEST(Ies, TiltIsSkipped) {
+TEST(Ies, SkipsTilt) {
   const std::string included = "INCLUDE\n1\n3\n0 45 90\n1.0 0.9 0.8";
   EXPECT_EQ(parse_ies(with_numbers("", included, "1")).value().candela, (std::vector<float>{20, 40}));
   EXPECT_EQ(parse_ies(with_numbers("", "lamp.tlt", "1")).value().candela, (std::vector<float>{20, 40}));
 }
 
-TEST(Ies, ClosesCirclesThatStopShort) {
+TEST(Ies, ClosesIncompleteCircles) {
   const Result<Photometry> web = parse_ies(kHead + "1 1 1 1 4 1 1 0 0 0 1 1 1\n90\n0 90 180 270\n1 2 3 4\n");
   ASSERT_TRUE(web) << web.error().message;
   EXPECT_EQ(web.value().horizontal_deg, (std::vector<float>{0, 90, 180, 270, 360}));
@@ -76,26 +76,26 @@ TEST(Ies, ErrorsNameTheLine) {
     const Result<Photometry> web = parse_ies(text);
     return web ? std::string() : web.error().message;
   };
-  EXPECT_EQ(error(""), "line 0: no line 'TILT=' before the end, accepted is a file of IES LM-63");
-  EXPECT_EQ(error("IESNA91\nnothing\n"), "line 2: no line 'TILT=' before the end, accepted is a file of IES LM-63");
-  EXPECT_EQ(error(kHead + "1 1 x"), "line 4: 'x' for the candela multiplier, accepted is a number");
+  EXPECT_EQ(error(""), "line 0: no line 'TILT=' before the end, expected a file of IES LM-63");
+  EXPECT_EQ(error("IESNA91\nnothing\n"), "line 2: no line 'TILT=' before the end, expected a file of IES LM-63");
+  EXPECT_EQ(error(kHead + "1 1 x"), "line 4: 'x' for the candela multiplier, expected a number");
   EXPECT_EQ(error(kHead + "1 1 1\n0"),
-            "line 5: 0 for the number of vertical angles, accepted are whole numbers from 1 to 4096");
-  EXPECT_EQ(error(kHead + "1 1 1 2 1 4"), "line 4: 4 for the photometric type, accepted are whole numbers from 1 to 3");
+            "line 5: 0 for the number of vertical angles, expected a whole number from 1 to 4096");
+  EXPECT_EQ(error(kHead + "1 1 1 2 1 4"), "line 4: 4 for the photometric type, expected a whole number from 1 to 3");
   const std::string numbers = kHead + "1 1 1 2 2 1 1 0 0 0 1 1 1\n";
-  EXPECT_EQ(error(numbers + "0 0\n"), "line 5: 0 after 0 among a vertical angles, accepted are increasing ones");
-  EXPECT_EQ(error(numbers + "0 190\n0 90\n"),
-            "line 6: vertical angles from 0 to 190, accepted with type C are 0 to 180");
+  EXPECT_EQ(error(numbers + "0 0\n"), "line 5: 0 after 0 for a vertical angle, expected increasing angles");
+  EXPECT_EQ(error(numbers + "0 190\n0 90\n"), "line 6: vertical angles from 0 to 190, expected 0 to 180 for type C");
   EXPECT_NE(error(numbers + "0 90\n10 90\n").find("horizontal angles from 10 to 90"), std::string::npos);
   EXPECT_NE(error(numbers + "0 90\n0 90\n1").find("the file ends before"), std::string::npos);
-  EXPECT_EQ(error(numbers + "0 90\n0 90\n1 -2 3 4"), "line 7: -2 candela, accepted are numbers from 0");
+  EXPECT_EQ(error(numbers + "0 90\n0 90\n1 -2 3 4"), "line 7: -2 candela, expected a number from 0");
   EXPECT_NE(error(kHead + "1 1 1 4000 4000 1 1 0 0 0 1 1 1\n0\n"), "");
   EXPECT_NE(error(kHead + "1 1 nan"), "");
   EXPECT_NE(error(kHead + "1 1 1e99"), "");
 }
 
-// Cut anywhere, it is an error or a shorter number, and nothing is read beyond the end (for builds with sanitizers).
-TEST(Ies, SurvivesCutFiles) {
+// A truncated file is an error or ends in a shorter number; nothing is read past the end
+// (sanitizers).
+TEST(Ies, SurvivesTruncatedFiles) {
   for (size_t length = 0; length + 6 < kTwoPlanes.size(); ++length) {
     const std::string cut = kTwoPlanes.substr(0, length);
     const auto exact = std::make_unique<char[]>(length + 1);
@@ -114,7 +114,7 @@ GltfBuilder with_luminaire() {
   return builder;
 }
 
-TEST(PhotometricLights, StandOnNodes) {
+TEST(PhotometricLights, AttachesLightsToNodes) {
   Loaded loaded = load(with_luminaire());
   ASSERT_TRUE(loaded.scene) << loaded.error;
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
@@ -130,7 +130,7 @@ TEST(PhotometricLights, StandOnNodes) {
   EXPECT_EQ(posed.lights[0].light_to_world[3][1], 2.0f);
 }
 
-TEST(PhotometricLights, MultiplierAndColorAreAnimated) {
+TEST(PhotometricLights, AnimatesMultiplierAndColor) {
   GltfBuilder builder = with_luminaire();
   const int input = builder.accessor<float>({0, 1}, kFloat, "SCALAR");
   json target = {{"path", "pointer"}};
@@ -147,19 +147,19 @@ TEST(PhotometricLights, MultiplierAndColorAreAnimated) {
   EXPECT_TRUE(load(builder).warned("has no effect"));
 }
 
-TEST(PhotometricLights, BrokenOnesAreRefusedAndMissingOnesAreDark) {
+TEST(PhotometricLights, RefusesInvalidAndDarkensMissingProfiles) {
   GltfBuilder builder = with_luminaire();
   json& profile = builder.root["extensions"]["EXT_lights_ies"]["lights"][0];
   const std::string place = "/extensions/EXT_lights_ies/lights/0";
   profile["uri"] = data_uri("IESNA91\n");
-  EXPECT_EQ(load(builder).error, place + ": line 1: no line 'TILT=' before the end, accepted is a file of IES LM-63");
+  EXPECT_EQ(load(builder).error, place + ": line 1: no line 'TILT=' before the end, expected a file of IES LM-63");
   profile["uri"] = "missing.ies";
   const Loaded dark = load(builder);
   ASSERT_TRUE(dark.scene) << dark.error;
   EXPECT_TRUE(dark.warned("its lights are dark"));
   EXPECT_EQ(dark.scene->photometries[0].candela, (std::vector<float>{0}));
   profile.erase("uri");
-  EXPECT_EQ(load(builder).error, place + ": neither uri nor bufferView, accepted is one (ONE_OF_MISMATCH)");
+  EXPECT_EQ(load(builder).error, place + ": neither uri nor bufferView, expected one of them (ONE_OF_MISMATCH)");
   profile["bufferView"] = builder.view(kTwoPlanes);
   EXPECT_TRUE(load(builder).scene);
   builder.root["nodes"][1]["extensions"]["EXT_lights_ies"]["light"] = 1;

@@ -1,4 +1,4 @@
-// KHR_texture_procedurals: the draft's own example, what a graph may not be, and where its texture stands in.
+// KHR_texture_procedurals: the draft's example, invalid graphs, and the fallback texture.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -19,7 +19,7 @@ json input(const char* name, const char* type, json rest) {
   return port;
 }
 
-// Lists are vectors: a json list of one object in braces would be that object.
+// Lists are vectors, because nlohmann::json reads a braced list of one object as that object.
 using List = std::vector<json>;
 
 json node(const char* kind, const char* type, const List& inputs = {}) {
@@ -34,7 +34,7 @@ json graph(const List& nodes, const char* type = "color3") {
   return {{"nodetype", "nodegraph"}, {"type", type}, {"nodes", nodes}, {"outputs", json::array({output})}};
 }
 
-// A triangle of which the base color is output `slot` of these graphs.
+// Returns a triangle whose base color is output `slot` of these graphs.
 Loaded with_graphs(json graphs, json slot = {{"index", 0}}, bool required = false) {
   GltfBuilder builder;
   const json attributes = {{"POSITION", builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, kFloat, "VEC3")},
@@ -81,7 +81,7 @@ constexpr const char* kDraftExample = R"({"name": "My_Checker", "nodetype": "nod
      "inputs": [{"name": "index", "nodetype": "input", "type": "integer", "value": 0}],
      "outputs": [{"nodetype": "output", "name": "out", "type": "vector2"}]}]})";
 
-TEST(Procedurals, TheDraftsExampleIsRead) {
+TEST(Procedurals, ReadsExampleOfDraft) {
   for (const bool required : {false, true}) {
     const Loaded loaded = with_graphs(json::array({json::parse(kDraftExample)}), {{"index", 0}}, required);
     ASSERT_TRUE(loaded.scene) << loaded.error;
@@ -102,7 +102,8 @@ TEST(Procedurals, TheDraftsExampleIsRead) {
   }
 }
 
-// A fault: a warning that says where and what, and the texture; an error where the extension is required.
+// Checks that a fault is a warning with the texture as fallback, and an error if the extension is
+// required.
 void expect_fault(const List& list, const json& slot, std::string_view start) {
   const json graphs = list;
   const Loaded tolerant = with_graphs(graphs, slot, false);
@@ -118,70 +119,69 @@ void expect_fault(const List& list, const json& slot, std::string_view start) {
   EXPECT_TRUE(strict.error.starts_with(start)) << strict.error;
 }
 
-TEST(Procedurals, FaultsOfNodes) {
+TEST(Procedurals, ReportsFaultsOfNodes) {
   const std::string at = std::string("/extensions/") + kName + "/procedurals/0";
   const json color = node("constant", "color3", {input("value", "color3", {{"value", {1, 2, 3}}})});
   const auto fault = [&](const List& nodes, std::string_view place) {
     expect_fault({graph(nodes)}, {{"index", 0}}, at + std::string(place));
   };
-  fault({node("wood", "color3", {})}, "/nodes/0/nodetype: 'wood' is not a node that is known");
-  fault({node("constant", "plaid", {})}, "/nodes/0/type: 'plaid', accepted are float, color3,");
-  fault({node("position", "color3", {})}, "/nodes/0/type: 'color3' is no output of position");
+  fault({node("wood", "color3", {})}, "/nodes/0/nodetype: 'wood' is not a known node type");
+  fault({node("constant", "plaid", {})}, "/nodes/0/type: 'plaid', expected one of float, color3,");
+  fault({node("position", "color3", {})}, "/nodes/0/type: 'color3' is not an output type of position");
   fault({node("constant", "color3", {input("value", "color3", {{"value", {1, 2}}})})},
-        "/nodes/0/inputs/0/value: accepted is an array of 3 numbers");
+        "/nodes/0/inputs/0/value: expected an array of 3 numbers");
   fault({node("constant", "color3", {input("value", "color3", {{"value", {1, 2, "x"}}})})},
-        "/nodes/0/inputs/0/value: accepted are numbers");
-  fault({node("constant", "color3", {input("value", "color3", json::object())})}, "/nodes/0/inputs/0: without a value");
+        "/nodes/0/inputs/0/value: expected numbers");
+  fault({node("constant", "color3", {input("value", "color3", json::object())})}, "/nodes/0/inputs/0: no value");
   fault({node("constant", "color3", {input("color", "color3", {{"value", {1, 2, 3}}})})},
-        "/nodes/0/inputs/0/name: not an input of constant, accepted are value");
+        "/nodes/0/inputs/0/name: not an input of constant, expected one of value");
   fault({color, node("add", "color3", {input("in1", "color3", {{"node", 0}}), input("in1", "color3", {{"node", 0}})})},
-        "/nodes/1/inputs/1: input 'in1' a second time");
+        "/nodes/1/inputs/1: input 'in1' appears twice");
   fault({color, node("add", "color3", {input("in1", "vector3", {{"node", 0}})})},
-        "/nodes/1/inputs/0/type: 'vector3' for input 'in1', accepted is color3");
+        "/nodes/1/inputs/0/type: 'vector3' for input 'in1', expected color3");
   fault({node("position", "vector3", {}), node("add", "color3", {input("in1", "color3", {{"node", 0}})})},
         "/nodes/1/inputs/0/type: 'color3' from node 0 of type 'vector3'");
   fault({color, node("add", "color3", {input("in1", "color3", {{"node", -1}})})},
-        "/nodes/1/inputs/0/node: accepted is an index below 2");
+        "/nodes/1/inputs/0/node: expected an index below 2");
   fault({color, node("add", "color3", {input("in1", "color3", {{"node", 0.5}})})},
-        "/nodes/1/inputs/0/node: accepted is an index");
+        "/nodes/1/inputs/0/node: expected an index");
   fault({color, node("add", "color3", {input("in1", "color3", {{"node", 1}})})},
         "/nodes/1: its inputs depend on its own output");
   fault({node("constant", "integer", {}), node("fractal3d", "color3", {input("octaves", "integer", {{"value", 17}})})},
-        "/nodes/0/type: 'integer' is no output");
+        "/nodes/0/type: 'integer' is not an output type");
   fault({node("fractal3d", "color3", {input("octaves", "integer", {{"value", 17}})})},
-        "/nodes/0: octaves of 17, accepted is 0 to 16");
+        "/nodes/0: octaves of 17, expected 0 to 16");
   fault({node("texcoord", "vector2", {input("index", "integer", {{"value", 8}})}), color}, "/nodes/0: index of 8");
   fault({node("separate2", "multioutput", {input("in", "color3", {{"value", {1, 2, 3}}})}), color},
         "/nodes/0: an input of 3 channels");
   fault({node("separate3", "multioutput", {input("in", "color3", {{"value", {1, 2, 3}}})}),
          node("convert", "color3", {input("in", "float", {{"node", 0}})})},
-        "/nodes/1/inputs/0: without output, accepted is one below 3");
+        "/nodes/1/inputs/0: no output, expected an index below 3");
   fault({node("image", "color3", {input("file", "filename", {{"texture", 1}})})},
-        "/nodes/0/inputs/0/texture: accepted is an index below 1");
-  fault({node("image", "color3")}, "/nodes/0: without a file");
+        "/nodes/0/inputs/0/texture: expected an index below 1");
+  fault({node("image", "color3")}, "/nodes/0: no file");
   fault({node("position", "vector3", {input("space", "string", {{"value", "tangent"}})}), color},
-        "/nodes/0/inputs/0/value: 'tangent', accepted are object, model, world");
+        "/nodes/0/inputs/0/value: 'tangent', expected one of object, model, world");
 }
 
-TEST(Procedurals, FaultsOfGraphs) {
+TEST(Procedurals, ReportsFaultsOfGraphs) {
   const std::string at = std::string("/extensions/") + kName + "/procedurals/0";
   const json color = node("constant", "color3");
   json two = graph(List{color});
   two["outputs"].push_back(two["outputs"][0]);
-  expect_fault({two}, {{"index", 0}},
-               "/materials/0: KHR_texture_procedurals index 0 without output, of which the graph has 2");
+  expect_fault({two}, {{"index", 0}}, "/materials/0: KHR_texture_procedurals index 0 without output, the graph has 2");
   expect_fault({two}, {{"index", 0}, {"output", 2}}, "/materials/0: KHR_texture_procedurals output 2");
-  expect_fault({two}, {{"index", 1}}, "/materials/0: KHR_texture_procedurals index 1, of which there are 1");
+  expect_fault({two}, {{"index", 1}}, "/materials/0: KHR_texture_procedurals index 1, there are 1");
   expect_fault({two}, {{"index", "one"}}, "/materials/0: KHR_texture_procedurals index -2");
   expect_fault({two}, json::array(), "/materials/0: KHR_texture_procedurals index -2");
-  expect_fault({json::array()}, {{"index", 0}}, at + ": accepted is an object");
-  expect_fault({json{{"nodetype", "material"}}}, {{"index", 0}}, at + "/nodetype: 'material', accepted is 'nodegraph'");
+  expect_fault({json::array()}, {{"index", 0}}, at + ": expected an object");
+  expect_fault({json{{"nodetype", "material"}}}, {{"index", 0}}, at + "/nodetype: 'material', expected 'nodegraph'");
   expect_fault({graph(List(257, color))}, {{"index", 0}}, at + "/nodes: 257 entries, at most 256 are accepted");
   json without = graph(List{color});
   without["outputs"] = json::array();
   expect_fault({without}, {{"index", 0}}, at + "/outputs: none");
   EXPECT_TRUE(with_graphs(json::array({two}), {{"index", 0}, {"output", 1}}).warnings.empty());
-  // Nodes that each cost many instructions.
+  // Nodes with many instructions each.
   List many{node("texcoord", "vector2")};
   for (int i = 0; i < 255; ++i)
     many.push_back(
@@ -191,7 +191,7 @@ TEST(Procedurals, FaultsOfGraphs) {
   expect_fault({graph(many, "vector2")}, {{"index", 0}}, at + "/outputs/0: ");
 }
 
-TEST(Procedurals, WhatTheSlotSaysBesidesHasNoEffect) {
+TEST(Procedurals, IgnoresTexcoordAndTransformOfSlot) {
   GltfBuilder builder;
   builder.root["extensionsUsed"] = {kName, "KHR_texture_transform"};
   builder.root["extensions"][kName]["procedurals"] =
@@ -211,7 +211,7 @@ TEST(Procedurals, WhatTheSlotSaysBesidesHasNoEffect) {
   EXPECT_EQ(slot.texcoord_sets(), 2U);
 }
 
-TEST(Procedurals, ImagesOfGraphsAreLoaded) {
+TEST(Procedurals, LoadsImagesOfGraphs) {
   json with_input = graph(List{node("image", "color3", {input("file", "filename", {{"input", 0}})})});
   with_input["inputs"] = List{{{"nodetype", "input"}, {"type", "filename"}, {"texture", 0}}};
   for (const json& each :

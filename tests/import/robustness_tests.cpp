@@ -1,4 +1,4 @@
-// Broken files: whatever is cut off or changed, the answer is a scene or one line of error. Most telling under sanitizers.
+// Truncated and changed files give a scene or a one-line error (most useful with sanitizers).
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint32_t kSeed = 20240917;
 
-// A little of everything that is read from a file.
+// Returns a file with a little of everything that the importer reads.
 GltfBuilder everything() {
   GltfBuilder builder = triangle();
   json& primitive = builder.root["meshes"][0]["primitives"][0];
@@ -55,7 +55,7 @@ GltfBuilder everything() {
   return builder;
 }
 
-// Loads, and does what a renderer would do first. Everything else is up to the sanitizers.
+// Loads and poses a file; the sanitizers do the rest.
 bool survives(const TempFolder& folder, const std::string& content, const char* name) {
   const Loaded loaded = load_file(folder.write(name, content));
   if (!loaded.scene) {
@@ -66,7 +66,7 @@ bool survives(const TempFolder& folder, const std::string& content, const char* 
   return posed.ok();
 }
 
-TEST(Robustness, TheWholeFileIsFine) {
+TEST(Robustness, CompleteFileLoads) {
   const TempFolder folder;
   EXPECT_TRUE(survives(folder, everything().glb(), "test.glb"));
   const Loaded loaded = load(everything());

@@ -1,5 +1,4 @@
-// The scenes that the project ships: the good ones load without a word, the broken ones say what scenes/broken/expected.json
-// says they must.
+// The shipped scenes: valid ones load without warnings, broken ones give the expected errors.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/pose.h"
@@ -29,7 +28,7 @@ const fs::path kScenes = fs::path(KINDLING_SOURCE_DIR) / "scenes";
 
 bool is_scene(const fs::path& path) { return path.extension() == ".gltf" || path.extension() == ".glb"; }
 
-TEST(ShippedScenes, GoodOnesLoadAndPose) {
+TEST(ShippedScenes, ValidScenesLoadAndPose) {
   size_t count = 0;
   for (const fs::path& folder : {kScenes, kScenes / "tiny"})
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
@@ -39,13 +38,13 @@ TEST(ShippedScenes, GoodOnesLoadAndPose) {
       const Result<Scene> scene = load_gltf(entry.path(), {}, &warnings);
       ASSERT_TRUE(scene.ok()) << scene.error().message;
       EXPECT_TRUE(pose_scene(scene.value(), {.time_s = 0.5}).ok()) << entry.path();
-      // One file is there to show the one warning that points and lines give.
+      // One file tests the warning of points and lines.
       EXPECT_EQ(warnings.lines.size(), entry.path().filename() == "points_and_lines.gltf" ? 1U : 0U) << entry.path();
     }
   EXPECT_GE(count, 25U);
 }
 
-TEST(ShippedScenes, BrokenOnesSayWhatIsWrong) {
+TEST(ShippedScenes, BrokenScenesReportExpectedErrors) {
   std::ifstream file(kScenes / "broken" / "expected.json");
   const nlohmann::json expected = nlohmann::json::parse(file);
   EXPECT_GE(expected.size(), 35U);
@@ -54,7 +53,7 @@ TEST(ShippedScenes, BrokenOnesSayWhatIsWrong) {
     Warnings warnings;
     const Result<Scene> scene = load_gltf(path, {}, &warnings);
     const std::string outcome = entry["outcome"];
-    if (outcome == "any") continue; // must not crash, and did not
+    if (outcome == "any") continue; // must not crash
     ASSERT_EQ(scene.ok(), outcome == "warning") << name;
     if (outcome == "warning") {
       ASSERT_FALSE(warnings.lines.empty()) << name;
@@ -64,7 +63,7 @@ TEST(ShippedScenes, BrokenOnesSayWhatIsWrong) {
     EXPECT_NE(message.find(path.string() + ": " + pointer), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
-  // Every file of the folder is in the list.
+  // The list has every file of the folder.
   for (const fs::directory_entry& entry : fs::directory_iterator(kScenes / "broken"))
     EXPECT_TRUE(!is_scene(entry.path()) || expected.contains(entry.path().filename().string())) << entry.path();
 }

@@ -1,4 +1,4 @@
-// KHR_texture_basisu and EXT_texture_webp: which of a texture's images is used, and what happens if it cannot be read.
+// KHR_texture_basisu and EXT_texture_webp: choice of a texture's image, and unreadable images.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -27,7 +27,8 @@ std::string premultiplied(std::string ktx2) {
 json png() { return {{"uri", "data:image/png;base64," + std::string(kPngBase64)}}; } // 1 x 1 pixel
 json ktx2(const std::string& bytes) { return {{"uri", data_uri(bytes, "image/ktx2")}, {"name", "basis"}}; }
 
-// A material whose base color texture has a plain source, if there is one, and others by extensions.
+// Returns a material whose base color texture has an optional plain source and others by
+// extensions.
 GltfBuilder textured_by(const json& plain, const std::vector<std::pair<const char*, json>>& others) {
   GltfBuilder builder;
   builder.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
@@ -53,7 +54,7 @@ TEST(TextureSources, BasisIsPreferredToPlainAndWebp) {
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
 }
 
-TEST(TextureSources, BasisAloneIsEnoughAndMayBeRequired) {
+TEST(TextureSources, BasisAloneSufficesAndMayBeRequired) {
   GltfBuilder builder = textured_by(nullptr, {{"KHR_texture_basisu", ktx2(ktx2_fixture())}});
   builder.root["extensionsUsed"] = {"KHR_texture_basisu"};
   builder.root["extensionsRequired"] = {"KHR_texture_basisu"};
@@ -62,7 +63,7 @@ TEST(TextureSources, BasisAloneIsEnoughAndMayBeRequired) {
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
 }
 
-TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainImage) {
+TEST(TextureSources, UnreadableBasisFallsBackToPlainImage) {
   const Loaded loaded = load(textured_by(png(), {{"KHR_texture_basisu", ktx2(premultiplied(ktx2_fixture()))}}));
   EXPECT_EQ(width(loaded), 1);
   EXPECT_EQ(loaded.scene->textures[0].name, "image 0");
@@ -71,7 +72,7 @@ TEST(TextureSources, BasisThatCannotBeReadGivesWayToThePlainImage) {
                                       "straight alpha: the texture's other image is used"}));
 }
 
-TEST(TextureSources, AllAreTriedInTurn) {
+TEST(TextureSources, TriesAllSourcesInOrder) {
   const Loaded loaded = load(textured_by(
       png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}, {"EXT_texture_webp", {{"uri", data_uri("GIF89a")}}}}));
   EXPECT_EQ(width(loaded), 1);
@@ -80,7 +81,7 @@ TEST(TextureSources, AllAreTriedInTurn) {
   EXPECT_TRUE(loaded.warned("use PNG, JPEG, WebP, KTX2, HDR or EXR: the texture's other image is used"));
 }
 
-TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
+TEST(TextureSources, WarnsOfEachUnreadableSource) {
   const Loaded loaded = load(textured_by({{"uri", "absent.png"}}, {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}}));
   EXPECT_EQ(width(loaded), 0);
   ASSERT_EQ(loaded.warnings.size(), 2U);
@@ -89,8 +90,8 @@ TEST(TextureSources, NoneThatCanBeReadIsAWarningEach) {
   }
 }
 
-// One texture has another image in reserve, one has not: the warning speaks of the loss.
-TEST(TextureSources, AImageThatSomeTexturesNeedIsMissed) {
+// One texture has an alternative image and one has none: the warning reports the missing texture.
+TEST(TextureSources, WarnsOfImageThatSomeTextureLacks) {
   GltfBuilder builder = textured_by(png(), {{"KHR_texture_basisu", {{"uri", "absent.ktx2"}}}});
   builder.root["materials"][0]["emissiveTexture"]["index"] = 1;
   builder.root["textures"].push_back(json::parse(R"({"extensions": {"KHR_texture_basisu": {"source": 1}}})"));

@@ -1,7 +1,7 @@
-// What is read, warned of and refused does not depend on the number of threads; parts that are divided among them, against plain loops.
+// Results, warnings and errors for any number of threads; parallel parts against serial loops.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/import/file_bytes.h"
-#include "renderer/import/triangles.h"
+#include "renderer/import/document/triangles.h"
+#include "renderer/import/files/file_bytes.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ std::string random_bytes(size_t size) {
 
 gltf::Bytes as_span(std::string_view text) { return std::as_bytes(std::span(text.data(), text.size())); }
 
-TEST(FileBytes, LargeFilesAreWhole) {
+TEST(FileBytes, ReadsLargeFilesCompletely) {
   const TempFolder folder;
   for (const size_t size : {size_t{0}, size_t{1}, gltf::kHashedBlock, 3 * gltf::kHashedBlock + 12345}) {
     const std::string content = random_bytes(size);
@@ -46,8 +46,8 @@ TEST(FileBytes, LargeFilesAreWhole) {
   }
 }
 
-// The definition of the header, word for word.
-TEST(FileBytes, HashOfContentsIsThatOfItsBlocks) {
+// The definition in file_bytes.h.
+TEST(FileBytes, ContentHashCombinesBlockHashes) {
   for (const size_t size : {size_t{0}, size_t{77}, gltf::kHashedBlock}) {
     const std::string content = random_bytes(size);
     EXPECT_EQ(gltf::hash_content(as_span(content), 5), gltf::hash_bytes(as_span(content), 5)) << size;
@@ -72,10 +72,10 @@ TEST(FileBytes, HashOfContentsIsThatOfItsBlocks) {
   }
 }
 
-TEST(Triangles, UsedVerticesAreThoseOfAPlainLoop) {
+TEST(Triangles, CompactVerticesEqualsSerialLoop) {
   constexpr uint32_t kVertices = 150000;
   std::mt19937 random(1);
-  for (const uint32_t every : {1U, 3U, 50000U}) { // uses about one of `every` vertices, from some vertex on
+  for (const uint32_t every : {1U, 3U, 50000U}) { // uses about one of `every` vertices
     std::vector<uint32_t> indices(300000);
     for (uint32_t& index : indices)
       index = every == 1 ? static_cast<uint32_t>(&index - indices.data()) % kVertices
@@ -98,7 +98,7 @@ TEST(Triangles, UsedVerticesAreThoseOfAPlainLoop) {
   }
 }
 
-TEST(Triangles, TheFirstIndexOutOfBoundsIsFound) {
+TEST(Triangles, FindsFirstIndexOutOfBounds) {
   std::vector<uint32_t> indices(200000, 6);
   EXPECT_FALSE(gltf::first_out_of_bounds({}, 0).has_value());
   EXPECT_FALSE(gltf::first_out_of_bounds(indices, 7).has_value());
@@ -108,7 +108,7 @@ TEST(Triangles, TheFirstIndexOutOfBoundsIsFound) {
     EXPECT_EQ(with_threads(threads, [&] { return gltf::first_out_of_bounds(indices, 7); }), 40002U);
 }
 
-// A bumpy grid that uses every second row of its vertices, with some that are wrong in ways that are repaired.
+// Returns a bumpy grid that uses every second row of its vertices; some need repair.
 json grid(GltfBuilder& builder, int cells, int mode) {
   const auto side = static_cast<size_t>(cells) + 1;
   std::vector<float> positions, normals, texcoords;
@@ -162,7 +162,7 @@ void expect_same_bits(const std::vector<T>& a, const std::vector<T>& b) {
   }
 }
 
-TEST(ThreadCount, DoesNotMatterToScenes) {
+TEST(ThreadCount, DoesNotChangeScenes) {
   const TempFolder folder;
   const std::filesystem::path path = folder.write("grids.glb", grids().glb());
   const Loaded one = with_threads(1, [&] { return load_file(path); });
@@ -192,7 +192,7 @@ TEST(ThreadCount, DoesNotMatterToScenes) {
   }
 }
 
-TEST(ThreadCount, DoesNotMatterToErrors) {
+TEST(ThreadCount, DoesNotChangeErrors) {
   GltfBuilder builder = grids();
   const int bad = builder.accessor<uint8_t>({0, 1, 255, 2, 1, 255}, kUnsignedByte, "SCALAR");
   const int short_list = builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, kFloat, "VEC3");

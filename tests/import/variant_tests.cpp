@@ -1,4 +1,4 @@
-// KHR_materials_variants: mappings, and their application.
+// KHR_materials_variants: mappings and their application.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/variants.h"
 #include "tests/import/gltf_builder.h"
@@ -8,7 +8,7 @@
 namespace kindling::test {
 namespace {
 
-// A triangle with three materials and two variants.
+// Returns a triangle with three materials and two variants.
 GltfBuilder with_mappings(const char* mappings) {
   GltfBuilder builder = triangle();
   builder.root["extensions"]["KHR_materials_variants"]["variants"] =
@@ -26,7 +26,7 @@ int material_in(const Loaded& loaded, int variant) {
   return scene.meshes[0].primitives[0].material;
 }
 
-TEST(Variants, MappingsGiveThePrimitiveItsMaterial) {
+TEST(Variants, MappingsSetMaterialOfPrimitive) {
   const Loaded loaded = load(with_mappings(R"([{"material": 2, "variants": [1], "name": "any"}])"));
   ASSERT_TRUE(loaded.scene) << loaded.error;
   EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
@@ -36,15 +36,15 @@ TEST(Variants, MappingsGiveThePrimitiveItsMaterial) {
   EXPECT_EQ(material_in(loaded, 0), 0) << "nothing is said about red";
 }
 
-TEST(Variants, OneMappingServesSeveral) {
+TEST(Variants, OneMappingAppliesToSeveralVariants) {
   const Loaded loaded = load(with_mappings(R"([{"material": 1, "variants": [0, 1]}])"));
   EXPECT_EQ(material_in(loaded, 0), 1);
   EXPECT_EQ(material_in(loaded, 1), 1);
 }
 
-TEST(Variants, BrokenMappingsAreRefusedOrLeftOut) {
+TEST(Variants, RefusesOrSkipsInvalidMappings) {
   EXPECT_EQ(load(with_mappings(R"([{"material": 3, "variants": [0]}])")).error,
-            "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/material: 3, accepted is an index of "
+            "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/material: 3, expected an index of "
             "materials, 0 to 2 (UNRESOLVED_REFERENCE)");
   EXPECT_NE(load(with_mappings(R"([{"variants": [0]}])")).error.find("'material' is missing"), std::string::npos);
   EXPECT_NE(load(with_mappings(R"([{"material": 1}])")).error.find("'variants' is missing"), std::string::npos);
@@ -52,7 +52,7 @@ TEST(Variants, BrokenMappingsAreRefusedOrLeftOut) {
 
   const Loaded nowhere = load(with_mappings(R"([{"material": 1, "variants": [2, 0]}])"));
   ASSERT_TRUE(nowhere.scene) << nowhere.error;
-  EXPECT_TRUE(nowhere.warned("/mappings/0/variants/0: 2, which of the 2 variants is none (UNRESOLVED_REFERENCE)"));
+  EXPECT_TRUE(nowhere.warned("/mappings/0/variants/0: 2 is not one of the 2 variants (UNRESOLVED_REFERENCE)"));
   EXPECT_EQ(material_in(nowhere, 0), 1);
 
   const Loaded twice = load(with_mappings(R"([{"material": 1, "variants": [0]}, {"material": 2, "variants": [0]}])"));
@@ -61,7 +61,7 @@ TEST(Variants, BrokenMappingsAreRefusedOrLeftOut) {
   EXPECT_EQ(material_in(twice, 0), 1) << "the first counts";
 }
 
-TEST(Variants, TangentsAreMadeForTheMaterialsOfVariantsToo) {
+TEST(Variants, ComputesTangentsForVariantMaterials) {
   GltfBuilder builder = with_mappings(R"([{"material": 2, "variants": [1]}])");
   builder.root["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] =
       builder.accessor<float>({0, 0, 1, 0, 0, 1}, kFloat, "VEC2");

@@ -5,7 +5,7 @@
 #include "renderer/app/terminal/version.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/distributed/work_parts.h"
-#include "renderer/import/file_bytes.h"
+#include "renderer/import/files/file_bytes.h"
 #include "renderer/session/one_image.h"
 
 #include <fmt/format.h>

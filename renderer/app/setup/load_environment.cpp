@@ -3,7 +3,7 @@
 #include "renderer/app/setup/load_environment.h"
 
 #include "renderer/image/decode_image.h"
-#include "renderer/import/file_bytes.h"
+#include "renderer/import/files/file_bytes.h"
 
 #include <array>
 #include <numbers>

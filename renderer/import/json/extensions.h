@@ -1,0 +1,36 @@
+// The table of glTF extensions, its check against a file, and access to extension objects.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/files/failure.h"
+#include "renderer/import/json/extension_support.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <span>
+#include <string_view>
+
+namespace kindling::gltf {
+
+struct ExtensionEntry {
+  ExtensionSupport support;
+  // Only for Level::ignored: true if a file that requires the extension still loads, with a
+  // warning. The specification demands a refusal; but shapes are right without it, and an image
+  // with other looks is more useful than none.
+  bool loads_if_required = true;
+};
+
+[[nodiscard]] std::span<const ExtensionEntry> extension_table();
+[[nodiscard]] const ExtensionEntry* find_extension_entry(std::string_view name);
+
+// Throws ImportFailure for a required extension that is unknown or cannot be ignored; warns once
+// for each ignored one. `root` has passed check_json().
+void check_extensions(const nlohmann::json& root, Warnings& warnings);
+
+// Returns the extension object `name` of a checked object, or null.
+[[nodiscard]] const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
+// Return a checked property, or `fallback` where it is absent.
+[[nodiscard]] double number_or(const nlohmann::json& object, const char* name, double fallback);
+[[nodiscard]] int64_t integer_or(const nlohmann::json& object, const char* name, int64_t fallback);
+
+} // namespace kindling::gltf

@@ -1,0 +1,109 @@
+// Checks all primitives in order, then reads them in parallel.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/meshes/meshes.h"
+
+#include "renderer/import/materials/variant_mappings.h"
+#include "renderer/import/meshes/primitive.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <exception>
+#include <optional>
+
+namespace kindling::gltf {
+namespace {
+
+struct Job {
+  size_t mesh = 0;
+  size_t primitive = 0;
+  std::vector<VariantMaterial> variant_materials;
+  std::optional<Primitive> result;
+  Warnings warnings;
+  std::exception_ptr failure;
+};
+
+void check_targets(const Document& document, size_t mesh) {
+  const tinygltf::Mesh& core = document.core.meshes[mesh];
+  for (size_t p = 1; p < core.primitives.size(); ++p) {
+    if (core.primitives[p].targets.size() == core.primitives[0].targets.size()) continue;
+    fail(fmt::format("/meshes/{}/primitives/{}/targets", mesh, p),
+         fmt::format("{} morph targets, the first primitive has {}", core.primitives[p].targets.size(),
+                     core.primitives[0].targets.size()),
+         "MESH_PRIMITIVES_UNEQUAL_TARGETS_COUNT");
+  }
+  const size_t targets = morph_target_count(document, mesh);
+  if (!core.weights.empty() && core.weights.size() != targets) {
+    fail(fmt::format("/meshes/{}/weights", mesh),
+         fmt::format("{} weights, the mesh has {} morph targets", core.weights.size(), targets),
+         "MESH_INVALID_WEIGHTS_COUNT");
+  }
+}
+
+// Returns the material of a primitive, then those of its variants.
+std::vector<const Material*> materials_of(const Document& document, const Scene& scene, const Job& job) {
+  std::vector<const Material*> materials;
+  const int own = document.core.meshes[job.mesh].primitives[job.primitive].material;
+  if (own >= 0) materials.push_back(&scene.materials[static_cast<size_t>(own)]);
+  for (const VariantMaterial& choice : job.variant_materials)
+    materials.push_back(&scene.materials[static_cast<size_t>(choice.material)]);
+  return materials;
+}
+
+} // namespace
+
+size_t morph_target_count(const Document& document, size_t mesh) {
+  const tinygltf::Mesh& core = document.core.meshes[mesh];
+  return core.primitives.empty() ? 0 : core.primitives[0].targets.size();
+}
+
+void import_meshes(Document& document, Scene& scene, Warnings& warnings, WorkTime& tangents) {
+  ElementBudget budget(document);
+  std::vector<Job> jobs;
+  const std::vector<tinygltf::Mesh>& meshes = document.core.meshes;
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    Mesh mesh;
+    mesh.name = meshes[m].name;
+    for (const double weight : meshes[m].weights) mesh.weights.push_back(static_cast<float>(weight));
+    scene.meshes.push_back(std::move(mesh));
+    check_targets(document, m);
+    scene.meshes.back().weights.resize(morph_target_count(document, m), 0.0f);
+    for (size_t p = 0; p < meshes[m].primitives.size(); ++p) {
+      check_primitive(document, m, p, budget);
+      Job job;
+      job.mesh = m;
+      job.primitive = p;
+      job.variant_materials = read_variant_mappings(document, m, p, scene.variants.size(), warnings);
+      jobs.push_back(std::move(job));
+    }
+  }
+
+  const auto for_each_job = [&](const auto& work) {
+    tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) {
+      try {
+        work(jobs[i]);
+      } catch (...) {
+        jobs[i].failure = std::current_exception();
+      }
+    });
+  };
+  for_each_job([&](Job& job) {
+    job.result = read_primitive(document, job.mesh, job.primitive, materials_of(document, scene, job), job.warnings);
+  });
+  const Stopwatch tangents_clock;
+  for_each_job([&](Job& job) {
+    if (job.result)
+      make_missing_tangents(job.mesh, job.primitive, materials_of(document, scene, job), *job.result, job.warnings);
+  });
+  tangents = tangents_clock.elapsed();
+  for (Job& job : jobs) {
+    if (job.failure) std::rethrow_exception(job.failure); // the first in the order of the file
+    warnings.append(job.warnings);
+    if (!job.result) continue;
+    job.result->variant_materials = std::move(job.variant_materials);
+    scene.meshes[job.mesh].primitives.push_back(std::move(*job.result));
+  }
+}
+
+} // namespace kindling::gltf

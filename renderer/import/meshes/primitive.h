@@ -1,0 +1,29 @@
+// One primitive of a mesh: accessors to the arrays of a Primitive.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/import/document/accessor.h"
+#include "renderer/scene/scene.h"
+
+#include <optional>
+#include <span>
+#include <string>
+
+namespace kindling::gltf {
+
+// Checks formats and counts of all accessors that the primitive refers to and charges the budget
+// for what read_primitive() will decode. Throws ImportFailure. Not thread-safe (the budget).
+void check_primitive(const Document& document, size_t mesh, size_t primitive, ElementBudget& budget);
+
+// Returns nothing, with a warning, for points, lines and primitives without positions or triangles.
+// `materials` are those that the primitive may have, its own first, null for the default one;
+// tangents are read if one of them needs any. Throws ImportFailure. Thread-safe.
+[[nodiscard]] std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t primitive,
+                                                      std::span<const Material* const> materials, Warnings& warnings);
+
+// Computes missing tangents of a primitive from read_primitive() if one of its materials needs
+// them. Thread-safe.
+void make_missing_tangents(size_t mesh, size_t index, std::span<const Material* const> materials, Primitive& primitive,
+                           Warnings& warnings);
+
+} // namespace kindling::gltf

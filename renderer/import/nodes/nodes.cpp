@@ -1,0 +1,249 @@
+// Reads nodes, instances and scenes, and checks the tree.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/nodes/nodes.h"
+
+#include "renderer/import/document/accessor.h"
+#include "renderer/import/json/extensions.h"
+#include "renderer/import/meshes/meshes.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace kindling::gltf {
+namespace {
+
+using nlohmann::json;
+
+std::string node_pointer(size_t node) { return fmt::format("/nodes/{}", node); }
+
+V3f to_v3f(const std::vector<double>& values) {
+  return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
+}
+
+void read_transform(const tinygltf::Node& core, const json& object, const std::string& pointer, Node& node) {
+  if (!core.matrix.empty()) {
+    if (object.contains("translation") || object.contains("rotation") || object.contains("scale")) {
+      fail(pointer + "/matrix", "a matrix beside translation, rotation or scale, expected one or the other",
+           "NODE_MATRIX_TRS");
+    }
+    M44f matrix;
+    for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = static_cast<float>(core.matrix[static_cast<size_t>(i)]);
+    for (int row = 0; row < 4; ++row) {
+      const float wanted = row == 3 ? 1.0f : 0.0f;
+      if (std::abs(matrix[row][3] - wanted) > 1e-5f) {
+        fail(pointer + "/matrix",
+             fmt::format("element {} is {}, expected an affine matrix with {}", row * 4 + 3, matrix[row][3], wanted),
+             "NODE_MATRIX_NON_TRS");
+      }
+      matrix[row][3] = wanted;
+    }
+    node.matrix = matrix;
+    return;
+  }
+  if (!core.translation.empty()) node.local.translation = to_v3f(core.translation);
+  if (!core.scale.empty()) node.local.scale = to_v3f(core.scale);
+  if (!core.rotation.empty()) {
+    const std::vector<double>& q = core.rotation;
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(length > 1e-6))
+      fail(pointer + "/rotation", "a quaternion of length 0, expected length 1", "ROTATION_NON_UNIT");
+    node.local.rotation = {static_cast<float>(q[3] / length), static_cast<float>(q[0] / length),
+                           static_cast<float>(q[1] / length), static_cast<float>(q[2] / length)};
+  }
+}
+
+// Reads EXT_mesh_gpu_instancing.
+void read_instances(const Document& document, const json& extension, const std::string& pointer, ElementBudget& budget,
+                    uint64_t& total, Node& node) {
+  const std::string place = pointer + "/extensions/EXT_mesh_gpu_instancing/attributes";
+  size_t count = 0;
+  bool counted = false;
+  for (const auto& [name, accessor] : extension["attributes"].items()) {
+    const size_t here = document.core.accessors[accessor.get<size_t>()].count;
+    if (counted && here != count)
+      fail(fmt::format("{}/{}", place, name), fmt::format("{} elements, another attribute has {}", here, count),
+           "ACCESSOR_COUNT_MISMATCH");
+    count = here;
+    counted = true;
+  }
+  if (!counted) fail(place, "no attributes, expected at least one");
+  total += count;
+  if (total > document.limits.max_gpu_instances) {
+    fail(place, fmt::format("more than {} instances in the file", document.limits.max_gpu_instances));
+  }
+  budget.charge(count * 3, place);
+
+  node.gpu_instances.resize(count);
+  const auto read = [&](const char* name, const AccessorFormat& format, auto assign) {
+    const auto found = extension["attributes"].find(name);
+    if (found == extension["attributes"].end()) return;
+    const std::string at = fmt::format("{}/{}", place, name);
+    const AccessorView view = view_accessor(document, static_cast<int>(found->get<int64_t>()), at);
+    require_format(view, format, at, name, "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT");
+    const auto width = static_cast<size_t>(format.components);
+    std::vector<float> values(count * width);
+    read_floats(view, {}, values.data(), format.components);
+    if (!all_finite(values)) fail(at, "a value that is not finite", "ACCESSOR_INVALID_FLOAT");
+    for (size_t i = 0; i < count; ++i) assign(node.gpu_instances[i], values.data() + i * width);
+  };
+  read("TRANSLATION", {.components = 3}, [](Transform& t, const float* v) { t.translation = {v[0], v[1], v[2]}; });
+  read("SCALE", {.components = 3}, [](Transform& t, const float* v) { t.scale = {v[0], v[1], v[2]}; });
+  read("ROTATION", {.components = 4, .normalized_int = true}, [](Transform& t, const float* v) {
+    const Quatf q(v[3], v[0], v[1], v[2]);
+    const float length = q.length();
+    t.rotation =
+        length > 1e-6f && std::isfinite(length) ? Quatf(q.r / length, q.v / length) : Quatf(1.0f, 0.0f, 0.0f, 0.0f);
+  });
+}
+
+void read_node_extensions(const Document& document, const Scene& scene, const json& object, const std::string& pointer,
+                          ElementBudget& budget, uint64_t& instances, Node& node) {
+  if (const json* light = find_extension(object, "KHR_lights_punctual")) {
+    const auto index = (*light)["light"].get<uint64_t>();
+    if (index >= scene.lights.size()) {
+      fail(pointer + "/extensions/KHR_lights_punctual/light",
+           fmt::format("{}, the file has {} lights", index, scene.lights.size()), "UNRESOLVED_REFERENCE");
+    }
+    node.light = static_cast<int>(index);
+  }
+  if (const json* visibility = find_extension(object, "KHR_node_visibility"))
+    node.visible = visibility->value("visible", true);
+  if (const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing")) {
+    if (node.mesh != kNone) read_instances(document, *instancing, pointer, budget, instances, node);
+  }
+}
+
+// Checks that the skin has every joint that a vertex refers to.
+void check_skin(const Scene& scene, const std::vector<int>& highest_joint, const std::string& pointer, Node& node) {
+  if (node.skin == kNone) return;
+  const int highest = node.mesh == kNone ? kNone : highest_joint[static_cast<size_t>(node.mesh)];
+  if (highest == kNone) {
+    node.skin = kNone; // nothing to deform
+    return;
+  }
+  const size_t joints = scene.skins[static_cast<size_t>(node.skin)].joints.size();
+  if (static_cast<size_t>(highest) >= joints) {
+    fail(pointer + "/skin",
+         fmt::format("a vertex of mesh {} uses joint {}, skin {} has {}", node.mesh, highest, node.skin, joints),
+         "ACCESSOR_JOINTS_INDEX_OOB");
+  }
+}
+
+std::vector<int> highest_joints(const Scene& scene) {
+  std::vector<int> highest(scene.meshes.size(), kNone);
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    for (const Primitive& primitive : scene.meshes[m].primitives) {
+      for (const auto& joints : primitive.joints) {
+        highest[m] = std::max(highest[m], static_cast<int>(*std::max_element(joints.begin(), joints.end())));
+      }
+    }
+  }
+  return highest;
+}
+
+// Returns the parent of each node. Throws for a second parent, a loop, or too many levels.
+std::vector<int> check_tree(const Document& document, const std::vector<Node>& nodes) {
+  std::vector<int> parent(nodes.size(), kNone);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    for (size_t c = 0; c < nodes[i].children.size(); ++c) {
+      int& known = parent[static_cast<size_t>(nodes[i].children[c])];
+      if (known != kNone) {
+        fail(fmt::format("/nodes/{}/children/{}", i, c),
+             fmt::format("node {} is a child of node {} already", nodes[i].children[c], known), "NODE_PARENT_OVERRIDE");
+      }
+      known = static_cast<int>(i);
+    }
+  }
+  // Breadth first from the roots. Each node has one parent, so a node that is not reached is in a
+  // loop.
+  std::vector<int> level;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (parent[i] == kNone) level.push_back(static_cast<int>(i));
+  }
+  std::vector<bool> reached(nodes.size(), false);
+  for (uint32_t depth = 0; !level.empty(); ++depth) {
+    if (depth >= document.limits.max_node_depth) {
+      fail(node_pointer(static_cast<size_t>(level.front())),
+           fmt::format("more than {} levels of nodes", document.limits.max_node_depth));
+    }
+    std::vector<int> next;
+    for (const int node : level) {
+      reached[static_cast<size_t>(node)] = true;
+      const std::vector<int>& children = nodes[static_cast<size_t>(node)].children;
+      next.insert(next.end(), children.begin(), children.end());
+    }
+    level = std::move(next);
+  }
+  const auto lost = std::find(reached.begin(), reached.end(), false);
+  if (lost != reached.end()) {
+    fail(node_pointer(static_cast<size_t>(lost - reached.begin())), "the node is part of a loop, or below one",
+         "NODE_LOOP");
+  }
+  return parent;
+}
+
+void import_scenes(const Document& document, const std::vector<int>& parent, Scene& scene) {
+  std::vector<int> listed_by(scene.nodes.size(), kNone);
+  for (size_t i = 0; i < document.core.scenes.size(); ++i) {
+    const tinygltf::Scene& core = document.core.scenes[i];
+    for (size_t n = 0; n < core.nodes.size(); ++n) {
+      const auto node = static_cast<size_t>(core.nodes[n]);
+      const std::string pointer = fmt::format("/scenes/{}/nodes/{}", i, n);
+      if (parent[node] != kNone)
+        fail(pointer, fmt::format("node {} is a child of node {}, expected a root node", node, parent[node]),
+             "SCENE_NON_ROOT_NODE");
+      if (listed_by[node] == static_cast<int>(i))
+        fail(pointer, fmt::format("node {} is listed twice", node), "DUPLICATE_ELEMENTS");
+      listed_by[node] = static_cast<int>(i);
+    }
+    scene.scenes.push_back({core.name, core.nodes});
+  }
+  scene.default_scene = document.core.defaultScene >= 0 ? document.core.defaultScene : kNone;
+  if (scene.scenes.empty() && !scene.nodes.empty()) {
+    SceneRoot all;
+    for (size_t i = 0; i < parent.size(); ++i) {
+      if (parent[i] == kNone) all.nodes.push_back(static_cast<int>(i));
+    }
+    scene.scenes.push_back(std::move(all));
+  }
+}
+
+} // namespace
+
+void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
+  ElementBudget budget(document);
+  uint64_t instances = 0;
+  const std::vector<int> highest_joint = highest_joints(scene);
+  for (size_t i = 0; i < document.core.nodes.size(); ++i) {
+    const tinygltf::Node& core = document.core.nodes[i];
+    const json& object = (*document.json)["nodes"][i];
+    const std::string pointer = node_pointer(i);
+    Node node;
+    node.name = core.name;
+    node.children = core.children;
+    node.mesh = core.mesh;
+    node.skin = core.skin;
+    node.camera = core.camera;
+    for (const double weight : core.weights) node.weights.push_back(static_cast<float>(weight));
+    const size_t targets = node.mesh == kNone ? 0 : morph_target_count(document, static_cast<size_t>(node.mesh));
+    if (!node.weights.empty() && node.weights.size() != targets) {
+      fail(pointer + "/weights", fmt::format("{} weights, the mesh has {} morph targets", node.weights.size(), targets),
+           "NODE_WEIGHTS_INVALID");
+    }
+    read_transform(core, object, pointer, node);
+    read_node_extensions(document, scene, object, pointer, budget, instances, node);
+    if (node.skin != kNone && (node.mesh == kNone || highest_joint[static_cast<size_t>(node.mesh)] == kNone)) {
+      warnings.add("skin", pointer + "/skin", "a skin on a node whose mesh has no joints has no effect",
+                   "NODE_SKIN_WITH_NON_SKINNED_MESH");
+    }
+    check_skin(scene, highest_joint, pointer, node);
+    scene.nodes.push_back(std::move(node));
+  }
+  import_scenes(document, check_tree(document, scene.nodes), scene);
+}
+
+} // namespace kindling::gltf

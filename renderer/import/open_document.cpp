@@ -1,0 +1,204 @@
+// Opens a file: container, JSON, tinygltf's structs, buffers, bufferViews.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/import/open_document.h"
+
+#include "renderer/import/compression/meshopt_views.h"
+#include "renderer/import/document/accessor.h"
+#include "renderer/import/files/glb.h"
+#include "renderer/import/files/uri.h"
+#include "renderer/import/json/check_json.h"
+#include "renderer/import/json/core_structs.h"
+#include "renderer/import/json/extensions.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cctype>
+#include <charconv>
+#include <optional>
+
+namespace kindling::gltf {
+namespace {
+
+using nlohmann::json;
+
+json parse_json(std::string_view text, uint64_t max_bytes) {
+  if (text.size() > max_bytes) {
+    fail("", fmt::format("{} bytes of JSON, at most {} are accepted", text.size(), max_bytes));
+  }
+  // Some exporters pad with zero bytes, which are not JSON.
+  while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
+  try {
+    return json::parse(text.begin(), text.end());
+  } catch (const json::exception& e) {
+    // Removes the first word of "[json.exception.parse_error.101] parse error at line 1, column 2:
+    // ...".
+    std::string_view what = e.what();
+    if (const size_t end = what.find("] "); end != std::string_view::npos) what.remove_prefix(end + 2);
+    std::string line;
+    for (const char c : what) line += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    fail("", fmt::format("not valid JSON: {}", line), "INVALID_JSON");
+  }
+}
+
+// Parses "major.minor".
+std::optional<std::pair<int, int>> parse_version(std::string_view text) {
+  int major = 0;
+  int minor = 0;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, major);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '.') return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, minor);
+  if (second.ec != std::errc() || second.ptr != end || major < 0 || minor < 0) return std::nullopt;
+  return std::pair{major, minor};
+}
+
+void check_version(const json& asset) {
+  const auto check = [&](const char* name, bool minimum) {
+    if (!asset.contains(name)) return;
+    const auto& text = asset[name].get_ref<const std::string&>();
+    const std::string pointer = fmt::format("/asset/{}", name);
+    const auto version = parse_version(text);
+    if (!version) fail(pointer, fmt::format("{}, expected a version like 2.0", in_quotes(text)), "PATTERN_MISMATCH");
+    if (version->first != 2 || (minimum && version->second > 0)) {
+      fail(pointer, fmt::format("glTF {}, expected 2.0", text), "UNKNOWN_ASSET_MAJOR_VERSION");
+    }
+  };
+  check("version", false);
+  check("minVersion", true);
+}
+
+// Checks the version before all else, so that the error for another version names it.
+void check_asset_first(const json& root) {
+  if (!root.is_object()) return;
+  const auto asset = root.find("asset");
+  if (asset == root.end() || !asset->is_object()) return;
+  const auto version = asset->find("version");
+  if (version != asset->end() && version->is_string()) check_version(*asset);
+}
+
+// Reads all buffers. `container` is true for a .glb, whose BIN chunk is `bin`.
+void read_buffers(Document& document, bool container, std::optional<Bytes> bin) {
+  json& root = *document.json;
+  if (!root.contains("buffers")) return;
+  json& buffers = root["buffers"];
+  for (size_t i = 0; i < buffers.size(); ++i) {
+    json& buffer = buffers[i];
+    const std::string pointer = fmt::format("/buffers/{}", i);
+    const auto length = buffer["byteLength"].get<uint64_t>();
+    const json* meshopt = find_meshopt_extension(buffer);
+    if (meshopt != nullptr && meshopt->value("fallback", false)) {
+      document.buffers.emplace_back();
+      continue;
+    }
+    if (length > document.limits.max_file_bytes) {
+      fail(pointer + "/byteLength", fmt::format("{}, at most {} are accepted", length, document.limits.max_file_bytes));
+    }
+    Bytes bytes;
+    if (!buffer.contains("uri")) {
+      if (i == 0 && bin) {
+        bytes = *bin;
+      } else if (i == 0 && container) {
+        fail(pointer, "no uri, and the .glb has no BIN chunk", "BUFFER_MISSING_GLB_DATA");
+      } else {
+        document.buffers.emplace_back(); // an error at its first use
+        continue;
+      }
+    } else {
+      auto& uri = buffer["uri"].get_ref<std::string&>();
+      const bool data = is_data_uri(uri);
+      Result<OwnedBytes> owned = Error{};
+      if (data) {
+        owned = decode_data_uri(uri);
+        uri = "data:"; // the text is no longer needed
+        uri.shrink_to_fit();
+      } else {
+        auto path = resolve_uri(document.path.parent_path(), uri);
+        if (!path) fail(pointer + "/uri", path.error().message);
+        owned = read_file(path.value(), document.limits.max_file_bytes);
+        if (!owned)
+          fail(pointer + "/uri", fmt::format("{} {}", in_quotes(uri), owned.error().message), "IO_ERROR",
+               ErrorKind::input_output);
+      }
+      if (!owned) fail(pointer + "/uri", owned.error().message);
+      if (!data) {
+        document.content_hash = hash_content(owned.value().span(), document.content_hash);
+        document.bytes_read += owned.value().size();
+      }
+      document.storage.push_back(std::move(owned).value());
+      bytes = document.storage.back().span();
+    }
+    if (bytes.size() < length) {
+      fail(pointer, fmt::format("declares {} bytes but has {}", length, bytes.size()), "BUFFER_BYTE_LENGTH_MISMATCH");
+    }
+    document.buffers.push_back(bytes.first(length));
+  }
+}
+
+void make_views(Document& document) {
+  const std::vector<tinygltf::BufferView>& views = document.core.bufferViews;
+  for (size_t i = 0; i < views.size(); ++i) {
+    const tinygltf::BufferView& view = views[i];
+    const json& buffer = (*document.json)["buffers"][static_cast<size_t>(view.buffer)];
+    const auto length = buffer["byteLength"].get<uint64_t>();
+    if (view.byteOffset > length || view.byteLength > length - view.byteOffset) {
+      fail(fmt::format("/bufferViews/{}", i),
+           fmt::format("bytes {} to {} of buffer {}, which has {}", view.byteOffset, view.byteOffset + view.byteLength,
+                       view.buffer, length),
+           "BUFFER_VIEW_TOO_LONG");
+    }
+    const Bytes data = document.buffers[static_cast<size_t>(view.buffer)];
+    document.views.push_back(
+        {data.empty() ? Bytes() : data.subspan(view.byteOffset, view.byteLength), view.byteLength, view.byteStride});
+  }
+}
+
+bool named_glb(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".glb";
+}
+
+} // namespace
+
+Document open_document(const std::filesystem::path& path, const ImportLimits& limits, Warnings& warnings) {
+  Document document;
+  document.path = path;
+  document.limits = limits;
+  auto file = read_file(path, limits.max_file_bytes);
+  if (!file) fail("", file.error().message, "", ErrorKind::input_output);
+  document.bytes_read = file.value().size();
+  document.content_hash = hash_content(file.value().span());
+
+  std::optional<Bytes> bin;
+  Bytes text = file.value().span();
+  const bool container = is_glb(text) || named_glb(path);
+  if (container) {
+    const GlbChunks chunks = split_glb(text, warnings);
+    text = chunks.json;
+    bin = chunks.bin;
+  } else if (text.empty()) {
+    fail("", "the file is empty, expected JSON or a .glb", "INVALID_JSON");
+  }
+  document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes));
+  if (bin) {
+    document.storage.push_back(std::move(file).value());
+  } else {
+    file = OwnedBytes();
+  }
+
+  check_asset_first(*document.json);
+  const CorePlaces places = check_json(*document.json, warnings);
+  check_extensions(*document.json, warnings);
+  document.core = read_core_structs(*document.json, places);
+  if (document.core.nodes.size() > limits.max_nodes) {
+    fail("/nodes", fmt::format("{} nodes, at most {} are accepted", document.core.nodes.size(), limits.max_nodes));
+  }
+  read_buffers(document, container, bin);
+  make_views(document);
+  decompress_meshopt_views(document);
+  check_accessors(document);
+  return document;
+}
+
+} // namespace kindling::gltf
