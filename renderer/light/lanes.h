@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/simd_types.h"
+
 #include <bit>
 #include <cassert>
 #include <cmath>
@@ -16,8 +18,6 @@
 namespace kindling {
 
 // Every operation gives the bits of IEEE 754 in each lane, with vector instructions and without.
-using Float8 = float __attribute__((vector_size(32)));
-using Int8 = int32_t __attribute__((vector_size(32)));
 
 [[nodiscard]] inline Float8 splat(float x) { return Float8{x, x, x, x, x, x, x, x}; }
 [[nodiscard]] inline Float8 larger(const Float8& a, const Float8& b) { return a > b ? a : b; }
