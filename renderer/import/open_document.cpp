@@ -5,6 +5,7 @@
 #include "renderer/import/compression/meshopt_views.h"
 #include "renderer/import/document/accessor.h"
 #include "renderer/import/files/glb.h"
+#include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
 #include "renderer/import/json/check_json.h"
 #include "renderer/import/json/core_structs.h"
@@ -179,6 +180,8 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
     bin = chunks.bin;
   } else if (text.empty()) {
     fail("", "the file is empty, expected JSON or a .glb", "INVALID_JSON");
+  } else if (const std::string other = describe_other_format(text, path); !other.empty()) {
+    fail("", other, "INVALID_JSON");
   }
   document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes));
   if (bin) {

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <fstream>
+
 namespace kindling::test {
 namespace {
 
@@ -63,6 +65,15 @@ TEST_F(Usage, WhatTheSceneLacksExitsWith2) {
   expect_error({"render", scene, "--size", "32x32", "--crop", "0,0,33,32"}, 2,
                "--crop: 0,0,33,32 is not inside the image");
   expect_error({"render", scene, "--size", "32x32", "--pixel", "32,0"}, 2, "--pixel: 32,0 is not inside the image");
+}
+
+TEST_F(Usage, FilesOfOtherFormatsNameAConverter) {
+  std::ofstream(folder_ / "house.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const ProgramResult result = run_program({"render", "house.obj"}, folder_);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_EQ(result.err,
+            "kindling: error: house.obj: a Wavefront OBJ file, not glTF; convert it with obj2gltf (npm): obj2gltf -i "
+            "house.obj -o house.glb\n");
 }
 
 TEST_F(Usage, OutputsAreCheckedBeforeTheWork) {

@@ -1,6 +1,7 @@
 // Files, containers, buffers and URIs.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/file_bytes.h"
+#include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
 #include "tests/import/gltf_builder.h"
 
@@ -54,6 +55,20 @@ TEST(Uri, RefusesPathsOutsideTheFolder) {
                           "file:///etc/passwd", "http://example.com/a.bin", "C:/a.bin", "\\\\server\\a", "", "a%00b"}) {
     EXPECT_FALSE(gltf::resolve_uri(folder, bad).ok()) << bad;
   }
+}
+
+TEST(Container, NamesAConverterForOtherFormats) {
+  const auto described = [](std::string_view text, const char* name) {
+    return gltf::describe_other_format(std::as_bytes(std::span(text.data(), text.size())), name);
+  };
+  EXPECT_EQ(described("v 0 0 0\nf 1 1 1\n", "house.obj"),
+            "a Wavefront OBJ file, not glTF; convert it with obj2gltf (npm): obj2gltf -i house.obj -o house.glb");
+  EXPECT_EQ(described("#usda 1.0\n", "house.scene"),
+            "a USD file, not glTF; convert it with Blender (File > Export > glTF 2.0)");
+  EXPECT_EQ(described("PK\x03\x04", "Toy.USDZ"),
+            "a USDZ archive, not glTF; convert it with Blender (File > Export > glTF 2.0)");
+  EXPECT_EQ(described(" {\"asset\": {}}", "named.obj"), "");
+  EXPECT_EQ(described("hello", "a.gltf"), "");
 }
 
 TEST(Container, GltfWithDataUriEqualsGlb) {
