@@ -12,7 +12,7 @@ namespace kindling {
 namespace {
 
 // IEC 61966-2-1.
-float encode_srgb(float linear) {
+float srgb_of(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
 }
 
@@ -36,7 +36,7 @@ TEST(Agx, EqualsNodesOfBlendersTable) {
                         {{0.03667028f, 0.005574876f, 0.01936911f}, {0.177260f, 0.052435f, 0.121567f}}};
   for (const Node& node : nodes) {
     const Rgb mapped = tone_map_agx(node.scene);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(encode_srgb(mapped[c]), node.display[c], 1e-5f) << node.scene;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(srgb_of(mapped[c]), node.display[c], 1e-5f) << node.scene;
   }
 }
 
@@ -71,7 +71,7 @@ TEST(Agx, ViewAppliesExposureBeforeTheCurve) {
   float pixel[4] = {0.1f, 0.2f, 0.05f, 1.0f};
   view.value().apply(pixel);
   const Rgb expected = tone_map_agx(Rgb(0.4f, 0.8f, 0.2f));
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c], encode_srgb(expected[c]), 1e-5f);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c], srgb_of(expected[c]), 1e-5f);
 }
 
 } // namespace
