@@ -40,7 +40,7 @@ Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file ca
 Results go to standard output, all else to standard error.
 )";
 
-// What was typed and nothing declared.
+// Describes a word that belongs to no flag or operand, with a suggestion.
 std::string describe_extra(const std::string& word, const FlagSet& flags, std::string_view operand_given) {
   if (word.starts_with('-') && word.size() > 1) {
     const std::string name = word.substr(0, word.find('='));
@@ -52,7 +52,8 @@ std::string describe_extra(const std::string& word, const FlagSet& flags, std::s
                      operand_given.empty() ? "" : fmt::format("; there can be one {}", operand_given));
 }
 
-// A command of the program: its name, what it works on, and its flags. A new one has its own here and stands in Commands.
+// A command of the program: its name, operand and flags. A new command gets a specialization here
+// and an entry in Commands.
 template <typename Options>
 struct Command;
 
@@ -125,7 +126,7 @@ struct Command<ScalingOptions> {
   }
 };
 
-// Parses the flags of one command into `options`; a text if --help was among them.
+// Parses the flags of one command into `options`. Returns the help text if --help was among them.
 template <typename Options>
 Result<std::optional<PrintText>> parse_command(std::span<const char* const> arguments, Options& options) {
   using This = Command<Options>;
@@ -153,7 +154,7 @@ template <typename... Options>
 struct CommandList {
   static std::vector<std::string> names() { return {std::string(Command<Options>::kName)...}; }
 
-  // Nothing if there is no such command.
+  // Returns nothing if there is no such command.
   static std::optional<Result<CommandLine>> parse(std::string_view name, std::span<const char* const> arguments) {
     std::optional<Result<CommandLine>> line;
     const auto try_one = [&]<typename One>(One options) {
@@ -173,7 +174,7 @@ struct CommandList {
 
 using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions>;
 
-// A command of several actions, which parses for itself.
+// The command with several actions, which has a parser of its own.
 constexpr std::string_view kFarm = "farm";
 
 std::vector<std::string> command_names() {
