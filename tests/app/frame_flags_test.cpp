@@ -98,7 +98,7 @@ TEST(FrameFlags, NamesAreLiteralWithoutFrames) {
 
 TEST(FrameFlags, RefusesWrongCombinations) {
   EXPECT_EQ(refusal({"--force"}), "--force: has no meaning without --frames or --checkpoint");
-  EXPECT_TRUE(refusal({"--frames", "1-x"}).starts_with("--frames: '1-x' are no frames; use"));
+  EXPECT_TRUE(refusal({"--frames", "1-x"}).starts_with("--frames: '1-x' is not a list of frames; use"));
   EXPECT_EQ(refusal({"--frames", "1-3", "-o", "a.png"}), "--output: a.png: all frames would have this name; put #### "
                                                          "where the frame number belongs, such as frame_####.png");
   EXPECT_EQ(refusal({"--frames", "3", "-o", "#/a_##.png"}),

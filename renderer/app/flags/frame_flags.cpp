@@ -40,10 +40,10 @@ struct FrameRange {
 };
 
 Result<FrameRange> parse_range(std::string_view text) {
-  const Error wrong = usage_error(
-      fmt::format("'{}' are no frames; use A-B, A-BxSTEP or one number, each from {} to {}, such as 1-48, 0-100x5, "
-                  "-5--1 or 7, with commas between several",
-                  text, -kLastFrame, kLastFrame));
+  const Error wrong = usage_error(fmt::format(
+      "'{}' is not a list of frames; use A-B, A-BxSTEP or one number, each from {} to {}, such as 1-48, 0-100x5, "
+      "-5--1 or 7, with commas between several",
+      text, -kLastFrame, kLastFrame));
   std::string_view rest = text;
   const std::optional<int> first = take_number(rest, -kLastFrame);
   if (!first) return wrong;

@@ -1,3 +1,4 @@
+// Parses the command line by command, and has the help of the whole program.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/parse_command_line.h"
 
