@@ -1,4 +1,4 @@
-// `kindling info FILE.kacc` by the kindling program: of good files, and of damaged ones.
+// `kindling info FILE.kacc` with good and with damaged files.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/app/run_program.h"
 #include "tests/app/test_scene.h"
@@ -20,7 +20,7 @@ class AccumulationInfoCommand : public SceneFolder {
     write_scene();
   }
   [[nodiscard]] ProgramResult run(const Words& arguments) const { return run_program(arguments, folder_); }
-  // A render of a 40 x 36 image with these flags; succeeds.
+  // Renders a 40 x 36 image with these flags and expects success.
   void render(Words flags) const {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--quiet"});
     const ProgramResult result = run(flags);
@@ -36,7 +36,7 @@ class AccumulationInfoCommand : public SceneFolder {
     bytes[at] = static_cast<char>(bytes[at] ^ 1);
     write_file(file, bytes);
   }
-  // One line of error, and nothing else.
+  // Expects one line of error and no other output.
   void expect_error(const std::string& file, const std::string& words, const Words& flags = {}, int code = 4) const {
     Words arguments{"info", file};
     arguments.insert(arguments.end(), flags.begin(), flags.end());
@@ -48,7 +48,7 @@ class AccumulationInfoCommand : public SceneFolder {
   }
 };
 
-TEST_F(AccumulationInfoCommand, OfACheckpointAndItsPreviousGeneration) {
+TEST_F(AccumulationInfoCommand, PrintsCheckpointAndPreviousGeneration) {
   render({"--spp", "4", "--seed", "3", "-o", "a.exr", "--checkpoint", "a.kacc"});
   json first = info("a.kacc");
   EXPECT_EQ(first["previous"], nullptr);
@@ -87,14 +87,14 @@ TEST_F(AccumulationInfoCommand, OfACheckpointAndItsPreviousGeneration) {
   EXPECT_EQ(table.exit_code, 0);
   EXPECT_EQ(table.err, "");
   for (const char* text : {"a.kacc\n  scene       scene.gltf\n", "\n  size        40x36 pixels\n",
-                           "\n  samples     10 of 10 per pixel, 100.0 %; laid out for 4\n", "by 2 processes, ",
-                           "a.kacc.previous: 4 samples per pixel, saved 20", "\n  checksums   all hold\n",
+                           "\n  samples     10 of 10 per pixel, 100.0 %; planned for 4\n", "by 2 processes, ",
+                           "a.kacc.previous: 4 samples per pixel, saved 20", "\n  checksums   correct\n",
                            "\n  command     kindling render scene.gltf --size 40x36 ", "0 to 10", "--seed"})
     EXPECT_NE(table.out.find(text), std::string::npos) << text << " in\n" << table.out;
   EXPECT_EQ(table.out.find("part  "), std::string::npos) << table.out;
 }
 
-TEST_F(AccumulationInfoCommand, OfPartsAndWhatIsMergedOfThem) {
+TEST_F(AccumulationInfoCommand, PrintsPartsAndMerges) {
   render({"--spp", "6", "--part", "2/3", "--tile-part", "1/2", "--crop", "0,0,32,32", "-o", "a.kacc"});
   const json part = info("a.kacc");
   EXPECT_EQ(part["part"], "2/3");
@@ -122,10 +122,10 @@ TEST_F(AccumulationInfoCommand, OfPartsAndWhatIsMergedOfThem) {
   EXPECT_EQ(merged["coverage"], json::parse(R"([{"samples":[[0,2],[4,6]],"suffice":false,"pixels":1440}])"));
 }
 
-TEST_F(AccumulationInfoCommand, OfDamagedOnesWhatCanBeSaid) {
+TEST_F(AccumulationInfoCommand, PrintsHeadersOfDamagedFiles) {
   render({"--spp", "4", "-o", "a.kacc"});
   const std::string good = read_file("a.kacc");
-  // In the last block.
+  // Damages the last block.
   flip("a.kacc", good.size() - 100);
   const ProgramResult damaged = run({"info", "a.kacc"});
   EXPECT_EQ(damaged.exit_code, 4);
@@ -165,7 +165,7 @@ TEST_F(AccumulationInfoCommand, OfDamagedOnesWhatCanBeSaid) {
   EXPECT_EQ(sound["previous"]["spp_mean"], nullptr);
 }
 
-TEST_F(AccumulationInfoCommand, OfWhatIsNone) {
+TEST_F(AccumulationInfoCommand, RefusesOtherFiles) {
   expect_error("none.kacc", "none.kacc: cannot read: No such file or directory");
   std::filesystem::create_directory(folder_ / "folder.kacc");
   expect_error("folder.kacc", "folder.kacc: is not a regular file");
@@ -174,12 +174,12 @@ TEST_F(AccumulationInfoCommand, OfWhatIsNone) {
   render({"--spp", "1", "-o", "a.kacc"});
   for (const Words& flags :
        {Words{"--list-cameras"}, Words{"--scene", "0"}, Words{"--size", "8x8"}, Words{"--aov", "albedo"}})
-    expect_error("a.kacc", flags[0] + ": has no meaning with a.kacc, which is no scene", flags, 2);
+    expect_error("a.kacc", flags[0] + ": has no meaning with a.kacc, which is not a scene", flags, 2);
   EXPECT_EQ(run({"info", "a.kacc", "--threads", "1"}).exit_code, 0);
 }
 
-// What somebody else has written into names and settings does not reach the terminal as it is.
-TEST_F(AccumulationInfoCommand, NamesAreNotObeyed) {
+// Control characters in the names and settings of a file are not printed.
+TEST_F(AccumulationInfoCommand, ReplacesControlCharactersOfNames) {
   std::filesystem::rename(folder_ / "scene.gltf", folder_ / "a\x1b[31m\nb.gltf");
   ASSERT_EQ(run({"render", "a\x1b[31m\nb.gltf", "--size", "8x8", "--spp", "1", "-q", "-o", "a.kacc"}).exit_code, 0);
   const ProgramResult table = run({"info", "a.kacc"});

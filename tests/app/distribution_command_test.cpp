@@ -1,4 +1,4 @@
-// Several processes, as several machines would, each with a rectangle of one image: together they make what one process makes.
+// Several processes with a rectangle each make the image of one process.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -34,9 +34,9 @@ class Distribution : public SceneFolder {
   }
 };
 
-TEST_F(Distribution, ProcessesWithCropsMakeTheWholeImage) {
+TEST_F(Distribution, CropsOfProcessesMakeTheWholeImage) {
   for (const std::string integrator : {"whitted", "path"}) {
-    // The regions of four workers, as a coordinator would give them away.
+    // The regions of four workers, as a coordinator would assign them.
     const std::vector<std::string> crops = {"0,0,48,32", "0,32,48,67", "48,0,90,32", "48,32,90,67"};
     std::vector<std::unique_ptr<Program>> processes;
     for (size_t i = 0; i < crops.size(); ++i)
@@ -57,7 +57,7 @@ TEST_F(Distribution, ProcessesWithCropsMakeTheWholeImage) {
   }
 }
 
-TEST_F(Distribution, RegionsForThreadsMakeTheSameImageAndTellWhoWaited) {
+TEST_F(Distribution, RegionsMakeTheSameImageAndReportIdleTime) {
   ASSERT_EQ(run_program(arguments("whitted", {"-o", "tiles.exr", "--threads", "2", "--stats", "tiles.json"}), folder_)
                 .exit_code,
             0);
@@ -81,8 +81,8 @@ TEST_F(Distribution, RegionsForThreadsMakeTheSameImageAndTellWhoWaited) {
   EXPECT_GT(regions["whitted"]["cache"]["hits"], 0);
 }
 
-// The three tracers by name, and what other flags change of them.
-TEST_F(Distribution, TracersByName) {
+// The three named tracers, and flags that override their settings.
+TEST_F(Distribution, NamedTracersHaveTheirSettings) {
   const std::string scene = write_scene();
   const auto stats = [&](std::vector<std::string> more) {
     std::vector<std::string> all = {"render",  scene, "--size", "16x16",   "--spp", "1",

@@ -1,4 +1,4 @@
-// `kindling farm` by the program, with scripts in place of Slurm's: what is refused, and a farm worked off by hand.
+// `kindling farm` with scripts in place of Slurm: refusals, and tasks that are run by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -52,7 +52,7 @@ class FarmCommand : public SceneFolder {
   }
 };
 
-TEST_F(FarmCommand, WhatCanBeKnownIsSaidBeforeAnyMachineBegins) {
+TEST_F(FarmCommand, ReportsErrorsBeforeSubmission) {
   const std::string scene = write_scene();
   expect_refused(submit(scene, {"-o", "a.exr"}, {}), "--parts");
   expect_refused(submit(scene, {"--parts", "2"}, {}), "-o");
@@ -65,7 +65,7 @@ TEST_F(FarmCommand, WhatCanBeKnownIsSaidBeforeAnyMachineBegins) {
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--frames", "1-2"}, {}), "####");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--memory", "1 G"}, {}), "--memory");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "-o", "./a.exr"}, {}), "-o: ");
-  expect_refused(submit(scene, {"--parts", "2", "-o", "farm/parts/a.kacc"}, {}), "the farm has files of its own");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "farm/parts/a.kacc"}, {}), "is among the farm's own files");
   expect_refused(submit(scene, {"--parts", "2", "-o", "none/a.exr"}, {}), "none' does not exist", 4);
   expect_refused(submit(scene, {"--parts", "2", "-o", "scene.bin/a.exr"}, {}), "is not a folder", 4);
   expect_refused(submit("nothing.glb", {"--parts", "2", "-o", "a.exr"}, {}), "nothing.glb", 4);
@@ -78,7 +78,7 @@ TEST_F(FarmCommand, WhatCanBeKnownIsSaidBeforeAnyMachineBegins) {
   EXPECT_EQ(run({"farm", "submit", "--help"}).exit_code, 0);
 }
 
-TEST_F(FarmCommand, WorkedOffByHandGivesTheImageOfOneProcess) {
+TEST_F(FarmCommand, TasksByHandMakeTheImageOfOneProcess) {
   const std::string scene = write_scene();
   const std::vector<std::string> flags{"--spp", "7", "--size", "24x16", "--exr-float"};
   const ProgramResult submitted = submit(scene, {"--parts", "2", "-o", "a.exr"}, flags);
@@ -87,7 +87,7 @@ TEST_F(FarmCommand, WorkedOffByHandGivesTheImageOfOneProcess) {
 
   std::ofstream(folder_ / "queue") << "1|0|RUNNING|node1|None\n1|1|PENDING||Resources\n2|N/A|PENDING||Dependency\n";
   EXPECT_EQ(run({"farm", "status", "farm"}).exit_code, 6);
-  EXPECT_EQ(run({"farm", "merge", "farm"}).exit_code, 5); // nothing is there yet
+  EXPECT_EQ(run({"farm", "merge", "farm"}).exit_code, 5); // no part is rendered yet
   ASSERT_EQ(run({"farm", "work", "farm", "1"}).exit_code, 0);
   std::ofstream(folder_ / "queue") << "";
   const ProgramResult half = run({"farm", "status", "farm", "--json"});
@@ -105,11 +105,11 @@ TEST_F(FarmCommand, WorkedOffByHandGivesTheImageOfOneProcess) {
   whole.insert(whole.end(), flags.begin(), flags.end());
   ASSERT_EQ(run(whole).exit_code, 0);
   EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
-  EXPECT_EQ(run({"farm", "work", "farm", "2"}).exit_code, 2); // there are two
+  EXPECT_EQ(run({"farm", "work", "farm", "2"}).exit_code, 2); // the farm has two tasks
 }
 
-// Names of any kind, from any folder, through links; and nothing of them reaches the terminal as it is.
-TEST_F(FarmCommand, NamesAreTakenAsTheyAre) {
+// Names of any kind, from any folder, through links; their control characters are not printed.
+TEST_F(FarmCommand, AcceptsAnyNames) {
   const std::string scene = write_scene();
   for (const std::string name : {"a farm", "it's", "line\nline", "a#b", "a%A", "red\x1b[31m"}) {
     SCOPED_TRACE(name);
@@ -132,7 +132,7 @@ TEST_F(FarmCommand, NamesAreTakenAsTheyAre) {
   }
 }
 
-TEST_F(FarmCommand, PlansOfOthersAreNotBelieved) {
+TEST_F(FarmCommand, RefusesMalformedPlans) {
   ASSERT_EQ(submit(write_scene(), {"--parts", "2", "-o", "a.exr"}, {}).exit_code, 0);
   const nlohmann::json good = nlohmann::json::parse(read_file("farm/plan.json"));
   const auto expect_error = [&](const std::string& plan, const std::string& words) {
@@ -164,7 +164,7 @@ TEST_F(FarmCommand, PlansOfOthersAreNotBelieved) {
   EXPECT_EQ(run({"farm", "status", "farm"}).exit_code, 4);
 }
 
-TEST_F(FarmCommand, FramesArePartsOfThemselves) {
+TEST_F(FarmCommand, RendersFramesInParts) {
   const std::string scene = write_scene();
   const std::vector<std::string> flags{"--spp", "4", "--size", "16x16", "--exr-float"};
   ASSERT_EQ(submit(scene, {"--parts", "2", "--frames", "3-5x2", "-o", "a.###.exr"}, flags).exit_code, 0);
@@ -181,7 +181,7 @@ TEST_F(FarmCommand, FramesArePartsOfThemselves) {
     EXPECT_EQ(pixels("a." + std::string(frame) + ".exr"), pixels("whole." + std::string(frame) + ".exr")) << frame;
 }
 
-TEST_F(FarmCommand, AFarmThatCannotBeHandedOverLeavesNoPlan) {
+TEST_F(FarmCommand, FailedSubmissionLeavesNoPlan) {
   write_script("sbatch", "echo 'sbatch: error: no' >&2; exit 1");
   const ProgramResult result = submit(write_scene(), {"--parts", "2", "-o", "a.exr"}, {});
   EXPECT_EQ(result.exit_code, 4);

@@ -1,4 +1,4 @@
-// Numbers, tables and progress as text; cameras and sizes as people pick them.
+// Text of numbers, tables and progress; choices of cameras and image sizes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/report.h"
 #include "renderer/app/setup/choose.h"
@@ -85,7 +85,7 @@ TEST(ProgressFormat, StatusLineNeverWraps) {
     EXPECT_LT(static_cast<int>(format_status_line(render_state(), columns).size()), std::max(columns, 1)) << columns;
 }
 
-TEST(ProgressFormat, NarrowTerminalsKeepWhatMatters) {
+TEST(ProgressFormat, NarrowTerminalsKeepTheImportantParts) {
   const std::string line = format_status_line(render_state(), 40);
   EXPECT_NE(line.find("50.0%"), std::string::npos) << line;
   EXPECT_NE(line.find("["), std::string::npos) << line;
@@ -126,7 +126,7 @@ TEST(ProgressFormat, FractionsAreClamped) {
   EXPECT_NE(format_plain_line(state).find(" 0%"), std::string::npos);
 }
 
-TEST(ProgressFormat, SamplesOfAPassInHand) {
+TEST(ProgressFormat, ShowsSamplesOfAnUnfinishedPass) {
   ProgressState state;
   state.phase = Phase::render;
   state.spp_wanted = 64;
@@ -164,7 +164,7 @@ TEST(Report, RatesAndFirstPixel) {
   EXPECT_EQ(format_stats_json(report, true).find('\n'), std::string::npos);
 }
 
-TEST(Report, SaysWhatMoves) {
+TEST(Report, DescribesMotion) {
   RenderReport report;
   report.shutter = Shutter{1.5, 2.0};
   EXPECT_EQ(describe_motion(report.world.motion), "motion: nothing moves while the shutter is open");
@@ -235,7 +235,7 @@ TEST(Choose, Sizes) {
   EXPECT_FALSE(choose_size(&camera, options).ok());
 }
 
-TEST(ExitCode, OfErrorsAndSignals) {
+TEST(ExitCode, FollowsErrorsAndSignals) {
   EXPECT_EQ(exit_code_of(ErrorKind::render_failed), 1);
   EXPECT_EQ(exit_code_of(ErrorKind::usage), 2);
   EXPECT_EQ(exit_code_of(ErrorKind::scene_invalid), 3);

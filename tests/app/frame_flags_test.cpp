@@ -1,4 +1,4 @@
-// Frames from flags, the names of their files, and what is said of them.
+// Frames from flags, their file names, and their progress and reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/frame_flags.h"
 #include "renderer/app/output/frame_names.h"
@@ -29,7 +29,7 @@ std::string refusal_of(const std::string& text) {
   return parsed.ok() ? "" : parsed.error().message;
 }
 
-TEST(FrameFlags, Ranges) {
+TEST(FrameFlags, ParsesRanges) {
   EXPECT_EQ(frames("7"), Numbers{7});
   EXPECT_EQ(frames("-7"), Numbers{-7});
   EXPECT_EQ(frames("1-4"), (Numbers{1, 2, 3, 4}));
@@ -43,7 +43,7 @@ TEST(FrameFlags, Ranges) {
   EXPECT_EQ(frames("0001-0002"), (Numbers{1, 2}));
 }
 
-TEST(FrameFlags, WrongRangesAreNamed) {
+TEST(FrameFlags, RefusesWrongRanges) {
   EXPECT_EQ(refusal_of("5-1"), "'5-1' ends before it begins; use 1-5");
   EXPECT_NE(refusal_of("1-5x0").find("the step is not a whole number above 0"), std::string::npos);
   EXPECT_NE(refusal_of("1-5x-1").find("the step"), std::string::npos);
@@ -54,7 +54,7 @@ TEST(FrameFlags, WrongRangesAreNamed) {
   EXPECT_EQ(frames("0-9999999x10").size(), 1000000U);
 }
 
-TEST(FrameFlags, NamesHaveTheNumber) {
+TEST(FrameFlags, PutsTheNumberIntoNames) {
   EXPECT_EQ(name_of_frame("a_####.png", 7), "a_0007.png");
   EXPECT_EQ(name_of_frame("a_####.png", -7), "a_-0007.png");
   EXPECT_EQ(name_of_frame("a_####.png", 123456), "a_123456.png");
@@ -67,7 +67,7 @@ TEST(FrameFlags, NamesHaveTheNumber) {
   EXPECT_EQ(count_frame_groups("#/a_##.png"), 2);
 }
 
-TEST(FrameFlags, AFrameIsASingleRender) {
+TEST(FrameFlags, FrameHasOptionsOfASingleRender) {
   const RenderOptions options = options_of(
       {"--frames", "1-3", "--fps", "25", "--time", "2", "-o", "x/b_###.exr", "-o", "#.png", "--stats", "s##.json"});
   const RenderOptions third = options_of_frame(options, 3);
@@ -79,12 +79,12 @@ TEST(FrameFlags, AFrameIsASingleRender) {
   EXPECT_EQ(*plain.time_s, -0.5);
   EXPECT_EQ(plain.outputs, (std::vector<std::filesystem::path>{"a--0012.png"}));
   EXPECT_TRUE(plain.stats_file.empty());
-  // An image of some of the samples would pass for the frame.
+  // An image of a part of the samples would be taken for the frame.
   const RenderOptions part = options_of_frame(options_of({"--frames=12", "--part", "2/3", "--tile-part", "1/4"}), 12);
   EXPECT_EQ(part.outputs, (std::vector<std::filesystem::path>{"a-0012-part-2-of-3-tiles-1-of-4.kacc"}));
 }
 
-TEST(FrameFlags, ShutterAngleHasTheFramesPerSecond) {
+TEST(FrameFlags, ShutterAngleUsesTheFrameRate) {
   const RenderOptions options = options_of_frame(options_of({"--frames", "24", "--shutter-angle", "180"}), 24);
   const std::optional<Shutter> shutter = choose_shutter({}, kNone, options).value();
   ASSERT_TRUE(shutter);
@@ -92,25 +92,25 @@ TEST(FrameFlags, ShutterAngleHasTheFramesPerSecond) {
   EXPECT_DOUBLE_EQ(shutter->close_s, 1.0 + 1.0 / 48.0);
 }
 
-TEST(FrameFlags, WithoutFramesNamesAreLiteral) {
+TEST(FrameFlags, NamesAreLiteralWithoutFrames) {
   EXPECT_EQ(options_of({"-o", "a_##_#.png"}).outputs, (std::vector<std::filesystem::path>{"a_##_#.png"}));
 }
 
-TEST(FrameFlags, MistakesAreNamed) {
+TEST(FrameFlags, RefusesWrongCombinations) {
   EXPECT_EQ(refusal({"--force"}), "--force: has no meaning without --frames or --checkpoint");
-  EXPECT_TRUE(refusal({"--frames", "1-x"}).starts_with("--frames: '1-x' are no frames; use"));
+  EXPECT_TRUE(refusal({"--frames", "1-x"}).starts_with("--frames: '1-x' is not a list of frames; use"));
   EXPECT_EQ(refusal({"--frames", "1-3", "-o", "a.png"}), "--output: a.png: all frames would have this name; put #### "
-                                                         "where the frame number belongs, as in frame_####.png");
+                                                         "where the frame number belongs, such as frame_####.png");
   EXPECT_EQ(refusal({"--frames", "3", "-o", "#/a_##.png"}),
-            "--output: #/a_##.png: more than one group of #; use one for the frame number, as in frame_####.png");
+            "--output: #/a_##.png: more than one group of #; use one for the frame number, such as frame_####.png");
   EXPECT_TRUE(refusal({"--frames", "3", "--stats", "#_#.json"}).starts_with("--stats: #_#.json: more than one group"));
   EXPECT_TRUE(refusal({"--frames", "1-3", "--pixel", "1,1"}).starts_with("--pixel: replays a sample of one frame"));
   EXPECT_EQ(options_of({"--frames", "1-3", "--frames", "2", "--pixel", "1,1"}).frames.numbers, Numbers{2});
 }
 
-TEST(FrameProgress, WhatIsLeftOfAll) {
+TEST(FrameProgress, PredictsRemainingTime) {
   EXPECT_FALSE(remaining_seconds_of_frames(0, 0.0, 9, 5.0, std::nullopt));
-  // The first frame: 4 s are done, 6 to come, then nine like it.
+  // The first frame: 4 s are done, 6 s remain, then nine frames like it.
   EXPECT_DOUBLE_EQ(*remaining_seconds_of_frames(0, 0.0, 9, 4.0, 6.0), 6.0 + 9.0 * 10.0);
   // Two frames took 20 s; this one has had 3.
   EXPECT_DOUBLE_EQ(*remaining_seconds_of_frames(2, 20.0, 3, 3.0, std::nullopt), 7.0 + 30.0);
@@ -118,7 +118,7 @@ TEST(FrameProgress, WhatIsLeftOfAll) {
   EXPECT_DOUBLE_EQ(*remaining_seconds_of_frames(2, 20.0, 0, 3.0, 1.5), 1.5);
 }
 
-TEST(FrameProgress, LinesSayWhichFrame) {
+TEST(FrameProgress, LinesNameTheFrame) {
   ProgressState state;
   state.phase = Phase::render;
   state.fraction = 0.5;

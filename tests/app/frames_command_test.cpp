@@ -1,4 +1,4 @@
-// Frames of an animation by the kindling program: the images of single renders, and what is skipped, ended and refused.
+// `kindling render --frames`: images equal single renders; skipped, interrupted and refused frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -19,7 +19,7 @@ class FramesCommand : public SceneFolder {
  protected:
   static std::string tiny(const std::string& name) { return KINDLING_SCENES "/tiny/" + name; }
 
-  // Quick, and nothing beside files and standard output.
+  // A quick render without progress.
   [[nodiscard]] ProgramResult render(const std::string& scene, std::vector<std::string> flags) const {
     flags.insert(flags.begin(),
                  {"render", scene, "--size", "24x16", "--spp", "2", "--exr-float", "--progress", "none"});
@@ -48,22 +48,33 @@ class FramesCommand : public SceneFolder {
     }
     EXPECT_FALSE(pixels(fmt::format("f_{:02}.exr", frames.front())) ==
                  pixels(fmt::format("f_{:02}.exr", frames.back())))
-        << "nothing moves: nothing is tested";
+        << "nothing moves, so nothing is tested";
   }
 };
 
-// Backwards too, and the first again at the end of the list's time: what one frame leaves must not reach the next.
-TEST_F(FramesCommand, FramesAreSingleRenders) {
+// Backwards too, and the first again at the end of the list's time: what one frame leaves must not
+// reach the next.
+TEST_F(FramesCommand, FramesEqualSingleRenders) {
   expect_single_renders(tiny("animation.gltf"), {1, 5, 3}, {});
   expect_single_renders(tiny("morph_targets.gltf"), {0, 8, 3}, {});
 }
 
-TEST_F(FramesCommand, FramesWithAShutterAreSingleRenders) {
+TEST_F(FramesCommand, FramesWithShutterEqualSingleRenders) {
   expect_single_renders(tiny("animation.gltf"), {1, 4}, {"--shutter", "-0.05,0.1"});
   expect_single_renders(tiny("morph_targets.gltf"), {1, 4}, {"--shutter", "0,0.1", "--accel", "embree"});
 }
 
-// A color, a lamp whose outer cone pushes its inner one, and a camera that moves: members and nodes that no vertex depends on.
+TEST_F(FramesCommand, WarnsOfEqualFrames) {
+  const ProgramResult result = render(write_scene(), {"--orbit", "30,60,3", "--frames", "0-1", "-o", "f_##.exr"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("warning: --frames: all 2 frames are equal: nothing in scene.gltf is animated"),
+            std::string::npos)
+      << result.err;
+  EXPECT_TRUE(pixels("f_00.exr") == pixels("f_01.exr"));
+}
+
+// A color, a lamp whose outer cone pushes its inner one, and a camera that moves: members and nodes
+// that no vertex depends on.
 TEST_F(FramesCommand, AnimatedMembersStartFromTheFile) {
   TestSceneOptions options;
   const auto pointer = [&](int sampler, const std::string& to) {
@@ -109,7 +120,8 @@ TEST_F(FramesCommand, AnimatedMembersStartFromTheFile) {
   expect_single_renders("members.gltf", {0, 8, 4}, {});
 }
 
-// A grid of 105,800 triangles that stands and 600 of its triangles, a mesh of their own, that slide and turn over it, in its plane at time 0.
+// A grid of 105,800 triangles that stands and 600 of its triangles, a mesh of their own, that slide
+// and turn over it, in its plane at time 0.
 void add_sliding_piece(nlohmann::json& gltf, std::string& bytes) {
   const auto add = [&](const std::vector<float>& values, const char* type, size_t components) {
     gltf["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", values.size() * 4}});
@@ -138,7 +150,7 @@ void add_sliding_piece(nlohmann::json& gltf, std::string& bytes) {
   gltf["nodes"].push_back({{"mesh", 1}});
 }
 
-TEST_F(FramesCommand, TreesOfWhatStandsAreKept) {
+TEST_F(FramesCommand, KeepsTreesOfStaticMeshes) {
   TestSceneOptions options;
   options.grid = 230;
   write_scene("grid", options);
@@ -163,7 +175,7 @@ TEST_F(FramesCommand, TreesOfWhatStandsAreKept) {
       // With a shutter the piece is an instance, while it moves: its tree is kept too.
       for (size_t i = 1; i < 25; ++i) EXPECT_EQ(built(i), shutter ? 0U : 600U) << i;
       EXPECT_EQ(frames[49]["accelerator"]["triangles"], 106'400);
-// Sanitizers keep what is freed.
+// Sanitizers keep freed memory.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
       // A tree that stayed behind in each frame would be 40 of them.
       const auto peak = [&](size_t i) { return frames[i]["peak_rss_bytes"].get<size_t>(); };
@@ -172,7 +184,7 @@ TEST_F(FramesCommand, TreesOfWhatStandsAreKept) {
     }
 }
 
-TEST_F(FramesCommand, WhatIsThereIsSkippedUnlessForced) {
+TEST_F(FramesCommand, SkipsExistingFramesUnlessForced) {
   const std::string scene = tiny("animation.gltf");
   ASSERT_EQ(render(scene, {"--frames", "2", "-o", "a_#.exr", "-o", "a_#.png"}).exit_code, 0);
   std::filesystem::remove(folder_ / "a_2.png");
@@ -194,7 +206,7 @@ TEST_F(FramesCommand, WhatIsThereIsSkippedUnlessForced) {
   EXPECT_EQ(result.out, "");
 }
 
-TEST_F(FramesCommand, Statistics) {
+TEST_F(FramesCommand, WritesStatistics) {
   const std::string scene = tiny("animation.gltf");
   ASSERT_EQ(render(scene, {"--frames", "1-2", "--stats", "s_##.json"}).exit_code, 0);
   EXPECT_EQ(nlohmann::json::parse(read_file("s_02.json"))["frame"], 2);
@@ -211,7 +223,7 @@ TEST_F(FramesCommand, Statistics) {
   EXPECT_GT(all["phases"]["load"], 0.0);
 }
 
-TEST_F(FramesCommand, ProgressSaysWhichFrame) {
+TEST_F(FramesCommand, ProgressNamesTheFrame) {
   const ProgramResult result = run_program(
       {"render", tiny("animation.gltf"), "--frames", "5-6", "--size", "8x8", "--spp", "1", "--progress", "json"},
       folder_);
@@ -230,7 +242,7 @@ TEST_F(FramesCommand, ProgressSaysWhichFrame) {
   EXPECT_EQ(nlohmann::json::parse(result.err_lines().back())["event"], "frames");
 }
 
-TEST_F(FramesCommand, ASignalEndsTheFrameInHandAndItIsRenderedAgain) {
+TEST_F(FramesCommand, RendersInterruptedFrameAgain) {
   const std::string scene = tiny("animation.gltf");
   for (const auto& [number, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
     SCOPED_TRACE(number);
@@ -248,7 +260,8 @@ TEST_F(FramesCommand, ASignalEndsTheFrameInHandAndItIsRenderedAgain) {
     EXPECT_EQ(all["exit_code"], code);
     EXPECT_TRUE(all["rendered"].empty());
     EXPECT_TRUE(all["frames"][0]["interrupted"]);
-    // It has fewer samples than it should: the same command does it anew. The first image alone decides nothing.
+    // It has fewer samples than it should: the same command does it anew. The first image alone
+    // decides nothing.
     EXPECT_EQ(render(scene, {"--frames", "1", "-o", "a_#.png"}).out, "a_1.png\n");
     EXPECT_EQ(render(scene, {"--frames", "1", "-o", "a_#.png"}).out, "");
     EXPECT_EQ(render(scene, {"--frames", "1", "-o", "a_#.exr"}).out, "a_1.exr\n");
@@ -256,8 +269,9 @@ TEST_F(FramesCommand, ASignalEndsTheFrameInHandAndItIsRenderedAgain) {
   }
 }
 
-// The folder of the second frame's image turns into a file while the first is rendered: frames that come after an error are not begun.
-TEST_F(FramesCommand, AnErrorEndsAll) {
+// The folder of the second frame's image turns into a file while the first is rendered: frames that
+// come after an error are not begun.
+TEST_F(FramesCommand, ErrorEndsAllFrames) {
   const std::string scene = tiny("animation.gltf");
   for (const char* folder : {"1", "2", "3"}) std::filesystem::create_directory(folder_ / folder);
   Program program({"render", scene, "--frames", "1-3", "--spp", "100000", "--time-limit", "1", "--size", "32x32", "-o",
@@ -271,7 +285,7 @@ TEST_F(FramesCommand, AnErrorEndsAll) {
   EXPECT_FALSE(exists("3/a.png"));
 }
 
-TEST_F(FramesCommand, NamesAreCheckedBeforeTheWork) {
+TEST_F(FramesCommand, ChecksNamesBeforeRendering) {
   const ProgramResult missing = render(tiny("animation.gltf"), {"--frames", "1-2", "-o", "#/a.png"});
   EXPECT_EQ(missing.exit_code, 4);
   EXPECT_NE(missing.err.find("folder '1' does not exist"), std::string::npos) << missing.err;
@@ -291,12 +305,12 @@ TEST_F(FramesCommand, ReplaysASampleOfAFrame) {
   EXPECT_EQ(frame.out, single.out);
 }
 
-// Sanitizers keep what is freed.
+// Sanitizers keep freed memory.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST_F(FramesCommand, MemoryDoesNotGrow) {
-  // On one processor: the kernel's counts are exact to 32 pages of a processor's own for each kind of page
-  // (percpu_counter, mm_types.h), of which files' and anonymous pages matter; both readings err. A page in three frames
-  // is more than that.
+  // On one processor: the kernel's counts are exact to 32 pages of a processor's own for each kind
+  // of page (percpu_counter, mm_types.h), of which files' and anonymous pages matter; both readings
+  // err. A page in three frames is more than that.
   constexpr double error = 2 * 2 * 32;
   constexpr size_t count = 500;
   Program program({"render", tiny("morph_targets.gltf"), "--size", "24x16", "--spp", "1", "--frames", "1-500",

@@ -1,4 +1,4 @@
-// Renders through lenses by the kindling program: focus, metadata, refusals.
+// Renders with a lens: focus, metadata, refusals.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/app/run_program.h"
 #include "tests/app/test_scene.h"
@@ -15,7 +15,7 @@ class LensCommand : public SceneFolder {
   }
 };
 
-// OpenEXR's standard attributes of lenses.
+// Writes OpenEXR's standard attributes of lenses.
 TEST_F(LensCommand, WritesMetadata) {
   ASSERT_EQ(render({"--f-stop", "2", "-o", "lens.exr"}).exit_code, 0);
   const std::string exr = read_file("lens.exr");
@@ -25,8 +25,8 @@ TEST_F(LensCommand, WritesMetadata) {
   EXPECT_EQ(read_file("pinhole.exr").find("aperture"), std::string::npos);
 }
 
-// The square of the scene is 2 m before its camera.
-TEST_F(LensCommand, FocusesOnWhatIsSeen) {
+// The square of the scene is 2 m in front of its camera.
+TEST_F(LensCommand, FocusesOnTheVisibleSurface) {
   for (const std::vector<std::string>& flags :
        {std::vector<std::string>{"--f-stop", "2"}, {"--f-stop", "2", "--focus-pixel", "8,8"}}) {
     const ProgramResult result = render(flags);

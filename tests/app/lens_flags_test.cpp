@@ -1,4 +1,4 @@
-// The flags of the lens: what they ask of a camera, and what they refuse.
+// The flags of the lens: their effect on a camera, and refusals.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/lens_flags.h"
 #include "renderer/app/flags/parse_command_line.h"
@@ -24,7 +24,7 @@ LensOptions lens_of(const std::vector<const char*>& flags) {
   return line.ok() ? std::get<app::RenderOptions>(line.value().command).lens : LensOptions{};
 }
 
-TEST(LensFlags, GoOverTheLensOfTheCamera) {
+TEST(LensFlags, OverrideTheLensOfTheCamera) {
   SceneCamera camera;
   camera.lens = {.f_stop = 8.0f, .focus_distance_m = 4.0f, .aperture_blades = 5, .cats_eye = 0.5f};
   const CameraLens before = camera.lens;
@@ -37,7 +37,7 @@ TEST(LensFlags, GoOverTheLensOfTheCamera) {
                   .ok());
   EXPECT_EQ(camera.lens.f_stop, 2.0f);
   EXPECT_EQ(camera.lens.focal_length_m, 0.035f);
-  EXPECT_FALSE(camera.lens.focus_distance_m); // the pixel counts
+  EXPECT_FALSE(camera.lens.focus_distance_m); // replaced by the pixel
   EXPECT_EQ(camera.lens.aperture_blades, 7);
   EXPECT_EQ(camera.lens.aperture_rotation_rad, kPi);
   EXPECT_EQ(camera.lens.anamorphic_ratio, 2.0f);
@@ -46,7 +46,7 @@ TEST(LensFlags, GoOverTheLensOfTheCamera) {
   EXPECT_TRUE(camera.lens.is_pinhole());
 }
 
-TEST(LensFlags, RefuseWhatHasNoMeaning) {
+TEST(LensFlags, RefuseWrongCombinations) {
   const auto message = [](const std::vector<const char*>& flags) {
     const Result<app::CommandLine> line = parse_render(flags);
     return line.ok() ? std::string() : line.error().message;

@@ -1,4 +1,4 @@
-// Sizes of lights by flags, and which lights take them.
+// The flags for sizes of lights, and the lights that they apply to.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 #include "renderer/app/flags/parse_command_line.h"
@@ -17,7 +17,7 @@ Result<CommandLine> parsed(std::vector<const char*> flags) {
   return parse_command_line(flags);
 }
 
-TEST(LightFlags, AreForLightsWithoutASizeOfTheirOwn) {
+TEST(LightFlags, ApplyToLightsWithoutASize) {
   const Result<CommandLine> line = parsed({"--light-radius", "0.5", "--sun-angle", "90"});
   ASSERT_TRUE(line.ok());
   Scene scene;
@@ -41,7 +41,7 @@ TEST(LightFlags, AreForLightsWithoutASizeOfTheirOwn) {
   EXPECT_FALSE(untouched.lights[0].radius_m);
 }
 
-TEST(LightFlags, RefuseWhatHasNoMeaning) {
+TEST(LightFlags, RefuseWrongValues) {
   EXPECT_FALSE(parsed({"--light-radius", "-1"}).ok());
   EXPECT_FALSE(parsed({"--light-radius", "inf"}).ok());
   EXPECT_FALSE(parsed({"--sun-angle", "181"}).ok());

@@ -1,4 +1,4 @@
-// The memory budget without renders: what it depends on, what the machine has, and the warning.
+// The memory budget without renders: its inputs, the available memory, and the warning.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/setup/available_memory.h"
 #include "renderer/app/setup/memory_budget.h"
@@ -18,7 +18,7 @@ uint64_t part(const MemoryBudget& budget, std::string_view name) {
   return 0;
 }
 
-TEST(MemoryBudget, GrowsWithWhatIsAskedFor) {
+TEST(MemoryBudget, GrowsWithTheRequest) {
   const MemoryDemand demand{.triangles = 1000000, .geometry_bytes = 30000000};
   const MemoryBudget plain = memory_budget(demand, {});
   const auto with = [&](auto change) {
@@ -43,7 +43,7 @@ TEST(MemoryBudget, GrowsWithWhatIsAskedFor) {
   }
 }
 
-TEST(MemoryBudget, TextureMemoryIsABound) {
+TEST(MemoryBudget, TextureMemoryLimitsTextures) {
   const MemoryDemand demand{.texture_bytes = 300 * kMiB, .level_bytes = 100 * kMiB, .largest_image_bytes = 10 * kMiB};
   MemoryRequest request;
   EXPECT_EQ(part(memory_budget(demand, request), "textures"), 400 * kMiB);
@@ -83,7 +83,7 @@ MemoryDemand demand_of(const Scene& scene) {
   return memory_demand(scene, posed.value());
 }
 
-TEST(MemoryDemand, CountsWhatIsBakedAndWhatIsInstanced) {
+TEST(MemoryDemand, CountsCopiesAndInstances) {
   const MemoryDemand baked = demand_of(repeated(1000, 10)); // few enough to be copied
   EXPECT_EQ(baked.triangles, 10000U);
   EXPECT_EQ(baked.instances, 0U);
@@ -98,7 +98,7 @@ TEST(MemoryDemand, CountsWhatIsBakedAndWhatIsInstanced) {
   EXPECT_EQ(demand_of(lamps).emissive_triangles, 400000U);
 }
 
-TEST(MemoryDemand, LevelsAreHeldForEachKindOfUse) {
+TEST(MemoryDemand, CountsLevelsForEachUse) {
   Scene scene = repeated(1, 1);
   Image image;
   image.width = image.height = 30;
@@ -114,7 +114,7 @@ TEST(MemoryDemand, LevelsAreHeldForEachKindOfUse) {
   EXPECT_EQ(demand_of(scene).level_bytes, 1800U);
 }
 
-TEST(MemoryWarning, ComesWhereThePeakDoesNotFit) {
+TEST(MemoryWarning, IsGivenIfThePeakDoesNotFit) {
   const MemoryBudget budget = memory_budget({.triangles = 10000000}, {});
   const uint64_t peak = budget.of(accel::Kind::kdtree).peak;
   const auto warn = [&](uint64_t resident, std::optional<uint64_t> available) {
@@ -135,7 +135,7 @@ class AvailableMemory : public test::SceneFolder {
   }
 };
 
-TEST_F(AvailableMemory, IsTheLeastOfMachineAndGroups) {
+TEST_F(AvailableMemory, IsTheMinimumOfMachineAndGroups) {
   EXPECT_EQ(available_memory_bytes(folder_), std::nullopt);
   write("proc/meminfo", "MemTotal:       24000 kB\nMemFree:  9 kB\nMemAvailable:   20000 kB\n");
   EXPECT_EQ(available_memory_bytes(folder_), 20000U * 1024);
@@ -153,7 +153,7 @@ TEST_F(AvailableMemory, IsTheLeastOfMachineAndGroups) {
   EXPECT_EQ(available_memory_bytes(folder_), 0U);
 }
 
-TEST_F(AvailableMemory, KnowsTheFirstVersionOfGroups) {
+TEST_F(AvailableMemory, ReadsVersionOneOfControlGroups) {
   write("proc/meminfo", "MemAvailable:   20000 kB\n");
   write("proc/self/cgroup", "5:cpu,cpuacct:/\n4:memory:/docker/1\n");
   write("sys/fs/cgroup/memory/memory.limit_in_bytes", "9000000\n");

@@ -1,4 +1,4 @@
-// What `kindling info` says that a render will take, held to renders.
+// The memory estimate of `kindling info` against the peak memory of renders.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/app/run_program.h"
 #include "tests/app/test_scene.h"
@@ -14,7 +14,7 @@
 namespace kindling::test {
 namespace {
 
-// Bytes, of one render.
+// Bytes of one render.
 struct Peak {
   double budget = 0.0, measured = 0.0, held_budget = 0.0, held = 0.0;
 };
@@ -58,7 +58,8 @@ class MemoryCommand : public SceneFolder {
     return peak;
   }
 
-  // A hilly square of `side` x `side` squares, `copies` times by EXT_mesh_gpu_instancing (0: once, by its node).
+  // A hilly square of `side` x `side` squares, `copies` times by EXT_mesh_gpu_instancing (0: once,
+  // by its node).
   [[nodiscard]] std::string write_hills(const std::string& name, uint32_t side, uint32_t copies) const {
     std::string bin;
     const auto put = [&](const auto& values) {
@@ -120,7 +121,8 @@ class MemoryCommand : public SceneFolder {
   }
 };
 
-// Small scenes are the program and what is fixed; the budget is above them, and not by more than its allowances.
+// Small scenes are the program and what is fixed; the budget is above them, and not by more than
+// its allowances.
 TEST_F(MemoryCommand, BudgetHoldsForShippedScenes) {
   for (const char* scene :
        {KINDLING_SCENES "/interior.glb", KINDLING_SCENES "/instancing.glb", KINDLING_SCENES "/cornell_box.glb"}) {
@@ -129,7 +131,7 @@ TEST_F(MemoryCommand, BudgetHoldsForShippedScenes) {
   }
 }
 
-// The images of an environment are read by OpenImageIO, and by a reader of our own.
+// Environment maps are read by OpenImageIO and by our own reader.
 TEST_F(MemoryCommand, BudgetHoldsWithAnEnvironment) {
   for (const char* const name : {"sky.exr", "sky.png"})
     ASSERT_EQ(run_program({"render", KINDLING_SCENES "/cornell_box.glb", "--size", "2048x1024", "--integrator",
@@ -146,7 +148,7 @@ TEST_F(MemoryCommand, BudgetHoldsWithAnEnvironment) {
     EXPECT_GT(measure(KINDLING_SCENES "/interior.glb", "kdtree", {"--env", name}).budget, without + 8e6) << name;
 }
 
-// What triangles and instances add: never more than is told, and at most half as much again.
+// Triangles and instances add at most their estimate, which is at most 1.5 times too high.
 TEST_F(MemoryCommand, BudgetHoldsForManyTrianglesAndInstances) {
   const std::string small = write_hills("small", 1, 0);
   const std::string triangles = write_hills("triangles", 500, 0), instances = write_hills("instances", 2, 250000);
@@ -159,8 +161,8 @@ TEST_F(MemoryCommand, BudgetHoldsForManyTrianglesAndInstances) {
   }
 }
 
-// It is said before the work begins, and the image is not begun.
-TEST_F(MemoryCommand, RenderWarnsOfAImageThatNoMachineHolds) {
+// The warning comes before the work, and the image is not begun.
+TEST_F(MemoryCommand, WarnsOfAnImageThatDoesNotFit) {
   const std::string scene = write_hills("small", 1, 0);
   const std::vector<std::string> render = {"render", scene, "--spp", "1", "-o", "image.png"};
   const auto with = [&](const std::vector<std::string>& more) {

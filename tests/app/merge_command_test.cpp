@@ -1,4 +1,4 @@
-// `render --part`, `render --tile-part` and `merge` by the kindling program: the image of one process, and what is refused with which code.
+// `render --part`, `render --tile-part` and `merge`: images, refusals and exit codes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -23,7 +23,7 @@ class MergeCommand : public SceneFolder {
     write_scene();
   }
   [[nodiscard]] ProgramResult run(const Words& arguments) const { return run_program(arguments, folder_); }
-  // A render of a 40 x 36 image with these flags; succeeds.
+  // Renders a 40 x 36 image with these flags and expects success.
   void render(Words flags) const {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--exr-float", "--quiet"});
     const ProgramResult result = run(flags);
@@ -45,7 +45,7 @@ class MergeCommand : public SceneFolder {
   }
 };
 
-TEST_F(MergeCommand, PartsInAnyOrderAreTheUnsplitImage) {
+TEST_F(MergeCommand, PartsInAnyOrderMakeTheWholeImage) {
   std::mt19937 random(5);
   for (const char* accelerator : {"kdtree", "embree"}) {
     const Words common{"--spp", "8", "--accel", accelerator, "--aov", "albedo,variance", "--outliers", "trim"};
@@ -72,7 +72,7 @@ TEST_F(MergeCommand, PartsInAnyOrderAreTheUnsplitImage) {
   }
 }
 
-TEST_F(MergeCommand, TilePartsAndSamplesOfThemAreTheUnsplitImage) {
+TEST_F(MergeCommand, TilePartsAndTheirSamplesMakeTheWholeImage) {
   render({"--spp", "6", "-o", "whole.exr", "--crop", "3,2,39,35"});
   Words parts;
   for (const char* tile : {"1/3", "2/3", "3/3"})
@@ -98,7 +98,7 @@ TEST_F(MergeCommand, TilePartsAndSamplesOfThemAreTheUnsplitImage) {
   EXPECT_EQ(pixels("again.exr"), pixels("whole.exr"));
 }
 
-TEST_F(MergeCommand, AdaptiveTilePartsAreTheUnsplitImage) {
+TEST_F(MergeCommand, AdaptiveTilePartsMakeTheWholeImage) {
   const Words adaptive{"--spp", "64", "--min-spp", "16", "--noise-threshold", "0.1"};
   const auto with = [&](Words more) {
     more.insert(more.begin(), adaptive.begin(), adaptive.end());
@@ -115,7 +115,7 @@ TEST_F(MergeCommand, AdaptiveTilePartsAreTheUnsplitImage) {
   EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
 }
 
-TEST_F(MergeCommand, WhatIsMergedCanBeGoneOnWith) {
+TEST_F(MergeCommand, ResumesFromMerges) {
   render({"--spp", "12", "--planned-spp", "8", "-o", "whole.exr"});
   for (const char* part : {"1/2", "2/2"})
     render({"--spp", "8", "--part", part, "-o", std::string("p") + part[0] + ".kacc", "--seed", "0"});
@@ -125,7 +125,7 @@ TEST_F(MergeCommand, WhatIsMergedCanBeGoneOnWith) {
   EXPECT_EQ(pixels("more.exr"), pixels("whole.exr"));
 }
 
-TEST_F(MergeCommand, ImagesSayWhatTheyAreOf) {
+TEST_F(MergeCommand, WritesMetadataOfTheWholeRender) {
   for (const char* part : {"2/2", "1/2"})
     render({"--spp", "4", "--seed", "7", "--part", part, "-o", std::string("p") + part[0] + ".kacc"});
   const ProgramResult merged = merge({"p2.kacc", "p1.kacc"}, {"-o", "m.exr", "-o", "m.png", "--stats", "m.json"});
@@ -144,7 +144,7 @@ TEST_F(MergeCommand, ImagesSayWhatTheyAreOf) {
   EXPECT_EQ(stats["outputs"], (Words{"m.exr", "m.png"}));
 }
 
-TEST_F(MergeCommand, MissingPartsAreListed) {
+TEST_F(MergeCommand, ListsMissingParts) {
   for (const char* part : {"1/4", "4/4"})
     render({"--spp", "8", "--part", part, "-o", std::string("p") + part[0] + ".kacc"});
   expect_refusal(merge({"p1.kacc", "p4.kacc"}, {"-o", "m.exr"}), 5,
@@ -158,7 +158,7 @@ TEST_F(MergeCommand, MissingPartsAreListed) {
                  {"missing: tile part 1/2: all samples", "pixels without any sample: black"});
 }
 
-TEST_F(MergeCommand, WhatDoesNotBelongTogetherIsRefused) {
+TEST_F(MergeCommand, RefusesPartsOfDifferentRenders) {
   render({"--spp", "4", "--part", "1/2", "-o", "p1.kacc"});
   render({"--spp", "4", "--part", "2/2", "--seed", "3", "-o", "seed.kacc"});
   render({"--spp", "4", "--part", "2/2", "--max-bounces", "3", "-o", "bounces.kacc"});
@@ -177,11 +177,11 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogetherIsRefused) {
   expect_refusal(merge({"p1.kacc", "scene.kacc"}, out), 2, {"scene hash"});
   expect_refusal(merge({}, out), 2, {"no parts"});
   expect_refusal(merge({"", "p1.kacc"}, out), 2, {"a part has an empty name"});
-  expect_refusal(merge({"p1.kacc"}, {}), 2, {"--output: nothing to write"});
+  expect_refusal(merge({"p1.kacc"}, {}), 2, {"--output: is missing"});
   EXPECT_FALSE(exists("m.png"));
 }
 
-TEST_F(MergeCommand, DuplicatesAndAnEarlierMergeAreLeftOut) {
+TEST_F(MergeCommand, LeavesOutDuplicatesAndEarlierMerges) {
   for (const char* part : {"1/2", "2/2"})
     render({"--spp", "4", "--part", part, "-o", std::string("p") + part[0] + ".kacc"});
   std::filesystem::copy_file(folder_ / "p1.kacc", folder_ / "copy.kacc");
@@ -197,7 +197,7 @@ TEST_F(MergeCommand, DuplicatesAndAnEarlierMergeAreLeftOut) {
   EXPECT_EQ(pixels("a.exr"), pixels("c.exr"));
 }
 
-TEST_F(MergeCommand, DamageAndAbsenceAreNamed) {
+TEST_F(MergeCommand, NamesDamagedAndMissingFiles) {
   for (const char* part : {"1/2", "2/2"})
     render({"--spp", "4", "--part", part, "-o", std::string("p") + part[0] + ".kacc"});
   expect_refusal(merge({"p1.kacc", "p3.kacc"}, {"-o", "m.png"}), 4, {"p3.kacc"});
@@ -210,7 +210,7 @@ TEST_F(MergeCommand, DamageAndAbsenceAreNamed) {
   EXPECT_FALSE(exists("m.png"));
 }
 
-TEST_F(MergeCommand, ImpossiblePartsAreRefusedBeforeTheWork) {
+TEST_F(MergeCommand, RefusesImpossibleParts) {
   const auto refused = [&](Words flags, const std::string& words) {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "16x16"});
     expect_refusal(run(flags), 2, {words});
@@ -223,8 +223,8 @@ TEST_F(MergeCommand, ImpossiblePartsAreRefusedBeforeTheWork) {
   refused({"--part", "1/2", "--pixel", "3,3"}, "--pixel");
 }
 
-// A part's checkpoint is the part.
-TEST_F(MergeCommand, PartsWithCheckpointsGoOn) {
+// The checkpoint of a finished part is the part.
+TEST_F(MergeCommand, ResumesPartsWithCheckpoints) {
   render({"--spp", "8", "-o", "whole.exr"});
   for (const char* part : {"1/2", "2/2"}) {
     const std::string file = std::string("p") + part[0] + ".kacc";

@@ -1,4 +1,4 @@
-// From arguments to options: where each value goes, what the defaults are, and what excludes what.
+// Parsing of arguments into options: values, defaults, and refused combinations.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/app/options/options.h"
@@ -23,7 +23,7 @@ std::string refusal(std::vector<const char*> arguments) {
   return line.error().message;
 }
 
-TEST(Options, Defaults) {
+TEST(Options, HaveDefaults) {
   const RenderOptions options = render_options({});
   EXPECT_EQ(options.scene_file, "a.glb");
   EXPECT_EQ(options.samples_per_pixel(), 64U);
@@ -39,7 +39,7 @@ TEST(Options, Defaults) {
   EXPECT_EQ(options.progress, ProgressMode::automatic);
 }
 
-TEST(Options, ValuesArriveWhereTheyBelong) {
+TEST(Options, StoreAllValues) {
   const RenderOptions options = render_options({"-o",
                                                 "x.png",
                                                 "--output=y.exr",
@@ -130,14 +130,14 @@ TEST(Options, ValuesArriveWhereTheyBelong) {
   EXPECT_TRUE(options.verbose);
 }
 
-TEST(Options, AValueMayBeginWithAMinus) {
+TEST(Options, AcceptNegativeValues) {
   const RenderOptions options = render_options({"--orbit", "-140,50,5", "--target", "-1,0,-2", "--fov", "30"});
   EXPECT_EQ(*options.orbit, V3f(-140.0f, 50.0f, 5.0f));
   EXPECT_EQ(options.target, V3f(-1.0f, 0.0f, -2.0f));
   EXPECT_EQ(*options.yfov_deg, 30.0);
 }
 
-TEST(Options, TheLastUseOfAFlagCounts) {
+TEST(Options, UseTheLastValueOfAFlag) {
   EXPECT_EQ(render_options({"--spp", "4", "--spp", "8"}).samples_per_pixel(), 8U);
   const RenderOptions options = render_options({"--background", "transparent", "--background", "1,0,0"});
   EXPECT_FALSE(options.integrator.transparent_background);
@@ -154,7 +154,7 @@ TEST(Options, SeparateBounceLimitsFollowTheTotal) {
   EXPECT_EQ(one.integrator.max_glossy_bounces, 4);
 }
 
-TEST(Options, ATimeLimitAloneLeavesTheSamplesOpen) {
+TEST(Options, TimeLimitAloneDoesNotLimitSamples) {
   EXPECT_EQ(render_options({"--time-limit", "10"}).samples_per_pixel(), kUnlimitedSamplesPerPixel);
   EXPECT_EQ(render_options({"--time-limit", "10", "--spp", "5"}).samples_per_pixel(), 5U);
 }
@@ -169,7 +169,7 @@ TEST(Options, AdaptiveSampling) {
   EXPECT_EQ(options.samples_per_pixel(), kDefaultMaxSamplesPerPixel);
 }
 
-TEST(Options, AdaptiveSamplingRefusals) {
+TEST(Options, RefuseWrongAdaptiveSampling) {
   const auto refused = [](std::vector<const char*> flags) {
     flags.insert(flags.begin(), {"render", "a.glb"});
     return refusal(std::move(flags));
@@ -182,18 +182,18 @@ TEST(Options, AdaptiveSamplingRefusals) {
   EXPECT_TRUE(few.starts_with("--min-spp: '15'")) << few;
   EXPECT_EQ(refused({"--min-spp", "32"}), "--min-spp: has no meaning without --noise-threshold above 0");
   EXPECT_EQ(refused({"--noise-threshold", "0.1", "--min-spp", "65", "--spp", "64"}),
-            "--noise-threshold: --spp 64 is below --min-spp 65; use more --spp or fewer --min-spp");
+            "--noise-threshold: --spp 64 is below --min-spp 65; use a larger --spp or a smaller --min-spp");
   EXPECT_EQ(refused({"--noise-threshold", "0.1", "--spp", "20"}),
-            "--noise-threshold: --spp 20 is below --min-spp 32; use more --spp or fewer --min-spp");
+            "--noise-threshold: --spp 20 is below --min-spp 32; use a larger --spp or a smaller --min-spp");
 }
 
-TEST(Options, CommandLineIsKeptForAShell) {
+TEST(Options, QuoteTheCommandLineForAShell) {
   const Result<CommandLine> line = parse_command_line(std::vector<const char*>{"render", "my scene.glb", "--spp", "4"});
   ASSERT_TRUE(line.ok());
   EXPECT_EQ(line.value().text, "kindling render 'my scene.glb' --spp 4");
 }
 
-TEST(Options, WhatExcludesWhat) {
+TEST(Options, RefuseWrongCombinations) {
   EXPECT_EQ(refusal({"render", "a.glb", "--env-rotation", "3"}), "--env-rotation: has no meaning without --env");
   EXPECT_EQ(refusal({"render", "a.glb", "--target", "0,0,0"}), "--target: has no meaning without --orbit");
   EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,1", "--camera", "0"}),
@@ -204,9 +204,9 @@ TEST(Options, WhatExcludesWhat) {
             "--guiding: unknown guiding 'maybe'; use on, off or auto");
   EXPECT_EQ(refusal({"render", "a.glb", "--guiding"}), "--guiding: needs a value");
   EXPECT_EQ(refusal({"render", "a.glb", "--tile-size", "20"}),
-            "--tile-size: '20' is not a multiple of 8; use 8, 16, 32 or so");
+            "--tile-size: '20' is not a multiple of 8; use one, such as 16 or 32");
   EXPECT_EQ(refusal({"render", "a.glb", "--batch-size", "65"}),
-            "--batch-size: '65' is not a multiple of 64; use 64, 128, 256 or so");
+            "--batch-size: '65' is not a multiple of 64; use one, such as 128 or 256");
 }
 
 TEST(Options, InfoTopics) {
@@ -219,7 +219,7 @@ TEST(Options, InfoTopics) {
   EXPECT_EQ(info.scene_file, "a.glb");
 }
 
-TEST(Options, HintsNameTheCommand) {
+TEST(Options, HelpHintsNameTheCommand) {
   EXPECT_EQ(help_hint(std::vector<const char*>{"info", "x"}), " (try 'kindling info --help')");
   EXPECT_EQ(help_hint({}), " (try 'kindling --help')");
 }

@@ -1,4 +1,4 @@
-// Values of flags: what is accepted, what it means, and how the rest is refused.
+// Parsing of flag values: accepted values, their meaning, and refusals.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/text/parse_values.h"
 
@@ -104,6 +104,27 @@ TEST(ParseValues, Choices) {
   EXPECT_EQ(nearest_name("--sppp", flags), "--spp");
   EXPECT_EQ(nearest_name("--sise", flags), "--size");
   EXPECT_EQ(nearest_name("--banana", flags), "");
+}
+
+TEST(ParseValues, SuggestsFlagsByNamesOfOtherRenderers) {
+  const std::vector<std::string> flags{"--spp",      "--size",  "--output", "--max-bounces", "--env",  "--sampler",
+                                       "--exposure", "--scene", "--camera", "--threads",     "--accel"};
+  for (const auto& [word, flag] : std::vector<std::pair<std::string, std::string>>{{"--samples", "--spp"},
+                                                                                   {"--samples-per-pixel", "--spp"},
+                                                                                   {"--resolution", "--size"},
+                                                                                   {"--width", "--size"},
+                                                                                   {"--height", "--size"},
+                                                                                   {"--out", "--output"},
+                                                                                   {"--bounces", "--max-bounces"},
+                                                                                   {"--max-depth", "--max-bounces"},
+                                                                                   {"--environment", "--env"},
+                                                                                   {"--hdri", "--env"},
+                                                                                   {"--envmap", "--env"},
+                                                                                   {"--nthreads", "--threads"},
+                                                                                   {"--sampels", "--spp"}})
+    EXPECT_EQ(nearest_name(word, flags), flag) << word;
+  EXPECT_EQ(nearest_name("--samplr", flags), "--sampler"); // misspelled flags come first
+  EXPECT_EQ(nearest_name("--hdri", {"--spp"}), "");        // only flags of the command
 }
 
 } // namespace

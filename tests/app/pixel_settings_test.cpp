@@ -1,4 +1,4 @@
-// That the settings of an image name every flag that its pixels depend on, and no other.
+// The settings of an image contain exactly the flags that its pixels depend on.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/pixel_settings.h"
 #include "renderer/app/flags/parse_command_line.h"
@@ -27,7 +27,7 @@ RenderOptions parsed_options(const Words& flags) {
   return line.ok() ? std::get<RenderOptions>(line.value().command) : RenderOptions{};
 }
 
-// As of a scene without cameras, scenes and shutters of its own.
+// The settings for a scene without cameras, shutters and a second scene.
 std::string settings(const Words& flags, uint64_t environment_hash = 7) {
   const RenderOptions options = parsed_options(flags);
   ResolvedImage resolved;
@@ -50,11 +50,11 @@ std::string settings(const Words& flags, uint64_t environment_hash = 7) {
 
 struct FlagCase {
   bool of_image = true;
-  Words with;    // flags that this one needs
-  Words changed; // what is added to change it; the flag itself first
+  Words with;    // other flags that this one requires
+  Words changed; // the flag with another value
 };
 
-// Every flag of `kindling render` has its line here. Who adds one decides: do pixels depend on it?
+// Every flag of `kindling render` has a line here, which states whether pixels depend on it.
 const std::map<std::string, FlagCase>& flag_cases() {
   static const Words kNone, kWhitted{"--integrator", "whitted"}, kLens{"--f-stop", "2"}, kEnv{"--env", "a.hdr"};
   static const std::map<std::string, FlagCase> kCases{
@@ -156,7 +156,7 @@ std::set<std::string> flags_of_help() {
   return names;
 }
 
-TEST(PixelSettings, EveryFlagOfRenderIsDecidedUpon) {
+TEST(PixelSettings, EveryFlagOfRenderIsClassified) {
   const std::set<std::string> flags = flags_of_help();
   EXPECT_GT(flags.size(), 60U);
   for (const std::string& flag : flags)
@@ -165,7 +165,7 @@ TEST(PixelSettings, EveryFlagOfRenderIsDecidedUpon) {
   for (const auto& [flag, flag_case] : flag_cases()) EXPECT_TRUE(flags.contains(flag)) << flag << " is no flag";
 }
 
-TEST(PixelSettings, AChangedFlagOfTheImageIsSeenAndAnyOtherIsNot) {
+TEST(PixelSettings, OnlyFlagsOfTheImageChangeSettings) {
   for (const auto& [flag, flag_case] : flag_cases()) {
     SCOPED_TRACE(flag);
     ASSERT_EQ(flag_case.changed.front(), flag);
@@ -179,7 +179,7 @@ TEST(PixelSettings, AChangedFlagOfTheImageIsSeenAndAnyOtherIsNot) {
   }
 }
 
-TEST(PixelSettings, DefaultsAndTheirWordsAreTheSame) {
+TEST(PixelSettings, DefaultsEqualExplicitValues) {
   EXPECT_EQ(settings({}), settings({"--seed",
                                     "0",
                                     "--spp",
@@ -207,12 +207,12 @@ TEST(PixelSettings, DefaultsAndTheirWordsAreTheSame) {
             settings({"--noise-threshold", "0.1", "--min-spp", "32", "--spp", "1024", "--aov", "samples"}));
 }
 
-TEST(PixelSettings, TheContentsOfTheEnvironmentCount) {
+TEST(PixelSettings, DependOnTheContentsOfTheEnvironment) {
   EXPECT_NE(settings({"--env", "a.hdr"}, 1), settings({"--env", "a.hdr"}, 2));
   EXPECT_EQ(settings({"--env", "a.hdr"}, 1), settings({"--env", "elsewhere/b.hdr"}, 1));
 }
 
-TEST(PixelSettings, DifferencesAreNamed) {
+TEST(PixelSettings, DifferencesAreListed) {
   const auto refusal = [](const std::string& before, const std::string& now) {
     AccumulationIdentity file, here;
     file.image = before;
@@ -231,7 +231,7 @@ TEST(PixelSettings, DifferencesAreNamed) {
   EXPECT_NE(refusal("junk", "{}").find("settings: junk in it, {} here"), std::string::npos) << refusal("junk", "{}");
 }
 
-TEST(Version, TheProgramSaysFromWhichSourcesItIs) {
+TEST(Version, IdentityHasTheHashOfTheSources) {
   EXPECT_TRUE(std::regex_match(program_identity(), std::regex(R"(Kindling \S+ \(sources [0-9a-f]{16}, .+\))")))
       << program_identity();
 }

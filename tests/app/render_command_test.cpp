@@ -1,4 +1,4 @@
-// Whole renders by the kindling program: files, reports, interruptions, replays.
+// Whole renders: files, reports, interruptions, replays.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/math.h"
 #include "renderer/image/decode_image.h"
@@ -41,7 +41,7 @@ class RenderCommand : public SceneFolder {
   }
 };
 
-TEST_F(RenderCommand, WritesWhatIsAskedAndNamesItOnStandardOutput) {
+TEST_F(RenderCommand, WritesFilesAndPrintsTheirNames) {
   const ProgramResult result = run({"render", write_scene(), "--spp", "4", "--size", "32x24", "-o", "a.png", "-o",
                                     "b.exr", "--aov", "albedo,depth"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -56,8 +56,8 @@ TEST_F(RenderCommand, WritesWhatIsAskedAndNamesItOnStandardOutput) {
   EXPECT_NE(exr.find("kindling render scene.gltf --spp 4"), std::string::npos);
 }
 
-// Textures of a megabyte within 64 KiB of memory: read from disc, which the report shows, to the same bits.
-TEST_F(RenderCommand, TexturesThatDoNotFitGiveTheSameImage) {
+// Textures of a megabyte within 64 KiB of memory: read from disk, as the report shows.
+TEST_F(RenderCommand, PagedTexturesGiveTheSameImage) {
   const std::vector<std::string> arguments = {
       "render", KINDLING_SCENES "/interior.glb", "--spp", "4", "--size", "64x36", "--exr-float", "--verbose"};
   const auto with = [&](std::vector<std::string> more) {
@@ -83,7 +83,7 @@ TEST_F(RenderCommand, DefaultOutputIsInTheCurrentFolder) {
   EXPECT_TRUE(exists("thing.png"));
 }
 
-TEST_F(RenderCommand, QuietSaysNothing) {
+TEST_F(RenderCommand, QuietPrintsNothing) {
   TestSceneOptions bare;
   bare.camera = false;
   bare.light = false;
@@ -93,7 +93,7 @@ TEST_F(RenderCommand, QuietSaysNothing) {
   EXPECT_EQ(result.err, "");
 }
 
-TEST_F(RenderCommand, SaysWhatItAddedToTheScene) {
+TEST_F(RenderCommand, ReportsAddedCameraAndLight) {
   TestSceneOptions bare;
   bare.camera = false;
   bare.light = false;
@@ -103,7 +103,7 @@ TEST_F(RenderCommand, SaysWhatItAddedToTheScene) {
   EXPECT_NE(result.err.find("kindling: warning: bare.gltf: no camera"), std::string::npos) << result.err;
 }
 
-TEST_F(RenderCommand, CropIsThatPartOfTheWholeImage) {
+TEST_F(RenderCommand, CropEqualsThatPartOfTheWholeImage) {
   const std::string scene = write_scene();
   const std::vector<std::string> common{"render", scene, "--spp", "8", "--size", "40x36", "--exr-float"};
   auto whole = common;
@@ -131,7 +131,7 @@ TEST_F(RenderCommand, CropIsThatPartOfTheWholeImage) {
   EXPECT_GT(whole_rgba[(17 * 40 + 20) * 4 + 1], 0.0f);
 }
 
-TEST_F(RenderCommand, ConstantEnvironmentIsSeenBehindTheScene) {
+TEST_F(RenderCommand, ConstantEnvironmentIsVisible) {
   const ProgramResult result = run({"render", write_scene(), "--spp", "1", "--size", "16x16", "--env-color",
                                     "0.25,0.5,1", "--env-intensity", "2", "--exr-float", "-o", "a.exr"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -245,7 +245,7 @@ TEST_F(RenderCommand, AdaptiveSamplingIsReportedAndWritten) {
   EXPECT_EQ(read_file("b.exr").find(std::string("samples\0", 8)), std::string::npos);
 }
 
-TEST_F(RenderCommand, ScaleAndCameraDecideTheSize) {
+TEST_F(RenderCommand, ScaleAndCameraSetTheSize) {
   // The camera's aspect ratio is 1: 1280x1280, scaled.
   ASSERT_EQ(run({"render", write_scene(), "--spp", "1", "--scale", "2.5%", "--stats", "s.json"}).exit_code, 0);
   EXPECT_EQ(read_json("s.json")["width"], 32);
@@ -258,7 +258,7 @@ TEST_F(RenderCommand, ScaleAndCameraDecideTheSize) {
   EXPECT_EQ(read_json("s.json")["height"], 36);
 }
 
-TEST_F(RenderCommand, JsonProgressIsJsonOnEveryLine) {
+TEST_F(RenderCommand, JsonProgressIsOneObjectPerLine) {
   TestSceneOptions bare;
   bare.light = false;
   const ProgramResult result =
@@ -280,7 +280,7 @@ TEST_F(RenderCommand, JsonProgressIsJsonOnEveryLine) {
   for (const char* phase : {"load", "build", "render", "write"}) EXPECT_TRUE(phases.contains(phase)) << phase;
 }
 
-TEST_F(RenderCommand, ProgressNoneLeavesTheSummary) {
+TEST_F(RenderCommand, ProgressNonePrintsTheSummary) {
   const ProgramResult result = run({"render", write_scene(), "--spp", "1", "--size", "8x8", "--progress", "none"});
   EXPECT_TRUE(result.err.starts_with("rendered 8x8 at 1 spp")) << result.err;
 }
@@ -297,7 +297,7 @@ TEST_F(RenderCommand, TimeLimitEndsARenderWithoutSpp) {
 }
 
 // One sample per pixel through a box filter: the image's pixel is that sample.
-TEST_F(RenderCommand, ReplayGivesTheSampleOfTheRender) {
+TEST_F(RenderCommand, ReplayEqualsTheSampleOfTheRender) {
   const std::string scene = write_scene();
   ASSERT_EQ(run({"render", scene, "--spp", "1", "--size", "16x16", "--filter", "box", "--exr-float", "-o", "a.exr"})
                 .exit_code,
@@ -337,8 +337,8 @@ TEST_F(RenderCommand, InterruptedRenderWritesItsImages) {
   }
 }
 
-// Brute force over 80,000 triangles: the first pass lasts far longer than the test waits.
-TEST_F(RenderCommand, SecondInterruptQuitsAtOnceAndLeavesTheOldImage) {
+// Brute force over 80,000 triangles: the first pass takes far longer than the test waits.
+TEST_F(RenderCommand, SecondInterruptLeavesTheOldImage) {
   TestSceneOptions large;
   large.grid = 200;
   const std::string scene = write_scene("large", large);
@@ -347,7 +347,7 @@ TEST_F(RenderCommand, SecondInterruptQuitsAtOnceAndLeavesTheOldImage) {
       {"render", scene, "--accel", "brute-force", "--size", "2000x2000", "-o", "a.png", "--progress", "json"}, folder_);
   ASSERT_TRUE(program.wait_for_error_text("\"phase\":\"render\"", seconds(60)));
   program.signal(SIGINT);
-  usleep(200000); // two signals that wait together are one
+  usleep(200000); // signals that are pending together merge
   program.signal(SIGINT);
   const ProgramResult result = program.finish(seconds(10));
   EXPECT_EQ(result.exit_code, 130) << result.err;
@@ -355,7 +355,7 @@ TEST_F(RenderCommand, SecondInterruptQuitsAtOnceAndLeavesTheOldImage) {
   EXPECT_EQ(read_file("a.png"), "the old image");
 }
 
-TEST_F(RenderCommand, FailingRunsLeaveGoodImagesAlone) {
+TEST_F(RenderCommand, FailingRunsKeepOldImages) {
   const std::string scene = write_scene();
   ASSERT_EQ(run({"render", scene, "--spp", "1", "--size", "8x8", "-o", "a.png"}).exit_code, 0);
   const std::string good = read_file("a.png");

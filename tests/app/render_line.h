@@ -1,4 +1,4 @@
-// A line of `kindling render` from its flags, as options or as the refusal of them.
+// Parses a `kindling render` command line from its flags into options or the error message.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Metadata survive as text, to the bit.
+// Image metadata survives as text, exact to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/render_metadata.h"
 
@@ -7,7 +7,7 @@
 namespace kindling::app::test {
 namespace {
 
-TEST(RenderMetadata, GoThroughJsonUnchanged) {
+TEST(RenderMetadata, SurvivesJsonExactly) {
   ImageMetadata metadata;
   metadata.text = {{"kindling:scene", "a \"b\".gltf"}};
   metadata.numbers = {{"kindling:renderSeconds", 0.1f}, {"whole", 3.0f}};
@@ -24,7 +24,7 @@ TEST(RenderMetadata, GoThroughJsonUnchanged) {
   EXPECT_EQ(again.world_to_ndc, metadata.world_to_ndc);
 }
 
-TEST(RenderMetadata, WhatCannotBeReadIsLeftOut) {
+TEST(RenderMetadata, LeavesOutUnreadableMembers) {
   EXPECT_TRUE(metadata_from_json("no JSON").text.empty());
   EXPECT_TRUE(metadata_from_json("[1, 2]").text.empty());
   const ImageMetadata some = metadata_from_json(

@@ -1,4 +1,4 @@
-// `render --checkpoint` and `resume` by the kindling program, where nothing goes wrong, and what they refuse.
+// `render --checkpoint` and `resume` without faults of the machine, and refusals.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -22,7 +22,7 @@ class ResumeCommand : public SceneFolder {
     EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
     return image.ok() ? image.value().pixels : std::vector<std::byte>();
   }
-  // A render of a 40 x 36 image with these flags.
+  // Renders a 40 x 36 image with these flags.
   [[nodiscard]] ProgramResult render(std::vector<std::string> flags) const {
     flags.insert(flags.begin(), {"render", "scene.gltf", "--size", "40x36", "--exr-float"});
     return run(flags);
@@ -33,7 +33,7 @@ class ResumeCommand : public SceneFolder {
   }
 };
 
-TEST_F(ResumeCommand, AddsSamplesAsIfTheyHadBeenAskedForAtOnce) {
+TEST_F(ResumeCommand, AddedSamplesEqualOneRender) {
   write_scene();
   ASSERT_EQ(render({"--spp", "8", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
   ASSERT_EQ(render({"--spp", "20", "--planned-spp", "8", "-o", "whole.exr"}).exit_code, 0);
@@ -49,14 +49,14 @@ TEST_F(ResumeCommand, AddsSamplesAsIfTheyHadBeenAskedForAtOnce) {
   EXPECT_EQ(stats["checkpoint"]["spp_before"], 8.0);
   EXPECT_EQ(stats["checkpoint"]["saves"], 1);
   EXPECT_EQ(stats["spp"], 20);
-  // Once more: nothing to add, the images again.
+  // A second time there is nothing to add, and the images are written again.
   std::filesystem::remove(folder_ / "a.exr");
   EXPECT_EQ(run({"resume", "a.kacc"}).exit_code, 0);
   EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
   expect_refusal(run({"resume", "a.kacc", "--spp", "19"}), 2, "--spp: 19 is below the 20 samples that a.kacc has");
 }
 
-TEST_F(ResumeCommand, ProgressBeginsWhereTheRenderWas) {
+TEST_F(ResumeCommand, ProgressContinuesFromTheCheckpoint) {
   write_scene();
   const auto render_events = [](const ProgramResult& result) {
     std::vector<nlohmann::json> events;
@@ -78,7 +78,7 @@ TEST_F(ResumeCommand, ProgressBeginsWhereTheRenderWas) {
     EXPECT_EQ(event["spp_wanted"], 2) << event;
 }
 
-TEST_F(ResumeCommand, TheSameRenderAgainGoesOnAndAnotherIsRefused) {
+TEST_F(ResumeCommand, SameRenderResumesAndAnotherIsRefused) {
   write_scene();
   const std::vector<std::string> flags{"--spp", "4", "-o", "a.exr", "--checkpoint", "a.kacc"};
   ASSERT_EQ(render(flags).exit_code, 0);
@@ -90,7 +90,7 @@ TEST_F(ResumeCommand, TheSameRenderAgainGoesOnAndAnotherIsRefused) {
   expect_refusal(render(other), 2, "a.kacc: is of another image (--seed: 0 in it, 5 here)");
 }
 
-TEST_F(ResumeCommand, AFolderThatIsNotThereIsNamedAsItWasGiven) {
+TEST_F(ResumeCommand, NamesMissingFoldersAsGiven) {
   write_scene();
   ASSERT_EQ(render({"--spp", "1", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
   expect_refusal(run({"resume", "a.kacc", "--folder", "none"}), 4, "--folder: '");
@@ -135,7 +135,7 @@ TEST_F(ResumeCommand, DefaultNamesAreTheSameFromAnyFolder) {
   }
 }
 
-TEST_F(ResumeCommand, ANewEnvironmentOrSceneIsNoticed) {
+TEST_F(ResumeCommand, DetectsChangedEnvironmentsAndScenes) {
   write_scene();
   ASSERT_EQ(render({"--spp", "2", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
   write_file("scene.gltf", read_file("scene.gltf") + "\n");
@@ -148,8 +148,8 @@ TEST_F(ResumeCommand, ANewEnvironmentOrSceneIsNoticed) {
   expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: is of another image (--env: ");
 }
 
-// Also where it is complete, so that nothing is rendered and saved.
-TEST_F(ResumeCommand, TheGenerationBeforeADamagedOneHasTheNameAgain) {
+// The complete one too, with which nothing is rendered and saved.
+TEST_F(ResumeCommand, PreviousGenerationReplacesADamagedFile) {
   write_scene();
   const std::vector<std::string> flags{"--spp", "4", "--checkpoint", "a.kacc"};
   std::vector<std::string> again = flags;
@@ -171,7 +171,7 @@ TEST_F(ResumeCommand, TheGenerationBeforeADamagedOneHasTheNameAgain) {
   }
 }
 
-TEST_F(ResumeCommand, RefusesWhatCannotBe) {
+TEST_F(ResumeCommand, RefusesWrongRequests) {
   write_scene();
   expect_refusal(run({"resume"}), 2, "no checkpoint; use 'kindling resume FILE.kacc'");
   expect_refusal(run({"resume", "a.exr"}), 2, "must end in .kacc");

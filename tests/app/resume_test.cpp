@@ -1,4 +1,4 @@
-// What a resumed render is made of: its arguments, what it may go on with, and the lock on its file.
+// Resumed renders: arguments, compatible checkpoints, and the lock on the file.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/accumulation_identity.h"
 #include "renderer/app/checkpoint/file_lock.h"
@@ -38,7 +38,7 @@ AccumulationIdentity identity_of(const Words& arguments) {
   return make_identity(std::get<RenderOptions>(line.value().command), {.size_px = V2i(64, 32)}, 5);
 }
 
-TEST(Resume, FlagsArrive) {
+TEST(Resume, ParsesFlags) {
   const ResumeOptions options = resume_options(
       {"--spp",        "128",   "-o",        "x.png",  "-o",           "y.exr", "--folder",           "f",
        "--scene-file", "s.glb", "--threads", "3",      "--time-limit", "1h",    "--checkpoint-every", "90",
@@ -55,7 +55,7 @@ TEST(Resume, FlagsArrive) {
   EXPECT_TRUE(options.quiet);
 }
 
-TEST(Resume, IdentityHasWhatTheRenderWasAskedFor) {
+TEST(Resume, IdentityStoresTheRequest) {
   const Words words{"render", "s.glb", "--spp", "32", "--planned-spp", "16", "--crop", "0,0,8,8"};
   const AccumulationIdentity identity = identity_of(words);
   EXPECT_EQ(identity.arguments, words);
@@ -67,12 +67,12 @@ TEST(Resume, IdentityHasWhatTheRenderWasAskedFor) {
   EXPECT_EQ(identity.scene_hash, 5U);
 }
 
-TEST(Resume, APartHasItsSamples) {
+TEST(Resume, PartStoresItsSamples) {
   EXPECT_EQ(identity_of({"render", "s.glb", "--spp", "32", "--part", "2/3"}).part, (SampleRange{10, 21}));
 }
 
-// More samples are laid out as the first ones, and stay asked for when that run is interrupted in its turn.
-TEST(Resume, MoreSamplesKeepThePlan) {
+// Added samples continue the pattern, and stay requested when their run is interrupted.
+TEST(Resume, AddedSamplesKeepThePlan) {
   const AccumulationIdentity identity = identity_of({"render", "s.glb", "--spp", "32"});
   EXPECT_EQ(resumed_arguments(identity, {}), identity.arguments);
   ResumeOptions more;
@@ -86,7 +86,7 @@ TEST(Resume, MoreSamplesKeepThePlan) {
   EXPECT_EQ(identity_of(resumed_arguments(longer, more)).planned_samples, 32U);
 }
 
-TEST(Resume, FlagsOfThisRunComeBeforeThoseOfTheRender) {
+TEST(Resume, FlagsOfThisRunOverrideTheRender) {
   RenderOptions options;
   options.outputs = {"a.png"};
   options.threads = 1;
@@ -102,12 +102,12 @@ TEST(Resume, FlagsOfThisRunComeBeforeThoseOfTheRender) {
   EXPECT_EQ(options.threads, 0);
   EXPECT_FALSE(options.quiet);
   EXPECT_EQ(options.checkpoint.every_s, 3.0);
-  // A limit on the time does not ask for more samples than the render did.
+  // A time limit does not request more samples than the render did.
   override_render(resume_options({"--time-limit", "5"}), options);
   EXPECT_EQ(options.samples_per_pixel(), kDefaultSamplesPerPixel);
 }
 
-TEST(Resume, RefusesWhatIsNotTheSame) {
+TEST(Resume, RefusesDifferentRenders) {
   const AccumulationIdentity now = identity_of({"render", "s.glb", "--seed", "2"});
   const auto refusal = [&](AccumulationIdentity file) {
     const Result<void> same = check_same_render(file, "a.kacc", now);
@@ -136,7 +136,7 @@ TEST(Resume, RefusesWhatIsNotTheSame) {
 
 class LockedFile : public test::SceneFolder {};
 
-TEST_F(LockedFile, IsForOneAtATime) {
+TEST_F(LockedFile, IsExclusive) {
   const std::filesystem::path file = folder_ / "a.kacc";
   {
     const Result<FileLock> first = FileLock::acquire(file);

@@ -1,4 +1,4 @@
-// Runs the kindling program and collects what it says.
+// Runs the kindling program and collects its output.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/app/run_program.h"
 
@@ -49,7 +49,7 @@ Program::Program(const std::vector<std::string>& arguments, const std::filesyste
     posix_spawn_file_actions_adddup2(&actions, out_pipe[1], STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, err_pipe[1], STDERR_FILENO);
 
-  // Signals as a terminal leaves them, whatever the test runner has done to its own.
+  // Default signal handling, whatever the test runner has set.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t all;
@@ -90,7 +90,7 @@ Program::~Program() {
 }
 
 bool Program::read_some(int timeout_ms) {
-  pollfd streams[2] = {{out_, POLLIN, 0}, {err_, POLLIN, 0}}; // a negative descriptor is passed over
+  pollfd streams[2] = {{out_, POLLIN, 0}, {err_, POLLIN, 0}}; // poll() ignores negative descriptors
   if (out_ < 0 && err_ < 0) return false;
   if (poll(streams, 2, timeout_ms) <= 0) return true;
   const auto take = [](const pollfd& stream, int& descriptor, std::string& text) {

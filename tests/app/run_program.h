@@ -1,4 +1,4 @@
-// Runs the kindling program as a person's shell would: arguments in, exit code and both streams out.
+// Runs the kindling program and returns its exit code and both output streams.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,33 +12,33 @@
 namespace kindling::test {
 
 struct ProgramResult {
-  int exit_code = -1; // minus the number of the signal that killed it
+  int exit_code = -1; // negative: the number of the signal that killed the process
   std::string out;
   std::string err;
 
   [[nodiscard]] std::vector<std::string> err_lines() const;
 };
 
-// Where standard output goes.
+// The target of standard output.
 enum class Output { pipe, closed_pipe, full_device };
 
 class Program {
  public:
-  // Starts it in `folder`. `shell_prefix`: a command that a shell runs before it, as in "ulimit -v 100000".
+  // Starts the program in `folder`, after the shell command `shell_prefix`, as "ulimit -v 100000".
   Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder, Output output = Output::pipe,
           const std::string& shell_prefix = {});
-  ~Program(); // kills what still runs
+  ~Program(); // kills the process if it still runs
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  // Until `text` is on standard error; false if it ends or the time passes before.
+  // Waits for `text` on standard error; false if the process ends or the time is over before.
   [[nodiscard]] bool wait_for_error_text(const std::string& text, std::chrono::seconds timeout);
   void signal(int number) const;
-  // Until it ends, which it must within the time: else it is killed and the exit code is -9.
+  // Waits for the end of the process. After the timeout it is killed, and the exit code is -9.
   [[nodiscard]] ProgramResult finish(std::chrono::seconds timeout = std::chrono::seconds(120));
 
  private:
-  // Reads what is there, waiting at most this long; false at the end of both streams.
+  // Reads the available output, waiting at most this long; false at the end of both streams.
   bool read_some(int timeout_ms);
 
   pid_t process_ = -1;

@@ -34,7 +34,7 @@ TEST_F(Scaling, MeasuresEveryCombination) {
   EXPECT_EQ(result.err, "");
   for (const char* words :
        {"cornell_box.glb", "efficiency", "regions", "Amdahl's law", "the paper's regions 1.2 to 1.4",
-        "24 images; those of one accelerator are the same to the bit", "memory: geometry"})
+        "24 images, bit-identical for each accelerator", "memory: geometry"})
     EXPECT_NE(result.out.find(words), std::string::npos) << words << "\n" << result.out;
 
   const Json report = json("a.json");
@@ -81,7 +81,7 @@ TEST_F(Scaling, WhittedTracerAndSeveralScenes) {
       scaling({write_scene("one"), write_scene("two", {.camera = false, .grid = 3}), "--threads", "2", "--tracer",
                "optimized", "--trace-depth", "3", "--quick", "--seconds", "0.02", "--json", "a.json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(result.err_lines().size(), 1U) << result.err; // said once, however often it is loaded
+  EXPECT_EQ(result.err_lines().size(), 1U) << result.err; // printed once, although the scene is loaded several times
   EXPECT_NE(result.err.find("no camera"), std::string::npos) << result.err;
   EXPECT_NE(result.out.find("2 scenes: geometric mean of the efficiencies"), std::string::npos) << result.out;
   const Json report = json("a.json");
@@ -93,7 +93,7 @@ TEST_F(Scaling, WhittedTracerAndSeveralScenes) {
   ASSERT_EQ(report["summary"].size(), 2U); // tiles and regions on two threads
 }
 
-TEST_F(Scaling, WrongUsageIsRefused) {
+TEST_F(Scaling, RefusesWrongUsage) {
   const auto expect_error = [&](std::vector<std::string> words, int code, const std::string& message) {
     const ProgramResult result = scaling(std::move(words));
     EXPECT_EQ(result.exit_code, code) << result.err;
@@ -110,7 +110,7 @@ TEST_F(Scaling, WrongUsageIsRefused) {
   expect_error({write_scene("broken", {.accessor_count_delta = 5})}, 3, "broken.gltf");
 }
 
-TEST_F(Scaling, HelpNamesItsFlags) {
+TEST_F(Scaling, HelpListsItsFlags) {
   const ProgramResult result = run_program({"scaling", "--help"}, folder_);
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_NE(result.out.find("Usage: kindling scaling SCENE... [flags]"), std::string::npos) << result.out;
@@ -121,7 +121,7 @@ TEST_F(Scaling, HelpNamesItsFlags) {
     EXPECT_EQ(result.out.find(flag), std::string::npos) << flag;
 }
 
-TEST_F(Scaling, ASignalEndsItWithWhatThereIs) {
+TEST_F(Scaling, SignalKeepsFinishedMeasurements) {
   Program program({"scaling", kCornellBox, "-v", "--threads", "1,2", "--spp", "1", "--size", "32x32", "--repeat",
                    "1000", "--json", "a.json"},
                   folder_);
@@ -129,7 +129,7 @@ TEST_F(Scaling, ASignalEndsItWithWhatThereIs) {
   program.signal(SIGINT);
   const ProgramResult result = program.finish(std::chrono::seconds(60));
   EXPECT_EQ(result.exit_code, 130);
-  EXPECT_NE(result.err.find("interrupted: the reports have what was measured until then"), std::string::npos)
+  EXPECT_NE(result.err.find("interrupted: the reports hold the measurements made so far"), std::string::npos)
       << result.err;
   EXPECT_NE(result.out.find("efficiency"), std::string::npos);
   const Json report = json("a.json");

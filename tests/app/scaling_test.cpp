@@ -1,4 +1,4 @@
-// The parts of `kindling scaling`: the fit, what follows from measurements, the order of these, and the forms of the report.
+// `kindling scaling`: the fit, the order of measurements, derived figures, and reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/app/options/options.h"
@@ -32,7 +32,7 @@ TEST(AmdahlFit, RecoversTheSerialShare) {
   }
 }
 
-TEST(AmdahlFit, IsLeastSquaresOfTheTimes) {
+TEST(AmdahlFit, MinimizesSquaresOfTheTimes) {
   const std::vector<std::pair<int, double>> speedups{{1, 1.0}, {2, 1.9}, {4, 3.0}, {8, 6.5}};
   const std::optional<AmdahlFit> fit = fit_amdahl(speedups);
   ASSERT_TRUE(fit);
@@ -46,7 +46,7 @@ TEST(AmdahlFit, IsLeastSquaresOfTheTimes) {
   EXPECT_LT(squares(fit->serial_share), squares(fit->serial_share - 1e-4));
 }
 
-TEST(AmdahlFit, OneCountIsMatchedAndNoneIsNothing) {
+TEST(AmdahlFit, OneCountFitsExactly) {
   const std::vector<std::pair<int, double>> two{{1, 1.0}, {2, 1.6}};
   const std::optional<AmdahlFit> fit = fit_amdahl(two);
   ASSERT_TRUE(fit);
@@ -57,7 +57,7 @@ TEST(AmdahlFit, OneCountIsMatchedAndNoneIsNothing) {
   EXPECT_FALSE(fit_amdahl({}));
 }
 
-TEST(ScalingSteps, CountsOfThreads) {
+TEST(ScalingSteps, ChoosesCountsOfThreads) {
   EXPECT_EQ(default_thread_counts(1), (std::vector<int>{1}));
   EXPECT_EQ(default_thread_counts(2), (std::vector<int>{1, 2}));
   EXPECT_EQ(default_thread_counts(3), (std::vector<int>{1, 2, 3}));
@@ -65,7 +65,7 @@ TEST(ScalingSteps, CountsOfThreads) {
   EXPECT_EQ(default_thread_counts(16), (std::vector<int>{1, 2, 3, 4, 8, 16}));
 }
 
-TEST(ScalingSteps, EachRoundHasAllAndBeginsElsewhere) {
+TEST(ScalingSteps, RoundsHaveAllCombinationsInTurn) {
   const std::vector<ScalingStep> steps = scaling_steps(3, 2, 2, 2);
   ASSERT_EQ(steps.size(), 12U);
   std::set<std::pair<size_t, size_t>> first;
@@ -110,7 +110,8 @@ PreparationSample preparation(double files_s, double accelerator_s, double cpu_f
   return result;
 }
 
-// One accelerator on 1, 2 and 4 threads of a machine of four cores; in the second round the machine is half as fast.
+// One accelerator on 1, 2 and 4 threads of a machine of four cores; in the second round the machine
+// is half as fast.
 ScalingReport report_of_four() {
   ScalingReport report;
   report.command_line = "kindling scaling a,b.glb";
@@ -138,12 +139,12 @@ ScalingReport report_of_four() {
   return report;
 }
 
-TEST(ScalingReport, FiguresOfARow) {
+TEST(ScalingReport, SummarizesRows) {
   const ScalingReport report = report_of_four();
   const AcceleratorScaling& a = report.scenes[0].accelerators[0];
   const RenderScaling four = summarize_render(a, *find_row(a, Schedule::tiles, 4));
   EXPECT_DOUBLE_EQ(four.wall_s.median, 3.75);
-  EXPECT_DOUBLE_EQ(four.speedup.median, 3.2); // in both rounds, whatever the machine did between them
+  EXPECT_DOUBLE_EQ(four.speedup.median, 3.2); // in both rounds, although the machine slowed down between them
   EXPECT_DOUBLE_EQ(four.speedup.min, 3.2);
   EXPECT_DOUBLE_EQ(four.efficiency, 0.8);
   EXPECT_DOUBLE_EQ(four.idle_share, 0.1);
@@ -158,10 +159,10 @@ TEST(ScalingReport, FiguresOfARow) {
   EXPECT_EQ(find_row(a, Schedule::tiles, 3), nullptr);
 }
 
-TEST(ScalingReport, AnUnfinishedRoundCountsWhereItIsComplete) {
+TEST(ScalingReport, UsesCompletePairsOfAnUnfinishedRound) {
   ScalingReport report = report_of_four();
   AcceleratorScaling& a = report.scenes[0].accelerators[0];
-  a.renders[0].samples.pop_back(); // the second round came to two threads, and not to one
+  a.renders[0].samples.pop_back(); // the second round ended before one thread was measured
   const RenderScaling two = summarize_render(a, *find_row(a, Schedule::tiles, 2));
   EXPECT_DOUBLE_EQ(two.speedup.median, 2.0);
   EXPECT_DOUBLE_EQ(two.wall_s.median, 6.0);
@@ -169,7 +170,7 @@ TEST(ScalingReport, AnUnfinishedRoundCountsWhereItIsComplete) {
   EXPECT_EQ(summarize_render(a, *find_row(a, Schedule::tiles, 2)).efficiency, 0.0);
 }
 
-TEST(ScalingReport, FitsLeaveOutWhatHasNoProcessor) {
+TEST(ScalingReport, FitsLeaveOutMoreThreadsThanCores) {
   ScalingReport report = report_of_four();
   const AcceleratorScaling& a = report.scenes[0].accelerators[0];
   EXPECT_EQ(fit_renders(a, Schedule::tiles, 4)->counts, 2U);
@@ -179,7 +180,7 @@ TEST(ScalingReport, FitsLeaveOutWhatHasNoProcessor) {
   EXPECT_FALSE(fit_renders(a, Schedule::tiles, 1));
 }
 
-TEST(ScalingReport, PhasesOfPreparation) {
+TEST(ScalingReport, SummarizesPhases) {
   const std::vector<PhaseScaling> phases = summarize_phases(report_of_four().scenes[0]);
   ASSERT_EQ(phases.size(), 3U); // those that took no time are left out
   EXPECT_EQ(phases[0].name, "files");
@@ -193,10 +194,10 @@ TEST(ScalingReport, PhasesOfPreparation) {
   EXPECT_DOUBLE_EQ(phases[2].points[2].speedup, 3.0);
 }
 
-TEST(ScalingReport, OtherImagesAreFound) {
+TEST(ScalingReport, FindsDifferentImages) {
   ScalingReport report = report_of_four();
   EXPECT_TRUE(find_mismatches(report.scenes[0]).empty());
-  EXPECT_NE(format_scaling_tables(report, report.scenes[0]).find("12 images; those of one accelerator are the same"),
+  EXPECT_NE(format_scaling_tables(report, report.scenes[0]).find("12 images, bit-identical for each accelerator"),
             std::string::npos);
   report.scenes[0].accelerators[0].renders[4].samples[1].hash = 8;
   const std::vector<ImageMismatch> found = find_mismatches(report.scenes[0]);
@@ -205,10 +206,10 @@ TEST(ScalingReport, OtherImagesAreFound) {
   EXPECT_EQ(found[0].threads, 2);
   EXPECT_EQ(found[0].round, 1U);
   const std::string tables = format_scaling_tables(report, report.scenes[0]);
-  EXPECT_NE(tables.find("kdtree, regions, 2 threads, round 2: ANOTHER PICTURE"), std::string::npos) << tables;
+  EXPECT_NE(tables.find("kdtree, regions, 2 threads, round 2: DIFFERENT IMAGE"), std::string::npos) << tables;
 }
 
-TEST(ScalingReport, Tables) {
+TEST(ScalingReport, FormatsTables) {
   ScalingReport report = report_of_four();
   const std::string tables = format_scaling_tables(report, report.scenes[0]);
   for (const char* words :
@@ -218,11 +219,11 @@ TEST(ScalingReport, Tables) {
     EXPECT_NE(tables.find(words), std::string::npos) << words << "\n" << tables;
   EXPECT_NE(tables.find("not quiet: threads with work waited for a processor up to 3.0 %"), std::string::npos)
       << tables;
-  EXPECT_EQ(tables.find("One count beside 1"), std::string::npos);
+  EXPECT_EQ(tables.find("A single count besides 1"), std::string::npos);
   report.cores = 2;
   const std::string two = format_scaling_tables(report, report.scenes[0]);
   EXPECT_NE(two.find("4*"), std::string::npos) << two;
-  EXPECT_NE(two.find("One count beside 1 fits any s"), std::string::npos) << two;
+  EXPECT_NE(two.find("A single count besides 1 fits any s"), std::string::npos) << two;
   for (RenderRow& row : report.scenes[0].accelerators[0].renders)
     for (RenderSample& s : row.samples) s.peak_bytes.reset();
   for (PreparationRow& row : report.scenes[0].accelerators[0].preparations)
@@ -230,7 +231,7 @@ TEST(ScalingReport, Tables) {
   EXPECT_NE(format_scaling_tables(report, report.scenes[0]).find("unknown"), std::string::npos);
 }
 
-TEST(ScalingReport, SummaryOverScenes) {
+TEST(ScalingReport, SummarizesScenes) {
   ScalingReport report = report_of_four();
   report.scenes.push_back(report.scenes[0]);
   report.scenes[1].file = "worse.glb";
@@ -238,7 +239,7 @@ TEST(ScalingReport, SummaryOverScenes) {
   const std::vector<EfficiencySummary> summary = summarize_scenes(report);
   ASSERT_EQ(summary.size(), 4U); // 2 and 4 threads, tiles and regions
   EXPECT_EQ(summary[0].threads, 2);
-  EXPECT_DOUBLE_EQ(summary[0].mean, 0.8); // of 1 and 0.64
+  EXPECT_DOUBLE_EQ(summary[0].mean, 0.8); // the geometric mean of 1 and 0.64
   EXPECT_DOUBLE_EQ(summary[0].worst, 0.64);
   EXPECT_EQ(summary[0].worst_scene, "worse.glb");
   const std::string text = format_scaling_summary(report);
@@ -260,6 +261,8 @@ TEST(ScalingReport, JsonAndCsvHaveAllRows) {
   EXPECT_EQ(scene["accelerators"][0]["amdahl"]["tiles"]["counts"], 2);
   EXPECT_EQ(scene["preparation"].size(), 3U);
   EXPECT_EQ(json["paper"][0]["speedup_high"], 1.4);
+  EXPECT_NEAR(scene["waiting_share"].get<double>(), 0.03, 1e-12);
+  EXPECT_NE(scene["warning"].get<std::string>().find("not quiet"), std::string::npos);
 
   std::istringstream csv(format_scaling_csv(report));
   std::string line;
@@ -287,6 +290,15 @@ TEST(ScalingReport, CurvesAreWellFormed) {
     EXPECT_EQ(svg.find("nan"), std::string::npos);
     EXPECT_EQ(svg.find("inf"), std::string::npos);
   }
+}
+
+TEST(ScalingReport, CurvesWarnOfABusyMachine) {
+  ScalingReport report = report_of_four();
+  EXPECT_NE(draw_scaling(report).find("not quiet: threads with work waited for a processor up to 3.0 %"),
+            std::string::npos);
+  for (RenderRow& row : report.scenes[0].accelerators[0].renders)
+    for (RenderSample& s : row.samples) s.time.cpu_s = s.time.wall_s * row.threads - s.idle_s;
+  EXPECT_EQ(draw_scaling(report).find("not quiet"), std::string::npos);
 }
 
 TEST(ScalingFlags, AreParsed) {
@@ -338,7 +350,7 @@ TEST(ScalingFlags, AreParsed) {
   expect_refused({"a.glb", "--noise-threshold", "0.1", "--seconds", "3"}, "--seconds: has no meaning");
   expect_refused({"a.glb", "--time-limit", "3"}, "unknown flag '--time-limit'");
   expect_refused({"a.glb", "-o", "a.png"}, "unknown flag '-o'");
-  expect_refused({"a.glb", "--json", "a", "--svg", "./a"}, "two reports cannot have one name");
+  expect_refused({"a.glb", "--json", "a", "--svg", "./a"}, "two reports cannot have the same name");
 }
 
 } // namespace

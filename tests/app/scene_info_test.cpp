@@ -1,4 +1,4 @@
-// What `kindling info` says of a scene.
+// The contents of a scene in `kindling info`.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/scene_info.h"
 

@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 
 class Shootout : public SceneFolder {
  protected:
-  // The command with tiny counts.
+  // Runs the command with small counts.
   [[nodiscard]] ProgramResult shootout(std::vector<std::string> scenes, std::vector<std::string> flags = {}) const {
     std::vector<std::string> arguments{"shootout"};
     arguments.insert(arguments.end(), scenes.begin(), scenes.end());
@@ -38,7 +38,7 @@ class Shootout : public SceneFolder {
 
 const std::string kRacedScene = KINDLING_SCENES "/cornell_box.glb";
 
-TEST_F(Shootout, ShowsTheInstructionSetsOfAll) {
+TEST_F(Shootout, ReportsInstructionSets) {
   const ProgramResult result =
       shootout({kRacedScene}, {"--accel", "embree,kdtree", "--isa", "sse2", "--json", "a.json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -50,7 +50,7 @@ TEST_F(Shootout, ShowsTheInstructionSetsOfAll) {
   expect_error(shootout({kRacedScene}, {"--isa", "mmx"}), 2, "--isa: 'mmx' is not an instruction set");
 }
 
-TEST_F(Shootout, ShippedSceneInEveryForm) {
+TEST_F(Shootout, WritesEveryReport) {
   const ProgramResult result =
       shootout({kRacedScene}, {"--accel", "embree,kdtree:best,brute-force,embree:non-robust", "--json", "a.json",
                                "--csv", "a.csv", "--html", "a.html", "--heat-map", "16"});
@@ -85,7 +85,8 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
          {"name", "description", "quality", "robust", "build", "memory_bytes", "build_peak_bytes", "nodes", "leaves",
           "references", "traversal", "geometric_mean_ratio", "disagreements", "huge_page_bytes", "leaf_sizes", "cost"})
       EXPECT_TRUE(accelerator.contains(key)) << key;
-    // 7 kinds by single and batch, camera and any-hit rays by coherent; Embree by packets and streams, each with the flag and without.
+    // 7 kinds by single and batch, camera and any-hit rays by coherent; Embree by packets and
+    // streams, each with the flag and without.
     const bool is_embree = accelerator["name"].get<std::string>().starts_with("embree");
     ASSERT_EQ(accelerator["traversal"].size(), is_embree ? 18U + 7U * 4U : 18U);
     for (const Json& row : accelerator["traversal"]) {
@@ -122,20 +123,20 @@ TEST_F(Shootout, ShippedSceneInEveryForm) {
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
   for (const char* words : {"heat map of kdtree:best, ns", "heat map of kdtree:best, steps", "heat map of embree, ns",
-                            "against the best of Embree", "references in a leaf", "packet-coherent"})
+                            "against the best of Embree", "references per leaf", "packet-coherent"})
     EXPECT_NE(page.find(words), std::string::npos) << words;
   EXPECT_EQ(page.find("heat map of embree, steps"), std::string::npos);
   for (const char* external : {"http:", "https:", "<link", "<script", "href="})
     EXPECT_EQ(page.find(external), std::string::npos) << external;
 }
 
-TEST_F(Shootout, RaysAreSavedAndReplayed) {
+TEST_F(Shootout, SavesAndReplaysRays) {
   const std::vector<std::string> flags{"--rays", "rays.bin", "--json", "a.json"};
   const ProgramResult recorded = shootout({kRacedScene}, flags);
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
   EXPECT_NE(recorded.err.find("rays recorded to rays.bin"), std::string::npos) << recorded.err;
   const Json first = json("a.json");
-  // The file decides, not the flags that ask for other rays.
+  // The file takes precedence over flags that request other rays.
   std::vector<std::string> replay = flags;
   replay.insert(replay.end(), {"--rays-per-kind", "50", "--size", "32x32", "--clock", "cpu"});
   const ProgramResult replayed = shootout({kRacedScene}, replay);
@@ -151,7 +152,7 @@ TEST_F(Shootout, RaysAreSavedAndReplayed) {
   expect_error(shootout({kRacedScene}, flags), 4, "--rays: rays.bin: ");
 }
 
-TEST_F(Shootout, SeveralScenes) {
+TEST_F(Shootout, RacesOnSeveralScenes) {
   const ProgramResult result = shootout({kRacedScene, write_scene("grid", {.grid = 4})},
                                         {"--accel", "kdtree", "--html", "a.html", "--heat-map", "0"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -159,11 +160,11 @@ TEST_F(Shootout, SeveralScenes) {
   EXPECT_NE(page.find("Build time against triangles"), std::string::npos);
   EXPECT_EQ(page.find("data:image"), std::string::npos);
   EXPECT_NE(result.out.find("grid.gltf\n  32 triangles"), std::string::npos) << result.out;
-  // One square scatters no ray a second time onto itself.
+  // A single square has no second bounce.
   EXPECT_NE(result.out.find("no rays of kind bounce3"), std::string::npos) << result.out;
 }
 
-TEST_F(Shootout, WrongUsageIsRefused) {
+TEST_F(Shootout, RefusesWrongUsage) {
   const std::string scene = write_scene();
   expect_error(run_program({"shootout"}, folder_), 2, "no scene; use 'kindling shootout SCENE... [flags]'");
   expect_error(shootout({scene}, {"--accel", "bvh"}), 2,
@@ -173,15 +174,18 @@ TEST_F(Shootout, WrongUsageIsRefused) {
   expect_error(shootout({scene}, {"--clock", "sun"}), 2, "--clock: unknown clock 'sun'; use wall or cpu");
   expect_error(shootout({scene}, {"--repeat", "0"}), 2, "--repeat: '0' is out of range");
   expect_error(shootout({scene, scene}, {"--rays", "a.bin"}), 2, "holds the rays of one scene; 2 are given");
+  expect_error(shootout({scene}, {"--rays", "20000"}), 2,
+               "--rays: '20000' is a number, and this flag names a file to record rays to; use --rays-per-kind 20000");
+  EXPECT_FALSE(exists("20000"));
   expect_error(shootout({scene}, {"--heat-map", "64"}), 2, "--heat-map: has no meaning without --html");
-  expect_error(shootout({scene}, {"--json", "a", "--csv", "./a"}), 2, "two reports cannot have one name");
+  expect_error(shootout({scene}, {"--json", "a", "--csv", "./a"}), 2, "two reports cannot have the same name");
   expect_error(shootout({scene}, {"--camera", "Side"}), 2, "has no camera 'Side'");
   expect_error(shootout({scene}, {"--csv", "none/a.csv"}), 4, "--csv: none/a.csv");
   expect_error(shootout({"missing.glb"}), 4, "missing.glb");
   expect_error(shootout({write_scene("broken", {.accessor_count_delta = 5})}), 3, "broken.gltf");
 }
 
-TEST_F(Shootout, HelpNamesItsFlags) {
+TEST_F(Shootout, HelpListsItsFlags) {
   const ProgramResult result = run_program({"shootout", "--help"}, folder_);
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_NE(result.out.find("Usage: kindling shootout SCENE... [flags]"), std::string::npos) << result.out;
@@ -191,7 +195,7 @@ TEST_F(Shootout, HelpNamesItsFlags) {
     EXPECT_NE(result.out.find(flag), std::string::npos) << flag;
 }
 
-TEST_F(Shootout, ASignalEndsItWithoutReports) {
+TEST_F(Shootout, SignalEndsItWithoutReports) {
   Program program({"shootout", kRacedScene, "-v", "--no-embree-calls", "--repeat", "1000", "--json", "a.json"},
                   folder_);
   ASSERT_TRUE(program.wait_for_error_text("round 2 of 1000", std::chrono::seconds(60)));

@@ -1,4 +1,4 @@
-// Motion blur on the command line, with the animations that ship.
+// Motion blur on the command line, with the animations of the repository.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
 #include "tests/app/run_program.h"
@@ -25,7 +25,7 @@ class ShutterCommand : public SceneFolder {
   mutable std::string err_;
 };
 
-TEST_F(ShutterCommand, ThingsMoveOnlyWithAShutter) {
+TEST_F(ShutterCommand, MotionNeedsAShutter) {
   (void)render("animation.gltf", {"--time", "0.25"});
   EXPECT_TRUE(shutter().is_null());
   (void)render("animation.gltf", {"--time", "0.25", "--shutter", "0,0.5"});
@@ -40,7 +40,7 @@ TEST_F(ShutterCommand, ThingsMoveOnlyWithAShutter) {
   EXPECT_EQ(shutter()["deforming_meshes"], 1);
 }
 
-TEST_F(ShutterCommand, AnInstantIsAPose) {
+TEST_F(ShutterCommand, InstantShutterEqualsPose) {
   const std::vector<std::byte> still = render("animation.gltf", {"--time", "0.25"});
   EXPECT_FALSE(still.empty());
   EXPECT_TRUE(render("animation.gltf", {"--time", "0.25", "--shutter", "0,0"}) == still);

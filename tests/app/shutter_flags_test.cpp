@@ -1,4 +1,4 @@
-// The shutter from flags and cameras.
+// The shutter from flags and from cameras.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/shutter_flags.h"
 #include "renderer/app/setup/shutter.h"
@@ -15,7 +15,7 @@ std::optional<Shutter> shutter_of(const Scene& scene, std::vector<const char*> f
   return choose_shutter(scene, kNone, options_of(std::move(flags))).value();
 }
 
-// Two cameras, of which the second has a shutter.
+// A scene of two cameras, the second with a shutter.
 Scene with_cameras() {
   Scene scene;
   scene.cameras.resize(2);
@@ -43,7 +43,7 @@ TEST(ShutterFlags, AreRelativeToTheTime) {
   EXPECT_DOUBLE_EQ(shutter->close_s, 1.02);
 }
 
-TEST(ShutterFlags, WithoutThereIsNone) {
+TEST(ShutterFlags, DefaultIsNoShutter) {
   EXPECT_FALSE(shutter_of({}, {}));
   EXPECT_FALSE(shutter_of({}, {"--time", "3"}));
   EXPECT_FALSE(time_of_image(std::nullopt, {}));
@@ -52,7 +52,7 @@ TEST(ShutterFlags, WithoutThereIsNone) {
   EXPECT_EQ(*time_of_image(std::nullopt, options), 3.0);
 }
 
-TEST(ShutterFlags, TheChosenCameraHasItsOwnAndFlagsWin) {
+TEST(ShutterFlags, OverrideTheShutterOfTheCamera) {
   EXPECT_FALSE(shutter_of(with_cameras(), {}));
   EXPECT_FALSE(shutter_of(with_cameras(), {"--orbit", "0,90,3"}));
   const std::optional<Shutter> own = shutter_of(with_cameras(), {"--camera", "Moving", "--time", "1"});
@@ -63,7 +63,7 @@ TEST(ShutterFlags, TheChosenCameraHasItsOwnAndFlagsWin) {
   EXPECT_FALSE(choose_shutter(with_cameras(), kNone, options_of({"--camera", "Missing"})).ok());
 }
 
-TEST(ShutterFlags, MistakesAreNamed) {
+TEST(ShutterFlags, RefuseWrongValues) {
   EXPECT_EQ(refusal({"--shutter", "0.2,0.1"}),
             "--shutter: closes at 0.1 s, before it opens at 0.2 s; use OPEN,CLOSE in this order");
   for (const char* text : {"1", "0,1,2", "0,x", "", ",", "0,inf"})

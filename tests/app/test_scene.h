@@ -1,4 +1,4 @@
-// A folder of its own for each test, and small glTF scenes written into it.
+// A test fixture with a folder of its own, and small glTF scenes in it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,8 +22,8 @@ class SceneFolder : public testing::Test {
   void SetUp() override;
   void TearDown() override;
 
-  // A unit square in the plane z = 0 that faces a camera at z = 2 (image aspect 1); a point light beside the camera.
-  // Writes NAME.gltf and NAME.bin; returns the name of the first.
+  // A unit square in the plane z = 0 that faces a camera at z = 2 (image aspect 1); a point light
+  // beside the camera. Writes NAME.gltf and NAME.bin; returns the name of the first.
   std::string write_scene(const std::string& name = "scene", const TestSceneOptions& options = {}) const;
   void write_file(const std::string& name, const std::string& contents) const;
   [[nodiscard]] std::string read_file(const std::string& name) const;

@@ -1,4 +1,4 @@
-// Exit codes and messages of the kindling program: what is refused, and how.
+// Exit codes and messages of refused command lines.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 #include "tests/app/run_program.h"
@@ -13,7 +13,7 @@ namespace {
 
 class Usage : public SceneFolder {
  protected:
-  // Runs, and expects one line of error with this code and these words.
+  // Expects one line of error with this exit code and these words.
   void expect_error(const std::vector<std::string>& arguments, int code, const std::string& words) const {
     SCOPED_TRACE(testing::PrintToString(arguments));
     const ProgramResult result = run_program(arguments, folder_);
@@ -35,6 +35,8 @@ TEST_F(Usage, WrongFlagsExitWith2) {
   expect_error({"render"}, 2, "no scene");
   expect_error({"render", scene, scene}, 2, "unexpected argument");
   expect_error({"render", scene, "--sppp", "4"}, 2, "unknown flag '--sppp'; did you mean --spp?");
+  expect_error({"render", scene, "--samples", "4"}, 2, "unknown flag '--samples'; did you mean --spp?");
+  expect_error({"render", scene, "--resolution=64x64"}, 2, "unknown flag '--resolution'; did you mean --size?");
   expect_error({"render", scene, "--spp"}, 2, "--spp: needs a value");
   expect_error({"render", scene, "--spp", "many"}, 2, "--spp: 'many' is not a whole number; use 1 to");
   expect_error({"render", scene, "--spp", "0"}, 2, "--spp: '0' is out of range");
@@ -48,17 +50,17 @@ TEST_F(Usage, WrongFlagsExitWith2) {
   expect_error({"render", scene, "--env", "a.hdr", "--env-color", "1,1,1"}, 2, "give one of them");
   expect_error({"info"}, 2, "no scene");
   expect_error({"info", scene, "--list-cameras", "--list-scenes"}, 2,
-               "one --list-... flag or --extension-table at a time");
+               "give only one --list-... flag or --extension-table");
 }
 
-TEST_F(Usage, UnknownAccelerator) {
+TEST_F(Usage, NamesKnownAccelerators) {
   const ProgramResult result = run_program({"render", write_scene(), "--accel", "bvh4"}, folder_);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(result.err, "kindling: error: --accel: unknown accelerator 'bvh4'; use kdtree, embree or brute-force "
                         "(try 'kindling render --help')\n");
 }
 
-TEST_F(Usage, WhatTheSceneLacksExitsWith2) {
+TEST_F(Usage, MissingPartsOfTheSceneExitWith2) {
   const std::string scene = write_scene();
   expect_error({"render", scene, "--camera", "Side"}, 2, "has no camera 'Side'; use 0 (Front)");
   expect_error({"render", scene, "--scene", "Attic"}, 2, "has no scene 'Attic'; use 0 (Stage)");
@@ -67,7 +69,7 @@ TEST_F(Usage, WhatTheSceneLacksExitsWith2) {
   expect_error({"render", scene, "--size", "32x32", "--pixel", "32,0"}, 2, "--pixel: 32,0 is not inside the image");
 }
 
-TEST_F(Usage, FilesOfOtherFormatsNameAConverter) {
+TEST_F(Usage, NamesAConverterForOtherFormats) {
   std::ofstream(folder_ / "house.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   const ProgramResult result = run_program({"render", "house.obj"}, folder_);
   EXPECT_EQ(result.exit_code, 3);
@@ -76,7 +78,7 @@ TEST_F(Usage, FilesOfOtherFormatsNameAConverter) {
             "house.obj -o house.glb\n");
 }
 
-TEST_F(Usage, OutputsAreCheckedBeforeTheWork) {
+TEST_F(Usage, ChecksOutputsBeforeRendering) {
   const std::string scene = write_scene();
   expect_error({"render", scene, "-o", "a.bmp"}, 2, "unsupported image format '.bmp'; use .exr, .png or .jpg");
   expect_error({"render", scene, "-o", "a.png", "-o", "./a.png"}, 2, "given twice");
@@ -91,7 +93,7 @@ TEST_F(Usage, OutputsAreCheckedBeforeTheWork) {
   EXPECT_FALSE(exists("a.png"));
 }
 
-TEST_F(Usage, FilesThatCannotBeReadExitWith4) {
+TEST_F(Usage, UnreadableFilesExitWith4) {
   expect_error({"render", "missing.gltf"}, 4, "missing.gltf: ");
   expect_error({"info", "missing.gltf"}, 4, "missing.gltf: ");
   expect_error({"render", write_scene(), "--env", "missing.hdr"}, 4, "--env: missing.hdr: ");
@@ -105,14 +107,14 @@ TEST_F(Usage, InvalidScenesExitWith3) {
   expect_error({"info", "text.gltf"}, 3, "text.gltf: ");
 }
 
-TEST_F(Usage, AnUnsupportedRequiredExtensionIsNamed) {
+TEST_F(Usage, NamesUnsupportedRequiredExtensions) {
   TestSceneOptions options;
   options.light = false;
   options.extra = R"(, "extensionsUsed": ["ACME_x"], "extensionsRequired": ["ACME_x"])";
   expect_error({"render", write_scene("acme", options)}, 3, "ACME_x");
 }
 
-TEST_F(Usage, NamesFromFilesCannotCommandTheTerminal) {
+TEST_F(Usage, ReplacesControlCharactersOfNames) {
   const ProgramResult result = run_program({"render", "\x1b[31mred\n.gltf"}, folder_);
   EXPECT_EQ(result.exit_code, 4);
   EXPECT_EQ(result.err.find('\x1b'), std::string::npos);
@@ -134,7 +136,7 @@ TEST_F(Usage, HelpAndVersionGoToStandardOutput) {
   EXPECT_TRUE(run_program({"--version"}, folder_).out.starts_with("kindling "));
 }
 
-TEST_F(Usage, ListOfExtensionsIsTheImportersTable) {
+TEST_F(Usage, ListsExtensionsOfTheImporter) {
   const ProgramResult result = run_program({"info", "--list-extensions"}, folder_);
   EXPECT_EQ(result.exit_code, 0);
   std::string expected;
@@ -163,7 +165,7 @@ TEST_F(Usage, InfoPrintsTablesAndJson) {
   EXPECT_EQ(json["bounds"]["max"][0], 0.5);
 }
 
-TEST_F(Usage, InfoLists) {
+TEST_F(Usage, InfoPrintsLists) {
   TestSceneOptions options;
   options.light = false;
   options.extra = R"(, "extensionsUsed": ["KHR_materials_variants"], "extensions": {"KHR_materials_variants":
@@ -174,13 +176,13 @@ TEST_F(Usage, InfoLists) {
   EXPECT_EQ(run_program({"info", "--list-variants", scene}, folder_).out, "red\nblue\n");
 }
 
-TEST_F(Usage, AReaderThatGoesAwayIsNoError) {
+TEST_F(Usage, ClosedPipeIsNotAnError) {
   const ProgramResult result = run_program({"info", write_scene()}, folder_, Output::closed_pipe);
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_EQ(result.err, "");
 }
 
-TEST_F(Usage, AFullDeviceIs) {
+TEST_F(Usage, FullDeviceIsAnError) {
   const ProgramResult result = run_program({"info", write_scene()}, folder_, Output::full_device);
   EXPECT_EQ(result.exit_code, 4);
   EXPECT_NE(result.err.find("kindling: error: standard output: "), std::string::npos) << result.err;

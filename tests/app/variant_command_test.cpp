@@ -44,7 +44,7 @@ class VariantCommand : public SceneFolder {
   }
 };
 
-TEST_F(VariantCommand, RenderShowsTheVariantThatIsAskedFor) {
+TEST_F(VariantCommand, RendersTheRequestedVariant) {
   const std::string scene = write_variants();
   const std::array<float, 3> red{1, 0, 0};
   const std::array<float, 3> blue{0, 0, 1};
@@ -54,7 +54,7 @@ TEST_F(VariantCommand, RenderShowsTheVariantThatIsAskedFor) {
   EXPECT_EQ(color_of({"render", scene, "--variant", "sky"}), blue) << "which no primitive has a material for";
 }
 
-TEST_F(VariantCommand, UnknownNamesAreOneMessageWithTheNames) {
+TEST_F(VariantCommand, RefusesUnknownVariants) {
   const std::string scene = write_variants();
   for (const char* command : {"render", "info", "shootout"}) {
     const ProgramResult result = run_program({command, scene, "--variant", "green"}, folder_);
@@ -67,7 +67,7 @@ TEST_F(VariantCommand, UnknownNamesAreOneMessageWithTheNames) {
   EXPECT_NE(none.err.find("scene.gltf has no variants; leave the flag away"), std::string::npos) << none.err;
 }
 
-TEST_F(VariantCommand, InfoListsVariantsAndWhatMaterialsUse) {
+TEST_F(VariantCommand, InfoListsVariantsAndMaterialExtensions) {
   const std::string scene = write_variants();
   const auto json = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {scene, "--json"});
@@ -92,7 +92,7 @@ TEST_F(VariantCommand, InfoListsVariantsAndWhatMaterialsUse) {
   EXPECT_NE(tables.find(unknown + " (unknown), KHR_materials_unlit\n"), std::string::npos) << tables;
 }
 
-TEST_F(VariantCommand, ExtensionTableIsTheImporters) {
+TEST_F(VariantCommand, PrintsTheExtensionTableOfTheImporter) {
   const ProgramResult result = run_program({"info", "--extension-table"}, folder_);
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_EQ(result.out, extension_table_markdown());

@@ -1,4 +1,4 @@
-// The flags of checkpoints: where a render is kept safe, and how often.
+// The flags that name the checkpoint file of a render and set the time between saves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@ struct RenderOptions;
 
 void add_checkpoint_flags(FlagSet& flags, CheckpointOptions& options);
 void add_checkpoint_every_flag(FlagSet& flags, CheckpointOptions& options);
-// What no flag can judge alone; fails (usage).
+// Checks combinations of flags; fails (usage).
 [[nodiscard]] Result<void> check_checkpoint_flags(const FlagSet& flags, const RenderOptions& options);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// The flags of each command.
+// Declares the flags of each command and checks their combinations.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,13 +8,14 @@
 namespace kindling::app {
 
 class FlagSet;
-// Declare the flags of a command; parsing fills `options`, which must outlive the set.
+// Declare the flags of a command. Parsing fills `options`, which must outlive the set and have its
+// default values before: the help prints them.
 void add_render_flags(FlagSet& flags, RenderOptions& options);
 void add_info_flags(FlagSet& flags, InfoOptions& options);
 void add_shootout_flags(FlagSet& flags, ShootoutOptions& options);
 void add_merge_flags(FlagSet& flags, MergeOptions& options);
 void add_scaling_flags(FlagSet& flags, ScalingOptions& options);
-// What no flag can judge alone; fails (usage).
+// Check combinations of flags and fill in defaults that depend on several; fail (usage).
 [[nodiscard]] Result<void> check_render_flags(const FlagSet& flags, RenderOptions& options);
 [[nodiscard]] Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options);
 [[nodiscard]] Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& options);

@@ -1,4 +1,4 @@
-// The flags of `kindling farm` and its five actions.
+// Parses the five actions of `kindling farm` and their flags.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/farm_flags.h"
 
@@ -19,68 +19,70 @@ namespace kindling::app {
 
 namespace {
 
-constexpr std::string_view kFarmHelp = R"(Renders frames in parts on many machines
+constexpr std::string_view kFarmHelp = R"(Renders frames in parts on the machines of a Slurm cluster.
 
 Usage:
   kindling farm submit SCENE --parts N --folder DIR -o FILE [flags] -- [flags of render]
-                              hand a scene over to Slurm: an array of tasks, and a job that merges them
-  kindling farm status DIR    where it stands: exit code 0 done, 6 goes on, 5 parts are poisoned or missing
-  kindling farm retry DIR     hand over again what was given up or is missing
-  kindling farm work DIR N    what the array's tasks run: task N
-  kindling farm merge DIR     what the merge job runs: merges the frames that are whole
+                              submit a scene to Slurm: an array of tasks, and a job that merges them
+  kindling farm status DIR    print the state; exit code 0 done, 6 in progress, 5 parts keep failing or are missing
+  kindling farm retry DIR     submit the parts again that keep failing or are missing
+  kindling farm work DIR N    render task N, as the tasks of the array do
+  kindling farm merge DIR     merge the frames that are complete, as the merge job does
   kindling farm submit --help all flags
 
-DIR must be the same folder on all machines.
+DIR must be a folder that all machines share.
 )";
 
-// What the farm says to each render itself.
+// Flags that the farm sets for each render, or that do not work with parts.
 constexpr std::array<std::string_view, 16> kOwnFlags = {
     "-o",        "--output", "--part",  "--tile-part", "--checkpoint", "--frames", "--force", "--progress",
     "--threads", "--stats",  "--pixel", "--sample",    "--time-limit", "--quiet",  "-q",      "--noise-threshold"};
 
 void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("What to render");
-  flags.value("--parts", "N", "Parts of each frame, as --part of render: one task each",
+  flags.value("--parts", "N", "Parts of each frame, one task each, as with --part of 'kindling render' [required]",
               [&o](auto text) { return store(parse_integer(text, 1, 100000), o.parts); });
-  flags.value("--frames", "A-B[xSTEP]", "Frames of an animation, as --frames of render [one image]",
+  flags.value("--frames", "A-B[xSTEP]", "Frames of an animation, as with --frames of 'kindling render' [one image]",
               [&o](auto text) { return store(parse_frames(text), o.frames); });
-  flags.value("--folder", "DIR", "A new folder that all machines share, for parts, records and logs",
+  flags.value("--folder", "DIR", "New folder for parts, records and logs, which all machines share [required]",
               [&o](auto text) { return set_path(text, o.folder); });
-  flags.repeated("-o,--output", "FILE", "The images, .png, .exr or .kacc; several are allowed; #### is the frame",
+  flags.repeated("-o,--output", "FILE",
+                 "Output file: .png, .exr or .kacc; may be given several times; #### is the frame number [required]",
                  [&o](auto text) {
                    std::filesystem::path path;
                    Result<void> set = set_path(text, path);
                    if (set.ok()) o.outputs.push_back(path);
                    return set;
                  });
-  flags.value("--retries", "N", "More attempts at a part whose render fails [2]",
+  flags.value("--retries", "N", fmt::format("Further attempts at a part whose render fails [{}]", o.retries),
               [&o](auto text) { return store(parse_integer(text, 0, 100), o.retries); });
-  flags.toggle("--no-check", "Look neither at the scene nor at where images go: they are large, or on other machines",
+  flags.toggle("--no-check",
+               "Check neither the scene nor the output folders now, for large scenes or files on other machines",
                o.check_scene, false);
   flags.group("Engine");
-  flags.value("--engine", "NAME", "slurm [slurm]", [&o](auto text) -> Result<void> {
+  flags.value("--engine", "NAME", fmt::format("Batch system: slurm [{}]", o.engine), [&o](auto text) -> Result<void> {
     if (text != "slurm") return unknown_name("engine", text, {"slurm"});
     o.engine = std::string(text);
     return {};
   });
-  flags.value("--partition", "NAME", "Where to queue [the engine's default]",
+  flags.value("--partition", "NAME", "Partition that tasks are queued in [the engine's default]",
               [&o](auto text) { return set_text(text, o.resources.partition); });
-  flags.value("--threads-per-part", "N", "Processors of a task [all of a machine, which it has to itself]",
+  flags.value("--threads-per-part", "N", "Processors of a task [all of a machine, exclusively]",
               [&o](auto text) { return store(parse_integer(text, 1, 1024), o.resources.threads_per_part); });
-  flags.value("--memory", "SIZE", "Of a task, as in 4G [the engine's default]",
+  flags.value("--memory", "SIZE", "Memory of a task, such as 4G [the engine's default]",
               [&o](auto text) { return set_text(text, o.resources.memory); });
   flags.value(
       "--time", "TIME",
-      "The longest that a task may take at a stretch, as in 2:00:00; a part that takes longer saves and goes on in "
-      "another [the engine's default]",
+      "Time limit of a task, such as 2:00:00; a part that takes longer is saved and resumed in another task [the "
+      "engine's default]",
       [&o](auto text) { return set_text(text, o.resources.time); });
   flags.group("Reports");
 }
 
 FlagSet declare_submit_flags(FarmSubmitOptions& options) {
-  FlagSet flags("Hands a scene over to the machines of a farm.", "kindling farm submit");
+  FlagSet flags("Submits a scene to the machines of a farm.", "kindling farm submit");
   flags.usage("SCENE --parts N --folder DIR -o FILE [flags] -- [flags of render]\n\nSCENE is a .gltf or .glb file. "
-              "[Defaults] stand in brackets; of a flag that is given twice the last counts.");
+              "[Defaults] are in brackets; the last use of a flag counts.");
   add_submit_flags(flags, options);
   return flags;
 }
@@ -91,9 +93,9 @@ Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments)
   if (!help.ok() || help.value()) return help;
   if (const std::vector<std::string> extras = flags.extras(); !extras.empty()) {
     const std::string nearest = nearest_name(extras.front(), flags.names());
-    return usage_error(
-        fmt::format("unexpected '{}'{}", extras.front(),
-                    nearest.empty() ? "; flags of render come after --" : "; did you mean " + nearest + "?"));
+    return usage_error(fmt::format("unexpected '{}'{}", extras.front(),
+                                   nearest.empty() ? "; flags of 'kindling render' come after --"
+                                                   : "; did you mean " + nearest + "?"));
   }
   return false;
 }
@@ -101,9 +103,9 @@ Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments)
 Result<void> check_submit(const FarmSubmitOptions& o) {
   if (o.scene_file.empty())
     return usage_error("no scene; use 'kindling farm submit SCENE --parts N --folder DIR -o FILE'");
-  if (o.parts == 0) return usage_error("--parts: is missing; in how many parts is each frame rendered?");
-  if (o.folder.empty()) return usage_error("--folder: is missing; a new folder that all machines share");
-  if (o.outputs.empty()) return usage_error("-o: is missing; where do the images go?");
+  if (o.parts == 0) return usage_error("--parts: is missing; give the number of parts of each frame");
+  if (o.folder.empty()) return usage_error("--folder: is missing; give a new folder that all machines share");
+  if (o.outputs.empty()) return usage_error("-o: is missing; give the name of the image");
   constexpr size_t kMaxTasks = 1'000'000;
   if (std::max<size_t>(o.frames.size(), 1) * static_cast<size_t>(o.parts) > kMaxTasks)
     return usage_error(
@@ -115,15 +117,16 @@ Result<void> check_submit(const FarmSubmitOptions& o) {
     if (o.frames.empty()) continue; // names are taken literally
     if (count_frame_groups(output) != 1 || count_frame_groups(output.filename()) != 1)
       return usage_error(
-          fmt::format("-o {}: needs one #### for the frame's number, in the file's name", output.string()));
+          fmt::format("-o {}: needs one #### in the file's name, for the frame number", output.string()));
   }
   if (!o.frames.empty() && count_frame_groups(std::filesystem::absolute(o.folder)) > 0)
     return usage_error(
-        fmt::format("--folder {}: has a # in its name, which would be taken for a frame's number", o.folder.string()));
+        fmt::format("--folder {}: has a # in its name, which would be taken for a frame number", o.folder.string()));
   for (const std::string& flag : o.render_flags)
     if (const std::string name = flag.substr(0, flag.find('='));
         std::find(kOwnFlags.begin(), kOwnFlags.end(), name) != kOwnFlags.end())
-      return usage_error(fmt::format("{}: cannot stand behind --; the farm sets it, or parts do not know it", name));
+      return usage_error(
+          fmt::format("{}: cannot be given after --; the farm sets it, or it does not work with parts", name));
   return {};
 }
 
@@ -158,7 +161,7 @@ Result<FarmCommandLine> parse_folder_action(FarmAction action, std::span<const c
   }
   const size_t wanted = action == FarmAction::work ? 2 : 1;
   if (words.size() != wanted)
-    return usage_error(wanted == 2 ? "use 'kindling farm work DIR TASK'" : "one folder of a farm is wanted");
+    return usage_error(wanted == 2 ? "use 'kindling farm work DIR TASK'" : "use one folder of a farm");
   options.folder = words[0];
   if (wanted == 2) {
     Result<int64_t> task = parse_integer(words[1], 0, std::numeric_limits<int>::max());

@@ -1,4 +1,4 @@
-// From the arguments of `kindling farm` to its options.
+// Parses the arguments of `kindling farm` into its options.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,9 +14,9 @@ namespace kindling::app {
 
 struct FarmCommandLine {
   FarmOptions options;
-  std::string help; // not empty: to be printed instead
+  std::string help; // if not empty, this text is printed instead
 };
-// `arguments` after "farm". Fails (usage).
+// `arguments` are those after "farm". Fails (usage).
 [[nodiscard]] Result<FarmCommandLine> parse_farm_command(std::span<const char* const> arguments);
 // "farm submit" and the other actions with their flags.
 [[nodiscard]] std::vector<CommandTable> farm_tables();

@@ -1,4 +1,4 @@
-// A thin layer over CLI11.
+// CLI11 behind FlagSet, with the layout of the help text.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/flag_set.h"
 
@@ -16,7 +16,7 @@ constexpr size_t kNameColumn = 34;
 constexpr size_t kHelpWidth = 110;
 constexpr const char* kUsageLabel = "Usage";
 
-// Breaks the description at spaces; the formatter indents what follows a line break.
+// Breaks the description at spaces; the formatter indents the lines after the first.
 std::string wrap(const std::string& text) {
   constexpr size_t kWidth = kHelpWidth - kNameColumn;
   std::string wrapped;
@@ -36,7 +36,7 @@ std::string wrap(const std::string& text) {
   return wrapped;
 }
 
-// "Usage:" with the operands as people write them, and no section of their own for them.
+// Writes "Usage:" with the operands as a person types them, and no section for positional arguments.
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App*, std::string name) const override {

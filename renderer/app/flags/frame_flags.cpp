@@ -1,3 +1,4 @@
+// Parses frame ranges, and declares --frames and --force.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/frame_flags.h"
 
@@ -18,7 +19,8 @@ namespace kindling::app {
 
 namespace {
 
-// Takes a number off the front of `text`; nothing (and `text` unchanged) if there is none, or one out of range.
+// Removes a number from the front of `text` and returns it. Returns nothing and leaves `text` if
+// there is none in range.
 std::optional<int> take_number(std::string_view& text, int min) {
   int number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -38,10 +40,10 @@ struct FrameRange {
 };
 
 Result<FrameRange> parse_range(std::string_view text) {
-  const Error wrong = usage_error(
-      fmt::format("'{}' are no frames; use A-B, A-BxSTEP or one number, each from {} to {}, as in 1-48, 0-100x5, "
-                  "-5--1 or 7, and commas between several",
-                  text, -kLastFrame, kLastFrame));
+  const Error wrong = usage_error(fmt::format(
+      "'{}' is not a list of frames; use A-B, A-BxSTEP or one number, each from {} to {}, such as 1-48, 0-100x5, "
+      "-5--1 or 7, with commas between several",
+      text, -kLastFrame, kLastFrame));
   std::string_view rest = text;
   const std::optional<int> first = take_number(rest, -kLastFrame);
   if (!first) return wrong;
@@ -67,9 +69,9 @@ Result<void> check_pattern(const char* flag, const std::filesystem::path& name) 
   if (groups == 1) return {};
   if (groups > 1)
     return usage_error(fmt::format(
-        "{}: {}: more than one group of #; use one for the frame number, as in frame_####.png", flag, name.string()));
+        "{}: {}: more than one group of #; use one for the frame number, such as frame_####.png", flag, name.string()));
   return usage_error(
-      fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, as in "
+      fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, such as "
                   "frame_####.png",
                   flag, name.string()));
 }
@@ -95,13 +97,14 @@ Result<std::vector<int>> parse_frames(std::string_view text) {
 
 void add_frame_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Animation");
-  flags.value("--frames", "A-B[xSTEP]",
-              "Render these frames, F the moment --time + F / --fps; #### in the names of -o and --stats is the number",
-              [&o](auto text) { return store(parse_frames(text), o.frames.numbers); });
-  flags.toggle(
-      "--force",
-      "Render those frames too whose files are there; begin anew where a checkpoint is of another image or damaged",
-      o.frames.force);
+  flags.value(
+      "--frames", "A-B[xSTEP]",
+      "Render these frames, such as 1-48, 0-100x5 or 7: frame F shows the time --time + F / --fps; #### in the names "
+      "of -o and --stats is the frame number [one image]",
+      [&o](auto text) { return store(parse_frames(text), o.frames.numbers); });
+  flags.toggle("--force",
+               "Render frames again whose files exist, and replace a checkpoint that is damaged or of another image",
+               o.frames.force);
 }
 
 Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
@@ -111,7 +114,7 @@ Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
   if (!frames) return {};
   if (!o.shutter.frames_per_s) o.shutter.frames_per_s = kDefaultFramesPerSecond;
   if (o.replay_pixel && o.frames.numbers.size() > 1)
-    return usage_error(fmt::format("--pixel: replays a sample of one frame, and --frames has {}; add --frames {} or so",
+    return usage_error(fmt::format("--pixel: replays a sample of one frame, and --frames has {}; add --frames {}",
                                    o.frames.numbers.size(), o.frames.numbers.front()));
   for (const std::filesystem::path& output : o.outputs)
     if (Result<void> checked = check_pattern("--output", output); !checked.ok()) return checked;

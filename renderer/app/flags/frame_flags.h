@@ -1,4 +1,4 @@
-// Flags of the frames of an animation.
+// The flags that choose frames of an animation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,12 +13,12 @@ namespace kindling::app {
 struct RenderOptions;
 class FlagSet;
 
-// "7", "1-10", "1-10x3" (1, 4, 7, 10), "-5--1", and lists of them, "1-10,20"; a frame that is named again does not count again. Fails
-// (usage).
+// Parses "7", "1-10", "1-10x3" (1, 4, 7, 10), "-5--1", and lists of them, "1-10,20". Each frame is
+// returned once, in the order in which it is first named. Fails (usage).
 [[nodiscard]] Result<std::vector<int>> parse_frames(std::string_view text);
 
 void add_frame_flags(FlagSet& flags, RenderOptions& options);
-// What no flag can judge alone; fails (usage). Frames need frames per second: without --fps 24.
+// Checks combinations of flags and sets the frames per second if --fps does not; fails (usage).
 [[nodiscard]] Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& options);
 
 } // namespace kindling::app

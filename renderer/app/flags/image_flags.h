@@ -1,4 +1,4 @@
-// The flags of the files that finished pixels go to: their names, and how values become theirs.
+// The flags of output images that several commands share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kindling::app {
 
-// -o, for RenderOptions::outputs. `default_name` stands in the help as what is written without it.
+// -o, for RenderOptions::outputs. `default_name` is printed in the help as the default.
 void add_output_flag(FlagSet& flags, RenderOptions& options, const std::string& default_name);
 // --exr-float, --png-bits, --jpeg-quality, --view, --exposure, --ocio.
 void add_image_format_flags(FlagSet& flags, RenderOptions& options);

@@ -1,15 +1,19 @@
+// Declares the flags of the lens and checks their combinations.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/lens_flags.h"
 
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/setup/lens.h"
 #include "renderer/app/text/parse_values.h"
+#include "renderer/scene/camera_lens.h"
 
 #include <fmt/format.h>
 
 namespace kindling::app {
+
 void add_lens_flags(FlagSet& flags, LensOptions& o) {
-  flags.group("Lens");
+  const CameraLens lens; // the lens of a camera without one in the file
+  flags.group("Lens and shutter");
   flags.value("--f-stop", "N|none",
               "Depth of field: the aperture is focal length / N wide; none: a pinhole [the camera's, else none]",
               [&o](auto text) -> Result<void> {
@@ -20,23 +24,36 @@ void add_lens_flags(FlagSet& flags, LensOptions& o) {
                   return usage_error(fmt::format("{}; or none", stored.error().message));
                 return {};
               });
-  flags.value("--focal-length", "MM",
-              "Of the lens, millimeters; the field of view stays [the camera's, else that of a sensor 24 mm high]",
-              [&o](auto text) { return store(parse_number(text, 1e-6, 1e12), o.focal_length_mm); });
-  flags.value("--focus-distance", "METRES", "Depth along the axis that is sharp [the camera's, else by --focus-pixel]",
+  flags.value(
+      "--focal-length", "MM",
+      "Focal length in millimeters; the field of view does not change [the camera's, else that of a sensor 24 mm "
+      "high]",
+      [&o](auto text) { return store(parse_number(text, 1e-6, 1e12), o.focal_length_mm); });
+  flags.value("--focus-distance", "METERS",
+              "Distance of the plane in focus along the viewing direction [the camera's, else by --focus-pixel]",
               [&o](auto text) { return store(parse_number(text, 1e-9, 1e9), o.focus_distance_m); });
-  flags.value("--focus-pixel", "X,Y", "What is seen in this pixel is sharp [the camera's focus point, else the middle]",
+  flags.value("--focus-pixel", "X,Y",
+              "Focus on the surface that is visible in this pixel [the camera's focus point, else the center of the "
+              "image]",
               [&o](auto text) { return store(parse_pixel(text), o.focus_pixel); });
   flags.value("--aperture-blades", "N",
-              "3 to 64: highlights out of focus are polygons; 0: disks [the camera's, else 0]",
+              fmt::format("Corners of the aperture and so of highlights out of focus, 3 to 64; 0: round [the camera's, "
+                          "else {}]",
+                          lens.aperture_blades),
               [&o](auto text) { return store(parse_integer(text, 0, 64), o.blades); });
-  flags.value("--aperture-rotation", "DEG", "Turn the polygon counter-clockwise, degrees [the camera's, else 0]",
+  flags.value("--aperture-rotation", "DEG",
+              fmt::format("Rotation of the aperture, counter-clockwise, degrees [the camera's, else {:g}]",
+                          lens.aperture_rotation_rad * 180.0f / kPi),
               [&o](auto text) { return store(parse_number(text, -1e6, 1e6), o.rotation_deg); });
-  flags.value("--anamorphic", "RATIO", "Height over width of the aperture and so of highlights [the camera's, else 1]",
+  flags.value("--anamorphic", "RATIO",
+              fmt::format("Height over width of the aperture, and so of highlights out of focus [the camera's, else "
+                          "{:g}]",
+                          lens.anamorphic_ratio),
               [&o](auto text) { return store(parse_number(text, 0.1, 10.0), o.anamorphic_ratio); });
   flags.value("--cats-eye", "AMOUNT",
-              "How much of the aperture the barrel hides towards the corners, 0 to 1; highlights alone change their "
-              "shape, nothing gets darker [the camera's, else 0]",
+              fmt::format("Mechanical vignetting, 0 to 1: narrows highlights out of focus towards the corners of the "
+                          "image, without darkening it [the camera's, else {:g}]",
+                          lens.cats_eye),
               [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.cats_eye); });
 }
 

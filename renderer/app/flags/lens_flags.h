@@ -1,4 +1,4 @@
-// Flags of the camera's lens.
+// The flags that override the lens of the camera.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,6 +10,7 @@ namespace kindling::app {
 class FlagSet;
 
 void add_lens_flags(FlagSet& flags, LensOptions& options);
+// Checks combinations of flags; fails (usage).
 [[nodiscard]] Result<void> check_lens_flags(const FlagSet& flags, const LensOptions& options);
 
 } // namespace kindling::app

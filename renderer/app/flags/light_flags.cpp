@@ -1,3 +1,4 @@
+// Declares --light-radius and --sun-angle.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 
@@ -7,11 +8,11 @@
 namespace kindling::app {
 
 void add_light_flags(FlagSet& flags, LightOptions& o) {
-  flags.value("--light-radius", "METRES",
-              "Radius of point and spot lights whose file gives them none: soft shadows [0]",
+  flags.value("--light-radius", "METERS",
+              "Radius of point and spot lights that have none in the file, for soft shadows [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 1e9), o.radius_m); });
   flags.value("--sun-angle", "DEG",
-              "Diameter of directional lights whose file gives them none, degrees; the sun's is 0.53 [0]",
+              "Angular diameter of directional lights that have none in the file, degrees; the sun's is 0.53 [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 180.0), o.sun_angle_deg); });
 }
 

@@ -1,4 +1,4 @@
-// Flags of the lights that a scene brings along.
+// The flags that give sizes to the scene's lights.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

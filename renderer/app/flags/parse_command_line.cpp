@@ -1,3 +1,4 @@
+// Parses the command line by command, and has the help of the whole program.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/parse_command_line.h"
 
@@ -26,25 +27,25 @@ constexpr std::string_view kHelp =
 
 Usage:
   kindling render SCENE [-o FILE]... [flags]   render a .gltf or .glb file to PNG and EXR
-  kindling resume FILE.kacc [flags]            go on with an interrupted render, or add samples to one
-  kindling merge PART... -o FILE [flags]       add up parts that were rendered apart
-  kindling info SCENE [flags]                  print what is in a file
-  kindling info FILE.kacc [--json]             print what a checkpoint or a part has, and whether it is sound
+  kindling resume FILE.kacc [flags]            resume an interrupted render, or add samples to one
+  kindling merge PART... -o FILE [flags]       add up parts that were rendered separately
+  kindling info SCENE [flags]                  print the contents of a scene
+  kindling info FILE.kacc [--json]             print the contents of a checkpoint or part, and check it
   kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
   kindling farm ACTION ...                     render in parts on the machines of a Slurm cluster
-  kindling scaling SCENE... [flags]            measure what more threads bring, from loading to the image
-  kindling info --list-extensions              print the glTF extensions that are understood
+  kindling scaling SCENE... [flags]            measure thread scaling, from loading to the image
+  kindling info --list-extensions              print the supported glTF extensions
   kindling COMMAND --help                      all flags of a command
   kindling manual                              print the manual page
   kindling completion bash|zsh                 print a shell's completion script
   kindling --version                           version, compiler and libraries
 
 Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file cannot be read or written,
-5 parts are missing, 6 a farm goes on, 130 and 143 interrupted (the images and the checkpoint are written).
+5 parts are missing, 6 a farm is in progress, 130 and 143 interrupted (the images and the checkpoint are written).
 Results go to standard output, all else to standard error.
 )";
 
-// What was typed and nothing declared.
+// Describes a word that belongs to no flag or operand, with a suggestion.
 std::string describe_extra(const std::string& word, const FlagSet& flags, std::string_view operand_given) {
   if (word.starts_with('-') && word.size() > 1) {
     const std::string name = word.substr(0, word.find('='));
@@ -56,17 +57,18 @@ std::string describe_extra(const std::string& word, const FlagSet& flags, std::s
                      operand_given.empty() ? "" : fmt::format("; there can be one {}", operand_given));
 }
 
-// What a SCENE and the [defaults] of a help text are.
+// Explanations of the operands in the help.
 constexpr const char* kSceneHelp =
-    "\n\nSCENE is a .gltf or .glb file. [Defaults] stand in brackets; of a flag that is given twice the last counts.";
+    "\n\nSCENE is a .gltf or .glb file. [Defaults] are in brackets; the last use of a flag counts.";
+constexpr const char* kSceneOrAccumulationHelp =
+    "\n\nFILE is a scene (.gltf, .glb), or a checkpoint, part or merge (.kacc). [Defaults] are in brackets.";
 constexpr const char* kCheckpointHelp =
-    "\n\nFILE.kacc is the checkpoint of a render. [Defaults] stand in brackets; of a flag that is given twice the last "
-    "counts.";
+    "\n\nFILE.kacc is the checkpoint of a render. [Defaults] are in brackets; the last use of a flag counts.";
 constexpr const char* kPartHelp =
-    "\n\nPART is a .kacc file: a part, a checkpoint or a merge of others, in any order. [Defaults] stand in brackets.";
+    "\n\nPART is a .kacc file: a part, a checkpoint or a merge, in any order. [Defaults] are in brackets.";
 
-// A command of the program: its name, its operand and its flags. A new command adds its own specialization here
-// and to Commands.
+// A command of the program: its name, operand and flags. A new command gets a specialization here
+// and an entry in Commands.
 template <typename Options>
 struct Command;
 
@@ -85,7 +87,7 @@ struct Command<RenderOptions> {
 template <>
 struct Command<ResumeOptions> {
   static constexpr std::string_view kName = "resume";
-  static constexpr const char* kDescription = "Goes on with an interrupted render, or adds samples to one.";
+  static constexpr const char* kDescription = "Resumes an interrupted render, or adds samples to one.";
   static constexpr const char* kOperand = "FILE.kacc";
   static constexpr const char* kUsage = "FILE.kacc [flags]";
   static constexpr const char* kOperandHelp = kCheckpointHelp;
@@ -97,11 +99,10 @@ struct Command<ResumeOptions> {
 template <>
 struct Command<InfoOptions> {
   static constexpr std::string_view kName = "info";
-  static constexpr const char* kDescription =
-      "Prints what is in a glTF file, or in a .kacc file: a checkpoint, a part, a merge.";
+  static constexpr const char* kDescription = "Prints the contents of a glTF or .kacc file.";
   static constexpr const char* kOperand = "SCENE";
-  static constexpr const char* kUsage = "SCENE [flags]";
-  static constexpr const char* kOperandHelp = kSceneHelp;
+  static constexpr const char* kUsage = "FILE [flags]";
+  static constexpr const char* kOperandHelp = kSceneOrAccumulationHelp;
   static std::filesystem::path& operand(InfoOptions& options) { return options.scene_file; }
   static void add_flags(FlagSet& flags, InfoOptions& options) { add_info_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, InfoOptions& options) { return check_info_flags(flags, options); }
@@ -124,7 +125,7 @@ struct Command<ShootoutOptions> {
 template <>
 struct Command<MergeOptions> {
   static constexpr std::string_view kName = "merge";
-  static constexpr const char* kDescription = "Adds up parts of an image that were rendered apart.";
+  static constexpr const char* kDescription = "Adds up parts of an image that were rendered separately.";
   static constexpr const char* kOperand = "PART";
   static constexpr const char* kUsage = "PART... -o FILE [-o FILE]... [flags]";
   static constexpr const char* kOperandHelp = kPartHelp;
@@ -136,8 +137,7 @@ struct Command<MergeOptions> {
 template <>
 struct Command<ScalingOptions> {
   static constexpr std::string_view kName = "scaling";
-  static constexpr const char* kDescription =
-      "Measures what more threads bring, from loading a glTF scene to its image.";
+  static constexpr const char* kDescription = "Measures thread scaling, from loading a glTF scene to its image.";
   static constexpr const char* kOperand = "SCENE";
   static constexpr const char* kUsage = "SCENE... [flags]";
   static constexpr const char* kOperandHelp = kSceneHelp;
@@ -148,7 +148,7 @@ struct Command<ScalingOptions> {
   }
 };
 
-// A set with the flags of one command, which parse into `options`.
+// Returns a set with the flags of one command, which parse into `options`.
 template <typename Options>
 FlagSet declare_flags(Options& options) {
   using This = Command<Options>;
@@ -158,7 +158,7 @@ FlagSet declare_flags(Options& options) {
   return flags;
 }
 
-// The row of one command for the manual.
+// Returns the flags of one command as rows, for the manual.
 template <typename Options>
 CommandTable command_table() {
   Options options;
@@ -167,7 +167,7 @@ CommandTable command_table() {
   return table;
 }
 
-// Parses the flags of one command into `options`; a text if --help was among them.
+// Parses the flags of one command into `options`. Returns the help text if --help was among them.
 template <typename Options>
 Result<std::optional<PrintText>> parse_command(std::span<const char* const> arguments, Options& options) {
   using This = Command<Options>;
@@ -194,7 +194,7 @@ struct CommandList {
   static std::vector<std::string> names() { return {std::string(Command<Options>::kName)...}; }
   static std::vector<CommandTable> tables() { return {command_table<Options>()...}; }
 
-  // Nothing if there is no such command.
+  // Returns nothing if there is no such command.
   static std::optional<Result<CommandLine>> parse(std::string_view name, std::span<const char* const> arguments) {
     std::optional<Result<CommandLine>> line;
     const auto try_one = [&]<typename One>(One options) {
@@ -214,7 +214,7 @@ struct CommandList {
 
 using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions>;
 
-// A command of several actions, which parses for itself.
+// The command with several actions, which has a parser of its own.
 constexpr std::string_view kFarm = "farm";
 // Commands that print a text made of all others' flags.
 constexpr std::string_view kManual = "manual";

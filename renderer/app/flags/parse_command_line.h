@@ -1,4 +1,4 @@
-// From arguments to a command and its options.
+// Parses the arguments of the program into a command and its options.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace kindling::app {
 
-// --help or --version: text for standard output.
+// The text of --help or --version, for standard output.
 struct PrintText {
   std::string text;
 };
@@ -27,11 +27,11 @@ struct CommandLine {
   std::string text; // as typed, quoted for a shell: for metadata and replays
 };
 
-// `arguments` without the program's name. Fails (usage).
+// `arguments` are those after the program's name. Fails (usage).
 [[nodiscard]] Result<CommandLine> parse_command_line(std::span<const char* const> arguments);
 // Every command with its flags, for the manual and the completions.
 [[nodiscard]] std::vector<CommandTable> command_tables();
-// What ends the message of a usage error: " (try 'kindling render --help')".
+// The end of a usage error's message: " (try 'kindling render --help')".
 [[nodiscard]] std::string help_hint(std::span<const char* const> arguments);
 
 } // namespace kindling::app

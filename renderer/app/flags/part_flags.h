@@ -1,4 +1,4 @@
-// The flags of who renders a part of an image.
+// The flags that limit a render to a part of the samples or pixels of an image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,10 +11,11 @@ namespace kindling::app {
 
 // --part and --tile-part.
 void add_part_flags(FlagSet& flags, WorkPart& part);
-// What no flag can judge alone; fails (usage).
+// Checks combinations of flags; fails (usage).
 [[nodiscard]] Result<void> check_part_flags(const RenderOptions& options);
 
-// The part's samples and pixels, for an image of settings.size_px. Fails (usage) where there are too few of either for so many parts.
+// Sets the samples and pixels of the part, for an image of settings.size_px. Fails (usage) if there
+// are too few of either for so many parts.
 [[nodiscard]] Result<void> set_part(const RenderOptions& options, RenderSettings& settings);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// The flags of `kindling render` and `kindling info`: name, unit, default, and where each value goes.
+// The flags of `kindling render` and `kindling info`.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/checkpoint_flags.h"
 #include "renderer/app/flags/command_flags.h"
@@ -33,6 +33,16 @@ std::vector<std::string> filter_names() {
        {FilterKind::blackman_harris, FilterKind::gaussian, FilterKind::box, FilterKind::mitchell})
     names.emplace_back(filter_name(kind));
   return names;
+}
+
+// "1.5; box 1; mitchell 4": the width of the first filter, and those that differ.
+std::string default_filter_widths() {
+  std::string text;
+  const float first = default_filter_width(FilterKind::blackman_harris);
+  for (const FilterKind kind : {FilterKind::gaussian, FilterKind::box, FilterKind::mitchell})
+    if (const float width = default_filter_width(kind); width != first)
+      text += fmt::format("; {} {:g}", filter_name(kind), width);
+  return fmt::format("{:g}", first) + text;
 }
 
 std::vector<std::string> sampler_names() {
@@ -74,15 +84,15 @@ Result<void> add_aovs(std::string_view text, AovSet& aovs) {
 
 void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Image");
-  add_output_flag(flags, o, "SCENE's stem + .png in the current folder");
+  add_output_flag(flags, o, "SCENE's name with .png, in the current folder");
   add_size_flag(flags, o);
-  flags.value("--scale", "FACTOR", "Multiply the size, as in 0.5 or 50% [1]",
+  flags.value("--scale", "FACTOR", fmt::format("Factor on the image size, such as 0.5 or 50% [{:g}]", o.scale),
               [&o](auto text) { return store(parse_scale(text), o.scale); });
   flags.value("--crop", "X0,Y0,X1,Y1",
-              "Render only these pixels, counted from the top left of the whole image, X1 and Y1 not included [all]",
+              "Render only these pixels, counted from the top left of the whole image, X1 and Y1 excluded [all]",
               [&o](auto text) { return store(parse_crop(text), o.crop); });
   flags.repeated("--aov", "NAME[,NAME]...",
-                 fmt::format("Further layers for EXR: {} [beauty and alpha]", join_choices(aov_names())),
+                 fmt::format("Additional layers of EXR files: {} [beauty and alpha]", join_choices(aov_names())),
                  [&o](auto text) { return add_aovs(text, o.aovs); });
   add_image_format_flags(flags, o);
 }
@@ -91,124 +101,158 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Sampling");
   flags.value(
       "--spp", "N",
-      "Samples per pixel, at most if there is a --noise-threshold [64, or 1024 with it; without end if there is a "
-      "--time-limit]",
+      fmt::format(
+          "Samples per pixel; the maximum with --noise-threshold [{}; {} with --noise-threshold; unlimited with "
+          "--time-limit]",
+          kDefaultSamplesPerPixel, kDefaultMaxSamplesPerPixel),
       [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
   flags.value(
       "--planned-spp", "N",
-      "What the sampling is laid out for: who adds samples to an image keeps it, and parts of it share it [--spp]",
+      "Sample count that the sampling pattern is designed for; keep it when adding samples or rendering parts [--spp]",
       [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.planned_spp); });
-  flags.value("--noise-threshold", "T",
-              "Stop sampling a block of 8 x 8 pixels once its relative error is below T, as in 0.1; 0: never [0]",
-              [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.adaptive.noise_threshold); });
-  flags.value("--min-spp", "N", "Fewest samples of a pixel with --noise-threshold [32]", [&o](auto text) {
+  flags.value(
+      "--noise-threshold", "T",
+      fmt::format("Adaptive sampling: stop at a block of 8 x 8 pixels once its relative error is below T, such as "
+                  "0.1; 0: never [{:g}]",
+                  o.adaptive.noise_threshold),
+      [&o](auto text) { return store(parse_number(text, 0.0, 1.0), o.adaptive.noise_threshold); });
+  const std::string min_spp =
+      fmt::format("Minimum samples per pixel with --noise-threshold [{}]", o.adaptive.min_samples_per_pixel);
+  flags.value("--min-spp", "N", min_spp, [&o](auto text) {
     return store(parse_integer(text, 16, kUnlimitedSamplesPerPixel), o.adaptive.min_samples_per_pixel);
   });
-  flags.value("--time-limit", "TIME", "End after the pass that passes it: seconds, or 90s, 5m, 1h30m [none]",
+  flags.value("--time-limit", "TIME",
+              "Stop after the first pass beyond this time, in seconds or as in 90s, 5m, 1h30m [none]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
-  flags.value("--seed", "N", "Other noise, same image [0]",
+  flags.value("--seed", "N", fmt::format("Random seed: changes the noise, not the image [{}]", o.seed),
               [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
   flags.value("--sampler", "NAME",
-              fmt::format("Where samples come from: {} [blue-noise]", join_choices(sampler_names())),
+              fmt::format("Sampling pattern: {} [{}]", join_choices(sampler_names()), sampler_name(o.sampler)),
               [&o](auto text) { return choose(sampler_from_name(text), o.sampler, "sampler", text, sampler_names()); });
   flags.value(
-      "--filter", "NAME", fmt::format("Pixel filter: {} [blackman-harris]", join_choices(filter_names())),
+      "--filter", "NAME",
+      fmt::format("Pixel filter: {} [{}]", join_choices(filter_names()), filter_name(o.filter.kind)),
       [&o](auto text) { return choose(filter_from_name(text), o.filter.kind, "filter", text, filter_names()); });
-  flags.value("--filter-width", "PIXELS", "Full width [1.5; box 1, mitchell 4]",
+  flags.value("--filter-width", "PIXELS", fmt::format("Full width of the pixel filter [{}]", default_filter_widths()),
               [&o](auto text) { return store(parse_number(text, 0.01, 64.0), o.filter.width); });
-  flags.value("--outliers", "keep|trim",
-              "Fireflies: trim leaves out the samples of a pixel that do not fit the others; biased [keep]",
-              [&o](auto text) {
-                return choose(outliers_from_name(text), o.outliers, "treatment of outliers", text, {"keep", "trim"});
-              });
+  flags.value(
+      "--outliers", "keep|trim",
+      fmt::format("Outlying samples of a pixel: keep them, or trim them to remove fireflies; trim is biased [{}]",
+                  outliers_name(o.outliers)),
+      [&o](auto text) {
+        return choose(outliers_from_name(text), o.outliers, "treatment of outliers", text, {"keep", "trim"});
+      });
 }
 
-// Bounces that a limit can name: a path of more would not fit its counters.
+// The largest limit on bounces; longer paths would not fit their counters.
 constexpr int64_t kMaxBounces = 4096;
-constexpr int kMoreTransmissions = 8; // than reflections, unless they have a limit of their own
+constexpr int kMoreTransmissions = 8; // default of --max-transmission-bounces, above --max-bounces
 
 void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   IntegratorSettings& s = o.integrator;
   flags.group("Light transport");
-  flags.value("--integrator", "NAME", fmt::format("{} [path]", join_choices(integrator_names())), [&s](auto text) {
-    return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names());
-  });
-  flags.value("--max-bounces", "N", "Reflections of a path after the first surface; 0: direct light only [8]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_bounces); });
-  flags.value("--max-diffuse-bounces", "N", "Diffuse ones of them [as --max-bounces]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_diffuse_bounces); });
-  flags.value("--max-glossy-bounces", "N", "Glossy ones of them [as --max-bounces]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_glossy_bounces); });
-  flags.value("--max-transmission-bounces", "N", "Transmissions, which count apart [--max-bounces + 8]",
-              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_transmission_bounces); });
-  flags.value("--roulette-start", "N", "Russian roulette from this bounce on [2]",
-              [&s](auto text) { return store(parse_integer(text, 1, kMaxBounces), s.roulette_start_bounce); });
-  flags.value("--clamp-direct", "RADIANCE", "Largest component of a sample's directly lit part; biased [no limit]",
-              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
-  flags.value("--clamp-indirect", "RADIANCE", "The same for light reflected more than once; biased [no limit]",
-              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
   flags.value(
-      "--caustics", "full|regularized|off",
-      "Light found by way of smooth surfaces after a wide bounce: all of it, through widened lobes, or none; both "
-      "biased [full]",
-      [&s](auto text) {
-        return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
-                      {"full", "regularized", "off"});
-      });
+      "--integrator", "NAME",
+      fmt::format("Integrator or debug view: {} [{}]", join_choices(integrator_names()), integrator_name(s.kind)),
+      [&s](auto text) { return choose(integrator_from_name(text), s.kind, "integrator", text, integrator_names()); });
+  flags.value(
+      "--max-bounces", "N",
+      fmt::format("Maximum number of reflections after the first surface; 0: direct light only [{}]", s.max_bounces),
+      [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_bounces); });
+  flags.value("--max-diffuse-bounces", "N", "Maximum number of diffuse ones among them [--max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_diffuse_bounces); });
+  flags.value("--max-glossy-bounces", "N", "Maximum number of glossy ones among them [--max-bounces]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_glossy_bounces); });
+  flags.value(
+      "--max-transmission-bounces", "N",
+      fmt::format("Maximum number of transmissions, counted separately [--max-bounces + {}]", kMoreTransmissions),
+      [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_transmission_bounces); });
+  flags.value("--roulette-start", "N", fmt::format("First bounce with Russian roulette [{}]", s.roulette_start_bounce),
+              [&s](auto text) { return store(parse_integer(text, 1, kMaxBounces), s.roulette_start_bounce); });
+  flags.value("--clamp-direct", "RADIANCE",
+              "Clamp each component of a sample's direct light to this value; biased [no limit]",
+              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_direct); });
+  flags.value("--clamp-indirect", "RADIANCE",
+              "Clamp each component of a sample's indirect light, likewise; biased [no limit]",
+              [&s](auto text) { return store(parse_number(text, 0.0), s.clamp_indirect); });
+  flags.value("--caustics", "full|regularized|off",
+              fmt::format("Light through smooth surfaces after a diffuse bounce: full, regularized by widened lobes, "
+                          "or off; the latter "
+                          "two are biased [{}]",
+                          caustics_name(s.caustics)),
+              [&s](auto text) {
+                return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
+                              {"full", "regularized", "off"});
+              });
   flags.value("--guiding", "MODE",
-              "Send paths where others found light, learned ahead of the image: on, off, or auto, where it pays [auto]",
+              fmt::format("Path guiding, trained before the image: on, off, or auto, where it pays [{}]",
+                          guiding_name(o.guiding)),
               [&o](auto text) {
                 return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
               });
-  flags.value("--ao-distance", "METRES", "Reach of ambient occlusion [a tenth of the scene's diagonal]",
+  flags.value("--ao-distance", "METERS", "Maximum distance of ambient occluders [a tenth of the scene's diagonal]",
               [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
 }
 
 void add_machine_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Machine");
-  flags.value("--threads", "N", "For loading, building and rendering; 0: all [0]",
+  flags.value("--threads", "N",
+              fmt::format("Threads for loading, building and rendering; 0: all cores [{}]", o.threads),
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
-  flags.value("--accel", "NAME", "Accelerator: kdtree, embree or brute-force, also called none [kdtree]",
-              [&o](auto text) {
-                return choose(text == "none" ? accel::Kind::brute_force : accel::kind_from_name(text), o.accelerator,
-                              "accelerator", text, {"kdtree", "embree", "brute-force"});
-              });
-  flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {
+  flags.value(
+      "--accel", "NAME",
+      fmt::format("Accelerator: kdtree, embree or brute-force, also called none [{}]", accel::kind_name(o.accelerator)),
+      [&o](auto text) {
+        return choose(text == "none" ? accel::Kind::brute_force : accel::kind_from_name(text), o.accelerator,
+                      "accelerator", text, {"kdtree", "embree", "brute-force"});
+      });
+  const std::string quality =
+      fmt::format("Build quality of the accelerator: fast, balanced or best [{}]", quality_name(o.quality));
+  flags.value("--accel-quality", "NAME", quality, [&o](auto text) {
     return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
   });
-  flags.value("--tile-size", "PIXELS", "Side of a thread's tile, a multiple of 8; the image does not depend on it [32]",
+  flags.value("--tile-size", "PIXELS",
+              fmt::format("Side of a tile, a multiple of 8; does not change the image [{}]", o.tile_size_px),
               [&o](auto text) -> Result<void> {
                 Result<int64_t> size = parse_integer(text, kBlockSize, 1024);
                 if (size.ok() && size.value() % kBlockSize != 0)
-                  return Error{ErrorKind::usage,
-                               fmt::format("'{}' is not a multiple of {}; use 8, 16, 32 or so", text, kBlockSize)};
+                  return Error{ErrorKind::usage, fmt::format("'{}' is not a multiple of {}; use one, such as 16 or 32",
+                                                             text, kBlockSize)};
                 return store(std::move(size), o.tile_size_px);
               });
-  flags.value("--schedule", "tiles|regions",
-              "Who renders what: tiles for whoever is free, or a rectangle for each thread; same image [tiles]",
-              [&o](auto text) {
-                return choose(schedule_from_name(text), o.schedule, "schedule", text, {"tiles", "regions"});
-              });
-  flags.value("--batch-size", "N", "Path states that a thread advances together, a multiple of 64 [256]",
+  flags.value(
+      "--schedule", "tiles|regions",
+      fmt::format("Distribution of work: tiles to whichever thread is free, or one rectangle per thread; does not "
+                  "change the image [{}]",
+                  schedule_name(o.schedule)),
+      [&o](auto text) {
+        return choose(schedule_from_name(text), o.schedule, "schedule", text, {"tiles", "regions"});
+      });
+  flags.value("--batch-size", "N",
+              fmt::format("Paths that a thread advances together, a multiple of 64 [{}]", o.integrator.batch_size),
               [&o](auto text) { return set_batch_size(text, o.integrator.batch_size); });
-  flags.value("--texture-memory", "SIZE",
-              "Memory for textures, as in 512M or 2G: sets that are larger are read through a cache of that size from "
-              "temporary files [all in memory]",
-              [&o](auto text) { return store(parse_bytes(text), o.texture_memory_bytes); });
+  flags.value(
+      "--texture-memory", "SIZE",
+      "Limit on the memory of textures, such as 512M or 2G: larger sets are paged from temporary files; does not "
+      "change the image [no limit]",
+      [&o](auto text) { return store(parse_bytes(text), o.texture_memory_bytes); });
 }
 
 void add_report_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Reports");
   flags.value("--progress", "MODE",
-              "auto, plain, json or none [auto: a line that is rewritten on a terminal, else plain]", [&o](auto text) {
+              fmt::format("Progress display: auto (a status line on a terminal, else plain), plain, json or none [{}]",
+                          progress_mode_name(o.progress)),
+              [&o](auto text) {
                 return choose(progress_mode_from_name(text), o.progress, "progress mode", text,
                               {"auto", "plain", "json", "none"});
               });
-  flags.value("--stats", "FILE.json", "Write times, rays and memory as JSON [none]",
+  flags.value("--stats", "FILE.json", "Write times, ray counts and memory as JSON [none]",
               [&o](auto text) { return set_path(text, o.stats_file); });
-  flags.value("--pixel", "X,Y", "Replay one sample of this pixel and print its path; writes no image",
+  flags.value("--pixel", "X,Y", "Replay one sample of this pixel and print its path instead of writing an image",
               [&o](auto text) { return store(parse_pixel(text), o.replay_pixel); });
-  flags.value("--sample", "N", "Which sample of --pixel, from 0 [0]", [&o](auto text) {
+  const std::string sample = fmt::format("Sample of --pixel to replay, counted from 0 [{}]", o.replay_sample);
+  flags.value("--sample", "N", sample, [&o](auto text) {
     return store(parse_integer(text, 0, std::numeric_limits<uint32_t>::max()), o.replay_sample);
   });
   flags.toggle("-q,--quiet", "Print errors only", o.quiet);
@@ -221,7 +265,8 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
   add_image_flags(flags, options);
   add_sampling_flags(flags, options);
   add_scene_flags(flags, options);
-  flags.value("--background", "env|transparent|R,G,B", "What camera rays see that leave the scene [env]",
+  flags.value("--background", "env|transparent|R,G,B",
+              "Background of the image: the environment, transparency, or a radiance [env]",
               [&options](auto text) { return set_background(text, options.integrator); });
   add_lens_flags(flags, options.lens);
   add_shutter_flags(flags, options);
@@ -246,7 +291,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
     return usage_error("--min-spp: has no meaning without --noise-threshold above 0");
   if (o.adaptive.enabled() && o.adaptive.min_samples_per_pixel > o.samples_per_pixel())
     return usage_error(
-        fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use more --spp or fewer --min-spp",
+        fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use a larger --spp or a smaller --min-spp",
                     o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
   if (Result<void> checked = check_part_flags(o); !checked.ok()) return checked;
   if (Result<void> checked = check_checkpoint_flags(flags, o); !checked.ok()) return checked;
@@ -265,27 +310,27 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
     flags.toggle(name, description, [&o, value] { o.topic = value; });
   };
   flags.group("What to print");
-  topic("--list-cameras", "The cameras of a scene, one a line: index, name, kind", InfoTopic::cameras);
-  topic("--list-scenes", "The scenes, one a line: index, name", InfoTopic::scenes);
-  topic("--list-variants", "The material variants, one name a line", InfoTopic::variants);
-  topic("--list-extensions", "The glTF extensions that are understood, one name a line; needs no SCENE",
-        InfoTopic::extensions);
-  topic("--extension-table", "The same with support and notes, as the README has it (Markdown)",
+  topic("--list-cameras", "Cameras of the scene, one per line: index, name, kind", InfoTopic::cameras);
+  topic("--list-scenes", "Scenes, one per line: index, name", InfoTopic::scenes);
+  topic("--list-variants", "Material variants, one name per line", InfoTopic::variants);
+  topic("--list-extensions", "Supported glTF extensions, one name per line; needs no SCENE", InfoTopic::extensions);
+  topic("--extension-table", "The same as a Markdown table with levels of support and notes, as in the README",
         InfoTopic::extension_table);
-  flags.value("--scene", "NAME|INDEX", "Whose cameras, triangles and bounds [the file's default scene]",
+  flags.value("--scene", "NAME|INDEX", "Scene whose cameras, triangles and bounds are printed [the file's default]",
               [&o](auto text) { return set_text(text, o.scene_name); });
-  flags.value("--variant", "NAME|INDEX", "Whose materials [the plain ones]",
+  flags.value("--variant", "NAME|INDEX", "Variant whose materials are counted [the primitives' own materials]",
               [&o](auto text) { return set_text(text, o.variant_name); });
-  flags.group("The image whose memory is told");
+  flags.group("Image of the memory estimate");
   add_size_flag(flags, o.image);
-  flags.repeated("--aov", "NAME,...", "Its layers [none]", [&o](auto text) { return add_aovs(text, o.image.aovs); });
-  flags.value("--env", "FILE", "Its environment image [none]",
-              [&o](auto text) { return set_path(text, o.image.env_file); });
-  flags.value("--texture-memory", "SIZE", "What its textures may take [all in memory]",
+  flags.repeated("--aov", "NAME,...", "Additional layers [none]",
+                 [&o](auto text) { return add_aovs(text, o.image.aovs); });
+  flags.value("--env", "FILE", "Environment map [none]", [&o](auto text) { return set_path(text, o.image.env_file); });
+  flags.value("--texture-memory", "SIZE", "Limit on the memory of textures [no limit]",
               [&o](auto text) { return store(parse_bytes(text), o.image.texture_memory_bytes); });
-  flags.group("How");
-  flags.toggle("--json", "JSON in place of tables", o.json);
-  flags.value("--threads", "N", "For loading, and of the image; 0: all [0]",
+  flags.group("Output");
+  flags.toggle("--json", "Print JSON instead of tables", o.json);
+  flags.value("--threads", "N",
+              fmt::format("Threads for loading, and of the memory estimate; 0: all cores [{}]", o.threads),
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
 }
 
@@ -294,7 +339,7 @@ Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) 
   for (const char* name :
        {"--list-cameras", "--list-scenes", "--list-variants", "--list-extensions", "--extension-table"})
     topics += flags.given(name) ? 1 : 0;
-  if (topics > 1) return usage_error("give one --list-... flag or --extension-table at a time");
+  if (topics > 1) return usage_error("give only one --list-... flag or --extension-table");
   if (options.scene_file.empty() && options.topic != InfoTopic::extensions &&
       options.topic != InfoTopic::extension_table)
     return usage_error("no scene and no .kacc file; use 'kindling info FILE' with a .gltf, .glb or .kacc file, or "
@@ -303,7 +348,7 @@ Result<void> check_info_flags(const FlagSet& flags, const InfoOptions& options) 
   for (const std::string& name : flags.names())
     if (name != "--json" && name != "--threads" && flags.given(name))
       return usage_error(
-          fmt::format("{}: has no meaning with {}, which is no scene", name, options.scene_file.string()));
+          fmt::format("{}: has no meaning with {}, which is not a scene", name, options.scene_file.string()));
   return {};
 }
 

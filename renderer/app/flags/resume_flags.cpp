@@ -1,3 +1,4 @@
+// Declares the flags of `kindling resume` and checks them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/resume_flags.h"
 
@@ -13,36 +14,35 @@
 namespace kindling::app {
 
 void add_resume_flags(FlagSet& flags, ResumeOptions& o) {
-  flags.group("What to change");
-  flags.value("--spp", "N",
-              "Samples per pixel in the end, no fewer than there are: adds samples [as it was begun with]",
+  flags.group("Changes");
+  flags.value("--spp", "N", "Samples per pixel in total, at least as many as there are; more are added [unchanged]",
               [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.spp); });
-  flags.repeated("-o,--output", "FILE", "Where to write in place of where it was begun with; several are allowed",
-                 [&o](auto text) {
+  flags.repeated("-o,--output", "FILE",
+                 "Output file instead of the original ones; may be given several times [unchanged]", [&o](auto text) {
                    std::filesystem::path path;
                    Result<void> set = set_path(text, path);
                    if (set.ok()) o.outputs.push_back(path);
                    return set;
                  });
-  flags.value("--folder", "FOLDER", "Where the render's relative names begin now [the folder it was begun in]",
+  flags.value("--folder", "FOLDER", "Folder that relative names of the render start from [the original one]",
               [&o](auto text) { return set_path(text, o.folder); });
-  flags.value("--scene-file", "SCENE", "Where the scene is now; must be the same to the byte [where it was]",
+  flags.value("--scene-file", "SCENE", "New place of the scene file, whose bytes must be the same [unchanged]",
               [&o](auto text) { return set_path(text, o.scene_file); });
-  flags.value("--time-limit", "TIME", "Of the render, all runs together [as it was begun with]",
+  flags.value("--time-limit", "TIME", "Time limit of all runs together [unchanged]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
   flags.group("Machine");
-  flags.value("--threads", "N", "0: all [as it was begun with]",
+  flags.value("--threads", "N", "Threads; 0: all cores [unchanged]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
-  flags.value("--checkpoint-every", "TIME", "What a crash may cost at most [as it was begun with]",
+  flags.value("--checkpoint-every", "TIME", "Time between saves, the most that a crash can cost [unchanged]",
               [&o](auto text) { return store(parse_duration(text), o.checkpoint_every_s); });
   flags.group("Reports");
-  flags.value("--progress", "MODE", "auto, plain, json or none [as it was begun with]",
+  flags.value("--progress", "MODE", "Progress display: auto, plain, json or none [unchanged]",
               [&o](auto text) -> Result<void> {
                 o.progress = progress_mode_from_name(text);
                 if (!o.progress) return unknown_name("progress mode", text, {"auto", "plain", "json", "none"});
                 return {};
               });
-  flags.value("--stats", "FILE.json", "Write times, rays and memory as JSON [as it was begun with]",
+  flags.value("--stats", "FILE.json", "Write times, ray counts and memory as JSON [unchanged]",
               [&o](auto text) { return set_path(text, o.stats_file); });
   flags.toggle("-q,--quiet", "Print errors only", o.quiet);
   flags.toggle("-v,--verbose", "Print details too", o.verbose);

@@ -1,4 +1,4 @@
-// Flags of `kindling resume`.
+// The flags of `kindling resume`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

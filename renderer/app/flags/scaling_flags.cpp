@@ -17,8 +17,10 @@ namespace {
 
 constexpr int kMaxThreads = 1024;
 constexpr double kSeconds = 5.0, kQuickSeconds = 2.0;
+constexpr uint32_t kQuickRepeat = 1;
 
-// Those of `kindling render` that shape the image or its cost, but for --spp, which has another default.
+// The flags of `kindling render` that affect the image or its cost, without --spp, which has
+// another default.
 const std::vector<std::string> kImageFlags{"--size",
                                            "--scale",
                                            "--crop",
@@ -79,7 +81,7 @@ const std::vector<std::string> kImageFlags{"--size",
                                            "--quiet",
                                            "--verbose"};
 
-// "8": up to 8; "1,2,7": these, and one.
+// "8": up to 8; "1,2,7": these counts, and 1.
 Result<void> set_threads(std::string_view text, ScalingOptions& o) {
   Result<std::vector<std::string>> words = parse_list(text);
   if (!words.ok()) return words.error();
@@ -100,6 +102,12 @@ Result<void> set_threads(std::string_view text, ScalingOptions& o) {
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
   o.thread_counts = std::move(counts);
   return {};
+}
+
+std::string join_schedules(const std::vector<Schedule>& schedules) {
+  std::string text;
+  for (const Schedule schedule : schedules) text += (text.empty() ? "" : ",") + std::string(schedule_name(schedule));
+  return text;
 }
 
 Result<void> set_schedules(std::string_view text, std::vector<Schedule>& schedules) {
@@ -124,33 +132,44 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& o) {
   flags.group("Scaling");
   flags.value(
       "--threads", "MAX|N,N...",
-      "Numbers of threads: 1 to 4, powers of two and MAX, or these and 1; more than there are cores are allowed "
-      "[MAX is all cores]",
+      "Numbers of threads to measure: 1 to 4, powers of two and MAX, or a list, to which 1 is added; more threads than "
+      "cores are allowed [MAX is the number of cores]",
       [&o](auto text) { return set_threads(text, o); });
   flags.value("--accel", "SPEC[,SPEC]...",
-              "Accelerators, NAME[:QUALITY][:robust|:non-robust][:SIMD] as for 'kindling shootout' [kdtree,embree]",
+              fmt::format("Accelerators, NAME[:QUALITY][:robust|:non-robust][:SIMD] as for 'kindling shootout' [{}]",
+                          join_variants(o.accelerators)),
               [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
-  flags.value("--schedule", "NAME[,NAME]",
-              "tiles for whoever is free, regions: a rectangle for each thread [tiles,regions]",
-              [&o](auto text) { return set_schedules(text, o.schedules); });
-  flags.value("--repeat", "N", "Rounds over all of these [3; 1 with --quick]",
+  flags.value(
+      "--schedule", "NAME[,NAME]",
+      fmt::format("Distribution of work: tiles to whichever thread is free, regions: one rectangle per thread [{}]",
+                  join_schedules(o.schedules)),
+      [&o](auto text) { return set_schedules(text, o.schedules); });
+  flags.value("--repeat", "N",
+              fmt::format("Rounds over all combinations [{}; {} with --quick]", o.repeat, kQuickRepeat),
               [&o](auto text) { return store(parse_integer(text, 1, 1000), o.repeat); });
-  flags.value("--seconds", "S",
-              "In place of --spp: as many samples per pixel as take one thread about S seconds [5; 2 with --quick]",
-              [&o](auto text) { return store(parse_number(text, 0.01, 1e6), o.seconds); });
-  flags.value("--spp", "N",
-              "Samples per pixel, at most with --noise-threshold [by --seconds; 1024 with --noise-threshold]",
-              [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.image.spp); });
-  flags.toggle("--quick", "A first answer: --repeat 1 --seconds 2", o.quick);
+  flags.value(
+      "--seconds", "S",
+      fmt::format("Choose the samples per pixel so that one thread takes about S seconds, instead of --spp [{:g}; {:g} "
+                  "with --quick]",
+                  kSeconds, kQuickSeconds),
+      [&o](auto text) { return store(parse_number(text, 0.01, 1e6), o.seconds); });
+  flags.value(
+      "--spp", "N",
+      fmt::format("Samples per pixel; the maximum with --noise-threshold [by --seconds; {} with --noise-threshold]",
+                  kDefaultMaxSamplesPerPixel),
+      [&o](auto text) { return store(parse_integer(text, 1, kUnlimitedSamplesPerPixel), o.image.spp); });
+  flags.toggle("--quick", fmt::format("A first estimate: --repeat {} --seconds {:g}", kQuickRepeat, kQuickSeconds),
+               o.quick);
   flags.only(kImageFlags);
   add_render_flags(flags, o.image);
   flags.only({});
   flags.group("Reports");
-  flags.value("--json", "FILE", "Everything that was measured [none]",
+  flags.value("--json", "FILE", "Write all measurements as JSON [none]",
               [&o](auto text) { return set_path(text, o.json_file); });
-  flags.value("--csv", "FILE", "One line for each scene, accelerator, schedule or phase, and number of threads [none]",
+  flags.value("--csv", "FILE",
+              "Write one line for each scene, accelerator, schedule or phase, and number of threads [none]",
               [&o](auto text) { return set_path(text, o.csv_file); });
-  flags.value("--svg", "FILE", "Curves of speed-up and efficiency [none]",
+  flags.value("--svg", "FILE", "Write curves of speed-up and efficiency [none]",
               [&o](auto text) { return set_path(text, o.svg_file); });
 }
 
@@ -160,13 +179,13 @@ Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& o) {
   o.image.scene_file = o.scene_files.front();
   if (Result<void> checked = check_render_flags(flags, o.image); !checked.ok()) return checked;
   if (flags.given("--spp") && flags.given("--seconds")) return usage_error("--spp and --seconds: give one of them");
-  // The preset of a Whitted tracer has an accelerator of its own.
+  // A named Whitted tracer implies an accelerator.
   if (o.image.tracer && !flags.given("--accel")) {
     o.accelerators.resize(1);
     o.accelerators.front().kind = o.image.accelerator;
   }
-  if (o.quick && !flags.given("--repeat")) o.repeat = 1;
-  // How many samples adaptive sampling takes is its own affair.
+  if (o.quick && !flags.given("--repeat")) o.repeat = kQuickRepeat;
+  // Adaptive sampling chooses its samples itself.
   const bool counted = flags.given("--spp") || o.image.adaptive.enabled();
   if (counted && flags.given("--seconds")) return usage_error("--seconds: has no meaning with --noise-threshold");
   if (!counted && !o.seconds) o.seconds = o.quick ? kQuickSeconds : kSeconds;
@@ -174,7 +193,7 @@ Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& o) {
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t j = 0; j < i; ++j)
       if (!files[i]->empty() && files[i]->lexically_normal() == files[j]->lexically_normal())
-        return usage_error(fmt::format("{}: two reports cannot have one name", files[i]->string()));
+        return usage_error(fmt::format("{}: two reports cannot have the same name", files[i]->string()));
   return {};
 }
 

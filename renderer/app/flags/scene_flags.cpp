@@ -1,9 +1,10 @@
-// Scene, camera and light from the command line.
+// Declares the flags of scene, camera and light, and stores values that many flags have.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/scene_flags.h"
 
 #include "renderer/app/flags/light_flags.h"
 #include "renderer/app/text/parse_values.h"
+#include "renderer/camera/place_camera.h"
 
 #include <fmt/format.h>
 
@@ -28,45 +29,59 @@ Result<void> set_path(std::string_view text, std::filesystem::path& target) {
 Result<void> set_batch_size(std::string_view text, uint32_t& target) {
   Result<int64_t> size = parse_integer(text, 64, 65536);
   if (size.ok() && size.value() % 64 != 0)
-    return Error{ErrorKind::usage, fmt::format("'{}' is not a multiple of 64; use 64, 128, 256 or so", text)};
+    return Error{ErrorKind::usage, fmt::format("'{}' is not a multiple of 64; use one, such as 128 or 256", text)};
   return store(std::move(size), target);
 }
 
 void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Scene");
-  flags.value("--scene", "NAME|INDEX", "Which of the file's scenes [its default]",
+  flags.value("--scene", "NAME|INDEX", "Scene of the file [the file's default]",
               [&o](auto text) { return set_text(text, o.scene_name); });
-  flags.value("--variant", "NAME|INDEX", "Material variant, one of 'info --list-variants' [the plain materials]",
+  flags.value("--variant", "NAME|INDEX",
+              "Material variant, one of 'kindling info --list-variants' [the primitives' own materials]",
               [&o](auto text) { return set_text(text, o.variant_name); });
-  flags.value("--time", "SECONDS", "Pose the animations at this time [rest pose]",
+  flags.value("--time", "SECONDS", "Time of the animations [the rest pose]",
               [&o](auto text) { return store(parse_number(text), o.time_s); });
 
   flags.group("Camera");
   flags.value("--camera", "NAME|INDEX",
-              "One of 'info --list-cameras' [the first; fitted to the scene if there is none]",
+              "Camera of the scene, one of 'kindling info --list-cameras' [the first; one that frames the scene if it "
+              "has none]",
               [&o](auto text) { return set_text(text, o.camera); });
   flags.value("--orbit", "THETA,PHI,RADIUS",
-              "A camera of its own: azimuth from +z towards +x and polar angle from +y, degrees; distance, meters",
+              "Camera on a sphere around --target: azimuth from +z towards +x and polar angle from +y in degrees, "
+              "distance in meters [none]",
               [&o](auto text) { return store(parse_vector(text), o.orbit); });
-  flags.value("--target", "X,Y,Z", "What --orbit looks at, meters [0,0,0]",
+  flags.value("--target", "X,Y,Z",
+              fmt::format("Point that --orbit looks at, meters [{:g},{:g},{:g}]", o.target.x, o.target.y, o.target.z),
               [&o](auto text) { return store(parse_vector(text), o.target); });
-  flags.value("--fov", "DEG", "Vertical field of view of a perspective camera, degrees [the camera's; 45 with --orbit]",
+  flags.value("--fov", "DEG",
+              fmt::format("Vertical field of view of a perspective camera, degrees [the camera's; {:g} with --orbit]",
+                          Orbit().yfov_deg),
               [&o](auto text) { return store(parse_number(text, 0.01, 179.0), o.yfov_deg); });
 
   flags.group("Light");
-  flags.value("--env", "FILE", "Environment image, equirectangular: .hdr or .exr, also .png, .jpg, .webp [none]",
+  flags.value("--env", "FILE",
+              "Environment map, equirectangular: .hdr or .exr, also .png, .jpg or .webp [none; a neutral studio if the "
+              "scene has no lights]",
               [&o](auto text) { return set_path(text, o.env_file); });
-  flags.value("--env-rotation", "DEG", "Turn it counter-clockwise about +y, degrees [0]",
-              [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
-  flags.value("--env-intensity", "FACTOR", "Multiply its radiance [1]",
+  flags.value(
+      "--env-rotation", "DEG",
+      fmt::format("Rotation of the environment map about +y, counter-clockwise, degrees [{:g}]", o.env_rotation_deg),
+      [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
+  flags.value("--env-intensity", "FACTOR", fmt::format("Factor on the environment's radiance [{:g}]", o.env_intensity),
               [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
-  flags.value("--env-color", "R,G,B", "A constant environment of this radiance in place of an image [none]",
+  flags.value("--env-color", "R,G,B", "Constant environment of this radiance, instead of --env [none]",
               [&o](auto text) { return store(parse_color(text), o.env_color); });
   add_light_flags(flags, o.lights);
 }
 
 void add_size_flag(FlagSet& flags, RenderOptions& o) {
-  flags.value("--size", "WxH", "Pixels [1280 on the longer side, by the camera's aspect ratio; 1280x720 without one]",
+  const V2i size = default_image_size(std::nullopt);
+  flags.value("--size", "WxH",
+              fmt::format("Image size in pixels [{} on the longer side, in the camera's aspect ratio; {}x{} without a "
+                          "camera]",
+                          size.x, size.x, size.y),
               [&o](auto text) { return store(parse_size(text), o.size_px); });
 }
 

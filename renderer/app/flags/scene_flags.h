@@ -1,4 +1,4 @@
-// The flags that several commands share: which scene, seen from where, in which light; and how values are stored.
+// The flags of scene, camera and light that several commands share, and setters for common values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,15 +17,18 @@ namespace kindling::app {
 // Scene, camera and light.
 void add_scene_flags(FlagSet& flags, RenderOptions& options);
 void add_size_flag(FlagSet& flags, RenderOptions& options);
-// What no flag of add_scene_flags() can judge alone; fails (usage).
+// Checks combinations of the flags of add_scene_flags(); fails (usage).
 [[nodiscard]] Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& options);
 
+// A usage error that lists the accepted names.
 [[nodiscard]] Error unknown_name(std::string_view what, std::string_view text, const std::vector<std::string>& names);
+// Store a value, and fail (usage) if it is empty or, for a batch size, no multiple of 64.
 [[nodiscard]] Result<void> set_text(std::string_view text, std::string& target);
 [[nodiscard]] Result<void> set_path(std::string_view text, std::filesystem::path& target);
 [[nodiscard]] Result<void> set_batch_size(std::string_view text, uint32_t& target);
 
-// Stores what a table of names has found; fails with the names if it has found nothing.
+// Stores the value that a table of names has found; fails (usage) with the accepted names if it has
+// found none.
 template <typename T>
 Result<void> choose(std::optional<T> found, T& target, std::string_view what, std::string_view text,
                     const std::vector<std::string>& names) {

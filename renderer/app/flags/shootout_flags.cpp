@@ -1,4 +1,4 @@
-// The flags of `kindling shootout`: name, unit, default, and where each value goes.
+// The flags of `kindling shootout`.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/command_flags.h"
 #include "renderer/app/flags/flag_set.h"
@@ -15,21 +15,32 @@ namespace kindling::app {
 namespace {
 
 std::optional<ShootoutClock> clock_from_name(std::string_view name) {
-  if (name == "wall") return ShootoutClock::wall;
-  if (name == "cpu") return ShootoutClock::cpu;
+  for (const ShootoutClock clock : {ShootoutClock::wall, ShootoutClock::cpu})
+    if (name == clock_name(clock)) return clock;
   return std::nullopt;
+}
+
+// Refuses a plain number, which is meant as a count.
+Result<void> set_rays_file(std::string_view text, std::filesystem::path& target) {
+  if (parse_number(text).ok())
+    return usage_error(
+        fmt::format("'{0}' is a number, and this flag names a file to record rays to; use --rays-per-kind "
+                    "{0} for the count, or ./{0} for a file of this name",
+                    text));
+  return set_path(text, target);
 }
 
 } // namespace
 
 void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
   flags.group("Race");
-  flags.value("--accel", "SPEC[,SPEC]...",
-              "Accelerators, NAME[:QUALITY][:robust|:non-robust][:SIMD]: embree, kdtree or brute-force; fast, balanced "
-              "or best; for kdtree portable, avx2 or avx512, for embree sse2, sse4.2, avx, avx2 or avx512 [the "
-              "processor's best]; the first is what others are compared with "
-              "[embree,embree:non-robust,embree:best:non-robust,kdtree]",
-              [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
+  flags.value(
+      "--accel", "SPEC[,SPEC]...",
+      fmt::format("Accelerators, NAME[:QUALITY][:robust|:non-robust][:SIMD]: embree, kdtree or brute-force; fast, "
+                  "balanced or best; SIMD is portable, avx2 or avx512 for kdtree and sse2, sse4.2, avx, avx2 or "
+                  "avx512 for embree, the processor's best if left out; all are compared with the first [{}]",
+                  join_variants(o.accelerators)),
+      [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
   flags.value("--isa", "SIMD",
               "Race as on a processor with no more than this instruction set: sse2, sse4.2, avx, avx2 or avx512 [the "
               "processor's best]",
@@ -39,36 +50,42 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
                 o.isa = isa.value();
                 return {};
               });
-  flags.value("--rays-per-kind", "N", "Rays of each kind [131072]",
+  flags.value("--rays-per-kind", "N", fmt::format("Number of rays of each kind [{}]", o.rays_per_kind),
               [&o](auto text) { return store(parse_integer(text, 1, 1 << 26), o.rays_per_kind); });
-  flags.value("--batch-size", "N", "Rays of a batch call, a multiple of 64 [256, as the path tracer has]",
+  flags.value("--batch-size", "N", fmt::format("Rays per batch call, a multiple of 64 [{}]", o.batch_size),
               [&o](auto text) { return set_batch_size(text, o.batch_size); });
-  flags.value("--repeat", "N", "Repetitions, after one that warms up and checks [5]",
+  flags.value("--repeat", "N",
+              fmt::format("Timed repetitions, after one that warms up and checks the answers [{}]", o.repeat),
               [&o](auto text) { return store(parse_integer(text, 1, 1000), o.repeat); });
-  flags.value("--build-repeat", "N", "Repetitions of each build [3]",
+  flags.value("--build-repeat", "N", fmt::format("Repetitions of each build [{}]", o.build_repeat),
               [&o](auto text) { return store(parse_integer(text, 1, 1000), o.build_repeat); });
-  flags.value("--clock", "wall|cpu", "Time that passes, or CPU time of the one thread [wall]", [&o](auto text) {
-    return choose(clock_from_name(text), o.clock, "clock", text, {"wall", "cpu"});
-  });
+  flags.value("--clock", "wall|cpu",
+              fmt::format("Measure wall time, or CPU time of the tracing thread [{}]", clock_name(o.clock)),
+              [&o](auto text) {
+                return choose(clock_from_name(text), o.clock, "clock", text, {"wall", "cpu"});
+              });
   flags.toggle("--no-embree-calls",
-               "Race Embree by the calls that rendering uses only, not by all of its packets and streams",
-               o.embree_calls, false);
+               "Race Embree only by the calls that rendering uses, without its packets and streams", o.embree_calls,
+               false);
   flags.value("--rays", "FILE",
-              "Replay the rays in this file; if there is none, record them and save them there [record]",
-              [&o](auto text) { return set_path(text, o.rays_file); });
-  flags.value("--threads", "N", "For loading, and for builds on many threads; 0: all. Rays are traced on one [0]",
-              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
+              "Replay the rays in this file; if it does not exist, record rays and save them there [record rays]",
+              [&o](auto text) { return set_rays_file(text, o.rays_file); });
+  flags.value(
+      "--threads", "N",
+      fmt::format("Threads for loading and for parallel builds; 0: all cores. Rays are traced on one [{}]", o.threads),
+      [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
   add_scene_flags(flags, o.view);
-  flags.group("Image that the rays are recorded for");
+  flags.group("Image that rays are recorded from");
   add_size_flag(flags, o.view);
   flags.group("Reports");
-  flags.value("--json", "FILE", "Everything that was measured [none]",
+  flags.value("--json", "FILE", "Write all measurements as JSON [none]",
               [&o](auto text) { return set_path(text, o.json_file); });
-  flags.value("--csv", "FILE", "One line for each scene, accelerator, kind of rays and call [none]",
+  flags.value("--csv", "FILE", "Write one line for each scene, accelerator, kind of rays and call [none]",
               [&o](auto text) { return set_path(text, o.csv_file); });
-  flags.value("--html", "FILE", "One page with tables, plots and heat maps, complete in itself [none]",
+  flags.value("--html", "FILE", "Write a self-contained page with tables, plots and heat maps [none]",
               [&o](auto text) { return set_path(text, o.html_file); });
-  flags.value("--heat-map", "PIXELS", "Longer side of the page's heat maps; 0: none [320]",
+  flags.value("--heat-map", "PIXELS",
+              fmt::format("Longer side of the page's heat maps; 0: none [{}]", o.heat_map_width_px),
               [&o](auto text) { return store(parse_integer(text, 0, 4096), o.heat_map_width_px); });
   flags.toggle("-q,--quiet", "Print the tables and errors only", o.view.quiet);
   flags.toggle("-v,--verbose", "Print details too", o.view.verbose);
@@ -85,7 +102,7 @@ Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& o) {
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t j = 0; j < i; ++j)
       if (!files[i]->empty() && files[i]->lexically_normal() == files[j]->lexically_normal())
-        return usage_error(fmt::format("{}: two reports cannot have one name", files[i]->string()));
+        return usage_error(fmt::format("{}: two reports cannot have the same name", files[i]->string()));
   if (o.isa) limit_instruction_set(o.accelerators, *o.isa);
   return check_scene_flags(flags, o.view);
 }

@@ -1,3 +1,4 @@
+// Declares --shutter, --shutter-angle and --fps.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/shutter_flags.h"
 
@@ -30,14 +31,17 @@ Result<void> set_interval(std::string_view text, std::optional<Shutter>& target)
 } // namespace
 
 void add_shutter_flags(FlagSet& flags, RenderOptions& o) {
-  flags.value(
-      "--shutter", "OPEN,CLOSE",
-      "Motion blur: let light in from one time to another, seconds after --time [the camera's shutter, else none]",
-      [&o](auto text) { return set_interval(text, o.shutter.interval); });
-  flags.value("--shutter-angle", "DEG", "The same from --time on, for this part of 360 degrees of a frame of --fps",
+  flags.value("--shutter", "OPEN,CLOSE",
+              "Motion blur: times at which the shutter opens and closes, seconds after --time [the camera's shutter, "
+              "else none]",
+              [&o](auto text) { return set_interval(text, o.shutter.interval); });
+  flags.value("--shutter-angle", "DEG",
+              "Motion blur: the shutter opens at --time, for this part of 360 degrees of a frame of --fps [none]",
               [&o](auto text) { return store(parse_number(text, 0.0, 360.0), o.shutter.angle_deg); });
-  flags.value("--fps", "N", "Frames per second, for --shutter-angle and --frames [24, with --frames]",
-              [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
+  flags.value(
+      "--fps", "N",
+      fmt::format("Frames per second, for --shutter-angle and --frames [{:g} with --frames]", kDefaultFramesPerSecond),
+      [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
 }
 
 Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& /*options*/) {

@@ -1,4 +1,4 @@
-// Flags of the shutter.
+// The flags that override the camera's shutter.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@ struct RenderOptions;
 class FlagSet;
 
 void add_shutter_flags(FlagSet& flags, RenderOptions& options);
-// What no flag can judge alone; fails (usage).
+// Checks combinations of flags; fails (usage).
 [[nodiscard]] Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& options);
 
 } // namespace kindling::app

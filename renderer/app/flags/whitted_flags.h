@@ -1,4 +1,4 @@
-// The flags of the Whitted tracer, and the three named tracers.
+// The flags of the Whitted tracer, with its three named configurations.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,8 +9,8 @@
 namespace kindling::app {
 
 void add_whitted_flags(FlagSet& flags, RenderOptions& options);
-// Fills in what a named tracer (--tracer) stands for, but for flags that were given themselves. Fails (usage) on flags that mean nothing
-// to the integrator.
+// Applies the configuration that --tracer names, except for flags that were given. Fails (usage) on
+// flags of this tracer that are given to another integrator.
 [[nodiscard]] Result<void> apply_whitted_flags(const FlagSet& flags, RenderOptions& options);
 
 } // namespace kindling::app

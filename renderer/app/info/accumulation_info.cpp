@@ -1,4 +1,4 @@
-// Reads accumulation files for `kindling info`.
+// Reads an accumulation file and its previous generation, and checks both.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/accumulation_info.h"
 

@@ -1,4 +1,4 @@
-// What `kindling info` tells of an accumulation file: a checkpoint, a part, or a merge of parts.
+// The contents of an accumulation file (checkpoint, part or merge) for `kindling info`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace kindling::app {
 
-// Pixels that have the same samples.
+// A set of samples, and the number of pixels that have it.
 struct CoverageKind {
   BlockCoverage samples;
   uint64_t pixels = 0;
@@ -23,15 +23,15 @@ struct CoverageKind {
 struct AccumulationInfo {
   std::filesystem::path file;
   uint64_t file_bytes = 0;
-  int64_t saved_s = 0; // since 1970, as the file system says
+  int64_t saved_s = 0; // seconds since 1970, by the file system
   AccumulationSummary summary;
-  std::filesystem::path scene_file; // as the arguments have it; empty if this program does not understand them
+  std::filesystem::path scene_file; // from the arguments; empty if this program cannot parse them
   WorkPart part;
-  std::vector<CoverageKind> coverage; // of the most pixels first
-  double mean_samples = 0.0;          // of the pixels of the area, of all samples
-  double done_share = 0.0; // of the samples that it is to hold, in [0, 1]; pixels that need no more count as done
-  std::optional<std::string> damage; // why it cannot be read, though its header can
-  // FILE.previous, if it is there: what can be gone on from should FILE be damaged.
+  std::vector<CoverageKind> coverage; // sorted by decreasing number of pixels
+  double mean_samples = 0.0;          // per pixel of the area
+  double done_share = 0.0;            // share of the wanted samples, in [0, 1]; converged pixels count as done
+  std::optional<std::string> damage;  // the reason if the sums cannot be read, although the header can
+  // FILE.previous, if it exists: a resume falls back to it if FILE is damaged.
   struct Previous {
     std::filesystem::path file;
     int64_t saved_s = 0;
@@ -41,8 +41,8 @@ struct AccumulationInfo {
   std::optional<Previous> previous;
 };
 
-// Reads all of the file and of its previous generation, some blocks at a time. Fails (input_output) where there is no header to be read; the
-// message says whether there is a previous generation that can be.
+// Reads all of the file and of its previous generation, some blocks at a time. Fails (input_output)
+// if the header cannot be read; the message names a previous generation that can be.
 [[nodiscard]] Result<AccumulationInfo> collect_accumulation_info(const std::filesystem::path& file);
 
 [[nodiscard]] std::string format_accumulation_table(const AccumulationInfo& info);

@@ -1,4 +1,4 @@
-// What is in an accumulation file, as a table and as JSON.
+// Formats the contents of an accumulation file as a table and as JSON.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/accumulation_info.h"
 #include "renderer/app/terminal/version.h"
@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMaxKinds = 8; // of coverage, in the table
-constexpr size_t kMaxSpans = 4; // of one of them
+constexpr size_t kMaxKinds = 8; // rows of coverage in the table
+constexpr size_t kMaxSpans = 4; // per row
 
 std::string time_text(int64_t seconds) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(seconds)));
@@ -50,7 +50,7 @@ std::string samples_text(const AccumulationInfo& info) {
   if (identity.part != SampleRange{0, identity.samples_per_pixel})
     text += fmt::format("; {} to {} of {}", identity.part.first, identity.part.end, identity.samples_per_pixel);
   if (identity.planned_samples != identity.samples_per_pixel)
-    text += fmt::format("; laid out for {}", identity.planned_samples);
+    text += fmt::format("; planned for {}", identity.planned_samples);
   return text;
 }
 
@@ -60,7 +60,7 @@ std::string spans_text(const BlockCoverage& samples) {
     text += fmt::format("{}{} to {}", i == 0 ? "" : ", ", samples.spans[i].first, samples.spans[i].end);
   if (samples.spans.size() > kMaxSpans) text += fmt::format(" and {} more", samples.spans.size() - kMaxSpans);
   if (samples.spans.empty()) text = "none";
-  return text + (samples.stopped ? ", which suffice" : "");
+  return text + (samples.stopped ? ", converged" : "");
 }
 
 std::string coverage_table(const AccumulationInfo& info) {
@@ -102,10 +102,9 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
   const auto add = [&](std::string_view name, std::string_view value) {
     if (!value.empty()) text += fmt::format("  {:<12}{}\n", name, printable(value));
   };
-  add("scene",
-      info.scene_file.empty() ? "unknown: this program does not understand the command" : info.scene_file.string());
+  add("scene", info.scene_file.empty() ? "unknown: this program cannot parse the command" : info.scene_file.string());
   add("scene hash", format_hash(identity.scene_hash));
-  add("program", identity.program + (identity.program == program_identity() ? "" : ", which is not this one"));
+  add("program", identity.program + (identity.program == program_identity() ? "" : ", not this program"));
   add("size", size_text(summary));
   add("part", part_text(info));
   add("samples", samples_text(info));
@@ -117,7 +116,7 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
   add("memory", fmt::format("{}, in this file {}", format_bytes(summary.sum_bytes), format_bytes(info.file_bytes)));
   add("saved", time_text(info.saved_s));
   add("previous", previous_text(info.previous));
-  add("checksums", info.damage ? "wrong: " + *info.damage : "all hold");
+  add("checksums", info.damage ? "wrong: " + *info.damage : "correct");
   std::string command = "kindling";
   for (const std::string& argument : identity.arguments) command += ' ' + shell_quote(argument);
   add("command", command);

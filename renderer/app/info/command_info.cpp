@@ -1,4 +1,4 @@
-// `kindling info`: loads the file and prints the topic that was asked for.
+// Loads the file of `kindling info` and prints the requested topic.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/command_info.h"
 
@@ -39,7 +39,7 @@ std::string list_extensions(bool json) {
   return text;
 }
 
-// One a line, fields separated by tabs.
+// One scene per line, fields separated by tabs.
 std::string list_scenes(const Scene& scene, bool json) {
   std::vector<std::string> names;
   for (const SceneRoot& root : scene.scenes) names.push_back(root.name);
@@ -66,7 +66,7 @@ std::string list_cameras(const SceneInfo& info, bool json) {
   return text;
 }
 
-// An image as `render` would make it.
+// The memory request of the image that `kindling render` would make.
 Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& scene, const PosedScene& posed) {
   const Result<std::optional<PlacedCamera>> camera = choose_camera(scene, posed, options.image);
   if (!camera.ok()) return camera.error();
@@ -91,7 +91,7 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   ProgressDisplay display(console, isatty(STDERR_FILENO) == 1 ? ProgressMode::automatic : ProgressMode::none, {});
   display.start_phase(Phase::load);
   ImportOptions import_options;
-  import_options.decode_textures = options.topic == InfoTopic::everything; // their sizes are in their pixels
+  import_options.decode_textures = options.topic == InfoTopic::everything; // sizes of textures need their pixels
   Result<Scene> scene = load_gltf(options.scene_file, import_options, &display);
   display.end_phase();
   if (!scene.ok()) return scene.error();
@@ -113,14 +113,14 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   return options.json ? format_info_json(info) : format_info_tables(info);
 }
 
-// What can be said of a damaged file is, before the error.
+// Prints the header of a damaged file before the error.
 Result<int> describe_accumulation(const InfoOptions& options) {
   const Result<AccumulationInfo> info = collect_accumulation_info(options.scene_file);
   if (!info.ok()) return info.error();
-  std::string reason;
-  if (!write_standard_output(
-          options.json ? format_accumulation_json(info.value()) : format_accumulation_table(info.value()), reason))
-    return Error{ErrorKind::input_output, "standard output: " + reason};
+  if (Result<void> printed =
+          print(options.json ? format_accumulation_json(info.value()) : format_accumulation_table(info.value()));
+      !printed.ok())
+    return printed.error();
   if (info.value().damage) return Error{ErrorKind::input_output, *info.value().damage};
   return kExitOk;
 }
@@ -134,8 +134,7 @@ Result<int> run_info(const InfoOptions& options, Console& console) {
   if (names_accumulation(options.scene_file)) return describe_accumulation(options);
   const Result<std::string> text = describe(options, console);
   if (!text.ok()) return text.error();
-  std::string reason;
-  if (!write_standard_output(text.value(), reason)) return Error{ErrorKind::input_output, "standard output: " + reason};
+  if (Result<void> printed = print(text.value()); !printed.ok()) return printed.error();
   return kExitOk;
 }
 

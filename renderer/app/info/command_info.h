@@ -1,4 +1,4 @@
-// `kindling info`: what is in a file, as tables or JSON.
+// `kindling info` prints the contents of a scene or an accumulation file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace kindling::app {
 
-// The exit code.
+// Returns the exit code.
 [[nodiscard]] Result<int> run_info(const InfoOptions& options, Console& console);
 
 } // namespace kindling::app

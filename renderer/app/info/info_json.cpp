@@ -1,4 +1,4 @@
-// What is in a file as JSON. README.md describes the keys.
+// Writes the contents of a scene file as JSON; README.md describes the keys.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/scene_info.h"
 #include "renderer/app/text/text_format.h"
@@ -20,7 +20,7 @@ Json list(const std::vector<T>& values, const ToJson& to_json) {
 
 Json vector_json(const V3f& v) { return {v.x, v.y, v.z}; }
 
-// The first four are those of a render with the kd-tree.
+// The first four members are those of a render with the kd-tree.
 Json memory_json(const MemoryBudget& budget) {
   const MemoryBudget::OfAccelerator& kdtree = budget.of(accel::Kind::kdtree);
   const auto part = [&](std::string_view name) {

@@ -1,4 +1,4 @@
-// What is in a file as tables.
+// Formats the contents of a scene file as tables.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/scene_info.h"
 #include "renderer/app/text/text_format.h"
@@ -15,7 +15,7 @@ std::string join(const std::vector<std::string>& words) {
   return text;
 }
 
-// What is not supported in full says so.
+// Names of extensions, with the level of support if it is not full.
 std::string join(const std::vector<ExtensionInfo>& extensions) {
   std::vector<std::string> words;
   for (const ExtensionInfo& extension : extensions)
@@ -26,7 +26,7 @@ std::string join(const std::vector<ExtensionInfo>& extensions) {
 
 std::string digits(uint64_t value) { return fmt::format("{}", value); }
 
-// An empty table has no heading either.
+// A heading and a table; nothing for an empty table.
 std::string section(std::string_view heading, const TextTable& table) {
   return table.empty() ? std::string() : fmt::format("\n{}\n{}", heading, table.str());
 }

@@ -1,4 +1,4 @@
-// Collects what is in a Scene.
+// Collects the contents of a Scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/scene_info.h"
 
@@ -63,7 +63,8 @@ MaterialInfo material_info(const Material& material, const std::vector<Extension
   return info;
 }
 
-// The others are of thickness, occlusion or of nothing, and are not loaded.
+// Indices of the textures that are loaded. Textures of thickness, of occlusion and unused ones are
+// not.
 std::set<int> textures_read(const Scene& scene) {
   std::set<int> read;
   for (const Material& material : scene.materials)
@@ -91,7 +92,7 @@ CameraInfo camera_info(const SceneCamera& camera, std::string name) {
   if (camera.kind == SceneCamera::Kind::orthographic)
     return {std::move(name), std::string(name_of(camera.kind)),
             fmt::format("{:g} x {:g} m", 2.0f * camera.xmag, 2.0f * camera.ymag) + depth_of_field(camera.lens)};
-  std::string lens = fmt::format("{:.4g} degrees high", camera.yfov_rad * 180.0f / kPi);
+  std::string lens = fmt::format("{:.4g} degrees vertical", camera.yfov_rad * 180.0f / kPi);
   if (camera.aspect_ratio) lens += fmt::format(", aspect {:.4g}", *camera.aspect_ratio);
   return {std::move(name), std::string(name_of(camera.kind)), lens + depth_of_field(camera.lens)};
 }
@@ -99,7 +100,7 @@ CameraInfo camera_info(const SceneCamera& camera, std::string name) {
 LightInfo light_info(const PunctualLight& light) {
   LightInfo info;
   info.name = light.name;
-  if (light.photometry != kNone) { // as measured, times
+  if (light.photometry != kNone) { // a factor on the measured values
     info.kind = "photometric";
     info.intensity = fmt::format("x {:g}", light.intensity);
     return info;

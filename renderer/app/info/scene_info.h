@@ -1,4 +1,4 @@
-// What is in a file, collected from its Scene: the one source of the tables and of the JSON of `kindling info`.
+// The contents of a scene file, for the tables and the JSON of `kindling info`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ struct MeshInfo {
   uint64_t primitives = 0;
   uint64_t triangles = 0;
   uint64_t vertices = 0;
-  uint64_t placed = 0;                 // times in the scene
+  uint64_t placed = 0;                 // instances in the scene
   std::vector<std::string> attributes; // besides positions
 };
 
@@ -36,7 +36,7 @@ struct MaterialInfo {
   bool unlit = false;
   bool emissive = false;
   uint64_t textures = 0;   // slots in use
-  uint64_t primitives = 0; // that have it, in the shown variant
+  uint64_t primitives = 0; // users of this material in the shown variant
   std::vector<ExtensionInfo> extensions;
 };
 
@@ -73,18 +73,18 @@ struct SceneInfo {
   std::string copyright;
   uint64_t content_hash = 0;
   std::vector<std::string> scenes;
-  int shown_scene = kNone; // which of them the numbers are about
+  int shown_scene = kNone; // the scene that the numbers describe
   SceneStatistics in_file;
   PosedStatistics in_scene;
-  Box3f bounds; // of the shown scene; empty if it shows nothing
+  Box3f bounds; // bounds of the shown scene; empty for an empty scene
   std::vector<MeshInfo> meshes;
   std::vector<MaterialInfo> materials;
   std::vector<TextureInfo> textures;
-  std::vector<CameraInfo> cameras; // of the shown scene, as --camera counts them
+  std::vector<CameraInfo> cameras; // in the shown scene, numbered as for --camera
   std::vector<LightInfo> lights;
   std::vector<AnimationInfo> animations;
   std::vector<std::string> variants;
-  int shown_variant = kNone; // which of them the scene has been given; kNone: the primitives' own materials
+  int shown_variant = kNone; // the applied variant; kNone: the primitives' own materials
   std::vector<ExtensionInfo> extensions;
   MemoryBudget memory;
 };
@@ -92,9 +92,9 @@ struct SceneInfo {
 [[nodiscard]] SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int shown_scene,
                                            int shown_variant = kNone, const MemoryRequest& request = {});
 
-// Headings and tables.
+// Headings and tables for a terminal.
 [[nodiscard]] std::string format_info_tables(const SceneInfo& info);
-// The keys are described in README.md.
+// README.md describes the keys.
 [[nodiscard]] std::string format_info_json(const SceneInfo& info);
 
 } // namespace kindling::app

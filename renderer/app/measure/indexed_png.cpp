@@ -1,4 +1,4 @@
-// PNG without compression, and base64.
+// Chunks, checksums and stored blocks of uncompressed PNG files.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/measure/indexed_png.h"
 
@@ -37,7 +37,7 @@ void append_chunk(std::string& file, const std::string& type, const std::string&
   append_u32(file, crc32(type + data));
 }
 
-// A zlib stream of stored blocks (RFC 1950, RFC 1951 section 3.2.4).
+// Returns a zlib stream of stored blocks (RFC 1950, RFC 1951 section 3.2.4).
 std::string stored_blocks(const std::string& data) {
   constexpr size_t kLargestBlock = 65535;
   std::string stream = "\x78\x01";

@@ -1,4 +1,4 @@
-// Small PNG images in memory, one byte for each pixel, for pages that are complete in themselves.
+// Encodes small PNG images with a palette, and base64, for self-contained pages.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +12,12 @@ namespace kindling::app {
 
 using Palette = std::array<std::array<uint8_t, 3>, 256>; // sRGB
 
-// The bytes of a PNG file (PNG specification 3rd ed.; color type 3, 8 bits). Not compressed: the deflate blocks are stored.
-// pixels.size() == width * height, row by row from the top.
+// Returns the bytes of a PNG file (PNG specification 3rd ed.; color type 3, 8 bits) with stored,
+// uncompressed deflate blocks. pixels.size() == width * height, row by row from the top.
 [[nodiscard]] std::string encode_indexed_png(std::span<const uint8_t> pixels, int width, int height,
                                              const Palette& palette);
 
-// RFC 4648, with padding.
+// Encodes by RFC 4648, with padding.
 [[nodiscard]] std::string encode_base64(std::string_view bytes);
 
 } // namespace kindling::app

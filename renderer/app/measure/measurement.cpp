@@ -1,4 +1,4 @@
-// Medians, spreads, ratios.
+// Sorts measurements and takes their percentiles.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/measure/measurement.h"
 

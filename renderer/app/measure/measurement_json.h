@@ -1,4 +1,4 @@
-// Repeated measurements as JSON.
+// Writes repeated measurements as JSON.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace kindling::app {
 
-// median_s, min_s, max_s, spread_percent, times_s.
+// An object with median_s, min_s, max_s, spread_percent and times_s.
 [[nodiscard]] inline nlohmann::ordered_json summary_json(const std::vector<double>& times_s) {
   const Summary summary = summarize(times_s);
   return {{"median_s", summary.median},

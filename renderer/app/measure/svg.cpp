@@ -1,3 +1,4 @@
+// Writes SVG elements as text.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/measure/svg.h"
 
@@ -26,7 +27,7 @@ std::string escape_html(std::string_view text) {
 }
 
 std::string_view series_color(size_t n) {
-  // Okabe and Ito's palette for all kinds of color vision, without its yellow and black.
+  // Okabe and Ito's palette, which color-blind people can tell apart, without its yellow and black.
   constexpr std::array<std::string_view, 8> kColors{"#0072b2", "#e69f00", "#009e73", "#d55e00",
                                                     "#cc79a7", "#56b4e9", "#666666", "#8c564b"};
   return kColors[n % kColors.size()];

@@ -1,4 +1,4 @@
-// The parts of plots in SVG, and text that is safe in HTML. Pure functions.
+// Elements of SVG plots, and escaping for HTML. Pure functions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,22 +8,24 @@
 
 namespace kindling::app {
 
-// &, <, > and quotes as entities, control characters as '?'.
+// Replaces &, <, > and quotes by entities, and control characters by '?'.
 [[nodiscard]] std::string escape_html(std::string_view text);
 
-// The color of the n-th accelerator, "#rrggbb"; they repeat after eight.
+// The color of the n-th series, "#rrggbb"; colors repeat after eight.
 [[nodiscard]] std::string_view series_color(size_t n);
 
-// The largest of 1, 2 and 5 times a power of ten that cuts [0, `largest`] into at least four steps; 1 for nothing.
+// The largest of 1, 2 and 5 times a power of ten that divides [0, `largest`] into at least four
+// steps; 1 if `largest` is not positive.
 [[nodiscard]] double axis_step(double largest);
 
-// <svg> of this size; `what`: for those who cannot see it. `attributes`: more of them, as they stand in the tag.
+// Opens an <svg> element of this size. `what` describes the plot for screen readers; `attributes`
+// are appended to the tag.
 [[nodiscard]] std::string open_svg(double width, double height, std::string_view what,
                                    std::string_view attributes = {});
-// `anchor`: start, middle or end. `css_class` may be empty.
+// Text at (x, y). `anchor` is start, middle or end; `css_class` may be empty.
 [[nodiscard]] std::string svg_text(double x, double y, std::string_view anchor, std::string_view text,
                                    std::string_view css_class = {});
-// Upwards, centerd at (x, y).
+// Text that reads upwards, centered at (x, y).
 [[nodiscard]] std::string svg_upright_text(double x, double y, std::string_view text);
 [[nodiscard]] std::string svg_line(double x0, double y0, double x1, double y1, std::string_view css_class);
 

@@ -1,4 +1,4 @@
-// The actions of `kindling farm`.
+// Runs the actions of `kindling farm`: submit, status, retry, work, merge.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/merge/command_farm.h"
 
@@ -7,6 +7,7 @@
 #include "renderer/app/options/farm_options.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/output/outputs.h"
+#include "renderer/app/terminal/console.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/version.h"
 #include "renderer/app/text/text_format.h"
@@ -23,12 +24,11 @@ namespace kindling::app {
 namespace {
 
 Result<int> print_answer(const std::string& text, int exit_code) {
-  std::string reason;
-  if (write_standard_output(text, reason)) return exit_code;
-  return Error{ErrorKind::input_output, "standard output: " + reason};
+  if (Result<void> printed = print(text); !printed.ok()) return printed.error();
+  return exit_code;
 }
 
-// What the parser of this very program says of a command that the farm will run.
+// Checks a command that the farm will run with this program's own parser.
 Result<void> check_command(const std::vector<std::string>& command) {
   std::vector<const char*> words;
   for (size_t i = 1; i < command.size(); ++i) words.push_back(command[i].c_str());
@@ -63,7 +63,7 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
   return !relative.empty() && *relative.begin() != "..";
 }
 
-// That the images can be written where they are to go. What the farm's own folder will have is not there yet.
+// Checks that the images can be written. The folders of the farm itself do not exist yet.
 Result<void> check_outputs(const FarmPlan& plan) {
   for (size_t i = 0; i < plan.outputs.size(); ++i) {
     const std::filesystem::path& output = plan.outputs[i];
@@ -73,7 +73,7 @@ Result<void> check_outputs(const FarmPlan& plan) {
     for (size_t j = 0; j < i; ++j)
       if (plan.outputs[j].lexically_normal() == output.lexically_normal()) return usage("given twice");
     for (const char* name : {"parts", "state", "logs"})
-      if (is_inside(output, plan.folder / name)) return usage("is where the farm has files of its own");
+      if (is_inside(output, plan.folder / name)) return usage("is among the farm's own files; use another folder");
     if (output.parent_path().lexically_normal() == plan.folder) continue;
     if (Result<void> writable = check_writable(output); !writable.ok())
       return Error{writable.error().kind, "-o: " + writable.error().message};
@@ -81,9 +81,9 @@ Result<void> check_outputs(const FarmPlan& plan) {
   return {};
 }
 
-// What can be known before any machine has begun.
+// Finds errors before any machine starts.
 Result<void> check_plan(const FarmPlan& plan, bool check_scene) {
-  // The last part, of which there may be too many for the samples.
+  // The last part fails if there are more parts than samples.
   if (Result<void> checked = check_command(render_command(plan, plan.task(plan.parts - 1), 0)); !checked.ok())
     return checked;
   if (Result<void> checked = check_command(merge_command(plan, 0)); !checked.ok()) return checked;
@@ -116,14 +116,14 @@ Result<int> submit(const FarmSubmitOptions& options) {
   std::vector<int> tasks(static_cast<size_t>(plan.value().task_count()));
   std::iota(tasks.begin(), tasks.end(), 0);
   Result<int> code = hand_over(plan.value(), tasks, *engine.value());
-  if (!code.ok()) { // so that the same command can be given again
+  if (!code.ok()) { // the same command can then be given again
     std::error_code error;
     std::filesystem::remove(plan.value().folder / "plan.json", error);
   }
   return code;
 }
 
-// With what the engine says, or, where it cannot be asked, without.
+// The state with the engine's queue, or without it if the engine cannot be asked.
 Result<FarmStatus> status_of(const FarmPlan& plan, FarmEngine& engine) {
   Result<FarmJobs> jobs = read_jobs(plan.folder);
   if (!jobs.ok()) return jobs.error();
@@ -139,7 +139,7 @@ Result<int> show_status(const FarmPlan& plan, FarmEngine& engine, bool json, Con
   Result<FarmStatus> status = status_of(plan, engine);
   if (!status.ok()) return status.error();
   if (!status.value().queue_error.empty())
-    console.warning(status.value().queue_error + "; what runs is told by the records alone");
+    console.warning(status.value().queue_error + "; the state is that of the records only");
   return print_answer(json ? format_farm_json(plan, status.value()) : format_farm_status(plan, status.value()),
                       farm_exit_code(status.value()));
 }
@@ -149,7 +149,7 @@ Result<int> retry(const FarmPlan& plan, FarmEngine& engine) {
   if (!status.ok()) return status.error();
   if (!status.value().queue_error.empty()) return Error{ErrorKind::input_output, status.value().queue_error};
   if (status.value().in_progress())
-    return Error{ErrorKind::usage, plan.folder.string() + ": still goes on; wait until it has ended"};
+    return Error{ErrorKind::usage, plan.folder.string() + ": is still in progress; wait until it has ended"};
   std::vector<int> tasks;
   for (const FrameStatus& frame : status.value().frames)
     for (const TaskStatus& task : frame.tasks) {

@@ -1,4 +1,4 @@
-// `kindling farm`: frames in parts on many machines.
+// `kindling farm` renders frames in parts on the machines of a cluster.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace kindling::app {
 
-// The exit code.
+// Runs one action; returns the exit code.
 [[nodiscard]] Result<int> run_farm(const FarmOptions& options, Console& console);
 
 } // namespace kindling::app

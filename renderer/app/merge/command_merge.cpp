@@ -1,4 +1,4 @@
-// `kindling merge`: plan, add up, write, report.
+// The steps of a merge: plan, add up, write, report.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/merge/command_merge.h"
 
@@ -20,6 +20,7 @@ namespace kindling::app {
 namespace {
 
 namespace fs = std::filesystem;
+
 class MergeCommand {
  public:
   MergeCommand(const MergeOptions& options, const std::string& command_line, Console& console)
@@ -39,16 +40,16 @@ class MergeCommand {
     if (!plan.ok()) return plan.error();
     report_.plan = std::move(plan).value();
     report_.check_s = seconds_since(check_start);
-    tell_plan(report_.plan, options_.allow_missing, console_);
+    report_plan(report_.plan, options_.allow_missing, console_);
     if (!report_.plan.gaps.none() && !options_.allow_missing) return refuse_gaps();
 
     Result<Accumulation> merged = merge();
     if (signals_.received() != 0) return interrupted();
     if (!merged.ok()) return merged.error();
     const Result<void> written = write(outputs.value(), merged.value(), view.value());
-    const Result<void> told = report();
+    const Result<void> reported = report();
     if (!written.ok()) return written.error();
-    if (!told.ok()) return told.error();
+    if (!reported.ok()) return reported.error();
     return kExitOk;
   }
 
@@ -84,7 +85,7 @@ class MergeCommand {
     return merged;
   }
 
-  // Every file is tried; the first error is returned, others are printed.
+  // Writes each file, also after a failure. Returns the first error and prints the others.
   Result<void> write(const std::vector<fs::path>& outputs, const Accumulation& merged, const DisplayTransform& view) {
     const Clock::time_point start = Clock::now();
     const ImageMetadata metadata = metadata_of(merged);
@@ -121,13 +122,12 @@ class MergeCommand {
   Result<void> report() {
     std::string names;
     for (const std::string& output : report_.outputs) names += output + "\n";
-    std::string reason;
-    const bool printed = write_standard_output(names, reason);
+    const Result<void> printed = print(names);
     report_.total_s = seconds_since_process_start();
     report_.peak_resident_bytes = peak_resident_bytes();
     const Result<void> stats = write_stats();
     console_.line(format_merge_summary(report_));
-    if (!printed) return Error{ErrorKind::input_output, "standard output: " + reason};
+    if (!printed.ok()) return printed;
     return stats;
   }
 

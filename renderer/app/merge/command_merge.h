@@ -1,4 +1,4 @@
-// `kindling merge`: from accumulation files to one, and to images.
+// `kindling merge` adds up accumulation files to one file or to images.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace kindling::app {
 
-// The exit code: kExitIncomplete if parts are missing and that is not allowed.
+// Returns the exit code: kExitIncomplete if parts are missing without --allow-missing.
 [[nodiscard]] Result<int> run_merge(const MergeOptions& options, const std::string& command_line, Console& console);
 
 } // namespace kindling::app

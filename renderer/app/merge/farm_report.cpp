@@ -1,4 +1,4 @@
-// Tables and JSON of a farm's state.
+// Formats the state of a farm.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/merge/farm_report.h"
 
@@ -28,7 +28,7 @@ std::string frame_state(const FrameStatus& frame) {
 
 std::string number_or_dash(int number) { return number == 0 ? "-" : std::to_string(number); }
 
-// All parts alike.
+// The mean progress of the parts, all with the same weight.
 double progress_of(const FrameStatus& frame) {
   double sum = 0.0;
   for (const TaskStatus& task : frame.tasks) sum += task.progress;

@@ -1,4 +1,4 @@
-// The state of a farm as people and as programs read it.
+// The state of a farm as a table and as JSON.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,10 +8,12 @@
 
 namespace kindling::app {
 
-// A line for each frame, then what runs, what was given up with its reason and log, and what is missing.
+// A line for each frame, then tables of running tasks, of poisoned ones with reason and log, and of
+// missing ones.
 [[nodiscard]] std::string format_farm_status(const FarmPlan& plan, const FarmStatus& status);
 [[nodiscard]] std::string format_farm_json(const FarmPlan& plan, const FarmStatus& status);
-// 0: all merged; the refusal's code (2 or 3); 5: parts are poisoned or missing, or a frame could not be merged; 6: it goes on.
+// 0: all frames are merged; 2 or 3: refused by the renderer; 5: parts are poisoned or missing, or a
+// merge failed; 6: in progress.
 [[nodiscard]] int farm_exit_code(const FarmStatus& status);
 
 } // namespace kindling::app

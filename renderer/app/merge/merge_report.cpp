@@ -1,4 +1,4 @@
-// The report of a merge.
+// Prints the plan of a merge, and formats its summary.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/merge/merge_report.h"
 
@@ -23,7 +23,7 @@ double MergeReport::missing_share() const {
   return all > 0.0 ? static_cast<double>(plan.gaps.missing_samples) / all : 0.0;
 }
 
-void tell_plan(const MergePlan& plan, bool allow_missing, Console& console) {
+void report_plan(const MergePlan& plan, bool allow_missing, Console& console) {
   for (const LeftOut& file : plan.left_out)
     console.note(fmt::format("{}: {}: left out", file.file.string(), file.reason));
   for (const DuplicatePart& duplicate : plan.duplicates)

@@ -1,4 +1,4 @@
-// What a merge found and made: lines for people and the JSON for programs.
+// The report of a merge: lines for people, JSON for programs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,25 +14,26 @@ namespace kindling::app {
 struct MergeReport {
   std::string command_line;
   MergePlan plan;
-  RenderWork work;       // of all parts
+  RenderWork work;       // sum over all parts
   double mean_spp = 0.0; // over the pixels of the crop
-  double check_s = 0.0;  // what the files are about, and whether they belong together
-  double merge_s = 0.0;  // read and added up
+  double check_s = 0.0;  // reading headers and comparing them
+  double merge_s = 0.0;  // reading and adding up
   double write_s = 0.0;
   double total_s = 0.0;
   uint64_t film_bytes = 0;
   uint64_t peak_resident_bytes = 0;
   std::vector<std::string> outputs;
 
-  // Of all samples of the image, in [0, 1].
+  // The missing share of all samples of the image, in [0, 1].
   [[nodiscard]] double missing_share() const;
 };
 
-// Which files were left out, and what is missing: warnings where that is allowed, else notes.
-void tell_plan(const MergePlan& plan, bool allow_missing, Console& console);
+// Prints the files that were left out and the samples that are missing: warnings with
+// --allow-missing, else notes.
+void report_plan(const MergePlan& plan, bool allow_missing, Console& console);
 // Several lines without a final '\n'.
 [[nodiscard]] std::string format_merge_summary(const MergeReport& report);
-// The keys are described in README.md and stay what they are.
+// README.md describes the keys, which do not change.
 [[nodiscard]] std::string format_merge_json(const MergeReport& report);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// Names of accelerators with their settings.
+// Parses and prints the names of accelerators with their settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/options/accelerator_variant.h"
 
@@ -14,7 +14,7 @@ namespace {
 
 Error usage(std::string message) { return {ErrorKind::usage, std::move(message)}; }
 
-// Those that this processor runs.
+// The instruction sets of the kernels that this processor runs.
 std::vector<accel::SimdTarget> targets_of(accel::Kind kind) {
   switch (kind) {
   case accel::Kind::kdtree: return accel::simd_targets();
@@ -107,6 +107,12 @@ std::string AcceleratorVariant::name() const {
   if (quality != accel::Quality::balanced) text += fmt::format(":{}", quality_name(quality));
   if (!robust) text += ":non-robust";
   if (simd) text += fmt::format(":{}", accel::simd_target_name(*simd));
+  return text;
+}
+
+std::string join_variants(const std::vector<AcceleratorVariant>& variants) {
+  std::string text;
+  for (const AcceleratorVariant& variant : variants) text += (text.empty() ? "" : ",") + variant.name();
   return text;
 }
 

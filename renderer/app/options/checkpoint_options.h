@@ -1,4 +1,4 @@
-// Where a render keeps its checkpoint, and how often.
+// Options of checkpoints: the file, and the time between saves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,10 +8,10 @@ namespace kindling::app {
 
 struct CheckpointOptions {
   static constexpr double kDefaultEverySeconds = 300.0;
-  std::filesystem::path file; // .kacc; empty: none
+  std::filesystem::path file; // .kacc; empty: no checkpoint
   double every_s = kDefaultEverySeconds;
-  bool must_exist = false; // of `kindling resume`
-  bool replace = false;    // one of another image, or a damaged one
+  bool must_exist = false; // set by `kindling resume`
+  bool replace = false;    // replaces a checkpoint that is damaged or of another image
   [[nodiscard]] bool enabled() const { return !file.empty(); }
 };
 

@@ -1,4 +1,4 @@
-// What `kindling farm` is asked for, as plain data.
+// Options of the actions of `kindling farm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@ namespace kindling::app {
 struct FarmSubmitOptions {
   std::filesystem::path scene_file;
   std::filesystem::path folder;
-  std::vector<std::filesystem::path> outputs; // #### is the frame's number
+  std::vector<std::filesystem::path> outputs; // #### is the frame number
   int parts = 0;
   std::vector<int> frames; // empty: one image
   int retries = 2;
@@ -25,12 +25,12 @@ struct FarmSubmitOptions {
 };
 
 enum class FarmAction { status, work, merge, retry };
-// On the folder of a farm.
+// An action on the folder of a farm.
 struct FarmFolderOptions {
   FarmAction action = FarmAction::status;
   std::filesystem::path folder;
-  int task = 0;      // of work
-  bool json = false; // of status
+  int task = 0;      // for FarmAction::work
+  bool json = false; // for FarmAction::status
 };
 
 using FarmOptions = std::variant<FarmSubmitOptions, FarmFolderOptions>;

@@ -1,4 +1,4 @@
-// Which frames of an animation are rendered.
+// Options of frames of an animation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,12 +8,12 @@
 namespace kindling::app {
 
 inline constexpr double kDefaultFramesPerSecond = 24.0;
-inline constexpr int kLastFrame = 9'999'999; // and the first is its negative
+inline constexpr int kLastFrame = 9'999'999; // the first frame is its negative
 inline constexpr size_t kMaxFrames = 1'000'000;
 
 struct FrameOptions {
-  std::vector<int> numbers; // each once, in the order of rendering; empty: one image, its names taken literally
-  bool force = false;       // render those too whose files are there
+  std::vector<int> numbers; // unique, in the order of rendering; empty: one image, with literal file names
+  bool force = false;       // renders frames again whose files exist
 };
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// The lens that replaces what the file's camera has.
+// Options that override the lens of the file's camera.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,13 +8,13 @@
 
 namespace kindling::app {
 
-// Unset: as the file's camera has it.
+// Unset members keep the value of the file's camera.
 struct LensOptions {
-  bool pinhole = false; // whatever the file says
+  bool pinhole = false; // overrides a lens of the file
   std::optional<double> f_stop;
   std::optional<double> focal_length_mm;
   std::optional<double> focus_distance_m;
-  std::optional<V2i> focus_pixel; // of the whole image
+  std::optional<V2i> focus_pixel; // in the whole image
   std::optional<int> blades;
   std::optional<double> rotation_deg;
   std::optional<double> anamorphic_ratio;

@@ -1,4 +1,4 @@
-// Sizes of lights that the file does not give.
+// Options for the sizes of lights that the file leaves out.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,10 +6,10 @@
 
 namespace kindling::app {
 
-// Sizes of the lights whose file gives them none; unset: they have none.
+// Sizes of lights that have none in the file. Unset: they stay points and directions.
 struct LightOptions {
-  std::optional<double> radius_m;      // of point and spot lights, measured luminaires included
-  std::optional<double> sun_angle_deg; // of directional lights, across
+  std::optional<double> radius_m;      // point and spot lights, measured luminaires included
+  std::optional<double> sun_angle_deg; // angular diameter of directional lights
 };
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// What the command line asks for, as plain data.
+// Options of the commands as plain structs with their defaults.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,24 +31,24 @@
 namespace kindling::app {
 
 inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
-// With a noise threshold and without --spp: the most that a pixel takes.
+// The maximum per pixel with a noise threshold and without --spp.
 inline constexpr uint32_t kDefaultMaxSamplesPerPixel = 1024;
-// With a time limit and without --spp: more than anybody waits for.
+// The count with a time limit and without --spp, which no render reaches.
 inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
 
 struct RenderOptions {
   std::filesystem::path scene_file;
-  // Empty: the stem of the scene with .png, in the current folder; of frames with -####.png.
+  // Empty: the scene's stem with .png, or -####.png for frames, in the current folder.
   std::vector<std::filesystem::path> outputs;
 
   std::optional<V2i> size_px; // unset: default_image_size() of the camera
-  double scale = 1.0;         // of the size
+  double scale = 1.0;         // factor on the size
   std::optional<PixelRect> crop;
-  std::optional<uint32_t> spp;         // with a noise threshold: at most
-  std::optional<uint32_t> planned_spp; // that sampling is laid out for; unset: spp
+  std::optional<uint32_t> spp;         // the maximum with a noise threshold
+  std::optional<uint32_t> planned_spp; // the sampling pattern is designed for this count; unset: spp
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s;
-  WorkPart part; // of the samples, the pixels, or both
+  WorkPart part; // a part of the samples, of the pixels, or of both
   CheckpointOptions checkpoint;
   uint32_t seed = 0; // below 2^31, so that image metadata can hold it
   SamplerKind sampler = SamplerKind::blue_noise;
@@ -59,9 +59,9 @@ struct RenderOptions {
   std::string variant_name;       // name or index; empty: the primitives' own materials
   std::string camera;             // name or index; empty: the first
   std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in meters
-  V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
-  std::optional<double> yfov_deg; // of a perspective camera
-  std::optional<double> time_s;   // of the animations; unset: the rest pose
+  V3f target{0.0f, 0.0f, 0.0f};   // center of the orbit, meters
+  std::optional<double> yfov_deg; // for perspective cameras
+  std::optional<double> time_s;   // time of the animations; unset: the rest pose
   LensOptions lens;
   ShutterOptions shutter;
   FrameOptions frames;
@@ -71,15 +71,15 @@ struct RenderOptions {
   double env_intensity = 1.0;
   std::optional<Rgb> env_color;
 
-  LightOptions lights; // of the scene
+  LightOptions lights;
 
-  IntegratorSettings integrator;       // background included
+  IntegratorSettings integrator;       // includes the background
   std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
   Guiding guiding = Guiding::automatic;
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;
-  bool robust = true;                    // of Embree; no flag of its own
-  std::optional<accel::SimdTarget> simd; // of the kd-tree, likewise; unset: the best that the processor runs
+  bool robust = true;                    // for Embree; has no flag
+  std::optional<accel::SimdTarget> simd; // for the kd-tree; has no flag; unset: the best that the processor runs
 
   AovSet aovs;
   bool exr_half = true;
@@ -89,15 +89,15 @@ struct RenderOptions {
   double exposure_stops = 0.0;
   std::string ocio_config;
 
-  std::optional<V2i> replay_pixel; // set: one sample is replayed, no image is written
+  std::optional<V2i> replay_pixel; // if set, one sample is replayed and no image is written
   uint32_t replay_sample = 0;
 
-  int threads = 0; // 0: all
+  int threads = 0; // 0: all cores
   int tile_size_px = 32;
   Schedule schedule = Schedule::tiles;
-  std::optional<uint64_t> texture_memory_bytes; // unset: no bound
+  std::optional<uint64_t> texture_memory_bytes; // unset: no limit
 
-  std::vector<std::string> arguments; // of the command that this is, without the program's name
+  std::vector<std::string> arguments; // the command line without the program's name
 
   std::filesystem::path stats_file;
   ProgressMode progress = ProgressMode::automatic;
@@ -117,30 +117,30 @@ enum class InfoTopic { everything, cameras, scenes, variants, extensions, extens
 struct InfoOptions {
   std::filesystem::path scene_file; // or a .kacc file; empty only for InfoTopic::extensions and extension_table
   InfoTopic topic = InfoTopic::everything;
-  std::string scene_name;   // whose cameras are listed: name or index; empty: the default scene
-  std::string variant_name; // whose materials are counted: name or index; empty: the primitives' own
+  std::string scene_name;   // name or index of the scene whose cameras are listed; empty: the default scene
+  std::string variant_name; // name or index of the variant whose materials are counted; empty: the primitives' own
   bool json = false;
   int threads = 0;
-  RenderOptions image; // whose memory is told: size, AOVs, textures' memory
+  RenderOptions image; // the image of the memory estimate: size, AOVs, limit on texture memory
 };
 
-// `kindling shootout`.
+// Options of `kindling shootout`.
 struct ShootoutOptions {
   std::vector<std::filesystem::path> scene_files;
-  RenderOptions view; // of it: which scene, camera, light, size, --quiet and --verbose
+  RenderOptions view; // uses its scene, camera, light, size, --quiet and --verbose
 
   std::vector<AcceleratorVariant> accelerators{{accel::Kind::embree},
                                                {accel::Kind::embree, accel::Quality::balanced, false},
                                                {accel::Kind::embree, accel::Quality::best, false},
                                                {accel::Kind::kdtree}};
-  std::optional<accel::SimdTarget> isa; // of those accelerators that name none
+  std::optional<accel::SimdTarget> isa; // for accelerators that name no instruction set
   uint32_t rays_per_kind = 1 << 17;
   uint32_t batch_size = 256;
   uint32_t repeat = 5;
   uint32_t build_repeat = 3;
   ShootoutClock clock = ShootoutClock::wall;
-  bool embree_calls = true; // race Embree's own calls too
-  int threads = 0;          // of the build with many; 0: all
+  bool embree_calls = true; // also races Embree's packets and streams
+  int threads = 0;          // for loading and parallel builds; 0: all cores
   int heat_map_width_px = 320;
 
   std::filesystem::path rays_file;
@@ -149,24 +149,24 @@ struct ShootoutOptions {
   std::filesystem::path html_file;
 };
 
-// `kindling merge`.
+// Options of `kindling merge`.
 struct MergeOptions {
   std::vector<std::filesystem::path> parts;
   bool allow_missing = false;
-  RenderOptions image; // of it: outputs, their formats and view, --stats, --quiet and --verbose
+  RenderOptions image; // uses its outputs, their formats and view, --stats, --quiet and --verbose
 };
 
-// `kindling scaling`.
+// Options of `kindling scaling`.
 struct ScalingOptions {
   std::vector<std::filesystem::path> scene_files;
-  RenderOptions image; // of it: what shapes the image, --quiet and --verbose
+  RenderOptions image; // uses the settings of the image, --quiet and --verbose
 
   std::vector<AcceleratorVariant> accelerators{{accel::Kind::kdtree}, {accel::Kind::embree}};
-  std::vector<int> thread_counts; // rising, the first is 1; empty: default_thread_counts() of max_threads
+  std::vector<int> thread_counts; // increasing from 1; empty: default_thread_counts(max_threads)
   int max_threads = 0;            // 0: all cores
   std::vector<Schedule> schedules{Schedule::tiles, Schedule::regions};
   uint32_t repeat = 3;
-  std::optional<double> seconds; // of one thread's render, which decides on the samples per pixel; unset: the image's
+  std::optional<double> seconds; // sets the samples per pixel by the time of one thread; unset: those of `image`
   bool quick = false;
 
   std::filesystem::path json_file;

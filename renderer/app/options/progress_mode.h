@@ -1,4 +1,4 @@
-// How progress is shown.
+// Modes of the progress display, and their names.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,8 @@
 namespace kindling::app {
 
 enum class ProgressMode { automatic, plain, json, none };
-[[nodiscard]] std::optional<ProgressMode>
-progress_mode_from_name(std::string_view name); // "auto", "plain", "json", "none"
+// "auto", "plain", "json", "none".
+[[nodiscard]] std::string_view progress_mode_name(ProgressMode mode);
+[[nodiscard]] std::optional<ProgressMode> progress_mode_from_name(std::string_view name);
 
 } // namespace kindling::app

@@ -11,10 +11,10 @@
 
 namespace kindling::app {
 
-// Unset: as the checkpoint says.
+// Unset members keep the value of the checkpoint.
 struct ResumeOptions {
   std::filesystem::path file;   // .kacc
-  std::filesystem::path folder; // where the render's relative names begin
+  std::filesystem::path folder; // start of the render's relative names
   std::filesystem::path scene_file;
   std::optional<uint32_t> spp;
   std::vector<std::filesystem::path> outputs;

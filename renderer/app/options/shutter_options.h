@@ -1,4 +1,4 @@
-// How long the shutter is open.
+// Options that override the shutter of the file's camera.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,10 +8,11 @@
 
 namespace kindling::app {
 
-// Relative to --time. At most one of the two is set.
+// Times are relative to --time. At most one of interval and angle_deg is set.
 struct ShutterOptions {
   std::optional<Shutter> interval;
-  // Of a rotary shutter: the part of each frame for which it is open, from the time of the image on.
+  // A rotary shutter: open for this part of 360 degrees of each frame, from the time of the image
+  // on.
   std::optional<double> angle_deg;
   std::optional<double> frames_per_s;
 };

@@ -1,4 +1,4 @@
-// What a render did about its checkpoint, for the summary and the statistics.
+// Saves of a checkpoint during a render, for the summary and the statistics.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,11 +11,11 @@ namespace kindling::app {
 
 struct CheckpointReport {
   std::string file;
-  uint32_t saves = 0; // of this run
+  uint32_t saves = 0; // in this run
   uint32_t failed_saves = 0;
   double save_s = 0.0;     // wall seconds spent on both, part of the render phase
-  double spp_before = 0.0; // samples of a pixel that were there at the start, in the mean
-  RenderWork work;         // of all runs
+  double spp_before = 0.0; // mean samples per pixel in the file at the start
+  RenderWork work;         // sum over all runs
 };
 
 } // namespace kindling::app

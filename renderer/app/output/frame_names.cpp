@@ -1,3 +1,4 @@
+// Puts frame numbers into file names.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/frame_names.h"
 
@@ -14,7 +15,7 @@ namespace kindling::app {
 
 namespace {
 
-// The group of '#' of a name that has one.
+// Begin and end of the group of '#' in a name; begin is npos without one.
 std::pair<size_t, size_t> find_group(const std::string& name) {
   const size_t begin = name.find('#');
   return {begin, std::min(name.find_first_not_of('#', begin), name.size())};

@@ -1,4 +1,4 @@
-// The files that a render writes.
+// Checks names of output files, and writes images with their metadata.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/outputs.h"
 
@@ -37,7 +37,7 @@ bool wants_layers(AovSet aovs) {
   });
 }
 
-// In the metadata of images that do not have all of their samples because somebody ended the render.
+// The metadata key of images of an interrupted render, which lack samples.
 constexpr const char* kInterruptedKey = "kindling:interrupted";
 
 Error input_output(std::string message) { return {ErrorKind::input_output, std::move(message)}; }
@@ -108,7 +108,7 @@ bool is_finished_image(const fs::path& path) {
       if (!coverage.complete(i, summary.value().identity.part)) return false;
     return coverage.block_count() > 0;
   }
-  constexpr size_t kMaxMetadata = 1U << 18; // which stands at the front of EXR and PNG files, uncompressed
+  constexpr size_t kMaxMetadata = 1U << 18; // at the front of EXR and PNG files, uncompressed
   std::ifstream file(path, std::ios::binary);
   if (!file) return false;
   std::string front(kMaxMetadata, '\0');

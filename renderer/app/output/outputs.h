@@ -1,4 +1,4 @@
-// The files that a render writes: their names, checked before the work, and what is written into them after it.
+// Output files of a render: names are checked before the work, images are written after it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,38 +18,42 @@
 
 namespace kindling::app {
 
-// Where to write where no -o says it: the scene's stem with .png, of frames with -#### before it, of a part with its number and .kacc.
+// The output name without -o: the scene's stem with .png, with -#### for frames, with the number
+// and .kacc for a part.
 [[nodiscard]] std::filesystem::path default_output(const RenderOptions& options);
 
-// The names to write to. Fails before any work: an extension that cannot be written or a name given twice (usage), a folder that is
-// missing or not ours to write (input_output), that of --stats too.
+// The names of the output files. Fails before any work on an extension that cannot be written or a
+// name that is given twice (usage), and on a folder that does not exist or is not writable
+// (input_output), also for --stats and --checkpoint.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
-// Whether a name asks for all sums (.kacc), and not for an image.
+// True for names of accumulation files (.kacc), false for names of images.
 [[nodiscard]] bool is_accumulation(const std::filesystem::path& path);
-// That a file can be made at `path` or replaced; fails (input_output).
+// Checks that a file can be created or replaced at `path`; fails (input_output).
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& path);
 
-// Whether an image is there, and of a render that was not interrupted: its metadata would say so.
+// True if the image exists and its render was not interrupted, as its metadata would state.
 [[nodiscard]] bool is_finished_image(const std::filesystem::path& path);
 
-// How --view, --exposure and --ocio show linear light in a PNG; fails (usage, input_output).
+// The transform of --view, --exposure and --ocio from linear light to a PNG; fails (usage,
+// input_output).
 [[nodiscard]] Result<DisplayTransform> choose_view(const RenderOptions& options);
 
-// What is stored with the images. Keys begin with "kindling:" where OpenEXR knows no name of its own.
+// The metadata of the images. Keys without a standard name in OpenEXR begin with "kindling:".
 [[nodiscard]] ImageMetadata make_metadata(const RenderReport& report, const Camera& camera);
 
 struct WrittenImages {
-  std::vector<std::string> files;   // that were written
-  std::optional<Error> first_error; // the others have been printed
+  std::vector<std::string> files;   // written successfully
+  std::optional<Error> first_error; // further ones have been printed
   double write_s = 0.0;
 };
 
-// Every file is tried, so that a full disk costs no more than it must. Reports Phase::write.
+// Writes each image, also after a failure, so that a full disk costs no more than it must. Reports
+// Phase::write.
 [[nodiscard]] WrittenImages write_images(const std::vector<std::filesystem::path>& outputs, const Film& film,
                                          const DisplayTransform& view, const ImageMetadata& metadata,
                                          const RenderOptions& options, ProgressDisplay& display, Console& console);
 
-// Complete or not at all.
+// Writes a file completely or not at all.
 [[nodiscard]] Result<void> write_text_file(const std::filesystem::path& path, std::string_view text);
 
 } // namespace kindling::app

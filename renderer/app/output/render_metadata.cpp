@@ -1,4 +1,4 @@
-// The metadata of images to text and back.
+// Converts image metadata to JSON and back.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/render_metadata.h"
 
@@ -31,7 +31,7 @@ M44f matrix_from_json(const SortedJson& json, const char* name) {
   return matrix;
 }
 
-// The members of an object that are of the type wanted.
+// Copies the members of an object that have the wanted type.
 template <typename Value>
 void take_members(const SortedJson& json, const char* name, bool (SortedJson::*is_wanted)() const noexcept,
                   std::map<std::string, Value>& members) {
@@ -41,7 +41,7 @@ void take_members(const SortedJson& json, const char* name, bool (SortedJson::*i
     if ((value.*is_wanted)()) members[key] = value.template get<Value>();
 }
 
-// Samples that every pixel has which had not stopped before, as a render counts them.
+// The samples of every pixel that adaptive sampling has not stopped, as a render counts them.
 uint32_t finished_samples(const Coverage& coverage) {
   uint32_t least = std::numeric_limits<uint32_t>::max();
   uint32_t most = 0;
@@ -86,7 +86,7 @@ ImageMetadata metadata_of(const Accumulation& accumulation) {
   metadata.text["kindling:commandLine"] = command_line;
   metadata.integers["kindling:samplesPerPixel"] = static_cast<int>(finished_samples(state.coverage));
   metadata.integers["kindling:processes"] = static_cast<int>(state.work.runs);
-  metadata.integers.erase("kindling:threads"); // of many
+  metadata.integers.erase("kindling:threads"); // differs among processes
   metadata.numbers["kindling:renderSeconds"] = static_cast<float>(state.work.render_s);
   metadata.numbers.erase("kindling:loadSeconds");
   metadata.numbers.erase("kindling:buildSeconds");

@@ -1,4 +1,4 @@
-// What images say of themselves, as text: accumulation files carry it to where no scene is.
+// Image metadata as JSON text, which accumulation files store for merges without a scene.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,12 +10,14 @@
 
 namespace kindling::app {
 
-// A JSON object on one line.
+// Returns a JSON object on one line.
 [[nodiscard]] std::string metadata_to_json(const ImageMetadata& metadata);
-// The same back, to the bit; what is no such text or has members of other types gives as much as can be read.
+// The inverse, exact to the bit. Returns as much as can be read of malformed text or members of
+// other types.
 [[nodiscard]] ImageMetadata metadata_from_json(std::string_view json);
 
-// Of images made of an accumulation: those of its scene and camera, the command that renders it, and what was spent on it.
+// The metadata of images that are made from an accumulation: scene and camera, the command that
+// renders it, and the work spent.
 [[nodiscard]] ImageMetadata metadata_of(const Accumulation& accumulation);
 
 } // namespace kindling::app

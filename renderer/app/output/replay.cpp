@@ -1,4 +1,4 @@
-// The path of one replayed sample as a table.
+// Builds the table of path vertices.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/replay.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 std::string triple(const V3f& v) { return fmt::format("{:.5g} {:.5g} {:.5g}", v.x, v.y, v.z); }
 
-// A vertex without a surface has no normal, and one that left the scene no position either.
+// Vertices without a surface have no normal, and vertices outside of the scene have no position.
 std::string triple_or_dash(const V3f& v, bool known) { return known ? triple(v) : std::string("-"); }
 
 std::string id(uint32_t value) { return value == accel::kNoId ? std::string("-") : fmt::format("{}", value); }

@@ -1,4 +1,4 @@
-// The path of one replayed sample, for people.
+// Formats the path of a replayed sample.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace kindling::app {
 
-// A line on the sample, then a table with one row for each vertex of the path. World space, meters, linear Rec. 709.
+// Returns a line about the sample, then a table with one row for each vertex of the path. World
+// space, meters, linear Rec. 709.
 [[nodiscard]] std::string format_replay(const ReplayedSample& sample, const V2i& pixel, uint32_t sample_index);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// The summary of a render for people.
+// Formats the summary of a render.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/report.h"
 
@@ -10,7 +10,7 @@ namespace kindling::app {
 
 namespace {
 
-// "12.3 M", without the blank of a bare number.
+// "12.3 M", or "812".
 std::string count(uint64_t value) { return format_count(static_cast<double>(value)); }
 
 std::string rate(double per_second, std::string_view unit) {
@@ -47,13 +47,13 @@ std::string format_summary(const RenderReport& r) {
   text += fmt::format(", build {}, render {}, write {}; {} in all\n", format_seconds(t.build_s),
                       format_seconds(t.render_s), format_seconds(t.write_s), format_seconds(t.total_s));
   if (r.adaptive.enabled())
-    text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp in the mean\n",
+    text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp on average\n",
                         100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
   if (const GuidingStatistics& g = s.guiding; g.paths > 0)
     text += fmt::format(
         "  guiding {} of training: {} ({:.2f} predicted), {} ({:.2f} predicted)\n", format_seconds(g.training_s),
-        g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not worth it", g.predicted,
-        g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not worth it",
+        g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not guided", g.predicted,
+        g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not guided",
         g.predicted_lights);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));

@@ -1,4 +1,4 @@
-// What a render cost and made: the summary for people and the JSON for programs.
+// The report of a render: a summary for people, JSON for programs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,13 +20,13 @@ namespace kindling::app {
 
 // Wall times of the phases, seconds.
 struct PhaseTimes {
-  double load_s = 0.0;          // files read, decoded and validated; the environment too
+  double load_s = 0.0;          // reading, decoding and validating files, the environment included
   ImportTimes import;           // parts of load_s
-  EnvironmentTimes environment; // beside these
+  EnvironmentTimes environment; // in parallel with these
   double build_s = 0.0;         // posing, lights, materials and the accelerator
   double render_s = 0.0;
   double write_s = 0.0;
-  double total_s = 0.0;         // since the process was started; of a later frame: since the one before it
+  double total_s = 0.0;         // since the process was started, or since the frame before
   double before_render_s = 0.0; // from the same moment to the first camera ray
 };
 
@@ -34,8 +34,8 @@ struct RenderReport {
   std::string command_line;
   std::string scene_file;
   uint64_t scene_hash = 0;
-  std::optional<int> frame;     // with --frames: its number
-  std::optional<double> time_s; // of the animations; unset: the rest pose
+  std::optional<int> frame;     // number of the frame with --frames
+  std::optional<double> time_s; // time of the animations; unset: the rest pose
   V2i size_px{0, 0};
   PixelRect crop;
   std::optional<Shutter> shutter; // in times of the animations
@@ -44,7 +44,7 @@ struct RenderReport {
   double mean_spp = 0.0; // over the pixels of the crop
   uint32_t seed = 0;
   std::string integrator;
-  std::optional<WhittedSettings> whitted; // of that integrator
+  std::optional<WhittedSettings> whitted; // set for this integrator
   Guiding guiding = Guiding::off;
   Schedule schedule = Schedule::tiles;
   std::string accelerator;             // as --accel takes it
@@ -60,7 +60,7 @@ struct RenderReport {
   uint64_t warnings = 0;
   std::vector<std::string> outputs;
 
-  // From the start of the process until every pixel had its first sample.
+  // Seconds from the start of the process until every pixel had its first sample.
   [[nodiscard]] double time_to_first_pixel_s() const { return times.before_render_s + statistics.first_pass_s; }
   [[nodiscard]] double rays_per_s() const { return per_second(statistics.rays.total()); }
   [[nodiscard]] double paths_per_s() const { return per_second(statistics.rays.paths); }
@@ -75,7 +75,7 @@ struct RenderReport {
 [[nodiscard]] std::string describe_motion(const MotionStatistics& motion);
 // Several lines without a final '\n'.
 [[nodiscard]] std::string format_summary(const RenderReport& report);
-// The keys are described in README.md and stay what they are.
+// README.md describes the keys, which do not change.
 [[nodiscard]] std::string format_stats_json(const RenderReport& report, bool one_line);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// The report of a render for programs. README.md describes the keys.
+// Writes the report of a render as JSON; README.md describes the keys.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/report.h"
 #include "renderer/app/terminal/version.h"

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_frames.h"
 
+#include "renderer/app/output/equal_frames.h"
 #include "renderer/app/output/frame_names.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/render/frame_report.h"
@@ -40,6 +41,8 @@ class Frames {
       if (!scene.ok()) return scene.error();
       scene_ = std::move(scene).value();
       scene_->keep();
+      if (const std::string equal = equal_frames_warning(scene_->scene, scene_->root, options_); !equal.empty())
+        run_.console.warning(equal);
       report_.load_s = scene_->load_s;
     }
     Result<void> failed;

@@ -24,12 +24,6 @@ namespace kindling::app {
 
 namespace {
 
-Result<void> print_result(const std::string& text) {
-  std::string reason;
-  if (write_standard_output(text, reason)) return {};
-  return Error{ErrorKind::input_output, "standard output: " + reason};
-}
-
 class ImageRender {
  public:
   ImageRender(const ImageRequest& request, RenderScene& scene, RenderRun& run)
@@ -81,8 +75,7 @@ class ImageRender {
     const Result<ReplayedSample> sample =
         replay_sample(*stage_.world, *stage_.camera, settings_, *options_.replay_pixel, options_.replay_sample);
     if (!sample.ok()) return sample.error();
-    if (Result<void> printed =
-            print_result(format_replay(sample.value(), *options_.replay_pixel, options_.replay_sample));
+    if (Result<void> printed = print(format_replay(sample.value(), *options_.replay_pixel, options_.replay_sample));
         !printed.ok())
       return printed.error();
     return ImageResult{};
@@ -153,7 +146,7 @@ class ImageRender {
     report_.outputs = std::move(written.files);
     std::string names; // after the status line is gone: both streams may be the same terminal
     for (const std::string& output : report_.outputs) names += output + "\n";
-    const Result<void> printed = print_result(names);
+    const Result<void> printed = print(names);
     return written.first_error ? Result<void>(*written.first_error) : printed;
   }
 

@@ -1,4 +1,4 @@
-// `kindling scaling`, scene by scene: warm up, measure round by round, report.
+// The steps of `kindling scaling`, scene by scene: warm up, measure round by round, report.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/command_scaling.h"
 
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Warnings of a scene, which all its loadings have, are said once; progress is that of the command.
+// Prints the warnings of the first loading of a scene. Progress is shown by ScalingProgress.
 class WarningsOnly final : public ProgressListener {
  public:
   explicit WarningsOnly(Console& console) : console_(console) {}
@@ -36,13 +36,14 @@ class WarningsOnly final : public ProgressListener {
   Console& console_;
 };
 
-// What is being measured and how long it may still take: a status line on a terminal; elsewhere a line every few seconds.
+// Shows the current measurement and the remaining time: a status line on a terminal, else a line
+// every few seconds.
 class ScalingProgress {
  public:
   ScalingProgress(Console& console, size_t scenes)
       : console_(console), terminal_(isatty(STDERR_FILENO) == 1), scenes_(scenes) {}
 
-  // A scene begins: what its measurements will take, in seconds that need not be right but in proportion.
+  // Starts a scene. `expected` is the cost of its measurements in any unit, that of step_done().
   void start_scene(double expected) {
     expected_ = expected;
     done_ = 0.0;
@@ -113,14 +114,16 @@ class ScalingCommand {
       if (Result<void> printed = print(format_scaling_summary(report_)); !printed.ok()) return printed.error();
     if (report_.interrupted)
       console_.note(report_.scenes.empty() ? "interrupted before anything was measured: no report was written"
-                                           : "interrupted: the reports have what was measured until then");
+                                           : "interrupted: the reports hold the measurements made so far");
     if (!report_.scenes.empty())
       if (Result<void> written = write(); !written.ok()) return written.error();
     if (signals_.received() != 0) return exit_code_of_signal(signals_.received());
     for (const SceneScaling& scene : report_.scenes)
       if (!find_mismatches(scene).empty())
-        return Error{ErrorKind::render_failed,
-                     scene.file + ": the image depends on the number of threads or the schedule, which it must not"};
+        return Error{
+            ErrorKind::render_failed,
+            scene.file +
+                ": the image depends on the number of threads or on the schedule, which is an error in Kindling"};
     return kExitOk;
   }
 
@@ -136,7 +139,7 @@ class ScalingCommand {
              {"--svg", &options_.svg_file, draw_scaling}}};
   }
 
-  // All that can be refused before any work.
+  // Finds errors in file names before any work.
   [[nodiscard]] Result<void> check() const {
     for (const Report& report : reports())
       if (!report.file->empty())
@@ -158,7 +161,7 @@ class ScalingCommand {
     return false;
   }
 
-  // What the steps take in seconds of one thread, by the warm-up.
+  // The expected seconds of the steps on one thread, from the warm-up.
   struct Costs {
     double prepare_s = 0.0;
     double render_s = 0.0;
@@ -178,7 +181,8 @@ class ScalingCommand {
     return image;
   }
 
-  // Files come from the disk and processors wake up before anything counts; decides on the samples per pixel.
+  // Loads and renders once, so that files are cached and clock rates are up, and chooses the
+  // samples per pixel.
   Result<Costs> warm_up(const fs::path& file, SceneScaling& scene) {
     const int threads = std::min(report_.thread_counts.back(), report_.cores);
     progress_.show(fmt::format("{}: warming up", file.filename().string()));
@@ -250,16 +254,10 @@ class ScalingCommand {
     return {};
   }
 
-  static Result<void> print(const std::string& text) {
-    std::string reason;
-    if (write_standard_output(text, reason)) return {};
-    return Error{ErrorKind::input_output, "standard output: " + reason};
-  }
-
   const ScalingOptions& options_;
   Console& console_;
   WarningsOnly warnings_;
-  CancelToken cancel_; // read by nobody: what is being measured is measured to its end
+  CancelToken cancel_; // not read: a measurement that has begun is finished
   SignalGuard signals_;
   ScalingProgress progress_;
   ScalingReport report_;

@@ -1,4 +1,4 @@
-// `kindling scaling`: what more threads bring, from loading to the image.
+// `kindling scaling` measures thread scaling, from loading to the image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace kindling::app {
 
-// The exit code; 1 if images differ that must not. `command_line` goes into the reports.
+// Returns the exit code; 1 if images differ that must be equal. `command_line` is stored in the
+// reports.
 [[nodiscard]] Result<int> run_scaling(const ScalingOptions& options, const std::string& command_line, Console& console);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// Scaling as comma-separated values (RFC 4180, lines end with a line feed): renders and phases are lines of one table.
+// Writes scaling as comma-separated values (RFC 4180); renders and phases share a table.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/scaling_report.h"
 #include "renderer/app/text/text_format.h"

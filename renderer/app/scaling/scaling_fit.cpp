@@ -1,3 +1,4 @@
+// Fits Amdahl's law by least squares.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/scaling_fit.h"
 
@@ -29,10 +30,10 @@ std::optional<AmdahlFit> fit_amdahl(std::span<const std::pair<int, double>> spee
   return fit;
 }
 
-std::vector<int> default_thread_counts(int most) {
+std::vector<int> default_thread_counts(int max) {
   std::vector<int> counts;
-  for (int n = 1; n <= most; n = n < 4 ? n + 1 : 2 * n) counts.push_back(n);
-  if (counts.back() != most) counts.push_back(most);
+  for (int n = 1; n <= max; n = n < 4 ? n + 1 : 2 * n) counts.push_back(n);
+  if (counts.back() != max) counts.push_back(max);
   return counts;
 }
 

@@ -1,5 +1,6 @@
-// Scaling for programs. README.md describes the keys.
+// Writes scaling as JSON; README.md describes the keys.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measure/machine_load.h"
 #include "renderer/app/measure/measurement_json.h"
 #include "renderer/app/scaling/scaling_report.h"
 #include "renderer/app/terminal/version.h"
@@ -83,6 +84,9 @@ Json scaling_scene_json(const ScalingReport& report, const SceneScaling& scene) 
                     {"texture_bytes", scene.texture_bytes},
                     {"light_bytes", scene.light_bytes},
                     {"film_bytes", scene.film_bytes}};
+  const double waiting = worst_waiting_share(report, scene);
+  json["waiting_share"] = waiting;
+  json["warning"] = waiting < kQuietWaitingShare ? Json() : Json(disturbance_warning(waiting));
   json["accelerators"] = Json::array();
   for (const AcceleratorScaling& accelerator : scene.accelerators)
     json["accelerators"].push_back(scaling_accelerator_json(report, accelerator));

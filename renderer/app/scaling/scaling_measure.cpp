@@ -1,3 +1,4 @@
+// Measures one loading, one render, and the memory that they take.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/scaling_measure.h"
 
@@ -18,7 +19,7 @@ namespace kindling::app {
 
 namespace {
 
-// Starts a new peak of resident memory; afterwards it can be read.
+// Measures the peak of resident memory during its lifetime.
 class PeakMemory {
  public:
   [[nodiscard]] std::optional<uint64_t> before() const { return known_ ? std::optional(before_) : std::nullopt; }
@@ -33,7 +34,7 @@ class PeakMemory {
   uint64_t before_ = resident_bytes();
 };
 
-// For those who want to hear nothing.
+// Ignores all reports.
 class Silence final : public ProgressListener {
  public:
   void on_progress(const ProgressSnapshot&) override {}
@@ -52,7 +53,7 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   Result<Scene> loaded = load_gltf(options.scene_file, import_options, &listener);
   if (!loaded.ok()) return loaded.error();
   scene.scene = std::move(loaded).value();
-  // After the scene and not beside it, so that each phase has all threads to itself.
+  // Loaded after the scene and not in parallel, so that each phase has all threads.
   EnvironmentTimes environment_times;
   Result<LoadedEnvironment> environment = load_environment(options, &environment_times);
   if (!environment.ok()) return environment.error();
@@ -84,7 +85,7 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   return {};
 }
 
-// Of what an image of the film shows, by its bits (splitmix64's finalizer, Steele, Lea and Flood 2014).
+// Hashes the bits of the film's image (splitmix64's finalizer, Steele, Lea and Flood 2014).
 uint64_t hash_film(const Film& film) {
   uint64_t hash = 0x9e3779b97f4a7c15ULL;
   for (const float value : film.resolve_rgba()) {

@@ -1,4 +1,4 @@
-// The measurements of `kindling scaling`: one loading and building, one render, and the order in which they are made.
+// Measures one loading and one render, and orders the steps of `kindling scaling`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,34 +14,36 @@
 
 namespace kindling::app {
 
-// A scene ready to render.
+// A prepared scene with the times of its preparation.
 struct ScalingStage {
-  RenderScene scene; // what is left of it; outlives the world
+  RenderScene scene; // without its vertices; outlives the world
   RenderStage built;
   PreparationSample times;
 };
 
-// Reads options.scene_file anew and builds, on no more than `threads` threads. `listener` gets warnings, may be null.
+// Reads options.scene_file and builds its world on at most `threads` threads. `listener` receives
+// warnings and may be null.
 [[nodiscard]] Result<std::unique_ptr<ScalingStage>> prepare_stage(const RenderOptions& options, int threads,
                                                                   ProgressListener* listener);
 
-// One render on `threads` threads. `film_bytes` may be null.
+// Measures one render on `threads` threads. `film_bytes` may be null.
 [[nodiscard]] Result<RenderSample> measure_render(const ScalingStage& stage, const RenderOptions& options,
                                                   uint32_t samples_per_pixel, Schedule schedule, int threads,
                                                   size_t* film_bytes);
 
-// Samples per pixel that take `seconds` of processor time, by one sample that took `sample_s`; at least 1.
+// The samples per pixel that take `seconds` of processor time if one takes `sample_s`; at least 1.
 [[nodiscard]] uint32_t samples_for(double seconds, double sample_s);
 
-// A stage: an accelerator by a number of threads, both indices. On it all schedules are rendered.
+// One loading, with the indices of an accelerator and of a number of threads, and the renders of
+// all schedules on it.
 struct ScalingStep {
   size_t round = 0;
   size_t accelerator = 0;
   size_t threads = 0;
   std::vector<size_t> schedules; // in order
 };
-// Each round has all combinations, beginning with another one and with another schedule, so that what disturbs the machine for a while
-// meets them alike.
+// Each round has all combinations, and begins with another combination and another schedule, so
+// that longer disturbances of the machine affect all of them alike.
 [[nodiscard]] std::vector<ScalingStep> scaling_steps(size_t rounds, size_t accelerators, size_t thread_counts,
                                                      size_t schedules);
 

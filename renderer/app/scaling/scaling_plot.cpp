@@ -1,5 +1,6 @@
-// Scaling as curves: for each scene a panel of speed-up and efficiency over threads.
+// Draws curves of speed-up and efficiency over threads, one panel for each scene.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measure/machine_load.h"
 #include "renderer/app/measure/svg.h"
 #include "renderer/app/scaling/scaling_report.h"
 
@@ -18,17 +19,18 @@ constexpr double kPanelWidth = 2 * (kChartLeft + kChartWidth + kChartRight);
 constexpr double kPanelHeight = kPanelHead + kChartHeight + kPanelFoot;
 constexpr double kHead = 30, kLegendRow = 20;
 
-// Dark on light, and the other way round where that is wished for.
+// Dark on light, or light on dark if the viewer prefers it.
 constexpr std::string_view kStyle = R"(<style>
 .back { fill: #ffffff; } .grid { stroke: #dddddd; stroke-width: 1; } .axis { stroke: #888888; stroke-width: 1; }
 .ideal { stroke: #888888; stroke-width: 1.5; fill: none; } .paper { stroke: #888888; stroke-width: 7; stroke-linecap: round; }
 text { font: 12px system-ui, 'DejaVu Sans', sans-serif; fill: #333333; } .title { font-size: 14px; font-weight: 600; }
+.warning { fill: #b3261e; font-weight: 600; }
 @media (prefers-color-scheme: dark) {
-.back { fill: #1b1f24; } .grid { stroke: #3a4048; } text { fill: #d8dce0; } }
+.back { fill: #1b1f24; } .grid { stroke: #3a4048; } text { fill: #d8dce0; } .warning { fill: #ff8a80; } }
 </style>
 )";
 
-// Where numbers of threads stand: evenly up to 8, else evenly by factors of two.
+// An axis: linear, or logarithmic for more than 8 threads.
 struct Axis {
   bool logarithmic = false;
   double first = 1.0, last = 2.0;
@@ -40,7 +42,7 @@ struct Axis {
 };
 
 struct Chart {
-  double left = 0.0, top = 0.0; // of the plotted area
+  double left = 0.0, top = 0.0; // corner of the plotted area
   Axis x, y;
 
   [[nodiscard]] double x_of(double threads) const { return left + kChartWidth * x.place(threads); }
@@ -54,7 +56,7 @@ std::string frame(const Chart& chart, const std::vector<int>& threads, const std
     svg += svg_line(chart.left, chart.y_of(tick), chart.left + kChartWidth, chart.y_of(tick), "grid");
     svg += svg_text(chart.left - 6, chart.y_of(tick) + 4, "end", fmt::format("{:g}", tick));
   }
-  double written_to = -1e9; // labels that would touch the one before are left out
+  double written_to = -1e9; // labels that would touch the previous one are left out
   for (const int n : threads) {
     svg += svg_line(chart.x_of(n), chart.top, chart.x_of(n), chart.top + kChartHeight, "grid");
     if (chart.x_of(n) - written_to < 22.0) continue;
@@ -70,7 +72,7 @@ struct Mark {
   double threads, value, low, high;
 };
 
-// Lines through marks, with whiskers from the lowest to the highest.
+// A line through marks, with whiskers from the lowest to the highest value.
 std::string curve(const Chart& chart, const std::vector<Mark>& marks, size_t color, bool dashed, double shift,
                   std::string_view name) {
   std::string path, svg;
@@ -207,7 +209,7 @@ std::string legend(const ScalingReport& report, double top) {
           "Amdahl's law through the tiles");
   if (report.thread_counts.back() > 1 &&
       std::count(report.schedules.begin(), report.schedules.end(), Schedule::regions))
-    entry("<path d=\"M6 0 h14\" class=\"paper\"/>", "the paper's regions, of 2011");
+    entry("<path d=\"M6 0 h14\" class=\"paper\"/>", "the paper's regions (2011)");
   return svg;
 }
 
@@ -217,7 +219,11 @@ std::string draw_scaling(const ScalingReport& report) {
   const size_t columns = report.scenes.size() > 3 ? 2 : 1;
   const size_t rows = (report.scenes.size() + columns - 1) / columns;
   const double width = kPanelWidth * static_cast<double>(columns);
-  const double panels_end = kHead + kPanelHeight * static_cast<double>(rows);
+  double waiting = 0.0;
+  for (const SceneScaling& scene : report.scenes) waiting = std::max(waiting, worst_waiting_share(report, scene));
+  const std::string warning = disturbance_warning(waiting);
+  const double head = kHead + (warning.empty() ? 0.0 : kLegendRow);
+  const double panels_end = head + kPanelHeight * static_cast<double>(rows);
   const double height = panels_end + 3 * kLegendRow;
   std::string svg =
       open_svg(width, height, "speed-up and efficiency by threads", "xmlns=\"http://www.w3.org/2000/svg\"");
@@ -227,9 +233,10 @@ std::string draw_scaling(const ScalingReport& report) {
                   fmt::format("{} core{}{}{}; {}; medians, whiskers from the slowest to the fastest round",
                               report.cores, report.cores == 1 ? "" : "s", report.processor.empty() ? "" : " of ",
                               report.processor, report.integrator));
+  if (!warning.empty()) svg += svg_text(kChartLeft, 20 + kLegendRow, "start", warning, "warning");
   for (size_t s = 0; s < report.scenes.size(); ++s)
     svg += panel(report, report.scenes[s], kPanelWidth * static_cast<double>(s % columns),
-                 kHead + kPanelHeight * static_cast<double>(s / columns));
+                 head + kPanelHeight * static_cast<double>(s / columns));
   if (!report.scenes.empty()) svg += legend(report, panels_end + kLegendRow);
   return svg + "</svg>\n";
 }

@@ -1,6 +1,8 @@
-// What follows from the measurements.
+// Derives the figures of all reports from the measurements.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/scaling_report.h"
+
+#include "renderer/app/measure/machine_load.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +13,7 @@ namespace kindling::app {
 
 namespace {
 
-// member(sample) of the first `count` samples.
+// Returns member(sample) for the first `count` samples.
 template <typename Sample, typename Member>
 std::vector<double> values(const std::vector<Sample>& samples, size_t count, Member&& member) {
   std::vector<double> result;
@@ -23,7 +25,7 @@ std::vector<double> values(const std::vector<Sample>& samples, Member&& member) 
   return values(samples, samples.size(), std::forward<Member>(member));
 }
 
-// reference[i] / candidate[i] of the rounds that have both.
+// Summarizes reference[i] / candidate[i] over the rounds that have both.
 Summary ratios(const std::vector<double>& reference, const std::vector<double>& candidate) {
   std::vector<double> result;
   for (size_t i = 0; i < std::min(reference.size(), candidate.size()); ++i)
@@ -92,8 +94,8 @@ RenderScaling summarize_render(const AcceleratorScaling& accelerator, const Rend
   result.rays_per_s = rate([](const RenderSample& s) { return s.rays; });
   result.paths_per_s = rate([](const RenderSample& s) { return s.paths; });
   result.idle_share = share([](const RenderSample& s) { return s.idle_s; });
-  result.waiting_share = share(
-      [&](const RenderSample& s) { return std::max(0.0, s.time.wall_s * row.threads - s.time.cpu_s - s.idle_s); });
+  result.waiting_share =
+      median(values(row.samples, [&](const RenderSample& s) { return waiting_share(s.time, row.threads, s.idle_s); }));
   result.training_s = median(values(row.samples, [](const RenderSample& s) { return s.training_s; }));
   if (const RenderRow* one = find_row(accelerator, row.schedule, 1)) {
     result.speedup = ratios(values(one->samples, wall_s), values(row.samples, wall_s));
@@ -113,6 +115,15 @@ RenderScaling summarize_render(const AcceleratorScaling& accelerator, const Rend
   return result;
 }
 
+double worst_waiting_share(const ScalingReport& report, const SceneScaling& scene) {
+  double worst = 0.0;
+  for (const AcceleratorScaling& accelerator : scene.accelerators)
+    for (const RenderRow& row : accelerator.renders)
+      if (!row.samples.empty() && row.threads <= report.cores)
+        worst = std::max(worst, summarize_render(accelerator, row).waiting_share);
+  return worst;
+}
+
 std::optional<AmdahlFit> fit_renders(const AcceleratorScaling& accelerator, Schedule schedule, int cores) {
   std::vector<std::pair<int, double>> speedups;
   for (const RenderRow& row : accelerator.renders)
@@ -122,7 +133,7 @@ std::optional<AmdahlFit> fit_renders(const AcceleratorScaling& accelerator, Sche
 }
 
 std::vector<PhaseScaling> summarize_phases(const SceneScaling& scene) {
-  // The rows of these accelerators, one after the other: rounds of one stand beside rounds of the same one.
+  // Concatenates the rows of these accelerators, so that ratios are between rounds of the same one.
   const auto summarize_one = [&](std::string name, std::span<const AcceleratorScaling> accelerators,
                                  const auto& time_of) {
     PhaseScaling phase{std::move(name), {}};

@@ -1,5 +1,6 @@
-// Scaling as tables for a terminal.
+// Formats scaling as tables for a terminal.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measure/machine_load.h"
 #include "renderer/app/scaling/scaling_report.h"
 #include "renderer/app/text/text_format.h"
 
@@ -11,7 +12,7 @@ namespace kindling::app {
 
 namespace {
 
-constexpr double kShownPhase_s = 0.0005; // of the slowest count; all are in JSON
+constexpr double kShownPhase_s = 0.0005; // phases that never take as long are only in the JSON
 
 std::string percent(double share) { return fmt::format("{:.1f} %", share * 100.0); }
 
@@ -47,18 +48,9 @@ std::string render_table(const ScalingReport& report, const SceneScaling& scene)
   return table.str();
 }
 
-// How busy the machine was with other work, told by the row that suffered most.
-std::string disturbance_note(const ScalingReport& report, const SceneScaling& scene) {
-  constexpr double kNotable = 0.02;
-  double worst = 0.0;
-  for (const AcceleratorScaling& accelerator : scene.accelerators)
-    for (const RenderRow& row : accelerator.renders)
-      if (!row.samples.empty() && row.threads <= report.cores)
-        worst = std::max(worst, summarize_render(accelerator, row).waiting_share);
-  if (worst < kNotable) return {};
-  return fmt::format("  The machine was not quiet: threads with work waited for a processor up to {} of the time; "
-                     "these are no figures to quote.\n",
-                     percent(worst));
+std::string disturbance_line(const ScalingReport& report, const SceneScaling& scene) {
+  const std::string warning = disturbance_warning(worst_waiting_share(report, scene));
+  return warning.empty() ? warning : "  " + warning + "\n";
 }
 
 std::string fit_lines(const ScalingReport& report, const SceneScaling& scene) {
@@ -75,7 +67,7 @@ std::string fit_lines(const ScalingReport& report, const SceneScaling& scene) {
   const bool one_count = std::count_if(report.thread_counts.begin(), report.thread_counts.end(),
                                        [&](int n) { return n > 1 && n <= report.cores; }) < 2;
   return "\nAmdahl's law, T(n) = T(1) (s + (1 - s) / n)\n" + text +
-         (one_count ? "  One count beside 1 fits any s: it says what the speed-up says, and nothing of more threads.\n"
+         (one_count ? "  A single count besides 1 fits any s: it does not predict the speed-up of more threads.\n"
                     : "");
 }
 
@@ -97,7 +89,7 @@ std::string paper_lines(const SceneScaling& scene) {
           paper.high > paper.low ? fmt::format("{:g} to {:g}", paper.low, paper.high) : fmt::format("{:g}", paper.low);
       text += fmt::format("; the paper's regions {} ({})\n", range, paper.processor);
     }
-  return text.empty() ? text : "\nstatic regions, as the paper has them, and tiles: speed-up\n" + text;
+  return text.empty() ? text : "\nspeed-up of static regions, as in the paper, and of tiles\n" + text;
 }
 
 std::string preparation_table(const ScalingReport& report, const SceneScaling& scene) {
@@ -128,14 +120,14 @@ std::string preparation_table(const ScalingReport& report, const SceneScaling& s
 std::string mismatch_lines(const SceneScaling& scene) {
   std::string text;
   for (const ImageMismatch& m : find_mismatches(scene))
-    text += fmt::format("  {}, {}, {} thread{}, round {}: ANOTHER PICTURE\n",
+    text += fmt::format("  {}, {}, {} thread{}, round {}: DIFFERENT IMAGE\n",
                         scene.accelerators[m.accelerator].variant.name(), schedule_name(m.schedule), m.threads,
                         m.threads == 1 ? "" : "s", m.round + 1);
   if (!text.empty()) return text;
   size_t images = 0;
   for (const AcceleratorScaling& accelerator : scene.accelerators)
     for (const RenderRow& row : accelerator.renders) images += row.samples.size();
-  return fmt::format("  {} images; those of one accelerator are the same to the bit\n", images);
+  return fmt::format("  {} images, bit-identical for each accelerator\n", images);
 }
 
 } // namespace
@@ -152,7 +144,7 @@ std::string format_scaling_tables(const ScalingReport& report, const SceneScalin
   text += render_table(report, scene);
   if (!report.thread_counts.empty() && report.thread_counts.back() > report.cores)
     text += "  * more threads than cores\n";
-  text += mismatch_lines(scene) + disturbance_note(report, scene);
+  text += mismatch_lines(scene) + disturbance_line(report, scene);
   text += fit_lines(report, scene) + paper_lines(scene) + preparation_table(report, scene);
   std::string accelerators;
   for (const AcceleratorScaling& accelerator : scene.accelerators)

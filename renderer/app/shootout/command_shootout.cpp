@@ -1,4 +1,4 @@
-// `kindling shootout`, scene by scene: load, record rays, build, trace, report.
+// The steps of a shootout, scene by scene: load, record rays, build, trace, report.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/command_shootout.h"
 
@@ -33,10 +33,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A scene ready to be raced on.
+// A prepared scene: world, camera, image size.
 struct Stage {
   std::unique_ptr<const World> world;
-  RecordingAccelerator* recorder = nullptr; // of the world
+  RecordingAccelerator* recorder = nullptr; // owned by the world
   PlacedCamera camera;
   V2i size_px{0, 0};
 };
@@ -75,7 +75,7 @@ class ShootoutCommand {
   }
 
  private:
-  // All that can be refused before any work.
+  // Finds errors in file names before any work.
   Result<void> check() {
     const std::pair<const char*, const fs::path*> files[] = {
         {"--json", &options_.json_file}, {"--csv", &options_.csv_file}, {"--html", &options_.html_file}};
@@ -132,7 +132,7 @@ class ShootoutCommand {
         result.accelerators[a].step_map = count_step_map(*racers[a], heat_map_camera(stage));
       }
     show("");
-    if (finished) tell_first_disagreements(result);
+    if (finished) report_first_disagreements(result);
     if (finished) {
       const accel::Statistics& statistics = result.accelerators.front().build.statistics;
       result.triangle_count = statistics.triangle_count;
@@ -141,8 +141,9 @@ class ShootoutCommand {
     return result;
   }
 
-  // With -v: rays to look into; --rays keeps them.
-  void tell_first_disagreements(const SceneResult& scene) {
+  // Prints the first disagreeing ray of each kind with -v, for a look into the rays that --rays
+  // saves.
+  void report_first_disagreements(const SceneResult& scene) {
     for (const AcceleratorResult& accelerator : scene.accelerators)
       for (const TraversalResult& result : accelerator.traversal)
         if (const auto& first = result.disagreements.first)
@@ -151,7 +152,8 @@ class ShootoutCommand {
                                       first->found_t, scene.accelerators.front().variant.name(), first->expected_t));
   }
 
-  // Loaded, posed, with a camera; its World has an accelerator that can record.
+  // Loads and poses a scene, chooses its camera, and builds a World whose accelerator can record
+  // rays.
   Result<Stage> prepare(const fs::path& file) {
     display_.start_phase(Phase::load);
     Result<Scene> scene = load_gltf(file, {}, &display_);
@@ -199,7 +201,7 @@ class ShootoutCommand {
     return stage;
   }
 
-  // From --rays, or recorded; then saved if a file is named.
+  // The rays of the file of --rays; if it does not exist, rays are recorded and saved there.
   Result<std::vector<RaySet>> rays_of(const Stage& stage, SceneResult& result) {
     if (replayed_) {
       if (replayed_->geometry_hash != result.geometry_hash)
@@ -234,7 +236,8 @@ class ShootoutCommand {
     return {stage.camera.camera, stage.camera.camera_to_world, V2i(side(stage.size_px.x), side(stage.size_px.y))};
   }
 
-  // What is being done: the status line of a terminal, details elsewhere. Empty: nothing.
+  // Shows the current step in the status line of a terminal, or else as a detail. An empty text
+  // removes it.
   void show(const std::string& text) {
     if (terminal_)
       console_.status(text.empty() ? text : "kindling: " + text);
@@ -257,12 +260,6 @@ class ShootoutCommand {
     show("");
     console_.note("interrupted: no report was written");
     return exit_code_of_signal(signals_.received());
-  }
-
-  static Result<void> print(const std::string& text) {
-    std::string reason;
-    if (write_standard_output(text, reason)) return {};
-    return Error{ErrorKind::input_output, "standard output: " + reason};
   }
 
   const ShootoutOptions& options_;

@@ -1,4 +1,4 @@
-// `kindling shootout`: races accelerators on the rays of scenes.
+// `kindling shootout` races accelerators on the rays of scenes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kindling::app {
 
-// The exit code. `command_line` goes into the reports.
+// Returns the exit code. `command_line` is stored in the reports.
 [[nodiscard]] Result<int> run_shootout(const ShootoutOptions& options, const std::string& command_line,
                                        Console& console);
 

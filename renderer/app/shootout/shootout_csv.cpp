@@ -1,4 +1,4 @@
-// A shootout as comma-separated values (RFC 4180, lines end with a line feed).
+// Writes a shootout as comma-separated values (RFC 4180, lines end with a line feed).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/text/text_format.h"

@@ -1,4 +1,4 @@
-// What each pixel's camera ray costs.
+// Measures the cost of each pixel's camera ray.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_measure.h"
 #include "renderer/base/flush_denormals.h"
@@ -9,7 +9,7 @@ namespace kindling::app {
 
 namespace {
 
-// What two readings of the clock in a row lie apart.
+// The median time between two consecutive readings of the clock.
 double clock_cost_s() {
   std::vector<double> costs;
   for (int i = 0; i < 1001; ++i) {
@@ -19,7 +19,7 @@ double clock_cost_s() {
   return median(costs);
 }
 
-// Through the pixels' centers, row by row.
+// Rays through the centers of the pixels, row by row.
 std::vector<accel::Ray> center_rays(const Camera& camera) {
   std::vector<accel::Ray> rays;
   for (int y = 0; y < camera.size_px().y; ++y)
@@ -39,7 +39,7 @@ HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& ca
   const std::vector<accel::Ray> rays = center_rays(camera);
   const size_t pixels = rays.size();
   std::vector<double> times(pixels * kHeatMapRounds);
-  std::vector<accel::Hit> hits(pixels); // written, so that no query can be left out
+  std::vector<accel::Hit> hits(pixels); // stored, so that the compiler keeps all queries
   for (int round = 0; round < kHeatMapRounds; ++round)
     for (size_t i = 0; i < pixels; ++i) {
       const double start = clock_s(ShootoutClock::wall);

@@ -1,5 +1,6 @@
-// A shootout as one page that needs nothing else.
+// Writes a shootout as one self-contained HTML page.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measure/machine_load.h"
 #include "renderer/app/measure/svg.h"
 #include "renderer/app/shootout/shootout_plots.h"
 #include "renderer/app/shootout/shootout_report.h"
@@ -31,7 +32,7 @@ svg { display: block; max-width: 100%; height: auto; } svg text { font: 12px sys
 .grid { stroke: #ddd; } .whisker { stroke: #222; stroke-width: 1.5; }
 .maps { display: flex; flex-wrap: wrap; gap: 1em; } figure { margin: 0; } figcaption { font-size: .9em; }
 figure img { width: 340px; max-width: 100%; image-rendering: pixelated; display: block; }
-.scale { width: 340px; max-width: 100%; height: 14px; } .note { color: #555; font-size: .9em; }
+.scale { width: 340px; max-width: 100%; height: 14px; } .note { color: #555; font-size: .9em; } .warning { color: #b3261e; font-weight: 600; }
 </style>
 </head>
 <body>
@@ -68,7 +69,7 @@ std::string build_table_html(const ShootoutReport& report, const SceneResult& sc
   return text + "</table>\n";
 }
 
-// Rows of the first accelerator's traversal that `wanted` picks, as groups of bars.
+// A bar chart of the traversal rows whose form of call is `wanted`.
 template <typename Wanted>
 std::string bars(const SceneResult& scene, Wanted&& wanted) {
   BarChart chart;
@@ -92,7 +93,8 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
 std::string speed_table_html(const SceneResult& scene) {
   std::vector<std::string> heading{"rays, call", "hits"};
   for (const AcceleratorResult& a : scene.accelerators) heading.push_back(a.variant.name());
-  std::string text = "<h3>Million rays per second, and times the first</h3>\n<table>\n" + row(heading, "th");
+  std::string text =
+      "<h3>Million rays per second, and the ratio to the first accelerator</h3>\n<table>\n" + row(heading, "th");
   const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
   for (size_t r = 0; r < first.size(); ++r) {
     const RaySetInfo& set = scene.sets[first[r].set];
@@ -106,15 +108,15 @@ std::string speed_table_html(const SceneResult& scene) {
         cells.emplace_back("-");
         continue;
       }
-      cells.push_back(fmt::format("{:.3f}", mega_rays_per_s(set, median(result.times_s))) +
-                      (i > 0 && result.ratio_to_first > 0.0 ? fmt::format(" ({:.2f}x)", result.ratio_to_first) : ""));
+      const double time_s = median(result.times_s);
+      cells.push_back((time_s > 0.0 ? fmt::format("{:.3f}", mega_rays_per_s(set, time_s)) : "n/a") +
+                      (i > 0 && result.ratio_to_first > 0.0 ? " (" + format_ratio(result.ratio_to_first) + ")" : ""));
     }
     text += row(cells, "td");
   }
   const auto mean_row = [&](const std::string& name, std::optional<CallForm> form) {
     std::vector<std::string> cells{"geometric mean, " + name, "", ""};
-    for (size_t i = 1; i < scene.accelerators.size(); ++i)
-      cells.push_back(fmt::format("{:.2f}x", mean_ratio(scene, i, form)));
+    for (size_t i = 1; i < scene.accelerators.size(); ++i) cells.push_back(format_ratio(mean_ratio(scene, i, form)));
     return row(cells, "td");
   };
   if (scene.accelerators.size() > 1)
@@ -132,9 +134,8 @@ std::string disagreement_table(const SceneResult& scene) {
                  fmt::format("{}", sum.at_edge)},
                 "td");
   }
-  return text + "</table>\n<p class=\"note\">Rays slip through the edges of accelerators that are not robust; a ray "
-                "may also start "
-                "within rounding of a surface, where robust ones differ rightly.</p>\n";
+  return text + "</table>\n<p class=\"note\">Accelerators that are not robust let rays through at edges of "
+                "triangles. Rays that start within rounding of a surface may be answered either way.</p>\n";
 }
 
 std::string comparison_tables(const std::vector<EmbreeComparison>& comparisons, std::string_view tag) {
@@ -150,7 +151,12 @@ std::string comparison_tables(const std::vector<EmbreeComparison>& comparisons, 
   return text;
 }
 
-// All maps of a scene by one scale, up to the 99th percentile of all pixels.
+std::string warning_paragraph(double waiting) {
+  const std::string warning = disturbance_warning(waiting);
+  return warning.empty() ? warning : "<p class=\"warning\">" + escape_html(warning) + "</p>\n";
+}
+
+// The maps of all accelerators with one scale, up to the 99th percentile of all pixels.
 std::string heat_maps(const SceneResult& scene, HeatMap AcceleratorResult::*member, std::string_view title,
                       std::string_view note, std::string_view unit) {
   std::vector<double> all;
@@ -178,12 +184,13 @@ std::string heat_maps(const SceneResult& scene, HeatMap AcceleratorResult::*memb
 
 std::string all_heat_maps(const SceneResult& scene) {
   return heat_maps(
-             scene, &AcceleratorResult::heat_map, "What each pixel's camera ray costs",
-             "Wall time of single nearest-hit calls, less what reading the clock takes; median of repeated rounds over "
+             scene, &AcceleratorResult::heat_map, "Cost of each pixel's camera ray",
+             "Wall time of single nearest-hit calls, minus that of reading the clock; median of repeated rounds over "
              "the image.",
              "ns") +
          heat_maps(scene, &AcceleratorResult::step_map, "Steps of each pixel's camera ray",
-                   "Nodes and leaves that the single nearest-hit call visits, of the accelerators that tell.", "steps");
+                   "Nodes and leaves that the single nearest-hit call visits, for accelerators that report them.",
+                   "steps");
 }
 
 std::string leaf_sizes(const SceneResult& scene) {
@@ -192,12 +199,10 @@ std::string leaf_sizes(const SceneResult& scene) {
     const std::vector<size_t>& sizes = scene.accelerators[i].build.statistics.leaf_sizes;
     if (sizes.empty()) continue;
     const LeafSizes summary = summarize_leaf_sizes(sizes);
-    text +=
-        fmt::format(
-            "<h3>Leaves of {}</h3>\n<p class=\"note\">{:.2f} references in a leaf in the mean, {} in the median, {} at "
-            "most.</p>\n",
-            escape_html(scene.accelerators[i].variant.name()), summary.mean, summary.median, summary.max) +
-        draw_leaf_sizes(sizes, i);
+    text += fmt::format("<h3>Leaves of {}</h3>\n<p class=\"note\">{:.2f} references per leaf on average, median {}, "
+                        "maximum {}.</p>\n",
+                        escape_html(scene.accelerators[i].variant.name()), summary.mean, summary.median, summary.max) +
+            draw_leaf_sizes(sizes, i);
   }
   return text;
 }
@@ -211,7 +216,7 @@ std::string cost_table_html(const SceneResult& scene) {
                      fmt::format("{:.2f}", a.costs[set].leaves), fmt::format("{:.1f}", a.costs[set].triangles)},
                     "td");
   if (rows.empty()) return {};
-  return "<h3>Visited by a ray's single query, means</h3>\n<table>\n" +
+  return "<h3>Visited per ray by single queries, means</h3>\n<table>\n" +
          row({"accelerator, rays", "nodes", "leaves", "triangles"}, "th") + rows + "</table>\n";
 }
 
@@ -219,6 +224,7 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
   std::string text = fmt::format(
       "<h2>{}</h2>\n<p>{} triangles, {} instances; rays of an image of {} x {} pixels.</p>\n",
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
+  text += warning_paragraph(worst_waiting_share(scene));
   text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });
   text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
@@ -228,7 +234,7 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
          disagreement_table(scene) + all_heat_maps(scene);
 }
 
-// Build times of all scenes by their size.
+// A plot of build times over the sizes of the scenes.
 std::string build_plot(const ShootoutReport& report) {
   if (report.scenes.size() < 2) return {};
   LineChart chart{"triangles", "seconds", {}};
@@ -254,16 +260,23 @@ std::string format_shootout_html(const ShootoutReport& report) {
   text += fmt::format("<h1>Kindling shootout</h1>\n<p>Kindling {}, {}{}{}.<br><code>{}</code></p>\n", version(),
                       escape_html(compiler()), report.processor.empty() ? "" : "; ", escape_html(report.processor),
                       escape_html(report.command_line));
-  text += fmt::format("<p>Rays were recorded from path tracing each scene. They are traced on one thread, in {}; "
-                      "medians of {} interleaved "
-                      "repetitions after one that warms up, whiskers from the slowest to the fastest. Builds: medians "
-                      "of {}, on one thread in "
-                      "{} and on {} in wall time.</p>\n",
-                      clock_description(report.clock), report.repeat, report.build_repeat,
-                      report.clock == ShootoutClock::cpu ? "CPU time" : "wall time", report.build_threads);
+  text += fmt::format(
+      "<p>Rays were recorded while path tracing each scene, and are traced on one thread. Speeds are medians "
+      "of {} interleaved repetitions after a warm-up, in {}; whiskers go from the slowest to the fastest. "
+      "Builds are medians of {}, in {} on one thread and in wall time on {}.</p>\n",
+      report.repeat, clock_description(report.clock), report.build_repeat,
+      report.clock == ShootoutClock::cpu ? "CPU time" : "wall time", report.build_threads);
+  const std::vector<EmbreeComparison> means = compare_with_embree(report);
+  if (!means.empty())
+    text +=
+        "<p class=\"note\">Tables \"against the best of Embree\" hold ratios of the kd-tree to Embree: of speed, where "
+        "larger is better, of build time and of memory, where smaller is better. The column \"aim\" is the bound that "
+        "the kd-tree is built to keep: &gt;= at least, &lt;= at most. \"-\": not in this race; \"n/a\": too short "
+        "for the clock.</p>\n";
   if (report.scenes.size() > 1) {
-    const std::vector<EmbreeComparison> means = compare_with_embree(report);
-    text += comparison_tables(means, "h2");
+    double waiting = 0.0;
+    for (const SceneResult& scene : report.scenes) waiting = std::max(waiting, worst_waiting_share(scene));
+    text += warning_paragraph(waiting) + comparison_tables(means, "h2");
     if (!means.empty()) text += "<p class=\"note\">Geometric means over all scenes.</p>\n";
   }
   for (const SceneResult& scene : report.scenes) text += scene_section(report, scene);

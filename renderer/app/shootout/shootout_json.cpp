@@ -1,5 +1,6 @@
-// A shootout for programs. README.md describes the keys.
+// Writes a shootout as JSON; README.md describes the keys.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measure/machine_load.h"
 #include "renderer/app/measure/measurement_json.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
@@ -21,7 +22,9 @@ Json disagreements_json(const Disagreements& disagreements) {
 }
 
 Json comparisons_json(const std::vector<EmbreeComparison>& comparisons) {
-  const auto number_or_null = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
+  const auto number_or_null = [](const std::optional<double>& value) {
+    return value.value_or(0.0) > 0.0 ? Json(*value) : Json();
+  };
   Json json = Json::array();
   for (const EmbreeComparison& comparison : comparisons) {
     Json lines = Json::array();
@@ -92,6 +95,9 @@ Json race_scene_json(const SceneResult& scene) {
   json["height"] = scene.size_px.y;
   json["triangles"] = scene.triangle_count;
   json["instances"] = scene.instance_count;
+  const double waiting = worst_waiting_share(scene);
+  json["waiting_share"] = waiting;
+  json["warning"] = waiting < kQuietWaitingShare ? Json() : Json(disturbance_warning(waiting));
   json["rays"] = Json::array();
   for (const RaySetInfo& set : scene.sets)
     json["rays"].push_back({{"name", set.name},
@@ -114,7 +120,7 @@ std::string format_shootout_json(const ShootoutReport& report) {
   json["compiler"] = compiler();
   json["command_line"] = report.command_line;
   json["processor"] = report.processor;
-  json["clock"] = report.clock == ShootoutClock::cpu ? "cpu" : "wall";
+  json["clock"] = clock_name(report.clock);
   json["traversal_threads"] = 1;
   json["build_threads"] = report.build_threads;
   json["repeat"] = report.repeat;

@@ -1,4 +1,4 @@
-// Builds and traversal, measured in turn.
+// Measures builds and traversal of the accelerators in turn.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_measure.h"
 
@@ -18,7 +18,7 @@ namespace kindling::app {
 
 namespace {
 
-// One build; with `threads` in all, the calling one among them.
+// Builds once, with `threads` threads including the calling one.
 std::unique_ptr<accel::Accelerator> build(const accel::BuildInput& input, const AcceleratorVariant& variant,
                                           int threads) {
   accel::BuildOptions options;
@@ -36,14 +36,28 @@ float distance_tolerance(const accel::Ray& ray, float t) {
   return kDistanceTolerance * (t + largest);
 }
 
-// Rays of one call.
+// Wall and CPU time of `work` by the readings of `clock`. The CPU interval encloses the other one,
+// so that short work does not seem to have waited for a processor.
+template <typename Work>
+WorkTime measure(double (*clock)(ShootoutClock), const Work& work) {
+  const double cpu_start = clock(ShootoutClock::cpu), wall_start = clock(ShootoutClock::wall);
+  work();
+  const double wall_s = clock(ShootoutClock::wall) - wall_start;
+  return {wall_s, clock(ShootoutClock::cpu) - cpu_start};
+}
+
+double time_by(ShootoutClock clock, const WorkTime& work) {
+  return clock == ShootoutClock::cpu ? work.cpu_s : work.wall_s;
+}
+
+// The number of rays of one call.
 size_t chunk_of(const RaySet& set, CallForm form, uint32_t batch_size) {
   return form == CallForm::coherent && set.coherent_group > 0 ? set.coherent_group : batch_size;
 }
 
 bool is_at_edge(const accel::Hit& hit) { return std::min({hit.u, hit.v, 1.0f - hit.u - hit.v}) <= kEdge; }
 
-// An accelerator and, where it is Embree's, what answers by each of Embree's own calls.
+// An accelerator, and for Embree the adapters that answer by each of its packet and stream calls.
 class Racer {
  public:
   Racer(const accel::Accelerator& accelerator, bool embree_calls) : accelerator_(&accelerator) {
@@ -56,7 +70,7 @@ class Racer {
   [[nodiscard]] bool has_own_calls() const {
     return std::any_of(own_calls_.begin(), own_calls_.end(), [](const auto& call) { return call != nullptr; });
   }
-  // Null if it has no such call.
+  // The accelerator for a form of call; null if it does not have it.
   [[nodiscard]] const accel::Accelerator* by(CallForm form) const {
     if (every_accelerator_has(form)) return accelerator_;
     const size_t own = static_cast<size_t>(form) - static_cast<size_t>(CallForm::packet);
@@ -167,9 +181,9 @@ std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildI
       if (!progress(fmt::format("build of {} on one thread, {} of {}", name, round + 1, settings.build_repeat)))
         return {};
       built[a].reset();
-      const double one_start = process_clock_s(settings.clock);
-      built[a] = build(input, results[a].variant, 1);
-      result.one_thread_s.push_back(process_clock_s(settings.clock) - one_start);
+      const WorkTime work = measure(process_clock_s, [&] { built[a] = build(input, results[a].variant, 1); });
+      result.one_thread_s.push_back(time_by(settings.clock, work));
+      result.one_thread_work += work;
       result.statistics = built[a]->statistics();
     }
   return built;
@@ -208,7 +222,7 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
       return accel::rounding_explains(*settings.geometry, ray, expected, found);
     };
 
-  // The first round is not timed: it warms up, and is checked.
+  // The first round is not timed. It warms up, and its answers are compared.
   for (size_t s = 0; s < sets.size(); ++s) {
     const RaySet& set = sets[s];
     Answers expected(set);
@@ -243,9 +257,9 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
           const size_t a = (turn + round) % count;
           const accel::Accelerator* racer = racers[a].by(form);
           if (racer == nullptr) continue;
-          const double start = clock_s(settings.clock);
-          trace(*racer, set, form, settings.batch_size, answers);
-          result.accelerators[a].traversal[row].times_s.push_back(clock_s(settings.clock) - start);
+          const WorkTime work = measure(clock_s, [&] { trace(*racer, set, form, settings.batch_size, answers); });
+          result.accelerators[a].traversal[row].times_s.push_back(time_by(settings.clock, work));
+          result.accelerators[a].traversal_work += work;
         }
         ++row;
       }

@@ -1,4 +1,4 @@
-// Bars, lines and heat maps.
+// Draws bars, lines and heat maps.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_plots.h"
 
@@ -21,7 +21,7 @@ constexpr double kLeft = 64, kTop = 12, kPlotHeight = 240, kRaceLegendRow = 20;
 std::string draw_bars(const BarChart& chart) {
   constexpr double kBar = 22, kGap = 28;
   const double group_width = kBar * static_cast<double>(chart.series.size()) + kGap;
-  const double group_step = std::max(group_width, 96.0); // room for the names of kinds
+  const double group_step = std::max(group_width, 96.0); // leaves room for the names of kinds
   const double plot_width = group_step * static_cast<double>(chart.groups.size());
   const double width = kLeft + plot_width + 16;
   const double height = kTop + kPlotHeight + 34 + kRaceLegendRow * static_cast<double>(chart.series.size());
@@ -66,12 +66,13 @@ std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color,
   constexpr double kBar = 12, kHeight = 100;
   std::vector<size_t> counts(std::min(leaf_sizes.size(), last + 1), 0);
   for (size_t n = 0; n < leaf_sizes.size(); ++n) counts[std::min(n, last)] += leaf_sizes[n];
-  const size_t most = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
+  const size_t max_count = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
   std::string svg = open_svg(kLeft + kBar * static_cast<double>(counts.size()) + 24, kTop + kHeight + 38, "leaf sizes");
-  svg += svg_text(kLeft - 6, kTop + 10, "end", format_count(static_cast<double>(most)));
+  svg += svg_text(kLeft - 6, kTop + 10, "end", format_count(static_cast<double>(max_count)));
   for (size_t n = 0; n < counts.size(); ++n) {
     const double x = kLeft + kBar * static_cast<double>(n);
-    const double height = most > 0 ? kHeight * static_cast<double>(counts[n]) / static_cast<double>(most) : 0.0;
+    const double height =
+        max_count > 0 ? kHeight * static_cast<double>(counts[n]) / static_cast<double>(max_count) : 0.0;
     const std::string size = n == last ? fmt::format("{} or more", n) : fmt::format("{}", n);
     svg += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"><title>{}: {} leaves"
@@ -80,7 +81,7 @@ std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color,
     if (n % 5 == 0)
       svg += svg_text(x + kBar / 2, kTop + kHeight + 16, "middle", n == last ? fmt::format("{}+", n) : size);
   }
-  return svg + svg_text(kLeft, kTop + kHeight + 34, "start", "references in a leaf") + "</svg>\n";
+  return svg + svg_text(kLeft, kTop + kHeight + 34, "start", "references per leaf") + "</svg>\n";
 }
 
 std::string draw_lines(const LineChart& chart) {
@@ -142,7 +143,7 @@ std::string draw_lines(const LineChart& chart) {
 }
 
 Palette heat_palette() {
-  // Between these colors in equal steps; their luminance grows all the way.
+  // Interpolates between these colors, whose luminance increases.
   constexpr std::array<std::array<double, 3>, 6> kStops{
       {{0, 0, 4}, {66, 10, 104}, {147, 38, 103}, {221, 81, 58}, {252, 165, 10}, {252, 255, 164}}};
   Palette palette;

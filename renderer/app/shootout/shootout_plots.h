@@ -1,4 +1,4 @@
-// Plots as SVG for the page of a shootout. Pure functions.
+// Draws the plots of a shootout as SVG. Pure functions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,19 +13,19 @@
 
 namespace kindling::app {
 
-// One group of bars for each kind of rays, one bar in it for each accelerator.
+// A bar chart: one group of bars for each kind of rays, one bar in it for each accelerator.
 struct BarChart {
-  std::string unit;                         // of the values
+  std::string unit;                         // unit of the values
   std::vector<std::string> series;          // names of accelerators
   std::vector<std::string> groups;          // names of kinds of rays
   std::vector<std::vector<Summary>> values; // [group][series]; whiskers show min and max
 };
 [[nodiscard]] std::string draw_bars(const BarChart& chart);
 
-// A small bar for each leaf size from 0 on; all sizes from `last` on share one.
+// A histogram of leaf sizes from 0 on; all sizes from `last` on share a bar.
 [[nodiscard]] std::string draw_leaf_sizes(const std::vector<size_t>& leaf_sizes, size_t color, size_t last = 40);
 
-// Lines through points on logarithmic axes; points that are not positive are left out.
+// Lines through points on logarithmic axes. Points that are not positive are left out.
 struct LineChart {
   std::string x_label;
   std::string y_label;
@@ -39,9 +39,9 @@ struct LineChart {
 };
 [[nodiscard]] std::string draw_lines(const LineChart& chart);
 
-// Dark to bright: black, purple, red, yellow.
+// Colors from dark to bright: black, purple, red, yellow.
 [[nodiscard]] Palette heat_palette();
-// An image of a heat map as a data: URI; `largest` and more are the brightest.
+// A heat map as an image in a data: URI; values from `largest` on have the brightest color.
 [[nodiscard]] std::string heat_map_uri(const HeatMap& map, double largest);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// What a shootout has measured, and the forms in which it is told: tables, JSON, CSV, a page of HTML.
+// The results of a shootout, and its reports as tables, JSON, CSV and HTML.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,6 +7,7 @@
 #include "renderer/app/options/accelerator_variant.h"
 #include "renderer/app/options/shootout_clock.h"
 #include "renderer/base/math.h"
+#include "renderer/base/stopwatch.h"
 #include "renderer/session/ray_set.h"
 
 #include <array>
@@ -18,25 +19,26 @@
 
 namespace kindling::app {
 
-// How rays are handed over: one at a time, in batches of any rays, in groups of coherent ones; then Embree's calls for many rays,
-// which only Embree has: batches by accel::EmbreeCall.
+// Forms of call: one ray at a time, batches of any rays, groups of coherent rays; and the calls
+// that only Embree has, by accel::EmbreeCall.
 enum class CallForm { single, batch, coherent, packet, coherent_packet, stream, coherent_stream };
 inline constexpr std::array kCallForms{CallForm::single,         CallForm::batch,           CallForm::coherent,
                                        CallForm::packet,         CallForm::coherent_packet, CallForm::stream,
                                        CallForm::coherent_stream};
 [[nodiscard]] std::string_view call_form_name(CallForm form);
-// False for Embree's own.
+// False for the calls that only Embree has.
 [[nodiscard]] constexpr bool every_accelerator_has(CallForm form) { return form <= CallForm::coherent; }
 
-// In barycentric coordinates: where accelerators that are not robust may let a ray through.
+// The distance from an edge, in barycentric coordinates, within which accelerators that are not
+// robust may let a ray through.
 inline constexpr float kEdge = 1e-2f;
 
-// Against the single calls of the first accelerator, ray by ray; never by ids.
+// Differences from the single calls of the first accelerator, ray by ray. Ids are not compared.
 struct Disagreements {
   uint64_t hit_or_miss = 0; // one hits, the other does not
   uint64_t distance = 0;    // both hit, farther apart than rounding explains
-  uint64_t at_edge = 0;     // of all these: the hit that only one has, or the nearer one, lies within kEdge of an edge
-  struct First {            // in the set; distances are infinite for a miss, 0 for an any hit
+  uint64_t at_edge = 0;     // among these, the hit of only one side, or the nearer hit, lies within kEdge of an edge
+  struct First {            // the first one in the set; distances are infinite for a miss, 0 for any-hit rays
     size_t ray = 0;
     float expected_t = 0.0f;
     float found_t = 0.0f;
@@ -52,40 +54,41 @@ struct Disagreements {
   }
 };
 
-// One kind of rays by one form of call through one accelerator.
+// Results of one kind of rays by one form of call through one accelerator.
 struct TraversalResult {
   size_t set = 0; // index into SceneResult::sets
   CallForm form = CallForm::single;
-  std::vector<double>
-      times_s; // of all rays of the set, one for each repetition; none if the accelerator has no such call
-  double ratio_to_first = 0.0; // speed against the first accelerator with the same call: speed_ratio()
+  std::vector<double> times_s; // for all rays of the set, one per repetition; empty if the accelerator has no such call
+  double ratio_to_first =
+      0.0; // speed relative to the first accelerator with the same call: speed_ratio(); 0: not measured
   Disagreements disagreements;
 };
 
 struct BuildResult {
   std::vector<double> one_thread_s;
-  std::vector<double> many_threads_s; // wall time, always
+  std::vector<double> many_threads_s; // always wall time
   std::optional<uint64_t>
-      peak_growth_bytes; // of the process during the first build; unset where the system does not tell
+      peak_growth_bytes; // growth of the process during the first build; unset if the system does not report it
   uint64_t huge_page_bytes =
-      0; // growth of the process's memory in huge pages by the first build, 0 also where it does not tell
+      0; // growth of memory in huge pages by the first build; 0 also if the system does not report it
+  WorkTime one_thread_work; // sum over the builds on one thread: wall time, CPU time of the process
   accel::Statistics statistics;
 };
 
-// Means over rays of what the single query visits: accel::TraversalCost.
+// Means of accel::TraversalCost over rays.
 struct MeanCost {
   double nodes = 0.0;
   double leaves = 0.0;
   double triangles = 0.0;
 };
 
-// What each pixel's camera ray costs.
+// The cost of each pixel's camera ray.
 struct HeatMap {
   V2i size_px{0, 0};
   std::vector<float> values; // by pixel, row by row from the top
 };
 
-// Of Statistics::leaf_sizes, which must not be empty.
+// A summary of Statistics::leaf_sizes, which must not be empty.
 struct LeafSizes {
   double mean = 0.0;
   size_t median = 0; // the smallest size that half of the leaves do not exceed
@@ -95,10 +98,11 @@ struct LeafSizes {
 struct AcceleratorResult {
   AcceleratorVariant variant;
   BuildResult build;
-  std::vector<TraversalResult> traversal; // sets in order, forms within; the same rows for all accelerators
-  std::vector<MeanCost> costs;            // by set; empty where the library does not tell
-  HeatMap heat_map;                       // nanoseconds: median of repeated single calls; empty if none was asked for
-  HeatMap step_map;                       // nodes and leaves visited; empty where the library does not tell, too
+  std::vector<TraversalResult> traversal; // by set, then by form; the same rows for all accelerators
+  WorkTime traversal_work;                // sum over all timed repetitions: wall time, CPU time of the tracing thread
+  std::vector<MeanCost> costs;            // by set; empty for libraries that do not report it
+  HeatMap heat_map;                       // nanoseconds of a single call; empty if not requested
+  HeatMap step_map;                       // nodes and leaves visited; empty also for libraries that do not report it
 };
 
 struct RaySetInfo {
@@ -113,7 +117,7 @@ struct SceneResult {
   std::string file;
   uint64_t geometry_hash = 0;
   V2i size_px{0, 0};
-  size_t triangle_count = 0; // as placed
+  size_t triangle_count = 0; // with all instances
   size_t instance_count = 0;
   std::vector<RaySetInfo> sets;
   std::vector<AcceleratorResult> accelerators;
@@ -121,7 +125,7 @@ struct SceneResult {
 
 struct ShootoutReport {
   std::string command_line;
-  std::string processor; // empty where the system does not tell
+  std::string processor; // empty if unknown
   ShootoutClock clock = ShootoutClock::wall;
   int build_threads = 1;
   uint32_t repeat = 0;
@@ -132,16 +136,21 @@ struct ShootoutReport {
 
 // Millions of rays per second; 0 for no rays or no time.
 [[nodiscard]] double mega_rays_per_s(const RaySetInfo& set, double seconds);
-// The row of the fastest of these forms for a set; null if there is none. Unset: of all forms.
+// The fastest row of a set with this form of call, or, if `form` is unset, with any form; null if
+// there is none.
 [[nodiscard]] const TraversalResult* fastest_row(const AcceleratorResult& accelerator, size_t set,
                                                  std::optional<CallForm> form);
-// Of ratio_to_first over the kinds of rays: with one form of call, or (unset) with the fastest form of each kind on both sides.
+// The geometric mean of ratio_to_first over the kinds of rays, for one form of call, or, if `form`
+// is unset, for the fastest form of each kind on both sides.
 [[nodiscard]] double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<CallForm> form);
+// The largest waiting share of the accelerators' traversal and one-thread builds, which other work
+// on the machine causes.
+[[nodiscard]] double worst_waiting_share(const SceneResult& scene);
 [[nodiscard]] Disagreements sum_disagreements(const AcceleratorResult& accelerator);
 [[nodiscard]] LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes);
 // "wall time" or "CPU time of the thread".
 [[nodiscard]] std::string_view clock_description(ShootoutClock clock);
-// "SCENE.glb" of its path.
+// The file name without its folder.
 [[nodiscard]] std::string scene_name(const SceneResult& scene);
 
 // The tables of one scene for a terminal; ends with '\n'.
@@ -149,7 +158,7 @@ struct ShootoutReport {
 // README.md describes the keys and columns.
 [[nodiscard]] std::string format_shootout_json(const ShootoutReport& report);
 [[nodiscard]] std::string format_shootout_csv(const ShootoutReport& report);
-// Complete in itself: images are inline, nothing is fetched.
+// A self-contained page: images are inline, nothing is fetched.
 [[nodiscard]] std::string format_shootout_html(const ShootoutReport& report);
 
 } // namespace kindling::app

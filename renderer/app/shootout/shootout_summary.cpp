@@ -1,4 +1,4 @@
-// Picks the fastest rows of both sides.
+// Compares the fastest rows of the kd-tree with those of Embree.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_summary.h"
 
@@ -16,7 +16,7 @@ namespace {
 using SetFilter = bool (*)(const RaySetInfo&);
 using VariantFilter = std::function<bool(const AcceleratorVariant&)>;
 
-// Of speeds over the wanted kinds of rays.
+// The mean ratio of speeds over the wanted kinds of rays.
 std::optional<double> speed_against(const SceneResult& scene, const AcceleratorResult& own, SetFilter wanted,
                                     std::optional<CallForm> form, const VariantFilter& rival) {
   std::vector<double> ratios;
@@ -35,15 +35,17 @@ std::optional<double> speed_against(const SceneResult& scene, const AcceleratorR
   return geometric_mean(ratios);
 }
 
-// Of a quantity of builds.
+// The ratio of a quantity of builds.
 std::optional<double> build_against(const SceneResult& scene, const AcceleratorResult& own,
                                     double (*quantity)(const BuildResult&), const VariantFilter& rival) {
   std::optional<double> smallest;
   for (const AcceleratorResult& accelerator : scene.accelerators)
-    if (const double value = quantity(accelerator.build); rival(accelerator.variant) && value > 0.0)
+    if (rival(accelerator.variant)) {
+      const double value = quantity(accelerator.build);
       smallest = std::min(value, smallest.value_or(value));
+    }
   if (!smallest) return std::nullopt;
-  return quantity(own.build) / *smallest;
+  return *smallest > 0.0 ? quantity(own.build) / *smallest : 0.0;
 }
 
 bool is_bounce(const RaySetInfo& set) { return set.query == RayQuery::nearest && set.coherent_group == 0; }
@@ -104,7 +106,7 @@ std::vector<EmbreeComparison> compare_with_embree(const SceneResult& scene) {
 
 std::vector<EmbreeComparison> compare_with_embree(const ShootoutReport& report) {
   if (report.scenes.empty()) return {};
-  std::vector<EmbreeComparison> means = compare_with_embree(report.scenes.front()); // the same variants in all scenes
+  std::vector<EmbreeComparison> means = compare_with_embree(report.scenes.front()); // all scenes have the same variants
   for (size_t c = 0; c < means.size(); ++c) {
     std::vector<EmbreeComparison> scenes;
     for (const SceneResult& scene : report.scenes) scenes.push_back(compare_with_embree(scene)[c]);
@@ -116,7 +118,11 @@ std::vector<EmbreeComparison> compare_with_embree(const ShootoutReport& report) 
   return means;
 }
 
-std::string format_ratio(const std::optional<double>& ratio) { return ratio ? fmt::format("{:.2f}x", *ratio) : "-"; }
+std::string format_ratio(const std::optional<double>& ratio) {
+  if (!ratio) return "-";
+  if (!(*ratio > 0.0)) return "n/a";
+  return *ratio < 0.1 ? fmt::format("{:.2g}x", *ratio) : fmt::format("{:.2f}x", *ratio);
+}
 
 std::string format_aim(const EmbreeComparisonLine& line) {
   return fmt::format("{} {:.1f}x", line.lower_wins ? "<=" : ">=", line.aim);

@@ -1,5 +1,6 @@
-// A shootout as tables, and the figures that all reports derive in the same way.
+// Formats a shootout as tables, and derives the figures that all reports share.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/app/measure/machine_load.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
 #include "renderer/app/text/text_format.h"
@@ -26,7 +27,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
                    {"nodes", true},
                    {"leaves", true},
                    {"refs/leaf", true},
-                   {"most", true},
+                   {"max", true},
                    {"refs/triangle", true}});
   for (const AcceleratorResult& accelerator : scene.accelerators) {
     const BuildResult& build = accelerator.build;
@@ -51,8 +52,9 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
 std::string speed_cell(const RaySetInfo& set, const TraversalResult& result, bool with_ratio) {
   if (result.times_s.empty()) return "-";
   const Summary summary = summarize(result.times_s);
+  if (!(summary.median > 0.0)) return "n/a";
   std::string text = fmt::format("{:.3f} ±{:.0f}%", mega_rays_per_s(set, summary.median), summary.spread_percent() / 2);
-  if (with_ratio) text += fmt::format("  {:.2f}x", result.ratio_to_first);
+  if (with_ratio) text += "  " + format_ratio(result.ratio_to_first);
   return text;
 }
 
@@ -72,8 +74,7 @@ std::string speed_table(const SceneResult& scene) {
   if (scene.accelerators.size() > 1) {
     const auto add_mean = [&](const std::string& call, std::optional<CallForm> form) {
       std::vector<std::string> cells{"geometric mean", call, ""};
-      for (size_t a = 1; a < scene.accelerators.size(); ++a)
-        cells.push_back(fmt::format("{:.2f}x", mean_ratio(scene, a, form)));
+      for (size_t a = 1; a < scene.accelerators.size(); ++a) cells.push_back(format_ratio(mean_ratio(scene, a, form)));
       table.add(cells);
     };
     add_mean("single", CallForm::single);
@@ -83,7 +84,7 @@ std::string speed_table(const SceneResult& scene) {
   return table.str();
 }
 
-// Of the accelerators that tell; empty if none does.
+// The cost of traversal, for accelerators that report it; empty if none does.
 std::string cost_table(const SceneResult& scene) {
   TextTable table({{"accelerator"}, {"rays"}, {"nodes", true}, {"leaves", true}, {"triangles", true}});
   bool any = false;
@@ -95,10 +96,10 @@ std::string cost_table(const SceneResult& scene) {
                  fmt::format("{:.2f}", cost.leaves), fmt::format("{:.1f}", cost.triangles)});
       any = true;
     }
-  return any ? "\nvisited by a ray's single query, means\n" + table.str() : std::string();
+  return any ? "\nvisited per ray by single queries, means\n" + table.str() : std::string();
 }
 
-// Packets and streams, of the accelerators that have them; empty if none has.
+// Packets and streams, for accelerators that have them; empty if none does.
 std::string embree_call_table(const SceneResult& scene) {
   std::vector<const AcceleratorResult*> embrees;
   for (const AcceleratorResult& accelerator : scene.accelerators)
@@ -134,7 +135,8 @@ std::string disagreement_lines(const SceneResult& scene) {
                     accelerator.variant.name(), sum.total(), sum.total() == 1 ? "" : "s",
                     scene.accelerators.front().variant.name(), compared, sum.hit_or_miss, sum.distance);
     if (sum.total() > 0) text += fmt::format(", {} of them at an edge of a triangle", sum.at_edge);
-    if (sum.total() > 0 && !accelerator.variant.robust) text += "; rays slip through edges where it is not robust";
+    if (sum.total() > 0 && !accelerator.variant.robust)
+      text += "; accelerators that are not robust let rays through at edges";
     text += '\n';
   }
   return text;
@@ -177,6 +179,14 @@ double mean_ratio(const SceneResult& scene, size_t accelerator, std::optional<Ca
   return geometric_mean(ratios);
 }
 
+double worst_waiting_share(const SceneResult& scene) {
+  double worst = 0.0;
+  for (const AcceleratorResult& accelerator : scene.accelerators)
+    for (const WorkTime& work : {accelerator.traversal_work, accelerator.build.one_thread_work})
+      worst = std::max(worst, waiting_share(work));
+  return worst;
+}
+
 Disagreements sum_disagreements(const AcceleratorResult& accelerator) {
   Disagreements sum;
   for (const TraversalResult& result : accelerator.traversal) sum.add(result.disagreements);
@@ -207,7 +217,9 @@ std::string format_scene_tables(const ShootoutReport& report, const SceneResult&
   std::string text = fmt::format("{}\n  {} triangles, {} instances; rays of an image of {}x{}\n", printable(scene.file),
                                  scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
   for (const RaySetInfo& set : scene.sets)
-    if (set.ray_count == 0) text += fmt::format("  no rays of kind {}: no path goes there\n", set.name);
+    if (set.ray_count == 0) text += fmt::format("  no rays of kind {}: no path has any\n", set.name);
+  if (const std::string warning = disturbance_warning(worst_waiting_share(scene)); !warning.empty())
+    text += "  " + warning + "\n";
   text += fmt::format("\nbuilds, median of {}\n{}", report.build_repeat, build_table(report, scene));
   text +=
       fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",

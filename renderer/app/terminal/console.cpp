@@ -1,4 +1,4 @@
-// Standard error through spdlog, with one sink that knows of the status line.
+// Standard error through spdlog, with one sink that keeps the status line below the messages.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/console.h"
 
@@ -20,7 +20,7 @@ namespace kindling::app {
 
 namespace {
 
-// All of `text` to a file descriptor; false (see errno) if it does not arrive.
+// Writes all of `text` to a file descriptor; returns false and sets errno on failure.
 bool write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = ::write(descriptor, text.data(), text.size());
@@ -44,7 +44,7 @@ class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
     write_all(STDERR_FILENO, std::string(kEraseLine) + status_);
   }
 
-  // Without a label.
+  // Writes a line without a label.
   void write_line(std::string_view text) {
     const std::lock_guard lock(mutex_);
     write_above_status(text);
@@ -73,7 +73,7 @@ class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
     bytes += text;
     bytes += '\n';
     bytes += status_;
-    write_all(STDERR_FILENO, bytes); // nobody is left to tell if this fails
+    write_all(STDERR_FILENO, bytes); // a failure here cannot be reported anywhere
   }
 
   bool json_;
@@ -118,6 +118,12 @@ void Console::status(std::string_view text) {
 }
 
 uint64_t Console::warning_count() const { return impl_->warnings; }
+
+Result<void> print(std::string_view text) {
+  std::string reason;
+  if (write_standard_output(text, reason)) return {};
+  return Error{ErrorKind::input_output, "standard output: " + reason};
+}
 
 bool write_standard_output(std::string_view text, std::string& reason) {
   if (write_all(STDOUT_FILENO, text) || errno == EPIPE) return true;

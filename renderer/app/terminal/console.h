@@ -1,6 +1,8 @@
-// Everything that this program says on standard error, and its results on standard output. Nothing else prints.
+// Messages on standard error and results on standard output; no other code prints.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+
+#include "renderer/base/result.h"
 
 #include <cstdint>
 #include <memory>
@@ -10,12 +12,12 @@
 namespace kindling::app {
 
 struct ConsoleSettings {
-  bool quiet = false;   // errors alone
+  bool quiet = false;   // errors only
   bool verbose = false; // details too
-  bool json = false;    // warnings and notes as JSON lines; an error stays a line of text
+  bool json = false;    // warnings and notes as JSON lines; errors stay plain text
 };
 
-// One line for each message, safe from any thread. Control characters of names in files are made harmless.
+// Prints one line for each message, safe from any thread. Control characters are replaced.
 //   kindling: error: forest.gltf: ...
 //   kindling: warning: forest.gltf: ...
 //   kindling: no camera in the file: ...
@@ -29,11 +31,12 @@ class Console {
   void error(std::string_view message);
   void warning(std::string_view message);
   void note(std::string_view message);
-  void detail(std::string_view message); // with -v only
+  void detail(std::string_view message); // printed with -v only
 
-  // A line as it is, unless quiet: plain progress, JSON, the summary.
+  // Prints a line unchanged, unless quiet: plain progress, JSON, the summary.
   void line(std::string_view text);
-  // The line of a terminal that is rewritten in place; messages push it down. Empty: remove it.
+  // Sets the status line of a terminal, which is rewritten in place below the messages. An empty
+  // text removes it.
   void status(std::string_view text);
 
   [[nodiscard]] uint64_t warning_count() const;
@@ -45,8 +48,10 @@ class Console {
   std::unique_ptr<Impl> impl_;
 };
 
-// Results, at once. A reader that went away is no error (it has seen enough); anything else that keeps the text from
-// arriving is: then false, with the system's reason in `reason`.
+// Writes results to standard output, unbuffered. A reader that closed its end is no error; fails
+// (input_output) with the system's reason if the text cannot be written otherwise.
+[[nodiscard]] Result<void> print(std::string_view text);
+// The same for callers that build their own error: false, with the system's reason in `reason`.
 [[nodiscard]] bool write_standard_output(std::string_view text, std::string& reason);
 
 } // namespace kindling::app

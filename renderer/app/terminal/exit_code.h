@@ -1,4 +1,4 @@
-// The exit codes of the command line: scripts and render farms decide by them.
+// The exit codes of the program, for scripts and render farms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ inline constexpr int kExitSceneInvalid = 3;
 inline constexpr int kExitInputOutput = 4;
 inline constexpr int kExitIncomplete = 5; // parts of an image are missing
 inline constexpr int kExitGoesOn = 6;     // a farm is not done yet
-// Ended by a signal: 128 + its number, 130 for SIGINT and 143 for SIGTERM. The images are written all the same.
+// The exit code after a signal: 130 for SIGINT, 143 for SIGTERM. A render still writes its images.
 [[nodiscard]] constexpr int exit_code_of_signal(int signal) { return 128 + signal; }
 
 [[nodiscard]] constexpr int exit_code_of(ErrorKind kind) {

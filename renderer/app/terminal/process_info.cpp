@@ -1,4 +1,4 @@
-// What the operating system knows of this process, read from /proc.
+// Reads files of /proc.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/process_info.h"
 
@@ -17,7 +17,7 @@ namespace kindling::app {
 
 namespace {
 
-// The first bytes of a small file of /proc as text; false if it cannot be read.
+// Reads the first bytes of a small file of /proc as text; returns false if it cannot be read.
 bool read_text(const char* path, char* text, size_t size) {
   std::FILE* file = std::fopen(path, "r");
   if (!file) return false;
@@ -27,7 +27,8 @@ bool read_text(const char* path, char* text, size_t size) {
   return count > 0;
 }
 
-// What follows `key` and a colon in a file of /proc, to the end of its line; empty if it is not there.
+// Returns the rest of the line after `key` and a colon in a file of /proc; empty if there is no
+// such line.
 std::string find_field(const char* path, std::string_view key) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
@@ -44,7 +45,8 @@ std::string find_field(const char* path, std::string_view key) {
 double seconds_since_process_start() {
   char text[1024];
   if (!read_text("/proc/self/stat", text, sizeof text)) return 0.0;
-  // proc(5): starttime is field 22, in clock ticks since boot. Field 2 is the name in parentheses and may hold spaces.
+  // proc(5): starttime is field 22, in clock ticks since boot. Field 2 is the name in parentheses
+  // and may hold spaces.
   const char* at = std::strrchr(text, ')');
   for (int field = 2; at && field < 22; ++field) at = std::strchr(at + 1, ' ');
   unsigned long long ticks = 0;
@@ -66,13 +68,14 @@ uint64_t huge_page_bytes() {
 }
 
 uint64_t peak_resident_bytes() {
-  // Not getrusage(): its maximum includes what the process that started this one held (getrusage(2), ru_maxrss after execve).
+  // Not getrusage(): its maximum includes what the process that started this one held
+  // (getrusage(2), ru_maxrss after execve).
   return std::strtoull(find_field("/proc/self/status", "VmHWM").c_str(), nullptr, 10) * 1024U; // in kB
 }
 
 bool restart_peak_resident() {
   malloc_trim(0);
-  // proc(5): writing 5 to clear_refs sets VmHWM to what is resident.
+  // proc(5): writing 5 to clear_refs resets VmHWM to the current resident memory.
   std::FILE* file = std::fopen("/proc/self/clear_refs", "w");
   if (!file) return false;
   const bool written = std::fwrite("5", 1, 1, file) == 1;

@@ -1,4 +1,4 @@
-// What the operating system knows of this process: age and memory.
+// Age, memory and processor of this process, as the operating system reports them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,17 +7,19 @@
 
 namespace kindling::app {
 
-// Since the process was started, loading of shared libraries included, to 10 ms; 0 where /proc does not tell.
+// Seconds since the process was started, loading of shared libraries included, to 10 ms. This and
+// all of the following return 0 if /proc cannot be read.
 [[nodiscard]] double seconds_since_process_start();
-// Resident memory now; 0 where /proc does not tell.
+// Resident memory now.
 [[nodiscard]] uint64_t resident_bytes();
-// Anonymous memory of this process in huge pages; 0 where /proc does not tell.
+// Anonymous memory of this process in huge pages.
 [[nodiscard]] uint64_t huge_page_bytes();
-// The most that was resident since the start or the last restart_peak_resident(); 0 where /proc does not tell.
+// The peak of resident memory since the start or the last restart_peak_resident().
 [[nodiscard]] uint64_t peak_resident_bytes();
-// Gives unused memory of the heap back and starts a new peak from what is resident now; false where the system cannot.
+// Returns unused heap memory to the system and starts a new peak from the current resident memory;
+// false if the system does not support this.
 [[nodiscard]] bool restart_peak_resident();
-// "AMD EPYC ...", empty where /proc does not tell.
+// "AMD EPYC ...", or an empty string.
 [[nodiscard]] std::string processor_name();
 
 } // namespace kindling::app

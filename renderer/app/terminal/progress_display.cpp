@@ -1,4 +1,4 @@
-// Shows the progress of a render on standard error.
+// Chooses the moments at which progress is printed.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/progress_display.h"
 
@@ -14,7 +14,7 @@ namespace kindling::app {
 
 namespace {
 
-// Standard error is a terminal that can rewrite a line.
+// True if standard error is a terminal that can rewrite a line.
 bool can_rewrite_lines() {
   const char* terminal = std::getenv("TERM");
   return isatty(STDERR_FILENO) == 1 && terminal && std::string_view(terminal) != "dumb";
@@ -30,7 +30,7 @@ double seconds_between(std::chrono::steady_clock::time_point from, std::chrono::
   return std::chrono::duration<double>(to - from).count();
 }
 
-// A plain line for a phase that took less would only be noise.
+// Shorter phases get no plain line at their end.
 constexpr double kPlainPhaseSeconds = 1.0;
 
 } // namespace
@@ -141,8 +141,8 @@ void ProgressDisplay::note_interruption() {
   if (interruption_noted_ || !context_.signals || context_.signals->received() == 0) return;
   interruption_noted_ = true;
   console_.note(context_.checkpoint
-                    ? "interrupted: saving the checkpoint and writing the images; once more quits at once"
-                    : "interrupted: finishing the pass and writing the images; once more quits at once");
+                    ? "interrupted: saving the checkpoint and writing the images; a second interrupt quits at once"
+                    : "interrupted: finishing the pass and writing the images; a second interrupt quits at once");
 }
 
 } // namespace kindling::app

@@ -19,31 +19,32 @@
 
 namespace kindling::app {
 
-// What the display says besides what it is told.
+// Facts that progress reports do not contain.
 struct ProgressContext {
   std::optional<uint32_t> spp_wanted;   // unset: a time limit ends the render
-  const SignalGuard* signals = nullptr; // may be null: asked whether the user wants to end
-  bool checkpoint = false;              // is saved when the user ends it
+  const SignalGuard* signals = nullptr; // may be null; asked for an interruption by the user
+  bool checkpoint = false;              // a checkpoint is saved on interruption
 };
 
-// automatic: the rewritten line of a terminal, plain lines elsewhere. A line of the terminal is rewritten at most ten
-// times a second; a plain line comes every 5 s and at the end of a phase that was long enough to matter; a JSON line at
-// each report of the library, at most five times a second, and at the end of each phase.
+// Prints a status line on a terminal, plain lines or JSON lines. A status line is rewritten at most
+// ten times a second. A plain line is printed every 5 s and at the end of long phases. A JSON line
+// is printed for each report of the library, at most five times a second, and at the end of each
+// phase. ProgressMode::automatic takes the status line on a terminal, else plain lines.
 class ProgressDisplay final : public ProgressListener {
  public:
   ProgressDisplay(Console& console, ProgressMode mode, const ProgressContext& context);
 
   void on_progress(const ProgressSnapshot& snapshot) override;
-  // What has been said of an earlier frame is not said again.
+  // Prints a warning, unless an earlier frame had the same.
   void on_warning(std::string_view message) override;
   void on_info(std::string_view message) override { console_.detail(message); }
 
-  // `done_before`: the share of its work that earlier runs have done, in [0, 1].
+  // `done_before` is the share of the phase that earlier runs have done, in [0, 1].
   void start_phase(Phase phase, double done_before = 0.0);
   // Ends the phase and removes the status line.
   void end_phase();
 
-  // What follows is of that frame, the index-th of count.
+  // Starts a frame, the index-th of count, counted from 1.
   void start_frame(int number, size_t index, size_t count);
   void end_frame();
 
@@ -68,7 +69,7 @@ class ProgressDisplay final : public ProgressListener {
   Clock::time_point frame_start_;
   size_t frames_done_ = 0;
   double frames_done_s_ = 0.0;
-  std::set<std::string, std::less<>> warnings_; // of frames
+  std::set<std::string, std::less<>> warnings_; // printed for earlier frames
   bool interruption_noted_ = false;
   bool phase_running_ = false;
 };

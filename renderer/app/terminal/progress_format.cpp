@@ -1,4 +1,4 @@
-// One moment of a render as a line.
+// Builds progress lines from parts that fit the width.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/progress_format.h"
 
@@ -16,7 +16,7 @@ namespace kindling::app {
 namespace {
 
 std::string format_samples(const ProgressState& state) {
-  // Rounded down: 64 of 64 means that they are done.
+  // Rounded down, so that 64 of 64 means finished.
   const bool whole = state.samples_per_pixel >= 10.0 || state.samples_per_pixel == std::floor(state.samples_per_pixel);
   const std::string done = whole ? fmt::format("{:.0f}", std::floor(state.samples_per_pixel))
                                  : fmt::format("{:.1f}", std::floor(state.samples_per_pixel * 10.0) / 10.0);
@@ -29,11 +29,11 @@ std::string format_ray_rate(double rays_per_s) {
   return rate + (rate.find(' ') == std::string::npos ? " rays/s" : "rays/s");
 }
 
-// What is left of the fraction and its bar, most wanted first.
+// The parts after the bar and the percentage, the most important first.
 std::vector<std::string> status_parts(const ProgressState& state) {
   std::vector<std::string> parts;
   if (state.phase == Phase::render) parts.push_back(format_samples(state));
-  // Rounded down: 100% means all.
+  // Rounded down, so that 100% means all.
   if (state.converged) parts.push_back(fmt::format("{:.0f}% converged", std::floor(100.0 * *state.converged)));
   if (state.remaining_s) parts.push_back(format_seconds(*state.remaining_s) + " left");
   if (state.frame && state.frame->remaining_s) parts.push_back(format_seconds(*state.frame->remaining_s) + " for all");

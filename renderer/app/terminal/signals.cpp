@@ -1,4 +1,4 @@
-// Signal handlers: only lock-free atomics, write() and _exit() are touched inside.
+// Signal handlers, which only touch lock-free atomics and _exit().
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/signals.h"
 
@@ -34,7 +34,7 @@ SignalGuard::SignalGuard(CancelToken& token) {
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM}) {
     struct sigaction previous {};
-    // nohup and background jobs of a script ignore SIGINT: then so do we.
+    // nohup and background jobs of a script ignore SIGINT; it stays ignored then.
     sigaction(signal, nullptr, &previous);
     if (previous.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
   }

@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM: the first asks the render to end in good order, the second ends the process at once.
+// SIGINT and SIGTERM: the first signal ends a render in good order, the second ends the process.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,22 +6,23 @@
 
 namespace kindling::app {
 
-// Handles the signals while it lives; at most one lives at a time. Handlers reach it through the one global of the
-// program, because a signal has no other context.
+// Handles the signals during its lifetime; at most one exists at a time. Handlers reach it through
+// globals, because a signal has no other context.
 class SignalGuard {
  public:
-  // `token` is cancelled by the first signal and must outlive the guard. The second one exits with 128 + its number.
+  // The first signal cancels `token`, which must outlive the guard; the second one exits with 128 +
+  // its number.
   explicit SignalGuard(CancelToken& token);
   ~SignalGuard();
   SignalGuard(const SignalGuard&) = delete;
   SignalGuard& operator=(const SignalGuard&) = delete;
 
-  // The number of the first signal that came, 0 if none did.
+  // The number of the first signal that arrived, or 0.
   [[nodiscard]] int received() const;
 };
 
-// A reader that closes our pipe early (`kindling info scene.glb | head`), or a limit on the size of files, makes writing fail instead of
-// killing us.
+// Ignores SIGPIPE and SIGXFSZ, so that writing fails where a reader closes the pipe (`kindling info
+// scene.glb | head`) or a file reaches the size limit, instead of killing the process.
 void ignore_signals_of_writing();
 
 } // namespace kindling::app

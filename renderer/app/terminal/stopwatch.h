@@ -1,4 +1,4 @@
-// How long something took, for reports.
+// Wall time since a moment, for reports.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// The values of flags, from text.
+// Parsers of flag values and their error messages.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/text/parse_values.h"
 
@@ -17,7 +17,7 @@ Error wrong(std::string_view text, std::string_view what, std::string_view accep
   return {ErrorKind::usage, fmt::format("'{}' {}; use {}", text, what, accepted)};
 }
 
-// The whole of `text` as a finite number; a leading '+' is allowed, spaces are not.
+// Parses all of `text` as a finite number. A leading '+' is allowed, spaces are not.
 std::optional<double> to_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0.0;
@@ -44,7 +44,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   }
 }
 
-// N integers separated by commas.
+// Parses N integers separated by commas.
 template <size_t N>
 std::optional<std::array<int64_t, N>> to_integers(std::string_view text) {
   const std::vector<std::string_view> parts = split(text, ',');
@@ -58,7 +58,7 @@ std::optional<std::array<int64_t, N>> to_integers(std::string_view text) {
   return values;
 }
 
-// Three numbers separated by commas that single precision can hold.
+// Parses three numbers separated by commas, within the range of single precision.
 std::optional<V3f> to_vector(std::string_view text) {
   const std::vector<std::string_view> parts = split(text, ',');
   if (parts.size() != 3) return std::nullopt;
@@ -219,40 +219,6 @@ std::string join_choices(const std::vector<std::string>& names) {
     text += names[i];
   }
   return text;
-}
-
-namespace {
-
-// Levenshtein's distance between two short words.
-size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t substitution = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({substitution, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
-} // namespace
-
-std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
-  if (word.size() > 64) return {};
-  std::string best;
-  size_t best_distance = std::max<size_t>(1, word.size() / 3) + 1;
-  for (const std::string& candidate : candidates) {
-    const size_t distance = edit_distance(word, candidate);
-    if (distance < best_distance) {
-      best = candidate;
-      best_distance = distance;
-    }
-  }
-  return best;
 }
 
 } // namespace kindling::app

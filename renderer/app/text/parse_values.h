@@ -1,4 +1,4 @@
-// The values of flags, from text: sizes, durations, colors, lists and numbers. Pure functions.
+// Parses values of flags: numbers, sizes, durations, colors and lists. Pure functions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,8 @@
 
 namespace kindling::app {
 
-// Errors are of kind usage and do not name the flag: what was found, and what would be accepted.
+// Errors are of kind usage. They state what was found and what is accepted, and do not name the
+// flag.
 
 [[nodiscard]] Result<int64_t> parse_integer(std::string_view text, int64_t min, int64_t max);
 // Finite, in [min, max].
@@ -42,7 +43,8 @@ inline constexpr int kMaxSide = 65536;
 
 // "a, b or c", for messages.
 [[nodiscard]] std::string join_choices(const std::vector<std::string>& names);
-// The candidate nearest to `word` by edit distance, empty if none is near.
+// The candidate that `word` most likely means: the nearest by edit distance, or the one that other
+// renderers call by a word as near ("--samples": --spp). Empty if none is near.
 [[nodiscard]] std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
 } // namespace kindling::app

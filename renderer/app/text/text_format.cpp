@@ -1,4 +1,4 @@
-// Numbers and tables as people read them.
+// Rounds numbers to three digits, and lays out tables.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/text/text_format.h"
 
@@ -11,14 +11,15 @@ namespace kindling::app {
 
 namespace {
 
-// Three significant digits of a number from 0 to 1024.
+// Formats a number from 0 to 1024 with three significant digits.
 std::string three_digits(double value) {
   if (value < 9.995) return fmt::format("{:.2f}", value);
   if (value < 99.95) return fmt::format("{:.1f}", value);
   return fmt::format("{:.0f}", value);
 }
 
-// Columns of a terminal that the text takes: one for each code point, which is right for all but East Asian names.
+// The width of a text on a terminal: one column per code point, which is right except for East
+// Asian names.
 size_t display_width(std::string_view text) {
   return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
@@ -47,6 +48,12 @@ std::string format_seconds(double seconds) {
 
 std::string format_short_time(double seconds) {
   return seconds < 0.1 ? fmt::format("{:#.3g} ms", seconds * 1e3) : format_seconds(seconds);
+}
+
+std::string format_duration(double seconds) {
+  const double minutes = seconds / 60.0;
+  return minutes >= 1.0 && minutes == std::floor(minutes) ? fmt::format("{:g}m", minutes)
+                                                          : fmt::format("{:g}s", seconds);
 }
 
 std::string format_bytes(uint64_t bytes) {

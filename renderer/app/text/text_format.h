@@ -1,4 +1,4 @@
-// Numbers and tables as people read them. Pure functions.
+// Formats numbers, durations, names and tables for people. Pure functions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,35 +11,40 @@ namespace kindling::app {
 
 // "0.012 s", "4.56 s", "12.3 s", then "1:23" and "1:02:03".
 [[nodiscard]] std::string format_seconds(double seconds);
-// "0.042 ms", "35.1 ms", then as format_seconds() does: what may take microseconds.
+// "0.042 ms", "35.1 ms", then as format_seconds(), for times that may be microseconds.
 [[nodiscard]] std::string format_short_time(double seconds);
 // "812 B", "1.5 KiB", "512 MiB", "3.25 GiB".
 [[nodiscard]] std::string format_bytes(uint64_t bytes);
 // "812", "12.3 k", "4.57 M", "1.20 G": three digits, SI prefixes.
 [[nodiscard]] std::string format_count(double count);
+// "5m", "90s": a value of parse_duration(), for defaults in help texts.
+[[nodiscard]] std::string format_duration(double seconds);
 // 16 hexadecimal digits.
 [[nodiscard]] std::string format_hash(uint64_t hash);
 
-// Names come from files that others made: control characters, which a terminal would obey, become '?' and line breaks
-// become spaces. Bytes that are not UTF-8 are kept.
+// Makes text from files safe for a terminal: control characters become '?', line breaks become
+// spaces. Bytes that are not UTF-8 are unchanged.
 [[nodiscard]] std::string printable(std::string_view text);
 
-// One word of a POSIX shell: quoted only where it must be.
+// Returns one word of a POSIX shell, quoted only if necessary.
 [[nodiscard]] std::string shell_quote(std::string_view word);
 
-// One value of a line of comma-separated ones (RFC 4180): quoted if a comma, a quote or a line break is in it.
+// Returns one field of comma-separated values (RFC 4180), quoted if it holds a comma, a quote or a
+// line break.
 [[nodiscard]] std::string csv_field(std::string_view text);
 
-// A table with a line of headings; columns are as wide as their widest cell, numbers (by `right`) to the right.
+// A table with a line of headings. Columns are as wide as their widest cell; those with `right` are
+// aligned to the right.
 class TextTable {
  public:
   struct Column {
     std::string heading;
     bool right = false;
-    bool whole = false; // its cells are not cut
+    bool whole = false; // cells are not truncated
   };
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
-  // One cell per column; cells are made printable and cut at kMaxCell where their column does not say otherwise.
+  // Adds a row of one cell per column. Cells are made printable, and truncated at kMaxCell unless
+  // the column is whole.
   void add(std::vector<std::string> cells);
   [[nodiscard]] bool empty() const { return rows_.empty(); }
   // Each line begins with two spaces and ends with '\n'.
