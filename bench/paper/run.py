@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders the figures of "Research on ray tracing" (scenes/paper), measures what the paper measured, and writes one page.
 
-    bench/paper/run.py                                    # paper.html, images at the paper's sizes
+    bench/paper/run.py                                    # out/paper.html, images at the paper's sizes
     bench/paper/run.py --figures 5,7 --scale 2 --out big.html
     bench/paper/run.py --parts tracers,cores --repeat 9
 """
@@ -54,7 +54,7 @@ def main():
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--out", type=Path, default=Path("paper.html"), help="page; figures go beside it as JSON (paper.html)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/paper.html"), help="page to write; its figures go beside it as JSON (default: out/paper.html)")
     parser.add_argument("--figures", type=words, metavar="N,N", help="only these images, and no other part unless --parts names it")
     parser.add_argument("--parts", type=words, metavar="NAME,NAME", help=f"of {', '.join(PARTS)} (all)")
     parser.add_argument("--scale", type=positive, default=1.0, help="of all images' sizes (1)")
