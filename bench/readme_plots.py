@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the plots of the root README as SVG: a race of accelerators, and efficiency with two threads.
+"""Draws the plots of the root README as SVG: a race of accelerators, efficiency of threads.
 
     build/release/kindling shootout SCENE... --clock cpu --no-embree-calls --json race.json
     bench/readme_plots.py shootout race.json -o scenes/images/shootout.svg

@@ -22,7 +22,8 @@ RULES = {
     "width": rules_language.check_width, "test_names": rules_language.check_test_names, "sizes": rules_sizes.check_sizes,
     "functions": rules_sizes.check_functions,
 }
-# ctest runs these, one test each: tests/house/CMakeLists.txt asks for them by --list-enforced. A rule is added once it finds nothing.
+# ctest runs these, one test each: tests/house/CMakeLists.txt asks for them by --list-enforced. A
+# rule is added once it finds nothing.
 ENFORCED = ["includes", "printing", "files", "readmes"]
 
 

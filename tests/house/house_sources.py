@@ -1,4 +1,4 @@
-"""The source tree as the rules of check_house.py see it: its files, their comments, their literals and their code."""
+"""The source tree as check_house.py reads it: files, comments, literals and code."""
 # SPDX-License-Identifier: Apache-2.0
 import functools
 import io
@@ -11,7 +11,8 @@ CODE_SUFFIXES = (*CPP_SUFFIXES, ".py", ".sh", ".cmake")
 TOP_FOLDERS = ("accel", "bench", "cmake", "renderer", "scenes", "tests")
 BREAK = "\x01"  # stands in prose where code was: no phrase reaches across it
 
-# Alternatives are tried in this order, so a quote in a comment opens no string and 1'000 no character.
+# Alternatives are tried in this order, so a quote in a comment opens no string and 1'000 no
+# character.
 CPP_TOKEN = re.compile(
     r'(?P<comment>//(?:\\\n|[^\n])*|/\*.*?\*/)'
     r'|(?P<raw>(?:u8|[uUL])?R"(?P<delimiter>[^()\\\s]{0,16})\((?P<content>.*?)\)(?P=delimiter)")'

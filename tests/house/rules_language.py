@@ -1,4 +1,7 @@
-"""Rules about language: banned words, first sentences, the width of comments and the names of tests; language.toml has the words."""
+"""Rules of language: words, first sentences, the width of comments, names of tests.
+
+language.toml has the words.
+"""
 # SPDX-License-Identifier: Apache-2.0
 import fnmatch
 import re

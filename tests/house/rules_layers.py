@@ -1,4 +1,7 @@
-"""Rules about layers and files: includes, links, printing, license lines, READMEs and documented flags; layers.toml has the table."""
+"""Rules of layers and files: includes, links, printing, license lines, READMEs and flags.
+
+layers.toml has the table of layers.
+"""
 # SPDX-License-Identifier: Apache-2.0
 import re
 import subprocess

@@ -1,4 +1,7 @@
-"""Rules about sizes: files in a folder, lines in a file, lines and branches in a function; sizes.toml has limits and exceptions."""
+"""Rules of size: files in a folder, lines in a file, lines and branches in a function.
+
+sizes.toml has limits and exceptions.
+"""
 # SPDX-License-Identifier: Apache-2.0
 import re
 import tomllib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of check_house.py: each rule passes on a small made-up tree and fails once it is broken there."""
+"""Tests of check_house.py: each rule passes on a small made-up tree and finds a fault in it."""
 # SPDX-License-Identifier: Apache-2.0
 import tempfile
 import unittest

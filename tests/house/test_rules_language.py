@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of the rules words, heads, width and test_names: a good and a broken case of each, in a small made-up tree."""
+"""Tests of the rules of language: a good and a broken case of each."""
 # SPDX-License-Identifier: Apache-2.0
 import tempfile
 import unittest

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of the rules sizes and functions: counts of files, lines, functions and branches in made-up sources."""
+"""Tests of the rules of size: files, lines, functions and branches in made-up sources."""
 # SPDX-License-Identifier: Apache-2.0
 import tempfile
 import unittest

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of tidy.py: which sources it chooses, and what it makes of the outcome of a program in place of clang-tidy."""
+"""Tests of tidy.py: its choice of sources, and its handling of findings and errors."""
 # SPDX-License-Identifier: Apache-2.0
 import contextlib
 import io

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs clang-tidy over sources that changed and over a rotating share of the others, within a limit of time.
+"""Runs clang-tidy over changed sources and a rotating share of the others, for a limited time.
 
 usage: tidy.py BUILD_FOLDER [--since COMMIT] [--share K/N] [--seconds S] [--jobs N] [FILE...]
 BUILD_FOLDER is configured with the preset `alone`. Checked are, in this order, the FILEs, sources
