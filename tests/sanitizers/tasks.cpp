@@ -1,6 +1,7 @@
 // TBB tasks for the thread sanitizer.
 //
-// `tasks ordered` shares data in all ways that Kindling uses and TBB orders; `tasks race` has a race.
+// `tasks ordered` shares data in all ways that Kindling uses and TBB orders; `tasks race` has a
+// race.
 // SPDX-License-Identifier: Apache-2.0
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
