@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""How build time and speed of the kd-tree and of Embree depend on the number of triangles.
+"""Measures build time and speed of the kd-tree and of Embree by the number of triangles.
 
-Runs bench_scaling for each shape and size, one process each, and, for scenes that are given, `kindling shootout` for further
-points. Prints build time over N log2 N, the exponent of the growth of build time and what speed loses with every doubling,
-and writes a table (CSV) and a page with plots that needs nothing else (HTML).
+Runs bench_scaling for each shape and size, one process each, and `kindling shootout` for further
+points on given scenes. Prints build time over N log2 N, the exponent of the growth of build time and
+the loss of speed with every doubling, and writes a table (CSV) and a self-contained page (HTML).
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -144,9 +144,9 @@ def series(rows):
 
 
 def fit_all(rows):
-    """For each shape and accelerator of several sizes: ns over N log2 N from the smallest to the largest; the exponent of build time; and by
-    kind of rays the percentage of speed that every doubling of the triangles costs. Below 10000 triangles fixed costs and
-    caches rule, so that exponents leave those out where larger ones are."""
+    """Fits for each shape and accelerator with several sizes: ns over N log2 N from the smallest to the largest, the exponent of build time,
+    and by kind of rays the percentage of speed that every doubling of the triangles costs. Below 10000 triangles fixed costs and
+    caches dominate, so exponents leave these sizes out if there are larger ones."""
     fits = []
     for (shape, accelerator), group in series(rows).items():
         if len(group) < 2:
@@ -189,7 +189,7 @@ def accelerators(rows):
 
 
 def shapes(rows):
-    """Generated shapes, which have several sizes, and the scenes, which are points beside each of them."""
+    """(generated shapes, which have several sizes; scenes, which are single points)."""
     sizes = {}
     for row in rows:
         sizes.setdefault(row["shape"], set()).add(row["triangles"])

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""What options that trade bias for less noise do to an image: full | with the option | difference, for the READMEs.
+"""Renders the effect of options that trade bias for less noise, for the READMEs.
+
+Each image shows the full render, the render with the option, and their difference.
 
     bench/bias_images.py [-o scenes/images] [--spp 128] [--kindling PATH]
 

@@ -1,8 +1,12 @@
-"""Color differences (CIEDE2000) and the tone mapping of the render-fidelity goldens: three.js' fit to the ACES transforms."""
+"""CIEDE2000 color differences, and the tone mapping of the render-fidelity goldens.
+
+The tone mapping is three.js' fit to the ACES transforms.
+"""
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-# Stephen Hill's fit, as three.js has it with exposure 1: x / 0.6, sRGB to its working space, a rational curve, and back.
+# Stephen Hill's fit, as three.js has it with exposure 1: x / 0.6, sRGB to its working space, a
+# rational curve, and back.
 ACES_EXPOSURE = 1.0 / 0.6
 ACES_IN = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
 ACES_OUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
@@ -10,14 +14,14 @@ ACES_TOP, ACES_TOP_0, ACES_BOTTOM_2, ACES_BOTTOM_1, ACES_BOTTOM_0 = 0.0245786, -
 
 
 def aces_8bit(linear):
-    """(..., 3) linear sRGB radiance to bytes as the goldens have them: a power of 1/2.2, rounded down."""
+    """Encodes (..., 3) linear sRGB radiance as bytes, as the goldens do: a power of 1/2.2, rounded down."""
     c = np.maximum(np.nan_to_num(linear, posinf=1e6), 0.0) * ACES_EXPOSURE @ ACES_IN.T
     c = (c * (c + ACES_TOP) + ACES_TOP_0) / (c * (ACES_BOTTOM_2 * c + ACES_BOTTOM_1) + ACES_BOTTOM_0)
     return np.floor(255.0 * np.clip(c @ ACES_OUT.T, 0.0, 0.9999) ** (1.0 / 2.2)).astype(np.uint8)
 
 
 def inverse_aces(encoded):
-    """Linear sRGB radiance of encoded values in [0, 1] that were not clipped."""
+    """Inverts the tone mapping: linear sRGB radiance of unclipped encoded values in [0, 1]."""
     y = np.asarray(encoded, np.float64) ** 2.2 @ np.linalg.inv(ACES_OUT).T
     # y (b2 c^2 + b1 c + b0) = c^2 + t c + t0, the positive root.
     y = np.minimum(y, 0.98 / ACES_BOTTOM_2)

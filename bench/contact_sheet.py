@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders every glTF file of a folder at a small size and lays the images out on one sheet, with names, to be looked at.
+"""Renders every glTF file of a folder at a small size and lays the images out on one sheet.
 
 Where the folder has a render-fidelity.json (as glTF-Render-Fidelity-Generator's), a model's first scenario gives camera, size
 and environment, and a golden of another renderer, where there is one, is laid beside the image. Other models are rendered
@@ -42,14 +42,14 @@ def main():
     parser.add_argument("--spp", type=int, default=16, help="samples per pixel (16)")
     parser.add_argument("--columns", type=int, default=8, help="images in a row (8)")
     parser.add_argument("--env", type=Path, help="environment for models without a scenario (the folder's first)")
-    parser.add_argument("--golden", default="blender-cycles", metavar="RENDERER", help="whose golden (blender-cycles); none: no goldens")
+    parser.add_argument("--golden", default="blender-cycles", metavar="RENDERER", help="renderer of the goldens beside the images (blender-cycles); none: no goldens")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--integrator=normal")
     arguments = parser.parse_args()
     if not shutil.which("oiiotool"):
         sys.exit("oiiotool is not installed (Debian: apt-get install openimageio-tools)")
     if not FONT.is_file():
-        print(f"{FONT} is not there (Debian: apt-get install fonts-dejavu-core): the sheet has no names", file=sys.stderr)
+        print(f"{FONT} is missing (Debian: apt-get install fonts-dejavu-core): the sheet has no names", file=sys.stderr)
     kindling = renderers.find_kindling(arguments.kindling)
     entries = [entry for entry in find_entries(arguments)
                if not arguments.only or any(word in entry.name.lower() for word in arguments.only)]
@@ -73,7 +73,7 @@ def main():
 
 
 def find_entries(arguments):
-    """One entry for each model: a .glb, or a .gltf (the one named after its folder where there are several)."""
+    """One entry for each model: a .glb, or a .gltf (of several the one named after its folder)."""
     folder = arguments.folder
     environments = fidelity_scenarios.find_environments(folder)
     default_env = arguments.env or environments.get(fidelity_scenarios.DEFAULT_ENVIRONMENT) or next(iter(environments.values()), None)
@@ -95,7 +95,7 @@ def find_entries(arguments):
 
 
 def render_entry(kindling, entry, arguments, folder, number, failed):
-    """The tile of one model, and that of its golden where there is one. A failure becomes a dark tile."""
+    """The tile of one model and, if it has a golden, that of the golden. A failure becomes a dark tile."""
     width, height = TILE_WIDTH, round(TILE_WIDTH / entry.aspect)
     if height > TILE_HEIGHT:
         width, height = round(TILE_HEIGHT * entry.aspect), TILE_HEIGHT
@@ -120,7 +120,7 @@ def render_entry(kindling, entry, arguments, folder, number, failed):
 
 
 def make_tile(image, label, path):
-    """An image over gray, fitted and centerd, with its name below."""
+    """An image over gray, fitted and centered, with its name below."""
     size = f"{TILE_WIDTH}x{TILE_HEIGHT + LABEL_HEIGHT}"
     label = label if len(label) <= 36 else label[:35] + "~"
     command = ["oiiotool", "--pattern", "constant:color=0.25,0.25,0.25,1", size, "4"]

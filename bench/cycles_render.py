@@ -1,4 +1,6 @@
-"""Renders one glTF scene with Cycles; run by Blender: blender -b --factory-startup --python-exit-code 1 -P cycles_render.py -- JOB.json
+"""Renders one glTF scene with Cycles, inside of Blender.
+
+    blender -b --factory-startup --python-exit-code 1 -P cycles_render.py -- JOB.json
 
 The job is written by renderers.py. Settings are those that make a plain path tracer of Cycles: no denoising, no
 clamps, no adaptive sampling, no glossy blur, no light threshold, caustics on, box filter, single-scatter GGX.
@@ -38,7 +40,7 @@ def principled_nodes(material):
 
 
 def repair_materials(gltf):
-    """Single-scatter GGX everywhere; specular 0 where the file says specularFactor 0, which the importer takes for absent."""
+    """Sets single-scatter GGX everywhere, and specular 0 for specularFactor 0, which the importer ignores."""
     without_specular = set()
     for material in gltf.get("materials", []):
         specular = material.get("extensions", {}).get("KHR_materials_specular", {})
@@ -47,7 +49,7 @@ def repair_materials(gltf):
     for material in bpy.data.materials:
         name = material.name
         if name not in without_specular:
-            name = re.sub(r"\.\d{3}$", "", name)  # Blender's suffix for a name that was taken
+            name = re.sub(r"\.\d{3}$", "", name)  # Blender's suffix for a duplicate name
         for node in principled_nodes(material):
             node.distribution = "GGX"
             if name in without_specular:
@@ -55,7 +57,7 @@ def repair_materials(gltf):
 
 
 def set_world(job):
-    """The equirectangular image, u = 0.5 + atan2(z, x) / 2 pi in glTF axes, which after the importer's turn of +Y to +Z is
+    """The equirectangular image, u = 0.5 + atan2(z, x) / 2 pi in glTF axes, which after the importer's rotation of +Y to +Z is
     exactly Blender's own mapping; a rotation turns it counter-clockwise seen from above. Without an image: black."""
     world = bpy.data.worlds.new("environment")
     bpy.context.scene.world = world
@@ -128,7 +130,7 @@ def set_cycles(job):
 
 
 def set_camera(gltf, size_px):
-    """The first camera of the file; the vertical angle of view holds whatever the aspect ratio, as glTF says."""
+    """Selects the first camera of the file; glTF's vertical angle of view holds for any aspect ratio."""
     cameras = [thing for thing in bpy.context.scene.objects if thing.type == "CAMERA"]
     if not cameras:
         sys.exit("cycles_render.py: the scene has no camera")

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What equal noise costs: renders scenes with several settings of Kindling and with Cycles in one interleaved run.
+"""Measures the cost of equal noise: several settings of Kindling, and Cycles, in one run.
 
     bench/equal_noise.py scenes/interior.glb --setting full= --setting "clamped=--clamp-indirect 10" --spp 4,16,64
     bench/equal_noise.py FOLDER --cycles --spp 16 --seeds 2 --check-reference
 
-All get the same camera, environment, size, bounces and threads, and a box filter; Cycles no denoising, clamps or adaptive
-sampling. Seeds are the outermost loop, so that what disturbs the machine disturbs all settings; times are medians.
-Only path tracing counts as time: not import, texture decoding or building.
+All get the same camera, environment, size, bounces and threads, and a box filter; Cycles gets no
+denoising, clamps or adaptive sampling. Seeds are the outermost loop, so that disturbances of the machine
+affect all settings; times are medians. Only path tracing counts as time: not import, texture decoding or
+building.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -27,7 +28,7 @@ import plots
 import renderers
 
 REFERENCE_TOLERANCE = 0.005  # largest relative difference of a channel's mean that --check-reference accepts
-REFERENCE_SEED = 1_000_003  # of references that are rendered here: none of the measured seeds
+REFERENCE_SEED = 1_000_003  # for references that are rendered here; not among the measured seeds
 CYCLES = "cycles"
 
 
@@ -41,7 +42,7 @@ def parse_arguments(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+", type=Path, help="folders (scenes.json and its scenes, or just glTF files) and glTF files")
     parser.add_argument("--setting", action="append", default=[], metavar="NAME=FLAGS", type=parse_setting,
-                        help="flags of `kindling render`; the first one given is what ratios compare with (kindling=)")
+                        help="flags of `kindling render`; ratios are relative to the first setting (kindling=)")
     parser.add_argument("--common", default=[], type=shlex.split, metavar="FLAGS", help="flags of all settings, and of references")
     parser.add_argument("--cycles", action="store_true", help="Cycles as well, where blender is installed")
     parser.add_argument("--only", type=lambda text: text.split(","), metavar="NAME,...", help="these scenes alone")
@@ -63,7 +64,7 @@ def parse_arguments(arguments=None):
     if options.seeds < 2:
         parser.error("--seeds: noise needs at least 2 renders")
     if options.clock == "cpu" and options.cycles:
-        parser.error("--clock cpu: Cycles does not tell its own time from Blender's; use --clock wall")
+        parser.error("--clock cpu: the CPU time of Blender includes more than Cycles; use --clock wall")
     options.setting = options.setting or [Setting("kindling", [])]
     names = [setting.name for setting in options.setting]
     if len(set(names)) < len(names):
@@ -142,7 +143,7 @@ def measure_scene(job, settings, options, kindling, blender, folder):
         print(f"{job.name}: {reference_file} is {reference.width}x{reference.height}: not compared", file=sys.stderr)
         reference = None
     images = {key: [pixels.read_rgb(run.image) for run in group] for key, group in runs.items()}
-    # Of relative errors: the same for all settings.
+    # The scale of relative errors is the same for all settings.
     scale = reference or pixels.mean_image([p for (_, spp), group in images.items() if spp == options.spp[-1] for p in group])
     rows = [figures(job, name, spp, group, images[name, spp], scale, reference) for (name, spp), group in runs.items()]
     return {"name": job.name, "size_px": list(job.size_px), "reference": str(reference_file) if reference else None, "rows": rows,
@@ -150,7 +151,7 @@ def measure_scene(job, settings, options, kindling, blender, folder):
 
 
 def figures(job, name, spp, runs, images, scale, reference):
-    """What the table and the file say of one setting at one count of samples."""
+    """The figures of one setting at one count of samples, for the table and the file."""
     path_tracing_s = statistics.median(run.path_tracing_s for run in runs)
     noise = pixels.noise(images, scale)
     means = list(zip(*(image.mean() for image in images)))
@@ -179,7 +180,7 @@ def small_images(runs, reference, scale):
     """[(caption, setting or None, spp or None, PNG)], all with one exposure."""
     mean = sum(scale.rgb) / len(scale.rgb)
     gain = 0.25 / mean if mean > 0 else 1.0
-    width = equal_noise_page.PICTURE_WIDTH if scale.width > equal_noise_page.PICTURE_WIDTH else None
+    width = equal_noise_page.IMAGE_WIDTH if scale.width > equal_noise_page.IMAGE_WIDTH else None
     images = [(f"{name}, {spp} sample{'s' if spp > 1 else ''}", name, spp, pixels.small_png(group[0].image, width, gain))
                 for (name, spp), group in runs.items()]
     if reference:
@@ -187,14 +188,14 @@ def small_images(runs, reference, scale):
     return images
 
 
-# --- telling
+# --- reporting
 
 def series(scene, setting):
     return [row for row in scene["rows"] if row["setting"] == setting]
 
 
 def slope_of(rows, key):
-    """Of log error against log time: -1 where noise alone remains, nearer to 0 where samples help less than they cost."""
+    """Slope of log error against log time: -1 for pure noise, nearer to 0 where samples reduce the error less."""
     return plots.slope([(math.log(row["path_tracing_s"]), math.log(row[key])) for row in rows if row.get(key)])
 
 

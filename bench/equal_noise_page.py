@@ -5,15 +5,15 @@ import html
 
 import plots
 
-PICTURE_WIDTH = 320  # pixels
+IMAGE_WIDTH = 320  # pixels
 
 
 def page(result, table):
     names = list(result["settings"])
-    text = [plots.page_start("What equal noise costs", """figure { margin: 0; } figure img { display: block; image-rendering: pixelated; }
+    text = [plots.page_start("The cost of equal noise", """figure { margin: 0; } figure img { display: block; image-rendering: pixelated; }
 figcaption { font-size: 13px; } .row { display: flex; flex-wrap: wrap; gap: .6em; margin-bottom: .6em; }
 table { border-collapse: collapse; font-size: 13px; } td, th { padding: .15em .7em; border-bottom: 1px solid #ddd; text-align: right; }
-"""), "<h1>What equal noise costs</h1>\n<p>Relative squared error against seconds of path tracing ("
+"""), "<h1>The cost of equal noise</h1>\n<p>Relative squared error against seconds of path tracing ("
             f"{result['clock']} time) on {result['threads']} threads; medians of {result['seeds']} seeds. Dashed: error against the reference, which holds bias "
             "as well.</p>\n", plots.key(names)]
     for scene in result["scenes"]:

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""How much faster two nodes of a Slurm cluster render a frame than one, both on this machine: from the submission to the merged image.
+"""Measures the speed-up of a frame on two nodes of a Slurm cluster, both on this machine.
+
+The time is that from the submission to the merged image.
 
 usage: farm_speedup.py [SCENE] [--seconds 600] [--repeat 1] [-- FLAGS OF RENDER]
 
@@ -27,8 +29,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", nargs="?", type=Path, default=ROOT / "scenes" / "interior.glb", help="(scenes/interior.glb)")
     parser.add_argument("--kindling", type=Path, default=ROOT / "build" / "release" / "kindling", help="(build/release/kindling)")
-    parser.add_argument("--seconds", type=float, default=600.0, help="of the frame on one node (600)")
-    parser.add_argument("--repeat", type=int, default=1, help="medians of so many, one node and two in turn (1)")
+    parser.add_argument("--seconds", type=float, default=600.0, help="duration of the frame on one node (600)")
+    parser.add_argument("--repeat", type=int, default=1, help="runs with one node and with two, in turn; medians count (1)")
     parser.add_argument("--json", type=Path, help="write the measurements")
     words = sys.argv[1:]
     flags = words[words.index("--") + 1:] if "--" in words else []
@@ -56,7 +58,7 @@ def main():
 
 
 def choose_samples(options, flags):
-    """Samples per pixel for options.seconds of one thread: from two short renders, since there are costs that samples do not change."""
+    """Samples per pixel for options.seconds of one thread, from two short renders, which separate the fixed costs."""
     def seconds(spp):
         with tempfile.TemporaryDirectory() as folder:
             stats = Path(folder) / "stats.json"
@@ -74,7 +76,7 @@ def choose_samples(options, flags):
 
 
 def measure(options, flags, nodes):
-    """One frame on a cluster of so many nodes: seconds of each stage."""
+    """Renders one frame on a cluster with this number of nodes; returns the seconds of each stage."""
     with tempfile.TemporaryDirectory(prefix="kindling-farm-") as folder, SlurmBed(nodes=nodes, cpus=1) as bed:
         farm = Path(folder) / "farm"
         program = options.kindling.resolve()
@@ -82,7 +84,8 @@ def measure(options, flags, nodes):
         bed.run(program, "farm", "submit", options.scene.resolve(), "--parts", nodes, "--folder", farm, "-o", f"{folder}/image.exr",
                 "--", *flags)
         submitted = time.time()
-        # The clock stops when the image is merged; asking the farm for it costs a processor, so it is asked seldom.
+        # The clock stops when the image is merged. Polling the farm takes a processor, so it is
+        # rare.
         record = farm / "state" / "image.json"
         bed.wait_until("the merged image", record.exists, 20 * options.seconds + 600, every=0.5)
         status = json.loads(bed.run(program, "farm", "status", farm, "--json", check=False))
@@ -112,7 +115,7 @@ def measure(options, flags, nodes):
 
 
 def table(runs):
-    """Medians of the stages for one node and two, and what the second one was worth."""
+    """Medians of the stages for one node and two, and the speed-up."""
     stages = [("wall", "submission to merged image"), ("submit", "  submitting: reading the scene, sbatch"), ("queue", "  waiting for a node"),
               ("load", "  loading and building"), ("training", "  training of a guide"), ("render", "  path tracing"),
               ("write", "  writing the part"), ("merge", "  waiting for the merge, and it")]

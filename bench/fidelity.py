@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Renders the scenarios of a folder of glTF models and compares the images with those of other renderers (goldens).
+"""Renders scenarios of a folder of glTF models and compares them with other renderers.
 
     bench/fidelity.py FOLDER [-o fidelity.html] [--only PATTERN] [--spp 64] [--size 512]
-    bench/fidelity.py FOLDER --compare fidelity.old.json     # exit code 1 where a scenario has moved away from its goldens
+    bench/fidelity.py FOLDER --compare fidelity.old.json     # exit code 1 if a scenario has moved away from its goldens
 
 Writes one page that needs nothing else, sorted by difference, and all figures beside it as JSON. What a folder holds:
-fidelity_scenarios.py; the figures: fidelity_images.py, flip.py, color_difference.py. bench/README.md says how to read them.
+fidelity_scenarios.py; the figures: fidelity_images.py, flip.py, color_difference.py. bench/see README.md to read them.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -114,7 +114,7 @@ def run(kindling, scenario, arguments, image):
 
 
 def render(kindling, scenario, arguments, size, image):
-    """Writes the image; returns the renderer's warnings, or all that it said where it failed."""
+    """Writes the image; returns the renderer's warnings, or its whole output if it failed."""
     command = [kindling, "render", scenario.file, "-o", image, "--size", f"{size[0]}x{size[1]}", "--spp", arguments.spp, "--exr-float",
                "--threads", arguments.threads, "--progress", "none", *scenario.flags, *arguments.flag]
     try:
@@ -123,15 +123,15 @@ def render(kindling, scenario, arguments, size, image):
     except subprocess.TimeoutExpired:
         image.unlink(missing_ok=True)
         return f"not done after {arguments.timeout:g} s"
-    said = done.stderr.replace(str(scenario.file), scenario.file.name).strip()
+    output = done.stderr.replace(str(scenario.file), scenario.file.name).strip()
     if done.returncode != 0:
         image.unlink(missing_ok=True)
-        return f"{said}\nexit code {done.returncode}".strip()
-    return "\n".join(line for line in said.splitlines() if "warning:" in line)
+        return f"{output}\nexit code {done.returncode}".strip()
+    return "\n".join(line for line in output.splitlines() if "warning:" in line)
 
 
 def summarize(goldens):
-    """Least and median over the path tracers' goldens, where there is one; else over all."""
+    """Minimum and median over the goldens of path tracers, or over all goldens without one of these."""
     chosen = [g for name, g in goldens.items() if name in fidelity_scenarios.PATH_TRACERS] or list(goldens.values())
     summary = {}
     for key in ("flip", "delta_e"):
@@ -142,16 +142,16 @@ def summarize(goldens):
 
 
 def order(record):
-    """Failures, then by falling difference, then what has no golden."""
+    """Sort key: failures, then by falling difference, then scenarios without goldens."""
     flip = record["summary"]["flip_median"]
     return (0 if record["failed"] else 1 if flip is not None else 2, -(flip or 0.0), record["name"])
 
 
 def line(record):
     summary = record["summary"]
-    told = record["messages"].splitlines()[-1] if record["failed"] else "no goldens" if summary["flip_median"] is None else \
-        f"FLIP {summary['flip_min']:.3f} least, {summary['flip_median']:.3f} median; delta E {summary['delta_e_median']:.1f}"
-    return f"{record['name']}: {record['seconds']:.1f} s, {told}"
+    result = record["messages"].splitlines()[-1] if record["failed"] else "no goldens" if summary["flip_median"] is None else \
+        f"FLIP {summary['flip_min']:.3f} minimum, {summary['flip_median']:.3f} median; delta E {summary['delta_e_median']:.1f}"
+    return f"{record['name']}: {record['seconds']:.1f} s, {result}"
 
 
 def read_old(path):
@@ -159,11 +159,11 @@ def read_old(path):
         old = json.loads(path.read_text(encoding="utf-8"))
         return {scenario["name"]: scenario["summary"]["flip_median"] for scenario in old["scenarios"]}
     except (OSError, ValueError, KeyError, TypeError) as error:
-        sys.exit(f"{path}: not figures of an earlier run: {error}")
+        sys.exit(f"{path}: no figures of an earlier run: {error}")
 
 
 def report(records, old):
-    """Says what failed and, with old figures, what moved; the exit code."""
+    """Prints failures and, with old figures, changes; returns the exit code."""
     failed = [record["name"] for record in records if record["failed"]]
     for name in failed:
         print(f"not rendered: {name}")

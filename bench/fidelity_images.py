@@ -1,4 +1,4 @@
-"""Images as NumPy arrays, and a golden against a render in figures: what fidelity.py measures."""
+"""Images as NumPy arrays, and the figures that compare a render with a golden."""
 # SPDX-License-Identifier: Apache-2.0
 import struct
 import subprocess
@@ -14,7 +14,8 @@ import flip
 import pixels
 
 OPAQUE = 254.5 / 255.0
-# Encoded values between which tone mapping is inverted: not near black, where a byte is coarse, nor near white, where it saturates.
+# Encoded values between which tone mapping is inverted: not near black, where a byte is coarse, nor
+# near white, where it saturates.
 INVERTIBLE = (0.1, 0.95)
 FILTER_REACH = 10  # pixels; flip.py's widest filter at its default resolution
 # A map from no difference to all of it: black, violet, orange, pale yellow, of growing luminance.
@@ -28,7 +29,7 @@ class Image:
 
 
 def read(path, size_px=None):
-    """Any image that OpenImageIO reads, values as stored; resized where a size (width, height) is given."""
+    """Reads any image that OpenImageIO reads, values as stored, resized to (width, height) if given."""
     with tempfile.TemporaryDirectory() as folder:
         flat = Path(folder) / "flat.tif"
         resize = ["--resize:filter=lanczos3", f"{size_px[0]}x{size_px[1]}"] if size_px else []
@@ -41,7 +42,7 @@ def read(path, size_px=None):
 
 
 def tone_mapped(image):
-    """A linear render as the goldens are: bytes, encoded."""
+    """Encodes a linear render as the goldens are: bytes."""
     return Image(color_difference.aces_8bit(image.rgb), image.alpha)
 
 
@@ -53,7 +54,7 @@ def compare(ours, golden, whole):
     mapping. silhouette: pixels that only one of the two covers, in parts of those that the golden covers.
     """
     shown = ours.rgb / 255.0
-    wanted = np.round(np.clip(golden.rgb.astype(float), 0.0, 1.0) * 255.0) / 255.0  # bytes, too: what is the same is so exactly
+    wanted = np.round(np.clip(golden.rgb.astype(float), 0.0, 1.0) * 255.0) / 255.0  # bytes, too, so that equal pixels are exactly equal
     mask = np.ones(shown.shape[:2], bool) if whole else (golden.alpha >= OPAQUE) & (ours.alpha >= 0.999)
     covered = golden.alpha >= 0.5
     silhouette = 0.0 if whole else float(np.sum(covered != (ours.alpha >= 0.5)) / max(np.sum(covered), 1))
@@ -69,14 +70,14 @@ def compare(ours, golden, whole):
 
 
 def around(mask):
-    """The window that holds the mask and what FLIP's filters see around it."""
+    """The window around the mask with the reach of FLIP's filters."""
     rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     return (slice(max(rows[0] - FILTER_REACH, 0), rows[-1] + FILTER_REACH + 1),
             slice(max(columns[0] - FILTER_REACH, 0), columns[-1] + FILTER_REACH + 1))
 
 
 def linear_ratio(ours, golden):
-    """Of mean radiances, channel by channel, over the pixels where both can be traced back through the tone mapping."""
+    """Ratio of mean radiances by channel, over the pixels where the tone mapping of both can be inverted."""
     low, high = INVERTIBLE
     usable = np.all((ours > low) & (ours < high) & (golden > low) & (golden < high), axis=-1)
     if np.sum(usable) < 16:

@@ -12,7 +12,7 @@ section { border-top: 1px solid #ccc; margin-top: 1em; } h2 { font-size: 17px; m
 table { border-collapse: collapse; font-size: 13px; } td, th { padding: .1em .7em; border-bottom: 1px solid #ddd; text-align: right; }
 td:first-child { text-align: left; } .pt { font-weight: 600; } .worse { color: #b00; } .better { color: #080; } .note { color: #a00; }
 """
-# The pointer on a golden shows our image in its place: what flips is what differs.
+# A pointer over a golden shows our image in its place, so differences flip.
 SCRIPT = """<script>
 document.querySelectorAll("img.golden").forEach(golden => {
   const theirs = golden.src, ours = golden.closest("section").querySelector("img.ours").src;
@@ -24,7 +24,7 @@ document.querySelectorAll("img.golden").forEach(golden => {
 
 
 def page(result, images):
-    """result: what the JSON file holds, scenarios in their order on the page. images: {scenario: {"ours": webp bytes,
+    """Returns the page. result: the content of the JSON file, scenarios in their order on the page. images: {scenario: {"ours": webp bytes,
     "goldens": {renderer: (mime type, bytes, PNG bytes of the difference map)}}}."""
     text = [plots.page_start("Render fidelity", STYLE), "<h1>Render fidelity</h1>\n",
             f"<p>{html.escape(result['settings']['folder'])}: {len(result['scenarios'])} scenarios, {result['settings']['spp']} samples "

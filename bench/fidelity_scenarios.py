@@ -1,4 +1,4 @@
-"""Folders of glTF models with scenarios: which camera and light each wants, and whose renders of it (goldens) are there.
+"""Scenarios of a folder of glTF models: camera, light and goldens of each.
 
 A folder holds MODEL/.../*.gltf or *.glb, MODEL/goldens/SCENARIO/RENDERER-golden*.webp (.png), environments in env/ or
 environments/ in it or beside it, and a list of scenarios in JSON as glTF-Render-Fidelity-Generator's test/config.json.
@@ -13,7 +13,7 @@ from pathlib import Path
 SCENARIO_FILES = ("render-fidelity.json", "scenarios.json", "config.json")
 DEFAULT_ENVIRONMENT = "lightroom_14b.hdr"
 PATH_TRACERS = ("blender-cycles", "three-gpu-pathtracer", "dspbr-pt", "vray", "stellar")
-# What the generator fills in where a scenario is silent (its src/config-reader.ts).
+# Defaults of the generator (its src/config-reader.ts).
 DEFAULT_SIZE, DEFAULT_FOV_DEG = (768, 768), 45
 
 
@@ -24,8 +24,8 @@ class Scenario:
     file: Path
     flags: list  # of `kindling render`: camera, environment, background
     aspect: float  # width / height
-    skybox: bool  # the environment is seen, so that all pixels count
-    listed: bool  # a scenario of the list, not a model that has none
+    skybox: bool  # the environment is visible, so all pixels count
+    listed: bool  # false: a model without a scenario in the list
     goldens: dict = field(default_factory=dict)  # {renderer: image}
 
 
@@ -53,14 +53,14 @@ def read_folder(folder, list_file=None, environment=None):
 
 
 def read_list(folder, list_file=None):
-    """The entries of the scenario list; without one none."""
+    """The entries of the scenario list; none without a file."""
     path = list_file or next((folder / name for name in SCENARIO_FILES if (folder / name).is_file()), None)
     if path is None:
         return []
     try:
         entries = json.loads(path.read_text(encoding="utf-8"))["scenarios"]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        sys.exit(f"{path}: no list of scenarios: {error}")
+        sys.exit(f"{path}: not a list of scenarios: {error}")
     for number, entry in enumerate(entries):
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str) or not isinstance(entry.get("model"), str):
             sys.exit(f"{path}: /scenarios/{number}: an object with a name and a model was expected")
@@ -114,7 +114,8 @@ def scenario_flags(entry, environments, default_environment):
     eye = [target[axis] for axis in "xyz"]
     radius = orbit["radius"]
     if radius == 0:
-        # The eye is at the target and looks the way that an orbit would: the same camera, one meter before it.
+        # The eye is at the target and looks in the direction of the orbit: the same camera, one
+        # meter back.
         theta, phi = math.radians(orbit["theta"]), math.radians(orbit["phi"])
         way = (math.sin(phi) * math.sin(theta), math.cos(phi), math.sin(phi) * math.cos(theta))
         eye, radius = [e - w for e, w in zip(eye, way)], 1

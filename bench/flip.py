@@ -1,4 +1,6 @@
-"""LDR-FLIP: how different two images look when one flips between them, for each pixel from 0 (the same) to 1.
+"""LDR-FLIP: the difference of two images that a viewer sees when flipping between them.
+
+The error of a pixel is between 0 (equal) and 1.
 
 Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild: "FLIP: A Difference Evaluator for Alternating Images", Proc.
 ACM Comput. Graph. Interact. Tech. 3(2), 2020. Section numbers below are that paper's. Written from its formulas; all of its
@@ -10,8 +12,8 @@ import numpy as np
 PIXELS_PER_DEGREE = 67.0  # 0.7 m from a 0.7 m wide screen of 3840 pixels (section 5)
 COLOR_EXPONENT, COLOR_KNEE, COLOR_KNEE_VALUE = 0.7, 0.4, 0.95  # q_c, p_c, p_t (section 4.1.2)
 FEATURE_WIDTH_DEG, FEATURE_EXPONENT = 0.082, 0.5  # w (section 4.2.1), q_f (4.2.2)
-# Contrast sensitivity: weights and widths (a_i, b_i) of Gaussians, one row a channel: luminance, red-green, blue-yellow
-# (section 4.1.1, table 1).
+# Contrast sensitivity: weights and widths (a_i, b_i) of Gaussians, one row a channel: luminance,
+# red-green, blue-yellow (section 4.1.1, table 1).
 CONTRAST = [[(1.0, 0.0047)], [(1.0, 0.0053)], [(34.1, 0.04), (13.5, 0.025)]]
 # Linear sRGB to XYZ with the exact sums of its rows as white point (D65).
 RGB_TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794],
@@ -40,7 +42,7 @@ def color_difference(reference, test, pixels_per_degree):
 
 
 def largest_color_difference():
-    """Between green and blue, which are farthest apart in sRGB (section 4.1.2)."""
+    """Distance of green and blue, the largest within sRGB (section 4.1.2)."""
     green, blue = (hunt(linear_to_lab(np.array(c, float))) for c in ((0, 1, 0), (0, 0, 1)))
     return float(hyab(green, blue)) ** COLOR_EXPONENT
 
@@ -64,7 +66,7 @@ def signed_unit(kernel):
 
 
 def contrast_filter(opponent, pixels_per_degree):
-    """Section 4.1.1: what contrast sensitivity leaves of each channel."""
+    """Filters each channel by contrast sensitivity (section 4.1.1)."""
     widest = max(b for channel in CONTRAST for _, b in channel)
     radius = np.ceil(3.0 * np.sqrt(widest / (2.0 * np.pi ** 2)) * pixels_per_degree)
     x = np.arange(-radius, radius + 1.0) / pixels_per_degree
@@ -77,7 +79,7 @@ def contrast_filter(opponent, pixels_per_degree):
 
 
 def filtered(image, down, across):
-    """A separable correlation; beyond the border the outermost pixels go on."""
+    """A separable correlation; beyond the border the outermost pixels continue."""
     for axis, kernel in ((0, down), (1, across)):
         radius = len(kernel) // 2
         padded = np.pad(image, [(radius, radius) if a == axis else (0, 0) for a in (0, 1)], mode="edge")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders the material gallery, scenes/gallery/, for scenes/README.md, each sphere with its name below.
+"""Renders the material gallery, scenes/gallery/, with the name of each sphere below it.
 
     bench/gallery_images.py [-o scenes/images] [--only ior,sheen] [--spp 64] [--kindling PATH] [--sheet sheet.png]
 """
@@ -28,7 +28,7 @@ def main():
     parser.add_argument("-o", "--output", type=Path, default=renderers.ROOT / "scenes" / "images", help="folder (scenes/images)")
     parser.add_argument("--only", type=lambda text: text.split(","), help="names of scenes, without .glb")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel (64)")
-    parser.add_argument("--scale", type=float, default=1.0, help="of the images' size (1)")
+    parser.add_argument("--scale", type=float, default=1.0, help="factor of the images' size (1)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render")
     parser.add_argument("--sheet", type=Path, help="also write all rows on one sheet")
@@ -59,7 +59,7 @@ def main():
 def name_spheres(scene, image, width, height):
     """Writes the names of the spheres' materials below them, into the image."""
     if not FONT.is_file():
-        print(f"{FONT} is not there (Debian: apt-get install fonts-dejavu-core): the spheres have no names", file=sys.stderr)
+        print(f"{FONT} is missing (Debian: apt-get install fonts-dejavu-core): the spheres have no names", file=sys.stderr)
         return
     words = ["--create", f"{width}x{height + LABEL_HEIGHT}", "3", "--fill:color=0.96,0.96,0.96", f"{width}x{height + LABEL_HEIGHT}",
              image, "--ch", "R,G,B", "--swap", "--paste", "+0+0"]

@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
+"""Measures memory and times of large scenes with the kd-tree and with Embree.
+
+Makes a landscape of 7 million triangles and a ring of 10 million instances, renders both, and prints
+a table of times, peaks and budgets (Markdown).
+"""
 # SPDX-License-Identifier: Apache-2.0
-"""Memory of large scenes: makes a landscape of 7 million triangles and a ring of 10 million instances, renders both with the kd-tree and
-with Embree, and prints a table of times, peaks and budgets (Markdown)."""
 import argparse
 import json
 import resource
@@ -19,7 +22,7 @@ SIZE = "640x360"
 
 
 def run(arguments, limit_bytes):
-    """Standard output; the command may take no more address space than the limit."""
+    """Runs a command with a limit of address space; returns its standard output."""
     def limit():
         resource.setrlimit(resource.RLIMIT_AS, (limit_bytes, limit_bytes))
 
@@ -30,7 +33,7 @@ def run(arguments, limit_bytes):
 
 
 def render(program, folder, scene, accelerator, options, light, size=SIZE):
-    """What --stats says."""
+    """The report of --stats."""
     stats = folder / ("%s_%s.json" % (scene.stem, accelerator))
     image = folder / ("%s_%s.png" % (scene.stem, accelerator))
     run([program, "render", scene, "--size", size, "--spp", options.spp, "--accel", accelerator, "--quiet", "--stats", stats,
@@ -39,17 +42,17 @@ def render(program, folder, scene, accelerator, options, light, size=SIZE):
 
 
 def budget(program, scene, accelerator, options):
-    told = json.loads(run([program, "info", scene, "--json", "--size", SIZE] +
-                          (["--threads", options.threads] if options.threads else []), options.limit_gib << 30))
-    return next(a for a in told["memory"]["accelerators"] if a["name"] == accelerator)
+    predicted = json.loads(run([program, "info", scene, "--json", "--size", SIZE] +
+                               (["--threads", options.threads] if options.threads else []), options.limit_gib << 30))
+    return next(a for a in predicted["memory"]["accelerators"] if a["name"] == accelerator)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/kindling")
     parser.add_argument("--folder", type=Path, default=ROOT / "out/memory", help="for scenes, images and statistics [out/memory]")
-    parser.add_argument("--triangles", type=int, default=7_000_000, help="of heavy")
-    parser.add_argument("--instances", type=int, default=10_000_000, help="of swarm")
+    parser.add_argument("--triangles", type=int, default=7_000_000, help="triangles of heavy")
+    parser.add_argument("--instances", type=int, default=10_000_000, help="instances of swarm")
     parser.add_argument("--scenes", nargs="*", type=Path, default=[], help="further files, rendered as they are")
     parser.add_argument("--accel", nargs="*", default=["kdtree", "embree"])
     parser.add_argument("--spp", type=int, default=4)
@@ -68,7 +71,7 @@ def main():
         jobs.append((path, LIGHT[name]))
     jobs += [(path, []) for path in options.scenes]
 
-    # The program itself: what a scene of three dozen triangles takes.
+    # The program itself, by a scene of three dozen triangles.
     base = {a: render(options.program, options.folder, ROOT / "scenes/cornell_box.glb", a, options, [])["peak_rss_bytes"]
             for a in options.accel}
     print("| scene | accelerator | triangles | instances | load, s | build, s | render, s | peak, MB | budget, MB | above the program, bytes |")
@@ -76,13 +79,13 @@ def main():
     for scene, light in jobs:
         for accelerator in options.accel:
             stats = render(options.program, options.folder, scene, accelerator, options, light)
-            told = budget(options.program, scene, accelerator, options)
+            predicted = budget(options.program, scene, accelerator, options)
             phases, a = stats["phases"], stats["accelerator"]
-            # An instance that stands still in the world is the whole of what is baked.
+            # A single static instance is baked, so triangles count.
             of, count = ("instance", a["instances"]) if a["instances"] > 1000 else ("triangle", a["triangles"])
             print("| %s | %s | %d | %d | %.1f | %.1f | %.1f | %.0f | %.0f | %.0f for each %s |" % (
                 scene.stem, accelerator, a["triangles"], a["instances"], phases["load"] + phases["textures"], phases["build"],
-                phases["render"], stats["peak_rss_bytes"] / 1e6, told["peak_bytes"] / 1e6,
+                phases["render"], stats["peak_rss_bytes"] / 1e6, predicted["peak_bytes"] / 1e6,
                 (stats["peak_rss_bytes"] - base[accelerator]) / max(count, 1), of), flush=True)
 
 

@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
+"""Measures the gain of trees that persist between frames, on a landscape with turning boulders.
+
+Renders frames in a sequence and alone. Prints a table (Markdown) of the accelerator's seconds per frame,
+and of the cost for rays of separate trees for static and moving geometry.
+"""
 # SPDX-License-Identifier: Apache-2.0
-"""What keeping trees between frames is worth: a landscape in which some boulders turn, by frames and by single renders. Prints a table
-(Markdown) of the accelerator's seconds per frame, and of what rays pay where still and moving geometry have trees of their own."""
 import argparse
 import json
 import math
@@ -71,7 +74,7 @@ def main():
     parser.add_argument("--moving", nargs="*", type=int, default=[1, 8], help="boulders that turn, of 16")
     parser.add_argument("--accel", nargs="*", default=["kdtree", "embree"])
     parser.add_argument("--frames", type=int, default=5)
-    parser.add_argument("--repeats", type=int, default=5, help="of the images that are compared in time")
+    parser.add_argument("--repeats", type=int, default=5, help="repetitions of the images whose times are compared")
     parser.add_argument("--size", default="640x360")
     parser.add_argument("--spp", type=int, default=8)
     parser.add_argument("--threads", type=int, default=0, help="0: all")

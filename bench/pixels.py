@@ -1,4 +1,4 @@
-"""Reads the color of an image through oiiotool and measures noise in it; shared by the comparison scripts of this folder."""
+"""Reading of images through oiiotool, and measures of their noise, for the scripts here."""
 # SPDX-License-Identifier: Apache-2.0
 import array
 import os
@@ -100,9 +100,9 @@ def _relative(scale, squares):
 
 
 def rel_mse(ascending, dropped=TRIMMED_FRACTION):
-    """The mean of what noise() or error() returned, without the worst pixels."""
-    kept = ascending[:len(ascending) - int(len(ascending) * dropped)]
-    return sum(kept) / len(kept)
+    """The mean of the pixels of noise() or error() without the worst ones."""
+    counted = ascending[:len(ascending) - int(len(ascending) * dropped)]
+    return sum(counted) / len(counted)
 
 
 def small_png(path, width, gain):

@@ -1,4 +1,4 @@
-"""Plots as SVG within a page that needs nothing else, and straight lines through points; shared by the scripts that write pages."""
+"""Plots as SVG within self-contained pages, and straight lines through points."""
 # SPDX-License-Identifier: Apache-2.0
 import html
 import math
@@ -23,7 +23,7 @@ def page_start(title, more_style=""):
 
 
 def key(names):
-    """One line that says which color is whose."""
+    """A line that names the color of each series."""
     return "<p>" + "".join(f'<span class="key" style="background:{color(number)}"></span>{html.escape(name)}'
                            for number, name in enumerate(names)) + "</p>\n"
 
@@ -97,8 +97,8 @@ def even_ticks(values):
     return [i * step for i in range(first, max(math.ceil(highest / step), first + 1) + 1)]
 
 
-def whole_ticks(low, high, most=16):
-    step = max(math.ceil((high - low) / most), 1)
+def whole_ticks(low, high, max_count=16):
+    step = max(math.ceil((high - low) / max_count), 1)
     return range(math.ceil(low), math.floor(high) + 1, step)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Where the time of a render goes: stages (rays by kind, surfaces and textures, BSDF, lights, sampler, film) and rooms of the house.
+# Profiles one render: time by stage (rays by kind, surfaces, BSDF, lights, film) and by folder.
 # SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 
@@ -55,7 +55,7 @@ fi
 
 case $profiler in
   perf)
-    # The timer of the kernel, which virtual machines have too; stacks are unwound from the debug information.
+    # The kernel's timer, which virtual machines have too; stacks are unwound by debug information.
     perf record -q -e cpu-clock:u -F 499 --call-graph dwarf,32768 -o "$scratch/perf.data" -- "${render[@]}" >/dev/null
     perf script -i "$scratch/perf.data" --no-inline -F ip,sym,dso >"$scratch/perf.txt" 2>"$scratch/perf.log" ||
       fail "perf script: $(cat "$scratch/perf.log")"

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""From stacks (perf) or counts by line (callgrind) to stages of a render and folders of the source; run by profile.sh."""
+"""Shares of a render by stage and by folder, from stacks (perf) or counts by line (callgrind).
+
+Run by profile.sh."""
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import os
@@ -7,13 +9,14 @@ import re
 import subprocess
 from collections import Counter
 
-# Functions that tell kinds of rays apart: stages of the path tracer, and what each of them asks of an accelerator, for stacks that
-# were cut before they reached the stage. Names of inlined functions come without their classes.
+# Functions that identify kinds of rays: stages of the path tracer, and their calls of an
+# accelerator for stacks that were cut before they reached the stage. Names of inlined functions
+# lack their classes.
 RAYS = [(re.compile(r"(^|::)(trace_camera_rays|intersect_camera_rays|intersect_coherent|intersect_by_packets)\b"), "rays: camera"),
         (re.compile(r"(^|::)(trace_shadows\b|occluded)"), "rays: shadow"),
         (re.compile(r"(^|::)(trace_bounces|intersect|intersect_singly|intersect_stream)\b"), "rays: bounce")]
 RENDER = re.compile(r"(^|::)render_block\b")
-STAGES = {  # by the folder of the innermost function that has one here; renderer/base and most of sampling belong to whoever calls
+STAGES = {  # by the folder of the innermost function listed here; renderer/base and most of sampling count for the caller
     "renderer/world": "surfaces and textures", "renderer/texture": "surfaces and textures", "renderer/bsdf": "BSDF",
     "renderer/light": "light sampling", "renderer/film": "film", "renderer/camera": "camera rays made",
     "renderer/integrator": "integrator", "renderer/session": "scheduling"}
@@ -54,7 +57,7 @@ def report(stages, rooms, unit):
 
 
 def folder_of(path, root):
-    """The folder of a file of the house below `root`, or None."""
+    """The folder of a source file below `root`, or None."""
     path = os.path.normpath(path)
     prefix = os.path.normpath(root) + "/"
     return os.path.dirname(path[len(prefix):]) if path.startswith(prefix + "renderer/") or path.startswith(prefix + "accel/") else None
@@ -78,7 +81,7 @@ def stage_of(folder, file):
 # --- perf
 
 def read_stacks(lines):
-    """Of each sample the frames (address within its file, symbol, file), the innermost first."""
+    """For each sample the frames (address within its file, symbol, file), the innermost first."""
     stacks, stack = [], []
     for line in lines:
         frame = re.match(r"\s+([0-9a-f]+) (.*) \((.*)\)$", line.rstrip("\n"))
@@ -107,7 +110,7 @@ def symbolize(program, stacks):
 
 
 def lookup_address(frame, depth):
-    """Callers are known by the address that they return to: the call is before it."""
+    """The address of the call of each caller: perf has the return address, which follows it."""
     return frame[0] - (1 if depth > 0 else 0)
 
 
@@ -120,7 +123,7 @@ def of_stacks(stacks, symbols, root, program):
         for depth, (address, symbol, dso) in enumerate(stack):
             if os.path.realpath(dso) == program:
                 inlined = symbols.get(lookup_address((address, symbol, dso), depth), [])
-                # The last is the function itself, whose full name perf knows.
+                # The last is the function itself; perf has its full name.
                 frames += [(symbol if i == len(inlined) - 1 else function, folder_of(file, root), file)
                            for i, (function, file) in enumerate(inlined)]
             else:
@@ -150,8 +153,8 @@ def stage_of_stack(frames):
 # --- callgrind
 
 def of_callgrind(lines, root):
-    """The same of instructions. Costs of rays are those of the calls of an accelerator; all else is what lines cost themselves, with
-    what only lookups by filters on the way cost counted in both."""
+    """Counters of instructions by stage and by folder. Rays count by the calls of an accelerator, everything else by the cost of its
+    lines; lookups of hit filters during traversal count in both."""
     stages, rooms = Counter(), Counter()
     library = function = file = own_file = callee = ""
     in_call = False
@@ -180,7 +183,7 @@ def of_callgrind(lines, root):
                     stages[next((kind for pattern, kind in RAYS if pattern.search(callee)), "")] += cost
                 continue
             total += cost
-            # What is inlined from headers of libraries belongs to the function that it is in.
+            # Code inlined from headers of libraries belongs to the function around it.
             folder = folder_of(file, root) or folder_of(own_file, root)
             rooms[folder or (library_of(library) if ".so" in library else "other")] += cost
             stage = stage_of(folder, file) if folder else None

@@ -1,4 +1,4 @@
-"""Runs Kindling and Cycles on the same job and reads what each says about itself; shared by the comparison scripts."""
+"""Runs Kindling and Cycles on the same job and reads their reports, for the scripts here."""
 # SPDX-License-Identifier: Apache-2.0
 import json
 import os
@@ -72,7 +72,7 @@ def run_measured(command, log_path, environment=None):
 
 
 def kindling_command(binary, job, spp, seed, image, flags=()):
-    """The command line that asks Kindling for the job; `flags` come last, so they may override."""
+    """The command line of Kindling for the job; `flags` come last, so they may override."""
     command = [binary, "render", job.scene, "-o", image, "--size", f"{job.size_px[0]}x{job.size_px[1]}", "--spp", spp,
                "--seed", seed, "--threads", job.threads, "--filter", "box", "--exr-float", "--max-bounces", job.max_bounces]
     if job.environment:
@@ -130,7 +130,7 @@ def find_blender():
 
 
 def load_jobs(paths, *, scenes=None, size_px=None, threads=2):
-    """The scenes of folders and files: what a folder's scenes.json says, else each .glb and .gltf with a camera of its own."""
+    """The scenes of folders and files: those of a folder's scenes.json, else each .glb and .gltf with a camera of its own."""
     jobs = [job for path in paths for job in jobs_of(Path(path), size_px, threads)]
     names = [job.name for job in jobs]
     if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -174,7 +174,7 @@ def find_environment(folder, name):
     for candidate in (folder / name, folder / "env" / name, folder.parent / "env" / name):
         if candidate.is_file():
             return candidate
-    sys.exit(f"{folder}: environment {name} is neither there nor in {folder / 'env'} nor in {folder.parent / 'env'}")
+    sys.exit(f"{folder}: environment {name} is neither in it nor in {folder / 'env'} nor in {folder.parent / 'env'}")
 
 
 def parse_size(text):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`kindling scaling` on scenes that each want a size, bounces and an environment of their own, as scenes.json says; one table of all.
+"""Runs `kindling scaling` on scenes with the settings of their scenes.json, and prints one table.
 
     bench/thread_scaling.py FOLDER OUT [--only NAME,...] [-- FLAGS OF kindling scaling]
 
@@ -45,7 +45,7 @@ def row_of(accelerator, schedule, threads):
 
 
 def table_of(reports):
-    """Markdown: efficiency and idle time with the most threads that have a core each. `reports`: {name: report of kindling scaling}."""
+    """Markdown: efficiency and idle time with as many threads as cores, or the largest count below. `reports`: {name: report of kindling scaling}."""
     first = next(iter(reports.values()))
     threads = max(n for n in first["thread_counts"] if n <= first["cores"])
     columns = [(a["name"], schedule) for a in first["scenes"][0]["accelerators"] for schedule in a["amdahl"]]

@@ -1,4 +1,4 @@
-"""Imported first by scripts that need NumPy: where the Python that runs has none and Debian's has, the script starts again with that."""
+"""Restarts a script that needs NumPy with Debian's Python if its own has none; import it first."""
 # SPDX-License-Identifier: Apache-2.0
 import importlib.util
 import os

@@ -1,5 +1,9 @@
-# cmake -DROOT=REPOSITORY -DOUTPUT=HEADER -P HashSources.cmake: a header with a hash over all that the program is built from. Runs at every
-# build and touches the header only when the hash has changed; needs no version control. The same sources give the same hash everywhere.
+# Writes a header with a hash of all sources of the program.
+#
+#   cmake -DROOT=REPOSITORY -DOUTPUT=HEADER -P HashSources.cmake
+#
+# Runs at every build and touches the header only if the hash has changed. It needs no version
+# control; the same sources give the same hash everywhere.
 set(patterns "")
 foreach(folder renderer accel)
   foreach(name *.h *.cpp CMakeLists.txt)

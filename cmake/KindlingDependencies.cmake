@@ -1,5 +1,7 @@
-# Every third-party package, found once: what a folder links is found here, so that the installed package can ask for the same
-# list again. Each is linked only by the folder that wraps it (Imath, TBB and fmt excepted).
+# Finds every third-party package, once.
+#
+# The installed package uses the same list. Each package is linked only by the folder that wraps it
+# (except for Imath, TBB and fmt).
 # SPDX-License-Identifier: Apache-2.0
 set(KINDLING_PACKAGES
   "Threads"
@@ -13,20 +15,21 @@ set(KINDLING_PACKAGES
   "zstd CONFIG"
   "OpenEXR 3.1 CONFIG"
   "OpenImageIO 2.4 CONFIG"
-  "OpenColorIO 2.1 CONFIG HINTS /usr/share" # where Debian 12 puts its configuration, and CMake does not look
+  "OpenColorIO 2.1 CONFIG HINTS /usr/share" # Debian 12's place, which CMake does not search
   "TinyGLTF CONFIG"
   "meshoptimizer CONFIG"
   "draco CONFIG"
   "CLI11 CONFIG"
   "nlohmann_json CONFIG")
-set(CMAKE_MESSAGE_LOG_LEVEL NOTICE) # Debian's Imath speaks at length of a Python library that nobody here wants
+set(CMAKE_MESSAGE_LOG_LEVEL NOTICE) # silences Debian's Imath, which reports a Python library that is not needed
 foreach(package IN LISTS KINDLING_PACKAGES)
   separate_arguments(package)
   find_package(${package} REQUIRED)
 endforeach()
 unset(CMAKE_MESSAGE_LOG_LEVEL)
 
-# Embree 4 where found, else 3.13. Both are wrapped by accel/embree, which includes the right header by KINDLING_EMBREE_MAJOR.
+# Embree 4 where found, else 3.13. Both are wrapped by accel/embree, which includes the right header
+# by KINDLING_EMBREE_MAJOR.
 find_package(embree 4 QUIET CONFIG)
 if(NOT embree_FOUND)
   find_package(embree 3.13 REQUIRED CONFIG)

@@ -1,9 +1,11 @@
-# Headers of others that most sources include, precompiled. A source includes what it needs all the same: KINDLING_PCH=OFF compiles without, as
-# the preset `alone` does.
+# Precompiled third-party headers that most sources include.
+#
+# Sources still include all that they need: KINDLING_PCH=OFF compiles without, as the preset `alone`
+# does.
 # SPDX-License-Identifier: Apache-2.0
 
-# add_precompiled(NAME HEADERS a.h... [LIBS libs...]): the targets that take it must be compiled with the same flags, and the same
-# definitions of these headers.
+# add_precompiled(NAME HEADERS a.h... [LIBS libs...]): the targets that take it must be compiled
+# with the same flags, and the same definitions of these headers.
 function(add_precompiled name)
   cmake_parse_arguments(ARG "" "" "HEADERS;LIBS" ${ARGN})
   add_library(kindling_precompiled_${name} OBJECT EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmake/precompiled/nothing.cpp)

@@ -1,11 +1,12 @@
-# How a folder becomes a target: kindling_library(), kindling_test() and kindling_bench(), and the flags they share.
+# Targets of a folder: kindling_library(), kindling_test(), kindling_bench(), and their flags.
 include(GNUInstallDirs)
 include(KindlingUnity)
 
 add_library(kindling_flags INTERFACE)
 add_library(kindling::flags ALIAS kindling_flags)
 target_compile_features(kindling_flags INTERFACE cxx_std_20)
-# No contraction to fused multiply-add: the watertight intersection tests and the bit-identity of images rest on it.
+# No contraction to fused multiply-add: watertight intersection tests and bit-identical images need
+# it.
 target_compile_options(kindling_flags INTERFACE
   $<BUILD_INTERFACE:-Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wno-missing-field-initializers>
   $<BUILD_INTERFACE:-ffp-contract=off -fno-math-errno -fno-trapping-math>)
@@ -13,9 +14,10 @@ if(KINDLING_ARCH)
   target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-march=${KINDLING_ARCH}>)
 endif()
 if(KINDLING_WARNINGS_AS_ERRORS)
-  # GCC 12 takes some copies of vectors that it inlined for uninitialized, and sums of strings for too long; GCC 14 takes writes of Draco's
-  # attributes for overflows. Such a warning is to be read, not to be obeyed.
-  target_compile_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-Werror -Wno-error=maybe-uninitialized -Wno-error=array-bounds -Wno-error=stringop-overflow>)
+  # GCC 12 reports some inlined copies of vectors as uninitialized, and sums of strings as too long;
+  # GCC 14 reports writes of Draco's attributes as overflows. These remain warnings.
+  target_compile_options(kindling_flags INTERFACE
+    $<BUILD_INTERFACE:-Werror -Wno-error=maybe-uninitialized -Wno-error=array-bounds -Wno-error=stringop-overflow>)
 endif()
 if(KINDLING_SANITIZE)
   target_compile_options(kindling_flags INTERFACE
@@ -25,14 +27,16 @@ endif()
 
 include(KindlingPrecompiled)
 
-# Every program links these objects, $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>: see there.
+# Every program links these objects by $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>; see
+# tests/sanitizers.
 if(KINDLING_SANITIZE STREQUAL "thread")
   add_library(kindling_tbb_order OBJECT ${PROJECT_SOURCE_DIR}/tests/sanitizers/tbb_order.cpp)
   target_link_libraries(kindling_tbb_order PRIVATE kindling_flags TBB::tbb)
 endif()
 
-# kindling_library(NAME SOURCES a.cpp... [PUBLIC libs...] [PRIVATE libs...]): static library kindling_NAME, alias kindling::NAME.
-# Include paths are spelled from the root ("renderer/base/math.h").
+# kindling_library(NAME SOURCES a.cpp... [PUBLIC libs...] [PRIVATE libs...]): static library
+# kindling_NAME, alias kindling::NAME. Include paths are spelled from the root
+# ("renderer/base/math.h").
 function(kindling_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target kindling_${name})
@@ -57,9 +61,10 @@ function(kindling_library name)
   set_property(GLOBAL APPEND PROPERTY KINDLING_LIBRARIES ${target})
 endfunction()
 
-# kindling_test(NAME LABEL unit|statistical|image [TIMEOUT seconds] [PROGRAM program] [ALONE] SOURCES a.cpp... LIBS libs...): GoogleTest program
-# test_NAME, each test one ctest test NAME.Suite.Test. With PROGRAM the program is test_PROGRAM, which several names share: it takes less time to
-# compile. A suite then belongs to one of the names. ALONE: sources are not compiled together.
+# kindling_test(NAME LABEL unit|statistical|image [TIMEOUT seconds] [PROGRAM program] [ALONE]
+# SOURCES a.cpp... LIBS libs...): GoogleTest program test_NAME; each of its tests is the ctest test
+# NAME.Suite.Test. With PROGRAM the program is test_PROGRAM, which several names share to save
+# compile time; a suite then belongs to one of the names. ALONE: sources are not compiled together.
 function(kindling_test name)
   cmake_parse_arguments(ARG "ALONE" "LABEL;TIMEOUT;PROGRAM" "SOURCES;LIBS" ${ARGN})
   if(NOT ARG_LABEL MATCHES "^(unit|statistical|image)$" OR ARG_UNPARSED_ARGUMENTS)
@@ -93,8 +98,8 @@ function(kindling_test name)
     PROPERTIES LABELS "${ARG_LABEL}" TIMEOUT ${ARG_TIMEOUT})
 endfunction()
 
-# kindling_test_filter(VARIABLE NAME sources...): the filter of GoogleTest for the suites in these sources, which no other NAME may have. CMake
-# runs again when one of them changes.
+# kindling_test_filter(VARIABLE NAME sources...): the filter of GoogleTest for the suites in these
+# sources, which no other NAME may have. CMake runs again when one of them changes.
 function(kindling_test_filter variable name)
   set(filters)
   foreach(source IN LISTS ARGN)
@@ -121,7 +126,7 @@ function(kindling_bench name)
   add_executable(bench_${name} ${ARG_SOURCES})
   target_link_libraries(bench_${name} PRIVATE kindling_flags ${ARG_LIBS} benchmark::benchmark
     $<TARGET_NAME_IF_EXISTS:kindling_tbb_order>)
-  set_target_properties(bench_${name} PROPERTIES UNITY_BUILD OFF) # so few
+  set_target_properties(bench_${name} PROPERTIES UNITY_BUILD OFF) # has few sources
   kindling_precompiled(bench_${name} vectors)
   target_compile_definitions(bench_${name} PRIVATE KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()

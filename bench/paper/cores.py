@@ -1,4 +1,4 @@
-"""Distribution: threads with regions or tiles, and processes that each render one region of the image."""
+"""Measurements of distribution: threads with regions or tiles, and processes with a region each."""
 # SPDX-License-Identifier: Apache-2.0
 import statistics
 import sys
@@ -42,7 +42,7 @@ def crops(size_px, count):
 
 
 def by_processes(bench, spp=4):
-    """One region for each process, one thread each, all at once; put together and compared with the whole to the bit."""
+    """Renders one region in each process, all at once, and compares the composed image with the whole to the bit."""
     size, flags = bench.scaled(SIZE), [*JOBS["Whitted, depth 12"][0]]
     count = max(bench.cores, 2)
     bench.say(f"processes: the whole image, then {count} regions at once")
@@ -53,7 +53,7 @@ def by_processes(bench, spp=4):
         try:
             crop = ",".join(map(str, parts[index]))
             results[index] = bench.render(SCENE, size, spp, [*flags, "--crop", crop], 1, "exr")
-        except SystemExit as error:  # of a thread, which the process would not notice
+        except SystemExit as error:  # raised in a thread, unnoticed by the process
             errors.append(str(error))
 
     workers = [threading.Thread(target=work, args=(index,)) for index in range(count)]

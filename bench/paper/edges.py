@@ -1,4 +1,4 @@
-"""Figure 6: one sample, nine jittered ones, and our sampler and filter, beside the converged image."""
+"""Figure 6: one sample, nine jittered ones, and our sampler and filter, and a converged image."""
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 

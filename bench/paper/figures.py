@@ -1,4 +1,4 @@
-"""The paper's figures: what each shows, what was measured then and on which machine, and how it is rendered here."""
+"""The paper's figures: content, size and time in the paper, and the flags that render them here."""
 # SPDX-License-Identifier: Apache-2.0
 from dataclasses import dataclass, field
 
@@ -20,7 +20,7 @@ class Way:
 
 @dataclass
 class Figure:
-    """size_px: the paper's, or where it gives none (size_stated False) ours. scenes: (file without .glb, caption)."""
+    """size_px: that of the paper, or ours if it states none (size_stated False). scenes: (file without .glb, caption)."""
     number: str
     title: str
     paper: str  # what the paper did
@@ -38,7 +38,7 @@ def whitted(name, spp, ambient, *flags):
 
 
 def path(spp, *flags):
-    """Fireflies are trimmed: so few samples would show them."""
+    """Fireflies are trimmed, which so few samples would show."""
     return Way("path traced", ["--integrator", "path", "--outliers", "trim", *flags], spp)
 
 
@@ -82,7 +82,7 @@ FIGURES = [
 
 
 def find(numbers):
-    """The figures of these numbers; exits with what there is where one is unknown."""
+    """The figures of these numbers; exits with the list of figures if one is unknown."""
     import sys
     known = {figure.number: figure for figure in FIGURES}
     if unknown := [number for number in numbers if number not in known]:

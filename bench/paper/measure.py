@@ -1,4 +1,4 @@
-"""Runs Kindling for the page of the paper's figures: one render, or several in turn, and what --stats says of them."""
+"""Runs Kindling for the page of the paper's figures and reads its --stats."""
 # SPDX-License-Identifier: Apache-2.0
 import itertools
 import json
@@ -21,7 +21,7 @@ NEEDED = ["--integrator", "--trace-depth", "--max-reflections", "--whitted-cache
 class Result:
     image: Path
     render_s: float  # wall time of the render phase
-    cost_s: float  # what is compared: that, or with --clock cpu the process's time less that of a render of 8 x 8 pixels
+    cost_s: float  # the compared cost: that, or with --clock cpu the process's time less that of a render of 8 x 8 pixels
     process_s: float  # wall time of the whole process
     cpu_s: float
     stats: dict
@@ -35,7 +35,7 @@ class Result:
 
 
 class Bench:
-    """Where things are written, and how loud. `flags`: handed to every render."""
+    """The program, its working folder and its measurements. `flags`: passed to every render."""
 
     def __init__(self, binary, folder, scale=1.0, flags=(), clock="wall"):
         self.binary, self.folder, self.scale, self.flags, self.clock = Path(binary), Path(folder), scale, list(flags), clock
@@ -46,10 +46,10 @@ class Bench:
         self.counter = itertools.count(1)  # of renders; next() of it is safe among threads
 
     def check(self):
-        """Exits where the program is too old for the page."""
+        """Exits if the program is too old for the page."""
         done = subprocess.run([self.binary, "render", "--help"], capture_output=True, text=True, check=False)
         if missing := [flag for flag in NEEDED if flag + " " not in done.stdout]:
-            sys.exit(f"{self.binary}: 'kindling render' has no {', '.join(missing)}; build it anew (cmake --build --preset release)")
+            sys.exit(f"{self.binary}: 'kindling render' has no {', '.join(missing)}; rebuild it (cmake --build --preset release)")
 
     def say(self, text):
         print(f"[{time.perf_counter() - self.started:5.0f} s] {text}", file=sys.stderr, flush=True)
@@ -58,7 +58,7 @@ class Bench:
         """Renders scenes/paper/SCENE.glb; `threads` 0: all cores."""
         path = SCENES / f"{scene}.glb"
         if not path.is_file():
-            sys.exit(f"{path} is not there; make it: python3 scenes/generate.py paper")
+            sys.exit(f"{path} does not exist; make it: python3 scenes/generate.py paper")
         stem = self.folder / f"{next(self.counter):04d}"
         image, stats = stem.with_suffix("." + kind), stem.with_suffix(".json")
         command = [self.binary, "render", path, "-o", image, "--size", f"{size_px[0]}x{size_px[1]}", "--spp", str(spp), "--threads",
@@ -74,7 +74,7 @@ class Bench:
         return Result(image, render_s, render_s, wall_s, cpu_s, data, warnings, shown)
 
     def timed(self, scene, size_px, spp, flags, threads=1, kind="exr"):
-        """A render whose cost counts."""
+        """A render whose cost is compared."""
         result = self.render(scene, size_px, spp, flags, threads, kind)
         if self.clock == "cpu":
             if scene not in self.overheads:
@@ -86,8 +86,8 @@ class Bench:
         return tuple(max(round(self.scale * n), 8) for n in size_px)
 
     def interleaved(self, variants, repeats, name):
-        """{key: [Result, ...]} of variants {key: function that renders}, one of each in turn, so that what disturbs the
-        machine disturbs all of them alike."""
+        """{key: [Result, ...]} of variants {key: function that renders}, one of each in turn, so that disturbances of the
+        machine affect all of them alike."""
         results = {key: [] for key in variants}
         for repeat in range(repeats):
             self.say(f"{name}: round {repeat + 1} of {repeats}, {len(variants)} renders")

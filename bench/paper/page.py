@@ -1,4 +1,4 @@
-"""The page of the paper's figures: images, times then and now, plots, and what the measurements say."""
+"""The page of the paper's figures: images, times then and now, plots and findings."""
 # SPDX-License-Identifier: Apache-2.0
 import base64
 import html
@@ -17,7 +17,7 @@ nav.sheet img { width: 100%; aspect-ratio: 1.22; object-fit: cover; display: blo
 
 
 def page(result):
-    """result: what run.py has gathered; parts that were not asked for are missing."""
+    """Returns the page. result: the measurements of run.py; parts that were not requested are missing."""
     head = result["about"]
     clock = " of the processor (the machine was busy), but for distribution" if head["clock"] == "cpu" else ""
     text = [plots.page_start("Ray tracing: the figures of the paper, and Kindling's", STYLE), "<h1>The paper's figures, by Kindling</h1>\n",
@@ -113,19 +113,19 @@ def tracer_section(data):
         text.append(f"<h3>Each optimization, at depth {each['depth']}</h3>\n<p>One thread, {each['spp']} samples a pixel, {each['repeats']} interleaved rounds; the plain kd-tree tracer takes "
                     f"{seconds(each['plain_s'])} s ({each['rays']['plain']:,} rays), all optimizations together {seconds(each['full_s'])} s "
                     f"({each['rays']['full']:,} rays): that {tracers.verdict(each['full'])}.{cache_words(each['cache'])}</p>\n")
-        text.append(table(["optimization", "alone", "taken from the full set", "says"], [
+        text.append(table(["optimization", "alone", "taken from the full set", "result"], [
             [html.escape(c.name), percent(c.alone), percent(c.left_out), f"{html.escape(c.name)} {tracers.verdict(c.alone)} alone, "
              f"{tracers.verdict(c.left_out)} beside the others"] for c in each["each"]]))
     return "".join(text) + "</section>\n"
 
 
 def cache_words(stats):
-    """Of the full set's last render."""
+    """A sentence about the cache in the last render of the full set."""
     cache = stats.get("cache", {})
     asked = sum(cache.get(kind, 0) for kind in ("hits", "misses", "bypasses"))
     if not asked:
         return ""
-    return f" The cache answered {100 * cache['hits'] / asked:.0f} % of {asked:,} questions; {100 * cache['bypasses'] / asked:.0f} % were of textured materials, which it leaves out."
+    return f" The cache answered {100 * cache['hits'] / asked:.0f} % of {asked:,} look-ups; {100 * cache['bypasses'] / asked:.0f} % were of textured materials, which it leaves out."
 
 
 def percent(saving):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Renders the figures of "Research on ray tracing" (scenes/paper), measures what the paper measured, and writes one page.
+"""Renders the figures of "Research on ray tracing", repeats its measurements and writes a page.
 
-    bench/paper/run.py                                    # paper.html, images at the paper's sizes
+    bench/paper/run.py                                    # out/paper.html, images at the paper's sizes
     bench/paper/run.py --figures 5,7 --scale 2 --out big.html
     bench/paper/run.py --parts tracers,cores --repeat 9
 """
@@ -16,7 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # what all scripts of bench share
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # the modules that all scripts share
 import with_numpy  # noqa: F401  (starts a Python that has NumPy)
 
 import cores
@@ -31,7 +31,7 @@ from measure import Bench
 
 PARTS = ["figures", "tracers", "bounces", "antialiasing", "cores"]
 SHEET_PX, SHEET_COLUMNS = (228, 187), 5
-PICTURE_QUALITY, THUMBNAIL_PX = 80, 180  # of WebP; the page holds some thirty images
+IMAGE_QUALITY, THUMBNAIL_PX = 80, 180  # of WebP; the page holds some thirty images
 ONE_CORE_PART = 8  # one core renders this part of the samples, at least one, and its time is multiplied
 
 
@@ -54,16 +54,16 @@ def main():
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--out", type=Path, default=Path("paper.html"), help="page; figures go beside it as JSON (paper.html)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/paper.html"), help="page to write; its figures go beside it as JSON (default: out/paper.html)")
     parser.add_argument("--figures", type=words, metavar="N,N", help="only these images, and no other part unless --parts names it")
     parser.add_argument("--parts", type=words, metavar="NAME,NAME", help=f"of {', '.join(PARTS)} (all)")
     parser.add_argument("--scale", type=positive, default=1.0, help="of all images' sizes (1)")
     parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
     parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
-    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="what times are; cpu: for busy machines, tells nothing of many cores (wall)")
-    parser.add_argument("--quick", action="store_true", help="small images, few samples, few depths, one round: does it all work?")
+    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="kind of times; cpu: for busy machines, on one core only (wall)")
+    parser.add_argument("--quick", action="store_true", help="small images, few samples, few depths, one round: a test of the script")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
-    parser.add_argument("--flag", action="append", default=[], help="handed to every render, e.g. --flag=--accel=embree")
+    parser.add_argument("--flag", action="append", default=[], help="passed to every render, e.g. --flag=--accel=embree")
     parser.add_argument("--images", type=Path, metavar="FOLDER", help="also write the figures' images there, as WebP")
     parser.add_argument("--sheet", type=Path, metavar="FILE.webp", help="also lay the last image of each scene on one sheet")
     arguments = parser.parse_args()
@@ -120,7 +120,7 @@ def render_figure(bench, arguments, figure):
 
 
 def render_way(bench, arguments, figure, scene, way):
-    """On all cores, the image; on one, the time alone: of an eighth of the samples, times eight."""
+    """Renders the image on all cores; on one core an eighth of the samples for the time, times eight."""
     size = bench.scaled(figure.size_px)
     spp = max(round(way.spp * arguments.spp_scale), 1)
     bench.say(f"figure {figure.number}: {scene}, {way.name}, {size[0]} x {size[1]}, {spp} samples")
@@ -133,13 +133,13 @@ def render_way(bench, arguments, figure, scene, way):
         one = bench.render(scene, size, part, way.flags, threads=1)
         one_core_s, all_cores_s = one.render_s * spp / part, result.render_s
     rgb = fidelity_images.read(result.image).rgb
-    encoded = tracers.encode(rgb, PICTURE_QUALITY)
+    encoded = tracers.encode(rgb, IMAGE_QUALITY)
     if arguments.images:
         arguments.images.mkdir(parents=True, exist_ok=True)
         kind = "path" if "path" in way.flags else "whitted"
         (arguments.images / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
     return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": all_cores_s, "one_core_s": one_core_s,
-            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "image": encoded, "thumbnail": tracers.encode(thumbnail(rgb), PICTURE_QUALITY), "command": result.command,
+            "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "image": encoded, "thumbnail": tracers.encode(thumbnail(rgb), IMAGE_QUALITY), "command": result.command,
             "warnings": result.warnings}
 
 

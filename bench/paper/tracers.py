@@ -1,4 +1,7 @@
-"""Figures 2, 3 and 4: three tracers by trace depth, what each optimization brings, and what the limit of reflections does to the image."""
+"""Figures 2, 3 and 4: three tracers by trace depth, the gain of each optimization.
+
+Figure 2 shows the effect of the limit of reflections on the image.
+"""
 # SPDX-License-Identifier: Apache-2.0
 import statistics
 from dataclasses import dataclass
@@ -16,7 +19,7 @@ TRACERS = {"none": "no accelerator", "kdtree": "kd-tree", "optimized": "kd-tree,
 PLAIN = ["--integrator", "whitted", "--accel", "kdtree", "--whitted-form", "recursive", "--whitted-cache", "off", "--max-reflections", "64", *AMBIENT]
 OPTIMIZATIONS = {"bounce limit (3)": ["--max-reflections", "3"], "cache": ["--whitted-cache", "on"], "iteration": ["--whitted-form", "iterative"]}
 CONTRIBUTION_SPP = 4
-NOTHING = 0.01  # an improvement below this part is called none
+NOTHING = 0.01  # a relative saving below this is called none
 
 
 @dataclass
@@ -24,13 +27,13 @@ class Contribution:
     """Relative saving of time, paired render by render: lower quartile, median, upper quartile."""
     name: str
     alone: tuple  # switched on alone on top of the plain tracer
-    left_out: tuple  # what the full set loses without it, in parts of the time without it
+    left_out: tuple  # saving of the full set over the set without it
 
 
 def by_depth(bench, depths, repeats, slow_depths):
     """{threads: {tracer: {depth: median seconds}}} of the render phase. Without an accelerator only slow_depths, once."""
     found = {}
-    for threads in [1] if bench.clock == "cpu" else sorted({1, bench.cores}):  # CPU time does not tell what threads are worth
+    for threads in [1] if bench.clock == "cpu" else sorted({1, bench.cores}):  # CPU time cannot show the gain of threads
         variants = {}
         for depth in depths:
             for tracer in ("kdtree", "optimized"):
@@ -72,7 +75,7 @@ def contributions(bench, depth, repeats):
 
 
 def verdict(saving):
-    """What a saving (quartiles) means, in words."""
+    """The meaning of a saving (quartiles) in words."""
     low, middle, high = saving
     if low > NOTHING:
         return f"saves {100 * middle:.0f} %" if middle >= 0.1 else f"saves {100 * middle:.1f} %"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fits and pages of bench/accel_scaling.py on tables whose answer is known, and the columns of bench_scaling.
+"""Tests of bench/accel_scaling.py on tables with known answers, and of bench_scaling's columns.
 
 test_accel_scaling.py BENCH_FOLDER [bench_scaling]
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/equal_noise.py on images whose noise is known, and whole runs of it on a tiny scene.
+"""Tests of bench/equal_noise.py on images with known noise, and whole runs on a tiny scene.
 
 test_equal_noise.py BENCH_FOLDER SCENES_FOLDER [kindling]
 """
@@ -34,10 +34,11 @@ def noisy(value, deviation, seed, size=64):
 class Noise(unittest.TestCase):
     """Gaussian noise of standard deviation 0.5 around 2, as a relative variance 0.0625 / 1.01."""
     EXPECTED = 0.25 / 4.0 / 1.01
-    # The relative standard error of a variance from n numbers is sqrt(2 / n); an image has 64 x 64 x 3 numbers.
+    # The relative standard error of a variance from n numbers is sqrt(2 / n); an image has 64 x 64
+    # x 3 numbers.
     TOLERANCE = 4.5 * (2 / (3 * 64 * 64 * 3)) ** 0.5
 
-    def test_of_seeds(self):
+    def test_noise_between_seeds(self):
         images = [noisy(2.0, 0.5, seed) for seed in range(4)]
         found = pixels.rel_mse(pixels.noise(images, constant(2.0)), dropped=0.0)
         self.assertLess(abs(found / self.EXPECTED - 1.0), self.TOLERANCE)
@@ -58,7 +59,7 @@ class Noise(unittest.TestCase):
         self.assertGreater(pixels.rel_mse(ascending, dropped=0.0), 1e6)
 
 
-class Telling(unittest.TestCase):
+class Reporting(unittest.TestCase):
     """A run of two settings: the second as fast, with half the noise. Noise falls as 1 / samples, time grows with them."""
 
     def setUp(self):
@@ -113,7 +114,7 @@ class Program(unittest.TestCase):
             self.assertGreater(row["path_tracing_s"], 0.0)
             self.assertEqual(len(row["path_tracing_s_of_runs"]), 2)
         self.assertGreater(rows["full", 1]["noise"], rows["full", 4]["noise"])
-        # Flags reach the renderer: without lit surfaces there is little noise, and much is missing.
+        # Flags reach the renderer: without lit surfaces there is little noise, but a large error.
         self.assertLess(rows["dim", 4]["noise_all_pixels"], rows["full", 4]["noise_all_pixels"])
         self.assertLess(max(rows["dim", 4]["mean_against_reference"]), -0.3)
         self.assertEqual(page.count("data:image/png;base64,"), 5)  # two settings, two counts, the reference

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/fidelity.py: its metrics against values from the papers, its camera rules, whole runs on a folder made here; the gallery's names.
+"""Tests of bench/fidelity.py: metrics against papers, cameras, whole runs; and the gallery's names.
 
 test_fidelity.py BENCH_FOLDER SCENES_FOLDER [kindling]
 """
@@ -87,7 +87,8 @@ class Color(unittest.TestCase):
         """Black stays black, much light is white, and what was not clipped comes back."""
         self.assertEqual(color_difference.aces_8bit(np.zeros(3)).tolist(), [0, 0, 0])
         self.assertGreaterEqual(color_difference.aces_8bit(np.full(3, 1000.0)).min(), 254)
-        # By hand for gray 0.6: c = 1, rows of the matrices sum to 1 (to 1e-4): (1.0245786 - 0.000090537) / 1.654761 = 0.61911.
+        # By hand for gray 0.6: c = 1, rows of the matrices sum to 1 (to 1e-4): (1.0245786 -
+        # 0.000090537) / 1.654761 = 0.61911.
         self.assertLessEqual(abs(int(color_difference.aces_8bit(np.full(3, 0.6))[0]) - int(255 * 0.61911 ** (1 / 2.2))), 1)
         linear = np.array([[0.1, 0.2, 0.3], [0.5, 0.5, 0.5], [0.7, 0.4, 0.1], [0.05, 0.06, 0.04]])
         again = color_difference.inverse_aces((color_difference.aces_8bit(linear) + 0.5) / 255.0)
@@ -147,12 +148,12 @@ class Scenarios(unittest.TestCase):
         records = [record("none", None), record("near", 0.1), record("far", 0.5), record("broken", None, True)]
         self.assertEqual([r["name"] for r in sorted(records, key=fidelity.order)], ["broken", "far", "near", "none"])
 
-    def test_what_moved(self):
+    def test_report_of_changes(self):
         for before, code, words in ((0.048, 0, "0 worse, 0 better of 1"), (0.01, 1, "worse: x: 0.010 -> 0.050"), (0.2, 0, "better: x")):
-            with contextlib.redirect_stdout(io.StringIO()) as said:
+            with contextlib.redirect_stdout(io.StringIO()) as output:
                 record = {"name": "x", "failed": False, "before": before, "summary": {"flip_median": 0.05}}
                 self.assertEqual(fidelity.report([record], {"x": before}), code)
-            self.assertIn(words, said.getvalue())
+            self.assertIn(words, output.getvalue())
 
     def test_path_tracers_weigh(self):
         figures = {name: {"flip": f, "delta_e": 10 * f} for name, f in (("vray", 0.1), ("blender-cycles", 0.3), ("filament", 0.9))}
@@ -203,18 +204,18 @@ class WholeRuns(unittest.TestCase):
     def run_program(cls, *words):
         """(exit code, output, figures)."""
         arguments = [cls.folder, "-o", cls.folder / "page.html", "--spp", "4", "--size", "64", "--renderer", PROGRAM, "--threads", "1", *words]
-        sys.argv, kept, said = ["fidelity.py", *map(str, arguments)], sys.argv, io.StringIO()
+        sys.argv, arguments_before, output = ["fidelity.py", *map(str, arguments)], sys.argv, io.StringIO()
         try:
-            with contextlib.redirect_stdout(said):
+            with contextlib.redirect_stdout(output):
                 code = fidelity.main()
         finally:
-            sys.argv = kept
-        return code, said.getvalue(), json.loads((cls.folder / "page.json").read_text(encoding="utf-8"))
+            sys.argv = arguments_before
+        return code, output.getvalue(), json.loads((cls.folder / "page.json").read_text(encoding="utf-8"))
 
     def test_all(self):
-        code, said, result = self.run_program("--jobs", "2")
+        code, output, result = self.run_program("--jobs", "2")
         self.assertEqual(code, 1)
-        self.assertIn("not rendered: Broken", said)
+        self.assertIn("not rendered: Broken", output)
         self.assertEqual([s["name"] for s in result["scenarios"]], ["Broken", "own-Lit", "Bare"])
         lit = result["scenarios"][1]
         self.assertEqual(lit["goldens"]["vray"]["flip"], 0.0)
@@ -233,8 +234,8 @@ class WholeRuns(unittest.TestCase):
         old = self.folder / "old.json"
         result["scenarios"][0]["summary"]["flip_median"] = -0.1
         old.write_text(json.dumps(result))
-        code, said, _ = self.run_program("--only", "Lit", "--compare", old)
-        self.assertEqual((code, "worse: own-Lit: -0.100 -> 0.000" in said), (1, True))
+        code, output, _ = self.run_program("--only", "Lit", "--compare", old)
+        self.assertEqual((code, "worse: own-Lit: -0.100 -> 0.000" in output), (1, True))
 
     def test_wrong_name(self):
         with self.assertRaisesRegex(SystemExit, "no scenario or model of that name"):

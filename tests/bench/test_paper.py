@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/paper: what its page says of measurements that are known, and one quick run of it.
+"""Tests of bench/paper: sentences of its page for known measurements, and one quick run.
 
 test_paper.py BENCH_FOLDER [kindling]
 """
@@ -42,12 +42,12 @@ class Words(unittest.TestCase):
             self.assertAlmostEqual(saved[depth], percent)
 
     def test_findings(self):
-        said = page.findings(TIMES)
-        self.assertIn("more than 5 % from depth 2 on", said)
-        self.assertIn("75 %, at depth 4", said)
-        self.assertIn("a factor of 20.0", said)  # none / kdtree at 4
-        self.assertIn("one of 4.00", said)
-        self.assertIn("the opposite", said)
+        text = page.findings(TIMES)
+        self.assertIn("more than 5 % from depth 2 on", text)
+        self.assertIn("75 %, at depth 4", text)
+        self.assertIn("a factor of 20.0", text)  # none / kdtree at 4
+        self.assertIn("one of 4.00", text)
+        self.assertIn("the opposite", text)
         same = {tracer: {1: 1.0, 2: 1.0} for tracer in TIMES}
         self.assertIn("at no depth", page.findings(same))
 
@@ -94,15 +94,15 @@ class Page(unittest.TestCase):
         text = page.page(self.result())
         for word in ("http:", "https:", "<script", "<link"):
             self.assertNotIn(word, text)
-        for said in ("35.616 s", "path &lt;traced&gt;", "A &lt;machine&gt;", "a &amp; b", "the same to the bit",
-                     "brings nothing on this machine", "saves 20 %", "states no size", "The cache answered 30 % of 100 questions; 60 %"):
-            self.assertIn(said, text)
+        for expected in ("35.616 s", "path &lt;traced&gt;", "A &lt;machine&gt;", "a &amp; b", "the same to the bit",
+                     "brings nothing on this machine", "saves 20 %", "states no size", "The cache answered 30 % of 100 look-ups; 60 %"):
+            self.assertIn(expected, text)
         svgs = re.findall(r"<svg.*?</svg>", text, re.S)
         self.assertEqual(len(svgs), 5)  # figure 3 for one thread and for two, figure 4, speed-up, idle time
         for svg in svgs:
             xml.dom.minidom.parseString(svg)
 
-    def test_what_was_not_measured_is_left_out(self):
+    def test_parts_without_measurements_are_left_out(self):
         text = page.page({"about": self.result()["about"], "figures": self.result()["figures"]})
         self.assertNotIn("<svg", text)
         self.assertIn("figure-5", text)
@@ -135,7 +135,7 @@ class Program(unittest.TestCase):
             self.assertGreater(render["all_cores_s"], 0.0)
         self.assertIn("data:image/webp;base64,", text)
 
-    def test_errors_say_what_is_accepted(self):
+    def test_errors_list_accepted_values(self):
         for arguments, message in ((["--figures", "99"], "there are 1, 5"), (["--parts", "all"], "there are figures"),
                                    (["--scale", "0"], "a number above 0")):
             done = self.run_script(*arguments)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/profile_rooms.py on stacks and counts that are written by hand, and on stacks of a program that is compiled here.
+"""Tests of bench/profile_rooms.py on written stacks and counts, and on those of a small program.
 
 test_profile_rooms.py BENCH_FOLDER [compiler]
 """
@@ -81,7 +81,7 @@ class Stacks(unittest.TestCase):
         self.assertRegex(text, r"BSDF +50\.0")
         self.assertRegex(text, r"Embree +33\.3")
 
-    def test_sampler_is_told_from_warps(self):
+    def test_sampler_is_separated_from_warps(self):
         self.assertEqual(profile_rooms.stage_of("renderer/sampling", "/r/renderer/sampling/sampler.h"), "sampler")
         self.assertIsNone(profile_rooms.stage_of("renderer/sampling", "/r/renderer/sampling/warp.h"))
 

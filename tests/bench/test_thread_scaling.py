@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""bench/thread_scaling.py on a report that is known, and a whole run of it on a tiny scene.
+"""Tests of bench/thread_scaling.py on a known report, and a whole run on a tiny scene.
 
 test_thread_scaling.py BENCH_FOLDER SCENES_FOLDER [kindling]
 """

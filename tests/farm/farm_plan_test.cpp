@@ -1,4 +1,4 @@
-// Plans: numbers, names, and their file.
+// Tests of farm plans: task numbers, file names, and the plan's own file.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_plan.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 class Plan : public FarmFolder {};
 
-TEST_F(Plan, TasksGoFrameByFrame) {
+TEST_F(Plan, TasksAreOrderedByFrame) {
   const FarmPlan plan = make_plan("", 3, {10, 12});
   ASSERT_EQ(plan.task_count(), 6);
   EXPECT_EQ(plan.task(2).part, 3);
@@ -23,7 +23,7 @@ TEST_F(Plan, TasksGoFrameByFrame) {
   EXPECT_EQ(plan.outputs_of(1)[0].filename(), "image.0012.exr");
 }
 
-TEST_F(Plan, WithoutFramesThereIsOneImage) {
+TEST_F(Plan, HasOneImageWithoutFrames) {
   const FarmPlan plan = make_plan("", 4);
   EXPECT_EQ(plan.task_count(), 4);
   EXPECT_FALSE(plan.task(3).frame);
@@ -31,7 +31,7 @@ TEST_F(Plan, WithoutFramesThereIsOneImage) {
   EXPECT_EQ(plan.outputs_of(0)[0], folder_ / "image.exr");
 }
 
-TEST_F(Plan, IsReadAsItWasWritten) {
+TEST_F(Plan, SurvivesWritingAndReading) {
   FarmPlan plan = make_plan("", 4, {1, 2});
   std::filesystem::remove(plan.folder / "plan.json");
   plan.flags = {"--spp", "16", "--view", "Raw \"quoted\""};
@@ -49,14 +49,14 @@ TEST_F(Plan, IsReadAsItWasWritten) {
   EXPECT_EQ(read.value().resources.threads_per_part, 8);
 }
 
-TEST_F(Plan, OneFolderIsOneFarm) {
+TEST_F(Plan, RefusesFolderOfAnotherFarm) {
   const FarmPlan plan = make_plan("");
   const Result<void> again = write_new_plan(plan);
   ASSERT_FALSE(again.ok());
   EXPECT_EQ(again.error().kind, ErrorKind::usage);
 }
 
-TEST_F(Plan, BrokenOnesAreErrors) {
+TEST_F(Plan, ReportsBrokenFiles) {
   EXPECT_FALSE(read_plan(folder_ / "nothing").ok());
   for (const char* text :
        {"", "[]", "{}", "{\"version\": 99}", "{\"version\": \"1\"}", "{\"version\": 1, \"parts\": 0}"}) {
@@ -67,14 +67,14 @@ TEST_F(Plan, BrokenOnesAreErrors) {
   }
 }
 
-TEST(FrameNumber, FillsTheRunOfCrosses) {
+TEST(FrameNumber, ReplacesRunOfCrosses) {
   EXPECT_EQ(with_frame_number("a.####.exr", 7), "a.0007.exr");
   EXPECT_EQ(with_frame_number("a.##", 123), "a.123");
   EXPECT_EQ(with_frame_number("a.####.exr", -7), "a.-0007.exr");
   EXPECT_EQ(with_frame_number("a.exr", 7), "a.exr");
 }
 
-TEST_F(Plan, CommandsHoldWhatTheyNeed) {
+TEST_F(Plan, CommandsHaveTheirFlags) {
   FarmPlan plan = make_plan("", 2, {5});
   plan.flags = {"--spp", "8", "--view", "Raw", "--exposure=1", "--exr-float"};
   const auto joined = [](const std::vector<std::string>& words) {

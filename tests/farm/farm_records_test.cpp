@@ -1,4 +1,4 @@
-// What follows from how attempts ended.
+// Tests of attempts: their outcomes, the next step after each of them, and their records.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_records.h"
 
@@ -32,7 +32,7 @@ TEST(Outcome, FollowsTheExitCode) {
   EXPECT_EQ(outcome_of(3, 0, 0), AttemptOutcome::refused);
   EXPECT_EQ(outcome_of(130, 0, SIGTERM), AttemptOutcome::interrupted);
   EXPECT_EQ(outcome_of(143, 0, 0), AttemptOutcome::interrupted);
-  EXPECT_EQ(outcome_of(139, 0, 0), AttemptOutcome::crashed); // a shell's word for a signal
+  EXPECT_EQ(outcome_of(139, 0, 0), AttemptOutcome::crashed); // a shell's exit code for a signal
   EXPECT_EQ(outcome_of(0, 11, 0), AttemptOutcome::crashed);
   EXPECT_EQ(outcome_of(0, 9, 0), AttemptOutcome::crashed);
   EXPECT_EQ(outcome_of(130, 0, kOutOfTimeSignal), AttemptOutcome::out_of_time);
@@ -40,7 +40,7 @@ TEST(Outcome, FollowsTheExitCode) {
   EXPECT_EQ(outcome_of(0, 0, kOutOfTimeSignal), AttemptOutcome::done);
 }
 
-TEST(Verdict, FailuresAndCrashesAreRetriedSoOften) {
+TEST(Verdict, FailuresAndCrashesAreRetriedUpToTheLimit) {
   using enum AttemptOutcome;
   EXPECT_EQ(judge(record_of({failed}), 2).step, NextStep::retry);
   EXPECT_EQ(judge(record_of({failed, crashed}), 2).step, NextStep::retry);
@@ -50,21 +50,22 @@ TEST(Verdict, FailuresAndCrashesAreRetriedSoOften) {
   EXPECT_EQ(judge(record_of({crashed}), 0).step, NextStep::poison);
 }
 
-TEST(Verdict, InterruptionsCostNothing) {
+TEST(Verdict, InterruptionsUseNoRetry) {
   using enum AttemptOutcome;
   EXPECT_EQ(judge(record_of({interrupted, interrupted, interrupted, interrupted}), 0).step, NextStep::give_way);
   EXPECT_EQ(judge(record_of({interrupted, failed}), 1).step, NextStep::retry);
 }
 
-TEST(Verdict, LostMachinesAreNotThePartsFaultUntilTheyAreMany) {
+TEST(Verdict, LostMachinesUseNoRetryUntilTheyAreMany) {
   using enum AttemptOutcome;
   EXPECT_EQ(judge(record_of({lost}), 0).step, NextStep::retry);
   EXPECT_EQ(judge(record_of({lost, lost, lost, lost}), 0).step, NextStep::retry);
   EXPECT_EQ(judge(record_of({lost, lost, lost, lost, lost}), 0).step, NextStep::poison);
 }
 
-TEST(Verdict, OutOfTimeGoesOnAsLongAsItComesNearer) {
-  // Attempts that ran out of time with so much saved at their ends, each from where the one before it ended.
+TEST(Verdict, OutOfTimeResumesWhileItMakesProgress) {
+  // Attempts that ran out of time, by the fraction saved at their ends; each resumes the one
+  // before.
   const auto verdict_of = [](const std::vector<double>& saved) {
     TaskRecord record = record_of(std::vector<AttemptOutcome>(saved.size(), AttemptOutcome::out_of_time));
     for (size_t i = 0; i < saved.size(); ++i) {
@@ -86,7 +87,7 @@ TEST(Verdict, OutOfTimeGoesOnAsLongAsItComesNearer) {
   EXPECT_EQ(poison.reason,
             "out of time 2 times in a row without progress, 50.0 % of its samples are saved, last on node: "
             "it needs a longer --time");
-  // What else happened in between does not count as one, nor against it.
+  // Other outcomes in between neither count as one nor reset the count.
   TaskRecord record = record_of({AttemptOutcome::out_of_time, AttemptOutcome::lost, AttemptOutcome::out_of_time});
   EXPECT_EQ(judge(record, 0).step, NextStep::resume_later);
   record.attempts.push_back(record_of({AttemptOutcome::failed}).attempts[0]);
@@ -101,7 +102,7 @@ TEST(Verdict, RefusalsAreFinal) {
 
 class Records : public FarmFolder {};
 
-TEST_F(Records, AreReadAsTheyWereWritten) {
+TEST_F(Records, SurviveWritingAndReading) {
   TaskRecord record = record_of({AttemptOutcome::crashed, AttemptOutcome::done});
   record.attempts[0].message = "\xff broken UTF-8";
   record.attempts[1].start_s = 1700000000.25;
@@ -120,16 +121,16 @@ TEST_F(Records, AreReadAsTheyWereWritten) {
   EXPECT_EQ(read.value().attempts[1].saved_before, 1.0 / 3.0);
   EXPECT_EQ(read.value().attempts[1].saved, 0.7);
   EXPECT_EQ(read.value().poisoned, "why");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1); // nothing is left beside it
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1); // no temporary file remains
 }
 
-TEST_F(Records, ThatAreNotThereAreEmpty) {
+TEST_F(Records, MissingFilesAreEmptyRecords) {
   EXPECT_TRUE(read_task_record(folder_ / "a.json").value().attempts.empty());
   EXPECT_FALSE(read_refusal(folder_ / "a.json").value());
   EXPECT_FALSE(read_merge_record(folder_ / "a.json").value());
 }
 
-TEST_F(Records, ThatCannotBeWrittenSaySo) {
+TEST_F(Records, ReportsFilesThatCannotBeWritten) {
   const Result<void> written = write_refusal(folder_ / "nowhere" / "a.json", {3, 1, "bad"});
   ASSERT_FALSE(written.ok());
   EXPECT_EQ(written.error().kind, ErrorKind::input_output);

@@ -1,4 +1,4 @@
-// Records and queue together.
+// Tests of the status of a farm, which combines records and queue.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_status.h"
 
@@ -28,13 +28,13 @@ class Status : public FarmFolder {
   }
 };
 
-TEST_F(Status, ComesFromPartsRecordsAndQueue) {
+TEST_F(Status, CombinesPartsRecordsAndQueue) {
   using enum TaskState;
   const FarmPlan plan = make_plan("", 3, {1, 2});
   std::ofstream(plan.part_file(plan.task(0))) << "part";
   attempt(plan, 1, AttemptOutcome::running);
   attempt(plan, 2, AttemptOutcome::failed, "failed 3 times");
-  attempt(plan, 3, AttemptOutcome::running); // on a machine that is gone
+  attempt(plan, 3, AttemptOutcome::running); // on a lost machine
   FarmQueue queue;
   queue.tasks[1] = {QueueState::running, "node2", ""};
   queue.tasks[5] = {QueueState::waiting, "", "Resources"};
@@ -48,14 +48,14 @@ TEST_F(Status, ComesFromPartsRecordsAndQueue) {
   EXPECT_FALSE(status.all_merged());
 }
 
-TEST_F(Status, WithoutAnEngineTheRecordsAreBelieved) {
+TEST_F(Status, UsesRecordsAloneWithoutEngine) {
   const FarmPlan plan = make_plan("", 2);
   attempt(plan, 0, AttemptOutcome::running);
   const FarmStatus status = farm_status(plan, std::nullopt).value();
   EXPECT_EQ(states(status), (std::vector<TaskState>{TaskState::running, TaskState::waiting}));
 }
 
-TEST_F(Status, ARefusalCoversWhatIsNotDone) {
+TEST_F(Status, RefusalAppliesToUnfinishedTasks) {
   const FarmPlan plan = make_plan("", 2);
   std::ofstream(plan.part_file(plan.task(0))) << "part";
   ASSERT_TRUE(write_refusal(plan.refusal_file(), {3, 1, "bad"}).ok());

@@ -1,4 +1,4 @@
-// Working on tasks whose renderer is a script.
+// Tests of the farm worker, with shell scripts in place of the renderer.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/farm_worker.h"
 
@@ -29,7 +29,7 @@ class Worker : public FarmFolder {
   std::string log_;
 };
 
-TEST_F(Worker, RendersThePartAndSaysHow) {
+TEST_F(Worker, RendersPartAndRecordsProgress) {
   const FarmPlan plan = make_plan(R"(echo '{"event":"progress","phase":"render","fraction":0.5}' >&2
 echo some words
 [ -e "$checkpoint" ] || touch "$checkpoint"
@@ -45,13 +45,13 @@ echo "part $part" > "$out"
   EXPECT_GE(done.attempts[0].end_s, done.attempts[0].start_s);
   EXPECT_NE(log_.find("some words"), std::string::npos);
   EXPECT_EQ(log_.find("progress"), std::string::npos) << log_;
-  EXPECT_FALSE(std::filesystem::exists(plan.checkpoint_file(plan.task(1)))); // of no more use
+  EXPECT_FALSE(std::filesystem::exists(plan.checkpoint_file(plan.task(1)))); // removed once the part is whole
 
-  EXPECT_EQ(work(plan, 1), 0); // there already
+  EXPECT_EQ(work(plan, 1), 0); // the part exists already
   EXPECT_EQ(record(plan, 1).attempts.size(), 1u);
 }
 
-TEST_F(Worker, TriesAgainHereWithoutAnEngine) {
+TEST_F(Worker, RetriesInPlaceWithoutEngine) {
   const FarmPlan plan = make_plan(R"(echo x >> tries
 [ $(wc -l < tries) -lt 3 ] && { echo "kindling: error: too early" >&2; exit 4; }
 touch "$out"
@@ -64,7 +64,7 @@ touch "$out"
   EXPECT_EQ(engine_.requeued, 0);
 }
 
-TEST_F(Worker, LeavesTheNextAttemptToTheEngine) {
+TEST_F(Worker, LeavesNextAttemptToEngine) {
   engine_.inside = true;
   const FarmPlan plan = make_plan("exit 1\n");
   EXPECT_EQ(work(plan), 1);
@@ -76,11 +76,11 @@ TEST_F(Worker, LeavesTheNextAttemptToTheEngine) {
   EXPECT_EQ(work(plan), 1); // the third is the last of two retries
   EXPECT_EQ(engine_.requeued, 2);
   EXPECT_NE(record(plan).poisoned.find("failed 3 times"), std::string::npos);
-  EXPECT_EQ(work(plan), 1); // and it stays poisoned
+  EXPECT_EQ(work(plan), 1); // it stays poisoned
   EXPECT_EQ(record(plan).attempts.size(), 3u);
 }
 
-TEST_F(Worker, TriesAgainHereIfTheEngineDoesNot) {
+TEST_F(Worker, RetriesInPlaceIfEngineRefuses) {
   engine_.inside = true;
   engine_.can_requeue = false;
   const FarmPlan plan = make_plan("kill -SEGV $$\n");
@@ -91,7 +91,7 @@ TEST_F(Worker, TriesAgainHereIfTheEngineDoesNot) {
   EXPECT_NE(record(plan).poisoned.find("signal 11"), std::string::npos) << record(plan).poisoned;
 }
 
-TEST_F(Worker, ABadSceneStopsTheWholeFarm) {
+TEST_F(Worker, BadSceneStopsWholeFarm) {
   const FarmPlan plan = make_plan("echo x >> tries; echo 'kindling: error: scene.glb: is no good' >&2; exit 3\n");
   EXPECT_EQ(work(plan, 0), 3);
   EXPECT_EQ(work(plan, 1), 3);
@@ -102,15 +102,15 @@ TEST_F(Worker, ABadSceneStopsTheWholeFarm) {
   EXPECT_EQ(refusal->message, "scene.glb: is no good");
 }
 
-TEST_F(Worker, PassesATerminationOnAndGivesWay) {
+TEST_F(Worker, ForwardsTerminationAndExits) {
   engine_.inside = true;
-  // As the renderer: SIGINT ends it in good order. The SIGTERM that an engine sends to all processes must not reach it. (Not a shell,
-  // which would unblock the signal.)
+  // Like the renderer, it ends in good order on SIGINT. The SIGTERM that an engine sends to all
+  // processes must not reach it. (Not a shell, which would unblock the signal.)
   const FarmPlan plan = make_plan(R"(export checkpoint out; exec python3 -c '
 import os, signal, sys, time
 def save(*_):
     open(os.environ["checkpoint"], "w").write("saved")
-    open(os.environ["out"], "w").write("what there is")
+    open(os.environ["out"], "w").write("some samples")
     sys.exit(130)
 signal.signal(signal.SIGINT, save)
 os.kill(os.getpid(), signal.SIGTERM)
@@ -120,9 +120,9 @@ time.sleep(60)
   EXPECT_EQ(work(plan), 130);
   ASSERT_EQ(record(plan).attempts.size(), 1u);
   EXPECT_EQ(record(plan).attempts[0].outcome, AttemptOutcome::interrupted);
-  EXPECT_EQ(engine_.requeued, 0); // whoever sent the signal does that
+  EXPECT_EQ(engine_.requeued, 0); // the sender of the signal requeues
   EXPECT_TRUE(std::filesystem::exists(plan.checkpoint_file(plan.task(0))));
-  EXPECT_FALSE(std::filesystem::exists(plan.part_file(plan.task(0)))); // not for a part that is not whole
+  EXPECT_FALSE(std::filesystem::exists(plan.part_file(plan.task(0)))); // an incomplete part gets no file
 
   FarmPlan second = plan;
   write_script("second", "[ \"$(cat " + plan.checkpoint_file(plan.task(0)).string() +
@@ -132,7 +132,7 @@ time.sleep(60)
   EXPECT_TRUE(record(plan).attempts[1].resumed);
 }
 
-// A checkpoint that has so many of four samples.
+// Writes a checkpoint with this many of four samples.
 void write_checkpoint(const std::filesystem::path& path, uint32_t samples) {
   const PixelRect area{V2i(0), V2i(8)};
   AccumulationIdentity identity;
@@ -146,8 +146,9 @@ void write_checkpoint(const std::filesystem::path& path, uint32_t samples) {
   ASSERT_TRUE(written.ok()) << written.error().message;
 }
 
-// A renderer that SIGINT makes leave the file "save" as its checkpoint. It sends its parent the warning that its time is nearly over; the
-// same signal to itself has no effect. `more` may send other signals: SIGINT, with which the parent answers the warning, waits for them.
+// A renderer that copies the file "save" to its checkpoint on SIGINT. It sends its parent the
+// warning that its time is nearly over; the same signal to itself has no effect. `more` may send
+// further signals before SIGINT, the answer of the parent, is unblocked.
 std::string slow_renderer(const std::string& more = "") {
   return R"(export checkpoint out; exec python3 -c '
 import os, shutil, signal, sys, time
@@ -165,7 +166,7 @@ time.sleep(60)
 )";
 }
 
-TEST_F(Worker, OutOfTimeGoesOnInAnotherAttempt) {
+TEST_F(Worker, OutOfTimeResumesInAnotherAttempt) {
   engine_.inside = true;
   const FarmPlan plan = make_plan(slow_renderer());
   for (const uint32_t samples : {1U, 2U, 3U}) {
@@ -188,25 +189,25 @@ TEST_F(Worker, OutOfTimeGoesOnInAnotherAttempt) {
   EXPECT_EQ(record(plan).attempts.back().saved, 1.0);
 }
 
-TEST_F(Worker, OutOfTimeWithoutComingNearerIsPoison) {
+TEST_F(Worker, OutOfTimeWithoutProgressIsPoison) {
   engine_.inside = true;
   const FarmPlan plan = make_plan(slow_renderer());
-  EXPECT_EQ(work(plan), 130); // nothing is saved: it has not come to its first sample
+  EXPECT_EQ(work(plan), 130); // nothing is saved before the first sample
   EXPECT_EQ(engine_.requeued, 1);
   EXPECT_EQ(work(plan), 130);
   EXPECT_EQ(engine_.requeued, 1);
   EXPECT_NE(record(plan).poisoned.find("out of time 2 times in a row"), std::string::npos) << record(plan).poisoned;
-  EXPECT_EQ(work(plan), 1); // it is not tried any more
+  EXPECT_EQ(work(plan), 1); // not tried again
   EXPECT_EQ(record(plan).attempts.size(), 2u);
 
   write_checkpoint(folder_ / "save", 2);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(work(plan, 1), 130);
-  EXPECT_EQ(engine_.requeued, 3); // the first and the second attempt's
+  EXPECT_EQ(engine_.requeued, 3); // by the first and the second attempt
   EXPECT_NE(record(plan, 1).poisoned.find("50.0 % of its samples are saved"), std::string::npos)
       << record(plan, 1).poisoned;
 }
 
-TEST_F(Worker, ATerminationAfterTheWarningIsNotUndone) {
+TEST_F(Worker, TerminationAfterWarningIsNotRequeued) {
   engine_.inside = true;
   const FarmPlan plan = make_plan(slow_renderer("os.kill(os.getppid(), signal.SIGTERM)\n"));
   write_checkpoint(folder_ / "save", 1);
@@ -216,7 +217,7 @@ TEST_F(Worker, ATerminationAfterTheWarningIsNotUndone) {
   EXPECT_TRUE(std::filesystem::exists(plan.checkpoint_file(plan.task(0))));
 }
 
-TEST_F(Worker, OutOfTimeWithoutAnEngineGivesWay) {
+TEST_F(Worker, OutOfTimeWithoutEngineExits) {
   const FarmPlan plan = make_plan(slow_renderer());
   write_checkpoint(folder_ / "save", 1);
   EXPECT_EQ(work(plan), 130);
@@ -224,11 +225,11 @@ TEST_F(Worker, OutOfTimeWithoutAnEngineGivesWay) {
   engine_.inside = true;
   engine_.can_requeue = false;
   write_checkpoint(folder_ / "save", 2);
-  EXPECT_EQ(work(plan), 130); // and not here: there is no time for it
+  EXPECT_EQ(work(plan), 130); // no retry in place: its time is over
   EXPECT_EQ(record(plan).attempts.size(), 2u);
 }
 
-TEST_F(Worker, AnAttemptWithoutAnEndWasLost) {
+TEST_F(Worker, AttemptWithoutEndCountsAsLost) {
   const FarmPlan plan = make_plan("touch \"$out\"\n");
   TaskRecord before;
   before.attempts.resize(1);
@@ -239,21 +240,21 @@ TEST_F(Worker, AnAttemptWithoutAnEndWasLost) {
   EXPECT_EQ(record(plan).attempts[0].outcome, AttemptOutcome::lost);
 }
 
-TEST_F(Worker, ARendererThatWritesNothingHasFailed) {
+TEST_F(Worker, RendererWithoutOutputFails) {
   FarmPlan plan = make_plan("exit 0\n");
   plan.retries = 0;
   EXPECT_EQ(work(plan), 4);
   EXPECT_EQ(record(plan).attempts[0].outcome, AttemptOutcome::failed);
 }
 
-TEST_F(Worker, ACheckpointThatCannotBeReadIsNotInTheWay) {
+TEST_F(Worker, UnreadableCheckpointDoesNotBlockRetry) {
   FarmPlan plan = make_plan("[ -e \"$checkpoint\" ] && exit 4\ntouch \"$out\"\n");
   std::ofstream(plan.checkpoint_file(plan.task(0))) << "damaged";
   EXPECT_EQ(work(plan), 0);
   EXPECT_EQ(record(plan).attempts.size(), 2u);
 }
 
-TEST_F(Worker, MergesTheFramesThatAreWhole) {
+TEST_F(Worker, MergesCompleteFrames) {
   const FarmPlan plan = make_plan("echo merged >> \"$out\"\n", 2, {1, 2});
   for (const int task : {0, 1, 2}) std::ofstream(plan.part_file(plan.task(task))) << "part";
   TaskRecord poisoned;
@@ -278,7 +279,7 @@ TEST_F(Worker, MergesTheFramesThatAreWhole) {
   EXPECT_EQ(read_text(folder_ / "image.0001.exr"), "merged\n"); // once
 }
 
-TEST_F(Worker, AMergeThatFailsIsTold) {
+TEST_F(Worker, ReportsFailedMerge) {
   const FarmPlan plan = make_plan("echo 'kindling: error: part 1 is damaged' >&2; exit 4\n", 1);
   std::ofstream(plan.part_file(plan.task(0))) << "part";
   const Result<MergeReport> report = merge_frames(plan, [](std::string_view) {});

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Slurm cluster on one machine, for as long as a command runs: munge, slurmctld and several slurmd from Debian's packages.
+"""Runs a command with a Slurm cluster on this machine: munge, slurmctld and several slurmd.
 
 usage: slurm_bed.py [--nodes N] [--cpus N] [--keep] -- COMMAND...
 
@@ -20,10 +20,12 @@ import time
 from pathlib import Path
 
 PACKAGES = "munge slurmctld slurmd slurm-client"
-# In the environment of a node's slurmd and its steps; what they run has Slurm's own SLURMD_NODENAME.
+# Environment variable of a node's slurmd and its steps; their jobs have Slurm's own
+# SLURMD_NODENAME.
 NODE_MARK = "KINDLING_SLURM_BED_NODE"
 
-# Times in seconds. A requeued job waits for cred_expire (two minutes by default, at least 5); a node is lost after SlurmdTimeout.
+# Times in seconds. A requeued job waits for cred_expire (two minutes by default, at least 5);
+# a node is lost after SlurmdTimeout.
 CONFIGURATION = """\
 ClusterName=bed
 SlurmctldHost={host}(127.0.0.1)
@@ -39,7 +41,7 @@ SlurmctldPidFile={folder}/slurmctld.pid
 SlurmdPidFile={folder}/slurmd-%n.pid
 SlurmctldDebug=info
 SlurmdDebug=info
-# Any number of processors, whatever the machine has; no cgroups, which a container may not change.
+# Any number of processors, whatever the machine has; no cgroups, which containers cannot change.
 SlurmdParameters=config_overrides
 ProctrackType=proctrack/pgid
 TaskPlugin=task/none
@@ -72,7 +74,7 @@ class BedError(Exception):
 
 
 def free_ports(count):
-    """Ports that nobody listens on now."""
+    """Ports that are free now."""
     sockets = [socket.socket() for _ in range(count)]
     try:
         for item in sockets:
@@ -107,7 +109,7 @@ def kill_all(pids):
 
 
 class SlurmBed:
-    """with SlurmBed(nodes=3, cpus=1) as bed: the cluster is up and its nodes idle. bed.environment is for the commands."""
+    """A running cluster: `with SlurmBed(nodes=3, cpus=1) as bed:` starts it; bed.environment is for its clients."""
 
     def __init__(self, nodes=3, cpus=1, folder=None, keep=False):
         self.node_names = [f"node{i + 1}" for i in range(nodes)]
@@ -115,7 +117,8 @@ class SlurmBed:
         self.keep = keep
         self.folder = Path(folder or tempfile.mkdtemp(prefix="kindling-slurm-"))
         self.environment = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM", "SBATCH", "SQUEUE"))}
-        # Inherited by everything that belongs to the cluster, a job's processes included: by it what is left is found.
+        # Inherited by all processes of the cluster, those of jobs included, and so identifies
+        # leftovers.
         self.environment["SLURM_CONF"] = str(self.folder / "slurm.conf")
         self.daemons = {}
 
@@ -136,8 +139,8 @@ class SlurmBed:
         self._spawn(name, ["slurmd", "-D", "-N", name], {NODE_MARK: name})
 
     def kill_node(self, name):
-        """As if its plug were pulled: slurmd, its steps and what they run, by SIGKILL. Returns how many processes it were."""
-        # slurmd first, so that it cannot tell anybody what happened to the others.
+        """Kills slurmd, its steps and their processes with SIGKILL, like a power cut. Returns the number of processes."""
+        # slurmd first, so that it cannot report the end of the others.
         daemon = self.daemons.pop(name)
         daemon.kill()
         daemon.wait()
@@ -148,18 +151,18 @@ class SlurmBed:
         return len(killed) + 1
 
     def processes_of(self, name):
-        """Steps and jobs that run on a node."""
+        """Processes of steps and jobs on a node."""
         mine = set(self.processes())
         return [pid for pid in processes_with(NODE_MARK, name) + processes_with("SLURMD_NODENAME", name) if pid in mine]
 
     def processes(self):
-        """All that is ours: daemons, steps, jobs and what jobs started."""
+        """All processes of the cluster: daemons, steps, jobs and their children."""
         return processes_with("SLURM_CONF", self.environment["SLURM_CONF"])
 
     # Commands.
 
     def run(self, *command, check=True, **more):
-        """Runs a command of the cluster's clients; its standard output."""
+        """Runs a client command of the cluster and returns its standard output."""
         result = subprocess.run([str(item) for item in command], env=self.environment, capture_output=True, text=True, stdin=subprocess.DEVNULL,
                                 timeout=60, check=False, **more)
         if check and result.returncode != 0:
@@ -167,7 +170,7 @@ class SlurmBed:
         return result.stdout
 
     def wait_until(self, what, condition, seconds, every=0.2):
-        """Until condition() is true, which is then returned; BedError if that takes longer."""
+        """Waits until condition() is true and returns its value; BedError after a timeout."""
         end = time.monotonic() + seconds
         while True:
             value = condition()
@@ -199,7 +202,7 @@ class SlurmBed:
                 raise BedError(f"there is no {program} here; Debian's packages are: {PACKAGES}")
         for name in ("munge", "state", *(f"spool-{node}" for node in self.node_names)):
             (self.folder / name).mkdir(mode=0o755)
-        self.folder.chmod(0o755)  # munge's clients, whoever they are, must get to its socket
+        self.folder.chmod(0o755)  # clients of munge under any user need access to its socket
         ports = free_ports(len(self.node_names) + 1)
         host = socket.gethostname().split(".")[0]
         nodes = "\n".join(f"NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs={self.cpus} RealMemory=1000000 State=UNKNOWN"
@@ -219,7 +222,7 @@ class SlurmBed:
         self.wait_until("all nodes idle", lambda: list(self.node_states().values()).count("idle") == len(self.node_names), 60)
 
     def _spawn(self, name, command, more_environment=None):
-        # Sessions of their own: Ctrl-C is for us, and we end them.
+        # Sessions of their own: Ctrl-C reaches this process alone, which then ends them.
         sbin = {"PATH": self.environment.get("PATH", "") + ":/usr/sbin:/sbin"}
         with open(self.folder / f"{name}.out.log", "ab") as log:
             self.daemons[name] = subprocess.Popen(command, env=self.environment | sbin | (more_environment or {}), stdin=subprocess.DEVNULL,
@@ -248,7 +251,7 @@ def main():
     command = options.command[1:] if options.command[:1] == ["--"] else options.command
     if not command:
         parser.error("which COMMAND?")
-    # A terminated bed is torn down as an interrupted one.
+    # SIGTERM tears the cluster down as SIGINT does.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         with SlurmBed(options.nodes, options.cpus, keep=options.keep) as bed:

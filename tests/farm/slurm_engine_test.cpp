@@ -1,4 +1,4 @@
-// Slurm's scripts and answers, without Slurm: its programs are played by shell scripts.
+// Tests of Slurm's job scripts and answers, with shell scripts in place of Slurm's programs.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/slurm_engine.h"
 
@@ -27,7 +27,7 @@ class Slurm : public FarmFolder {
   std::string path_;
 };
 
-TEST(SlurmTime, IsReadAsSlurmReadsIt) {
+TEST(SlurmTime, ParsesAllFormsOfSlurm) {
   const std::vector<std::pair<const char*, int64_t>> times{
       {"1", 60},          {"90", 5400},     {"1:30", 120},       {"0:30", 60},          {"1:00:00", 3600},
       {"2-0", 2 * 86400}, {"2-12", 216000}, {"2-12:30", 217800}, {"2-12:30:01", 217860}};
@@ -37,7 +37,7 @@ TEST(SlurmTime, IsReadAsSlurmReadsIt) {
     EXPECT_EQ(slurm_time_s(text), std::nullopt) << text;
 }
 
-TEST(SlurmTime, IsWarnedOfAheadButNotOfMostOfIt) {
+TEST(SlurmTime, WarningTakesAtMostAQuarter) {
   const auto warning = [](const char* time) { return time_warning_s({"", 0, "", time}); };
   EXPECT_EQ(warning(""), 60);
   EXPECT_EQ(warning("infinite"), 60);
@@ -46,7 +46,7 @@ TEST(SlurmTime, IsWarnedOfAheadButNotOfMostOfIt) {
   EXPECT_EQ(warning("1"), 15);
 }
 
-TEST_F(Slurm, ScriptsSayWhatIsWanted) {
+TEST_F(Slurm, ScriptsRequestResources) {
   FarmPlan plan = make_plan("", 3);
   plan.binary = "/opt/it's here/kindling";
   const std::vector<int> tasks{0, 1, 2};
@@ -62,7 +62,7 @@ TEST_F(Slurm, ScriptsSayWhatIsWanted) {
   EXPECT_NE(slurm_merge_script(plan).find("farm merge '"), std::string::npos);
 }
 
-// Runs the script as the index-th task, with an `echo` for a program: the task's number.
+// Runs the script as the index-th task with `echo` as the program, which prints the task's number.
 TEST_F(Slurm, ScriptsFindTheirTask) {
   FarmPlan plan = make_plan("", 20);
   write_script("show", "echo \"$4\"\n");
@@ -81,7 +81,7 @@ TEST_F(Slurm, ScriptsFindTheirTask) {
   EXPECT_EQ(run({3, 7, 8, 19}, "3"), "19\n");
 }
 
-TEST_F(Slurm, AnswersAreUnderstood) {
+TEST_F(Slurm, ParsesAnswers) {
   EXPECT_EQ(parse_sbatch("12\n").value(), "12");
   EXPECT_EQ(parse_sbatch("12;cluster\n").value(), "12");
   EXPECT_FALSE(parse_sbatch("").ok());
@@ -101,7 +101,7 @@ TEST_F(Slurm, AnswersAreUnderstood) {
   EXPECT_TRUE(queue.merge);
 }
 
-TEST_F(Slurm, SubmitsAnArrayAndAMergeBehindIt) {
+TEST_F(Slurm, SubmitsArrayAndDependentMerge) {
   const FarmPlan plan = make_plan("", 5);
   write_script("bin/scontrol", "echo 'MaxArraySize = 2'\n");
   write_script("bin/sbatch",
@@ -117,7 +117,7 @@ TEST_F(Slurm, SubmitsAnArrayAndAMergeBehindIt) {
   EXPECT_EQ(read_jobs(plan.folder).value().arrays[2].tasks, std::vector<int>{4});
 }
 
-TEST_F(Slurm, AnErrorIsPassedOnAndHalfAFarmIsCancelled) {
+TEST_F(Slurm, ErrorCancelsSubmittedJobs) {
   const FarmPlan plan = make_plan("", 2);
   write_script("bin/scontrol", "echo 'MaxArraySize = 1'\n");
   write_script("bin/scancel", "echo \"$@\" > " + (folder_ / "cancelled").string() + "\n");
@@ -130,7 +130,7 @@ TEST_F(Slurm, AnErrorIsPassedOnAndHalfAFarmIsCancelled) {
   EXPECT_EQ(read_text(folder_ / "cancelled"), "41\n");
 }
 
-TEST_F(Slurm, WithoutItsProgramsThatIsSaid) {
+TEST_F(Slurm, ReportsMissingPrograms) {
   setenv("PATH", (folder_ / "bin").c_str(), 1);
   const FarmPlan plan = make_plan("");
   const Result<FarmJobs> jobs = SlurmEngine().submit(plan, all_tasks(plan));
@@ -140,7 +140,7 @@ TEST_F(Slurm, WithoutItsProgramsThatIsSaid) {
   EXPECT_EQ(jobs.error().kind, ErrorKind::input_output);
 }
 
-TEST_F(Slurm, ResourcesMustBeWords) {
+TEST_F(Slurm, RefusesResourcesWithSpaces) {
   EXPECT_TRUE(check_slurm_resources({"a,b", 2, "4G", "1-00:00:00"}).ok());
   EXPECT_FALSE(check_slurm_resources({"a b", 2, "", ""}).ok());
   EXPECT_FALSE(check_slurm_resources({"", 2, "4G\n#SBATCH --wrap=x", ""}).ok());

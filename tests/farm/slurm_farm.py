@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""`kindling farm` on a cluster of three nodes with one processor each, all on this machine: what is lost when things go wrong.
+"""Tests of `kindling farm` on a Slurm cluster of three nodes on this machine, with faults.
 
 usage: slurm_farm.py KINDLING SCENES [-v] [SlurmFarm.test_...]
 
-KINDLING is the program, SCENES the folder of the scenes. Needs Debian's packages munge, slurmctld, slurmd and slurm-client, and idiff of
-openimageio-tools. Takes about six minutes on two processors.
+Each node has one processor. KINDLING is the program, SCENES the folder of the scenes. Needs Debian's
+packages munge, slurmctld, slurmd and slurm-client, and idiff of openimageio-tools. Takes about six
+minutes on two processors.
 """
 # SPDX-License-Identifier: Apache-2.0
 import json
@@ -25,7 +26,7 @@ from slurm_bed import SlurmBed  # pylint: disable=wrong-import-position
 
 PROGRAM = SCENES = None
 GOES_ON, INCOMPLETE, SCENE_INVALID = 6, 5, 3
-# An image of some 15 processor seconds, learned ahead and all.
+# An image that takes about 15 processor seconds, training included.
 FLAGS = ["--size", "320x180", "--spp", "192", "--seed", "5", "--exr-float", "--checkpoint-every", "1"]
 
 
@@ -64,7 +65,7 @@ class SlurmFarm(unittest.TestCase):
         return json.loads(result.stdout)
 
     def wait_until(self, what, condition, seconds=120):
-        """Until condition(status); that status. What the farm says is shown if it takes longer."""
+        """Returns the first status for which condition(status) holds; prints the farm's logs if none comes in time."""
         found = []
 
         def asked():
@@ -85,15 +86,15 @@ class SlurmFarm(unittest.TestCase):
     def tasks(status):
         return [task for frame in status["frames"] for task in frame["tasks"]]
 
-    def running(self, status, least=0.2, most=0.8):
-        return [task for task in self.tasks(status) if task["state"] == "running" and least <= task["progress"] <= most]
+    def running(self, status, low=0.2, high=0.8):
+        return [task for task in self.tasks(status) if task["state"] == "running" and low <= task["progress"] <= high]
 
     def saved(self, status):
-        """Those of them that have a checkpoint."""
+        """The running tasks that have a checkpoint."""
         return [task for task in self.running(status) if (self.farm / f"parts/part-{task['part']:03}.checkpoint.kacc").exists()]
 
     def reference(self, scene, flags):
-        """The image of one process, with all its threads; rendered once."""
+        """The image rendered by one process with all threads; rendered once."""
         path = self.references / (re.sub(r"\W+", "-", " ".join([Path(scene).stem, *flags])) + ".exr")
         if not path.exists():
             words = [flag for flag in flags if flag not in ("--checkpoint-every", "1")]
@@ -119,7 +120,7 @@ class SlurmFarm(unittest.TestCase):
         reference = self.reference(scene, flags)
         self.log("reference rendered")
         self.submit(scene, 4, flags)
-        # What a part loses is what came after its last save: there must be one.
+        # A lost part loses the samples after its last save, so there must have been one.
         status = self.wait_until("two parts in their middle that have been saved", lambda status: len(self.saved(status)) >= 2)
         victim = self.saved(status)[0]
         self.log(f"kill -9 of {victim['host']}, part {victim['part']} at {100 * victim['progress']:.0f} %: "
@@ -139,16 +140,16 @@ class SlurmFarm(unittest.TestCase):
             self.bed.start_node(node)
         self.bed.wait_until(f"{node} idle", lambda: self.bed.node_states().get(node) == "idle", 60)
 
-    def test_a_lost_node_costs_no_pixel_kdtree(self):
+    def test_lost_node_costs_no_pixel_kdtree(self):
         self.lose_a_node("kdtree")
 
-    def test_a_lost_node_costs_no_pixel_embree(self):
+    def test_lost_node_costs_no_pixel_embree(self):
         self.lose_a_node("embree")
 
-    def test_a_preempted_part_goes_on_from_its_checkpoint(self):
+    def test_preempted_part_resumes_from_its_checkpoint(self):
         scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
         reference = self.reference(scene, flags)
-        # An hour between checkpoints: what is there is of the signal.
+        # An hour between checkpoints, so the only one comes from the signal.
         rare = [flag if flag != "1" else "1h" for flag in flags]
         jobs = self.submit(scene, 2, rare)
         status = self.wait_until("a part in its middle", lambda status: self.running(status, 0.3))
@@ -162,24 +163,24 @@ class SlurmFarm(unittest.TestCase):
         self.assertEqual([attempt["resumed"] for attempt in attempts], [False, True])
         self.expect_same_pixels(self.folder / "out.exr", reference)
 
-    def test_a_bad_scene_is_not_retried(self):
+    def test_bad_scene_is_not_retried(self):
         scene = self.folder / "bad.gltf"
         scene.write_text('{"asset": {"version": "2.0"}, "scene": 7, "scenes": []}')
         self.kindling("farm", "submit", scene, "--parts", 6, "--folder", self.farm, "-o", "out.exr", code=SCENE_INVALID)
-        self.assertFalse(self.farm.exists())  # nothing was begun
+        self.assertFalse(self.farm.exists())  # nothing was started
         jobs = self.submit(scene, 6, [], "--no-check")
         status = self.wait_for_end()
         self.assertEqual(status["exit_code"], SCENE_INVALID, status)
         self.assertIn("bad.gltf", status["refusal"]["message"])
         counts = [len(task["attempts"]) for task in self.tasks(status)]
         self.assertLessEqual(max(counts), 1)
-        self.assertLessEqual(sum(counts), 3)  # those that began before the first was through
+        self.assertLessEqual(sum(counts), 3)  # those that started before the first one ended
         self.assertEqual(self.exit_code_of_job(jobs["merge"]), SCENE_INVALID)
         self.assertFalse((self.folder / "out.exr").exists())
 
     @staticmethod
     def processes_with(words):
-        """Those that have these words in their command lines."""
+        """Ids of the processes that have these words in their command lines."""
         found = []
         for folder in Path("/proc").iterdir():
             try:
@@ -203,7 +204,7 @@ class SlurmFarm(unittest.TestCase):
 
     @staticmethod
     def waits_for(process, number):
-        """Whether this signal has been sent to the process, which is stopped."""
+        """True if this signal is pending for the process, which is stopped."""
         try:
             lines = Path(f"/proc/{process}/status").read_text().splitlines()
         except OSError:
@@ -211,11 +212,11 @@ class SlurmFarm(unittest.TestCase):
         pending = next(int(line.split()[1], 16) for line in lines if line.startswith("ShdPnd:"))
         return bool(pending >> (number - 1) & 1)
 
-    def test_a_part_out_of_time_goes_on_by_itself(self):
+    def test_part_out_of_time_resumes_by_itself(self):
         scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
         reference = self.reference(scene, flags)
-        # An hour between checkpoints: what is there is of Slurm's warning. Its shortest time is a minute, of which the render is made to sleep
-        # through what is left.
+        # An hour between checkpoints, so the only one comes from Slurm's warning. Slurm's shortest
+        # time limit is a minute; the render is stopped for the rest of it.
         rare = [flag if flag != "1" else "1h" for flag in flags]
         self.submit(scene, 2, rare, "--time", "1")
         status = self.wait_until("a part in its middle", lambda status: self.running(status))
@@ -225,26 +226,27 @@ class SlurmFarm(unittest.TestCase):
         self.addCleanup(subprocess.run, ["kill", "-CONT", str(render)], stderr=subprocess.DEVNULL, check=False)
         self.log(f"part {task['part']} stopped at {100 * task['progress']:.0f} %")
         self.bed.wait_until("Slurm's warning", lambda: self.waits_for(render, signal.SIGINT), 70)
-        self.log("Slurm has warned it, and it goes on")
+        self.log("Slurm has warned the render, which continues")
         os.kill(render, signal.SIGCONT)
         status = self.wait_for_end()
         self.log("the farm has ended")
         self.assertEqual(status["exit_code"], 0, status)
         attempts = self.tasks(status)[task["task"]]["attempts"]
-        # On a busy machine another minute does not suffice either.
+        # On a busy machine one more minute may not be enough.
         more = len(attempts) - 1
         self.assertGreaterEqual(more, 1)
         self.assertEqual([attempt["outcome"] for attempt in attempts], ["out of time"] * more + ["done"])
         self.assertEqual([attempt["resumed"] for attempt in attempts], [False] + [True] * more)
         saved = [attempt["saved"] for attempt in attempts]
-        self.assertEqual(saved, sorted(set(saved)))  # each comes nearer
+        self.assertEqual(saved, sorted(set(saved)))  # each attempt makes progress
         self.assertGreater(saved[0], 0.0)
         self.expect_same_pixels(self.folder / "out.exr", reference)
 
-    def test_a_part_that_has_never_time_enough_is_poisoned(self):
+    def test_part_without_progress_is_poisoned(self):
         scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
         jobs = self.submit(scene, 2, flags)
-        # The signal that Slurm sends ahead of --time, each time before the render has come to its first sample.
+        # The signal that Slurm sends before the end of --time, each time before the render's first
+        # sample.
         for attempt in (1, 2):
             render = self.bed.wait_until(f"attempt {attempt}", lambda: self.renders_of(2), 60, every=0.001)[0]
             os.kill(render, signal.SIGSTOP)
@@ -265,7 +267,7 @@ class SlurmFarm(unittest.TestCase):
         self.assertEqual(self.wait_for_end()["exit_code"], 0)
         self.expect_same_pixels(self.folder / "out.exr", self.reference(scene, flags))
 
-    def test_a_poisoned_part_is_reported_in_the_end(self):
+    def test_poisoned_part_is_reported_and_retried(self):
         scene, flags = SCENES / "interior.glb", [*FLAGS, "--accel", "kdtree"]
         stop = threading.Event()
         crashes = threading.Thread(target=self.crash_always, args=(2, stop))
@@ -288,12 +290,12 @@ class SlurmFarm(unittest.TestCase):
         table = self.kindling("farm", "status", self.farm, code=INCOMPLETE).stdout
         self.assertIn("poisoned", table)
 
-        self.kindling("farm", "retry", self.farm)  # the one part; the others are there
+        self.kindling("farm", "retry", self.farm)  # one part; the others are done
         status = self.wait_for_end()
         self.assertEqual(status["exit_code"], 0, status)
         self.expect_same_pixels(self.folder / "out.exr", self.reference(scene, flags))
 
-    def test_frames_are_merged_each(self):
+    def test_each_frame_is_merged(self):
         scene, flags = SCENES / "cornell_box.glb", ["--size", "64x48", "--spp", "8", "--exr-float"]
         self.submit(scene, 2, flags, "--frames", "1-5x4", outputs=("out.####.exr", "out.####.png"))
         self.kindling("farm", "status", self.farm, code=GOES_ON)
@@ -311,8 +313,8 @@ def main():
     PROGRAM, SCENES = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
     for program in ("munged", "slurmctld", "slurmd", "sbatch", "idiff"):
         if not shutil.which(program, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin"):
-            sys.exit(f"slurm_farm.py: there is no {program} here; see --help")
-    # Terminated as interrupted: the cluster is torn down.
+            sys.exit(f"slurm_farm.py: {program} is not installed; see the usage text at the head of this script")
+    # SIGTERM exits like SIGINT, so that the cluster is torn down.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
 

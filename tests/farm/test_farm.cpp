@@ -1,4 +1,4 @@
-// Temporary folders and scripts.
+// Temporary folders and scripts for the tests of farms.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/farm/test_farm.h"
 

@@ -1,4 +1,4 @@
-// A farm in a temporary folder whose renderer is a shell script, and an engine that only counts.
+// A farm in a temporary folder with a shell script as renderer, and an engine that counts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,9 @@ class FarmFolder : public testing::Test {
   FarmFolder();
   ~FarmFolder() override;
 
-  // A plan of `parts` parts in folder_/farm, written, whose program is a script with this body. In it, $out is the part's or the
-  // image's file and $checkpoint the checkpoint.
+  // Writes a plan of `parts` parts to folder_/farm whose program is a script with this body, and
+  // returns it. In the script $out is the file of the part or image, and $checkpoint the
+  // checkpoint.
   [[nodiscard]] FarmPlan make_plan(const std::string& body, int parts = 2, std::vector<int> frames = {}) const;
   void write_script(const std::string& name, const std::string& body) const;
   [[nodiscard]] std::string read_text(const std::filesystem::path& path) const;
@@ -27,11 +28,11 @@ class FarmFolder : public testing::Test {
   std::filesystem::path folder_;
 };
 
-// Of no machines.
+// An engine without machines.
 class CountingEngine final : public FarmEngine {
  public:
-  bool inside = false;     // a task
-  bool can_requeue = true; // else it says no
+  bool inside = false;     // true within a task
+  bool can_requeue = true; // false: it refuses
   int requeued = 0;
 
   Result<FarmJobs> submit(const FarmPlan&, std::span<const int> tasks) override {

@@ -1,4 +1,4 @@
-"""Runs the kindling program, breaks it, and compares what it left: what the faults in faults.py are made of."""
+"""Runs kindling processes and reads their results: the building blocks of faults.py."""
 # SPDX-License-Identifier: Apache-2.0
 import json
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 class FaultError(AssertionError):
-    """Something was lost, or said wrongly."""
+    """Work was lost, or a message is wrong."""
 
 
 def require(condition, message):
@@ -20,40 +20,40 @@ def require(condition, message):
 
 
 def pixels(path):
-    """All of an OpenEXR file that tells its pixels: data window, channels and the chunks, byte by byte."""
+    """The parts of an OpenEXR file that define its pixels: data window, channels, compression and the bytes of all chunks."""
     data = Path(path).read_bytes()
-    require(data[:4] == b"v/1\x01", f"{path}: is no OpenEXR file")
-    at, told = 8, {}
+    require(data[:4] == b"v/1\x01", f"{path}: is not an OpenEXR file")
+    at, attributes = 8, {}
     while data[at] != 0:
         name_end = data.index(0, at)
         type_end = data.index(0, name_end + 1)
         (size,) = struct.unpack_from("<i", data, type_end + 1)
         value = type_end + 5
-        told[data[at:name_end]] = data[value:value + size]
+        attributes[data[at:name_end]] = data[value:value + size]
         at = value + size
     (first_chunk,) = struct.unpack_from("<q", data, at + 1)
-    return told[b"dataWindow"], told[b"channels"], told[b"compression"], data[first_chunk:]
+    return attributes[b"dataWindow"], attributes[b"channels"], attributes[b"compression"], data[first_chunk:]
 
 
 class Run:
-    """A process of the program; standard error goes to a file, for a pipe that nobody reads would stop it, on no disk that is filled."""
+    """A kindling process. Standard error goes to a file on a disk that is never filled: an unread pipe would block the process."""
 
-    started_ones = []
+    processes = []
 
     def __init__(self, program, arguments, folder, prefix=(), **options):
         self.log = tempfile.TemporaryFile()
         self.started = time.time()
         self.process = subprocess.Popen([*prefix, str(program), *map(str, arguments)], cwd=folder, stdin=subprocess.DEVNULL,
                                         stdout=subprocess.DEVNULL, stderr=self.log, **options)
-        Run.started_ones.append(self)
+        Run.processes.append(self)
 
     @classmethod
     def kill_all(cls):
-        for run in cls.started_ones:
+        for run in cls.processes:
             if run.running():
                 run.kill()
             run.log.close()
-        cls.started_ones.clear()
+        cls.processes.clear()
 
     def error_text(self):
         descriptor = self.log.fileno()
@@ -74,12 +74,12 @@ class Run:
             found = self.process.wait(timeout)
         except subprocess.TimeoutExpired:
             self.kill()
-            raise FaultError(f"did not end within {timeout} s:\n{self.error_text()}") from None
-        require(found == code, f"exit code {found}, wanted {code}:\n{self.error_text()}")
+            raise FaultError(f"still running after {timeout} s:\n{self.error_text()}") from None
+        require(found == code, f"exit code {found}, expected {code}:\n{self.error_text()}")
         return self.error_text()
 
     def wait_until(self, condition, what, timeout=120):
-        """Whether the condition came true while it ran."""
+        """True if the condition came true while the process ran."""
         end = time.time() + timeout
         while not condition():
             if not self.running():
@@ -90,7 +90,7 @@ class Run:
 
 
 class Job:
-    """A render with a checkpoint in a folder of its own, and what it must give."""
+    """A render with a checkpoint in a folder of its own."""
 
     def __init__(self, program, folder, scene, flags, every_s):
         self.program, self.folder, self.every_s = program, Path(folder), every_s
@@ -100,7 +100,7 @@ class Job:
         self.previous = self.folder / "c.kacc.previous"
 
     def reference(self):
-        """The pixels of the render that nothing disturbs, and the seconds that its samples take."""
+        """Pixels of the undisturbed render, and the seconds of its render phase."""
         whole = self.folder / "whole"
         whole.mkdir()
         Run(self.program, [*self.image, "-o", "whole.exr", "--stats", "stats.json"], whole).finish(0)
@@ -119,7 +119,7 @@ class Job:
         return self.resume(*more, **options) if there else self.begin(*more, **options)
 
     def saved_at(self):
-        """When the file was made that a resume begins with; None: there is none."""
+        """Time of the checkpoint that a resume would read; None without one."""
         for path in (self.checkpoint, self.previous):
             try:
                 return path.stat().st_mtime
@@ -132,7 +132,7 @@ class Job:
 
 
 def without_core_and_signals():
-    """Before exec: a write beyond a limit fails and does not kill."""
+    """Run before exec: a write beyond the size limit fails instead of ending the process."""
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
 

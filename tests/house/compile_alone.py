@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks sources as the preset `alone` compiles them, each by itself without precompiled headers, so that a missing include is found.
+"""Compiles each source by itself without precompiled headers, which finds missing includes.
 
 usage: compile_alone.py BUILD_FOLDER [--share K/N] [--jobs N]
-BUILD_FOLDER is configured with that preset. Only the syntax is checked, nothing is written. --share takes every N-th source, so that N
+BUILD_FOLDER is configured with the preset `alone`. Only the syntax is checked, nothing is written. --share takes every N-th source, so that N
 runs check all of them. Exit code 0 if all compile, 1 with the compiler's errors, 2 on bad usage.
 """
 # SPDX-License-Identifier: Apache-2.0

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Shows that check_house.py finds what it is there for: each rule is broken once in a small made-up tree."""
+"""Tests of check_house.py: each rule passes on a small made-up tree and finds a fault in it."""
 # SPDX-License-Identifier: Apache-2.0
 import tempfile
 import unittest
 from pathlib import Path
 
 import check_house
+import rules_layers
 
 GOOD = {
     "renderer/base/math.h": "// Vectors.\n// SPDX-License-Identifier: Apache-2.0\n#pragma once\n#include <ImathVec.h>\n",
@@ -15,8 +16,9 @@ GOOD = {
     "renderer/app/main.cpp": "// The program.\n// SPDX-License-Identifier: Apache-2.0\n#include <CLI/CLI.hpp>\n"
                              "#include \"renderer/film/film.h\"\nint main() { std::cout << 1; }\n",
     "accel/accelerator.h": "// The contract.\n// SPDX-License-Identifier: Apache-2.0\n#pragma once\n",
+    "tests/film/film_test.cpp": "// Tests of the film.\n// SPDX-License-Identifier: Apache-2.0\nTEST(Film, SumsAreExact) {}\n",
     "renderer/base/README.md": "`math.h`", "renderer/film/README.md": "`film`", "renderer/app/README.md": "", "accel/README.md": "`accelerator.h`",
-    "README.md": "[film](renderer/film/README.md)\n",
+    "tests/README.md": "", "README.md": "[film](renderer/film/README.md)\n",
 }
 HEAD = "// A file.\n// SPDX-License-Identifier: Apache-2.0\n"
 
@@ -26,7 +28,7 @@ class CheckHouse(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.root = Path(self.folder.name)
-        self.layers = check_house.Layers()
+        self.layers = rules_layers.Layers()
         for path, text in GOOD.items():
             self.write(path, text)
 
@@ -109,7 +111,7 @@ class CheckHouse(unittest.TestCase):
 
     def write_targets(self, text):
         self.write("targets.txt", text)
-        return list(check_house.check_links(self.root, self.layers, self.root / "targets.txt"))
+        return list(rules_layers.check_links(self.root, self.layers, self.root / "targets.txt"))
 
     def test_links(self):
         good = "renderer/base: kindling_base; Imath::Imath\nrenderer/image: kindling_image; kindling::base\n" \
@@ -121,6 +123,15 @@ class CheckHouse(unittest.TestCase):
         self.assertEqual(len(unlinked), 1, unlinked)
         self.assertIn("does not link", unlinked[0])
 
+    def test_lists_enforced_rules(self):
+        self.assertLessEqual(set(check_house.ENFORCED), set(check_house.RULES))
+
+    def test_summary_counts_by_folder(self):
+        table = check_house.summary({"words": ["renderer/film/a.h:1: x", "renderer/film/b/c.h:2: y"], "sizes": ["renderer/import: 61 sources"]})
+        self.assertIn("| renderer/film | 2 |  |", table)
+        self.assertIn("| renderer/import |  | 1 |", table)
+        self.assertIn("| all | 2 | 1 |", table)
+
     def flag_findings(self, table, render_help):
         self.write("renderer/app/README.md", table)
         help_of = {"--help": "  kindling render SCENE\n  kindling farm ACTION\n", "render": render_help,
@@ -129,7 +140,7 @@ class CheckHouse(unittest.TestCase):
             self.write(f"{command}.txt", text)
         self.write("program", '#!/bin/sh\nwords=${*% --help}\ncat "$(dirname "$0")/$words.txt"\n')
         (self.root / "program").chmod(0o755)
-        return list(check_house.check_flags(self.root, self.root / "program"))
+        return list(rules_layers.check_flags(self.root, self.root / "program"))
 
     def test_flags(self):
         self.assertEqual(self.flag_findings("| `--spp N` | samples |\n", "  -s,--spp N  samples, not --others\n  --help"), [])

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""The program with 1, 2 and 7 threads, checkpoints, an interruption and a resume: what a sanitizer finds ends it with another exit code.
+"""Runs renders of a sanitizer build: several threads, checkpoints, an interruption, a resume.
 
 usage: interrupted_renders.py PROGRAM SCENE
+A finding of a sanitizer ends the program with another exit code, which fails the test.
 """
 # SPDX-License-Identifier: Apache-2.0
 import signal
@@ -17,11 +18,11 @@ TIMEOUT_S = 120
 def run(arguments, code=0):
     done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=TIMEOUT_S)
     if done.returncode != code:
-        sys.exit(f"{arguments}: exit code {done.returncode}, wanted {code}:\n{done.stderr}")
+        sys.exit(f"{arguments}: exit code {done.returncode}, expected {code}:\n{done.stderr}")
 
 
 def interrupt(arguments, checkpoint):
-    """SIGTERM after the first save."""
+    """Sends SIGTERM after the first save."""
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors)
         until = time.monotonic() + TIMEOUT_S
@@ -31,7 +32,7 @@ def interrupt(arguments, checkpoint):
         code = process.wait(TIMEOUT_S)
         errors.seek(0)
         if code != 143:
-            sys.exit(f"{arguments}: exit code {code}, wanted 143:\n{errors.read().decode(errors='replace')}")
+            sys.exit(f"{arguments}: exit code {code}, expected 143:\n{errors.read().decode(errors='replace')}")
 
 
 def main():

@@ -1,4 +1,7 @@
-// What the thread sanitizer says of tasks: `tasks ordered` shares data as TBB allows, in all ways that Kindling uses; `tasks race` does not.
+// TBB tasks for the thread sanitizer.
+//
+// `tasks ordered` shares data in all ways that Kindling uses and TBB orders; `tasks race` has a
+// race.
 // SPDX-License-Identifier: Apache-2.0
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -23,7 +26,8 @@
 
 namespace {
 
-// Threads work on tasks of every kind, each of which reads what others have written before.
+// Runs tasks of every kind that Kindling uses, each of which reads data that others have written
+// before.
 bool ordered() {
   bool right = true;
   for (int round = 0; round < 50; ++round) {
@@ -65,7 +69,7 @@ bool ordered() {
     }
     right = right && count == 5000 && sum == 4999 * 2500 && third == 300 && values[99] == 399 && thrown.at(0) == 300;
   }
-  // Threads of their own that enter one arena, which has room for one at a time.
+  // Threads that enter one arena, which admits one at a time.
   tbb::task_arena arena(1);
   std::vector<int> entered(4);
   {
@@ -81,14 +85,14 @@ bool ordered() {
   return right && entered == std::vector<int>(4, 100);
 }
 
-// Two tasks on two threads write the same, in no order. Relaxed counts order nothing.
+// Two tasks on two threads write the same variable, in no order: relaxed counts do not order them.
 void race() {
   volatile int unprotected = 0;
   std::atomic<int> started{0};
   const auto write = [&] {
     started.fetch_add(1, std::memory_order_relaxed);
     for (int i = 0; i < 10'000'000 && started.load(std::memory_order_relaxed) < 2; ++i) std::this_thread::yield();
-    // Many times: of accesses at the same instant the sanitizer may miss some.
+    // Many times, since the sanitizer may miss accesses at the same instant.
     for (int i = 0; i < 1000; ++i) unprotected = unprotected + 1;
   };
   tbb::parallel_invoke(write, write);
@@ -99,8 +103,8 @@ void race() {
 
 int main(int argc, char** argv) {
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 4);
-  const std::string_view what = argc == 2 ? argv[1] : "";
-  if (what == "ordered") return ordered() ? 0 : 1;
-  if (what == "race") race();
+  const std::string_view mode = argc == 2 ? argv[1] : "";
+  if (mode == "ordered") return ordered() ? 0 : 1;
+  if (mode == "race") race();
   return 0;
 }

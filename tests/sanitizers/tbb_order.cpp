@@ -1,10 +1,13 @@
-// Tells the thread sanitizer in which order TBB runs tasks: linked into every program of a build with KINDLING_SANITIZE=thread.
+// Annotations of the order in which TBB runs tasks, for the thread sanitizer.
 //
-// Debian's TBB is not compiled with the sanitizer, which so sees neither that a task starts after it was spawned nor that a wait ends after
-// the tasks. Suppressing what has TBB on its stack would hide the races within tasks too. So these definitions take the place of TBB's
-// entry points (a program's own come before those of a library), say what happens before what, and call TBB's. What else orders tasks, the
-// counts of TBB's headers, is compiled with the sanitizer. Memory comes from malloc, which the sanitizer knows, and not from TBB's pools.
-// Covered is what Kindling uses: algorithms, task_group and task_arena::execute; not enqueue, flow graphs or suspended tasks.
+// Linked into every program of a build with KINDLING_SANITIZE=thread. Debian's TBB is not compiled
+// with the sanitizer, which therefore sees neither that a task starts after it was spawned nor that
+// a wait ends after its tasks. Suppressing all that has TBB on its stack would hide races within
+// tasks too. These definitions replace TBB's entry points (a program's own precede those of a
+// library), annotate the order and call TBB's. The counts in TBB's headers, which also order tasks,
+// are compiled with the sanitizer. Memory comes from malloc, which the sanitizer knows, and not
+// from TBB's pools. The uses of TBB in Kindling are covered: algorithms, task_group and
+// task_arena::execute; not enqueue, flow graphs or suspended tasks.
 // SPDX-License-Identifier: Apache-2.0
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -14,22 +17,22 @@
 #include <dlfcn.h>
 #include <sanitizer/tsan_interface.h>
 
-// Of the sanitizer's library; no header declares them.
+// Functions of the sanitizer's library that no header declares.
 extern "C" void AnnotateIgnoreWritesBegin(const char* file, int line);
 extern "C" void AnnotateIgnoreWritesEnd(const char* file, int line);
 
 namespace tbb::detail::r1 {
 namespace {
 
-// TBB's own function of a mangled name.
+// Returns TBB's own function of this mangled name.
 template <typename Function>
 Function* library(const char* name) {
   void* const function = dlsym(RTLD_NEXT, name);
-  if (!function) std::abort(); // another TBB than this file was written for
+  if (!function) std::abort(); // a different version of TBB
   return reinterpret_cast<Function*>(function);
 }
 
-// Takes the place of a task that was spawned: what happened before the spawning happened before the task.
+// Wraps a spawned task: the spawn happens before the task.
 class OrderedTask final : public d1::task {
  public:
   explicit OrderedTask(d1::task& inner) : task_(inner) { __tsan_release(this); }
@@ -51,10 +54,11 @@ class OrderedTask final : public d1::task {
   d1::task& task_;
 };
 
-// At its end, with an exception too: tasks that have left the count of a wait_context happened before its wait ended.
+// Guard whose end, with an exception too, annotates that tasks which have left the count of a
+// wait_context happen before the end of its wait.
 struct WaitEnd {
   const d1::wait_context& context;
-  // The count, the second member, is that which TBB's headers decrement.
+  // The count is the second member; TBB's headers decrement it.
   ~WaitEnd() { __tsan_acquire(const_cast<std::uint64_t*>(reinterpret_cast<const std::uint64_t*>(&context)) + 1); }
 };
 static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
@@ -122,7 +126,7 @@ void execute(d1::task_arena_base& arena, d1::delegate_base& delegate) {
 }
 
 void* allocate(d1::small_object_pool*& pool, std::size_t bytes) {
-  static char none; // headers ask that there is a pool
+  static char none; // the headers need a pool that is not null
   pool = reinterpret_cast<d1::small_object_pool*>(&none);
   return aligned(bytes);
 }
@@ -132,7 +136,7 @@ void* allocate(d1::small_object_pool*& pool, std::size_t bytes, const d1::execut
 void deallocate(d1::small_object_pool&, void* memory, std::size_t) { std::free(memory); }
 void deallocate(d1::small_object_pool&, void* memory, std::size_t, const d1::execution_data&) { std::free(memory); }
 void* cache_aligned_allocate(std::size_t bytes) { return aligned(bytes); }
-// Also called within TBB for its own, by threads that it has ordered unseen.
+// TBB also calls it for its own memory, from threads whose order the sanitizer does not see.
 void cache_aligned_deallocate(void* memory) {
   AnnotateIgnoreWritesBegin(__FILE__, __LINE__);
   std::free(memory);

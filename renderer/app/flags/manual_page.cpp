@@ -95,7 +95,7 @@ std::string manual_page(std::span<const CommandTable> commands, std::string_view
   text +=
       ".SH DESCRIPTION\nKindling renders glTF scenes to PNG, JPEG and EXR images, races ray accelerators, and "
       "measures how rendering scales with threads and machines. Results go to standard output, messages to "
-      "standard error. [Defaults] stand in brackets; of a flag that is given twice the last counts.\n.SH COMMANDS\n";
+      "standard error. [Defaults] are in brackets; the last use of a flag counts.\n.SH COMMANDS\n";
   for (const CommandTable& command : commands) text += command_section(command);
   return text + std::string(kEnd);
 }
