@@ -116,7 +116,7 @@ Rgb tone_map_agx(const Rgb& scene) {
   for (size_t c = 0; c < 3; ++c) {
     const double stops = inset[c] > 0.0 ? std::log2(inset[c] / kMiddleGray) : kMinStops;
     const double x = std::max((stops - kMinStops) / (kMaxStops - kMinStops), 0.0);
-    formed[c] = std::pow(std::max(sigmoid(x), 0.0), kOutputPower);
+    formed[c] = x > 0.0 ? std::pow(std::max(sigmoid(x), 0.0), kOutputPower) : 0.0;
   }
   Vec hsv = rgb_to_hsv(formed);
   hsv[0] = (1.0 - kHueShift) * rgb_to_hsv(inset)[0] + kHueShift * hsv[0];

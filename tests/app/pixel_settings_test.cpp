@@ -65,6 +65,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--aov", {true, {"-o", "a.exr"}, {"--aov", "depth"}}},
       {"--exr-float", {false, kNone, {"--exr-float"}}},
       {"--png-bits", {false, kNone, {"--png-bits", "16"}}},
+      {"--jpeg-quality", {false, kNone, {"--jpeg-quality", "50"}}},
       {"--view", {false, kNone, {"--view", "Raw"}}},
       {"--exposure", {false, kNone, {"--exposure", "1"}}},
       {"--ocio", {false, kNone, {"--ocio", "a.ocio"}}},

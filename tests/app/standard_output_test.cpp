@@ -44,7 +44,7 @@ TEST_F(StandardOutput, TakesEachFormatAndNothingElse) {
 
 TEST_F(StandardOutput, PixelsAreThoseOfAFile) {
   const Result<Image> piped = decode(render("-"));
-  EXPECT_EQ(render("a.png"), "");
+  EXPECT_EQ(render("a.png"), "a.png\n");
   const std::string file = contents("a.png");
   const Result<Image> stored = decode(file);
   ASSERT_TRUE(piped.ok() && stored.ok());

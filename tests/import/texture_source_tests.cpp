@@ -68,7 +68,7 @@ TEST(TextureSources, UnreadableBasisFallsBackToPlainImage) {
   EXPECT_EQ(width(loaded), 1);
   EXPECT_EQ(loaded.scene->textures[0].name, "image 0");
   EXPECT_EQ(loaded.warnings,
-            (std::vector<std::string>{"/images/1: basis: cannot decode KTX2: its alpha is premultiplied; accepted is "
+            (std::vector<std::string>{"/images/1: basis: cannot decode KTX2: its alpha is premultiplied; use "
                                       "straight alpha: the texture's other image is used"}));
 }
 
