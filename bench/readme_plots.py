@@ -113,8 +113,8 @@ def image(panels, colors, width, caption):
 def shootout_image(report, machine):
     speeds, costs = race(report)
     clock = "CPU" if report.get("clock") == "cpu" else "wall"
-    caption = f"Geometric means of {len(report['scenes'])} scenes, medians of {report['repeat']} rounds of {clock} time, one thread of {machine or report['processor']}; fastest call of each"
-    return image([bars(speeds, COLORS, "million rays per second", LEFT_PX, 470, 1), bars(costs, COLORS, "times Embree's, of equal quality", 570, 170, 2)], COLORS, 760, caption)
+    caption = f"Geometric means of {len(report['scenes'])} scenes, {report['repeat']} rounds of {clock} time, one thread of {machine or report['processor']}"
+    return image([bars(speeds, COLORS, "million rays per second", LEFT_PX, 470, 1), bars(costs, COLORS, "relative to Embree", 570, 170, 2)], COLORS, 760, caption)
 
 
 def scaling_image(markdown, machine):
