@@ -23,4 +23,8 @@ namespace kindling::accel {
 // "Embree 3.13.5", "Kindling kd-tree", ...: for reports and image metadata.
 [[nodiscard]] std::string_view kind_description(Kind kind);
 
+// "fast", "balanced", "best".
+[[nodiscard]] std::string_view quality_name(Quality quality);
+[[nodiscard]] std::optional<Quality> quality_from_name(std::string_view name);
+
 } // namespace kindling::accel

@@ -66,14 +66,20 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
   return write_exr(path, image);
 }
 
-Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
-                            const ImageMetadata& metadata, const WriteOptions& options) {
+// Returns straight alpha, through the view.
+std::vector<float> display_rgba(const Film& film, const DisplayTransform& view) {
   std::vector<float> rgba = film.resolve_rgba();
   for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
     const float alpha = rgba[i + 3];
     for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
   }
   view.apply(rgba);
+  return rgba;
+}
+
+Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
+                            const ImageMetadata& metadata, const WriteOptions& options) {
+  const std::vector<float> rgba = display_rgba(film, view);
   std::map<std::string, std::string> text = metadata.text;
   for (const auto& [key, value] : metadata.numbers) text[key] = fmt::format("{:g}", value);
   for (const auto& [key, value] : metadata.integers) text[key] = fmt::format("{}", value);
@@ -91,6 +97,10 @@ Result<void> write_film(const std::filesystem::path& path, const Film& film, con
   case OutputFormat::unsupported: break;
   }
   return Error{ErrorKind::usage, unsupported_output(path)};
+}
+
+std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view) {
+  return quantize_8bit(display_rgba(film, view));
 }
 
 std::string unsupported_output(const std::filesystem::path& path) {

@@ -6,9 +6,11 @@
 #include "renderer/film/film.h"
 #include "renderer/image/display_transform.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace kindling {
 
@@ -29,6 +31,10 @@ struct WriteOptions {
 // crop. PNG: straight alpha, through `view`. An existing file is replaced only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
+
+// Returns what an 8-bit PNG of the film would hold: RGBA, straight alpha, through `view`, rows of the crop window from
+// the top.
+[[nodiscard]] std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view);
 
 // The sentence for a name that write_film() would refuse, empty if it would not; to be asked before a long render.
 [[nodiscard]] std::string unsupported_output(const std::filesystem::path& path);

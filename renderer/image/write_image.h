@@ -40,4 +40,7 @@ struct ExrImage {
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, std::span<const float> rgba, const V2i& size_px,
                                      int bits, const std::map<std::string, std::string>& text = {});
 
+// Returns values of [0, 1] as integers to 255, rounded and clamped as in an 8-bit PNG; NaN becomes 0.
+[[nodiscard]] std::vector<uint8_t> quantize_8bit(std::span<const float> values);
+
 } // namespace kindling

@@ -1,3 +1,4 @@
+// Transposition, Zstandard and CRC-32 of blocks.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/stored_block.h"
 
@@ -10,10 +11,10 @@
 namespace kindling {
 namespace {
 
-// Levels 2 and 3 make films 1 to 3 % smaller and take half as long again.
+// Levels 2 and 3 make films 1 to 3 % smaller and take 1.5 times as long.
 constexpr int kCompressionLevel = 1;
 
-// out[byte * count + record] = in[record * size + byte], by pieces that stay in the first cache.
+// Sets out[byte * count + record] = in[record * size + byte], in pieces that fit the L1 cache.
 template <bool kBack>
 void transpose(const std::byte* in, std::byte* out, size_t count, size_t size) {
   constexpr size_t kPiece = 128;
@@ -42,8 +43,8 @@ uint32_t block_checksum(const BlockHeader& header, std::span<const std::byte> st
 size_t largest_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
 
 size_t smallest_stored_size(size_t bytes) {
-  // RFC 8878: a magic number, a header of two bytes at least, and for each 128 KiB a block, whose header is three bytes and whose contents
-  // are one if all of them are alike.
+  // RFC 8878: a magic number, a header of at least two bytes, and for each 128 KiB a block with a header of three bytes
+  // and, if all of its bytes are equal, one byte of contents.
   constexpr size_t kFrame = 4 + 2, kBlock = 3 + 1;
   return kFrame + kBlock * ((bytes + ZSTD_BLOCKSIZE_MAX - 1) / ZSTD_BLOCKSIZE_MAX);
 }

@@ -235,7 +235,7 @@ def damage(bench):
         image.unlink(missing_ok=True)
         if i % 2 == 0:
             text = done.resume().finish(0)
-            require("warning" in text and "going on from" in text, f"{what}: not told:\n{text}")
+            require("warning" in text and "resuming from" in text, f"{what}: not told:\n{text}")
             bench.must_be_whole(done)
             damaged = done.folder / "c.kacc.damaged"
             require(damaged.read_bytes() == bytes_, f"{what}: the damaged file was not put aside")

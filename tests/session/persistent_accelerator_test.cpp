@@ -1,4 +1,4 @@
-// Frames whose accelerators hand trees on are the images of their moments, to the bit, and what changes is built anew.
+// Frames that reuse accelerator structures equal single renders to the bit; changed geometry is rebuilt.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_sequence.h"
 #include "tests/integrator/motion_scenes.h"
@@ -139,7 +139,7 @@ std::vector<size_t> built_for(const std::vector<Moment>& moments, accel::Kind ki
   return built;
 }
 
-TEST_P(PersistentAccelerator, FramesAreTheImagesOfTheirMoments) {
+TEST_P(PersistentAccelerator, FramesEqualSingleRenders) {
   const Things things = make_things();
   const size_t all = things.still + things.placed + things.moving;
   EXPECT_EQ(built_for({{0.0}, {0.5}, {0.25}, {1.0}}, GetParam(), false),
@@ -147,7 +147,7 @@ TEST_P(PersistentAccelerator, FramesAreTheImagesOfTheirMoments) {
 }
 
 // With an open shutter rigid things that move are instances, whose trees are kept as well: what deforms is built.
-TEST_P(PersistentAccelerator, FramesWithAShutterToo) {
+TEST_P(PersistentAccelerator, FramesWithShutterEqualSingleRenders) {
   const std::vector<size_t> built = built_for({{0.0}, {0.5}, {0.25}}, GetParam(), true);
   const size_t deforming = 2 + 16;
   EXPECT_EQ(built[1], deforming);
@@ -155,7 +155,7 @@ TEST_P(PersistentAccelerator, FramesWithAShutterToo) {
 }
 
 // A still thing whose opacity comes and goes.
-TEST_P(PersistentAccelerator, OpacityIsBuiltAnew) {
+TEST_P(PersistentAccelerator, ChangedOpacityIsRebuilt) {
   const Things things = make_things();
   const size_t again = things.still + things.moving;
   EXPECT_EQ(built_for({{0.0, 0.5f}, {0.25, 1.0f}, {0.5, 1.0f}, {0.75, 0.3f}, {1.0, 0.4f}}, GetParam(), false),
@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, PersistentAccelerator, testing::Values(ac
 
 // With the kd-tree it cannot be seen what is traced apart, not even in the plate that slides in the plane of the floor: of hits at the same
 // distance the smallest ids count. (With Embree it can be, there: which of such hits it tells depends on its trees.)
-TEST(PersistentAccelerators, DivisionsOfTheKdTreeDoNotShow) {
+TEST(PersistentAccelerators, DivisionOfKdTreeKeepsBits) {
   for (const bool shutter : {false, true}) {
     const auto film = [&](size_t least) {
       Things things = make_things();
@@ -182,7 +182,7 @@ TEST(PersistentAccelerators, DivisionsOfTheKdTreeDoNotShow) {
 }
 
 // Without a time nothing is traced apart, and so it is where it does not pay.
-TEST(PersistentAccelerators, OnlyWhereItPays) {
+TEST(PersistentAccelerators, UsedOnlyWhereItPays) {
   const auto nodes_of = [](bool animated, size_t least) {
     Things things = make_things();
     Result<PosedScene> posed = pose_scene(things.scene, animated ? PoseOptions{.time_s = 0.5} : PoseOptions{});

@@ -1,4 +1,4 @@
-// Whether images agree to the bit.
+// Compares images to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -174,7 +174,7 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
                               "accelerator", text, {"kdtree", "embree", "brute-force"});
               });
   flags.value("--accel-quality", "NAME", "Time spent on its build: fast, balanced or best [balanced]", [&o](auto text) {
-    return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
+    return choose(accel::quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
   });
   flags.value("--tile-size", "PIXELS", "Side of a thread's tile, a multiple of 8; the image does not depend on it [32]",
               [&o](auto text) -> Result<void> {

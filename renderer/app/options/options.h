@@ -2,25 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/make_accelerator.h"
 #include "renderer/app/options/accelerator_variant.h"
-#include "renderer/app/options/checkpoint_options.h"
 #include "renderer/app/options/frame_options.h"
-#include "renderer/app/options/lens_options.h"
-#include "renderer/app/options/light_options.h"
 #include "renderer/app/options/progress_mode.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/options/shootout_clock.h"
-#include "renderer/app/options/shutter_options.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/distributed/work_parts.h"
-#include "renderer/film/aov.h"
-#include "renderer/film/film.h"
-#include "renderer/integrator/integrator.h"
-#include "renderer/sampling/pixel_filter.h"
-#include "renderer/session/adaptive_sampling.h"
-#include "renderer/session/render_session.h"
+#include "renderer/session/checkpoint.h"
+#include "renderer/session/image_settings.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -30,58 +21,16 @@
 
 namespace kindling::app {
 
-inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
-// With a noise threshold and without --spp: the most that a pixel takes.
-inline constexpr uint32_t kDefaultMaxSamplesPerPixel = 1024;
-// With a time limit and without --spp: more than anybody waits for.
-inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
-
-struct RenderOptions {
+// Options of `kindling render`: the settings that decide the image (session/image_settings.h), and everything else.
+struct RenderOptions : WorldSettings, ImageSettings {
   std::filesystem::path scene_file;
   // Empty: the stem of the scene with .png, in the current folder; of frames with -####.png.
   std::vector<std::filesystem::path> outputs;
-
-  std::optional<V2i> size_px; // unset: default_image_size() of the camera
-  double scale = 1.0;         // of the size
-  std::optional<PixelRect> crop;
-  std::optional<uint32_t> spp;         // with a noise threshold: at most
-  std::optional<uint32_t> planned_spp; // that sampling is laid out for; unset: spp
-  AdaptiveSettings adaptive;
-  std::optional<double> time_limit_s;
+  FrameOptions frames;
   WorkPart part; // of the samples, the pixels, or both
   CheckpointOptions checkpoint;
-  uint32_t seed = 0; // below 2^31, so that image metadata can hold it
-  SamplerKind sampler = SamplerKind::blue_noise;
-  PixelFilterOptions filter;
-  Outliers outliers = Outliers::keep;
-
-  std::string scene_name;         // name or index; empty: the file's default scene
-  std::string variant_name;       // name or index; empty: the primitives' own materials
-  std::string camera;             // name or index; empty: the first
-  std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in meters
-  V3f target{0.0f, 0.0f, 0.0f};   // of the orbit
-  std::optional<double> yfov_deg; // of a perspective camera
-  std::optional<double> time_s;   // of the animations; unset: the rest pose
-  LensOptions lens;
-  ShutterOptions shutter;
-  FrameOptions frames;
-
-  std::filesystem::path env_file;
-  double env_rotation_deg = 0.0;
-  double env_intensity = 1.0;
-  std::optional<Rgb> env_color;
-
-  LightOptions lights; // of the scene
-
-  IntegratorSettings integrator;       // background included
   std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
-  Guiding guiding = Guiding::automatic;
-  accel::Kind accelerator = accel::Kind::kdtree;
-  accel::Quality quality = accel::Quality::balanced;
-  bool robust = true;                    // of Embree; no flag of its own
-  std::optional<accel::SimdTarget> simd; // of the kd-tree, likewise; unset: the best that the processor runs
 
-  AovSet aovs;
   bool exr_half = true;
   int png_bits = 8;
   std::string view;
@@ -94,21 +43,13 @@ struct RenderOptions {
   int threads = 0; // 0: all
   int tile_size_px = 32;
   Schedule schedule = Schedule::tiles;
-  std::optional<uint64_t> texture_memory_bytes; // unset: no bound
 
-  std::vector<std::string> arguments; // of the command that this is, without the program's name
+  std::vector<std::string> arguments; // of the command line, without the program's name
 
   std::filesystem::path stats_file;
   ProgressMode progress = ProgressMode::automatic;
   bool quiet = false;
   bool verbose = false;
-
-  [[nodiscard]] uint32_t samples_per_pixel() const {
-    if (spp) return *spp;
-    if (time_limit_s) return kUnlimitedSamplesPerPixel;
-    return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
-  }
-  [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };
 
 enum class InfoTopic { everything, cameras, scenes, variants, extensions, extension_table };

@@ -9,6 +9,7 @@
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/write_film.h"
+#include "renderer/image/atomic_file.h"
 
 #include <filesystem>
 #include <optional>
@@ -26,8 +27,6 @@ namespace kindling::app {
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
 // Whether a name asks for all sums (.kacc), and not for an image.
 [[nodiscard]] bool is_accumulation(const std::filesystem::path& path);
-// That a file can be made at `path` or replaced; fails (input_output).
-[[nodiscard]] Result<void> check_writable(const std::filesystem::path& path);
 
 // Whether an image is there, and of a render that was not interrupted: its metadata would say so.
 [[nodiscard]] bool is_finished_image(const std::filesystem::path& path);

@@ -1,4 +1,4 @@
-// What this program is and was built with. KINDLING_VERSION, KINDLING_TARGET_ARCH and KINDLING_BUILD_TYPE come from CMake.
+// Lists the versions of this program and of the libraries that it was built with.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/version.h"
 
@@ -6,34 +6,14 @@
 
 #include <CLI/Version.hpp>
 #include <fmt/format.h>
-#include <kindling_sources_hash.h> // made by every build
 #include <spdlog/version.h>
 #include <tbb/version.h>
 
-#include <gnu/libc-version.h>
-
 namespace kindling::app {
-
-std::string_view version() { return KINDLING_VERSION; }
-
-std::string_view compiler() {
-#if defined(__clang__)
-  return "Clang " __clang_version__;
-#elif defined(__GNUC__)
-  return "GCC " __VERSION__;
-#else
-  return "unknown compiler";
-#endif
-}
-
-std::string program_identity() {
-  return fmt::format("Kindling {} (sources {}, {}, {}, {}, libm {})", version(), KINDLING_SOURCES_HASH, compiler(),
-                     KINDLING_TARGET_ARCH, KINDLING_BUILD_TYPE, gnu_get_libc_version());
-}
 
 std::string version_text() {
   std::string text = fmt::format("kindling {}\n", version());
-  text += fmt::format("sources   {}\ncompiler  {}, {}\n", KINDLING_SOURCES_HASH, compiler(), KINDLING_BUILD_TYPE);
+  text += fmt::format("sources   {}\ncompiler  {}, {}\n", sources_hash(), compiler(), build_type());
   text += "accelerators";
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree, accel::Kind::brute_force})
     text += fmt::format("{} {} ({})", kind == accel::Kind::embree ? "" : ",", accel::kind_name(kind),

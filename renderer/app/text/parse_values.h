@@ -4,6 +4,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
+#include "renderer/base/text.h"
 #include "renderer/film/film.h"
 
 #include <cstdint>
@@ -40,8 +41,6 @@ inline constexpr int kMaxSide = 65536;
 // "a,b,c": at least one, none empty.
 [[nodiscard]] Result<std::vector<std::string>> parse_list(std::string_view text);
 
-// "a, b or c", for messages.
-[[nodiscard]] std::string join_choices(const std::vector<std::string>& names);
 // The candidate nearest to `word` by edit distance, empty if none is near.
 [[nodiscard]] std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 

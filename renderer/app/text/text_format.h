@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/text.h"
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -19,10 +21,6 @@ namespace kindling::app {
 [[nodiscard]] std::string format_count(double count);
 // 16 hexadecimal digits.
 [[nodiscard]] std::string format_hash(uint64_t hash);
-
-// Names come from files that others made: control characters, which a terminal would obey, become '?' and line breaks
-// become spaces. Bytes that are not UTF-8 are kept.
-[[nodiscard]] std::string printable(std::string_view text);
 
 // One word of a POSIX shell: quoted only where it must be.
 [[nodiscard]] std::string shell_quote(std::string_view word);
