@@ -1,4 +1,4 @@
-// Finds scenes, variants and cameras by name or index, and lists the choices where a name is unknown.
+// Finds scenes, variants and cameras by name or index; lists the choices for unknown names.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/choose.h"
 

@@ -24,8 +24,8 @@ struct LoadedEnvironment {
   uint64_t content_hash = 0;      // over the image's size and pixels; 0 without an image
 };
 
-// Reads a Radiance HDR, OpenEXR, PNG or JPEG file, or takes the constant color. `times` is set for a file, and may be
-// null. Fails (input_output) if the file cannot be read.
+// Reads a Radiance HDR, OpenEXR, PNG or JPEG file, or takes the constant color. `times` is set for
+// a file, and may be null. Fails (input_output) if the file cannot be read.
 [[nodiscard]] Result<LoadedEnvironment> load_environment(const WorldSettings& settings,
                                                          EnvironmentTimes* times = nullptr);
 

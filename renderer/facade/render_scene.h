@@ -24,6 +24,10 @@ struct RenderScene {
   WorldSettings settings;
   std::optional<TextureMemory> texture_memory; // with WorldSettings::texture_memory_bytes; outlives the worlds
   WorldSequence worlds;
+  // The World of the last stage, and the pose that it shows; null before the first.
+  const World* world = nullptr;
+  std::optional<double> world_time_s;
+  std::optional<Shutter> world_shutter;
   Scene scene;                           // as loaded, with the variant and the sizes of lights that are asked for
   std::string source;                    // Scene::source, which remains when the scene is consumed
   int root = kNone;                      // into Scene::scenes; kNone: the default scene
@@ -46,8 +50,9 @@ struct RenderScene {
 // RenderScene::settings and source. Fails (usage) if there is no such scene or variant.
 [[nodiscard]] Result<void> choose_shown(RenderScene& scene, const WorldSettings& settings);
 
-// Loads a file and its environment in parallel, then calls choose_shown(). Reports Phase::load to the listener, which
-// may be null. Fails as load_gltf(), load_environment() and choose_shown() do; an error of the scene comes first.
+// Loads a file and its environment in parallel, then calls choose_shown(). Reports Phase::load to
+// the listener, which may be null. Fails as load_gltf(), load_environment() and choose_shown() do;
+// an error of the scene comes first.
 [[nodiscard]] Result<std::unique_ptr<RenderScene>>
 load_render_scene(const std::filesystem::path& file, const WorldSettings& settings, ProgressListener* listener);
 

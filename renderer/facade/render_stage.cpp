@@ -25,6 +25,38 @@ Result<PlacedCamera> fit_own_camera(const World& world, const V2i& size_px, cons
   return fitted;
 }
 
+// Returns whether the last World shows this pose. Then only the camera and the sampling may have
+// changed.
+bool is_built(const RenderScene& scene, const ResolvedImage& image) {
+  const std::optional<Shutter>&a = scene.world_shutter, &b = image.shutter;
+  const bool same_shutter =
+      a.has_value() == b.has_value() && (!a || (a->open_s == b->open_s && a->close_s == b->close_s));
+  return scene.world != nullptr && same_shutter && scene.world_time_s == image.time_s;
+}
+
+Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const ImageSettings& image, bool more,
+                                const CancelToken* cancel, ProgressListener& listener) {
+  if (is_built(scene, posed.resolved)) return scene.world;
+  const WorldSettings& settings = scene.settings;
+  WorldOptions options;
+  options.accelerator = settings.accelerator;
+  options.quality = settings.quality;
+  options.robust = settings.robust;
+  options.simd = settings.simd;
+  options.environment = scene.environment;
+  options.texture_memory = scene.textures();
+  options.image_samples =
+      static_cast<uint64_t>(posed.size_px.x) * static_cast<uint64_t>(posed.size_px.y) * image.planned_samples();
+  scene.world = nullptr;
+  const Result<const World*> world =
+      scene.worlds.next(scene.scene, std::move(posed.posed), options, more, cancel, &listener);
+  if (!world.ok()) return world;
+  scene.world = world.value();
+  scene.world_time_s = posed.resolved.time_s;
+  scene.world_shutter = posed.resolved.shutter;
+  return world;
+}
+
 } // namespace
 
 Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
@@ -60,18 +92,7 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
-  const WorldSettings& settings = scene.settings;
-  WorldOptions world_options;
-  world_options.accelerator = settings.accelerator;
-  world_options.quality = settings.quality;
-  world_options.robust = settings.robust;
-  world_options.simd = settings.simd;
-  world_options.environment = scene.environment;
-  world_options.texture_memory = scene.textures();
-  world_options.image_samples =
-      static_cast<uint64_t>(posed.size_px.x) * static_cast<uint64_t>(posed.size_px.y) * image.planned_samples();
-  const Result<const World*> world =
-      scene.worlds.next(scene.scene, std::move(posed.posed), world_options, more, cancel, &listener);
+  const Result<const World*> world = next_world(scene, posed, image, more, cancel, listener);
   if (!world.ok()) return world.error();
 
   RenderStage stage;
@@ -95,9 +116,9 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
   stage.build_s = posed.pose_s + clock.elapsed().wall_s;
 
   const WorldStatistics& statistics = stage.world->statistics();
-  listener.on_info(fmt::format("{}: {} triangles, {} instances, built in {:.3f} s",
-                               accel::kind_description(settings.accelerator), statistics.accelerator.triangle_count,
-                               statistics.accelerator.instance_count, statistics.accelerator.build_s));
+  listener.on_info(fmt::format(
+      "{}: {} triangles, {} instances, built in {:.3f} s", accel::kind_description(scene.settings.accelerator),
+      statistics.accelerator.triangle_count, statistics.accelerator.instance_count, statistics.accelerator.build_s));
   return stage;
 }
 

@@ -37,13 +37,14 @@ struct RenderStage {
   double build_s = 0.0; // pose and World
 };
 
-// Poses at ImageSettings::time_s and sets the scene's animated members to that time. Fails (usage) if there is no such
-// camera, or if a lens or a crop is asked for that the camera or the image cannot have.
+// Poses at ImageSettings::time_s and sets the scene's animated members to that time. Fails (usage)
+// if there is no such camera, or if a lens or a crop is asked for that the camera or the image
+// cannot have.
 [[nodiscard]] Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image);
 
-// Builds the World, or reuses the last one if nothing but the camera has changed. Consumes the vertices of the scene
-// unless `more` images follow. Reports Phase::build. Fails (render_failed) when cancelled, and then the scene cannot
-// be used again. `cancel` may be null.
+// Builds the World, or reuses the last one if the pose has not changed. Consumes the vertices of
+// the scene unless `more` images follow. Reports Phase::build. Fails (render_failed) when
+// cancelled, and then the scene cannot be used again. `cancel` may be null.
 [[nodiscard]] Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image,
                                               bool more, const CancelToken* cancel, ProgressListener& listener);
 

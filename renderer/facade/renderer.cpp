@@ -46,8 +46,7 @@ std::optional<tbb::global_control> limit_threads(int threads) {
 struct Renderer::Impl {
   std::unique_ptr<RenderScene> scene;
   std::vector<std::string> cameras;
-  const World* world = nullptr; // of the last render
-  bool failed = false;          // in a build, which consumed the scene
+  bool failed = false; // in a build, which consumed the scene
 };
 
 Renderer::Renderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
@@ -82,7 +81,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   const auto limit = limit_threads(run.threads);
   RunListener listener(run);
 
-  // --- the checkpoint, locked before any work ------------------------------------------------------------------------
+  // --- the checkpoint, locked before any work ----------------------------------------------------
   std::unique_ptr<Checkpoint> checkpoint;
   if (run.checkpoint.enabled()) {
     if (scene.content_hash == 0)
@@ -94,7 +93,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     checkpoint = std::move(opened).value();
   }
 
-  // --- pose, identity, World -----------------------------------------------------------------------------------------
+  // --- pose, identity, World ---------------------------------------------------------------------
   Result<PosedImage> posed = pose_image(scene, image);
   if (!posed.ok()) return posed.error();
   RenderSettings settings = to_render_settings(image, posed.value().size_px);
@@ -108,7 +107,6 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     return built.error();
   }
   const RenderStage& stage = built.value();
-  impl_->world = stage.world;
 
   MetadataFacts facts;
   facts.scene_file = scene.source;
@@ -125,7 +123,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     return result;
   };
 
-  // --- the render loop -----------------------------------------------------------------------------------------------
+  // --- the render loop ---------------------------------------------------------------------------
   RenderContinuity continuity;
   if (checkpoint) {
     checkpoint->set_metadata(metadata_to_json(metadata()));
@@ -163,7 +161,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
 
 std::vector<std::string> Renderer::cameras() const { return impl_->cameras; }
 
-Box3f Renderer::bounds() const { return impl_->world ? impl_->world->bounds() : Box3f(); }
+Box3f Renderer::bounds() const { return impl_->scene->world ? impl_->scene->world->bounds() : Box3f(); }
 
 Result<void> RenderedImage::write(const std::filesystem::path& file, const WriteOptions& options,
                                   const DisplayOptions& display) const {

@@ -1,4 +1,4 @@
-// The library in a few calls: loads a glTF file, renders it again and again with changing settings, writes images.
+// The library in a few calls: loads a glTF file, renders it with changing settings, writes images.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,8 +22,8 @@
 
 namespace kindling {
 
-// How a call runs. Nothing here changes an image. Functions may be empty; they are called from any thread, but from
-// one at a time, and must return quickly.
+// How a call runs. Nothing here changes an image. Functions may be empty; they are called from any
+// thread, but from one at a time, and must return quickly.
 struct RunOptions {
   int threads = 0;                     // 0: all
   CheckpointOptions checkpoint;        // of render(): saves to this file, and resumes from it if it exists
@@ -48,25 +48,28 @@ struct RenderedImage {
                                    const DisplayOptions& display = {}) const;
 };
 
-// A scene and its World. The World is built by the first render() and kept: a render that changes the camera, the
-// size, the sampling or the integrator begins at once; one that changes the time of an animated scene rebuilds what
-// moves. One render() at a time.
+// A scene and its World. The World is built by the first render() and kept: a render that changes
+// the camera, the size, the sampling or the integrator begins at once; one that changes the time of
+// an animated scene rebuilds what moves. One render() at a time.
 //
-// Images are those of `kindling render` with the same settings, to the bit; errors have the same messages.
+// Images are those of `kindling render` with the same settings, to the bit; errors have the same
+// messages.
 class Renderer {
  public:
-  // Loads a .gltf or .glb file, and the environment of the settings. Fails as load_gltf() and load_environment() do,
-  // and (usage) if the file lacks the scene or the variant of the settings.
+  // Loads a .gltf or .glb file, and the environment of the settings. Fails as load_gltf() and
+  // load_environment() do, and (usage) if the file lacks the scene or the variant of the settings.
   [[nodiscard]] static Result<Renderer> load(const std::filesystem::path& file, const WorldSettings& settings = {},
                                              const RunOptions& run = {});
-  // Takes a scene from memory. Checkpoints need Scene::content_hash, a number that identifies its contents.
+  // Takes a scene from memory. Checkpoints need Scene::content_hash, a number that identifies its
+  // contents.
   [[nodiscard]] static Result<Renderer> take(Scene scene, const WorldSettings& settings = {});
 
-  // Renders one image. The camera is ImageSettings::own_camera or orbit, else a camera of the scene, else one fitted
-  // to its bounds; a scene without lights gets the built-in environment.
-  // CancelToken::cancel_now() ends the render within milliseconds, CancelToken::cancel() after the current pass;
-  // the image then holds the samples so far. A build is not cancelled: the World is kept for the next render.
-  // With a checkpoint, fails (usage) if the file belongs to another render, with the differing settings.
+  // Renders one image. The camera is ImageSettings::own_camera or orbit, else a camera of the
+  // scene, else one fitted to its bounds; a scene without lights gets the built-in environment.
+  // CancelToken::cancel_now() ends the render within milliseconds, CancelToken::cancel() after the
+  // current pass; the image then holds the samples so far. A build is not cancelled: the World is
+  // kept for the next render. With a checkpoint, fails (usage) if the file belongs to another
+  // render, with the differing settings.
   [[nodiscard]] Result<RenderedImage> render(const ImageSettings& image, const RunOptions& run = {});
 
   // Returns the names of the cameras of the scene at rest, as ImageSettings::camera takes them.

@@ -14,8 +14,8 @@
 namespace kindling {
 
 inline constexpr std::string_view kAccumulationExtension = ".kacc";
-// Returns true for FILE.kacc, and for the files that a checkpoint leaves beside it: FILE.kacc.previous and
-// FILE.kacc.damaged.
+// Returns true for FILE.kacc, and for the files that a checkpoint leaves beside it:
+// FILE.kacc.previous and FILE.kacc.damaged.
 [[nodiscard]] bool names_accumulation(const std::filesystem::path& file);
 
 // Identifies a render. Made and compared in render_identity.h. All texts are UTF-8.
@@ -38,22 +38,23 @@ struct Accumulation {
   RenderState state;
 };
 
-// Writes a temporary file beside the name, syncs it and renames it. With `keep_previous` the old file is kept as
-// previous_accumulation(path); at every moment one of the two names is a complete file. Removes temporary files that
-// killed writers of the same name left. Compresses on all threads of the caller's TBB arena. `state.film` must have
-// identity.size_px and the area of the coverage. Fails (input_output), leaving the old file, also for a coverage with
-// more spans than readers accept (max_coverage_bytes()).
+// Writes a temporary file beside the name, syncs it and renames it. With `keep_previous` the old
+// file is kept as previous_accumulation(path); at every moment one of the two names is a complete
+// file. Removes temporary files that killed writers of the same name left. Compresses on all
+// threads of the caller's TBB arena. `state.film` must have identity.size_px and the area of the
+// coverage. Fails (input_output), leaving the old file, also for a coverage with more spans than
+// readers accept (max_coverage_bytes()).
 [[nodiscard]] Result<void> write_accumulation(const std::filesystem::path& path, const AccumulationIdentity& identity,
                                               const RenderState& state, bool keep_previous);
 // Returns "NAME.previous"; for a symbolic link, beside its target.
 [[nodiscard]] std::filesystem::path previous_accumulation(const std::filesystem::path& path);
 
-// Reads a file and verifies all checksums, which cover every byte. Fails (input_output) if the file cannot be read, is
-// no accumulation file, has another version, is cut off, or is damaged (with the place). Allocates memory only for
-// contents that the file is large enough to hold.
+// Reads a file and verifies all checksums, which cover every byte. Fails (input_output) if the file
+// cannot be read, is no accumulation file, has another version, is cut off, or is damaged (with the
+// place). Allocates memory only for contents that the file is large enough to hold.
 [[nodiscard]] Result<Accumulation> read_accumulation(const std::filesystem::path& path);
-// Checks whether the file can be read: reads all of it, some blocks at a time, without memory for the sums. Fails as
-// read_accumulation() does.
+// Checks whether the file can be read: reads all of it, some blocks at a time, without memory for
+// the sums. Fails as read_accumulation() does.
 [[nodiscard]] Result<void> check_accumulation(const std::filesystem::path& path);
 // The contents of a file without the sums, of which only the sizes are checked.
 struct AccumulationSummary {

@@ -28,7 +28,8 @@ struct Unsound : std::runtime_error {
   throw Unsound(fmt::format("'{}' is not {}", key, wanted));
 }
 
-// Converts a text to a string, or to an array of its bytes if it is not UTF-8, as names of files may be.
+// Converts a text to a string, or to an array of its bytes if it is not UTF-8, as names of files
+// may be.
 Json text_to_json(const std::string& text) {
   Json json = text;
   try {
@@ -170,7 +171,8 @@ RayCounters counters_from_json(const Json& json) {
   return rays;
 }
 
-// Returns a list [blocks, 1 if stopped else 0, first, end, first, end, ...] for each run of equal blocks.
+// Returns a list [blocks, 1 if stopped else 0, first, end, first, end, ...] for each run of equal
+// blocks.
 Json runs_to_json(const Coverage& coverage) {
   Json runs = Json::array();
   for (size_t i = 0; i < coverage.block_count();) {

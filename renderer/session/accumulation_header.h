@@ -32,8 +32,8 @@ struct AccumulationHeader {
 
 // Returns the memory that the planes take together.
 [[nodiscard]] uint64_t byte_count(std::span<const StoredPlane> planes);
-// Returns the maximum memory for the spans of a coverage beside such planes. A few bytes of JSON can give the spans of
-// all blocks at once, so they need a bound.
+// Returns the maximum memory for the spans of a coverage beside such planes. A few bytes of JSON
+// can give the spans of all blocks at once, so they need a bound.
 [[nodiscard]] uint64_t max_coverage_bytes(std::span<const StoredPlane> planes);
 
 // Returns the planes of film and adaptive sampling in the order of the file.
@@ -41,7 +41,8 @@ struct AccumulationHeader {
 
 [[nodiscard]] std::string header_to_json(const AccumulationHeader& header);
 
-// A header as read. The coverage is expanded by coverage_of() once the file is known to be as large as it claims.
+// A header as read. The coverage is expanded by coverage_of() once the file is known to be as large
+// as it claims.
 struct ParsedHeader {
   AccumulationHeader header;
   PixelRect area;

@@ -43,7 +43,8 @@ class AccumulationReader {
   // Reads everything but the contents of blocks: head, JSON, positions and sizes of blocks, tail.
   [[nodiscard]] Result<void> open();
   [[nodiscard]] const ParsedHeader& parsed() const { return parsed_; }
-  // Decompresses into planes with the sizes of parsed().planes. Without planes, only checks that all can be read.
+  // Decompresses into planes with the sizes of parsed().planes. Without planes, only checks that
+  // all can be read.
   [[nodiscard]] Result<void> read_blocks(std::span<const std::span<std::byte>> planes) const;
 
  private:

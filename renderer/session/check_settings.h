@@ -11,12 +11,12 @@ namespace kindling {
 // Fails (usage) with the value found and the values that would be accepted.
 [[nodiscard]] Result<void> check_settings(const RenderSettings& settings, const Camera& camera);
 
-// Returns the pixels that are rendered: the wanted ones; with adaptive sampling all blocks that they touch, because the
-// pixels of a block stop together.
+// Returns the pixels that are rendered: the wanted ones; with adaptive sampling all blocks that
+// they touch, because the pixels of a block stop together.
 [[nodiscard]] PixelRect rendered_pixels(const RenderSettings& settings);
 
-// Checks that a render with these settings can resume from `state`. Fails (usage) if it has other pixels or planes, or
-// samples that are not wanted.
+// Checks that a render with these settings can resume from `state`. Fails (usage) if it has other
+// pixels or planes, or samples that are not wanted.
 [[nodiscard]] Result<void> check_state(const RenderSettings& settings, const RenderState& state);
 
 } // namespace kindling

@@ -122,7 +122,8 @@ Result<void> Checkpoint::begin(const AccumulationIdentity& identity) {
   return {};
 }
 
-// Gives the previous generation the name of the checkpoint: if it is complete already, no save will follow.
+// Gives the previous generation the name of the checkpoint: if it is complete already, no save will
+// follow.
 void Checkpoint::restore_previous() {
   const Result<void> written = write_accumulation(options_.file, found_->identity, found_->state, false);
   if (!written.ok()) warn(written.error().message);

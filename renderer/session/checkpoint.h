@@ -1,4 +1,4 @@
-// The checkpoint of a render: saved at intervals, resumed from after an interruption, locked by one process.
+// The checkpoint of a render: saved at intervals, resumed from, locked by one process.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,24 +44,26 @@ struct CheckpointMessages {
 
 class Checkpoint {
  public:
-  // Locks the file and reads it. If it is damaged or missing, reads its previous generation instead, with a
-  // warning, and renames the damaged one to "FILE.damaged". Fails (input_output) if another process renders to
-  // it, if its folder is not writable, if it does not exist but must, or if it exists and neither generation can
-  // be read; with CheckpointOptions::replace the last is a warning.
+  // Locks the file and reads it. If it is damaged or missing, reads its previous generation
+  // instead, with a warning, and renames the damaged one to "FILE.damaged". Fails (input_output) if
+  // another process renders to it, if its folder is not writable, if it does not exist but must, or
+  // if it exists and neither generation can be read; with CheckpointOptions::replace the last is a
+  // warning.
   [[nodiscard]] static Result<std::unique_ptr<Checkpoint>> open(const CheckpointOptions& options,
                                                                 CheckpointMessages messages);
 
-  // Sets the render that is saved from now on. The file must belong to the same render (check_same_render()) and
-  // hold no samples beyond those wanted. Else fails (usage), or drops its contents with a warning if
-  // CheckpointOptions::replace.
+  // Sets the render that is saved from now on. The file must belong to the same render
+  // (check_same_render()) and hold no samples beyond those wanted. Else fails (usage), or drops its
+  // contents with a warning if CheckpointOptions::replace.
   [[nodiscard]] Result<void> begin(const AccumulationIdentity& identity);
   // Sets AccumulationIdentity::metadata, which is known later than the rest.
   void set_metadata(std::string metadata) { identity_.metadata = std::move(metadata); }
   // Returns the share of the wanted samples that the file has, in [0, 1].
   [[nodiscard]] double done_share() const;
 
-  // Returns the state to resume from and the function that saves. May be called once, and this object must
-  // outlive the render. A save that fails is a warning, and is tried again at the next interval.
+  // Returns the state to resume from and the function that saves. May be called once, and this
+  // object must outlive the render. A save that fails is a warning, and is tried again at the next
+  // interval.
   [[nodiscard]] RenderContinuity continuity();
 
   // Returns the error (input_output) of the last save if it failed; success before the first save.
@@ -85,8 +87,8 @@ class Checkpoint {
   CheckpointReport report_;
 };
 
-// Returns the identity stored in a checkpoint, or in its previous generation if the file cannot be read. Fails
-// (input_output) if neither can be read.
+// Returns the identity stored in a checkpoint, or in its previous generation if the file cannot be
+// read. Fails (input_output) if neither can be read.
 [[nodiscard]] Result<AccumulationIdentity> read_checkpoint_identity(const std::filesystem::path& file);
 
 } // namespace kindling

@@ -28,9 +28,9 @@ struct BlockCoverage {
   bool operator==(const BlockCoverage&) const = default;
 };
 
-// The coverage of all blocks that `area` touches, in scan order of the grid with side kBlockSize through the image's
-// origin. Blocks at the border of the area are cut to it. A block's entry may be written by the thread that owns its
-// tile, as in Film.
+// The coverage of all blocks that `area` touches, in scan order of the grid with side kBlockSize
+// through the image's origin. Blocks at the border of the area are cut to it. A block's entry may
+// be written by the thread that owns its tile, as in Film.
 class Coverage {
  public:
   Coverage() = default;
@@ -50,7 +50,8 @@ class Coverage {
   [[nodiscard]] SampleSpan first_missing(size_t index, const SampleSpan& wanted) const;
   // Returns the number of samples that the block has without a gap from wanted.first on.
   [[nodiscard]] uint32_t done(size_t index, const SampleSpan& wanted) const;
-  // Returns the share of `wanted` that all pixels have, in [0, 1]. A stopped block lacks none. 1 if `wanted` is empty.
+  // Returns the share of `wanted` that all pixels have, in [0, 1]. A stopped block lacks none. 1 if
+  // `wanted` is empty.
   [[nodiscard]] double done_share(const SampleSpan& wanted) const;
   // Returns whether the block has all of `wanted`, or has stopped.
   [[nodiscard]] bool complete(size_t index, const SampleSpan& wanted) const;

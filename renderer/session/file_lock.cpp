@@ -1,4 +1,4 @@
-// Locks with flock() a file beside the protected one, which is replaced by renaming and would lose a lock.
+// Locks a file beside the protected one, which is replaced by renaming and would lose its lock.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/file_lock.h"
 
@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Returns whether the name still refers to the open file: another process may have removed it before we locked it.
+// Returns whether the name still refers to the open file: another process may have removed it
+// before we locked it.
 bool is_current(int descriptor, const fs::path& path) {
   struct stat open_file {};
   struct stat named_file {};

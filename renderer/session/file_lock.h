@@ -8,11 +8,12 @@
 
 namespace kindling {
 
-// Holds "FILE.lock", locked by flock() and removed at the end. A lock file that a killed process leaves
-// behind is not locked. On file systems without locks nothing is locked.
+// Holds "FILE.lock", locked by flock() and removed at the end. A lock file that a killed process
+// leaves behind is not locked. On file systems without locks nothing is locked.
 class FileLock {
  public:
-  // Fails (input_output) if another process holds the lock, naming it, or if the lock file cannot be created.
+  // Fails (input_output) if another process holds the lock, naming it, or if the lock file cannot
+  // be created.
   [[nodiscard]] static Result<FileLock> acquire(const std::filesystem::path& file);
 
   FileLock(FileLock&& other) noexcept;

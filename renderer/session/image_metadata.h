@@ -14,7 +14,8 @@ namespace kindling {
 // In the metadata of images that lack samples because the render was interrupted.
 inline constexpr std::string_view kInterruptedKey = "kindling:interrupted";
 
-// Facts about a render that its images carry. Those known after the render are 0 in accumulation files.
+// Facts about a render that its images carry. Those known after the render are 0 in accumulation
+// files.
 struct MetadataFacts {
   std::string command_line; // empty: none
   std::string scene_file;
@@ -36,8 +37,8 @@ struct MetadataFacts {
 
 // Returns a JSON object on one line.
 [[nodiscard]] std::string metadata_to_json(const ImageMetadata& metadata);
-// Returns the metadata that metadata_to_json() was given, to the bit. Skips members of other types; text that is no
-// JSON object gives empty metadata.
+// Returns the metadata that metadata_to_json() was given, to the bit. Skips members of other types;
+// text that is no JSON object gives empty metadata.
 [[nodiscard]] ImageMetadata metadata_from_json(std::string_view json);
 
 } // namespace kindling

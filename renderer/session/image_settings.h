@@ -45,8 +45,8 @@ struct LensOptions {
   std::optional<double> cats_eye;
 };
 
-// The time for which the shutter is open, relative to ImageSettings::time_s. Set either `interval` or
-// the other two. If none is set the camera's own shutter is used.
+// The time for which the shutter is open, relative to ImageSettings::time_s. Set either `interval`
+// or the other two. If none is set the camera's own shutter is used.
 struct ShutterOptions {
   std::optional<Shutter> interval;
   std::optional<double> angle_deg; // of a rotary shutter that opens at the time of the image; 360: the whole frame
@@ -107,7 +107,8 @@ struct ImageSettings {
   [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };
 
-// Returns the settings of render() for an image of that size. Threads, tiles and schedule keep their defaults.
+// Returns the settings of render() for an image of that size. Threads, tiles and schedule keep
+// their defaults.
 [[nodiscard]] RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px);
 
 } // namespace kindling

@@ -15,13 +15,14 @@ namespace kindling {
 // The first thread to find the lock free reports; the others do not wait.
 class PassProgress {
  public:
-  // `listener` may be null. `elapsed_s` and `samples_before` are the render seconds and the samples per pixel of earlier
-  // runs.
+  // `listener` may be null. `elapsed_s` and `samples_before` are the render seconds and the samples
+  // per pixel of earlier runs.
   PassProgress(ProgressListener* listener, const RenderSettings& settings, double elapsed_s, double samples_before);
 
   // Reports the training of a guide: `paths` so far.
   void paths_trained(uint64_t paths);
-  // `samples_per_pixel`: wanted samples finished so far. `converged`: share of the pixels, in [0, 1].
+  // `samples_per_pixel`: wanted samples finished so far. `converged`: share of the pixels, in [0,
+  // 1].
   void tile_done(double samples_per_pixel, double converged, uint64_t rays);
   // As tile_done(), but always reports.
   void pass_done(double samples_per_pixel, double converged, uint64_t rays);

@@ -25,8 +25,8 @@ template <typename T>
 SortedJson json_number(const std::optional<T>& value) {
   return value ? json_number(*value) : SortedJson();
 }
-// The kd-tree's kernels agree to the bit on all processors. Embree chooses kernels by the processor, and
-// uses reciprocal approximations that differ among makers of processors.
+// The kd-tree's kernels agree to the bit on all processors. Embree chooses kernels by the
+// processor, and uses reciprocal approximations that differ among makers of processors.
 std::string accelerator_identity(accel::Kind kind) {
   std::string identity(accel::kind_description(kind)); // with the version of a library
   if (kind != accel::Kind::embree) return identity;
@@ -48,7 +48,8 @@ SortedJson matrix(const M44f& m) {
   return values;
 }
 
-// A camera that a program placed itself. Its lens is overridden by add_lens() where LensOptions says so.
+// A camera that a program placed itself. Its lens is overridden by add_lens() where LensOptions
+// says so.
 SortedJson own_camera(const PlacedCamera& placed) {
   const SceneCamera& camera = placed.camera;
   const CameraLens& lens = camera.lens;

@@ -23,11 +23,12 @@ struct ResolvedImage {
   uint64_t environment_hash = 0;  // LoadedEnvironment::content_hash; 0 without an image
 };
 
-// Returns a JSON object on one line, keys in order and defaults filled in, with one member for each flag
-// of `kindling render` that pixels depend on. Two renders of one scene by one program with equal text make
-// the same image to the bit, up to the number of samples. Left out because they change no pixel: the number
-// of samples (the planned number counts), threads, tiles, schedule, batches, memory for textures, the forms
-// of the Whitted tracer, and everything done with finished pixels (files, view, exposure, bits).
+// Returns a JSON object on one line, keys in order and defaults filled in, with one member for each
+// flag of `kindling render` that pixels depend on. Two renders of one scene by one program with
+// equal text make the same image to the bit, up to the number of samples. Left out because they
+// change no pixel: the number of samples (the planned number counts), threads, tiles, schedule,
+// batches, memory for textures, the forms of the Whitted tracer, and everything done with finished
+// pixels (files, view, exposure, bits).
 [[nodiscard]] std::string pixel_settings(const WorldSettings& world, const ImageSettings& image,
                                          const ResolvedImage& resolved);
 

@@ -1,4 +1,4 @@
-// Reads KINDLING_VERSION, KINDLING_TARGET_ARCH, KINDLING_BUILD_TYPE and the sources' hash, which CMake defines.
+// Version, compiler, build type and hash of the sources, as CMake defines them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/program_identity.h"
 

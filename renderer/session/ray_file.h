@@ -14,8 +14,9 @@ inline constexpr uint32_t kRayFileVersion = 1;
 // Writes a complete file or none. Fails (input_output).
 [[nodiscard]] Result<void> write_ray_file(const std::filesystem::path& path, const RayRecording& recording);
 
-// Fails (input_output) if the file cannot be read, is no ray file, has another version or another size than its header
-// gives, or holds an invalid ray: not finite, without direction, or with NaN as its end.
+// Fails (input_output) if the file cannot be read, is no ray file, has another version or another
+// size than its header gives, or holds an invalid ray: not finite, without direction, or with NaN
+// as its end.
 [[nodiscard]] Result<RayRecording> read_ray_file(const std::filesystem::path& path);
 
 } // namespace kindling

@@ -29,7 +29,8 @@ struct RayRecording {
   std::vector<RaySet> sets;
 };
 
-// Returns a hash of everything that an accelerator is built from: vertices, indices, placement, opacity of meshes.
+// Returns a hash of everything that an accelerator is built from: vertices, indices, placement,
+// opacity of meshes.
 [[nodiscard]] uint64_t hash_geometry(const accel::BuildInput& input);
 
 } // namespace kindling

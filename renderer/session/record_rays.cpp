@@ -18,7 +18,8 @@ constexpr int kTileSide = 32;
 // Maximum number of passes over the image for a kind that lacks rays.
 constexpr uint32_t kMaxPasses = 64;
 
-// Returns all tiles, each far from those before it: steps of the golden ratio through the scan order.
+// Returns all tiles, each far from those before it: steps of the golden ratio through the scan
+// order.
 std::vector<PixelRect> spread_tiles(const PixelRect& area) {
   const std::vector<PixelRect> tiles = make_tiles(area, kTileSide);
   const size_t count = tiles.size();
@@ -127,7 +128,8 @@ std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& record
   RaySet ambient{"ambient-occlusion", RayQuery::any_hit, 0, {}};
   const std::vector<const RaySet*> of_paths{&camera_rays, &bounce1, &bounce3, &shadow1, &shadow3};
 
-  // A batch is one coherent call for each sample, then for each surface one call for shadow rays and one for bounces.
+  // A batch is one coherent call for each sample, then for each surface one call for shadow rays
+  // and one for bounces.
   uint32_t surfaces = 0; // bounces of the batch so far
   recorder.listen([&](Call call, std::span<const accel::Ray> rays) {
     switch (call) {

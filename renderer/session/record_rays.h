@@ -1,4 +1,4 @@
-// Records the rays of a real render by kind: an accelerator that reports its calls, and renders that use it.
+// Records the rays of a render by kind, with an accelerator that reports its calls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace kindling {
 
-// Forwards each query to the accelerator inside and reports it to a listener. Without a listener it is as thread-safe as
-// the accelerator inside; with one, only one thread at a time may call it.
+// Forwards each query to the accelerator inside and reports it to a listener. Without a listener it
+// is as thread-safe as the accelerator inside; with one, only one thread at a time may call it.
 class RecordingAccelerator final : public accel::Accelerator {
  public:
   enum class Call { nearest, any_hit, coherent, coherent_any_hit };
@@ -57,14 +57,17 @@ struct RecordSettings {
   uint32_t seed = 0;
 };
 
-// Renders on this thread, with tiles spread evenly over the image, until every kind has its rays or no more come.
-// `recorder` must be the accelerator of `world`. Returns these sets, some of which may be empty:
+// Renders on this thread, with tiles spread evenly over the image, until every kind has its rays or
+// no more come. `recorder` must be the accelerator of `world`. Returns these sets, some of which may
+// be empty:
 //   camera             coherent groups of an 8 x 8 block
-//   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path tracer batches them. A partly
-//                      transparent surface that a path passes counts as one
-//   bounce1-shuffled   the same rays as bounce1 in a random order
+//   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path
+//                      tracer batches them. A partly transparent surface that a path passes counts
+//                      as one
+//   bounce1-shuffled   the rays of bounce1 in a random order
 //   shadow1, shadow3   any hit: from the first and the third surface to a sampled light
-//   ambient-occlusion  any hit: cosine-distributed from the first surface, a tenth of the scene's diagonal long
+//   ambient-occlusion  any hit: cosine-distributed from the first surface, a tenth of the scene's
+//                      diagonal long
 // Deterministic. If cancelled, returns the rays recorded so far. `cancel` may be null.
 [[nodiscard]] std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& recorder, const Camera& camera,
                                               const RecordSettings& settings, const CancelToken* cancel);

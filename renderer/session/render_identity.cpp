@@ -52,8 +52,8 @@ bool is_whole(const AccumulationIdentity& identity) {
   return identity.part == SampleSpan{0, identity.samples_per_pixel};
 }
 
-// Returns "--seed: 0 in the file, 2 here; --fov: ...", at most three of them. Program and scene have messages of
-// their own.
+// Returns "--seed: 0 in the file, 2 here; --fov: ...", at most three of them. Program and scene
+// have messages of their own.
 std::string describe_settings(const std::vector<ImageDifference>& differences) {
   constexpr size_t kMax = 3;
   std::string text;

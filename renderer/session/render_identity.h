@@ -1,4 +1,4 @@
-// Identifies the render that an accumulation belongs to, and checks whether two belong to one render.
+// Identifies the render that an accumulation belongs to, and compares such identities.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,10 +14,10 @@
 
 namespace kindling {
 
-// Returns the identity of a render of all samples by this program. `scene_hash`: Scene::content_hash, which
-// covers all bytes read for the scene; the hash of the environment is combined with it. The folder is the
-// current one. Left to the caller: `arguments` and `metadata`, which are not compared, and `part` where the
-// accumulation is to hold fewer samples.
+// Returns the identity of a render of all samples by this program. `scene_hash`:
+// Scene::content_hash, which covers all bytes read for the scene; the hash of the environment is
+// combined with it. The folder is the current one. Left to the caller: `arguments` and `metadata`,
+// which are not compared, and `part` where the accumulation is to hold fewer samples.
 [[nodiscard]] AccumulationIdentity make_identity(const WorldSettings& world, const ImageSettings& image,
                                                  const ResolvedImage& resolved, uint64_t scene_hash);
 
@@ -29,14 +29,15 @@ struct ImageDifference {
   bool operator==(const ImageDifference&) const = default;
 };
 
-// Returns the differences that keep two accumulations from belonging to one render; empty if they do belong to
-// one. The part that each holds, the final number of samples, the arguments and the folder may differ.
+// Returns the differences that keep two accumulations from belonging to one render; empty if they
+// do belong to one. The part that each holds, the final number of samples, the arguments and the
+// folder may differ.
 [[nodiscard]] std::vector<ImageDifference> image_differences(const AccumulationIdentity& a,
                                                              const AccumulationIdentity& b);
 
-// Checks that the render `now` may resume from `file`, which was read from `path`: both have the same program,
-// settings and scene, and hold the same part of the samples unless both are whole renders. Fails (usage) with
-// the differences.
+// Checks that the render `now` may resume from `file`, which was read from `path`: both have the
+// same program, settings and scene, and hold the same part of the samples unless both are whole
+// renders. Fails (usage) with the differences.
 [[nodiscard]] Result<void> check_same_render(const AccumulationIdentity& file, const std::filesystem::path& path,
                                              const AccumulationIdentity& now);
 

@@ -154,7 +154,8 @@ void RenderLoop::render_missing(size_t block, const SampleSpan& samples, Worker&
   }
 }
 
-// Splits the samples of a pass at the counts of decisions, so that decisions do not depend on passes.
+// Splits the samples of a pass at the counts of decisions, so that decisions do not depend on
+// passes.
 void RenderLoop::render_adaptively(size_t block, const SampleSpan& samples, Worker& worker) {
   Coverage& coverage = state_.coverage;
   const PixelRect rect = coverage.block(block);

@@ -23,18 +23,19 @@ struct RenderStops {
   std::function<bool()> after_open_passes; // checked before a pass
 };
 
-// Renders the samples that a RenderState lacks. Each block is rendered by one thread at a time, from its coverage on.
+// Renders the samples that a RenderState lacks. Each block is rendered by one thread at a time,
+// from its coverage on.
 class RenderLoop {
  public:
   using Clock = std::chrono::steady_clock;
-  // `continuity`: resume_from is not used. `start`: of the render phase. `busy_before_s`: time that the
-  // threads have already worked in it, summed. All references must outlive this object.
+  // `continuity`: resume_from is not used. `start`: of the render phase. `busy_before_s`: time that
+  // the threads have already worked in it, summed. All references must outlive this object.
   RenderLoop(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
              const RenderContinuity& continuity, const RenderStops& stops, PassProgress& progress, int threads,
              Clock::time_point start, double busy_before_s);
 
-  // Renders until all samples are taken or a stop holds; saves at intervals and at the end. Sets the passes, samples,
-  // saves, threads and rays of `statistics`, and the state's work.
+  // Renders until all samples are taken or a stop holds; saves at intervals and at the end. Sets
+  // the passes, samples, saves, threads and rays of `statistics`, and the state's work.
   void run(RenderStatistics& statistics);
   [[nodiscard]] bool complete() const { return queue_->live_tiles() == 0; }
 

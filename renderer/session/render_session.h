@@ -32,14 +32,15 @@ struct RenderSettings {
   V2i size_px{1280, 720};
   std::optional<PixelRect> crop;   // default: the whole image
   uint32_t samples_per_pixel = 64; // the maximum with adaptive sampling
-  // Sample count the pattern is designed for; 0: samples_per_pixel. The sampler's pattern, the width of texture lookups
-  // and the training of guides depend on it. Keep it when extending a finished render: samples beyond it are taken from
-  // further patterns.
+  // Sample count the pattern is designed for; 0: samples_per_pixel. The sampler's pattern, the
+  // width of texture lookups and the training of guides depend on it. Keep it when extending a
+  // finished render: samples beyond it are taken from further patterns.
   uint32_t planned_samples = 0;
-  // Renders only these samples, within [0, samples_per_pixel). Not with adaptive sampling, whose decisions need all
-  // earlier samples.
+  // Renders only these samples, within [0, samples_per_pixel). Not with adaptive sampling, whose
+  // decisions need all earlier samples.
   std::optional<SampleSpan> samples;
-  // Renders only these pixels, within the crop; whole blocks except at the crop's border (make_regions()).
+  // Renders only these pixels, within the crop; whole blocks except at the crop's border
+  // (make_regions()).
   std::optional<PixelRect> region;
   AdaptiveSettings adaptive;
   std::optional<double> time_limit_s; // of the render phase; ends after the pass that exceeds it
@@ -82,7 +83,8 @@ struct RenderStatistics {
   int saves = 0;
   double save_s = 0.0; // part of the render phase
   double idle_s = 0.0; // summed over threads: time without a tile or a path of the training
-  // idle_s of each thread, with training shared evenly; with Schedule::regions in the order of make_regions().
+  // idle_s of each thread, with training shared evenly; with Schedule::regions in the order of
+  // make_regions().
   std::vector<double> worker_idle_s;
   RayCounters rays;
   GuidingStatistics guiding;
@@ -99,21 +101,22 @@ struct RenderOutcome {
 struct RenderContinuity {
   std::optional<RenderState> resume_from; // of the same world, camera and settings, except samples_per_pixel
   std::optional<double> save_every_s;     // unset: at the end only
-  // Called while no thread renders: whenever save_every_s have passed, and at the end, interrupted or not, if samples
-  // were added since the last call. May be null.
+  // Called while no thread renders: whenever save_every_s have passed, and at the end, interrupted
+  // or not, if samples were added since the last call. May be null.
   std::function<void(const RenderState&)> save;
-  // Called after each pass while no thread renders, so that the film may be read. Blocks may be ahead of the pass.
-  // May be null.
+  // Called after each pass while no thread renders, so that the film may be read. Blocks may be
+  // ahead of the pass. May be null.
   std::function<void(const RenderState&)> after_pass;
 };
 
-// Renders the samples that RenderContinuity::resume_from lacks. Reports Phase::render. `cancel` and `listener` may be
-// null.
-// CancelToken::cancel() finishes the open passes, so that the film is a render of the number of samples reached. With a
-// `save` function, and always on CancelToken::cancel_now(), only the blocks in work are finished; some blocks then have
-// more samples than others, each pixel is the mean of its own samples, and resuming renders exactly the missing ones.
-// The time limit includes the render seconds of earlier runs. Resumed blocks with unequal counts are made equal first,
-// even beyond the time limit. Fails (usage) on impossible settings, and if `resume_from` does not fit them.
+// Renders the samples that RenderContinuity::resume_from lacks. Reports Phase::render. `cancel` and
+// `listener` may be null. CancelToken::cancel() finishes the open passes, so that the film is a
+// render of the number of samples reached. With a `save` function, and always on
+// CancelToken::cancel_now(), only the blocks in work are finished; some blocks then have more
+// samples than others, each pixel is the mean of its own samples, and resuming renders exactly the
+// missing ones. The time limit includes the render seconds of earlier runs. Resumed blocks with
+// unequal counts are made equal first, even beyond the time limit. Fails (usage) on impossible
+// settings, and if `resume_from` does not fit them.
 [[nodiscard]] Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                                            const CancelToken* cancel, ProgressListener* listener,
                                            RenderContinuity continuity);

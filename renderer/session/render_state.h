@@ -1,4 +1,4 @@
-// The state of a render: film, coverage, adaptive sampling and work; saved, resumed from and merged.
+// The state of a render: film, coverage, adaptive sampling, work. Saved, resumed from and merged.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -43,8 +43,8 @@ uint32_t block_checksum(const BlockHeader& header, std::span<const std::byte> st
 size_t largest_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
 
 size_t smallest_stored_size(size_t bytes) {
-  // RFC 8878: a magic number, a header of at least two bytes, and for each 128 KiB a block with a header of three bytes
-  // and, if all of its bytes are equal, one byte of contents.
+  // RFC 8878: a magic number, a header of at least two bytes, and for each 128 KiB a block with a
+  // header of three bytes and, if all of its bytes are equal, one byte of contents.
   constexpr size_t kFrame = 4 + 2, kBlock = 3 + 1;
   return kFrame + kBlock * ((bytes + ZSTD_BLOCKSIZE_MAX - 1) / ZSTD_BLOCKSIZE_MAX);
 }

@@ -21,8 +21,8 @@ static_assert(sizeof(BlockHeader) == 16);
 
 // Returns the checksum of a header (without its checksum) and the stored bytes.
 [[nodiscard]] uint32_t block_checksum(const BlockHeader& header, std::span<const std::byte> stored);
-// Returns the CRC-32 (ISO 3309, as zlib's) of `bytes`, continuing `before`, the CRC-32 of earlier bytes; 0 at the
-// start.
+// Returns the CRC-32 (ISO 3309, as zlib's) of `bytes`, continuing `before`, the CRC-32 of earlier
+// bytes; 0 at the start.
 [[nodiscard]] uint32_t checksum(std::span<const std::byte> bytes, uint32_t before = 0);
 
 // Returns the maximum stored size of `bytes`.
@@ -30,9 +30,9 @@ static_assert(sizeof(BlockHeader) == 16);
 // Returns the minimum size of a frame of Zstandard that decompresses to `bytes`.
 [[nodiscard]] size_t smallest_stored_size(size_t bytes);
 
-// Transposes the records, so that bytes of equal significance are neighbors (the upper bytes of sums are similar), and
-// compresses them as a frame of Zstandard with a checksum. `records.size()` must be a multiple of `record_bytes`.
-// Returns an empty vector if memory runs out.
+// Transposes the records, so that bytes of equal significance are neighbors (the upper bytes of
+// sums are similar), and compresses them as a frame of Zstandard with a checksum. `records.size()`
+// must be a multiple of `record_bytes`. Returns an empty vector if memory runs out.
 [[nodiscard]] std::vector<std::byte> store_block(std::span<const std::byte> records, size_t record_bytes);
 // Decompresses into `records`. Returns the fault of the stored bytes, or an empty text.
 [[nodiscard]] std::string_view restore_block(std::span<const std::byte> stored, size_t record_bytes,

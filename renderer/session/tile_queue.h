@@ -17,10 +17,10 @@
 
 namespace kindling {
 
-// A tile that lacks samples after its pass is queued for the next pass, behind the other tiles. A thread that finds no
-// tile of a pass opens the next one. At most kOpenPasses are open at once, which bounds how far blocks can differ. If no
-// tile is free, a thread helps with the tile of another, block by block, so that no thread waits longer than a block
-// takes.
+// A tile that lacks samples after its pass is queued for the next pass, behind the other tiles. A
+// thread that finds no tile of a pass opens the next one. At most kOpenPasses are open at once,
+// which bounds how far blocks can differ. If no tile is free, a thread helps with the tile of
+// another, block by block, so that no thread waits longer than a block takes.
 //
 // All functions may be called from any thread.
 class TileQueue {
@@ -46,11 +46,13 @@ class TileQueue {
     std::optional<SampleSpan> finished_pass; // set if this was its last tile
   };
 
-  // `lanes`: tiles by lane; a thread takes tiles of its own lane only. plan() returns the samples of the next pass, in
-  // order; empty ends the render after the open passes. It is called by one thread at a time.
+  // `lanes`: tiles by lane; a thread takes tiles of its own lane only. plan() returns the samples
+  // of the next pass, in order; empty ends the render after the open passes. It is called by one
+  // thread at a time.
   TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads, std::function<std::optional<SampleSpan>()> plan);
 
-  // Returns a tile to work on until leave(), after waiting for one if necessary. Null if paused or finished.
+  // Returns a tile to work on until leave(), after waiting for one if necessary. Null if paused or
+  // finished.
   [[nodiscard]] Visit* take(size_t lane);
   // Returns the next block of a tile; empty if all are taken, or if paused.
   [[nodiscard]] std::optional<PixelRect> next_block(Visit& visit) const;

@@ -24,7 +24,8 @@ std::vector<PixelRect> cut(const PixelRect& area, int side) {
   return cells;
 }
 
-// Returns the multiple of kBlockSize nearest to begin + share (end - begin) strictly between the two; `end` if none is.
+// Returns the multiple of kBlockSize nearest to begin + share (end - begin) strictly between the
+// two; `end` if none is.
 int cut_between(int begin, int end, double share) {
   const int first = floor_to(begin, kBlockSize) + kBlockSize;
   const int last = floor_to(end - 1, kBlockSize);

@@ -1,12 +1,12 @@
 // That the settings of an image name every flag that its pixels depend on, and no other.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/pixel_settings.h"
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/facade/shutter.h"
+#include "renderer/session/pixel_settings.h"
 
-#include "renderer/session/render_identity.h"
 #include "renderer/app/terminal/version.h"
 #include "renderer/facade/choose.h"
+#include "renderer/session/render_identity.h"
 
 #include <gtest/gtest.h>
 
@@ -228,7 +228,8 @@ TEST(PixelSettings, DifferencesAreNamed) {
   const std::string many =
       refusal(settings({}), settings({"--seed", "2", "--fov", "3", "--light-radius", "1", "--f-stop", "4"}));
   EXPECT_NE(many.find("; and 1 more); "), std::string::npos) << many;
-  EXPECT_NE(refusal("junk", "{}").find("settings: junk in the file, {} here"), std::string::npos) << refusal("junk", "{}");
+  EXPECT_NE(refusal("junk", "{}").find("settings: junk in the file, {} here"), std::string::npos)
+      << refusal("junk", "{}");
 }
 
 TEST(Version, TheProgramSaysFromWhichSourcesItIs) {

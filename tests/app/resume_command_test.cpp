@@ -101,7 +101,7 @@ TEST_F(ResumeCommand, AFolderThatIsNotThereIsNamedAsItWasGiven) {
   const ProgramResult gone = run_program({"resume", "a.kacc"}, before.string() + "_gone/moved");
   std::filesystem::rename(before.string() + "_gone", before);
   expect_refusal(gone, 4, "was started in folder '");
-  EXPECT_NE(gone.err.find("say where its files are now with --folder"), std::string::npos) << gone.err;
+  EXPECT_NE(gone.err.find("name the folder of its files with --folder"), std::string::npos) << gone.err;
 }
 
 TEST_F(ResumeCommand, WorksFromAnyFolder) {

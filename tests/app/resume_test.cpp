@@ -120,8 +120,9 @@ TEST(Resume, RefusesWhatIsNotTheSame) {
     return same.error().message;
   };
   EXPECT_EQ(refusal(now), "accepted");
-  EXPECT_EQ(refusal(identity_of({"render", "s.glb", "--seed", "1"})),
-            "a.kacc: belongs to another render (--seed: 1 in the file, 2 here); use the same settings, or another file name");
+  EXPECT_EQ(
+      refusal(identity_of({"render", "s.glb", "--seed", "1"})),
+      "a.kacc: belongs to another render (--seed: 1 in the file, 2 here); use the same settings, or another file name");
   EXPECT_NE(refusal(identity_of({"render", "s.glb", "--seed", "2", "--spp", "8"}))
                 .find("(to add samples: kindling resume a.kacc --spp N)"),
             std::string::npos);
@@ -135,7 +136,8 @@ TEST(Resume, RefusesWhatIsNotTheSame) {
   EXPECT_NE(refusal(other).find("was written by Kindling 9.9, this is Kindling "), std::string::npos) << refusal(other);
   other = now;
   other.part = {0, 21};
-  EXPECT_EQ(refusal(other), "a.kacc: holds samples 0 to 20 of each pixel, but 0 to 63 are requested; use another file name");
+  EXPECT_EQ(refusal(other),
+            "a.kacc: holds samples 0 to 20 of each pixel, but 0 to 63 are requested; use another file name");
 }
 
 class LockedFile : public test::SceneFolder {};

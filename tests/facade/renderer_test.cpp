@@ -1,4 +1,4 @@
-// Renderer makes the same images as the command line, and serves a program that renders again and again.
+// Renderer makes the images of the command line, and serves programs that render repeatedly.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/renderer.h"
 
@@ -32,7 +32,7 @@ class RendererTest : public SceneFolder {
   // Returns the pixels that the command writes.
   std::vector<float> command_rgba(std::vector<std::string> flags) const {
     flags.insert(flags.begin(), "render");
-    for (const char* flag : {"--exr-float", "-o", "command.exr", "--force"}) flags.emplace_back(flag);
+    for (const char* flag : {"--exr-float", "-o", "command.exr"}) flags.emplace_back(flag);
     const ProgramResult result = run_program(flags, folder_);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     const Result<Image> image = read_image_file(folder_ / "command.exr");
@@ -99,8 +99,9 @@ TEST_F(RendererTest, FramesCameraAndLightsAsTheCommandDoes) {
   const RenderedImage rendered = render(
       renderer, small_image(), {.on_warning = [&](std::string_view message) { warnings.emplace_back(message); }});
   EXPECT_EQ(bits_of(rendered.film.resolve_rgba()), bits_of(command_rgba({scene, "--size", "48x32", "--spp", "8"})));
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("no camera: one is fitted"), std::string::npos) << warnings[0];
+  ASSERT_EQ(warnings.size(), 2U);
+  EXPECT_NE(warnings[0].find("no lights"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[1].find("no camera: one is fitted"), std::string::npos) << warnings[1];
   EXPECT_FALSE(renderer.bounds().isEmpty());
   EXPECT_TRUE(renderer.cameras().empty());
 }
@@ -121,6 +122,30 @@ TEST_F(RendererTest, ChangesCameraAndSettingsWithoutRebuild) {
   EXPECT_EQ(bits_of(again.linear_rgb()), bits_of(render(fresh, image).linear_rgb()));
   EXPECT_EQ(bits_of(again.film.resolve_rgba()), bits_of(command_rgba({"scene.gltf", "--orbit", "20,70,2.5", "--size",
                                                                       "40x40", "--max-bounces", "2", "--spp", "8"})));
+}
+
+TEST_F(RendererTest, RebuildsOnlyForAnotherTime) {
+  Renderer renderer = load(kScenes / "tiny" / "skin.gltf");
+  ImageSettings image = small_image();
+  int builds = 0;
+  const auto render_at = [&](double time_s, float theta_deg) {
+    image.time_s = time_s;
+    image.orbit = V3f(theta_deg, 80.0f, 6.0f);
+    bool built = false;
+    const RenderedImage rendered = render(renderer, image, {.on_progress = [&](const ProgressSnapshot& snapshot) {
+                                            built = built || snapshot.phase == Phase::build;
+                                          }});
+    builds += built ? 1 : 0;
+    Renderer fresh = load(kScenes / "tiny" / "skin.gltf");
+    EXPECT_EQ(bits_of(rendered.linear_rgb()), bits_of(render(fresh, image).linear_rgb())) << time_s;
+  };
+  render_at(0.0, 0.0f);
+  render_at(0.0, 30.0f);
+  EXPECT_EQ(builds, 1);
+  render_at(0.5, 30.0f);
+  EXPECT_EQ(builds, 2);
+  render_at(0.0, 0.0f);
+  EXPECT_EQ(builds, 3);
 }
 
 TEST_F(RendererTest, OwnCameraReplacesThoseOfTheScene) {
@@ -152,6 +177,22 @@ TEST_F(RendererTest, FilmRefinesPassByPass) {
   EXPECT_EQ(samples.back(), 16U * 48U * 32U);
   EXPECT_EQ(display, display_rgba8(rendered.film, view.value()));
   image.spp = 16;
+  EXPECT_EQ(bits_of(rendered.linear_rgb()), bits_of(render(renderer, image).linear_rgb()));
+}
+
+TEST_F(RendererTest, PassesShowTheCropOfAdaptiveRenders) {
+  Renderer renderer = load(folder_ / write_scene());
+  ImageSettings image = small_image();
+  image.crop = PixelRect{V2i(3, 5), V2i(30, 21)};
+  image.adaptive.noise_threshold = 0.2;
+  image.spp = 64;
+  int passes = 0;
+  const RenderedImage rendered = render(renderer, image, {.on_pass = [&](const Film& film) {
+                                          ++passes;
+                                          EXPECT_EQ(film.crop(), *image.crop);
+                                        }});
+  EXPECT_GT(passes, 0);
+  EXPECT_EQ(rendered.film.crop(), *image.crop);
   EXPECT_EQ(bits_of(rendered.linear_rgb()), bits_of(render(renderer, image).linear_rgb()));
 }
 
@@ -246,7 +287,8 @@ TEST_F(RendererTest, RefusesCheckpointOfAnotherRender) {
   Renderer changed = load(folder_ / "changed.gltf");
   EXPECT_NE(refusal(changed, small_image()).find("the scene has changed since the render was started"),
             std::string::npos);
-  // The command line says which program can resume it, and merges it.
+  // The command line reads and merges it, and says which program can resume it.
+  EXPECT_EQ(run_program({"info", "a.kacc"}, folder_).exit_code, 0);
   const ProgramResult resumed = run_program({"resume", "a.kacc"}, folder_);
   EXPECT_EQ(resumed.exit_code, 2);
   EXPECT_NE(resumed.err.find("was written by a program that links Kindling"), std::string::npos) << resumed.err;

@@ -157,7 +157,8 @@ TEST_F(AccumulationWriter, KilledWritersLeaveCompleteFile) {
 } // namespace
 } // namespace kindling::test
 
-// The writer is this program started again: a fork of the test would lack the threads that compress.
+// The writer is this program started again: a fork of the test would lack the threads that
+// compress.
 int main(int argc, char** argv) {
   if (const char* path = std::getenv(kindling::test::kWriterVariable)) {
     kindling::test::write_for_ever(path);

@@ -67,8 +67,9 @@ TEST(AdaptiveSampling, StopsAtTwiceTheDecisionsSamples) {
   }
 }
 
-// Half of the pixels are 1 -+ d in the halves of their samples, the others 1: the mean squared error of 2^k samples is d^2 / 2, that
-// predicted for twice as many is half of it; a block that ends with n samples must be below T sqrt(n / 64).
+// Half of the pixels are 1 -+ d in the halves of their samples, the others 1: the mean squared
+// error of 2^k samples is d^2 / 2, that predicted for twice as many is half of it; a block that
+// ends with n samples must be below T sqrt(n / 64).
 TEST(AdaptiveSampling, ThresholdGrowsWithSamples) {
   constexpr double kDifference = 0.25;
   for (const uint32_t minimum : {32U, 64U, 128U}) {
@@ -90,8 +91,9 @@ TEST(AdaptiveSampling, ThresholdGrowsWithSamples) {
   }
 }
 
-// One sample in two thousand finds all the light, so many blocks look finished while they are black. Compares deciding
-// at 32 samples with deciding at 16 and stopping at 32, which the decision has not seen.
+// One sample in two thousand finds all the light, so many blocks look finished while they are
+// black. Compares deciding at 32 samples with deciding at 16 and stopping at 32, which the decision
+// has not seen.
 TEST(AdaptiveSampling, PredictingReducesBias) {
   constexpr int kBlocks = 4000;
   constexpr uint32_t kMaxSamples = 128;
@@ -131,7 +133,7 @@ TEST(AdaptiveSampling, PredictingReducesBias) {
   EXPECT_GT(ahead_bias, at_once_bias + 0.03);
 }
 
-// --- renders ------------------------------------------------------------------------------------------------------
+// --- renders -------------------------------------------------------------------------------------
 
 struct View {
   std::unique_ptr<const World> world;

@@ -9,7 +9,8 @@ namespace {
 
 class Continuity : public testing::TestWithParam<SplitCase> {};
 
-// Each run is cancelled after some blocks; the next resumes from a state saved some blocks earlier, as after a crash.
+// Each run is cancelled after some blocks; the next resumes from a state saved some blocks earlier,
+// as after a crash.
 TEST_P(Continuity, TwentyInterruptions) {
   const SplitScene scene(GetParam());
   const RenderOutcome undisturbed = scene.render(scene.settings());
@@ -83,7 +84,7 @@ TEST_P(Continuity, Regions) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, Continuity, testing::ValuesIn(all_split_cases()), split_case_name);
 
-// --- work, saves, progress ---------------------------------------------------------------------------------------------
+// --- work, saves, progress -----------------------------------------------------------------------
 
 const SplitCase kPath{SplitKind::path, accel::Kind::kdtree};
 

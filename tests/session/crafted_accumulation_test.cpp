@@ -1,4 +1,4 @@
-// Crafted accumulation files with correct checksums cannot make readers allocate more than they hold; files beyond 4 GiB.
+// Crafted files cannot make readers allocate more than they hold; files beyond 4 GiB are read.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_layout.h"
 #include "renderer/session/stored_block.h"
@@ -31,7 +31,8 @@ uint32_t checksum_of(std::string_view bytes, uint32_t before = 0) {
   return checksum(std::as_bytes(std::span(bytes)), before);
 }
 
-// Returns a file with this header and these blocks (each a BlockHeader and stored bytes), with correct checksums.
+// Returns a file with this header and these blocks (each a BlockHeader and stored bytes), with
+// correct checksums.
 std::string file_of(std::string_view json, std::string_view blocks) {
   FileHead head;
   head.json_bytes = static_cast<uint32_t>(json.size());
@@ -141,7 +142,7 @@ TEST_F(CraftedAccumulation, RefusesImagesLargerThanFile) {
     EXPECT_TRUE(says(message(of_size(size)), "is cut off: it ends at byte "));
   EXPECT_TRUE(says(message(of_size(V2i(1 << 21, 8))), "'size' is not a whole number up to 1048576"));
   // Of the good file's size and one block more.
-  EXPECT_TRUE(says(message(of_size(V2i(40, 32))), "is damaged: it says that it has "));
+  EXPECT_TRUE(says(message(of_size(V2i(40, 32))), "is damaged: its header claims "));
 }
 
 TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
@@ -163,8 +164,9 @@ TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
   };
   EXPECT_TRUE(says(message(json.dump(), blocks_with("")), "is cut off"));
   EXPECT_TRUE(says(message(json.dump(), blocks_with(std::string(37, 'x'))),
-                   "is damaged: it says that it is stored in 37 bytes"));
-  // As many bytes as the smallest frame has, all wrong: the sums do not fit into 256 MiB, which is reported.
+                   "is damaged: its header claims a stored size of 37 bytes"));
+  // As many bytes as the smallest frame has, all wrong: the sums do not fit into 256 MiB, which is
+  // reported.
   const std::string junk = blocks_with(std::string(38, 'x'));
   EXPECT_LT(junk.size(), size_t{1} << 17);
   set_contents(path_, file_of(json.dump(), junk));
@@ -197,12 +199,13 @@ TEST_F(CraftedAccumulation, BoundsMemoryOfSpans) {
   json["coverage"]["runs"] = run_of(4 * 3, 10000);
   EXPECT_EQ(message(json), "");
   EXPECT_EQ(read_accumulation_summary(path_).value().coverage[11].spans.size(), 10000U);
-  // Of 16 million blocks: as long as they take less than the sums, which the file has not either; and 13 TB of them.
+  // Of 16 million blocks: as long as they take less than the sums, which the file has not either;
+  // and 13 TB of them.
   json = of_size(V2i(1 << 15, 1 << 15));
   json["coverage"]["runs"] = run_of(1 << 24, 1000);
   EXPECT_TRUE(says(message(json), "is cut off"));
   json["coverage"]["runs"] = run_of(1 << 24, 100000);
-  EXPECT_TRUE(says(message(json), "its header makes no sense: 'runs' have more than "));
+  EXPECT_TRUE(says(message(json), "its header is invalid: 'runs' have more than "));
 }
 
 TEST_F(CraftedAccumulation, WritersObeyBoundsOfReaders) {
@@ -223,8 +226,8 @@ TEST_F(CraftedAccumulation, WritersObeyBoundsOfReaders) {
 
 TEST_F(CraftedAccumulation, RefusesDeepJson) {
   const std::string deep(size_t{4} << 20, '[');
-  EXPECT_TRUE(says(message(deep, blocks_), "its header makes no sense: it has more than 64 levels"));
-  EXPECT_TRUE(says(message(deep + std::string(deep.size(), ']'), blocks_), "its header makes no sense: "));
+  EXPECT_TRUE(says(message(deep, blocks_), "its header is invalid: it has more than 64 levels"));
+  EXPECT_TRUE(says(message(deep + std::string(deep.size(), ']'), blocks_), "its header is invalid: "));
   for (const char* key : {"image", "metadata"}) {
     Json json = json_;
     json[key] = R"({"a":)" + deep + std::string(deep.size(), ']') + "}";

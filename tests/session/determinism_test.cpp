@@ -1,4 +1,4 @@
-// Images have the same bits for any number of threads, tile size, batch size, crop and division into passes.
+// Images have the same bits for any threads, tiles, batches, crops and division into passes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/record_rays.h"
 #include "tests/session/different_pixels.h"
@@ -82,8 +82,8 @@ TEST_P(Determinism, SameBitsWithClampsAndTrimming) {
   }
 }
 
-// Some pixels stop at 32 samples, others later or never. The sampler is one whose points do not depend on the largest
-// count of samples, so that renders of several counts can be compared.
+// Some pixels stop at 32 samples, others later or never. The sampler is one whose points do not
+// depend on the largest count of samples, so that renders of several counts can be compared.
 RenderSettings adaptive_render() {
   RenderSettings settings = small_render(kSize, 100);
   settings.sampler = SamplerKind::sobol;
@@ -196,7 +196,7 @@ TEST(Accelerators, RenderSameImage) {
   }
 }
 
-// --- the loop around it -----------------------------------------------------------------------------------------------
+// --- the loop around it --------------------------------------------------------------------------
 
 TEST(RenderSession, RefusesImpossibleSettings) {
   const auto world = mixed_world(accel::Kind::embree);
@@ -263,7 +263,8 @@ TEST(RenderSession, CancelledAdaptiveRenderHasEqualCounts) {
     EXPECT_TRUE(same_bits(outcome.value().film.resolve(aov), whole.resolve(aov)));
 }
 
-// A time limit can end a render at any count; its image is the render of that count, stopped blocks included.
+// A time limit can end a render at any count; its image is the render of that count, stopped blocks
+// included.
 TEST(RenderSession, TimeLimitedAdaptiveRenderHasEqualCounts) {
   const auto world = mixed_world(accel::Kind::embree);
   RenderSettings settings = adaptive_render();

@@ -8,8 +8,8 @@
 
 namespace kindling::test {
 
-// Returns the number of pixels of two RGBA images whose red differs by more than rounding: their paths took another
-// branch.
+// Returns the number of pixels of two RGBA images whose red differs by more than rounding: their
+// paths took another branch.
 inline size_t different_pixels(const std::vector<float>& image, const std::vector<float>& oracle) {
   size_t different = 0;
   for (size_t i = 0; i < oracle.size(); i += 4)

@@ -33,7 +33,8 @@ SceneCamera with_lens(float aperture_m, int blades = 0) {
   return camera;
 }
 
-// A square of `side_px` that shines with radiance 1, seen at this film position, `depth` before the camera in the origin.
+// A square of `side_px` that shines with radiance 1, seen at this film position, `depth` before the
+// camera in the origin.
 Primitive lamp(const V2f& film_px, float side_px, float depth) {
   const V2f at = (film_px - V2f(kMiddle)) * (kPixel * depth);
   const float side = side_px * kPixel * depth;
@@ -92,10 +93,12 @@ Blob measure(const std::vector<float>& image) {
   return blob;
 }
 
-// The image of a square of s pixels through a round lens is the square blurred by a disk of diameter c = A |1/f - 1/d| in pixels of a film at distance 1,
-// which is the circle of confusion A f' |d - f| / (d (f - f')) of a film behind a lens of focal length f'. Along an axis such a disk has the variance
-// c^2 / 16 (and the fourth moment twice its square), the square s^2 / 12, the box filter 1/12. N = s^2 samples hit the lamp: the sum is known to
-// 1 / sqrt(N), the variance to 1 / sqrt(N) as well; Sobol points know both better.
+// The image of a square of s pixels through a round lens is the square blurred by a disk of
+// diameter c = A |1/f - 1/d| in pixels of a film at distance 1, which is the circle of confusion A
+// f' |d - f| / (d (f - f')) of a film behind a lens of focal length f'. Along an axis such a disk
+// has the variance c^2 / 16 (and the fourth moment twice its square), the square s^2 / 12, the box
+// filter 1/12. N = s^2 samples hit the lamp: the sum is known to 1 / sqrt(N), the variance to 1 /
+// sqrt(N) as well; Sobol points know both better.
 TEST(LensImages, BlurIsCircleOfConfusion) {
   for (const float aperture : {0.3f, 0.9f})
     for (const float depth : {1.2f, 6.0f, 1e4f}) { // before and behind the focus, and far away
@@ -127,14 +130,16 @@ TEST(LensImages, FocusPlaneIsAsSharpAsPinhole) {
   const auto world = lamps(std::move(squares));
   const std::vector<float> pinhole = image(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(64));
   const std::vector<float> lens = image(*world, Camera(with_lens(0.2f, 5), M44f(), kLensSize), box_render(64));
-  // A sample changes sides where it is within rounding of an edge: 25 squares, 4 edges of some 6 pixels, 64 samples, 1e-5 of a pixel.
+  // A sample changes sides where it is within rounding of an edge: 25 squares, 4 edges of some 6
+  // pixels, 64 samples, 1e-5 of a pixel.
   double difference = 0.0;
   for (size_t i = 0; i < pinhole.size(); ++i) difference += std::abs(static_cast<double>(pinhole[i]) - lens[i]);
   EXPECT_LT(difference, 8.0 / 64.0);
   EXPECT_GT(std::accumulate(lens.begin(), lens.end(), 0.0), 400.0);
 }
 
-// A highlight has the aperture's shape: light wherever the shape reaches (shrunk by the lamp and a pixel), none elsewhere (grown by them).
+// A highlight has the aperture's shape: light wherever the shape reaches (shrunk by the lamp and a
+// pixel), none elsewhere (grown by them).
 void expect_shape(const SceneCamera& camera, const V2f& lamp_px, float depth) {
   constexpr float kSide = 3.0f;
   const auto world = lamps({lamp(lamp_px, kSide, depth)});
@@ -191,7 +196,8 @@ TEST(LensImages, BarrelKeepsBrightness) {
   for (const float value : image(*world, Camera(camera, M44f(), kLensSize), box_render(16))) EXPECT_EQ(value, 1.0f);
 }
 
-// A camera that slides sideways by 12 pixels over the edge of a bright half plane: coverage is a ramp, column by column.
+// A camera that slides sideways by 12 pixels over the edge of a bright half plane: coverage is a
+// ramp, column by column.
 TEST(MovingCameraImages, MovingEdgeIsRamp) {
   const float depth = 3.0f;
   const auto world = lamps({quad(V3f(0, -50, -depth), V3f(50, 0, 0), V3f(0, 100, 0), 0)});
@@ -211,7 +217,8 @@ TEST(MovingCameraImages, MovingEdgeIsRamp) {
   }
 }
 
-// Whole images: a camera that moves and turns is the mean of cameras that stand at 24 moments in between.
+// Whole images: a camera that moves and turns is the mean of cameras that stand at 24 moments in
+// between.
 TEST(MovingCameraImages, AreMeanOfStaticOnes) {
   const auto world =
       make_world(sphere_lamp_and_veil(0.4f), accel::Kind::embree, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));

@@ -1,4 +1,4 @@
-// Parts of the samples and of the image, added up in any order, equal the undivided render, bit for bit.
+// Parts of samples and image, added up in any order, equal the undivided render bit for bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/split_renders.h"
 

@@ -1,4 +1,4 @@
-// Frames that reuse accelerator structures equal single renders to the bit; changed geometry is rebuilt.
+// Frames that reuse accelerator structures equal single renders; changed geometry is rebuilt.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_sequence.h"
 #include "tests/integrator/motion_scenes.h"
@@ -26,8 +26,9 @@ size_t triangles_of(const Scene& scene, int mesh) {
   return count;
 }
 
-// Still: a sphere, a floor, a lamp, a veil and a sieve. Moving: a sphere that passes through the still one, a plate that slides in the plane
-// of the floor, a veil, a lamp, a strip that bends and a flag that is morphed. Three nodes share a mesh that is too large to be copied.
+// Still: a sphere, a floor, a lamp, a veil and a sieve. Moving: a sphere that passes through the
+// still one, a plate that slides in the plane of the floor, a veil, a lamp, a strip that bends and
+// a flag that is morphed. Three nodes share a mesh that is too large to be copied.
 Things make_things() {
   Things things{sphere_lamp_and_veil(0.3f)};
   Scene& scene = things.scene;
@@ -117,7 +118,8 @@ Film render_persistent(const World& world) {
 
 class PersistentAccelerator : public testing::TestWithParam<accel::Kind> {};
 
-// Renders the moments one after the other, compares each with the image of that moment, and returns what was built for each.
+// Renders the moments one after the other, compares each with the image of that moment, and returns
+// what was built for each.
 std::vector<size_t> built_for(const std::vector<Moment>& moments, accel::Kind kind, bool shutter) {
   Things things = make_things();
   WorldSequence worlds;
@@ -146,7 +148,8 @@ TEST_P(PersistentAccelerator, FramesEqualSingleRenders) {
             (std::vector<size_t>{all, things.moving, things.moving, things.moving}));
 }
 
-// With an open shutter rigid things that move are instances, whose trees are kept as well: what deforms is built.
+// With an open shutter rigid things that move are instances, whose trees are kept as well: what
+// deforms is built.
 TEST_P(PersistentAccelerator, FramesWithShutterEqualSingleRenders) {
   const std::vector<size_t> built = built_for({{0.0}, {0.5}, {0.25}}, GetParam(), true);
   const size_t deforming = 2 + 16;
@@ -165,8 +168,9 @@ TEST_P(PersistentAccelerator, ChangedOpacityIsRebuilt) {
 INSTANTIATE_TEST_SUITE_P(Accelerators, PersistentAccelerator, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
                          [](const auto& param) { return std::string(accel::kind_name(param.param)); });
 
-// With the kd-tree it cannot be seen what is traced apart, not even in the plate that slides in the plane of the floor: of hits at the same
-// distance the smallest ids count. (With Embree it can be, there: which of such hits it tells depends on its trees.)
+// With the kd-tree it cannot be seen what is traced apart, not even in the plate that slides in the
+// plane of the floor: of hits at the same distance the smallest ids count. (With Embree it can be,
+// there: which of such hits it tells depends on its trees.)
 TEST(PersistentAccelerators, DivisionOfKdTreeKeepsBits) {
   for (const bool shutter : {false, true}) {
     const auto film = [&](size_t least) {

@@ -1,4 +1,4 @@
-// Every sampler gives the same mean, the same bits for any division of the work, and samples that replay.
+// Every sampler gives the same mean, the same bits for any division, and samples that replay.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -39,7 +39,8 @@ double mean_of(const Film& film) {
   return sum / static_cast<double>(rgb.size());
 }
 
-// Means over images of several seeds; their spread is the standard error, whatever correlates pixels. 6 samples: no power of two.
+// Means over images of several seeds; their spread is the standard error, whatever correlates
+// pixels. 6 samples: no power of two.
 TEST(SamplerRender, AllHaveSameMean) {
   const auto world = lit_sphere();
   constexpr uint32_t kSeeds = 16;

@@ -23,7 +23,8 @@ TEST(TileScheduler, TilesCoverTheCropOnce) {
           EXPECT_FALSE(block.empty());
           EXPECT_LE(block.width(), kBlockSize);
           EXPECT_LE(block.height(), kBlockSize);
-          // Blocks lie on the image's own grid, so that groups of camera rays do not depend on tiles.
+          // Blocks lie on the image's own grid, so that groups of camera rays do not depend on
+          // tiles.
           EXPECT_EQ(block.min.x / kBlockSize, (block.max.x - 1) / kBlockSize);
           EXPECT_EQ(block.min.y / kBlockSize, (block.max.y - 1) / kBlockSize);
           for (int y = block.min.y; y < block.max.y; ++y)

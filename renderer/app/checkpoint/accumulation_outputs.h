@@ -22,8 +22,8 @@ class AccumulationOutputs {
   // Returns the outputs that are images.
   [[nodiscard]] const std::vector<std::filesystem::path>& images() const { return images_; }
 
-  // Without a checkpoint, sets the function that writes the files at the end of the render. With one, finish() copies
-  // the checkpoint.
+  // Without a checkpoint, sets the function that writes the files at the end of the render. With
+  // one, finish() copies the checkpoint.
   void join(const AccumulationIdentity& identity, RenderContinuity& continuity);
   // Adds the names of the written files before those of images, and the first error.
   void finish(WrittenImages& written);

@@ -16,14 +16,14 @@ struct AccumulationIdentity;
 
 namespace kindling::app {
 
-// Returns a render whose checkpoint must exist. Changes the current folder to the one that the render was started in,
-// or to resume.folder, because relative names of the render begin there; names in `resume` are relative to the
-// folder before the change. Fails (input_output) if the file or the folder cannot be read, (usage) if another
-// program wrote the file.
+// Returns a render whose checkpoint must exist. Changes the current folder to the one that the
+// render was started in, or to resume.folder, because relative names of the render begin there;
+// names in `resume` are relative to the folder before the change. Fails (input_output) if the file
+// or the folder cannot be read, (usage) if another program wrote the file.
 [[nodiscard]] Result<CommandLine> resume_command_line(const ResumeOptions& resume);
 
-// Returns the arguments that the render was started with, followed by --spp and --planned-spp if more samples are
-// asked for.
+// Returns the arguments that the render was started with, followed by --spp and --planned-spp if
+// more samples are asked for.
 [[nodiscard]] std::vector<std::string> resumed_arguments(const AccumulationIdentity& identity,
                                                          const ResumeOptions& resume);
 

@@ -31,7 +31,7 @@ ImageMetadata metadata_of(const Accumulation& accumulation) {
   ImageMetadata metadata = metadata_from_json(accumulation.identity.metadata);
   std::string command_line = "kindling";
   for (const std::string& argument : accumulation.identity.arguments) command_line += ' ' + shell_quote(argument);
-  metadata.text["kindling:commandLine"] = command_line;
+  if (!accumulation.identity.arguments.empty()) metadata.text["kindling:commandLine"] = command_line;
   metadata.integers["kindling:samplesPerPixel"] = static_cast<int>(finished_samples(state.coverage));
   metadata.integers["kindling:processes"] = static_cast<int>(state.work.runs);
   metadata.integers.erase("kindling:threads"); // of many

@@ -1,4 +1,4 @@
-// Runs `kindling render`: checks outputs and view, loads the scene, renders the image or the frames.
+// Runs `kindling render`: checks outputs and view, loads the scene, renders one image or frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/command_render.h"
 

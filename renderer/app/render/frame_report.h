@@ -19,8 +19,7 @@ struct FramesReport {
   PhaseTimes phases;    // sums over the frames of this run
   double total_s = 0.0; // since the process was started
   int exit_code = 0;
-  std::vector<std::string>
-      statistics; // format_stats_json() of each frame of this run, if all go into one file
+  std::vector<std::string> statistics; // format_stats_json() of each frame of this run, if all go into one file
 };
 
 // Returns "1-3, 7, 9-11", in the order given.
@@ -29,8 +28,8 @@ struct FramesReport {
 [[nodiscard]] std::string format_frame_line(const RenderReport& report, size_t index, size_t count);
 // Returns several lines without a final '\n'.
 [[nodiscard]] std::string format_frames_summary(const FramesReport& report);
-// The keys are described in renderer/app/README.md. `one_line`: the event that ends --progress json, which lacks the
-// statistics of the frames.
+// The keys are described in renderer/app/README.md. `one_line`: the event that ends --progress
+// json, which lacks the statistics of the frames.
 [[nodiscard]] std::string format_frames_json(const FramesReport& report, bool one_line);
 
 } // namespace kindling::app

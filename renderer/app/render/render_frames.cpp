@@ -54,7 +54,8 @@ class Frames {
  private:
   [[nodiscard]] const std::vector<int>& numbers() const { return options_.frames.numbers; }
 
-  // Checks the outputs of all frames. No two frames may share a name, as a_#1.png of frame 1 and a_#.png of frame 11 do.
+  // Checks the outputs of all frames. No two frames may share a name, as a_#1.png of frame 1 and
+  // a_#.png of frame 11 do.
   Result<void> check_names() {
     std::set<fs::path> names;
     for (const int frame : numbers()) {

@@ -10,9 +10,10 @@
 
 namespace kindling::app {
 
-// Renders options.frames in their order. Frames whose files exist are skipped (without --force); if all do, no scene is
-// loaded. All names are checked first. A signal ends the current frame as it ends a single render; an error ends all.
-// The same command, run again, renders the remaining frames.
+// Renders options.frames in their order. Frames whose files exist are skipped (without --force); if
+// all do, no scene is loaded. All names are checked first. A signal ends the current frame as it
+// ends a single render; an error ends all. The same command, run again, renders the remaining
+// frames.
 [[nodiscard]] Result<int> render_frames(const RenderOptions& options, const std::string& command_line, RenderRun& run);
 
 } // namespace kindling::app

@@ -36,9 +36,9 @@ struct ImageResult {
   std::optional<RenderReport> report; // set if images were written
 };
 
-// Poses, builds, renders, writes images and statistics, and prints the summary. If interrupted, images hold the samples
-// finished so far. Consumes the scene unless more images follow. Returns the first error of these steps; an error of one
-// file does not keep the others from being written.
+// Poses, builds, renders, writes images and statistics, and prints the summary. If interrupted,
+// images hold the samples finished so far. Consumes the scene unless more images follow. Returns
+// the first error of these steps; an error of one file does not keep the others from being written.
 [[nodiscard]] Result<ImageResult> render_image(const ImageRequest& request, RenderScene& scene, RenderRun& run);
 
 } // namespace kindling::app

@@ -24,7 +24,8 @@ class RenderRun {
   // Loads the scene of the options with progress. Fails as load_render_scene() does.
   [[nodiscard]] Result<std::unique_ptr<RenderScene>> load_scene(const RenderOptions& options);
 
-  // Returns whether a signal came before the render. Prints a note then: there is nothing to write yet.
+  // Returns whether a signal came before the render. Prints a note then: there is nothing to write
+  // yet.
   [[nodiscard]] bool interrupted_early();
 
   // Names the current image in progress and messages: frame `number`, the index-th of count.

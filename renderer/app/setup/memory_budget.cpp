@@ -64,7 +64,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   Part{"guide", Costs::kGuide, "at most"},
                   Part{"writing", pixels * Costs::kPixelOfImage, "the image, resolved and encoded"}};
 
-  // --- loading: the file, what is read of it, the images ------------------------------------------------------------
+  // --- loading: the file, what is read of it, the images -----------------------------------------
   const uint64_t posing = d.placed_meshes * (sizeof(PosedMesh) + 8) + d.deformed_bytes;
   const uint64_t scene = d.scene_bytes + d.gpu_instances * sizeof(Transform);
   const uint64_t environment_loading = std::max(texels * Costs::kEnvironmentTexelInBuild, environment);
@@ -72,7 +72,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const uint64_t images = d.texture_bytes == 0 ? 0 : textures.held + textures.decoding;
   budget.loading = program + threads + environment_loading + scene + std::max(reading + images, images);
 
-  // --- building: first vertices and instances of the posed scene, then lights, then the accelerator -------------------
+  // --- building: first vertices and instances of the posed scene, then lights, then the accelerato
   const uint64_t shared = program + threads + environment + textures.held;
   const uint64_t preparing = shared + textures.decoding + scene + posing + std::max(d.geometry_bytes, d.scene_bytes) -
                              d.scene_bytes + d.largest_primitive_bytes + instances;

@@ -1,7 +1,8 @@
 // The memory budget: an upper bound of the memory that a render takes, known before it starts.
 //
-// One model serves `info`, the warning of `render`, and the tests that compare it with renders. Every figure is an upper
-// bound; renderer/app/README.md states by how much it may exceed measurements.
+// One model serves `info`, the warning of `render`, and the tests that compare it with renders.
+// Every figure is an upper bound; renderer/app/README.md states by how much it may exceed
+// measurements.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -64,7 +65,7 @@ struct MemoryCosts {
   static constexpr uint64_t kEnvironmentTexel = 16;        // held
   static constexpr uint64_t kEnvironmentTexelInBuild = 48; // while reading
   static constexpr uint64_t kNode = 2600;                  // of the file, while reading: JSON, tinygltf's and our nodes
-  static constexpr uint64_t kInstanceKey = 160; // matrix in World and accelerator, box, part of its level
+  static constexpr uint64_t kInstanceKey = 160;            // matrix in World and accelerator, box, part of its level
 };
 
 struct MemoryBudget {
@@ -95,7 +96,8 @@ struct MemoryBudget {
 // Returns tables of the parts and of the accelerators.
 [[nodiscard]] std::string format_memory_budget(const MemoryBudget& budget);
 
-// Returns a warning if the peak exceeds the memory of this process, `resident_bytes`, plus the available memory.
+// Returns a warning if the peak exceeds the memory of this process, `resident_bytes`, plus the
+// available memory.
 [[nodiscard]] std::optional<std::string> warn_of_memory(const MemoryBudget& budget, accel::Kind kind,
                                                         uint64_t resident_bytes, std::optional<uint64_t> available);
 

@@ -15,7 +15,8 @@ namespace kindling::app {
 // Adds the loaded environment to a request. `environment` may be null.
 void add_environment(const Environment* environment, const RenderOptions& options, MemoryRequest& request);
 
-// Returns a warning if the render is expected to take more memory than is available. To be called before the build.
+// Returns a warning if the render is expected to take more memory than is available. To be called
+// before the build.
 [[nodiscard]] std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const PosedImage& image,
                                                                const RenderOptions& options);
 

@@ -1,4 +1,4 @@
-// A viewer without its window: a loop draws the film while a thread renders, and user events change the camera.
+// A viewer without its window: a loop draws the film while a thread renders and events arrive.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/renderer.h"
 
@@ -111,7 +111,8 @@ int main(int argc, char** argv) {
     require(canvas.pixels() != before, "a turned view shows another image");
   }
 
-  // The final image is saved while it renders; the user closes the window, and a later session resumes it.
+  // The final image is saved while it renders; the user closes the window, and a later session
+  // resumes it.
   settings.spp = 64;
   const CheckpointOptions checkpoint{.file = argv[2]};
   {
