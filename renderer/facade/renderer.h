@@ -22,7 +22,7 @@
 
 namespace kindling {
 
-// How a call runs. Nothing here changes an image. Functions may be empty; they are called from any
+// Threads, checkpoint, cancelling and callbacks of one call. Nothing here changes an image. Functions may be empty; they are called from any
 // thread, but from one at a time, and must return quickly.
 struct RunOptions {
   int threads = 0;                     // 0: all

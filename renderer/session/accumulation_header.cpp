@@ -273,12 +273,12 @@ ParsedHeader parse(std::string_view text_of_json) {
   }
   if (parsed.planes != planes_of(header, parsed.area)) throw Unsound("'planes' are not those of such a film");
   header.summary.sum_bytes = byte_count(parsed.planes);
-  const uint64_t most = max_coverage_bytes(parsed.planes);
+  const uint64_t max_bytes = max_coverage_bytes(parsed.planes);
   uint64_t span_bytes = 0;
   for (const ParsedHeader::CoverageRun& run : parsed.runs) {
     const uint64_t bytes = run.coverage.spans.size() * sizeof(SampleSpan);
-    if (bytes > 0 && run.blocks > (most - span_bytes) / bytes)
-      throw Unsound(fmt::format("'runs' have more than {} bytes of spans", most));
+    if (bytes > 0 && run.blocks > (max_bytes - span_bytes) / bytes)
+      throw Unsound(fmt::format("'runs' have more than {} bytes of spans", max_bytes));
     span_bytes += run.blocks * bytes;
   }
   return parsed;

@@ -126,7 +126,7 @@ Result<uint64_t> AccumulationReader::read_header() {
 Result<void> AccumulationReader::find_blocks(uint64_t offset) {
   // The file must have room for all blocks before their list is allocated.
   const uint64_t bytes = parsed_.header.summary.sum_bytes;
-  if (bytes / kBlockBytes > size_ / (sizeof(BlockHeader) + smallest_stored_size(kBlockBytes)))
+  if (bytes / kBlockBytes > size_ / (sizeof(BlockHeader) + min_stored_size(kBlockBytes)))
     return error(fmt::format("is cut off: it ends at byte {}, too short for {} bytes of sums", size_, bytes));
   uint32_t all_checksums = 0;
   for (const BlockPlace& place : blocks_of(parsed_.planes)) {
@@ -137,8 +137,8 @@ Result<void> AccumulationReader::find_blocks(uint64_t offset) {
     if (block.header.plane != place.plane || block.header.bytes != place.bytes)
       return damaged(block,
                      fmt::format("its header claims {} bytes of plane {}", block.header.bytes, block.header.plane));
-    if (block.header.stored_bytes > largest_stored_size(place.bytes) ||
-        block.header.stored_bytes < smallest_stored_size(place.bytes))
+    if (block.header.stored_bytes > max_stored_size(place.bytes) ||
+        block.header.stored_bytes < min_stored_size(place.bytes))
       return damaged(block, fmt::format("its header claims a stored size of {} bytes", block.header.stored_bytes));
     all_checksums = checksum(std::as_bytes(std::span(&block.header.checksum, 1)), all_checksums);
     offset += sizeof block.header + block.header.stored_bytes;

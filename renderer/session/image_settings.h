@@ -53,7 +53,7 @@ struct ShutterOptions {
   std::optional<double> frames_per_s;
 };
 
-// What a World is built from, beside the scene file.
+// Settings that a World is built from, beside the scene file.
 struct WorldSettings {
   std::string scene_name;   // name or index; empty: the file's default scene
   std::string variant_name; // name or index; empty: the primitives' own materials
@@ -71,7 +71,7 @@ struct WorldSettings {
   std::optional<uint64_t> texture_memory_bytes; // unset: no bound. Does not change the image
 };
 
-// How a World is seen and sampled.
+// Settings of the camera, the sampling and the integrator.
 struct ImageSettings {
   std::optional<V2i> size_px; // unset: 1280 pixels on the longer side, by the camera's aspect ratio
   double scale = 1.0;         // multiplies the size

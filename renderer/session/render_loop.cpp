@@ -26,17 +26,17 @@ RenderLoop::RenderLoop(const RenderSettings& settings, const Integrator& integra
 void RenderLoop::find_levels() {
   const Coverage& coverage = state_.coverage;
   std::optional<uint32_t> min_incomplete;
-  uint32_t most = 0;
+  uint32_t max_done = 0;
   for (size_t i = 0; i < coverage.block_count(); ++i) {
     const uint32_t done = coverage.done(i, wanted_);
-    most = std::max(most, done);
+    max_done = std::max(max_done, done);
     if (!coverage.complete(i, wanted_)) min_incomplete = std::min(min_incomplete.value_or(done), done);
     if (coverage[i].stopped) converged_ += coverage.block(i).pixel_count();
   }
-  const uint32_t least = min_incomplete.value_or(most);
-  samples_before_ = least;
-  samples_done_ = opened_end_ = wanted_.first + least;
-  level_end_ = wanted_.first + std::max(most, 1U);
+  const uint32_t min_done = min_incomplete.value_or(max_done);
+  samples_before_ = min_done;
+  samples_done_ = opened_end_ = wanted_.first + min_done;
+  level_end_ = wanted_.first + std::max(max_done, 1U);
 }
 
 std::vector<std::vector<PixelRect>> RenderLoop::make_lanes() const {

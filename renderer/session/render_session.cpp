@@ -39,10 +39,10 @@ bool all_done(const RenderSettings& settings, const Coverage& coverage) {
 // Returns the minimum sample count of the blocks that lack samples.
 uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   const SampleSpan wanted = settings.wanted_samples();
-  uint32_t least = wanted.count();
+  uint32_t min_done = wanted.count();
   for (size_t i = 0; i < coverage.block_count(); ++i)
-    if (!coverage.complete(i, wanted)) least = std::min(least, coverage.done(i, wanted));
-  return least;
+    if (!coverage.complete(i, wanted)) min_done = std::min(min_done, coverage.done(i, wanted));
+  return min_done;
 }
 
 } // namespace

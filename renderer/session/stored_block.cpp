@@ -40,9 +40,9 @@ uint32_t block_checksum(const BlockHeader& header, std::span<const std::byte> st
   return checksum(stored, checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(BlockHeader, checksum))));
 }
 
-size_t largest_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
+size_t max_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
 
-size_t smallest_stored_size(size_t bytes) {
+size_t min_stored_size(size_t bytes) {
   // RFC 8878: a magic number, a header of at least two bytes, and for each 128 KiB a block with a
   // header of three bytes and, if all of its bytes are equal, one byte of contents.
   constexpr size_t kFrame = 4 + 2, kBlock = 3 + 1;
@@ -56,7 +56,7 @@ std::vector<std::byte> store_block(std::span<const std::byte> records, size_t re
   if (!context) return {};
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kCompressionLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-  std::vector<std::byte> stored(largest_stored_size(records.size()));
+  std::vector<std::byte> stored(max_stored_size(records.size()));
   const size_t size = ZSTD_compress2(context.get(), stored.data(), stored.size(), transposed.data(), transposed.size());
   if (ZSTD_isError(size)) return {};
   stored.resize(size);

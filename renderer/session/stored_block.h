@@ -26,9 +26,9 @@ static_assert(sizeof(BlockHeader) == 16);
 [[nodiscard]] uint32_t checksum(std::span<const std::byte> bytes, uint32_t before = 0);
 
 // Returns the maximum stored size of `bytes`.
-[[nodiscard]] size_t largest_stored_size(size_t bytes);
+[[nodiscard]] size_t max_stored_size(size_t bytes);
 // Returns the minimum size of a frame of Zstandard that decompresses to `bytes`.
-[[nodiscard]] size_t smallest_stored_size(size_t bytes);
+[[nodiscard]] size_t min_stored_size(size_t bytes);
 
 // Transposes the records, so that bytes of equal significance are neighbors (the upper bytes of
 // sums are similar), and compresses them as a frame of Zstandard with a checksum. `records.size()`

@@ -153,19 +153,19 @@ TEST(RenderContinuity, TimeLimitCountsAllRuns) {
                           }},
                      &token);
   ASSERT_TRUE(kept);
-  uint32_t least = ~0U, most = 0;
+  uint32_t min_done = ~0U, max_done = 0;
   for (size_t b = 0; b < kept->coverage.block_count(); ++b) {
     const uint32_t done = kept->coverage.done(b, {0, settings.samples_per_pixel});
-    least = std::min(least, done);
-    most = std::max(most, done);
+    min_done = std::min(min_done, done);
+    max_done = std::max(max_done, done);
   }
-  EXPECT_LT(least, most);
+  EXPECT_LT(min_done, max_done);
   kept->work.render_s = 100.0;
   settings.time_limit_s = 50.0;
   const RenderOutcome outcome = scene.render(settings, {.resume_from = kept});
   EXPECT_FALSE(outcome.interrupted);
-  EXPECT_EQ(outcome.statistics.samples_per_pixel, most);
-  settings.samples_per_pixel = most;
+  EXPECT_EQ(outcome.statistics.samples_per_pixel, max_done);
+  settings.samples_per_pixel = max_done;
   expect_same_bits(outcome.film, scene.render(settings).film, "all blocks equal");
 }
 

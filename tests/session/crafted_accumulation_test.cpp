@@ -141,7 +141,7 @@ TEST_F(CraftedAccumulation, RefusesImagesLargerThanFile) {
   for (const V2i& size : {V2i(1 << 20, 1 << 20), V2i(1 << 20, 1 << 10), V2i(4096, 4096)})
     EXPECT_TRUE(says(message(of_size(size)), "is cut off: it ends at byte "));
   EXPECT_TRUE(says(message(of_size(V2i(1 << 21, 8))), "'size' is not a whole number up to 1048576"));
-  // Of the good file's size and one block more.
+  // One block more than the good file has.
   EXPECT_TRUE(says(message(of_size(V2i(40, 32))), "is damaged: its header claims "));
 }
 
@@ -180,9 +180,9 @@ TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
 TEST_F(CraftedAccumulation, AcceptsSmallestFrames) {
   for (const size_t bytes : {size_t{16}, size_t{4096}, size_t{1} << 17, (size_t{1} << 17) + 16, kBlockBytes}) {
     const std::vector<std::byte> zeros(bytes);
-    EXPECT_GE(store_block(zeros, 16).size(), smallest_stored_size(bytes)) << bytes;
+    EXPECT_GE(store_block(zeros, 16).size(), min_stored_size(bytes)) << bytes;
   }
-  EXPECT_LE(store_block(std::vector<std::byte>(kBlockBytes), 16).size(), 2 * smallest_stored_size(kBlockBytes));
+  EXPECT_LE(store_block(std::vector<std::byte>(kBlockBytes), 16).size(), 2 * min_stored_size(kBlockBytes));
 }
 
 TEST_F(CraftedAccumulation, BoundsMemoryOfSpans) {
@@ -199,7 +199,7 @@ TEST_F(CraftedAccumulation, BoundsMemoryOfSpans) {
   json["coverage"]["runs"] = run_of(4 * 3, 10000);
   EXPECT_EQ(message(json), "");
   EXPECT_EQ(read_accumulation_summary(path_).value().coverage[11].spans.size(), 10000U);
-  // Of 16 million blocks: as long as they take less than the sums, which the file has not either;
+  // 16 million blocks: accepted as long as they take less than the sums, which the file has not either;
   // and 13 TB of them.
   json = of_size(V2i(1 << 15, 1 << 15));
   json["coverage"]["runs"] = run_of(1 << 24, 1000);

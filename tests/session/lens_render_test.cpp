@@ -233,7 +233,7 @@ TEST(MovingCameraImages, AreMeanOfStaticOnes) {
     const Mean a = render_mean(*world, Camera(SceneCamera{}, from, size, {.later_transforms = later}), settings);
     moving += a.luminance / kMoments;
     moving_square += a.luminance * a.luminance / kMoments;
-    // Where the moving one is at that moment, told by its rays.
+    // The position of the moving camera at that moment, from its rays.
     const Camera camera(SceneCamera{}, from, size, {.later_transforms = later});
     const float time = (static_cast<float>(i) + 0.5f) / kMoments;
     const auto ray = [&](float x, float y) { return camera.generate_ray(V2f(x, y), V2f(0.5f), time); };

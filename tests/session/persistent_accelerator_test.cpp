@@ -173,11 +173,11 @@ INSTANTIATE_TEST_SUITE_P(Accelerators, PersistentAccelerator, testing::Values(ac
 // there: which of such hits it tells depends on its trees.)
 TEST(PersistentAccelerators, DivisionOfKdTreeKeepsBits) {
   for (const bool shutter : {false, true}) {
-    const auto film = [&](size_t least) {
+    const auto film = [&](size_t min_triangles) {
       Things things = make_things();
       PosedScene posed = pose(things.scene, {0.4}, things.veil, shutter);
       WorldOptions options = options_for(accel::Kind::kdtree);
-      options.min_persistent_triangles = least;
+      options.min_persistent_triangles = min_triangles;
       return render_persistent(
           *build_world(std::move(things.scene), std::move(posed), options, nullptr, nullptr).value());
     };
@@ -187,11 +187,11 @@ TEST(PersistentAccelerators, DivisionOfKdTreeKeepsBits) {
 
 // Without a time nothing is traced apart, and so it is where it does not pay.
 TEST(PersistentAccelerators, UsedOnlyWhereItPays) {
-  const auto nodes_of = [](bool animated, size_t least) {
+  const auto nodes_of = [](bool animated, size_t min_triangles) {
     Things things = make_things();
     Result<PosedScene> posed = pose_scene(things.scene, animated ? PoseOptions{.time_s = 0.5} : PoseOptions{});
     WorldOptions options = options_for(accel::Kind::kdtree);
-    options.min_persistent_triangles = least;
+    options.min_persistent_triangles = min_triangles;
     const auto world =
         build_world(std::move(things.scene), std::move(posed).value(), options, nullptr, nullptr).value();
     size_t lasting = 0;

@@ -24,7 +24,7 @@ class AccumulationFolder : public testing::Test {
 
 // Returns an identity whose members all differ from their defaults.
 [[nodiscard]] AccumulationIdentity identity_of(const V2i& size_px, const PixelRect& crop);
-// Of random records: what a file must carry, whether or not a render could leave it. `everything`:
+// Returns a state of random records, even such that no render could produce. `everything`:
 // all AOVs, trimmed outliers, adaptive sampling.
 [[nodiscard]] RenderState random_state(const V2i& size_px, const PixelRect& area, bool everything, uint32_t seed);
 

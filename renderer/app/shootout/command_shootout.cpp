@@ -194,7 +194,7 @@ class ShootoutCommand {
           fit_camera(stage.world->bounds(), static_cast<float>(stage.size_px.x) / static_cast<float>(stage.size_px.y));
       if (Result<void> overridden = override_fov(stage.camera.camera, options_.view); !overridden.ok())
         return overridden.error();
-      display_.on_warning(file.string() + ": no camera: seen through one fitted to the scene's bounds");
+      display_.on_warning(file.string() + ": no camera: one is fitted to the bounds of the scene");
     }
     return stage;
   }
