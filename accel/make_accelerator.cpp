@@ -74,4 +74,19 @@ std::string_view kind_description(Kind kind) {
   return {};
 }
 
+std::string_view quality_name(Quality quality) {
+  switch (quality) {
+  case Quality::fast: return "fast";
+  case Quality::balanced: return "balanced";
+  case Quality::best: return "best";
+  }
+  return "balanced";
+}
+
+std::optional<Quality> quality_from_name(std::string_view name) {
+  for (const Quality quality : {Quality::fast, Quality::balanced, Quality::best})
+    if (name == quality_name(quality)) return quality;
+  return std::nullopt;
+}
+
 } // namespace kindling::accel

@@ -24,4 +24,8 @@ namespace kindling::accel {
 // Returns e.g. "Embree 3.13.5" or "Kindling kd-tree", for reports and image metadata.
 [[nodiscard]] std::string_view kind_description(Kind kind);
 
+// "fast", "balanced", "best".
+[[nodiscard]] std::string_view quality_name(Quality quality);
+[[nodiscard]] std::optional<Quality> quality_from_name(std::string_view name);
+
 } // namespace kindling::accel

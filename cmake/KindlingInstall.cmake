@@ -1,4 +1,4 @@
-# Installation of the program, libraries, headers and the package for find_package(kindling).
+# Install rules: the program, the libraries, the headers and a package for find_package(kindling).
 # SPDX-License-Identifier: Apache-2.0
 include(CMakePackageConfigHelpers)
 set(KINDLING_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/kindling)

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/distributed/merge_accumulations.h"
 
-#include "renderer/session/one_image.h"
+#include "renderer/session/render_identity.h"
 
 #include <algorithm>
 #include <cstring>

@@ -3,7 +3,7 @@
 #include "renderer/distributed/merge_accumulations.h"
 #include "renderer/distributed/work_parts.h"
 #include "renderer/session/adaptive_sampling.h"
-#include "renderer/session/one_image.h"
+#include "renderer/session/render_identity.h"
 
 #include <algorithm>
 #include <set>

@@ -71,7 +71,7 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
   return write_exr(path, image);
 }
 
-// Metadata of a format that knows text alone.
+// Metadata for formats that hold text only.
 std::map<std::string, std::string> as_text(const ImageMetadata& metadata, const DisplayTransform& view) {
   std::map<std::string, std::string> text = metadata.text;
   for (const auto& [key, value] : metadata.numbers) text[key] = fmt::format("{:g}", value);
@@ -80,15 +80,21 @@ std::map<std::string, std::string> as_text(const ImageMetadata& metadata, const 
   return text;
 }
 
-Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
-                            const ImageMetadata& metadata, const WriteOptions& options) {
+// Returns straight alpha, through the view.
+std::vector<float> display_rgba(const Film& film, const DisplayTransform& view) {
   std::vector<float> rgba = film.resolve_rgba();
   for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
     const float alpha = rgba[i + 3];
     for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
   }
   view.apply(rgba);
-  return write_png(path, rgba, {film.crop().width(), film.crop().height()}, options.png_bits, as_text(metadata, view));
+  return rgba;
+}
+
+Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
+                            const ImageMetadata& metadata, const WriteOptions& options) {
+  return write_png(path, display_rgba(film, view), {film.crop().width(), film.crop().height()}, options.png_bits,
+                   as_text(metadata, view));
 }
 
 Result<void> write_film_jpeg(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
@@ -117,6 +123,10 @@ Result<void> write_film(const std::filesystem::path& path, const Film& film, con
 
 bool is_standard_output(const std::filesystem::path& path) {
   return path == "-" || path == "png:-" || path == "jpg:-" || path == "exr:-";
+}
+
+std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view) {
+  return quantize_8bit(display_rgba(film, view));
 }
 
 std::string unsupported_output(const std::filesystem::path& path) {

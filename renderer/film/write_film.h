@@ -6,9 +6,11 @@
 #include "renderer/film/film.h"
 #include "renderer/image/display_transform.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace kindling {
 
@@ -36,6 +38,10 @@ struct WriteOptions {
 
 // Returns true for "-", "png:-", "jpg:-" and "exr:-".
 [[nodiscard]] bool is_standard_output(const std::filesystem::path& path);
+
+// Returns the pixels of an 8-bit PNG of the film: RGBA, straight alpha, through `view`, rows of the
+// crop window from the top.
+[[nodiscard]] std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view);
 
 // Returns the error message if write_film() would reject the file name, else an empty string.
 // Intended for checks before a long render.

@@ -205,4 +205,19 @@ Result<void> AtomicFile::commit_to_standard_output() {
   return Error{ErrorKind::input_output, fmt::format("standard output: cannot write: {}", std::strerror(error_))};
 }
 
+Result<void> check_writable(const fs::path& path) {
+  const auto refuse = [&](const std::string& why) {
+    return Error{ErrorKind::input_output, fmt::format("{}: {}", path.string(), why)};
+  };
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) return refuse("is a folder; use the name of a file");
+  const fs::path folder = folder_of(path);
+  if (!fs::exists(folder, ignored))
+    return refuse(fmt::format("folder '{}' does not exist; create it first", folder.string()));
+  if (!fs::is_directory(folder, ignored)) return refuse(fmt::format("'{}' is not a folder", folder.string()));
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return refuse(fmt::format("folder '{}' cannot be written to", folder.string()));
+  return {};
+}
+
 } // namespace kindling

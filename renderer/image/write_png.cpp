@@ -168,4 +168,10 @@ Result<void> write_png(const std::filesystem::path& path, std::span<const float>
   }
 }
 
+std::vector<uint8_t> quantize_8bit(std::span<const float> values) {
+  std::vector<uint8_t> integers(values.size());
+  quantize(values.data(), values.size(), integers.data());
+  return integers;
+}
+
 } // namespace kindling

@@ -1,4 +1,4 @@
-// Writing accumulation files.
+// Writes accumulation files: header, compressed blocks, tail.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_file.h"
 

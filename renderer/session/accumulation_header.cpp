@@ -1,3 +1,4 @@
+// Reads headers without trusting them: every number, list and text is checked.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_header.h"
 
@@ -15,11 +16,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kLargestSide = 1 << 20;          // of an image, pixels
-constexpr int kDeepestJson = 64;               // of the texts in the header that are JSON; readers of them recurse
-constexpr uint64_t kCoverageBytes = 64U << 20; // that a coverage may take in any case
+constexpr int kMaxSide = 1 << 20;                 // of an image, pixels
+constexpr int kMaxJsonDepth = 64;                 // of texts in the header that are JSON; their readers recurse
+constexpr uint64_t kMinCoverageBytes = 64U << 20; // lower bound of max_coverage_bytes()
 
-// Thrown among the functions of this file alone.
+// Thrown and caught within this file.
 struct Unsound : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -27,7 +28,8 @@ struct Unsound : std::runtime_error {
   throw Unsound(fmt::format("'{}' is not {}", key, wanted));
 }
 
-// A text that is not UTF-8 (names of files may be anything) is an array of its bytes.
+// Converts a text to a string, or to an array of its bytes if it is not UTF-8, as names of files
+// may be.
 Json text_to_json(const std::string& text) {
   Json json = text;
   try {
@@ -51,7 +53,7 @@ std::string text_from_json(const Json& json, std::string_view key) {
 }
 
 const Json& member(const Json& object, const char* key) {
-  if (!object.is_object()) throw Unsound(fmt::format("what should have '{}' is not an object", key));
+  if (!object.is_object()) throw Unsound(fmt::format("the value that should have '{}' is not an object", key));
   const auto found = object.find(key);
   if (found == object.end()) throw Unsound(fmt::format("'{}' is missing", key));
   return *found;
@@ -76,7 +78,7 @@ double seconds(const Json& object, const char* key) {
 
 std::string text(const Json& object, const char* key) { return text_from_json(member(object, key), key); }
 
-// How many lists and objects of a text that may be JSON are open at once, at most.
+// Returns the maximum nesting of lists and objects in a text that may be JSON.
 int json_depth(std::string_view text) {
   int depth = 0, deepest = 0;
   bool in_string = false;
@@ -95,7 +97,7 @@ int json_depth(std::string_view text) {
 
 std::string json_text(const Json& object, const char* key) {
   std::string json = text(object, key);
-  if (json_depth(json) > kDeepestJson) unsound(key, fmt::format("JSON of at most {} levels", kDeepestJson));
+  if (json_depth(json) > kMaxJsonDepth) unsound(key, fmt::format("JSON of at most {} levels", kMaxJsonDepth));
   return json;
 }
 
@@ -117,7 +119,7 @@ std::array<int, kCount> coordinates(const Json& object, const char* key) {
   const Json& json = list(object, key);
   if (json.size() != kCount) unsound(key, fmt::format("a list of {} numbers", kCount));
   std::array<int, kCount> values{};
-  for (size_t i = 0; i < kCount; ++i) values[i] = static_cast<int>(whole(json[i], key, kLargestSide));
+  for (size_t i = 0; i < kCount; ++i) values[i] = static_cast<int>(whole(json[i], key, kMaxSide));
   return values;
 }
 
@@ -163,13 +165,14 @@ RayCounters counters_from_json(const Json& json) {
     const Json& first = list(json, "first_non_finite");
     if (first.size() != 3) unsound("first_non_finite", "a list of 3 numbers");
     const auto at = [&](size_t i, uint64_t largest) { return whole(first[i], "first_non_finite", largest); };
-    rays.first_non_finite = {V2i(static_cast<int>(at(0, kLargestSide)), static_cast<int>(at(1, kLargestSide))),
+    rays.first_non_finite = {V2i(static_cast<int>(at(0, kMaxSide)), static_cast<int>(at(1, kMaxSide))),
                              static_cast<uint32_t>(at(2, std::numeric_limits<uint32_t>::max()))};
   }
   return rays;
 }
 
-// [blocks, 1 if they have stopped else 0, first, end, first, end, ...] for blocks in a row that are alike.
+// Returns a list [blocks, 1 if stopped else 0, first, end, first, end, ...] for each run of equal
+// blocks.
 Json runs_to_json(const Coverage& coverage) {
   Json runs = Json::array();
   for (size_t i = 0; i < coverage.block_count();) {
@@ -241,7 +244,7 @@ AccumulationIdentity identity_from_json(const Json& json) {
 }
 
 ParsedHeader parse(std::string_view text_of_json) {
-  if (json_depth(text_of_json) > kDeepestJson) throw Unsound(fmt::format("it has more than {} levels", kDeepestJson));
+  if (json_depth(text_of_json) > kMaxJsonDepth) throw Unsound(fmt::format("it has more than {} levels", kMaxJsonDepth));
   const Json json = Json::parse(text_of_json);
   ParsedHeader parsed;
   AccumulationHeader& header = parsed.header;
@@ -270,12 +273,12 @@ ParsedHeader parse(std::string_view text_of_json) {
   }
   if (parsed.planes != planes_of(header, parsed.area)) throw Unsound("'planes' are not those of such a film");
   header.summary.sum_bytes = byte_count(parsed.planes);
-  const uint64_t most = max_coverage_bytes(parsed.planes);
+  const uint64_t max_bytes = max_coverage_bytes(parsed.planes);
   uint64_t span_bytes = 0;
   for (const ParsedHeader::CoverageRun& run : parsed.runs) {
     const uint64_t bytes = run.coverage.spans.size() * sizeof(SampleRange);
-    if (bytes > 0 && run.blocks > (most - span_bytes) / bytes)
-      throw Unsound(fmt::format("'runs' have more than {} bytes of spans", most));
+    if (bytes > 0 && run.blocks > (max_bytes - span_bytes) / bytes)
+      throw Unsound(fmt::format("'runs' have more than {} bytes of spans", max_bytes));
     span_bytes += run.blocks * bytes;
   }
   return parsed;
@@ -290,12 +293,12 @@ uint64_t byte_count(std::span<const StoredPlane> planes) {
 }
 
 uint64_t max_coverage_bytes(std::span<const StoredPlane> planes) {
-  return std::max(byte_count(planes), kCoverageBytes);
+  return std::max(byte_count(planes), kMinCoverageBytes);
 }
 
 std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area) {
   const auto pixels = area.empty() ? 0 : static_cast<size_t>(area.pixel_count());
-  // A film of one pixel has the same planes.
+  // The planes do not depend on the size, so one pixel will do.
   Film film({1, 1}, {V2i(0), V2i(1)}, header.aovs);
   if (header.trims_outliers) film.trim_outliers();
   std::vector<StoredPlane> planes;

@@ -1,4 +1,4 @@
-// The header of an accumulation file as JSON: what the file is about, what it has, and how its planes lie in it.
+// Converts the header of an accumulation file to JSON and back: identity, coverage and planes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace kindling {
 
-// An array of the file: records of a fixed size.
+// An array of records of a fixed size.
 struct StoredPlane {
   std::string name;
   size_t record_bytes = 0;
@@ -24,35 +24,37 @@ struct StoredPlane {
 };
 
 struct AccumulationHeader {
-  AccumulationSummary summary; // where read: its coverage has no blocks yet, see below
+  AccumulationSummary summary; // after reading its coverage has no blocks yet: see ParsedHeader
   AovSet aovs;
   bool trims_outliers = false;
   bool adaptive = false;
 };
 
-// Of the planes together, in memory.
+// Returns the memory that the planes take together.
 [[nodiscard]] uint64_t byte_count(std::span<const StoredPlane> planes);
-// That the spans of a coverage may take beside such planes: a few bytes of JSON say for all blocks at once how many each has.
+// Returns the maximum memory for the spans of a coverage beside such planes. A few bytes of JSON
+// can give the spans of all blocks at once, so they need a bound.
 [[nodiscard]] uint64_t max_coverage_bytes(std::span<const StoredPlane> planes);
 
-// The planes of film and adaptive sampling that such a file has, in their order.
+// Returns the planes of film and adaptive sampling in the order of the file.
 [[nodiscard]] std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area);
 
 [[nodiscard]] std::string header_to_json(const AccumulationHeader& header);
 
-// A header that is read, and what of it asks for memory by its numbers: made once the file has been seen to be as large as it says.
+// A header as read. The coverage is expanded by coverage_of() once the file is known to be as large
+// as it claims.
 struct ParsedHeader {
   AccumulationHeader header;
   PixelRect area;
   std::vector<StoredPlane> planes;
-  // Blocks of the same coverage in a row.
+  // Consecutive blocks with the same coverage.
   struct CoverageRun {
     size_t blocks = 0;
     BlockCoverage coverage;
   };
-  std::vector<CoverageRun> runs; // of all blocks of the area
+  std::vector<CoverageRun> runs; // all blocks of the area
 };
-// Fails (input_output) with what is wrong, without the file's name.
+// Fails (input_output) with a message that lacks the name of the file.
 [[nodiscard]] Result<ParsedHeader> header_from_json(std::string_view json);
 [[nodiscard]] Coverage coverage_of(const ParsedHeader& parsed);
 

@@ -1,4 +1,4 @@
-// Where what lies in an accumulation file: README.md has the table.
+// On-disk layout of .kacc files; README.md has the table.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,37 +15,37 @@
 
 namespace kindling {
 
-static_assert(std::endian::native == std::endian::little); // structures are written as they are
+static_assert(std::endian::native == std::endian::little); // structures are written as in memory
 
 inline constexpr std::array<char, 8> kAccumulationMagic{'K', 'N', 'D', 'L', 'A', 'C', 'C', 'U'};
 inline constexpr std::array<char, 8> kAccumulationEnd{'K', 'N', 'D', 'L', 'D', 'O', 'N', 'E'};
 inline constexpr uint32_t kAccumulationVersion = 1;
-inline constexpr size_t kBlockBytes = size_t{1} << 20; // of records, before compression; at most
+inline constexpr size_t kBlockBytes = size_t{1} << 20; // maximum size of a block before compression
 
 struct FileHead {
   std::array<char, 8> magic = kAccumulationMagic;
   uint32_t version = kAccumulationVersion;
-  uint32_t json_bytes = 0; // that follow
-  uint32_t checksum = 0;   // CRC-32 of the bytes before and of the JSON
+  uint32_t json_bytes = 0; // length of the JSON that follows
+  uint32_t checksum = 0;   // CRC-32 of the preceding bytes and the JSON
 };
 static_assert(sizeof(FileHead) == 20);
 
 struct FileTail {
   std::array<char, 8> magic = kAccumulationEnd;
-  uint64_t file_bytes = 0; // of the whole file, these included
+  uint64_t file_bytes = 0; // length of the whole file, tail included
   uint32_t blocks = 0;
-  uint32_t checksum = 0; // CRC-32 of the checksums of all blocks and of the bytes before
+  uint32_t checksum = 0; // CRC-32 of the checksums of all blocks and the preceding bytes
 };
 static_assert(sizeof(FileTail) == 24);
 
-// A block's share of a plane.
+// The range of a plane that a block stores.
 struct BlockPlace {
   uint32_t plane = 0;
   size_t first_byte = 0; // in the plane
   size_t bytes = 0;      // whole records
 };
 
-// In the order of the file.
+// Returns all blocks in the order of the file.
 [[nodiscard]] inline std::vector<BlockPlace> blocks_of(std::span<const StoredPlane> planes) {
   std::vector<BlockPlace> blocks;
   for (uint32_t p = 0; p < planes.size(); ++p) {
@@ -56,7 +56,7 @@ struct BlockPlace {
   return blocks;
 }
 
-// The bytes of the planes of a state, in the order of planes_of().
+// Returns the bytes of the planes of a state in the order of planes_of().
 template <typename Byte, typename State>
 [[nodiscard]] std::vector<std::span<Byte>> plane_bytes(State& state) {
   std::vector<std::span<Byte>> bytes;

@@ -1,4 +1,4 @@
-// Reading accumulation files: nothing in them is believed before it is checked.
+// Reads accumulation files; nothing in them is trusted before it is checked.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_file.h"
 #include "renderer/session/accumulation_header.h"
@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kBlocksReadAtOnce = 64;          // read, then restored together
-static_assert(sizeof(off_t) == sizeof(uint64_t)); // files beyond 4 GiB are read as others are
+constexpr size_t kBlocksReadAtOnce = 64;          // read, then decompressed together
+static_assert(sizeof(off_t) == sizeof(uint64_t)); // files beyond 4 GiB need no other calls
 
 class AccumulationReader {
  public:
@@ -40,17 +40,18 @@ class AccumulationReader {
   }
   [[nodiscard]] Error system_error() const { return error(fmt::format("cannot read: {}", std::strerror(errno))); }
 
-  // Everything but the blocks' bytes: head, JSON, the places and sizes of the blocks, tail.
+  // Reads everything but the contents of blocks: head, JSON, positions and sizes of blocks, tail.
   [[nodiscard]] Result<void> open();
   [[nodiscard]] const ParsedHeader& parsed() const { return parsed_; }
-  // Into planes of the sizes of parsed().planes; of no planes at all: only to see that they can be read.
+  // Decompresses into planes with the sizes of parsed().planes. Without planes, only checks that
+  // all can be read.
   [[nodiscard]] Result<void> read_blocks(std::span<const std::span<std::byte>> planes) const;
 
  private:
   struct Block {
     BlockPlace place;
     BlockHeader header;
-    uint64_t offset = 0; // of the header
+    uint64_t offset = 0; // of the header in the file
   };
 
   [[nodiscard]] Result<void> read_at(uint64_t offset, std::span<std::byte> bytes) const;
@@ -58,7 +59,7 @@ class AccumulationReader {
   [[nodiscard]] Result<void> read_record(uint64_t offset, Record& record) const {
     return read_at(offset, std::as_writable_bytes(std::span(&record, 1)));
   }
-  [[nodiscard]] Result<uint64_t> read_header(); // returns where the blocks begin
+  [[nodiscard]] Result<uint64_t> read_header(); // returns the offset of the first block
   [[nodiscard]] Result<void> find_blocks(uint64_t offset);
   [[nodiscard]] Error damaged(const Block& block, std::string_view what) const {
     return error(fmt::format("block {} (of plane '{}', at byte {}) is damaged: {}", &block - blocks_.data(),
@@ -88,7 +89,7 @@ Result<void> AccumulationReader::read_at(uint64_t offset, std::span<std::byte> b
 }
 
 Result<void> AccumulationReader::open() {
-  // Without waiting, should it be a pipe.
+  // O_NONBLOCK: do not wait if it is a pipe.
   fd_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat status {};
   if (fd_ < 0 || fstat(fd_, &status) != 0) return system_error();
@@ -117,15 +118,15 @@ Result<uint64_t> AccumulationReader::read_header() {
     return error(
         fmt::format("its header (bytes 0 to {}) is damaged: the checksum is wrong", sizeof head + json.size()));
   Result<ParsedHeader> parsed = header_from_json(json);
-  if (!parsed) return error(fmt::format("its header makes no sense: {}", parsed.error().message));
+  if (!parsed) return error(fmt::format("its header is invalid: {}", parsed.error().message));
   parsed_ = std::move(parsed).value();
   return uint64_t{sizeof head + json.size()};
 }
 
 Result<void> AccumulationReader::find_blocks(uint64_t offset) {
-  // Before the list of blocks is made, the file must have room for them.
+  // The file must have room for all blocks before their list is allocated.
   const uint64_t bytes = parsed_.header.summary.sum_bytes;
-  if (bytes / kBlockBytes > size_ / (sizeof(BlockHeader) + smallest_stored_size(kBlockBytes)))
+  if (bytes / kBlockBytes > size_ / (sizeof(BlockHeader) + min_stored_size(kBlockBytes)))
     return error(fmt::format("is cut off: it ends at byte {}, too short for {} bytes of sums", size_, bytes));
   uint32_t all_checksums = 0;
   for (const BlockPlace& place : blocks_of(parsed_.planes)) {
@@ -135,10 +136,10 @@ Result<void> AccumulationReader::find_blocks(uint64_t offset) {
     if (const Result<void> read = read_record(offset, block.header); !read) return read.error();
     if (block.header.plane != place.plane || block.header.bytes != place.bytes)
       return damaged(block,
-                     fmt::format("it says that it has {} bytes of plane {}", block.header.bytes, block.header.plane));
-    if (block.header.stored_bytes > largest_stored_size(place.bytes) ||
-        block.header.stored_bytes < smallest_stored_size(place.bytes))
-      return damaged(block, fmt::format("it says that it is stored in {} bytes", block.header.stored_bytes));
+                     fmt::format("its header claims {} bytes of plane {}", block.header.bytes, block.header.plane));
+    if (block.header.stored_bytes > max_stored_size(place.bytes) ||
+        block.header.stored_bytes < min_stored_size(place.bytes))
+      return damaged(block, fmt::format("its header claims a stored size of {} bytes", block.header.stored_bytes));
     all_checksums = checksum(std::as_bytes(std::span(&block.header.checksum, 1)), all_checksums);
     offset += sizeof block.header + block.header.stored_bytes;
   }

@@ -1,4 +1,4 @@
-// Decisions at powers of two.
+// Estimates the error of blocks at powers of two and decides.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/adaptive_sampling.h"
 
@@ -55,7 +55,7 @@ double AdaptiveSampling::squared_error(const PixelRect& block, const Film& film)
       const Film::Totals all = film.totals(V2i(x, y));
       const Film::Totals& first = state_.earlier[pixel_index(x, y)];
       const double second_weight = all.weight - first.weight;
-      // Too few samples under negative lobes, or none that were finite.
+      // Negative filter lobes outweigh the few samples, or no sample was finite.
       if (!(first.weight > 0.0 && second_weight > 0.0)) return std::numeric_limits<double>::infinity();
       double largest = 0.0;
       for (size_t c = 0; c < 3; ++c) {

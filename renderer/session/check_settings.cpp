@@ -1,3 +1,4 @@
+// Words the refusals of settings and states.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/check_settings.h"
 
@@ -34,7 +35,7 @@ Result<void> check_pixels(const RenderSettings& settings) {
   if (!settings.region) return {};
   const PixelRect& region = *settings.region;
   if (region.empty())
-    return refuse("region " + text_of(region) + ": it is empty; are there more parts than blocks of 8x8 pixels?");
+    return refuse("region " + text_of(region) + ": it is empty; use no more parts than there are blocks of 8x8 pixels");
   if (!contains(crop, region)) return refuse("region " + text_of(region) + " is not within the crop " + text_of(crop));
   for (int axis = 0; axis < 2; ++axis)
     if ((region.min[axis] % kBlockSize != 0 && region.min[axis] != crop.min[axis]) ||
@@ -49,24 +50,24 @@ Result<void> check_samples(const RenderSettings& settings) {
   if (!settings.samples) return {};
   if (settings.samples->empty() || settings.samples->end > settings.samples_per_pixel)
     return refuse("samples " + text_of(*settings.samples) + ": a range within " +
-                  text_of(SampleRange{0, settings.samples_per_pixel}) + " is needed that is not empty");
+                  text_of(SampleRange{0, settings.samples_per_pixel}) + " that is not empty is needed");
   if (settings.adaptive.enabled())
     return refuse(
         "samples " + text_of(*settings.samples) +
-        " with a noise threshold: adaptive sampling decides by all samples before, so it cannot be divided into " +
-        "ranges of them; divide the image");
+        " with a noise threshold: adaptive sampling decides by all earlier samples, so its samples cannot be " +
+        "divided into ranges; divide the image");
   return {};
 }
 
 Result<void> check_adaptive(const RenderSettings& settings) {
-  // Not a number fails as well.
+  // The negation also refuses NaN.
   if (!(settings.adaptive.noise_threshold >= 0.0 && std::isfinite(settings.adaptive.noise_threshold)))
     return refuse("noise threshold " + std::to_string(settings.adaptive.noise_threshold) +
                   ": a finite number that is not negative is needed");
-  constexpr uint32_t kFewestSamples = 16; // halves of fewer say little
+  constexpr uint32_t kMinSamples = 16; // halves of fewer are too noisy to compare
   constexpr uint32_t kMaxSamples = 1U << 30;
-  if (settings.adaptive.enabled() && (settings.adaptive.min_samples_per_pixel < kFewestSamples ||
-                                      settings.adaptive.min_samples_per_pixel > kMaxSamples))
+  if (settings.adaptive.enabled() &&
+      (settings.adaptive.min_samples_per_pixel < kMinSamples || settings.adaptive.min_samples_per_pixel > kMaxSamples))
     return refuse("at least " + std::to_string(settings.adaptive.min_samples_per_pixel) +
                   " samples per pixel: adaptive sampling needs a minimum of 16 to 2^30");
   return {};
@@ -80,7 +81,7 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
   if (size.x < 1 || size.y < 1 || size.x > kMaxSide || size.y > kMaxSide)
     return refuse("image size " + text_of(size) + ": each side must be 1 to 1048576 pixels");
   if (camera.size_px() != size)
-    return refuse("the camera is made for " + std::to_string(camera.size_px().x) + "x" +
+    return refuse("the camera was created for " + std::to_string(camera.size_px().x) + "x" +
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
   for (const auto& check : {check_pixels, check_samples, check_adaptive})
@@ -103,22 +104,22 @@ Result<void> check_state(const RenderSettings& settings, const RenderState& stat
   const PixelRect area = rendered_pixels(settings);
   const Film& film = state.film;
   if (film.size_px() != settings.size_px)
-    return refuse("to go on from: an image of " + text_of(film.size_px()) + " pixels, not of " +
+    return refuse("resuming: the state is of an image of " + text_of(film.size_px()) + " pixels, not of " +
                   text_of(settings.size_px));
   if (film.crop() != area || state.coverage.area() != area)
-    return refuse("to go on from: pixels " + text_of(film.crop()) + ", not " + text_of(area));
-  if (film.aovs().bits() != settings.aovs.bits()) return refuse("to go on from: it has other AOVs");
+    return refuse("resuming: the state has pixels " + text_of(film.crop()) + ", not " + text_of(area));
+  if (film.aovs().bits() != settings.aovs.bits()) return refuse("resuming: the state has other AOVs");
   if (film.trims_outliers() != (settings.outliers == Outliers::trim))
-    return refuse("to go on from: its outliers are treated otherwise");
+    return refuse("resuming: the state treats outliers differently");
   if (settings.adaptive.enabled() ? !state.adaptive.fits(area) : !state.adaptive.empty())
-    return refuse(std::string("to go on from: it is ") + (settings.adaptive.enabled() ? "not " : "") +
-                  "of a render with adaptive sampling");
+    return refuse(std::string("resuming: the state was rendered ") +
+                  (settings.adaptive.enabled() ? "without" : "with") + " adaptive sampling");
   const SampleRange wanted = settings.wanted_samples();
   for (size_t i = 0; i < state.coverage.block_count(); ++i) {
     const std::vector<SampleRange>& spans = state.coverage[i].spans;
     if (spans.empty() || (spans.front().first >= wanted.first && spans.back().end <= wanted.end)) continue;
-    return refuse("to go on from: it has samples " + text_of(SampleRange{spans.front().first, spans.back().end}) +
-                  ", more than the " + text_of(wanted) + " that are wanted");
+    return refuse("resuming: the state has samples " + text_of(SampleRange{spans.front().first, spans.back().end}) +
+                  ", but only " + text_of(wanted) + " are wanted");
   }
   return {};
 }

@@ -1,4 +1,4 @@
-// Whether a render can be done as it is asked for.
+// Checks the settings of a render, and the state that it resumes from.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,14 +8,15 @@
 
 namespace kindling {
 
-// Fails (usage) with what was found and what would be accepted.
+// Fails (usage) with the value found and the values that would be accepted.
 [[nodiscard]] Result<void> check_settings(const RenderSettings& settings, const Camera& camera);
 
-// The pixels that are rendered: those wanted; with adaptive sampling all of the blocks that they touch, whose pixels stop together.
+// Returns the pixels that are rendered: the wanted ones; with adaptive sampling all blocks that
+// they touch, because the pixels of a block stop together.
 [[nodiscard]] PixelRect rendered_pixels(const RenderSettings& settings);
 
-// Whether a render of these settings can go on from `state`: fails (usage) if it is of other pixels or planes, or has samples that are not
-// wanted.
+// Checks that a render with these settings can resume from `state`. Fails (usage) if it has other
+// pixels or planes, or samples that are not wanted.
 [[nodiscard]] Result<void> check_state(const RenderSettings& settings, const RenderState& state);
 
 } // namespace kindling

@@ -1,3 +1,4 @@
+// Sorted, disjoint spans of samples by block.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/coverage.h"
 
@@ -7,7 +8,7 @@
 namespace kindling {
 namespace {
 
-// Lines of the grid's columns (or rows) that hold [begin, end).
+// Returns the columns (or rows) of the grid that hold [begin, end).
 int blocks_between(int begin, int end) { return (end + kBlockSize - 1) / kBlockSize - begin / kBlockSize; }
 
 } // namespace
@@ -37,7 +38,7 @@ size_t Coverage::index_of(const V2i& pixel) const {
 bool Coverage::add(size_t index, const SampleRange& samples) {
   if (samples.empty()) return true;
   std::vector<SampleRange>& spans = blocks_[index].spans;
-  // The first that ends at or after the beginning of the new one.
+  // The first span that ends at or after the beginning of the new one.
   auto next = std::lower_bound(spans.begin(), spans.end(), samples.first,
                                [](const SampleRange& span, uint32_t first) { return span.end < first; });
   const bool extends = next != spans.end() && next->end == samples.first;

@@ -1,4 +1,4 @@
-// Which samples the blocks of an image have: what is done, what is missing, and what a merge may add up.
+// Coverage: the samples that each block of an image has.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +15,13 @@ namespace kindling {
 // Samples of one block. Spans are sorted, disjoint, and never touch.
 struct BlockCoverage {
   std::vector<SampleRange> spans;
-  bool stopped = false; // adaptive sampling wants no more than these
+  bool stopped = false; // by adaptive sampling
   bool operator==(const BlockCoverage&) const = default;
 };
 
-// By block of the grid with side kBlockSize through the image's origin, for the blocks that `area` touches, in scan order; blocks at its
-// border are cut to it. A block's entry may be written by the thread that has its tile, as in Film.
+// The coverage of all blocks that `area` touches, in scan order of the grid with side kBlockSize
+// through the image's origin. Blocks at the border of the area are cut to it. A block's entry may
+// be written by the thread that owns its tile, as in Film.
 class Coverage {
  public:
   Coverage() = default;
@@ -29,20 +30,21 @@ class Coverage {
   [[nodiscard]] const PixelRect& area() const { return area_; }
   [[nodiscard]] size_t block_count() const { return blocks_.size(); }
   [[nodiscard]] PixelRect block(size_t index) const;     // in pixels
-  [[nodiscard]] size_t index_of(const V2i& pixel) const; // of the block with this pixel, which must be inside area()
+  [[nodiscard]] size_t index_of(const V2i& pixel) const; // of the block with this pixel, inside area()
   [[nodiscard]] const BlockCoverage& operator[](size_t index) const { return blocks_[index]; }
 
-  // False, and nothing changes, if the block has one of them already.
+  // Returns false and changes nothing if the block already has one of the samples.
   bool add(size_t index, const SampleRange& samples);
   void set_stopped(size_t index) { blocks_[index].stopped = true; }
 
-  // The first samples of `wanted`, as many as follow each other, that the block has not; empty if it has all.
+  // Returns the first contiguous range of `wanted` that the block lacks; empty if it lacks none.
   [[nodiscard]] SampleRange first_missing(size_t index, const SampleRange& wanted) const;
-  // How many samples of `wanted` the block has, counted from wanted.first without a gap.
+  // Returns the number of samples that the block has without a gap from wanted.first on.
   [[nodiscard]] uint32_t done(size_t index, const SampleRange& wanted) const;
-  // Of `wanted` of all pixels, the share that is there, in [0, 1]; a block that has stopped lacks none. 1 where nothing is wanted.
+  // Returns the share of `wanted` that all pixels have, in [0, 1]. A stopped block lacks none. 1 if
+  // `wanted` is empty.
   [[nodiscard]] double done_share(const SampleRange& wanted) const;
-  // Whether the block has all of `wanted`, or has stopped.
+  // Returns whether the block has all of `wanted`, or has stopped.
   [[nodiscard]] bool complete(size_t index, const SampleRange& wanted) const;
 
   bool operator==(const Coverage&) const = default;

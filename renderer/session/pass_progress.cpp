@@ -1,3 +1,4 @@
+// Combines samples, training and time limit into one fraction.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/pass_progress.h"
 
@@ -49,7 +50,7 @@ void PassProgress::report(double samples_per_pixel, double converged, uint64_t r
     snapshot.converged = converged;
     snapshot.done += converged * (snapshot.total - snapshot.done);
   }
-  // A time limit that will end the render first is what the bar runs to.
+  // Progress follows the time limit if that will end the render first.
   if (settings_.time_limit_s) {
     const double elapsed_s = elapsed_s_ + seconds_since(start_);
     if (elapsed_s / *settings_.time_limit_s > snapshot.done / snapshot.total) {

@@ -1,4 +1,4 @@
-// Writes ray sets, and reads them with every number checked.
+// Writes ray sets, and checks every number while reading them.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/ray_file.h"
 
@@ -30,7 +30,7 @@ struct FileHeader {
 static_assert(sizeof(FileHeader) == 32);
 
 struct SetHeader {
-  char name[32]; // ends with at least one zero
+  char name[32]; // zero-terminated
   uint32_t query;
   uint32_t coherent_group;
   uint64_t ray_count;
@@ -103,7 +103,7 @@ class RayFileReader {
     return static_cast<size_t>(stream_.gcount()) == size;
   }
 
-  // Before anything is allocated by it.
+  // Checked before memory is allocated.
   [[nodiscard]] Result<void> check(const SetHeader& set, size_t number) const {
     const std::string place = "set " + std::to_string(number) + ": ";
     if (!is_name(set.name)) return refuse(place + "its name is not 1 to 31 of a-z, 0-9 and '-'");

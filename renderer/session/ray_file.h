@@ -1,4 +1,4 @@
-// Ray sets in files, so that anybody's accelerator can race on the same rays. README.md has the layout of the bytes.
+// Reads and writes files of recorded rays; README.md has their layout.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,11 +11,12 @@ namespace kindling {
 
 inline constexpr uint32_t kRayFileVersion = 1;
 
-// Complete or not at all. Fails (input_output) if it cannot be written.
+// Writes a complete file or none. Fails (input_output).
 [[nodiscard]] Result<void> write_ray_file(const std::filesystem::path& path, const RayRecording& recording);
 
-// Fails (input_output) if it cannot be read, is no ray file, is of another version, has more or fewer bytes than its header
-// says, or holds a ray that is none: not finite, without direction, or with an end that is not a number.
+// Fails (input_output) if the file cannot be read, is no ray file, has another version or another
+// size than its header gives, or holds an invalid ray: not finite, without direction, or with NaN
+// as its end.
 [[nodiscard]] Result<RayRecording> read_ray_file(const std::filesystem::path& path);
 
 } // namespace kindling

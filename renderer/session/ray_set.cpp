@@ -1,4 +1,4 @@
-// Hashes what rays are traced through.
+// Hashes the geometry that rays are traced through.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/ray_set.h"
 

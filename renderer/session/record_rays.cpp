@@ -15,10 +15,11 @@ namespace kindling {
 namespace {
 
 constexpr int kTileSide = 32;
-// Passes over the image before a kind that is still short of rays is left so.
+// Maximum number of passes over the image for a kind that lacks rays.
 constexpr uint32_t kMaxPasses = 64;
 
-// All tiles, each next one far from those before: steps of the golden ratio through the scan order.
+// Returns all tiles, each far from those before it: steps of the golden ratio through the scan
+// order.
 std::vector<PixelRect> spread_tiles(const PixelRect& area) {
   const std::vector<PixelRect> tiles = make_tiles(area, kTileSide);
   const size_t count = tiles.size();
@@ -29,7 +30,7 @@ std::vector<PixelRect> spread_tiles(const PixelRect& area) {
   return spread;
 }
 
-// One render that only serves the listener.
+// A render whose image is discarded.
 class RecordingRender {
  public:
   RecordingRender(IntegratorKind kind, const World& world, const Camera& camera, const RecordSettings& settings)
@@ -41,11 +42,11 @@ class RecordingRender {
     context_ = integrator_->make_context();
   }
 
-  // Until `enough`, or a whole pass has brought none, or kMaxPasses.
+  // Renders until `enough`, a pass without new rays, or kMaxPasses.
   void run(const std::function<bool()>& enough, const std::function<size_t()>& recorded, const CancelToken* cancel) {
     const FlushDenormals flush_denormals;
     const std::vector<PixelRect> tiles = spread_tiles(film_.crop());
-    const uint32_t samples = batch_size_ / (kBlockSize * kBlockSize); // of each pixel in a wave
+    const uint32_t samples = batch_size_ / (kBlockSize * kBlockSize); // of each pixel in a batch
     for (uint32_t pass = 0; pass < kMaxPasses; ++pass) {
       const size_t before = recorded();
       for (const PixelRect& tile : tiles)
@@ -58,7 +59,7 @@ class RecordingRender {
   }
 
  private:
-  // Blocks that the right and lower edges cut are left out, so that all camera groups are whole.
+  // Blocks cut by the right and lower edges are skipped, so that all camera groups are whole.
   static PixelRect whole_blocks(const V2i& size) {
     const auto whole = [](int side) { return side < kBlockSize ? side : side / kBlockSize * kBlockSize; };
     return {V2i(0), V2i(whole(size.x), whole(size.y))};
@@ -75,7 +76,7 @@ void append(RaySet& set, std::span<const accel::Ray> rays, size_t limit) {
   set.rays.insert(set.rays.end(), rays.begin(), rays.begin() + static_cast<ptrdiff_t>(std::min(room, rays.size())));
 }
 
-// Fisher and Yates with hashes for random numbers.
+// Fisher-Yates shuffle with hashes as random numbers.
 void shuffle(std::vector<accel::Ray>& rays, uint32_t seed) {
   for (size_t i = rays.size(); i > 1; --i) {
     const uint32_t random = hash_combine(hash_combine(seed, 0x5f0e1e5U), static_cast<uint32_t>(i));
@@ -86,32 +87,32 @@ void shuffle(std::vector<accel::Ray>& rays, uint32_t seed) {
 } // namespace
 
 accel::Hit RecordingAccelerator::intersect(const accel::Ray& ray) const {
-  tell(Call::nearest, {&ray, 1});
+  report(Call::nearest, {&ray, 1});
   return inner_->intersect(ray);
 }
 
 bool RecordingAccelerator::occluded(const accel::Ray& ray) const {
-  tell(Call::any_hit, {&ray, 1});
+  report(Call::any_hit, {&ray, 1});
   return inner_->occluded(ray);
 }
 
 void RecordingAccelerator::intersect(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const {
-  tell(Call::nearest, rays);
+  report(Call::nearest, rays);
   inner_->intersect(rays, hits);
 }
 
 void RecordingAccelerator::occluded(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const {
-  tell(Call::any_hit, rays);
+  report(Call::any_hit, rays);
   inner_->occluded(rays, occluded);
 }
 
 void RecordingAccelerator::intersect_coherent(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const {
-  tell(Call::coherent, rays);
+  report(Call::coherent, rays);
   inner_->intersect_coherent(rays, hits);
 }
 
 void RecordingAccelerator::occluded_coherent(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const {
-  tell(Call::coherent_any_hit, rays);
+  report(Call::coherent_any_hit, rays);
   inner_->occluded_coherent(rays, occluded);
 }
 
@@ -127,8 +128,9 @@ std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& record
   RaySet ambient{"ambient-occlusion", RayQuery::any_hit, 0, {}};
   const std::vector<const RaySet*> of_paths{&camera_rays, &bounce1, &bounce3, &shadow1, &shadow3};
 
-  // A wave is a coherent call for each sample, then, surface by surface, shadow rays in one call and bounces in one.
-  uint32_t surfaces = 0; // that the wave has bounced off
+  // A batch is one coherent call for each sample, then for each surface one call for shadow rays
+  // and one for bounces.
+  uint32_t surfaces = 0; // bounces of the batch so far
   recorder.listen([&](Call call, std::span<const accel::Ray> rays) {
     switch (call) {
     case Call::coherent:

@@ -1,4 +1,4 @@
-// Records the rays that the path tracer really traces, by kind: an accelerator that listens, and the render that feeds it.
+// Records the rays of a render by kind, with an accelerator that reports its calls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace kindling {
 
-// Answers as the accelerator inside does, and shows a listener each call. Without a listener it is as thread-safe as the
-// one inside; with one, for one thread at a time.
+// Forwards each query to the accelerator inside and reports it to a listener. Without a listener it
+// is as thread-safe as the accelerator inside; with one, only one thread at a time may call it.
 class RecordingAccelerator final : public accel::Accelerator {
  public:
   enum class Call { nearest, any_hit, coherent, coherent_any_hit };
@@ -43,7 +43,7 @@ class RecordingAccelerator final : public accel::Accelerator {
   }
 
  private:
-  void tell(Call call, std::span<const accel::Ray> rays) const {
+  void report(Call call, std::span<const accel::Ray> rays) const {
     if (listener_) listener_(call, rays);
   }
 
@@ -52,20 +52,23 @@ class RecordingAccelerator final : public accel::Accelerator {
 };
 
 struct RecordSettings {
-  size_t rays_per_kind = 1 << 18; // at most; a scene whose rays escape early may give fewer
+  size_t rays_per_kind = 1 << 18; // maximum; scenes whose rays escape early may give fewer
   uint32_t batch_size = 256;      // of the path tracer, a multiple of 64
   uint32_t seed = 0;
 };
 
-// Renders on this thread, tiles spread evenly over the image, until every kind has its rays or no more come. `recorder`
-// must be the accelerator of `world`. Sets, some of which may be empty:
+// Renders on this thread, with tiles spread evenly over the image, until every kind has its rays or
+// no more come. `recorder` must be the accelerator of `world`. Returns these sets, some of which may
+// be empty:
 //   camera             coherent groups of an 8 x 8 block
-//   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path tracer batches them. A partly
-//                      transparent surface that a path passes counts as one
-//   bounce1-shuffled   the same rays as bounce1 in a random order
+//   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path
+//                      tracer batches them. A partly transparent surface that a path passes counts
+//                      as one
+//   bounce1-shuffled   the rays of bounce1 in a random order
 //   shadow1, shadow3   any hit: from the first and the third surface to a sampled light
-//   ambient-occlusion  any hit: cosine-distributed from the first surface, a tenth of the scene's diagonal long
-// The same rays for the same arguments. A cancelled recording is what was recorded so far. `cancel` may be null.
+//   ambient-occlusion  any hit: cosine-distributed from the first surface, a tenth of the scene's
+//                      diagonal long
+// Deterministic. If cancelled, returns the rays recorded so far. `cancel` may be null.
 [[nodiscard]] std::vector<RaySet> record_rays(const World& world, RecordingAccelerator& recorder, const Camera& camera,
                                               const RecordSettings& settings, const CancelToken* cancel);
 

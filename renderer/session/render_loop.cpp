@@ -1,3 +1,4 @@
+// Plans passes, renders the missing samples of blocks, pauses for saves and previews.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_loop.h"
 
@@ -21,21 +22,21 @@ RenderLoop::RenderLoop(const RenderSettings& settings, const Integrator& integra
   queue_.emplace(make_lanes(), workers_.size(), [this] { return plan_pass(); });
 }
 
-// What the blocks have so far.
+// Finds the minimum and the maximum sample count of the blocks.
 void RenderLoop::find_levels() {
   const Coverage& coverage = state_.coverage;
   std::optional<uint32_t> min_incomplete;
-  uint32_t most = 0;
+  uint32_t max_done = 0;
   for (size_t i = 0; i < coverage.block_count(); ++i) {
     const uint32_t done = coverage.done(i, wanted_);
-    most = std::max(most, done);
+    max_done = std::max(max_done, done);
     if (!coverage.complete(i, wanted_)) min_incomplete = std::min(min_incomplete.value_or(done), done);
     if (coverage[i].stopped) converged_ += coverage.block(i).pixel_count();
   }
-  const uint32_t least = min_incomplete.value_or(most);
-  samples_before_ = least;
-  samples_done_ = opened_end_ = wanted_.first + least;
-  level_end_ = wanted_.first + std::max(most, 1U);
+  const uint32_t min_done = min_incomplete.value_or(max_done);
+  samples_before_ = min_done;
+  samples_done_ = opened_end_ = wanted_.first + min_done;
+  level_end_ = wanted_.first + std::max(max_done, 1U);
 }
 
 std::vector<std::vector<PixelRect>> RenderLoop::make_lanes() const {
@@ -53,7 +54,7 @@ std::vector<std::vector<PixelRect>> RenderLoop::make_lanes() const {
   return lanes;
 }
 
-// The speed is that of the last pass, from its opening to this one's.
+// The speed is measured from the opening of the last pass to that of this one.
 std::optional<SampleRange> RenderLoop::plan_pass() {
   if (opened_end_ == wanted_.end) return std::nullopt;
   const double now_s = elapsed_s();
@@ -63,7 +64,7 @@ std::optional<SampleRange> RenderLoop::plan_pass() {
   }
   const double passes_per_second = passes_ > 0 ? last_count_ / std::max(now_s - last_opened_s_, 1e-6) : 0.0;
   uint32_t count = next_pass(opened_end_ - wanted_.first, wanted_.count(), passes_per_second).count();
-  if (settings_.time_limit_s) { // no longer than what is left of it
+  if (settings_.time_limit_s) { // no longer than the time that is left
     const double left = passes_per_second * (*settings_.time_limit_s - work_before_.render_s - now_s);
     count = static_cast<uint32_t>(std::clamp(left, 1.0, static_cast<double>(count)));
   }
@@ -83,10 +84,13 @@ void RenderLoop::run(RenderStatistics& statistics) {
     if (!(stops_.at_once && stops_.at_once()))
       run_workers(
           workers_.size(), [this](size_t thread) { work(thread); }, [this] { queue_->pause(); });
-    const bool paused_to_save = queue_->paused() && !(stops_.at_once && stops_.at_once());
-    if (!paused_to_save) break;
-    save(statistics);
-    save_due_s_ = elapsed_s() + *continuity_.save_every_s;
+    if (pass_finished_.exchange(false)) continuity_.after_pass(state_);
+    const bool paused_to_continue = queue_->paused() && !(stops_.at_once && stops_.at_once());
+    if (!paused_to_continue) break;
+    if (elapsed_s() >= save_due_s_) {
+      save(statistics);
+      save_due_s_ = elapsed_s() + *continuity_.save_every_s;
+    }
     queue_->resume();
   }
   if (saves && std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.unsaved; }))
@@ -117,6 +121,10 @@ void RenderLoop::work(size_t thread) {
       }
       double none = 0.0;
       if (samples_before_ == 0) first_pass_s_.compare_exchange_strong(none, elapsed_s());
+      if (continuity_.after_pass) {
+        pass_finished_ = true;
+        queue_->pause();
+      }
       progress_.pass_done(samples_before_ + left.samples, converged_share(), rays_);
     } else {
       progress_.tile_done(samples_before_ + left.samples, converged_share(), rays_);
@@ -146,7 +154,8 @@ void RenderLoop::render_missing(size_t block, const SampleRange& samples, Worker
   }
 }
 
-// Cuts the samples of a pass at the counts for decisions, which so do not depend on passes.
+// Splits the samples of a pass at the counts of decisions, so that decisions do not depend on
+// passes.
 void RenderLoop::render_adaptively(size_t block, const SampleRange& samples, Worker& worker) {
   Coverage& coverage = state_.coverage;
   const PixelRect rect = coverage.block(block);
@@ -178,7 +187,7 @@ void RenderLoop::save(RenderStatistics& statistics) {
   statistics.save_s += elapsed_s() - start_s;
 }
 
-// Up to now.
+// Updates times and counters to now.
 void RenderLoop::account(RenderStatistics& statistics) {
   const auto threads = static_cast<double>(workers_.size());
   statistics.threads = static_cast<int>(workers_.size());

@@ -1,4 +1,4 @@
-// The render loop: tiles of passes on all threads, with pauses to save what there is.
+// The render loop: tiles of passes on all threads, with pauses for saves and previews.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,37 +17,38 @@
 
 namespace kindling {
 
-// When a render ends before it has all samples.
+// Conditions that end a render before it has all samples.
 struct RenderStops {
-  std::function<bool()> at_once;           // asked between blocks
-  std::function<bool()> after_open_passes; // asked before a pass
+  std::function<bool()> at_once;           // checked between blocks
+  std::function<bool()> after_open_passes; // checked before a pass
 };
 
-// Renders what a RenderState lacks. Blocks are the units: each is rendered by one thread, from where its coverage says that it stands.
+// Renders the samples that a RenderState lacks. Each block is rendered by one thread at a time,
+// from its coverage on.
 class RenderLoop {
  public:
   using Clock = std::chrono::steady_clock;
-  // `continuity`: for save and save_every_s alone. `start`: of the render phase. `busy_before_s`: sum over the threads of the time
-  // in it that they have worked already. All references must outlive it.
+  // `continuity`: resume_from is not used. `start`: of the render phase. `busy_before_s`: time that
+  // the threads have already worked in it, summed. All references must outlive this object.
   RenderLoop(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
              const RenderContinuity& continuity, const RenderStops& stops, PassProgress& progress, int threads,
              Clock::time_point start, double busy_before_s);
 
-  // Until all samples are taken or a stop says so; saves on the way and at the end. Fills in what `statistics` says of passes, samples, saves,
-  // threads and rays, and the state's work.
+  // Renders until all samples are taken or a stop holds; saves at intervals and at the end. Sets
+  // the passes, samples, saves, threads and rays of `statistics`, and the state's work.
   void run(RenderStatistics& statistics);
   [[nodiscard]] bool complete() const { return queue_->live_tiles() == 0; }
 
  private:
-  // A thread's own.
+  // State of one thread.
   struct alignas(64) Worker {
     std::unique_ptr<ThreadContext> context;
     double busy_s = 0.0;
-    bool unsaved = false; // samples since the last save
+    bool unsaved = false; // has samples since the last save
   };
 
   void find_levels();
-  // Of tiles that want samples: one for all threads, or one for each.
+  // Returns lanes of the tiles that lack samples: one lane for all threads, or one for each.
   [[nodiscard]] std::vector<std::vector<PixelRect>> make_lanes() const;
   [[nodiscard]] std::optional<SampleRange> plan_pass();
   void work(size_t thread);
@@ -73,19 +74,20 @@ class RenderLoop {
   AdaptiveSampling adaptive_sampling_;
   std::vector<Worker> workers_;
 
-  // Of the passes; only plan_pass() writes these, which one thread at a time calls.
-  uint32_t opened_end_ = 0; // samples
-  uint32_t level_end_ = 0;  // samples that all blocks get in any case, so that they have equal counts
+  // Passes; written by plan_pass() alone, which one thread at a time calls.
+  uint32_t opened_end_ = 0; // end of the last opened pass, in samples
+  uint32_t level_end_ = 0;  // all blocks are rendered up to here in any case, so that counts become equal
   uint32_t passes_ = 0;
   double last_opened_s_ = 0.0;
   uint32_t last_count_ = 0;
 
-  uint32_t samples_before_ = 0;           // that all blocks had
-  std::atomic<uint32_t> samples_done_{0}; // that all blocks have: of finished passes
+  uint32_t samples_before_ = 0;           // of all blocks at the start
+  std::atomic<uint32_t> samples_done_{0}; // of all blocks: end of the last finished pass
   std::atomic<double> first_pass_s_{0.0};
   std::atomic<uint64_t> rays_{0};
   std::atomic<int64_t> converged_{0}; // pixels
   std::atomic<double> save_due_s_{kInfinity};
+  std::atomic<bool> pass_finished_{false}; // since the last call of RenderContinuity::after_pass
   std::optional<TileQueue> queue_;
 };
 

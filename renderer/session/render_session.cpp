@@ -1,3 +1,4 @@
+// Checks settings, trains a guide, runs the render loop; replays single samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
 
@@ -35,13 +36,13 @@ bool all_done(const RenderSettings& settings, const Coverage& coverage) {
   return true;
 }
 
-// Of the blocks that want more.
+// Returns the minimum sample count of the blocks that lack samples.
 uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   const SampleRange wanted = settings.wanted_samples();
-  uint32_t least = wanted.count();
+  uint32_t min_done = wanted.count();
   for (size_t i = 0; i < coverage.block_count(); ++i)
-    if (!coverage.complete(i, wanted)) least = std::min(least, coverage.done(i, wanted));
-  return least;
+    if (!coverage.complete(i, wanted)) min_done = std::min(min_done, coverage.done(i, wanted));
+  return min_done;
 }
 
 } // namespace
@@ -74,7 +75,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
                         state ? min_samples(settings, state->coverage) : 0);
   TrainedGuide trained;
   if (!state || !all_done(settings, state->coverage)) {
-    // More threads than cores are allowed where asked for.
+    // The user may ask for more threads than cores.
     const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism,
                                            static_cast<size_t>(std::max(threads, tbb::info::default_concurrency())));
     tbb::task_arena(threads).execute([&] {

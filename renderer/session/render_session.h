@@ -1,4 +1,4 @@
-// Renders a World through a Camera to a Film: passes over tiles on all threads, until the samples, the time or the user end it.
+// Renders a World through a Camera to a Film, with saving, resuming, cancelling and progress.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@
 
 namespace kindling {
 
-// Path guiding (renderer/guiding) by the path tracer.
+// Path guiding (renderer/guiding) in the path tracer.
 enum class Guiding : uint8_t { off, on, automatic };
 [[nodiscard]] std::string_view guiding_name(Guiding guiding); // "off", "on", "auto"
 [[nodiscard]] std::optional<Guiding> guiding_from_name(std::string_view name);
@@ -32,24 +32,26 @@ struct RenderSettings {
   IntegratorSettings integrator;
   V2i size_px{1280, 720};
   std::optional<PixelRect> crop;   // default: the whole image
-  uint32_t samples_per_pixel = 64; // with adaptive sampling: at most
-  // That the sampling is laid out for: the sampler's pattern, the width of texture lookups and the training of guides depend on it. 0:
-  // samples_per_pixel. Who adds samples to a finished render keeps it, and samples beyond it are of further patterns.
+  uint32_t samples_per_pixel = 64; // the maximum with adaptive sampling
+  // Sample count the pattern is designed for; 0: samples_per_pixel. The sampler's pattern, the
+  // width of texture lookups and the training of guides depend on it. Keep it when extending a
+  // finished render: samples beyond it are taken from further patterns.
   uint32_t planned_samples = 0;
-  // A part of the work: these samples only, within [0, samples_per_pixel). Not with adaptive sampling, whose decisions ask for all
-  // earlier ones.
+  // Renders only these samples, within [0, samples_per_pixel). Not with adaptive sampling, whose
+  // decisions need all earlier samples.
   std::optional<SampleRange> samples;
-  // A part of the work: these pixels only, within the crop, on whole blocks but for the crop's border (make_regions()).
+  // Renders only these pixels, within the crop; whole blocks except at the crop's border
+  // (make_regions()).
   std::optional<PixelRect> region;
   AdaptiveSettings adaptive;
-  std::optional<double> time_limit_s; // of the render phase: ends after the pass that passes it
+  std::optional<double> time_limit_s; // of the render phase; ends after the pass that exceeds it
   uint32_t seed = 0;
   Guiding guiding = Guiding::off;
   SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilter filter;
-  Outliers outliers = Outliers::keep; // of the beauty alone
+  Outliers outliers = Outliers::keep; // affects the beauty alone
   AovSet aovs;
-  int threads = 0;       // 0: as many as the machine gives us
+  int threads = 0;       // 0: all cores
   int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
   Schedule schedule = Schedule::tiles;
 
@@ -62,49 +64,54 @@ struct RenderSettings {
 
 struct RenderStatistics {
   double render_s = 0.0;
-  double first_pass_s = 0.0; // from the start of the render phase until every pixel had one sample; 0 if it had before
-  // Of those wanted, finished for every pixel that had not stopped before; with those of earlier runs, as the film has them.
+  double first_pass_s = 0.0; // from the start of the render phase until every pixel had one sample; 0 if resumed
+  // Wanted samples finished for every pixel that had not stopped before, earlier runs included.
   uint32_t samples_per_pixel = 0;
-  double converged_share =
-      0.0; // of the pixels of all blocks in work, in [0, 1]: those that adaptive sampling has stopped
+  double converged_share = 0.0; // share of the pixels that adaptive sampling has stopped, in [0, 1]
   int threads = 0;
   int passes = 0; // opened
   int saves = 0;
   double save_s = 0.0; // part of the render phase
-  double idle_s = 0.0; // sum over the threads of the time without a tile, nor a path of the training
-  // The same of each, training counted as shared evenly; with Schedule::regions in the order of make_regions().
+  double idle_s = 0.0; // summed over threads: time without a tile or a path of the training
+  // idle_s of each thread, with training shared evenly; with Schedule::regions in the order of
+  // make_regions().
   std::vector<double> worker_idle_s;
   RayCounters rays;
   GuidingStatistics guiding;
 };
 
 struct RenderOutcome {
-  Film film;                   // of RenderSettings::wanted_pixels()
+  Film film;                   // its crop is RenderSettings::wanted_pixels()
   RenderStatistics statistics; // of this run
   bool interrupted = false;    // cancelled before all samples were taken
   RenderWork work;             // of all runs
 };
 
-// How a render is kept safe, and what it goes on from.
+// Saving, previews, and the state to resume from.
 struct RenderContinuity {
-  std::optional<RenderState> resume_from; // of the same world, camera and settings (but for more samples_per_pixel)
-  std::optional<double> save_every_s;     // none: at the end only
-  // Called while no thread renders: whenever save_every_s have passed, between tiles, and at the end, interrupted or not (not if nothing has
-  // been added). May be null.
+  std::optional<RenderState> resume_from; // of the same world, camera and settings, except samples_per_pixel
+  std::optional<double> save_every_s;     // unset: at the end only
+  // Called while no thread renders: whenever save_every_s have passed, and at the end, interrupted
+  // or not, if samples were added since the last call. May be null.
   std::function<void(const RenderState&)> save;
+  // Called after each pass while no thread renders, so that the film may be read. Blocks may be
+  // ahead of the pass. May be null.
+  std::function<void(const RenderState&)> after_pass;
 };
 
-// `cancel` and `listener` may be null. Reports Phase::render. Renders what RenderContinuity::resume_from lacks. A cancelled render finishes the
-// passes in hand, so that its film is the render of the number of samples that it reached; one cancelled at once, or with a `save`,
-// finishes only the blocks in hand, and some blocks have more samples than others (each pixel is the mean of its own): going on
-// from what was saved renders exactly what is missing. The time limit counts the render seconds of earlier runs; who goes on from
-// blocks of different counts makes them equal first, whatever the time. Fails (usage) on impossible settings, and where `resume_from` is
-// not of them.
+// Renders the samples that RenderContinuity::resume_from lacks. Reports Phase::render. `cancel` and
+// `listener` may be null. CancelToken::cancel() finishes the open passes, so that the film is a
+// render of the number of samples reached. With a `save` function, and always on
+// CancelToken::cancel_now(), only the blocks in work are finished; some blocks then have more
+// samples than others, each pixel is the mean of its own samples, and resuming renders exactly the
+// missing ones. The time limit includes the render seconds of earlier runs. Resumed blocks with
+// unequal counts are made equal first, even beyond the time limit. Fails (usage) on impossible
+// settings, and if `resume_from` does not fit them.
 [[nodiscard]] Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                                            const CancelToken* cancel, ProgressListener* listener,
                                            RenderContinuity continuity);
 
-// The same from the start, saved nowhere.
+// Renders from the start, without saving.
 [[nodiscard]] Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                                            const CancelToken* cancel, ProgressListener* listener);
 
@@ -113,7 +120,7 @@ struct ReplayedSample {
   Rgb radiance{0.0f};
 };
 
-// One sample of one pixel again, with a record of its path; the same radiance as in the render.
+// Renders one sample of one pixel again and records its path. The radiance is that of the render.
 [[nodiscard]] Result<ReplayedSample> replay_sample(const World& world, const Camera& camera,
                                                    const RenderSettings& settings, const V2i& pixel,
                                                    uint32_t sample_index);

@@ -1,4 +1,4 @@
-// All that a render has so far: what it goes on from after an interruption, and what parts of an image are merged from.
+// The state of a render: film, coverage, adaptive sampling, work. Saved, resumed from and merged.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,16 +11,16 @@
 
 namespace kindling {
 
-// What was spent on it, over all runs and parts.
+// Work spent on a render over all runs and parts.
 struct RenderWork {
-  double render_s = 0.0; // wall seconds of the render phase, added up
-  double thread_s = 0.0; // the same times the threads
-  RayCounters rays;      // without those of training
-  uint32_t runs = 0;     // processes that had a part in it
+  double render_s = 0.0; // wall seconds of all render phases
+  double thread_s = 0.0; // wall seconds times threads
+  RayCounters rays;      // without training
+  uint32_t runs = 0;     // number of processes
 };
 
 struct RenderState {
-  Film film; // of coverage.area(): the crop or a part of it; with adaptive sampling whole blocks
+  Film film; // its crop is coverage.area(): the crop or a part of it; with adaptive sampling whole blocks
   Coverage coverage;
   AdaptiveState adaptive; // empty without adaptive sampling
   RenderWork work;

@@ -1,4 +1,4 @@
-// Threads that work on the same thing until all are done.
+// Runs one function on several threads, with exceptions handed to the caller.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,9 @@
 
 namespace kindling {
 
-// Calls work(0) on this thread and work(1) to work(count - 1) each on one of its own; returns when all have. If one of them throws, calls
-// stop(), which must let the others end, and throws the first exception.
+// Calls work(0) on this thread and work(1) to work(count - 1) on threads of their own, and returns
+// when all have returned. If one throws, calls stop(), which must make the others return, and
+// rethrows the first exception.
 template <typename Work, typename Stop>
 void run_workers(size_t count, const Work& work, const Stop& stop) {
   std::mutex mutex;

@@ -1,3 +1,4 @@
+// Transposition, Zstandard and CRC-32 of blocks.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/stored_block.h"
 
@@ -10,10 +11,10 @@
 namespace kindling {
 namespace {
 
-// Levels 2 and 3 make films 1 to 3 % smaller and take half as long again.
+// Levels 2 and 3 make films 1 to 3 % smaller and take 1.5 times as long.
 constexpr int kCompressionLevel = 1;
 
-// out[byte * count + record] = in[record * size + byte], by pieces that stay in the first cache.
+// Sets out[byte * count + record] = in[record * size + byte], in pieces that fit the L1 cache.
 template <bool kBack>
 void transpose(const std::byte* in, std::byte* out, size_t count, size_t size) {
   constexpr size_t kPiece = 128;
@@ -39,11 +40,11 @@ uint32_t block_checksum(const BlockHeader& header, std::span<const std::byte> st
   return checksum(stored, checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(BlockHeader, checksum))));
 }
 
-size_t largest_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
+size_t max_stored_size(size_t bytes) { return ZSTD_compressBound(bytes); }
 
-size_t smallest_stored_size(size_t bytes) {
-  // RFC 8878: a magic number, a header of two bytes at least, and for each 128 KiB a block, whose header is three bytes and whose contents
-  // are one if all of them are alike.
+size_t min_stored_size(size_t bytes) {
+  // RFC 8878: a magic number, a header of at least two bytes, and for each 128 KiB a block with a
+  // header of three bytes and, if all of its bytes are equal, one byte of contents.
   constexpr size_t kFrame = 4 + 2, kBlock = 3 + 1;
   return kFrame + kBlock * ((bytes + ZSTD_BLOCKSIZE_MAX - 1) / ZSTD_BLOCKSIZE_MAX);
 }
@@ -55,7 +56,7 @@ std::vector<std::byte> store_block(std::span<const std::byte> records, size_t re
   if (!context) return {};
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kCompressionLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-  std::vector<std::byte> stored(largest_stored_size(records.size()));
+  std::vector<std::byte> stored(max_stored_size(records.size()));
   const size_t size = ZSTD_compress2(context.get(), stored.data(), stored.size(), transposed.data(), transposed.size());
   if (ZSTD_isError(size)) return {};
   stored.resize(size);

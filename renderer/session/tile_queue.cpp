@@ -1,3 +1,4 @@
+// Lanes of tiles, open passes, and the tiles in work.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/tile_queue.h"
 
@@ -33,7 +34,7 @@ TileQueue::Visit* TileQueue::take(size_t lane_index) {
   }
 }
 
-// Opens the pass if need be.
+// Opens the pass if it is the next one.
 bool TileQueue::may_start(uint64_t number) {
   if (number < opened_) return true;
   assert(number == opened_);
@@ -69,16 +70,16 @@ TileQueue::Visit& TileQueue::start(size_t lane_index) {
   return *visit;
 }
 
-// The tile in hand with most blocks left.
+// Returns the tile in work with the most blocks left.
 TileQueue::Visit* TileQueue::join(size_t lane_index) {
   Visit* best = nullptr;
-  size_t most = 0;
+  size_t most_left = 0;
   for (size_t i = 0; i < visit_count_; ++i) {
     Visit& visit = visits_[i];
     if (visit.threads == 0 || visit.lane != lane_index) continue;
     const size_t taken = visit.next_block;
-    if (taken >= visit.block_count || visit.block_count - taken <= most) continue;
-    most = visit.block_count - taken;
+    if (taken >= visit.block_count || visit.block_count - taken <= most_left) continue;
+    most_left = visit.block_count - taken;
     best = &visit;
   }
   if (best) ++best->threads;
@@ -99,7 +100,7 @@ TileQueue::Left TileQueue::leave(Visit& visit) {
     Lane& lane = lanes_[visit.lane];
     --lane.in_hand;
     if (visit.next_block < visit.block_count)
-      push(lane, {visit.pass, visit.index}); // paused: who comes back finds which blocks are done
+      push(lane, {visit.pass, visit.index}); // paused; the coverage tells which blocks are done
     else
       finish(visit, left);
     changed_.notify_all();

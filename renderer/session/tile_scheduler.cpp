@@ -1,4 +1,4 @@
-// Cuts images into tiles and blocks, and renders into passes.
+// Grid arithmetic of tiles, blocks and regions; lengths of passes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/tile_scheduler.h"
 
@@ -7,7 +7,7 @@
 namespace kindling {
 namespace {
 
-// Largest multiple of `step` that is not above `x`, for negative x as well.
+// Returns the largest multiple of `step` that is not above `x`, for negative x as well.
 int floor_to(int x, int step) {
   const int quotient = x / step - (x % step != 0 && x < 0 ? 1 : 0);
   return quotient * step;
@@ -24,7 +24,8 @@ std::vector<PixelRect> cut(const PixelRect& area, int side) {
   return cells;
 }
 
-// The multiple of kBlockSize nearest to begin + share (end - begin) that is strictly between the two; `end` if there is none.
+// Returns the multiple of kBlockSize nearest to begin + share (end - begin) strictly between the
+// two; `end` if none is.
 int cut_between(int begin, int end, double share) {
   const int first = floor_to(begin, kBlockSize) + kBlockSize;
   const int last = floor_to(end - 1, kBlockSize);
@@ -92,11 +93,11 @@ PixelRect block_of(const PixelRect& tile, size_t index) {
 }
 
 SampleRange next_pass(uint32_t done, uint32_t total, double passes_per_second) {
-  constexpr double kPassSeconds = 0.5; // what a render that is told to stop may still take
-  constexpr uint32_t kLongestPass = 64;
+  constexpr double kPassSeconds = 0.5; // maximum delay of a cancelled render
+  constexpr uint32_t kMaxPassSamples = 64;
   const double affordable = std::max(1.0, passes_per_second * kPassSeconds);
-  auto count = static_cast<uint32_t>(std::min<double>(std::clamp(done, 1U, kLongestPass), affordable));
-  // A wave holds four samples of a whole block: a pass of a multiple of four fills it.
+  auto count = static_cast<uint32_t>(std::min<double>(std::clamp(done, 1U, kMaxPassSamples), affordable));
+  // A batch holds four samples of a whole block, so passes are multiples of four.
   if (count > 4) count -= count % 4;
   return {done, done + std::min(count, total - done)};
 }

@@ -1,10 +1,10 @@
 // Text of numbers, tables and progress; choices of cameras and image sizes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/report.h"
-#include "renderer/app/setup/choose.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/progress_format.h"
 #include "renderer/app/text/text_format.h"
+#include "renderer/facade/choose.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -200,7 +200,7 @@ TEST(Choose, CamerasByNodeCameraAndNumber) {
   scene.nodes[0].name = "Front";
   PosedScene posed;
   posed.cameras = {{0, 0, M44f()}, {1, 1, M44f()}};
-  RenderOptions options;
+  ImageSettings options;
   EXPECT_EQ(choose_camera(scene, posed, options).value()->camera.name, "wide");
   options.camera = "Front";
   EXPECT_EQ(choose_camera(scene, posed, options).value()->camera.name, "wide");
@@ -219,7 +219,7 @@ TEST(Choose, CamerasByNodeCameraAndNumber) {
 }
 
 TEST(Choose, Sizes) {
-  RenderOptions options;
+  ImageSettings options;
   SceneCamera camera;
   camera.aspect_ratio = 2.0f;
   EXPECT_EQ(choose_size(&camera, options).value(), V2i(1280, 640));

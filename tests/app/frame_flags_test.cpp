@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/frame_flags.h"
 #include "renderer/app/output/frame_names.h"
-#include "renderer/app/setup/shutter.h"
+#include "renderer/facade/shutter.h"
 
 #include "renderer/app/options/options.h"
 #include "renderer/app/render/frame_report.h"

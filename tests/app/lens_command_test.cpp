@@ -35,7 +35,7 @@ TEST_F(LensCommand, FocusesOnTheVisibleSurface) {
   }
   const ProgramResult nothing = render({"--f-stop", "2", "--focus-pixel", "0,0", "--fov", "120"});
   EXPECT_EQ(nothing.exit_code, 2);
-  EXPECT_NE(nothing.err.find("--focus-pixel: nothing is seen at 0,0"), std::string::npos) << nothing.err;
+  EXPECT_NE(nothing.err.find("--focus-pixel: no surface is seen at 0,0"), std::string::npos) << nothing.err;
   const ProgramResult outside = render({"--f-stop", "2", "--focus-pixel", "16,0"});
   EXPECT_EQ(outside.exit_code, 2);
   EXPECT_NE(outside.err.find("--focus-pixel: 16,0 is not inside the image; use 0,0 to 15,15"), std::string::npos);

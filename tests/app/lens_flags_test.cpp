@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/lens_flags.h"
 #include "renderer/app/flags/parse_command_line.h"
-#include "renderer/app/setup/lens.h"
+#include "renderer/facade/lens.h"
 
 #include "renderer/app/options/options.h"
 
@@ -10,8 +10,6 @@
 
 namespace kindling::test {
 namespace {
-
-using app::LensOptions;
 
 Result<app::CommandLine> parse_render(std::vector<const char*> flags) {
   flags.insert(flags.begin(), {"render", "scene.gltf"});

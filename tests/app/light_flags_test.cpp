@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 #include "renderer/app/flags/parse_command_line.h"
-#include "renderer/app/setup/light_sizes.h"
+#include "renderer/facade/light_sizes.h"
 
 #include "renderer/app/options/options.h"
 #include "renderer/scene/scene.h"

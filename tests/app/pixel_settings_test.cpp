@@ -1,12 +1,12 @@
 // The settings of an image contain exactly the flags that its pixels depend on.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/checkpoint/pixel_settings.h"
 #include "renderer/app/flags/parse_command_line.h"
-#include "renderer/app/setup/shutter.h"
+#include "renderer/facade/shutter.h"
+#include "renderer/session/pixel_settings.h"
 
-#include "renderer/app/checkpoint/accumulation_identity.h"
-#include "renderer/app/setup/choose.h"
 #include "renderer/app/terminal/version.h"
+#include "renderer/facade/choose.h"
+#include "renderer/session/render_identity.h"
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ std::string settings(const Words& flags, uint64_t environment_hash = 7) {
   resolved.variant = index(options.variant_name);
   if (!options.orbit) resolved.camera = index(options.camera);
   resolved.environment_hash = environment_hash;
-  return pixel_settings(options, resolved);
+  return pixel_settings(options, options, resolved);
 }
 
 struct FlagCase {
@@ -224,12 +224,13 @@ TEST(PixelSettings, DifferencesAreListed) {
   EXPECT_EQ(refusal(settings({}), settings({})), "");
   EXPECT_EQ(
       refusal(settings({"--clamp-direct", "0.1"}), settings({"--seed", "2"})),
-      "a.kacc: is of another image (--clamp-direct: 0.1 in it, none here; --seed: 0 in it, 2 here); make it as it "
-      "was, or use another name");
+      "a.kacc: belongs to another render (--clamp-direct: 0.1 in the file, none here; --seed: 0 in the file, 2 here); "
+      "use the same settings, or another file name");
   const std::string many =
       refusal(settings({}), settings({"--seed", "2", "--fov", "3", "--light-radius", "1", "--f-stop", "4"}));
   EXPECT_NE(many.find("; and 1 more); "), std::string::npos) << many;
-  EXPECT_NE(refusal("junk", "{}").find("settings: junk in it, {} here"), std::string::npos) << refusal("junk", "{}");
+  EXPECT_NE(refusal("junk", "{}").find("settings: junk in the file, {} here"), std::string::npos)
+      << refusal("junk", "{}");
 }
 
 TEST(Version, IdentityHasTheHashOfTheSources) {

@@ -41,7 +41,7 @@ TEST_F(ResumeCommand, AddedSamplesEqualOneRender) {
   EXPECT_EQ(pixels("a.exr"), pixels("plain.exr"));
   const ProgramResult more = run({"resume", "a.kacc", "--spp", "20", "--stats", "s.json"});
   ASSERT_EQ(more.exit_code, 0) << more.err;
-  EXPECT_NE(more.err.find("going on from a.kacc, which has 8.0 of 20 samples per pixel"), std::string::npos)
+  EXPECT_NE(more.err.find("resuming from a.kacc, which has 8.0 of 20 samples per pixel"), std::string::npos)
       << more.err;
   EXPECT_EQ(pixels("a.exr"), pixels("whole.exr"));
   const nlohmann::json stats = nlohmann::json::parse(read_file("s.json"));
@@ -84,10 +84,10 @@ TEST_F(ResumeCommand, SameRenderResumesAndAnotherIsRefused) {
   ASSERT_EQ(render(flags).exit_code, 0);
   const ProgramResult again = render(flags);
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_NE(again.err.find("going on from a.kacc"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("resuming from a.kacc"), std::string::npos) << again.err;
   std::vector<std::string> other = flags;
   other.insert(other.end(), {"--seed", "5"});
-  expect_refusal(render(other), 2, "a.kacc: is of another image (--seed: 0 in it, 5 here)");
+  expect_refusal(render(other), 2, "a.kacc: belongs to another render (--seed: 0 in the file, 5 here)");
 }
 
 TEST_F(ResumeCommand, NamesMissingFoldersAsGiven) {
@@ -100,8 +100,8 @@ TEST_F(ResumeCommand, NamesMissingFoldersAsGiven) {
   std::filesystem::rename(before, before.string() + "_gone");
   const ProgramResult gone = run_program({"resume", "a.kacc"}, before.string() + "_gone/moved");
   std::filesystem::rename(before.string() + "_gone", before);
-  expect_refusal(gone, 4, "was begun in folder '");
-  EXPECT_NE(gone.err.find("say where its files are now with --folder"), std::string::npos) << gone.err;
+  expect_refusal(gone, 4, "was started in folder '");
+  EXPECT_NE(gone.err.find("name the folder of its files with --folder"), std::string::npos) << gone.err;
 }
 
 TEST_F(ResumeCommand, WorksFromAnyFolder) {
@@ -139,13 +139,13 @@ TEST_F(ResumeCommand, DetectsChangedEnvironmentsAndScenes) {
   write_scene();
   ASSERT_EQ(render({"--spp", "2", "-o", "a.exr", "--checkpoint", "a.kacc"}).exit_code, 0);
   write_file("scene.gltf", read_file("scene.gltf") + "\n");
-  expect_refusal(run({"resume", "a.kacc"}), 2, "the scene has changed since it was begun");
+  expect_refusal(run({"resume", "a.kacc"}), 2, "the scene has changed since the render was started");
   write_scene();
   ASSERT_EQ(render({"--spp", "2", "-o", "sky.exr"}).exit_code, 0);
   std::filesystem::copy_file(folder_ / "a.exr", folder_ / "env.exr");
   ASSERT_EQ(render({"--spp", "2", "-o", "b.exr", "--env", "env.exr", "--checkpoint", "b.kacc"}).exit_code, 0);
   ASSERT_EQ(render({"--spp", "3", "-o", "env.exr"}).exit_code, 0);
-  expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: is of another image (--env: ");
+  expect_refusal(run({"resume", "b.kacc"}), 2, "b.kacc: belongs to another render (--env: ");
 }
 
 // The complete one too, with which nothing is rendered and saved.
@@ -163,7 +163,7 @@ TEST_F(ResumeCommand, PreviousGenerationReplacesADamagedFile) {
       std::filesystem::remove(folder_ / "a.kacc");
     const ProgramResult result = render(again);
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_NE(result.err.find("going on from a.kacc.previous, which is older"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("resuming from a.kacc.previous, which is older"), std::string::npos) << result.err;
     EXPECT_EQ(pixels("b.exr"), pixels("plain.exr"));
     EXPECT_EQ(read_file("b.kacc"), read_file("a.kacc"));
     EXPECT_EQ(run({"merge", "b.kacc", "-o", "c.exr", "--exr-float"}).exit_code, 0);

@@ -1,12 +1,12 @@
 // Resumed renders: arguments, compatible checkpoints, and the lock on the file.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/checkpoint/accumulation_identity.h"
-#include "renderer/app/checkpoint/file_lock.h"
 #include "renderer/app/checkpoint/resume.h"
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/app/flags/resume_flags.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/options/resume_options.h"
+#include "renderer/session/file_lock.h"
+#include "renderer/session/render_identity.h"
 #include "tests/app/test_scene.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,11 @@ ResumeOptions resume_options(const Words& flags) {
 AccumulationIdentity identity_of(const Words& arguments) {
   const Result<CommandLine> line = parse(arguments);
   EXPECT_TRUE(line.ok()) << (line.ok() ? "" : line.error().message);
-  return make_identity(std::get<RenderOptions>(line.value().command), {.size_px = V2i(64, 32)}, 5);
+  const RenderOptions& options = std::get<RenderOptions>(line.value().command);
+  AccumulationIdentity identity = make_identity(options, options, {.size_px = V2i(64, 32)}, 5);
+  identity.arguments = options.arguments;
+  if (options.part.samples) identity.part = part_samples(options.samples_per_pixel(), *options.part.samples).value();
+  return identity;
 }
 
 TEST(Resume, ParsesFlags) {
@@ -116,22 +120,24 @@ TEST(Resume, RefusesDifferentRenders) {
     return same.error().message;
   };
   EXPECT_EQ(refusal(now), "accepted");
-  EXPECT_EQ(refusal(identity_of({"render", "s.glb", "--seed", "1"})),
-            "a.kacc: is of another image (--seed: 1 in it, 2 here); make it as it was, or use another name");
+  EXPECT_EQ(
+      refusal(identity_of({"render", "s.glb", "--seed", "1"})),
+      "a.kacc: belongs to another render (--seed: 1 in the file, 2 here); use the same settings, or another file name");
   EXPECT_NE(refusal(identity_of({"render", "s.glb", "--seed", "2", "--spp", "8"}))
                 .find("(to add samples: kindling resume a.kacc --spp N)"),
             std::string::npos);
   AccumulationIdentity other = now;
   other.scene_hash = 6;
-  EXPECT_NE(refusal(other).find("the scene has changed since it was begun (hash 0000000000000006 then"),
+  EXPECT_NE(refusal(other).find("the scene has changed since the render was started (hash 0000000000000006 then"),
             std::string::npos)
       << refusal(other);
   other = now;
   other.program = "Kindling 9.9";
-  EXPECT_NE(refusal(other).find("was made by Kindling 9.9, this is Kindling "), std::string::npos) << refusal(other);
+  EXPECT_NE(refusal(other).find("was written by Kindling 9.9, this is Kindling "), std::string::npos) << refusal(other);
   other = now;
   other.part = {0, 21};
-  EXPECT_EQ(refusal(other), "a.kacc: is for samples 0 to 20 of each pixel, wanted are 0 to 63; use another name");
+  EXPECT_EQ(refusal(other),
+            "a.kacc: holds samples 0 to 20 of each pixel, but 0 to 63 are requested; use another file name");
 }
 
 class LockedFile : public test::SceneFolder {};

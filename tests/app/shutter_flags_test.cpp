@@ -1,7 +1,7 @@
 // The shutter from flags and from cameras.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/shutter_flags.h"
-#include "renderer/app/setup/shutter.h"
+#include "renderer/facade/shutter.h"
 
 #include "renderer/app/options/options.h"
 #include "tests/app/render_line.h"

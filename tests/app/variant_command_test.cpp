@@ -64,7 +64,7 @@ TEST_F(VariantCommand, RefusesUnknownVariants) {
   }
   const ProgramResult none = run_program({"render", write_scene(), "--variant", "green"}, folder_);
   EXPECT_EQ(none.exit_code, 2);
-  EXPECT_NE(none.err.find("scene.gltf has no variants; leave the flag away"), std::string::npos) << none.err;
+  EXPECT_NE(none.err.find("scene.gltf has no variants; leave out the flag"), std::string::npos) << none.err;
 }
 
 TEST_F(VariantCommand, InfoListsVariantsAndMaterialExtensions) {

@@ -21,9 +21,18 @@ run("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix} --confi
 run("configure the consumer" ${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${build} -G ${GENERATOR} -DCMAKE_MAKE_PROGRAM=${MAKE_PROGRAM}
   -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_PREFIX_PATH=${prefix} -DKINDLING_VERSION=${VERSION}
   -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF ${sanitizer})
+string(REGEX REPLACE "-- [^\n]*\n" "" noise "${output}") # status lines of CMake itself
+if(noise MATCHES "[^ \n]" OR output MATCHES "Imath")
+  message(FATAL_ERROR "find_package(kindling) is not quiet:\n${output}")
+endif()
 run("build the consumer" ${CMAKE_COMMAND} --build ${build} --parallel 2)
 run("trace a triangle" ${build}/trace_triangle)
 run("render an image" ${build}/render_image ${SCENE})
+run("render in ten lines" ${build}/ten_lines ${SCENE} ${WORK_DIR}/ten_lines.png)
+if(NOT EXISTS ${WORK_DIR}/ten_lines.png)
+  message(FATAL_ERROR "ten_lines wrote no image")
+endif()
+run("render in a window's loop" ${build}/window_loop ${SCENE} ${WORK_DIR}/window_loop.kacc)
 run("the installed program" ${prefix}/bin/kindling --version)
 if(NOT output MATCHES "${VERSION}")
   message(FATAL_ERROR "kindling --version printed '${output}', which does not name version ${VERSION}")

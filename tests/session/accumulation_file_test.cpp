@@ -1,4 +1,4 @@
-// Accumulation files: what is written comes back, and what is damaged is found.
+// Accumulation files survive a round trip, and damage to them is detected.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/test_accumulation.h"
 
@@ -13,12 +13,12 @@ namespace fs = std::filesystem;
 
 class AccumulationFile : public AccumulationFolder {};
 
-TEST_F(AccumulationFile, ComesBack) {
+TEST_F(AccumulationFile, RoundTripKeepsEverything) {
   const V2i size(200, 130); // planes of several blocks
   const PixelRect area{V2i(3, 5), V2i(197, 130)};
   for (const bool everything : {false, true}) {
     const RenderState state = random_state(size, area, everything, 4);
-    EXPECT_TRUE(state.adaptive.empty() || state.adaptive.fits(area)); // which is what writing asks for
+    EXPECT_TRUE(state.adaptive.empty() || state.adaptive.fits(area)); // a precondition of writing
     const AccumulationIdentity identity = identity_of(size, area);
     const Result<void> written = write_accumulation(path_, identity, state, false);
     ASSERT_TRUE(written.ok()) << written.error().message;
@@ -35,7 +35,7 @@ TEST_F(AccumulationFile, ComesBack) {
   EXPECT_EQ(files_in_folder(), 1U);
 }
 
-TEST_F(AccumulationFile, OfNoPixelsComesBack) {
+TEST_F(AccumulationFile, RoundTripWithoutPixels) {
   const PixelRect none{V2i(5, 5), V2i(5, 5)};
   ASSERT_TRUE(write_accumulation(path_, identity_of(kSmall, kSmallArea),
                                  RenderState{Film(kSmall, none, {}), Coverage(none), {}, {}}, false));
@@ -44,7 +44,7 @@ TEST_F(AccumulationFile, OfNoPixelsComesBack) {
   EXPECT_EQ(read.value().state.coverage.block_count(), 0U);
 }
 
-// A film with few samples of a smooth image: the upper bytes of sums are alike.
+// In a film with few samples of a smooth image the upper bytes of sums are nearly equal.
 TEST_F(AccumulationFile, IsSmallerThanTheFilm) {
   const V2i size(128, 128);
   const PixelRect area{V2i(0), size};
@@ -58,14 +58,14 @@ TEST_F(AccumulationFile, IsSmallerThanTheFilm) {
   EXPECT_LT(fs::file_size(path_), state.film.memory_bytes() / 2);
 }
 
-TEST_F(AccumulationFile, EachFlippedBitIsFound) {
+TEST_F(AccumulationFile, DetectsEachFlippedBit) {
   write_small(path_);
   const std::string good = contents(path_);
   std::mt19937 random(8);
   std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
   const auto put = [&](size_t at, char byte) { file.seekp(static_cast<std::streamoff>(at)).put(byte).flush(); };
   for (int i = 0; i < 500; ++i) {
-    // A third each: anywhere, the header, the end.
+    // A third of the bits each: anywhere, in the header, at the end.
     const size_t span = i % 3 == 0 ? good.size() : 1000;
     const size_t at = i % 3 == 2 ? good.size() - 1 - random() % span : random() % span;
     put(at, static_cast<char>(good[at] ^ (1 << random() % 8)));
@@ -79,7 +79,7 @@ TEST_F(AccumulationFile, EachFlippedBitIsFound) {
   expect_small(path_, 1);
 }
 
-TEST_F(AccumulationFile, EachCutIsFound) {
+TEST_F(AccumulationFile, DetectsEachTruncation) {
   write_small(path_);
   const std::string good = contents(path_);
   std::mt19937 random(9);
@@ -90,14 +90,14 @@ TEST_F(AccumulationFile, EachCutIsFound) {
     set_contents(path_, std::string_view(good).substr(0, size));
     const Result<Accumulation> read = read_accumulation(path_);
     ASSERT_FALSE(read.ok()) << size;
-    // The places of the blocks are checked there too.
+    // This also checks the positions of blocks.
     EXPECT_FALSE(read_accumulation_summary(path_).ok()) << size;
   }
   set_contents(path_, good + "x");
   EXPECT_FALSE(read_accumulation(path_).ok());
 }
 
-TEST_F(AccumulationFile, ErrorsNameThePlace) {
+TEST_F(AccumulationFile, ErrorsNamePlace) {
   write_small(path_);
   const std::string good = contents(path_);
   const auto message_of = [&](const std::string& bytes) {
@@ -121,7 +121,7 @@ TEST_F(AccumulationFile, ErrorsNameThePlace) {
   EXPECT_NE(message_of(good.substr(0, good.size() - 24)).find("is cut off: it ends at byte "), std::string::npos);
 }
 
-TEST_F(AccumulationFile, WhatIsNoFileIsRefused) {
+TEST_F(AccumulationFile, RefusesPathsThatAreNoFile) {
   EXPECT_FALSE(read_accumulation(folder_ / "none.kacc").ok());
   EXPECT_FALSE(read_accumulation(folder_).ok());
   EXPECT_FALSE(read_accumulation("/dev/zero").ok());

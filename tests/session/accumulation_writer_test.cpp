@@ -1,4 +1,4 @@
-// Writing accumulation files: a good one is there at every moment, whatever the disk does and whoever is killed.
+// A complete accumulation file exists at every moment, on full disks and with killed writers.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/test_accumulation.h"
 
@@ -24,7 +24,7 @@ constexpr const char* kWriterVariable = "KINDLING_TEST_ACCUMULATION_WRITER";
 
 class AccumulationWriter : public AccumulationFolder {};
 
-TEST_F(AccumulationWriter, PreviousOneIsKept) {
+TEST_F(AccumulationWriter, KeepsPreviousFile) {
   write_small(path_, 1, true);
   EXPECT_EQ(files_in_folder(), 1U);
   write_small(path_, 2, true);
@@ -36,7 +36,7 @@ TEST_F(AccumulationWriter, PreviousOneIsKept) {
   write_small(path_, 4, false);
   expect_small(path_, 4);
   expect_small(previous_accumulation(path_), 2);
-  // A writer that was killed between the two renames leaves one file of two names.
+  // A writer killed between the two renames leaves one file with two names.
   fs::remove(previous_accumulation(path_));
   fs::create_hard_link(path_, previous_accumulation(path_));
   write_small(path_, 5, true);
@@ -45,7 +45,7 @@ TEST_F(AccumulationWriter, PreviousOneIsKept) {
   EXPECT_EQ(files_in_folder(), 2U);
 }
 
-TEST_F(AccumulationWriter, LinksAreFollowed) {
+TEST_F(AccumulationWriter, FollowsLinks) {
   fs::create_directories(folder_ / "elsewhere");
   const fs::path target = folder_ / "elsewhere" / "real.kacc";
   write_small(target, 1);
@@ -57,7 +57,7 @@ TEST_F(AccumulationWriter, LinksAreFollowed) {
   expect_small(previous_accumulation(path_), 1);
 }
 
-// The old file stays, and nothing else.
+// Checks that the old file stays, and nothing else.
 void expect_failed_write(const fs::path& path, const char* reason) {
   const Result<void> written =
       write_accumulation(path, identity_of(kSmall, kSmallArea), random_state(kSmall, kSmallArea, true, 2), true);
@@ -67,7 +67,7 @@ void expect_failed_write(const fs::path& path, const char* reason) {
   expect_small(path, 1);
 }
 
-TEST_F(AccumulationWriter, LimitOfFileSizeLeavesTheOldOne) {
+TEST_F(AccumulationWriter, FileSizeLimitKeepsOldFile) {
   write_small(path_, 1);
   const auto size = fs::file_size(path_);
   std::signal(SIGXFSZ, SIG_IGN);
@@ -83,8 +83,8 @@ TEST_F(AccumulationWriter, LimitOfFileSizeLeavesTheOldOne) {
   std::signal(SIGXFSZ, SIG_DFL);
 }
 
-TEST_F(AccumulationWriter, FullDiskLeavesTheOldOne) {
-  // In a namespace of its own, which ends with the thread.
+TEST_F(AccumulationWriter, FullDiskKeepsOldFile) {
+  // In a mount namespace that ends with the thread.
   bool mounted = false;
   std::thread([&] {
     if (unshare(CLONE_NEWNS | CLONE_FS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
@@ -92,7 +92,7 @@ TEST_F(AccumulationWriter, FullDiskLeavesTheOldOne) {
       return;
     mounted = true;
     write_small(path_, 1);
-    // Too little is left for a second one of 0.5 MB.
+    // Leaves too little room for a second file of 0.5 MB.
     set_contents(folder_ / "filler", std::string((size_t{1} << 20) - 3 * fs::file_size(path_) / 2, 'x'));
     expect_failed_write(path_, std::strerror(ENOSPC));
     EXPECT_EQ(files_in_folder(), 2U);
@@ -105,7 +105,7 @@ TEST_F(AccumulationWriter, FullDiskLeavesTheOldOne) {
   if (!mounted) GTEST_SKIP() << "a small disk can be had by root alone";
 }
 
-// What the test below kills: writes for as long as it is let.
+// The process that the test below kills: writes until then.
 void write_for_ever(const char* path) {
   const AccumulationIdentity identity = identity_of(kSmall, kSmallArea);
   RenderState state = random_state(kSmall, kSmallArea, true, 1);
@@ -116,7 +116,7 @@ void write_for_ever(const char* path) {
   }
 }
 
-TEST_F(AccumulationWriter, KilledWritersLeaveAGoodFile) {
+TEST_F(AccumulationWriter, KilledWritersLeaveCompleteFile) {
   write_small(path_, 1);
   setenv(kWriterVariable, path_.c_str(), 1);
   std::mt19937 random(12);
@@ -128,7 +128,7 @@ TEST_F(AccumulationWriter, KilledWritersLeaveAGoodFile) {
       execl("/proc/self/exe", "writer", nullptr);
       _exit(127);
     }
-    // Once it is at work, at any moment.
+    // At a random moment after it has started.
     for (int wait = 0; wait < 10000 && fs::last_write_time(path_) == before; ++wait) usleep(1000);
     ASSERT_NE(fs::last_write_time(path_), before);
     usleep(random() % 15000);
@@ -141,15 +141,15 @@ TEST_F(AccumulationWriter, KilledWritersLeaveAGoodFile) {
       const Result<Accumulation> read = read_accumulation(path);
       ASSERT_TRUE(read.ok()) << read.error().message;
       const uint32_t runs = read.value().state.work.runs;
-      if (runs == 3) continue; // perhaps the first one, of random bytes
+      if (runs == 3) continue; // may be the first file, of random bytes
       const std::vector<Film::ConstPlane> planes = read.value().state.film.planes();
       ASSERT_FALSE(planes[0].bytes.empty());
       for (const std::byte byte : planes[0].bytes) ASSERT_EQ(byte, static_cast<std::byte>(runs));
     }
   }
   unsetenv(kWriterVariable);
-  EXPECT_GE(leftovers, 1U); // some were killed while they wrote
-  EXPECT_LE(leftovers, 2U); // a temporary file, and perhaps the second name of the old one
+  EXPECT_GE(leftovers, 1U); // some were killed while writing
+  EXPECT_LE(leftovers, 2U); // a temporary file, and possibly the second name of the old one
   write_small(path_, 2, true);
   EXPECT_EQ(files_in_folder(), 2U);
 }
@@ -157,7 +157,8 @@ TEST_F(AccumulationWriter, KilledWritersLeaveAGoodFile) {
 } // namespace
 } // namespace kindling::test
 
-// The program itself is the writer: a fork of the test would lack the threads that compress.
+// The writer is this program started again: a fork of the test would lack the threads that
+// compress.
 int main(int argc, char** argv) {
   if (const char* path = std::getenv(kindling::test::kWriterVariable)) {
     kindling::test::write_for_ever(path);

@@ -1,4 +1,4 @@
-// Adaptive sampling: when a pixel stops, and that stopping leaves the mean where it was.
+// Adaptive sampling stops blocks by the documented rule and keeps the mean of the image.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 #include "renderer/session/adaptive_sampling.h"
@@ -24,7 +24,7 @@ void add_gray(Film& film, const PixelRect& block, float value) {
     for (int x = block.min.x; x < block.max.x; ++x) film.add({x, y}, {Rgb(value), 1.0f, 1.0f});
 }
 
-// After one more sample of the reference's cost.
+// Adds one sample of the reference cost and decides.
 uint32_t decide(AdaptiveSampling& sampling, const PixelRect& block, uint32_t done, const Film& film) {
   sampling.count_rays(block, static_cast<uint64_t>(block.pixel_count() * AdaptiveSampling::kReferenceRays));
   return sampling.decide(block, done, film);
@@ -37,7 +37,7 @@ TEST(AdaptiveSampling, DecidesAtPowersOfTwo) {
     EXPECT_EQ(sampling.first_decision(), first);
     EXPECT_GE(2 * sampling.first_decision(), minimum);
   }
-  // At 8 the first half of the first decision's samples is noted.
+  // At 8 samples the first half for the first decision is stored.
   AdaptiveState state;
   const AdaptiveSampling sampling(kArea, {0.1, 32}, state);
   for (const auto& [done, until] :
@@ -51,13 +51,13 @@ TEST(AdaptiveSampling, WholeBlocksCoverTheCrop) {
   EXPECT_EQ(area.max, kArea.max);
 }
 
-TEST(AdaptiveSampling, StopsAtTwiceTheSamplesThatForesawIt) {
+TEST(AdaptiveSampling, StopsAtTwiceTheDecisionsSamples) {
   Film film(kImage, kArea, AovSet{});
   AdaptiveState state;
   AdaptiveSampling sampling(kArea, {0.1, 32}, state);
   for (uint32_t n = 1; n <= 64; ++n) {
     if (sampling.wants_samples(kLeft, n - 1)) {
-      add_gray(film, kLeft, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // too late to be seen
+      add_gray(film, kLeft, n <= 16 ? 1.0f : 1000.0f * static_cast<float>(n)); // after the decision
       EXPECT_EQ(decide(sampling, kLeft, n, film), n == 32 ? 64U : 0U) << n;
     }
     add_gray(film, kRight, static_cast<float>(n)); // halves differ at all counts
@@ -67,9 +67,10 @@ TEST(AdaptiveSampling, StopsAtTwiceTheSamplesThatForesawIt) {
   }
 }
 
-// Half of the pixels are 1 -+ d in the halves of their samples, the others 1: the mean squared error of 2^k samples is d^2 / 2, that
-// predicted for twice as many is half of it; a block that ends with n samples is held to T sqrt(n / 64).
-TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
+// Half of the pixels are 1 -+ d in the halves of their samples, the others 1: the mean squared
+// error of 2^k samples is d^2 / 2, that predicted for twice as many is half of it; a block that
+// ends with n samples must be below T sqrt(n / 64).
+TEST(AdaptiveSampling, ThresholdGrowsWithSamples) {
   constexpr double kDifference = 0.25;
   for (const uint32_t minimum : {32U, 64U, 128U}) {
     const double relative = std::sqrt(kDifference * kDifference / 4.0) / (1.0 + AdaptiveSampling::kNoiseFloor);
@@ -90,9 +91,10 @@ TEST(AdaptiveSampling, TheThresholdGrowsWithTheSamples) {
   }
 }
 
-// One sample in two thousand finds all the light, so that many blocks seem done while they are black. Judging at 32 samples, or
-// at 16 and going on to 32, which the decision knows nothing of.
-TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
+// One sample in two thousand finds all the light, so many blocks look finished while they are
+// black. Compares deciding at 32 samples with deciding at 16 and stopping at 32, which the decision
+// has not seen.
+TEST(AdaptiveSampling, PredictingReducesBias) {
   constexpr int kBlocks = 4000;
   constexpr uint32_t kMaxSamples = 128;
   const PixelRect block{V2i(0, 0), V2i(8, 8)};
@@ -127,11 +129,11 @@ TEST(AdaptiveSampling, DecidingAheadLosesLessOfWhatIsRare) {
   const double ahead_bias = ahead_sum / kBlocks - 1.0;
   const double at_once_bias = at_once_sum / kBlocks - 1.0;
   // The standard error of either is about 1 / sqrt(4000 * 4) = 0.008.
-  EXPECT_LT(at_once_bias, -0.2); // something to lose
+  EXPECT_LT(at_once_bias, -0.2); // there is a bias to reduce
   EXPECT_GT(ahead_bias, at_once_bias + 0.03);
 }
 
-// --- renders ------------------------------------------------------------------------------------------------------
+// --- renders -------------------------------------------------------------------------------------
 
 struct View {
   std::unique_ptr<const World> world;
@@ -178,7 +180,7 @@ std::pair<double, double> image_mean(const Film& film) {
   return {sum / n, variance / (n * n)};
 }
 
-TEST(AdaptiveRender, MeanIsThatOfAFixedRender) {
+TEST(AdaptiveRender, MeanEqualsFixedRender) {
   const V2i size(64, 48);
   for (const View& view : {lamp_view(size), shipped_view("cornell_box.glb", size)}) {
     RenderSettings settings = small_render(size, 2048);
@@ -195,7 +197,7 @@ TEST(AdaptiveRender, MeanIsThatOfAFixedRender) {
   }
 }
 
-TEST(AdaptiveRender, SamplesStayWithinTheirBounds) {
+TEST(AdaptiveRender, SamplesStayWithinBounds) {
   const V2i size(40, 27);
   const View view = lamp_view(size);
   RenderSettings settings = small_render(size, 200);
@@ -213,8 +215,8 @@ TEST(AdaptiveRender, SamplesStayWithinTheirBounds) {
   EXPECT_EQ(outcome.statistics.rays.paths, outcome.film.total_samples());
 }
 
-// A debug view has noise at the edges of what it shows, and none elsewhere.
-TEST(AdaptiveRender, BlocksWithEdgesTakeMoreSamplesThanOthers) {
+// A debug view is noisy at edges alone.
+TEST(AdaptiveRender, BlocksWithEdgesTakeMoreSamples) {
   const V2i size(64, 64);
   const View view = shipped_view("cornell_box.glb", size);
   RenderSettings settings = small_render(size, 1024);
@@ -232,7 +234,7 @@ TEST(AdaptiveRender, BlocksWithEdgesTakeMoreSamplesThanOthers) {
     for (size_t i = 0; i < 64; ++i) {
       const size_t pixel = corner + i / 8 * 64 + i % 8;
       EXPECT_EQ(counts[pixel], counts[corner]);
-      has_edge |= variances[pixel] > 1e-9f; // what rounding leaves is far below
+      has_edge |= variances[pixel] > 1e-9f; // rounding errors are far below
     }
     (has_edge ? edge : smooth) += counts[corner];
     edges += has_edge ? 1 : 0;
@@ -243,7 +245,7 @@ TEST(AdaptiveRender, BlocksWithEdgesTakeMoreSamplesThanOthers) {
   EXPECT_GT(edge / static_cast<double>(edges), 64.0);
 }
 
-TEST(AdaptiveRender, EndsWhenAllPixelsHaveConverged) {
+TEST(AdaptiveRender, EndsWhenAllPixelsConverge) {
   const V2i size(16, 16);
   RenderSettings settings = small_render(size, 1U << 20);
   settings.integrator.kind = IntegratorKind::albedo;

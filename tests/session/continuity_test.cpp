@@ -1,4 +1,4 @@
-// A render that is interrupted again and again and gone on with is the undisturbed one, bit for bit.
+// A render that is interrupted and resumed many times equals the uninterrupted one, bit for bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/split_renders.h"
 
@@ -9,7 +9,8 @@ namespace {
 
 class Continuity : public testing::TestWithParam<SplitCase> {};
 
-// Each run is cancelled after some blocks and as good as killed: what the next one goes on from was saved some blocks before.
+// Each run is cancelled after some blocks; the next resumes from a state saved some blocks earlier,
+// as after a crash.
 TEST_P(Continuity, TwentyInterruptions) {
   const SplitScene scene(GetParam());
   const RenderOutcome undisturbed = scene.render(scene.settings());
@@ -83,7 +84,7 @@ TEST_P(Continuity, Regions) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, Continuity, testing::ValuesIn(all_split_cases()), split_case_name);
 
-// --- what is counted, and when ---------------------------------------------------------------------------------------------
+// --- work, saves, progress -----------------------------------------------------------------------
 
 const SplitCase kPath{SplitKind::path, accel::Kind::kdtree};
 
@@ -114,7 +115,7 @@ TEST(RenderContinuity, WorkAddsUpOverRuns) {
   EXPECT_EQ(second.work.render_s, kept->work.render_s + second.statistics.render_s);
 }
 
-TEST(RenderContinuity, AFinishedRenderIsNotSavedAgain) {
+TEST(RenderContinuity, FinishedRenderIsNotSavedAgain) {
   const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
   std::optional<RenderState> kept;
@@ -134,8 +135,8 @@ TEST(RenderContinuity, AFinishedRenderIsNotSavedAgain) {
   expect_same_bits(again.film, whole, "no more work");
 }
 
-// The time of all runs counts; blocks that an interruption left behind catch up all the same.
-TEST(RenderContinuity, TheTimeLimitIsOfAllRuns) {
+// The time of all runs counts; blocks with fewer samples catch up even so.
+TEST(RenderContinuity, TimeLimitCountsAllRuns) {
   const SplitScene scene(kPath);
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.samples_per_pixel;
@@ -152,24 +153,24 @@ TEST(RenderContinuity, TheTimeLimitIsOfAllRuns) {
                           }},
                      &token);
   ASSERT_TRUE(kept);
-  uint32_t least = ~0U, most = 0;
+  uint32_t min_done = ~0U, max_done = 0;
   for (size_t b = 0; b < kept->coverage.block_count(); ++b) {
     const uint32_t done = kept->coverage.done(b, {0, settings.samples_per_pixel});
-    least = std::min(least, done);
-    most = std::max(most, done);
+    min_done = std::min(min_done, done);
+    max_done = std::max(max_done, done);
   }
-  EXPECT_LT(least, most);
+  EXPECT_LT(min_done, max_done);
   kept->work.render_s = 100.0;
   settings.time_limit_s = 50.0;
   const RenderOutcome outcome = scene.render(settings, {.resume_from = kept});
   EXPECT_FALSE(outcome.interrupted);
-  EXPECT_EQ(outcome.statistics.samples_per_pixel, most);
-  settings.samples_per_pixel = most;
+  EXPECT_EQ(outcome.statistics.samples_per_pixel, max_done);
+  settings.samples_per_pixel = max_done;
   expect_same_bits(outcome.film, scene.render(settings).film, "all blocks equal");
 }
 
-// Not even while its guide is trained again.
-TEST(RenderContinuity, ProgressDoesNotFallBehindWhatWasDone) {
+// This includes the time while the guide is trained again.
+TEST(RenderContinuity, ProgressStartsAtResumedSamples) {
   class Listener final : public ProgressListener {
    public:
     void on_progress(const ProgressSnapshot& snapshot) override { snapshots.push_back(snapshot); }
@@ -213,7 +214,7 @@ TEST(RenderContinuity, SavesInIntervals) {
   EXPECT_GE(outcome.statistics.save_s, 0.0);
 }
 
-TEST(RenderContinuity, RefusesWhatDoesNotFit) {
+TEST(RenderContinuity, RefusesStateThatDoesNotFit) {
   const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
   std::optional<RenderState> kept;

@@ -1,4 +1,4 @@
-// Spans of samples by block, against sets of numbers.
+// Coverage agrees with sets of sample numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/coverage.h"
 
@@ -10,7 +10,7 @@
 namespace kindling {
 namespace {
 
-TEST(Coverage, BlocksAreThoseOfTheImagesGrid) {
+TEST(Coverage, BlocksLieOnImageGrid) {
   const PixelRect area{V2i(13, 9), V2i(37, 26)};
   const Coverage coverage(area);
   EXPECT_EQ(coverage.area(), area);
@@ -31,7 +31,7 @@ TEST(Coverage, BlocksAreThoseOfTheImagesGrid) {
   EXPECT_EQ(Coverage().block_count(), 0U);
 }
 
-TEST(Coverage, SpansAreASetOfSamples) {
+TEST(Coverage, SpansAgreeWithSets) {
   const PixelRect block{V2i(0, 0), V2i(8, 8)};
   std::mt19937 random(1);
   const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
@@ -73,7 +73,7 @@ TEST(Coverage, SpansAreASetOfSamples) {
   }
 }
 
-TEST(Coverage, ABlockThatHasStoppedIsComplete) {
+TEST(Coverage, StoppedBlockIsComplete) {
   Coverage coverage(PixelRect{V2i(0, 0), V2i(16, 8)});
   coverage.add(1, {0, 4});
   coverage.set_stopped(1);
@@ -82,7 +82,7 @@ TEST(Coverage, ABlockThatHasStoppedIsComplete) {
   EXPECT_EQ(coverage.done(1, {0, 100}), 4U);
 }
 
-TEST(Coverage, TheShareThatIsDoneCountsPixels) {
+TEST(Coverage, DoneShareCountsPixels) {
   Coverage coverage({V2i(0), V2i(12, 8)}); // blocks of 64 and of 32 pixels
   EXPECT_EQ(coverage.done_share({0, 4}), 0.0);
   EXPECT_EQ(coverage.done_share({4, 4}), 1.0); // nothing is wanted

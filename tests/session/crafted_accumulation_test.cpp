@@ -1,5 +1,4 @@
-// Accumulation files that somebody has made, every checksum right: they may ask for no more memory than they can hold. And files of more
-// bytes than 32 bits count.
+// Crafted files cannot make readers allocate more than they hold; files beyond 4 GiB are read.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_layout.h"
 #include "renderer/session/stored_block.h"
@@ -32,7 +31,8 @@ uint32_t checksum_of(std::string_view bytes, uint32_t before = 0) {
   return checksum(std::as_bytes(std::span(bytes)), before);
 }
 
-// A file of this header and these blocks, each a BlockHeader and what is stored, with the checksums that it should have.
+// Returns a file with this header and these blocks (each a BlockHeader and stored bytes), with
+// correct checksums.
 std::string file_of(std::string_view json, std::string_view blocks) {
   FileHead head;
   head.json_bytes = static_cast<uint32_t>(json.size());
@@ -52,7 +52,7 @@ std::string file_of(std::string_view json, std::string_view blocks) {
   return file;
 }
 
-// As `ulimit -v`, with so much left. Sanitizers need the whole address space for themselves.
+// Limits memory as `ulimit -v` does. Not with sanitizers, which need the whole address space.
 class LittleMemory {
  public:
   explicit LittleMemory(size_t bytes) {
@@ -88,7 +88,7 @@ class CraftedAccumulation : public AccumulationFolder {
     ASSERT_EQ(file_of(json_.dump(), blocks_), good);
   }
 
-  // What reading says with 256 MiB at hand; empty: it is a good file.
+  // Returns the error of reading with 256 MiB of memory; empty if the file is good.
   [[nodiscard]] std::string message(std::string_view json, std::string_view blocks) {
     set_contents(path_, file_of(json, blocks));
     const LittleMemory little(size_t{256} << 20);
@@ -108,7 +108,7 @@ class CraftedAccumulation : public AccumulationFolder {
     return text;
   }
   [[nodiscard]] std::string message(const Json& json) { return message(json.dump(), blocks_); }
-  // json_ with another area, and all that follows from it.
+  // Returns json_ with another area and everything that follows from it.
   [[nodiscard]] Json of_size(const V2i& size_px) const {
     Json json = json_;
     const PixelRect area{V2i(0), size_px};
@@ -128,7 +128,7 @@ class CraftedAccumulation : public AccumulationFolder {
   }
 
   Json json_;          // of a good file
-  std::string blocks_; // and its blocks
+  std::string blocks_; // its blocks
 };
 
 testing::AssertionResult says(const std::string& message, const std::string& words) {
@@ -136,16 +136,16 @@ testing::AssertionResult says(const std::string& message, const std::string& wor
   return testing::AssertionFailure() << "'" << words << "' is not in: " << message;
 }
 
-TEST_F(CraftedAccumulation, ImagesLargerThanTheFile) {
+TEST_F(CraftedAccumulation, RefusesImagesLargerThanFile) {
   EXPECT_EQ(message(json_), "");
   for (const V2i& size : {V2i(1 << 20, 1 << 20), V2i(1 << 20, 1 << 10), V2i(4096, 4096)})
     EXPECT_TRUE(says(message(of_size(size)), "is cut off: it ends at byte "));
   EXPECT_TRUE(says(message(of_size(V2i(1 << 21, 8))), "'size' is not a whole number up to 1048576"));
-  // Of the good file's size and one block more.
-  EXPECT_TRUE(says(message(of_size(V2i(40, 32))), "is damaged: it says that it has "));
+  // One block more than the good file has.
+  EXPECT_TRUE(says(message(of_size(V2i(40, 32))), "is damaged: its header claims "));
 }
 
-TEST_F(CraftedAccumulation, BlocksSmallerThanAnyFrame) {
+TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
   // 1 GiB of sums in 16 KiB: headers with nothing, or next to nothing, behind them.
   Json json = of_size(V2i(2048, 908));
   std::vector<StoredPlane> planes;
@@ -164,8 +164,9 @@ TEST_F(CraftedAccumulation, BlocksSmallerThanAnyFrame) {
   };
   EXPECT_TRUE(says(message(json.dump(), blocks_with("")), "is cut off"));
   EXPECT_TRUE(says(message(json.dump(), blocks_with(std::string(37, 'x'))),
-                   "is damaged: it says that it is stored in 37 bytes"));
-  // As many bytes as the smallest frame has, and none: the sums have room in no 256 MiB, which is said and nothing else happens.
+                   "is damaged: its header claims a stored size of 37 bytes"));
+  // As many bytes as the smallest frame has, all wrong: the sums do not fit into 256 MiB, which is
+  // reported.
   const std::string junk = blocks_with(std::string(38, 'x'));
   EXPECT_LT(junk.size(), size_t{1} << 17);
   set_contents(path_, file_of(json.dump(), junk));
@@ -176,15 +177,15 @@ TEST_F(CraftedAccumulation, BlocksSmallerThanAnyFrame) {
 #endif
 }
 
-TEST_F(CraftedAccumulation, SmallestFramesAreNotRefused) {
+TEST_F(CraftedAccumulation, AcceptsSmallestFrames) {
   for (const size_t bytes : {size_t{16}, size_t{4096}, size_t{1} << 17, (size_t{1} << 17) + 16, kBlockBytes}) {
     const std::vector<std::byte> zeros(bytes);
-    EXPECT_GE(store_block(zeros, 16).size(), smallest_stored_size(bytes)) << bytes;
+    EXPECT_GE(store_block(zeros, 16).size(), min_stored_size(bytes)) << bytes;
   }
-  EXPECT_LE(store_block(std::vector<std::byte>(kBlockBytes), 16).size(), 2 * smallest_stored_size(kBlockBytes));
+  EXPECT_LE(store_block(std::vector<std::byte>(kBlockBytes), 16).size(), 2 * min_stored_size(kBlockBytes));
 }
 
-TEST_F(CraftedAccumulation, SpansOfManyBlocksAtOnce) {
+TEST_F(CraftedAccumulation, BoundsMemoryOfSpans) {
   // So many blocks in a row that have every second sample of twice as many.
   const auto run_of = [](size_t blocks, uint32_t spans) {
     Json run = {blocks, 0};
@@ -198,15 +199,16 @@ TEST_F(CraftedAccumulation, SpansOfManyBlocksAtOnce) {
   json["coverage"]["runs"] = run_of(4 * 3, 10000);
   EXPECT_EQ(message(json), "");
   EXPECT_EQ(read_accumulation_summary(path_).value().coverage[11].spans.size(), 10000U);
-  // Of 16 million blocks: as long as they take less than the sums, which the file has not either; and 13 TB of them.
+  // 16 million blocks: accepted as long as they take less than the sums, which the file has not either;
+  // and 13 TB of them.
   json = of_size(V2i(1 << 15, 1 << 15));
   json["coverage"]["runs"] = run_of(1 << 24, 1000);
   EXPECT_TRUE(says(message(json), "is cut off"));
   json["coverage"]["runs"] = run_of(1 << 24, 100000);
-  EXPECT_TRUE(says(message(json), "its header makes no sense: 'runs' have more than "));
+  EXPECT_TRUE(says(message(json), "its header is invalid: 'runs' have more than "));
 }
 
-TEST_F(CraftedAccumulation, WritersKeepToWhatReadersTake) {
+TEST_F(CraftedAccumulation, WritersObeyBoundsOfReaders) {
   // 2^21 spans of 8 bytes in each of 12 blocks: 192 MiB, beside sums of half a megabyte.
   RenderState state = random_state(kSmall, kSmallArea, false, 1);
   BlockCoverage many;
@@ -222,21 +224,21 @@ TEST_F(CraftedAccumulation, WritersKeepToWhatReadersTake) {
   expect_small(path_, 1);
 }
 
-TEST_F(CraftedAccumulation, DeepTexts) {
+TEST_F(CraftedAccumulation, RefusesDeepJson) {
   const std::string deep(size_t{4} << 20, '[');
-  EXPECT_TRUE(says(message(deep, blocks_), "its header makes no sense: it has more than 64 levels"));
-  EXPECT_TRUE(says(message(deep + std::string(deep.size(), ']'), blocks_), "its header makes no sense: "));
+  EXPECT_TRUE(says(message(deep, blocks_), "its header is invalid: it has more than 64 levels"));
+  EXPECT_TRUE(says(message(deep + std::string(deep.size(), ']'), blocks_), "its header is invalid: "));
   for (const char* key : {"image", "metadata"}) {
     Json json = json_;
     json[key] = R"({"a":)" + deep + std::string(deep.size(), ']') + "}";
     EXPECT_TRUE(says(message(json), "' is not JSON of at most 64 levels"));
     json[key] =
-        R"({"a":"\"[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["})"; // a text of them is none
+        R"({"a":"\"[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["})"; // brackets within a text do not nest
     EXPECT_EQ(message(json), "");
   }
 }
 
-TEST_F(CraftedAccumulation, ListsOfManyMembers) {
+TEST_F(CraftedAccumulation, BoundsMemoryOfLongLists) {
   const auto many = [](const char* member, size_t count) {
     std::string list = "[";
     for (size_t i = 0; i < count; ++i) list += std::string(i == 0 ? "" : ",") + member;
@@ -254,8 +256,8 @@ TEST_F(CraftedAccumulation, ListsOfManyMembers) {
     }
 }
 
-// Each number, text and list of the header, replaced by what it might be at worst.
-TEST_F(CraftedAccumulation, EachMemberAtItsExtremes) {
+// Replaces each number, text and list of the header by extreme values.
+TEST_F(CraftedAccumulation, SurvivesExtremeMembers) {
   constexpr uint64_t kMax = std::numeric_limits<uint64_t>::max();
   const std::vector<Json> extremes{0,
                                    1,
@@ -289,11 +291,11 @@ TEST_F(CraftedAccumulation, EachMemberAtItsExtremes) {
       EXPECT_EQ(said.find("no memory"), std::string::npos) << pointer << " = " << extreme << ": " << said;
       (said.empty() ? good : bad) += 1;
     }
-  EXPECT_GT(good, 100U); // a time, a count of rays, an argument may be anything
+  EXPECT_GT(good, 100U); // times, counts of rays and arguments may have any value
   EXPECT_GT(bad, 1000U);
 }
 
-TEST_F(CraftedAccumulation, LengthOfTheHeader) {
+TEST_F(CraftedAccumulation, RefusesWrongHeaderLength) {
   std::string file = contents(path_);
   for (const uint32_t length : {0U, 1U, 0x7fffffffU, 0xffffffffU}) {
     std::memcpy(file.data() + offsetof(FileHead, json_bytes), &length, sizeof length);
@@ -305,8 +307,8 @@ TEST_F(CraftedAccumulation, LengthOfTheHeader) {
   }
 }
 
-// 4.4 GB of sums that are zero, stored as they are. Most of the file is a hole: it takes 150 MB of the disk.
-TEST_F(CraftedAccumulation, BeyondFourGiB) {
+// 4.4 GB of zero sums, stored uncompressed. Most of the file is a hole, so it takes 150 MB of disk.
+TEST_F(CraftedAccumulation, ReadsFilesBeyondFourGiB) {
   constexpr size_t kPiece = size_t{1} << 17; // of a block of Zstandard
   const V2i size(8192, 7400);
   AccumulationHeader header;

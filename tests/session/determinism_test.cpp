@@ -1,4 +1,4 @@
-// The same image, bit for bit, for any number of threads, tile size, batch size, crop and split into passes.
+// Images have the same bits for any threads, tiles, batches, crops and division into passes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/record_rays.h"
 #include "tests/session/different_pixels.h"
@@ -26,7 +26,7 @@ Film render_film(const World& world, const RenderSettings& settings) {
 
 class Determinism : public testing::TestWithParam<accel::Kind> {};
 
-TEST_P(Determinism, ThreadsTilesAndBatches) {
+TEST_P(Determinism, SameBitsForThreadsTilesAndBatches) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = small_render(kSize, 7);
   settings.integrator.roulette_start_bounce = 2;
@@ -60,8 +60,8 @@ TEST_P(Determinism, CropShowsTheSamePixels) {
   expect_same_bits(render_film(*world, settings), whole, "crop");
 }
 
-// Options that trade bias for less noise, with crops as well.
-TEST_P(Determinism, FirefliesAway) {
+// Options that trade bias for less noise, also with crops.
+TEST_P(Determinism, SameBitsWithClampsAndTrimming) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = small_render(kSize, 23);
   settings.outliers = Outliers::trim;
@@ -71,7 +71,7 @@ TEST_P(Determinism, FirefliesAway) {
     settings.integrator.caustics = caustics;
     settings.crop.reset();
     const Film whole = render_film(*world, settings);
-    EXPECT_FALSE(same_bits(whole.resolve_rgba(), kept)); // they do something
+    EXPECT_FALSE(same_bits(whole.resolve_rgba(), kept)); // the options have an effect
     RenderSettings other = settings;
     other.threads = 3;
     other.tile_size_px = 8;
@@ -82,8 +82,8 @@ TEST_P(Determinism, FirefliesAway) {
   }
 }
 
-// Some pixels stop at 32 samples, others later or never. The sampler is one whose points do not depend on the largest
-// count of samples, so that renders of several counts can be compared.
+// Some pixels stop at 32 samples, others later or never. The sampler is one whose points do not
+// depend on the largest count of samples, so that renders of several counts can be compared.
 RenderSettings adaptive_render() {
   RenderSettings settings = small_render(kSize, 100);
   settings.sampler = SamplerKind::sobol;
@@ -92,13 +92,13 @@ RenderSettings adaptive_render() {
   return settings;
 }
 
-TEST_P(Determinism, AdaptiveSampling) {
+TEST_P(Determinism, SameBitsWithAdaptiveSampling) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = adaptive_render();
   settings.threads = 1;
   const Film reference = render_film(*world, settings);
   const std::vector<float> counts = reference.resolve(Aov::samples);
-  for (const float expected : {32.0f, 64.0f, 100.0f}) // something to compare
+  for (const float expected : {32.0f, 64.0f, 100.0f}) // all kinds of blocks occur
     EXPECT_GT(std::count(counts.begin(), counts.end(), expected), 40) << expected;
 
   settings.threads = 3;
@@ -112,7 +112,7 @@ TEST_P(Determinism, AdaptiveSampling) {
 }
 
 // The samples of an adaptive render are the first ones of a fixed one, pixel by pixel.
-TEST_P(Determinism, AdaptiveSamplesAreThoseOfAFixedRender) {
+TEST_P(Determinism, AdaptiveSamplesEqualFixedRender) {
   const auto world = mixed_world(GetParam());
   const Film adaptive = render_film(*world, adaptive_render());
   const std::vector<float> counts = adaptive.resolve(Aov::samples);
@@ -129,7 +129,7 @@ TEST_P(Determinism, AdaptiveSamplesAreThoseOfAFixedRender) {
   }
 }
 
-// An accelerator's answers may depend on the group, so that pixels that have stopped stay in it.
+// An accelerator's answers may depend on the group of rays, so stopped pixels stay in it.
 TEST(AdaptiveSampling, CameraRaysOfABlockStayTogether) {
   RecordingAccelerator* recorder = nullptr;
   WorldOptions options;
@@ -165,7 +165,7 @@ TEST_P(Determinism, SeedsDiffer) {
   EXPECT_FALSE(same_bits(first, render_film(*world, settings).resolve_rgba()));
 }
 
-TEST_P(Determinism, ReplayGivesTheSameSample) {
+TEST_P(Determinism, ReplayReproducesSample) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = small_render(kSize, 1);
   settings.aovs = AovSet{};
@@ -185,8 +185,8 @@ TEST_P(Determinism, ReplayGivesTheSameSample) {
 INSTANTIATE_TEST_SUITE_P(Accelerators, Determinism, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
                          [](const auto& param) { return std::string(accel::kind_name(param.param)); });
 
-// The accelerators see the same scene: images differ by rounding only.
-TEST(Accelerators, AgreeOnTheImage) {
+// Images of two accelerators differ by rounding only.
+TEST(Accelerators, RenderSameImage) {
   RenderSettings settings = small_render(kSize, 8);
   const std::vector<float> oracle = render_film(*mixed_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {
@@ -196,7 +196,7 @@ TEST(Accelerators, AgreeOnTheImage) {
   }
 }
 
-// --- the loop around it -----------------------------------------------------------------------------------------------
+// --- the loop around it --------------------------------------------------------------------------
 
 TEST(RenderSession, RefusesImpossibleSettings) {
   const auto world = mixed_world(accel::Kind::embree);
@@ -232,7 +232,7 @@ class CancelAfterSamples final : public ProgressListener {
   double samples_per_pixel_;
 };
 
-TEST(RenderSession, CancelledRenderIsWhole) {
+TEST(RenderSession, CancelledRenderHasEqualCounts) {
   const auto world = mixed_world(accel::Kind::embree);
   RenderSettings settings = small_render(kSize, 1U << 20);
   settings.sampler = SamplerKind::sobol; // the same points whatever the largest count
@@ -247,7 +247,7 @@ TEST(RenderSession, CancelledRenderIsWhole) {
   EXPECT_TRUE(same_bits(outcome.value().film.resolve_rgba(), render_film(*world, settings).resolve_rgba()));
 }
 
-TEST(RenderSession, CancelledAdaptiveRenderIsWhole) {
+TEST(RenderSession, CancelledAdaptiveRenderHasEqualCounts) {
   const auto world = mixed_world(accel::Kind::embree);
   RenderSettings settings = adaptive_render();
   settings.samples_per_pixel = 1U << 20;
@@ -263,12 +263,13 @@ TEST(RenderSession, CancelledAdaptiveRenderIsWhole) {
     EXPECT_TRUE(same_bits(outcome.value().film.resolve(aov), whole.resolve(aov)));
 }
 
-// The time ends a render at any count; what is there is the render of that count, blocks that had stopped included.
-TEST(RenderSession, AdaptiveRenderThatRunsOutOfTimeIsWhole) {
+// A time limit can end a render at any count; its image is the render of that count, stopped blocks
+// included.
+TEST(RenderSession, TimeLimitedAdaptiveRenderHasEqualCounts) {
   const auto world = mixed_world(accel::Kind::embree);
   RenderSettings settings = adaptive_render();
   settings.samples_per_pixel = 1U << 20;
-  settings.adaptive.noise_threshold = 1e-4; // never reached but by what has no noise
+  settings.adaptive.noise_threshold = 1e-4; // reached only without noise
   settings.time_limit_s = 0.05;
   const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, nullptr, nullptr);
   ASSERT_TRUE(outcome.ok());
@@ -280,7 +281,7 @@ TEST(RenderSession, AdaptiveRenderThatRunsOutOfTimeIsWhole) {
   EXPECT_TRUE(same_bits(outcome.value().film.resolve(Aov::beauty), whole.resolve(Aov::beauty)));
 }
 
-// Passes that seem slow become short, so that they end elsewhere than at the counts for decisions.
+// Slow passes become short and end at counts without decisions.
 class SlowListener final : public ProgressListener {
  public:
   void on_progress(const ProgressSnapshot& snapshot) override {

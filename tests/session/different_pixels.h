@@ -1,4 +1,4 @@
-// How far images agree that differ by rounding.
+// Counts the pixels by which images differ beyond rounding.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace kindling::test {
 
-// Pixels of two RGBA images whose red differs by more than rounding: paths that took another branch.
+// Returns the number of pixels of two RGBA images whose red differs by more than rounding: their
+// paths took another branch.
 inline size_t different_pixels(const std::vector<float>& image, const std::vector<float>& oracle) {
   size_t different = 0;
   for (size_t i = 0; i < oracle.size(); i += 4)

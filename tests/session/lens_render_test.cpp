@@ -1,4 +1,4 @@
-// Images through lenses and of moving cameras against what geometry says of them.
+// Images through lenses and of moving cameras agree with geometric predictions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/aperture.h"
 #include "tests/integrator/test_scenes.h"
@@ -33,7 +33,8 @@ SceneCamera with_lens(float aperture_m, int blades = 0) {
   return camera;
 }
 
-// A square of `side_px` that shines with radiance 1, seen at this film position, `depth` before the camera in the origin.
+// A square of `side_px` that shines with radiance 1, seen at this film position, `depth` before the
+// camera in the origin.
 Primitive lamp(const V2f& film_px, float side_px, float depth) {
   const V2f at = (film_px - V2f(kMiddle)) * (kPixel * depth);
   const float side = side_px * kPixel * depth;
@@ -92,11 +93,13 @@ Blob measure(const std::vector<float>& image) {
   return blob;
 }
 
-// The image of a square of s pixels through a round lens is the square blurred by a disk of diameter c = A |1/f - 1/d| in pixels of a film at distance 1,
-// which is the circle of confusion A f' |d - f| / (d (f - f')) of a film behind a lens of focal length f'. Along an axis such a disk has the variance
-// c^2 / 16 (and the fourth moment twice its square), the square s^2 / 12, the box filter 1/12. N = s^2 samples hit the lamp: the sum is known to
-// 1 / sqrt(N), the variance to 1 / sqrt(N) as well; Sobol points know both better.
-TEST(LensImages, BlurIsTheCircleOfConfusion) {
+// The image of a square of s pixels through a round lens is the square blurred by a disk of
+// diameter c = A |1/f - 1/d| in pixels of a film at distance 1, which is the circle of confusion A
+// f' |d - f| / (d (f - f')) of a film behind a lens of focal length f'. Along an axis such a disk
+// has the variance c^2 / 16 (and the fourth moment twice its square), the square s^2 / 12, the box
+// filter 1/12. N = s^2 samples hit the lamp: the sum is known to 1 / sqrt(N), the variance to 1 /
+// sqrt(N) as well; Sobol points know both better.
+TEST(LensImages, BlurIsCircleOfConfusion) {
   for (const float aperture : {0.3f, 0.9f})
     for (const float depth : {1.2f, 6.0f, 1e4f}) { // before and behind the focus, and far away
       SCOPED_TRACE(std::to_string(aperture) + " " + std::to_string(depth));
@@ -107,7 +110,7 @@ TEST(LensImages, BlurIsTheCircleOfConfusion) {
       const Blob blob = measure(image(*world, Camera(with_lens(aperture), M44f(), kLensSize), box_render()));
       const double error = kLevel / std::sqrt(kSamples * square(kSide));
       EXPECT_NEAR(sharp.sum, square(kSide), 1e-3 * square(kSide));
-      EXPECT_NEAR(blob.sum, square(kSide), error * square(kSide)); // no light is lost, none is won
+      EXPECT_NEAR(blob.sum, square(kSide), error * square(kSide)); // light is conserved
       const double variance = c * c / 16.0 + square(kSide) / 12.0 + 1.0 / 12.0;
       EXPECT_NEAR(blob.variance_x, variance, error * variance);
       EXPECT_NEAR(blob.variance_y, variance, error * variance);
@@ -119,7 +122,7 @@ TEST(LensImages, BlurIsTheCircleOfConfusion) {
 }
 
 // Film positions are the same with and without a lens; rays of one meet in the plane of focus.
-TEST(LensImages, ThePlaneOfFocusIsAsSharpAsAPinhole) {
+TEST(LensImages, FocusPlaneIsAsSharpAsPinhole) {
   std::vector<Primitive> squares;
   for (int i = 0; i < 25; ++i)
     squares.push_back(lamp(V2f(5.3f + 9.0f * static_cast<float>(i % 5), 5.9f + 9.0f * static_cast<float>(i / 5)),
@@ -127,14 +130,16 @@ TEST(LensImages, ThePlaneOfFocusIsAsSharpAsAPinhole) {
   const auto world = lamps(std::move(squares));
   const std::vector<float> pinhole = image(*world, Camera(half_unit_camera(), M44f(), kLensSize), box_render(64));
   const std::vector<float> lens = image(*world, Camera(with_lens(0.2f, 5), M44f(), kLensSize), box_render(64));
-  // A sample changes sides where it is within rounding of an edge: 25 squares, 4 edges of some 6 pixels, 64 samples, 1e-5 of a pixel.
+  // A sample changes sides where it is within rounding of an edge: 25 squares, 4 edges of some 6
+  // pixels, 64 samples, 1e-5 of a pixel.
   double difference = 0.0;
   for (size_t i = 0; i < pinhole.size(); ++i) difference += std::abs(static_cast<double>(pinhole[i]) - lens[i]);
   EXPECT_LT(difference, 8.0 / 64.0);
   EXPECT_GT(std::accumulate(lens.begin(), lens.end(), 0.0), 400.0);
 }
 
-// A highlight has the aperture's shape: light wherever the shape reaches (shrunk by the lamp and a pixel), none elsewhere (grown by them).
+// A highlight has the aperture's shape: light wherever the shape reaches (shrunk by the lamp and a
+// pixel), none elsewhere (grown by them).
 void expect_shape(const SceneCamera& camera, const V2f& lamp_px, float depth) {
   constexpr float kSide = 3.0f;
   const auto world = lamps({lamp(lamp_px, kSide, depth)});
@@ -171,7 +176,7 @@ void expect_shape(const SceneCamera& camera, const V2f& lamp_px, float depth) {
   EXPECT_GT(outside, 800);
 }
 
-TEST(LensImages, HighlightsHaveTheShapeOfTheAperture) {
+TEST(LensImages, HighlightsHaveApertureShape) {
   SceneCamera triangle = with_lens(1.5f, 3);
   expect_shape(triangle, V2f(kMiddle), 6.0f);
   expect_shape(triangle, V2f(kMiddle), 1.2f); // upside down
@@ -184,15 +189,16 @@ TEST(LensImages, HighlightsHaveTheShapeOfTheAperture) {
 }
 
 // The barrel changes shapes, not brightness: light from all around stays as it is everywhere.
-TEST(LensImages, NothingGetsDarkerBehindABarrel) {
+TEST(LensImages, BarrelKeepsBrightness) {
   SceneCamera camera = with_lens(0.9f, 6);
   camera.lens.cats_eye = 1.0f;
   const auto world = lamps({quad(V3f(-50, -50, -6), V3f(100, 0, 0), V3f(0, 100, 0), 0)});
   for (const float value : image(*world, Camera(camera, M44f(), kLensSize), box_render(16))) EXPECT_EQ(value, 1.0f);
 }
 
-// A camera that slides sideways by 12 pixels over the edge of a bright half plane: coverage is a ramp, column by column.
-TEST(MovingCameraImages, AMovingEdgeIsARamp) {
+// A camera that slides sideways by 12 pixels over the edge of a bright half plane: coverage is a
+// ramp, column by column.
+TEST(MovingCameraImages, MovingEdgeIsRamp) {
   const float depth = 3.0f;
   const auto world = lamps({quad(V3f(0, -50, -depth), V3f(50, 0, 0), V3f(0, 100, 0), 0)});
   M44f there;
@@ -211,8 +217,9 @@ TEST(MovingCameraImages, AMovingEdgeIsARamp) {
   }
 }
 
-// Whole images: a camera that moves and turns is the mean of cameras that stand at 24 moments in between.
-TEST(MovingCameraImages, AreTheMeanOfStillOnes) {
+// Whole images: a camera that moves and turns is the mean of cameras that stand at 24 moments in
+// between.
+TEST(MovingCameraImages, AreMeanOfStaticOnes) {
   const auto world =
       make_world(sphere_lamp_and_veil(0.4f), accel::Kind::embree, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
   const M44f from = look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), to = look_at(V3f(-0.5f, 2.6f, 4.0f), V3f(0.2f, -0.3f, 0));
@@ -226,7 +233,7 @@ TEST(MovingCameraImages, AreTheMeanOfStillOnes) {
     const Mean a = render_mean(*world, Camera(SceneCamera{}, from, size, {.later_transforms = later}), settings);
     moving += a.luminance / kMoments;
     moving_square += a.luminance * a.luminance / kMoments;
-    // Where the moving one is at that moment, told by its rays.
+    // The position of the moving camera at that moment, from its rays.
     const Camera camera(SceneCamera{}, from, size, {.later_transforms = later});
     const float time = (static_cast<float>(i) + 0.5f) / kMoments;
     const auto ray = [&](float x, float y) { return camera.generate_ray(V2f(x, y), V2f(0.5f), time); };
@@ -239,13 +246,13 @@ TEST(MovingCameraImages, AreTheMeanOfStillOnes) {
   }
   const double moving_variance = (moving_square - moving * moving) / (kMoments - 1);
   const double error = std::sqrt(moving_variance + still_variance);
-  EXPECT_LT(error / still, 0.004); // or the next line would say little
+  EXPECT_LT(error / still, 0.004); // else the next line would be too weak
   EXPECT_NEAR(moving, still, kLevel * error);
   const Mean start = render_mean(*world, Camera(SceneCamera{}, from, size), settings);
-  EXPECT_GT(std::abs(start.luminance - still), 2.0 * kLevel * error); // it does move
+  EXPECT_GT(std::abs(start.luminance - still), 2.0 * kLevel * error); // the camera does move
 }
 
-TEST(LensImages, ThreadsTilesBatchesAndCropsShowTheSameBits) {
+TEST(LensImages, SameBitsForThreadsTilesBatchesAndCrops) {
   const M44f from = look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), to = look_at(V3f(0.5f, 1.6f, 5), V3f(0.4f, 0, 0));
   const std::vector<M44f> later{to};
   SceneCamera file;

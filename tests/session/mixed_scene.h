@@ -1,4 +1,4 @@
-// Small scenes with some of everything, to be rendered in many ways that must agree to the bit.
+// Small scenes with all features, for renders that must agree to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,7 +35,8 @@ inline std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }
 
-// A turning sphere, a second one of the same mesh that stands still, a lamp that swings, a bending strip, and a moving veil.
+// A turning sphere, a second one of the same mesh that is static, a lamp that swings, a bending
+// strip, and a moving veil.
 inline std::unique_ptr<const World> moving_world(accel::Kind kind) {
   Scene scene = sphere_lamp_and_veil(0.3f);
   Node copy = scene.nodes[0];

@@ -1,4 +1,4 @@
-// The same image of a moving scene, bit for bit, however it is cut into work.
+// Images of a moving scene have the same bits for any division of the work.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/different_pixels.h"
 #include "tests/session/mixed_scene.h"
@@ -19,7 +19,7 @@ Film render_moving(const World& world, const RenderSettings& settings) {
 
 class MovingDeterminism : public testing::TestWithParam<accel::Kind> {};
 
-TEST_P(MovingDeterminism, ThreadsTilesBatchesAndCrops) {
+TEST_P(MovingDeterminism, SameBitsForThreadsTilesBatchesAndCrops) {
   const auto world = moving_world(GetParam());
   RenderSettings settings = small_render(kMovingSize, 7);
   settings.integrator.roulette_start_bounce = 2;
@@ -44,7 +44,7 @@ TEST_P(MovingDeterminism, ThreadsTilesBatchesAndCrops) {
   }
 }
 
-TEST_P(MovingDeterminism, ReplayGivesTheSameSample) {
+TEST_P(MovingDeterminism, ReplayReproducesSample) {
   const auto world = moving_world(GetParam());
   const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kMovingSize,
                       CameraMotion{.shutter_open = true});
@@ -62,8 +62,8 @@ TEST_P(MovingDeterminism, ReplayGivesTheSameSample) {
 INSTANTIATE_TEST_SUITE_P(Accelerators, MovingDeterminism, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
                          [](const auto& param) { return std::string(accel::kind_name(param.param)); });
 
-// The accelerators see the same scene at the same time: images differ by rounding only.
-TEST(MovingAccelerators, AgreeOnTheImage) {
+// Images of two accelerators differ by rounding only.
+TEST(MovingAccelerators, RenderSameImage) {
   RenderSettings settings = small_render(kMovingSize, 8);
   const std::vector<float> oracle = render_moving(*moving_world(accel::Kind::brute_force), settings).resolve_rgba();
   for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree}) {

@@ -1,4 +1,4 @@
-// Ranges of samples and parts of the image, rendered apart and added up in any order: the undivided render, bit for bit.
+// Parts of samples and image, added up in any order, equal the undivided render bit for bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/split_renders.h"
 
@@ -22,7 +22,7 @@ void merge(RenderState& sum, const RenderState& part) {
       EXPECT_TRUE(sum.coverage.add(sum.coverage.index_of(part.coverage.block(b).min), span));
 }
 
-TEST_P(Parts, SamplesAndRegionsInAnyOrder) {
+TEST_P(Parts, AddUpInAnyOrder) {
   const SplitScene scene(GetParam());
   const RenderSettings whole_settings = scene.settings();
   const bool divides_samples = !whole_settings.adaptive.enabled();
@@ -49,10 +49,10 @@ TEST_P(Parts, SamplesAndRegionsInAnyOrder) {
   }
 }
 
-// Gaps in the middle are found and filled, of samples and of the image.
+// Gaps in samples and in the image are found and filled.
 class Gaps : public Parts {};
 
-TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
+TEST_P(Gaps, MissingSamplesAreRenderedLater) {
   const SplitScene scene(GetParam());
   const RenderSettings settings = scene.settings();
   const Film whole = scene.render(settings).film;
@@ -72,7 +72,7 @@ TEST_P(Gaps, WhatIsMissingIsRenderedLater) {
     missing += (settings.samples_per_pixel - has) * static_cast<uint64_t>(sum.coverage.block(b).pixel_count());
   }
   const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(sum)});
-  EXPECT_EQ(outcome.statistics.rays.paths, missing); // and nothing besides
+  EXPECT_EQ(outcome.statistics.rays.paths, missing); // and no others
   expect_same_bits(outcome.film, whole, "gaps filled");
 }
 

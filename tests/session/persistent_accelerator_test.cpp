@@ -1,4 +1,4 @@
-// Frames whose accelerators hand trees on are the images of their moments, to the bit, and what changes is built anew.
+// Frames that reuse accelerator structures equal single renders; changed geometry is rebuilt.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_sequence.h"
 #include "tests/integrator/motion_scenes.h"
@@ -26,8 +26,9 @@ size_t triangles_of(const Scene& scene, int mesh) {
   return count;
 }
 
-// Still: a sphere, a floor, a lamp, a veil and a sieve. Moving: a sphere that passes through the still one, a plate that slides in the plane
-// of the floor, a veil, a lamp, a strip that bends and a flag that is morphed. Three nodes share a mesh that is too large to be copied.
+// Still: a sphere, a floor, a lamp, a veil and a sieve. Moving: a sphere that passes through the
+// still one, a plate that slides in the plane of the floor, a veil, a lamp, a strip that bends and
+// a flag that is morphed. Three nodes share a mesh that is too large to be copied.
 Things make_things() {
   Things things{sphere_lamp_and_veil(0.3f)};
   Scene& scene = things.scene;
@@ -117,7 +118,8 @@ Film render_persistent(const World& world) {
 
 class PersistentAccelerator : public testing::TestWithParam<accel::Kind> {};
 
-// Renders the moments one after the other, compares each with the image of that moment, and returns what was built for each.
+// Renders the moments one after the other, compares each with the image of that moment, and returns
+// what was built for each.
 std::vector<size_t> built_for(const std::vector<Moment>& moments, accel::Kind kind, bool shutter) {
   Things things = make_things();
   WorldSequence worlds;
@@ -139,15 +141,16 @@ std::vector<size_t> built_for(const std::vector<Moment>& moments, accel::Kind ki
   return built;
 }
 
-TEST_P(PersistentAccelerator, FramesAreTheImagesOfTheirMoments) {
+TEST_P(PersistentAccelerator, FramesEqualSingleRenders) {
   const Things things = make_things();
   const size_t all = things.still + things.placed + things.moving;
   EXPECT_EQ(built_for({{0.0}, {0.5}, {0.25}, {1.0}}, GetParam(), false),
             (std::vector<size_t>{all, things.moving, things.moving, things.moving}));
 }
 
-// With an open shutter rigid things that move are instances, whose trees are kept as well: what deforms is built.
-TEST_P(PersistentAccelerator, FramesWithAShutterToo) {
+// With an open shutter rigid things that move are instances, whose trees are kept as well: what
+// deforms is built.
+TEST_P(PersistentAccelerator, FramesWithShutterEqualSingleRenders) {
   const std::vector<size_t> built = built_for({{0.0}, {0.5}, {0.25}}, GetParam(), true);
   const size_t deforming = 2 + 16;
   EXPECT_EQ(built[1], deforming);
@@ -155,7 +158,7 @@ TEST_P(PersistentAccelerator, FramesWithAShutterToo) {
 }
 
 // A still thing whose opacity comes and goes.
-TEST_P(PersistentAccelerator, OpacityIsBuiltAnew) {
+TEST_P(PersistentAccelerator, ChangedOpacityIsRebuilt) {
   const Things things = make_things();
   const size_t again = things.still + things.moving;
   EXPECT_EQ(built_for({{0.0, 0.5f}, {0.25, 1.0f}, {0.5, 1.0f}, {0.75, 0.3f}, {1.0, 0.4f}}, GetParam(), false),
@@ -165,15 +168,16 @@ TEST_P(PersistentAccelerator, OpacityIsBuiltAnew) {
 INSTANTIATE_TEST_SUITE_P(Accelerators, PersistentAccelerator, testing::Values(accel::Kind::embree, accel::Kind::kdtree),
                          [](const auto& param) { return std::string(accel::kind_name(param.param)); });
 
-// With the kd-tree it cannot be seen what is traced apart, not even in the plate that slides in the plane of the floor: of hits at the same
-// distance the smallest ids count. (With Embree it can be, there: which of such hits it tells depends on its trees.)
-TEST(PersistentAccelerators, DivisionsOfTheKdTreeDoNotShow) {
+// With the kd-tree it cannot be seen what is traced apart, not even in the plate that slides in the
+// plane of the floor: of hits at the same distance the smallest ids count. (With Embree it can be,
+// there: which of such hits it tells depends on its trees.)
+TEST(PersistentAccelerators, DivisionOfKdTreeKeepsBits) {
   for (const bool shutter : {false, true}) {
-    const auto film = [&](size_t least) {
+    const auto film = [&](size_t min_triangles) {
       Things things = make_things();
       PosedScene posed = pose(things.scene, {0.4}, things.veil, shutter);
       WorldOptions options = options_for(accel::Kind::kdtree);
-      options.min_persistent_triangles = least;
+      options.min_persistent_triangles = min_triangles;
       return render_persistent(
           *build_world(std::move(things.scene), std::move(posed), options, nullptr, nullptr).value());
     };
@@ -182,12 +186,12 @@ TEST(PersistentAccelerators, DivisionsOfTheKdTreeDoNotShow) {
 }
 
 // Without a time nothing is traced apart, and so it is where it does not pay.
-TEST(PersistentAccelerators, OnlyWhereItPays) {
-  const auto nodes_of = [](bool animated, size_t least) {
+TEST(PersistentAccelerators, UsedOnlyWhereItPays) {
+  const auto nodes_of = [](bool animated, size_t min_triangles) {
     Things things = make_things();
     Result<PosedScene> posed = pose_scene(things.scene, animated ? PoseOptions{.time_s = 0.5} : PoseOptions{});
     WorldOptions options = options_for(accel::Kind::kdtree);
-    options.min_persistent_triangles = least;
+    options.min_persistent_triangles = min_triangles;
     const auto world =
         build_world(std::move(things.scene), std::move(posed).value(), options, nullptr, nullptr).value();
     size_t persistent = 0;

@@ -1,4 +1,4 @@
-// Ray files: what is written is read back, and broken files are refused with a reason.
+// Ray files survive a round trip, and broken ones are refused with a reason.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/ray_file.h"
 
@@ -48,7 +48,7 @@ class RayFile : public testing::Test {
   }
   void write_bytes(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
 
-  // Reads what `change` made of a good file, and expects these words in the error.
+  // Changes a good file, and expects these words in the error of reading it.
   template <typename Change>
   void expect_refused(const std::string& words, Change change) const {
     ASSERT_TRUE(write_ray_file(path_, recording()).ok());
@@ -71,11 +71,11 @@ void put(std::string& bytes, size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-// The documented places: a header of 32 bytes, 48 for each set, then rays of 48.
+// Documented offsets: a header of 32 bytes, 48 for each set, then rays of 48.
 constexpr size_t kFirstSet = 32;
 constexpr size_t kFirstRay = 32 + 3 * 48;
 
-TEST_F(RayFile, ComesBackAsItWas) {
+TEST_F(RayFile, RoundTripKeepsEverything) {
   const RayRecording written = recording();
   ASSERT_TRUE(write_ray_file(path_, written).ok());
   EXPECT_EQ(bytes().size(), kFirstRay + 102 * 48);
@@ -96,7 +96,7 @@ TEST_F(RayFile, ComesBackAsItWas) {
   }
 }
 
-TEST_F(RayFile, TheLayoutIsTheDocumentedOne) {
+TEST_F(RayFile, LayoutIsDocumented) {
   ASSERT_TRUE(write_ray_file(path_, recording()).ok());
   const std::string file = bytes();
   EXPECT_EQ(file.substr(0, 8), "KNDLRAYS");
@@ -112,7 +112,7 @@ TEST_F(RayFile, TheLayoutIsTheDocumentedOne) {
   EXPECT_EQ(key, 1U);
 }
 
-TEST_F(RayFile, BrokenFilesAreRefused) {
+TEST_F(RayFile, RefusesBrokenFiles) {
   expect_refused("is no ray file", [](std::string& b) { b[0] = 'X'; });
   expect_refused("is no ray file", [](std::string& b) { b.resize(20); });
   expect_refused("is no ray file", [](std::string& b) { b.clear(); });
@@ -136,7 +136,7 @@ TEST_F(RayFile, BrokenFilesAreRefused) {
   });
 }
 
-TEST_F(RayFile, MissingFilesAndFoldersAreRefused) {
+TEST_F(RayFile, RefusesMissingFilesAndFolders) {
   EXPECT_EQ(read_ray_file(folder_ / "none").error().message, (folder_ / "none").string() + ": cannot be read");
   EXPECT_NE(read_ray_file(folder_).error().message.find("is a folder"), std::string::npos);
   EXPECT_FALSE(write_ray_file(folder_ / "no" / "rays.bin", recording()).ok());

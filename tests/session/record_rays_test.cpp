@@ -1,4 +1,4 @@
-// Recorded rays are those that the path tracer traces: their kinds, counts, ends and directions.
+// Recorded rays have the kinds, counts, ends and directions of the path tracer's.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/record_rays.h"
 #include "tests/integrator/test_scenes.h"
@@ -17,7 +17,8 @@ struct Stage {
   RecordingAccelerator* recorder = nullptr;
 };
 
-// A closed gray room of side 4 around the origin with a lamp under its ceiling: every path goes on, every surface is lit.
+// A closed gray room of side 4 around the origin with a lamp under its ceiling: every path goes on,
+// every surface is lit.
 Stage make_stage() {
   Stage stage;
   WorldOptions options;
@@ -51,7 +52,7 @@ const RaySet& find(const std::vector<RaySet>& sets, const std::string& name) {
   return *std::find_if(sets.begin(), sets.end(), [&](const RaySet& set) { return set.name == name; });
 }
 
-TEST(RecordRays, EveryKindHasItsRays) {
+TEST(RecordRays, EveryKindHasRays) {
   const std::vector<RaySet> sets = record();
   ASSERT_EQ(sets.size(), 7U);
   for (const RaySet& set : sets) {
@@ -73,7 +74,7 @@ TEST(RecordRays, EveryKindHasItsRays) {
   }
 }
 
-TEST(RecordRays, KindsStartWhereTheyShould) {
+TEST(RecordRays, RaysStartOnSurfacesOfTheirKind) {
   const std::vector<RaySet> sets = record();
   const V3f eye = recording_camera().position();
   for (const accel::Ray& ray : find(sets, "camera").rays) ASSERT_EQ(ray.origin, eye);
@@ -102,7 +103,7 @@ TEST(RecordRays, KindsStartWhereTheyShould) {
   EXPECT_GT(behind(find(sets, "shadow3")), 0);
 }
 
-TEST(RecordRays, ShuffledRaysAreTheSameRays) {
+TEST(RecordRays, ShuffledRaysArePermutation) {
   const std::vector<RaySet> sets = record();
   const auto words = [](const RaySet& set) {
     std::vector<std::string> rays;
@@ -119,7 +120,7 @@ TEST(RecordRays, ShuffledRaysAreTheSameRays) {
   EXPECT_EQ(in_order, shuffled);
 }
 
-TEST(RecordRays, TheSameEveryTime) {
+TEST(RecordRays, IsDeterministic) {
   const std::vector<RaySet> a = record(500), b = record(500);
   ASSERT_EQ(a.size(), b.size());
   for (size_t s = 0; s < a.size(); ++s) {
@@ -130,7 +131,7 @@ TEST(RecordRays, TheSameEveryTime) {
   }
 }
 
-TEST(RecordRays, CameraRaysAreWholeBlocks) {
+TEST(RecordRays, CameraRaysFormWholeBlocks) {
   const std::vector<RaySet> sets = record(64 * 20);
   const std::vector<accel::Ray>& rays = find(sets, "camera").rays;
   const Camera camera = recording_camera();
@@ -149,7 +150,7 @@ TEST(RecordRays, CameraRaysAreWholeBlocks) {
   }
 }
 
-TEST(RecordingAccelerator, ShowsEachCallAndAnswersAsTheOneInside) {
+TEST(RecordingAccelerator, ReportsCallsAndForwardsAnswers) {
   const Stage stage = make_stage();
   using Call = RecordingAccelerator::Call;
   std::vector<std::pair<Call, size_t>> calls;
@@ -183,7 +184,7 @@ TEST(RecordingAccelerator, ShowsEachCallAndAnswersAsTheOneInside) {
   EXPECT_EQ(calls[5], std::pair(Call::any_hit, size_t{1}));
 }
 
-TEST(RecordRays, ACancelledRecordingEnds) {
+TEST(RecordRays, CancelledRecordingEnds) {
   const Stage stage = make_stage();
   CancelToken cancel;
   cancel.cancel();
@@ -191,7 +192,7 @@ TEST(RecordRays, ACancelledRecordingEnds) {
     EXPECT_TRUE(set.rays.empty());
 }
 
-TEST(GeometryHash, SeesEveryInput) {
+TEST(GeometryHash, DependsOnEveryInput) {
   std::vector<V3f> positions{V3f(0), V3f(1, 0, 0), V3f(0, 1, 0), V3f(0)}; // the last one is padding
   std::vector<uint32_t> indices{0, 1, 2};
   std::vector<accel::TriangleMesh> meshes{{std::span(positions).first(3), indices, true}};

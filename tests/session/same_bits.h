@@ -1,4 +1,4 @@
-// Whether images agree to the bit.
+// Compares images to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,8 @@ inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) 
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-// All that the films' AOVs have: `part` shows the pixels of its crop as `whole` does, whose crop is the whole image or contains that.
+// All that the films' AOVs have: `part` shows the pixels of its crop as `whole` does, whose crop is
+// the whole image or contains that.
 inline void expect_same_bits(const Film& part, const Film& whole, const std::string& what) {
   const PixelRect &crop = part.crop(), &all = whole.crop();
   for (const AovInfo& info : kAovs) {

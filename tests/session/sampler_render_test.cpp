@@ -1,4 +1,4 @@
-// Renders with every sampler: one expectation, the same bits for threads, tiles and crops, and samples that replay.
+// Every sampler gives the same mean, the same bits for any division, and samples that replay.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
 
@@ -39,8 +39,9 @@ double mean_of(const Film& film) {
   return sum / static_cast<double>(rgb.size());
 }
 
-// Means over images of several seeds; their spread is the standard error, whatever correlates pixels. 6 samples: no power of two.
-TEST(SamplerRender, AllHaveTheSameMean) {
+// Means over images of several seeds; their spread is the standard error, whatever correlates
+// pixels. 6 samples: no power of two.
+TEST(SamplerRender, AllHaveSameMean) {
   const auto world = lit_sphere();
   constexpr uint32_t kSeeds = 16;
   std::array<double, 4> means{}, errors{};
@@ -55,12 +56,12 @@ TEST(SamplerRender, AllHaveTheSameMean) {
   }
   for (const size_t k : {size_t{0}, size_t{1}, size_t{2}}) {
     const double error = std::hypot(errors[k], errors[3]);
-    EXPECT_LT(error / means[3], 0.002); // or the next line would say little
+    EXPECT_LT(error / means[3], 0.002); // else the next line would be too weak
     EXPECT_NEAR(means[k], means[3], 4.5 * error) << sampler_name(kKinds[k]);
   }
 }
 
-TEST(SamplerRender, ThreadsTilesAndCropsShowTheSameBits) {
+TEST(SamplerRender, SameBitsForThreadsTilesAndCrops) {
   const auto world = lit_sphere();
   for (const SamplerKind kind : kKinds) {
     RenderSettings settings = settings_of(kind, 5, 1);

@@ -1,4 +1,4 @@
-// What is rendered whole and in pieces that must agree to the bit: tracers, options and accelerators.
+// The renders that are compared whole and in pieces: tracers, options and accelerators.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -75,7 +75,7 @@ class SplitScene {
       break;
     case SplitKind::guided:
       settings.guiding = Guiding::on;
-      settings.planned_samples = 64; // enough to learn from
+      settings.planned_samples = 64; // enough to train a guide
       break;
     case SplitKind::moving: settings.sampler = SamplerKind::sobol; break;
     }

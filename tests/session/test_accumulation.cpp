@@ -1,3 +1,4 @@
+// Fills states and identities with random values, and writes them.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/session/test_accumulation.h"
 

@@ -1,4 +1,4 @@
-// Accumulation files of a test: a folder for each, and states of random records to put there.
+// A folder for the accumulation files of each test, and states of random records.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,13 +19,13 @@ class AccumulationFolder : public testing::Test {
 
   [[nodiscard]] size_t files_in_folder() const;
 
-  std::filesystem::path folder_, path_; // where a test's file is to lie
+  std::filesystem::path folder_, path_; // file of the test
 };
 
-// Everything that an identity has, and not as a default.
+// Returns an identity whose members all differ from their defaults.
 [[nodiscard]] AccumulationIdentity identity_of(const V2i& size_px, const PixelRect& crop);
-// Of random records: what a file must carry, whether or not a render could leave it. `everything`: all AOVs, trimmed outliers, adaptive
-// sampling.
+// Returns a state of random records, even such that no render could produce. `everything`:
+// all AOVs, trimmed outliers, adaptive sampling.
 [[nodiscard]] RenderState random_state(const V2i& size_px, const PixelRect& area, bool everything, uint32_t seed);
 
 void expect_same(const RenderState& a, const RenderState& b);

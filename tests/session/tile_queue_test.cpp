@@ -1,4 +1,4 @@
-// Every block of every pass is handed out once, however many threads there are and whenever they pause.
+// Every block of every pass is handed out once, for any number of threads and any pauses.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/run_workers.h"
 #include "renderer/session/tile_queue.h"
@@ -34,11 +34,11 @@ std::vector<std::vector<PixelRect>> lanes_of(size_t count, int tile_size_px) {
   return lanes;
 }
 
-TEST(TileQueue, EveryBlockOfEveryPassOnce) {
+TEST(TileQueue, HandsOutEveryBlockOfEveryPassOnce) {
   for (const size_t threads : {1U, 2U, 7U})
     for (const bool regions : {false, true})
       for (const int tile_size_px : {8, 32}) {
-        Coverage coverage(kQueueArea); // written by whoever has the block: adding a sample twice fails
+        Coverage coverage(kQueueArea); // written by the thread that has the block; adding a sample twice fails
         uint32_t opened = 0;
         const auto lanes = lanes_of(regions ? threads : 1, tile_size_px);
         TileQueue queue(lanes, threads, one_by_one(opened));
@@ -104,8 +104,8 @@ TEST(TileQueue, ThreadsShareTheLastTiles) {
   EXPECT_EQ(queue.live_tiles(), 0U);
 }
 
-// Who has done all of its own does not run ahead.
-TEST(TileQueue, AtMostTwoPassesAreOpen) {
+// A lane that is finished early does not run ahead.
+TEST(TileQueue, OpensAtMostTwoPasses) {
   uint32_t opened = 0;
   TileQueue queue({make_tiles({V2i(0, 0), V2i(8, 8)}, 8), make_tiles({V2i(8, 0), V2i(16, 8)}, 8)}, 2,
                   one_by_one(opened, 100));
@@ -132,7 +132,7 @@ TEST(TileQueue, AtMostTwoPassesAreOpen) {
   EXPECT_EQ(taken, 3);
 }
 
-TEST(TileQueue, AnExceptionEndsAllThreads) {
+TEST(TileQueue, ExceptionEndsAllThreads) {
   uint32_t opened = 0;
   TileQueue queue(lanes_of(1, 8), 3, one_by_one(opened, 1000000));
   const auto work = [&](size_t thread) {

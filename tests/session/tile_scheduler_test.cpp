@@ -1,4 +1,4 @@
-// Tiles, blocks and passes cover everything once.
+// Tiles, regions, blocks and passes cover every pixel and sample once.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/tile_scheduler.h"
 
@@ -23,7 +23,8 @@ TEST(TileScheduler, TilesCoverTheCropOnce) {
           EXPECT_FALSE(block.empty());
           EXPECT_LE(block.width(), kBlockSize);
           EXPECT_LE(block.height(), kBlockSize);
-          // Blocks lie on the image's own grid, so that groups of camera rays do not depend on tiles.
+          // Blocks lie on the image's own grid, so that groups of camera rays do not depend on
+          // tiles.
           EXPECT_EQ(block.min.x / kBlockSize, (block.max.x - 1) / kBlockSize);
           EXPECT_EQ(block.min.y / kBlockSize, (block.max.y - 1) / kBlockSize);
           for (int y = block.min.y; y < block.max.y; ++y)
@@ -38,7 +39,7 @@ TEST(TileScheduler, TilesCoverTheCropOnce) {
     }
 }
 
-TEST(TileScheduler, RegionsCoverTheCropOnceAndAreAlike) {
+TEST(TileScheduler, RegionsCoverTheCropOnceWithSimilarAreas) {
   for (const PixelRect& crop : {PixelRect{V2i(0, 0), V2i(640, 480)}, PixelRect{V2i(3, 5), V2i(77, 41)},
                                 PixelRect{V2i(31, 31), V2i(33, 33)}, PixelRect{V2i(0, 0), V2i(301, 246)}})
     for (const int workers : {1, 2, 3, 4, 7, 16, 64}) {
@@ -66,7 +67,7 @@ TEST(TileScheduler, RegionsCoverTheCropOnceAndAreAlike) {
     }
 }
 
-TEST(TileScheduler, ASingleBlockHasOneOwner) {
+TEST(TileScheduler, SingleBlockHasOneOwner) {
   int owners = 0;
   for (const PixelRect& region : make_regions({V2i(8, 8), V2i(16, 16)}, 5)) owners += region.empty() ? 0 : 1;
   EXPECT_EQ(owners, 1);
@@ -84,7 +85,7 @@ TEST(TileScheduler, PassesTakeEverySampleOnce) {
         done += pass.count();
       }
     }
-  EXPECT_EQ(next_pass(0, 100, 0.0).count(), 1U);    // an image early
+  EXPECT_EQ(next_pass(0, 100, 0.0).count(), 1U);    // the first image comes early
   EXPECT_EQ(next_pass(50, 1000, 0.01).count(), 1U); // slow: one at a time
   EXPECT_GE(next_pass(64, 1000, 1e6).count(), 32U); // fast: long passes
 }

@@ -1,4 +1,4 @@
-// Guides from training: the same for any division of the work, better images of the same mean, and none where they do not pay.
+// Trained guides do not depend on the division of the work, reduce noise, keep the mean, and are dropped if useless.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/train_guide.h"
 #include "tests/integrator/test_scenes.h"
@@ -10,8 +10,7 @@ namespace {
 
 const V2i kRoomSize(75, 53); // not a multiple of anything
 
-// A white room, lit by a lamp that shines at the ceiling from a hand's breadth below it: the ceiling around it is what the
-// room sees.
+// A white room lit by a lamp that shines at the ceiling from just below it: the room is lit by the ceiling.
 std::unique_ptr<const World> room() {
   Material lamp = emissive_material(Rgb(30.0f), Rgb(0.5f));
   lamp.double_sided = false;
@@ -41,7 +40,7 @@ Film render_room(const World& world, const RenderSettings& settings) {
   return std::move(outcome).value().film;
 }
 
-TEST(TrainGuide, ThreadsTilesBatchesAndCrops) {
+TEST(TrainGuide, SameBitsForThreadsTilesBatchesAndCrops) {
   const auto world = room();
   RenderSettings settings = room_render(32, Guiding::on);
   settings.threads = 1;
@@ -76,7 +75,7 @@ TEST(TrainGuide, ThreadsTilesBatchesAndCrops) {
   EXPECT_NE(replayed.value().radiance, unguided.value().radiance);
 }
 
-// Mean over the pixels of variance over squared luminance: what guiding is to lessen.
+// Returns the mean over the pixels of variance over squared luminance, which guiding reduces.
 double relative_variance(const Film& film) {
   const std::vector<float> beauty = film.resolve(Aov::beauty);
   const std::vector<float> variance = film.resolve(Aov::variance);
@@ -89,7 +88,7 @@ double relative_variance(const Film& film) {
   return sum / static_cast<double>(variance.size());
 }
 
-TEST(TrainGuide, LessNoiseAroundTheSameMean) {
+TEST(TrainGuide, ReducesNoiseAndKeepsMean) {
   const auto world = room();
   RenderSettings settings = room_render(64, Guiding::off);
   const Film plain = render(*world, room_camera(), settings, nullptr, nullptr).value().film;

@@ -1,4 +1,4 @@
-// Writes accumulation files beside images.
+// Saves the sums of a render, or copies its checkpoint.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/accumulation_outputs.h"
 
@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Whole or not at all, as if it were written anew.
+// Reads and rewrites the file, so that the copy is checked and complete.
 Result<void> copy_accumulation(const fs::path& from, const fs::path& to) {
   Result<Accumulation> read = read_accumulation(from);
   if (!read.ok()) return read.error();

@@ -1,11 +1,11 @@
-// The accumulation files among the outputs of a render: all sums, for `kindling merge`.
+// Writes the .kacc files among the outputs of a render.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/app/options/checkpoint_options.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/base/result.h"
 #include "renderer/session/accumulation_file.h"
+#include "renderer/session/checkpoint.h"
 #include "renderer/session/render_session.h"
 
 #include <filesystem>
@@ -19,12 +19,13 @@ class AccumulationOutputs {
   AccumulationOutputs(const std::vector<std::filesystem::path>& outputs, const CheckpointOptions& checkpoint);
 
   [[nodiscard]] bool empty() const { return files_.empty(); }
-  // The outputs that are none.
+  // Returns the outputs that are images.
   [[nodiscard]] const std::vector<std::filesystem::path>& images() const { return images_; }
 
-  // Without a checkpoint: the state is written at the end of the render. With one it has been written to that and is copied by finish().
+  // Without a checkpoint, sets the function that writes the files at the end of the render. With
+  // one, finish() copies the checkpoint.
   void join(const AccumulationIdentity& identity, RenderContinuity& continuity);
-  // Puts the names that were written before those of images, and the first error.
+  // Adds the names of the written files before those of images, and the first error.
   void finish(WrittenImages& written);
 
  private:
@@ -32,7 +33,7 @@ class AccumulationOutputs {
 
   std::vector<std::filesystem::path> files_;
   std::vector<std::filesystem::path> images_;
-  std::filesystem::path checkpoint_; // empty: none
+  std::filesystem::path checkpoint_; // empty: no checkpoint
   std::vector<std::string> written_;
   std::optional<Error> first_error_;
 };

@@ -1,13 +1,13 @@
-// From a checkpoint to a render.
+// Rebuilds the options of a render from its checkpoint.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/resume.h"
 
-#include "renderer/app/checkpoint/checkpoint.h"
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/terminal/version.h"
-#include "renderer/app/text/text_format.h"
+#include "renderer/base/text.h"
+#include "renderer/session/checkpoint.h"
 
 #include <fmt/format.h>
 
@@ -37,11 +37,10 @@ Result<void> enter(const fs::path& folder, const ResumeOptions& typed) {
   if (!typed.folder.empty())
     return Error{ErrorKind::input_output,
                  fmt::format("--folder: '{}' cannot be entered: {}", typed.folder.string(), code.message())};
-  return Error{
-      ErrorKind::input_output,
-      fmt::format("{}: was begun in folder '{}', which cannot be entered: {}; say where its files are now with "
-                  "--folder",
-                  typed.file.string(), folder.string(), code.message())};
+  return Error{ErrorKind::input_output,
+               fmt::format("{}: was started in folder '{}', which cannot be entered: {}; name the folder of its files "
+                           "with --folder",
+                           typed.file.string(), folder.string(), code.message())};
 }
 
 Result<CommandLine> parse(const std::vector<std::string>& arguments) {
@@ -57,8 +56,12 @@ Result<CommandLine> resume_command_line(const ResumeOptions& typed) {
   if (!found.ok()) return found.error();
   const AccumulationIdentity& identity = found.value();
   if (identity.program != program_identity())
-    return Error{ErrorKind::usage, fmt::format("{}: was made by {}, this is {}; go on with the program that began it",
-                                               typed.file.string(), printable(identity.program), program_identity())};
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: was written by {}, this is {}; resume it with the program that wrote it",
+                             typed.file.string(), printable(identity.program), program_identity())};
+  if (identity.arguments.empty())
+    return usage_error(fmt::format("{}: was written by a program that links Kindling; resume it with that program",
+                                   typed.file.string()));
   const ResumeOptions resume = with_absolute_names(typed);
   std::error_code ignored;
   const fs::path here = fs::current_path(ignored);
@@ -70,19 +73,19 @@ Result<CommandLine> resume_command_line(const ResumeOptions& typed) {
   Result<CommandLine> line = parse(arguments);
   RenderOptions* options = line.ok() ? std::get_if<RenderOptions>(&line.value().command) : nullptr;
   if (options == nullptr)
-    return Error{ErrorKind::usage, fmt::format("{}: holds no render that can go on{}", typed.file.string(),
+    return Error{ErrorKind::usage, fmt::format("{}: holds no command that can be resumed{}", typed.file.string(),
                                                line.ok() ? "" : ": " + line.error().message)};
   if (!resume.scene_file.empty())
     std::replace(options->arguments.begin(), options->arguments.end(), options->scene_file.string(),
                  resume.scene_file.string());
-  if (folder != here) { // names that are printed lead there from anywhere
+  if (folder != here) { // printed names must be valid from any folder
     if (options->outputs.empty()) options->outputs.push_back(default_output(*options));
     for (fs::path& output : options->outputs) make_absolute(output);
   }
   override_render(resume, *options);
   options->checkpoint.file = folder == here ? typed.file : resume.file;
   options->checkpoint.must_exist = true;
-  options->frames.force = true; // what is there may be of a part of the samples
+  options->frames.force = true; // existing images may lack samples
   return line;
 }
 
@@ -104,7 +107,7 @@ void override_render(const ResumeOptions& resume, RenderOptions& o) {
   if (!resume.stats_file.empty()) o.stats_file = resume.stats_file;
   if (resume.threads) o.threads = *resume.threads;
   if (resume.time_limit_s) {
-    if (!o.time_limit_s) o.spp = o.samples_per_pixel(); // the default is another one with a limit
+    if (!o.time_limit_s) o.spp = o.samples_per_pixel(); // with a limit the default would be another
     o.time_limit_s = resume.time_limit_s;
   }
   if (resume.checkpoint_every_s) o.checkpoint.every_s = *resume.checkpoint_every_s;

@@ -1,4 +1,4 @@
-// `kindling resume`: from a checkpoint to the command line of the render that goes on with it.
+// Turns a checkpoint and the flags of `kindling resume` into the options of a render.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,17 +16,18 @@ struct AccumulationIdentity;
 
 namespace kindling::app {
 
-// A render with a checkpoint that must be there. Makes the folder that it was begun in, or resume.folder, the current one, from which its
-// relative names begin; those of `resume` begin at the current folder of before. Fails (input_output) if the file or the folder cannot be
-// read, (usage) if another program made it.
+// Returns a render whose checkpoint must exist. Changes the current folder to the one that the
+// render was started in, or to resume.folder, because relative names of the render begin there;
+// names in `resume` are relative to the folder before the change. Fails (input_output) if the file
+// or the folder cannot be read, (usage) if another program wrote the file.
 [[nodiscard]] Result<CommandLine> resume_command_line(const ResumeOptions& resume);
 
-// The arguments of the render that goes on with this checkpoint: those it was begun with, and more samples if they are asked for, laid out
-// as the first ones.
+// Returns the arguments that the render was started with, followed by --spp and --planned-spp if
+// more samples are asked for.
 [[nodiscard]] std::vector<std::string> resumed_arguments(const AccumulationIdentity& identity,
                                                          const ResumeOptions& resume);
 
-// Puts the flags of `resume`, which are about this run alone, over those of the render.
+// Overrides the options of the render with the flags of `resume`, which concern this run alone.
 void override_render(const ResumeOptions& resume, RenderOptions& options);
 
 } // namespace kindling::app

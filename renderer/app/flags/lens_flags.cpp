@@ -3,8 +3,8 @@
 #include "renderer/app/flags/lens_flags.h"
 
 #include "renderer/app/flags/flag_set.h"
-#include "renderer/app/setup/lens.h"
 #include "renderer/app/text/parse_values.h"
+#include "renderer/facade/lens.h"
 #include "renderer/scene/camera_lens.h"
 
 #include <fmt/format.h>

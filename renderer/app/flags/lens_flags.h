@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/app/options/lens_options.h"
 #include "renderer/base/result.h"
+#include "renderer/session/image_settings.h"
 
 namespace kindling::app {
 

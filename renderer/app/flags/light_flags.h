@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/app/options/light_options.h"
+#include "renderer/session/image_settings.h"
 
 namespace kindling::app {
 

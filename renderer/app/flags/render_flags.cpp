@@ -207,9 +207,9 @@ void add_machine_flags(FlagSet& flags, RenderOptions& o) {
                       "accelerator", text, {"kdtree", "embree", "brute-force"});
       });
   const std::string quality =
-      fmt::format("Build quality of the accelerator: fast, balanced or best [{}]", quality_name(o.quality));
+      fmt::format("Build quality of the accelerator: fast, balanced or best [{}]", accel::quality_name(o.quality));
   flags.value("--accel-quality", "NAME", quality, [&o](auto text) {
-    return choose(quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
+    return choose(accel::quality_from_name(text), o.quality, "quality", text, {"fast", "balanced", "best"});
   });
   flags.value("--tile-size", "PIXELS",
               fmt::format("Side of a tile, a multiple of 8; does not change the image [{}]", o.tile_size_px),

@@ -4,11 +4,12 @@
 
 #include "renderer/app/info/accumulation_info.h"
 #include "renderer/app/info/scene_info.h"
-#include "renderer/app/setup/choose.h"
-#include "renderer/app/setup/load_environment.h"
+#include "renderer/app/setup/memory_warning.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/progress_display.h"
 #include "renderer/app/text/text_format.h"
+#include "renderer/facade/choose.h"
+#include "renderer/facade/load_environment.h"
 #include "renderer/import/load_gltf.h"
 
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/info/scene_info.h"
 
-#include "renderer/app/setup/choose.h"
+#include "renderer/facade/choose.h"
 #include "renderer/scene/bounds.h"
 #include "renderer/scene/material_slots.h"
 

@@ -44,7 +44,7 @@ Result<AcceleratorVariant> parse_variant(std::string_view text) {
     const size_t end = std::min(text.find(':', at + 1), text.size());
     const std::string_view word = text.substr(at + 1, end - at - 1);
     at = end;
-    if (const std::optional<accel::Quality> quality = quality_from_name(word)) {
+    if (const std::optional<accel::Quality> quality = accel::quality_from_name(word)) {
       if (variant.kind == accel::Kind::brute_force) return usage("brute-force has no qualities");
       variant.quality = *quality;
     } else if (word == "robust" || word == "non-robust") {
@@ -69,21 +69,6 @@ Result<AcceleratorVariant> parse_variant(std::string_view text) {
 }
 
 } // namespace
-
-std::string_view quality_name(accel::Quality quality) {
-  switch (quality) {
-  case accel::Quality::fast: return "fast";
-  case accel::Quality::balanced: return "balanced";
-  case accel::Quality::best: return "best";
-  }
-  return "balanced";
-}
-
-std::optional<accel::Quality> quality_from_name(std::string_view name) {
-  for (const accel::Quality quality : {accel::Quality::fast, accel::Quality::balanced, accel::Quality::best})
-    if (name == quality_name(quality)) return quality;
-  return std::nullopt;
-}
 
 Result<accel::SimdTarget> parse_instruction_set(std::string_view text) {
   const std::vector<accel::SimdTarget> targets = accel::embree_simd_targets();

@@ -12,10 +12,6 @@
 
 namespace kindling::app {
 
-// "fast", "balanced", "best".
-[[nodiscard]] std::string_view quality_name(accel::Quality quality);
-[[nodiscard]] std::optional<accel::Quality> quality_from_name(std::string_view name);
-
 struct AcceleratorVariant {
   accel::Kind kind = accel::Kind::embree;
   accel::Quality quality = accel::Quality::balanced;

@@ -2,25 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/make_accelerator.h"
 #include "renderer/app/options/accelerator_variant.h"
-#include "renderer/app/options/checkpoint_options.h"
 #include "renderer/app/options/frame_options.h"
-#include "renderer/app/options/lens_options.h"
-#include "renderer/app/options/light_options.h"
 #include "renderer/app/options/progress_mode.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/options/shootout_clock.h"
-#include "renderer/app/options/shutter_options.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/distributed/work_parts.h"
-#include "renderer/film/aov.h"
-#include "renderer/film/film.h"
-#include "renderer/integrator/integrator.h"
-#include "renderer/sampling/pixel_filter.h"
-#include "renderer/session/adaptive_sampling.h"
-#include "renderer/session/render_session.h"
+#include "renderer/session/checkpoint.h"
+#include "renderer/session/image_settings.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -30,58 +21,16 @@
 
 namespace kindling::app {
 
-inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
-// The maximum per pixel with a noise threshold and without --spp.
-inline constexpr uint32_t kDefaultMaxSamplesPerPixel = 1024;
-// The count with a time limit and without --spp, which no render reaches.
-inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
-
-struct RenderOptions {
+// Options of `kindling render`: the settings that decide the image (session/image_settings.h), and everything else.
+struct RenderOptions : WorldSettings, ImageSettings {
   std::filesystem::path scene_file;
   // Empty: the scene's stem with .png, or -####.png for frames, in the current folder.
   std::vector<std::filesystem::path> outputs;
-
-  std::optional<V2i> size_px; // unset: default_image_size() of the camera
-  double scale = 1.0;         // factor on the size
-  std::optional<PixelRect> crop;
-  std::optional<uint32_t> spp;         // the maximum with a noise threshold
-  std::optional<uint32_t> planned_spp; // the sampling pattern is designed for this count; unset: spp
-  AdaptiveSettings adaptive;
-  std::optional<double> time_limit_s;
-  WorkPart part; // a part of the samples, of the pixels, or of both
-  CheckpointOptions checkpoint;
-  uint32_t seed = 0; // below 2^31, so that image metadata can hold it
-  SamplerKind sampler = SamplerKind::blue_noise;
-  PixelFilterOptions filter;
-  Outliers outliers = Outliers::keep;
-
-  std::string scene_name;         // name or index; empty: the file's default scene
-  std::string variant_name;       // name or index; empty: the primitives' own materials
-  std::string camera;             // name or index; empty: the first
-  std::optional<V3f> orbit;       // theta in degrees, phi in degrees, radius in meters
-  V3f target{0.0f, 0.0f, 0.0f};   // center of the orbit, meters
-  std::optional<double> yfov_deg; // for perspective cameras
-  std::optional<double> time_s;   // time of the animations; unset: the rest pose
-  LensOptions lens;
-  ShutterOptions shutter;
   FrameOptions frames;
-
-  std::filesystem::path env_file;
-  double env_rotation_deg = 0.0;
-  double env_intensity = 1.0;
-  std::optional<Rgb> env_color;
-
-  LightOptions lights;
-
-  IntegratorSettings integrator;       // includes the background
+  WorkPart part; // of the samples, the pixels, or both
+  CheckpointOptions checkpoint;
   std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
-  Guiding guiding = Guiding::automatic;
-  accel::Kind accelerator = accel::Kind::kdtree;
-  accel::Quality quality = accel::Quality::balanced;
-  bool robust = true;                    // for Embree; has no flag
-  std::optional<accel::SimdTarget> simd; // for the kd-tree; has no flag; unset: the best that the processor runs
 
-  AovSet aovs;
   bool exr_half = true;
   int png_bits = 8;
   int jpeg_quality = 95; // 1 to 100
@@ -95,21 +44,13 @@ struct RenderOptions {
   int threads = 0; // 0: all cores
   int tile_size_px = 32;
   Schedule schedule = Schedule::tiles;
-  std::optional<uint64_t> texture_memory_bytes; // unset: no limit
 
-  std::vector<std::string> arguments; // the command line without the program's name
+  std::vector<std::string> arguments; // of the command line, without the program's name
 
   std::filesystem::path stats_file;
   ProgressMode progress = ProgressMode::automatic;
   bool quiet = false;
   bool verbose = false;
-
-  [[nodiscard]] uint32_t samples_per_pixel() const {
-    if (spp) return *spp;
-    if (time_limit_s) return kUnlimitedSamplesPerPixel;
-    return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
-  }
-  [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };
 
 enum class InfoTopic { everything, cameras, scenes, variants, extensions, extension_table };

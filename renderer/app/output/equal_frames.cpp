@@ -3,7 +3,7 @@
 #include "renderer/app/output/equal_frames.h"
 
 #include "renderer/app/output/frame_names.h"
-#include "renderer/app/setup/shutter.h"
+#include "renderer/facade/shutter.h"
 
 #include <fmt/format.h>
 

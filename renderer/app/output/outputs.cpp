@@ -2,14 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/outputs.h"
 
-#include "renderer/app/terminal/version.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/image/atomic_file.h"
 #include "renderer/session/accumulation_file.h"
+#include "renderer/session/image_metadata.h"
 
 #include <fmt/format.h>
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -37,33 +35,10 @@ bool wants_layers(AovSet aovs) {
   });
 }
 
-// The metadata key of images of an interrupted render, which lack samples.
-constexpr const char* kInterruptedKey = "kindling:interrupted";
-
 Error input_output(std::string message) { return {ErrorKind::input_output, std::move(message)}; }
-
 } // namespace
 
 bool is_accumulation(const fs::path& path) { return path.extension() == kAccumulationExtension; }
-
-Result<void> check_writable(const fs::path& path) {
-  if (is_standard_output(path)) {
-    if (isatty(STDOUT_FILENO) == 0) return {};
-    return Error{ErrorKind::usage,
-                 fmt::format("{}: standard output is a terminal; redirect it to a file or a pipe", path.string())};
-  }
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored))
-    return input_output(fmt::format("{}: is a folder; use the name of a file", path.string()));
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (!fs::exists(folder, ignored))
-    return input_output(fmt::format("{}: folder '{}' does not exist; create it first", path.string(), folder.string()));
-  if (!fs::is_directory(folder, ignored))
-    return input_output(fmt::format("{}: '{}' is not a folder", path.string(), folder.string()));
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    return input_output(fmt::format("{}: folder '{}' cannot be written to", path.string(), folder.string()));
-  return {};
-}
 
 fs::path default_output(const RenderOptions& options) {
   const std::string stem = options.scene_file.stem().string() + (options.frames.numbers.empty() ? "" : "-####");
@@ -88,8 +63,16 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
   }
   if (wants_layers(options.aovs) && std::none_of(outputs.begin(), outputs.end(), holds_layers))
     return Error{ErrorKind::usage, "--aov: only .exr files hold further layers; add -o FILE.exr"};
-  for (const fs::path& output : outputs)
+  for (const fs::path& output : outputs) {
+    if (is_standard_output(output)) {
+      if (isatty(STDOUT_FILENO) != 0)
+        return Error{ErrorKind::usage,
+                     fmt::format("--output: {}: standard output is a terminal; redirect it to a file or a pipe",
+                                 output.string())};
+      continue;
+    }
     if (Result<void> writable = check_writable(output); !writable.ok()) return writable.error();
+  }
   if (!options.stats_file.empty())
     if (Result<void> writable = check_writable(options.stats_file); !writable.ok())
       return Error{writable.error().kind, "--stats: " + writable.error().message};
@@ -126,26 +109,20 @@ Result<DisplayTransform> choose_view(const RenderOptions& options) {
 }
 
 ImageMetadata make_metadata(const RenderReport& r, const Camera& camera) {
-  ImageMetadata metadata;
-  metadata.text = {{"Software", fmt::format("Kindling {}", version())},
-                   {"kindling:version", std::string(version())},
-                   {"kindling:commandLine", r.command_line},
-                   {"kindling:scene", r.scene_file},
-                   {"kindling:sceneHash", format_hash(r.scene_hash)},
-                   {"kindling:integrator", r.integrator},
-                   {"kindling:accelerator", r.accelerator_description}};
-  if (r.interrupted)
-    metadata.text[kInterruptedKey] =
-        fmt::format("at {} of {} samples per pixel", r.statistics.samples_per_pixel, r.spp_wanted);
-  metadata.integers = {{"kindling:seed", static_cast<int>(r.seed)},
-                       {"kindling:samplesPerPixel", static_cast<int>(r.statistics.samples_per_pixel)},
-                       {"kindling:threads", r.statistics.threads}};
-  metadata.numbers = {{"kindling:loadSeconds", static_cast<float>(r.times.load_s)},
-                      {"kindling:buildSeconds", static_cast<float>(r.times.build_s)},
-                      {"kindling:renderSeconds", static_cast<float>(r.times.render_s)}};
-  metadata.world_to_camera = camera.world_to_camera();
-  metadata.world_to_ndc = camera.world_to_ndc();
-  return metadata;
+  return make_metadata(MetadataFacts{.command_line = r.command_line,
+                                     .scene_file = r.scene_file,
+                                     .scene_hash = r.scene_hash,
+                                     .integrator = r.integrator,
+                                     .accelerator = r.accelerator_description,
+                                     .seed = r.seed,
+                                     .spp = r.statistics.samples_per_pixel,
+                                     .spp_wanted = r.spp_wanted,
+                                     .interrupted = r.interrupted,
+                                     .threads = r.statistics.threads,
+                                     .load_s = r.times.load_s,
+                                     .build_s = r.times.build_s,
+                                     .render_s = r.times.render_s},
+                       camera);
 }
 
 WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& film, const DisplayTransform& view,

@@ -9,6 +9,7 @@
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/write_film.h"
+#include "renderer/image/atomic_file.h"
 
 #include <filesystem>
 #include <optional>
@@ -28,8 +29,6 @@ namespace kindling::app {
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
 // True for names of accumulation files (.kacc), false for names of images.
 [[nodiscard]] bool is_accumulation(const std::filesystem::path& path);
-// Checks that a file can be created or replaced at `path`; fails (input_output).
-[[nodiscard]] Result<void> check_writable(const std::filesystem::path& path);
 
 // True if the image exists and its render was not interrupted, as its metadata would state.
 [[nodiscard]] bool is_finished_image(const std::filesystem::path& path);

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/app/output/checkpoint_report.h"
-#include "renderer/app/setup/load_environment.h"
+#include "renderer/facade/load_environment.h"
 #include "renderer/film/film.h"
 #include "renderer/import/load_gltf.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/scene/shutter.h"
+#include "renderer/session/checkpoint.h"
 #include "renderer/session/render_session.h"
 #include "renderer/world/world.h"
 

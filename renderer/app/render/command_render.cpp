@@ -1,4 +1,4 @@
-// `kindling render`, in outline: check all that can be refused, load what is read once, render the image or the frames.
+// Runs `kindling render`: checks outputs and view, loads the scene, renders one image or frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/command_render.h"
 
@@ -7,7 +7,6 @@
 #include "renderer/app/render/render_frames.h"
 #include "renderer/app/render/render_image.h"
 #include "renderer/app/render/render_run.h"
-#include "renderer/app/setup/render_scene.h"
 
 #include <tbb/global_control.h>
 
@@ -27,7 +26,7 @@ Result<int> render_images(const RenderOptions& options, const std::string& comma
   if (options.replay_pixel && !options.frames.numbers.empty())
     request.options = options_of_frame(options, options.frames.numbers.front());
   std::optional<DisplayTransform> view;
-  if (!options.replay_pixel) { // which writes no files
+  if (!options.replay_pixel) { // a replay writes no files
     Result<std::vector<std::filesystem::path>> outputs = choose_outputs(options);
     if (!outputs.ok()) return outputs.error();
     request.outputs = std::move(outputs).value();
@@ -37,7 +36,7 @@ Result<int> render_images(const RenderOptions& options, const std::string& comma
     request.view = &*view;
   }
 
-  Result<std::unique_ptr<RenderScene>> scene = load_render_scene(options, run.display);
+  Result<std::unique_ptr<RenderScene>> scene = run.load_scene(options);
   if (!scene.ok()) return scene.error();
   const Result<ImageResult> result = render_image(request, *scene.value(), run);
   if (!result.ok()) return result.error();

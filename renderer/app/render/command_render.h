@@ -1,4 +1,4 @@
-// `kindling render`: from options to images.
+// Entry of `kindling render`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kindling::app {
 
-// The exit code. `command_line` goes into the images' metadata.
+// Returns the exit code. `command_line` is stored in the metadata of images.
 [[nodiscard]] Result<int> run_render(const RenderOptions& options, const std::string& command_line, Console& console);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// What is said of frames.
+// Formats reports on frames as text and JSON.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/frame_report.h"
 

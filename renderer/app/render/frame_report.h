@@ -1,4 +1,4 @@
-// What is said of frames: which were skipped, what one took, and what all of them took.
+// Reports on frames of an animation: skipped and rendered ones, and their times.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,23 +13,23 @@ namespace kindling::app {
 struct FramesReport {
   std::string command_line;
   size_t wanted = 0;
-  std::vector<int> rendered; // in full
-  std::vector<int> skipped;  // their files were there
+  std::vector<int> rendered; // completely
+  std::vector<int> skipped;  // their files existed
   double load_s = 0.0;
-  PhaseTimes phases;    // sums over the frames that were worked on
+  PhaseTimes phases;    // sums over the frames of this run
   double total_s = 0.0; // since the process was started
   int exit_code = 0;
-  std::vector<std::string>
-      statistics; // of each frame that was worked on: format_stats_json(), where they go into one file
+  std::vector<std::string> statistics; // format_stats_json() of each frame of this run, if all go into one file
 };
 
-// "1-3, 7, 9-11"; in the order given.
+// Returns "1-3, 7, 9-11", in the order given.
 [[nodiscard]] std::string format_frame_numbers(const std::vector<int>& numbers);
-// "frame 12 (3 of 10): 4.56 s: build 0.12 s, render 4.31 s, write 0.13 s"
+// Returns "frame 12 (3 of 10): 4.56 s: build 0.12 s, render 4.31 s, write 0.13 s"
 [[nodiscard]] std::string format_frame_line(const RenderReport& report, size_t index, size_t count);
-// Several lines without a final '\n'.
+// Returns several lines without a final '\n'.
 [[nodiscard]] std::string format_frames_summary(const FramesReport& report);
-// The keys are described in README.md. `one_line`: the event that ends --progress json, without the statistics of the frames.
+// The keys are described in renderer/app/README.md. `one_line`: the event that ends --progress
+// json, which lacks the statistics of the frames.
 [[nodiscard]] std::string format_frames_json(const FramesReport& report, bool one_line);
 
 } // namespace kindling::app

@@ -1,4 +1,4 @@
-// One frame after the other.
+// Checks names, skips finished frames, renders the others, reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_frames.h"
 
@@ -7,7 +7,6 @@
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/render/frame_report.h"
 #include "renderer/app/render/render_image.h"
-#include "renderer/app/setup/render_scene.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/process_info.h"
 
@@ -37,7 +36,7 @@ class Frames {
     if (!view.ok()) return view.error();
     const size_t last = last_to_render();
     if (last < numbers().size()) {
-      Result<std::unique_ptr<RenderScene>> scene = load_render_scene(options_, run_.display);
+      Result<std::unique_ptr<RenderScene>> scene = run_.load_scene(options_);
       if (!scene.ok()) return scene.error();
       scene_ = std::move(scene).value();
       scene_->keep();
@@ -58,7 +57,8 @@ class Frames {
  private:
   [[nodiscard]] const std::vector<int>& numbers() const { return options_.frames.numbers; }
 
-  // Also that no two of all frames have the same name, as a_#1.png of frame 1 and a_#.png of frame 11 would.
+  // Checks the outputs of all frames. No two frames may share a name, as a_#1.png of frame 1 and
+  // a_#.png of frame 11 do.
   Result<void> check_names() {
     std::set<fs::path> names;
     for (const int frame : numbers()) {
@@ -67,7 +67,7 @@ class Frames {
       for (const fs::path& output : outputs.value())
         if (!names.insert(output.lexically_normal()).second)
           return Error{ErrorKind::usage,
-                       fmt::format("--output: {}: would be the name of two images; use names that differ in more "
+                       fmt::format("--output: {}: two images would have this name; use names that differ in more "
                                    "than the frame number",
                                    output.string())};
     }
@@ -82,7 +82,7 @@ class Frames {
     return std::all_of(own.outputs.begin(), own.outputs.end(), is_finished_image);
   }
 
-  // Its index; the number of frames if there is none.
+  // Returns the index of the last frame to render; the number of frames if there is none.
   [[nodiscard]] size_t last_to_render() const {
     for (size_t i = numbers().size(); i-- > 0;)
       if (!is_finished(i)) return i;
@@ -91,7 +91,7 @@ class Frames {
 
   void skip(size_t i) {
     report_.skipped.push_back(numbers()[i]);
-    run_.console.detail(fmt::format("frame {}: is there: skipped", numbers()[i]));
+    run_.console.detail(fmt::format("frame {}: exists, skipped", numbers()[i]));
   }
 
   Result<void> render(size_t i, const DisplayTransform& view, bool last) {
@@ -104,12 +104,12 @@ class Frames {
                          !last};
     request.outputs = request.options.outputs;
     if (one_stats_file_) request.options.stats_file.clear();
-    // The first one has what came before: its seconds are those of a single render.
-    const double start_s = worked_on_ == 0 ? 0.0 : seconds_since_process_start();
+    // Times of the first frame include loading, as those of a single render do.
+    const double start_s = started_ == 0 ? 0.0 : seconds_since_process_start();
     request.start_s = start_s;
     run_.start_frame(frame, i + 1, numbers().size());
     const Result<ImageResult> result = render_image(request, *scene_, run_);
-    ++worked_on_;
+    ++started_;
     run_.end_frame();
     if (!result.ok()) return result.error();
     report_.exit_code = result.value().exit_code;
@@ -128,7 +128,7 @@ class Frames {
     if (!failed.ok()) report_.exit_code = exit_code_of(failed.error().kind);
     report_.total_s = seconds_since_process_start();
     Result<void> stats;
-    if (one_stats_file_ && worked_on_ > 0)
+    if (one_stats_file_ && started_ > 0)
       stats = write_text_file(options_.stats_file, format_frames_json(report_, false) + "\n");
     run_.console.line(run_.console.settings().json ? format_frames_json(report_, true)
                                                    : format_frames_summary(report_));
@@ -141,7 +141,7 @@ class Frames {
   RenderRun& run_;
   bool one_stats_file_ = false;
   std::unique_ptr<RenderScene> scene_;
-  size_t worked_on_ = 0;
+  size_t started_ = 0;
   FramesReport report_;
 };
 

@@ -1,4 +1,4 @@
-// `kindling render --frames`: one image after the other from a scene that is loaded once.
+// `kindling render --frames`: renders images one after the other from a scene that is loaded once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,9 +10,10 @@
 
 namespace kindling::app {
 
-// Renders options.frames in their order; those whose files are there are skipped (without --force), and no scene is loaded for them. All
-// names are checked before. A signal ends the frame in hand as it ends a single render, and an error ends all: what is done is done, and
-// the same command goes on from there.
+// Renders options.frames in their order. Frames whose files exist are skipped (without --force); if
+// all do, no scene is loaded. All names are checked first. A signal ends the current frame as it
+// ends a single render; an error ends all. The same command, run again, renders the remaining
+// frames.
 [[nodiscard]] Result<int> render_frames(const RenderOptions& options, const std::string& command_line, RenderRun& run);
 
 } // namespace kindling::app

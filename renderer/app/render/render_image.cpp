@@ -1,19 +1,20 @@
-// One image, step by step: pose, build, render, write, report.
+// Renders one image step by step: pose, build, render, write, report.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_image.h"
 
-#include "renderer/app/checkpoint/accumulation_identity.h"
 #include "renderer/app/checkpoint/accumulation_outputs.h"
-#include "renderer/app/checkpoint/checkpoint.h"
 #include "renderer/app/flags/part_flags.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/output/render_metadata.h"
 #include "renderer/app/output/replay.h"
 #include "renderer/app/output/report.h"
-#include "renderer/app/render/render_stage.h"
-#include "renderer/app/setup/lens.h"
+#include "renderer/app/setup/memory_warning.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/process_info.h"
+#include "renderer/facade/lens.h"
+#include "renderer/facade/render_stage.h"
+#include "renderer/session/checkpoint.h"
+#include "renderer/session/render_identity.h"
 
 #include <fmt/format.h>
 
@@ -34,7 +35,7 @@ class ImageRender {
     report_.scene_hash = scene.content_hash;
     report_.frame = request.frame;
     report_.time_s = options_.time_s;
-    if (request.start_s > 0.0) return; // the first frame has loaded the scene
+    if (request.start_s > 0.0) return; // loading counts for the first frame
     report_.times.load_s = scene.load_s;
     report_.times.import = scene.import_times;
     report_.times.environment = scene.environment_times;
@@ -42,31 +43,46 @@ class ImageRender {
 
   Result<ImageResult> run() {
     if (options_.checkpoint.enabled()) {
-      const bool replace = (options_.frames.force || options_.checkpoint.replace) && !options_.checkpoint.must_exist;
-      Result<std::unique_ptr<Checkpoint>> opened = Checkpoint::open(options_.checkpoint, replace, run_.console);
+      CheckpointOptions checkpoint = options_.checkpoint;
+      checkpoint.replace = (options_.frames.force || checkpoint.replace) && !checkpoint.must_exist;
+      Result<std::unique_ptr<Checkpoint>> opened = Checkpoint::open(
+          checkpoint, {.warning = [this](const std::string& message) { run_.console.warning(message); },
+                       .note = [this](const std::string& message) { run_.console.note(message); }});
       if (!opened.ok()) return opened.error();
       checkpoint_ = std::move(opened).value();
     }
     Result<PosedImage> posed = pose_image(scene_, options_);
     if (!posed.ok()) return posed.error();
+    if (Result<void> inside = check_replay_pixel(posed.value().size_px); !inside.ok()) return inside.error();
     settings_ = make_render_settings(options_, posed.value().size_px);
     if (Result<void> part = set_part(options_, settings_); !part.ok()) return part.error();
-    identity_ = make_identity(options_, posed.value().resolved, scene_.content_hash);
+    identity_ = make_identity(options_, options_, posed.value().resolved, scene_.content_hash);
+    identity_.arguments = options_.arguments;
     identity_.part = settings_.wanted_samples();
     if (checkpoint_)
       if (Result<void> begun = checkpoint_->begin(identity_); !begun.ok()) return begun.error();
     if (run_.interrupted_early()) return nothing_written();
     run_.display.start_phase(Phase::build);
+    if (const std::optional<std::string> warning = warn_of_render_memory(scene_, posed.value(), options_))
+      run_.display.on_warning(*warning);
     Result<RenderStage> stage =
         build_stage(scene_, std::move(posed).value(), options_, request_.more, &run_.cancel, run_.display);
     run_.display.end_phase();
     if (run_.interrupted_early()) return nothing_written();
     if (!stage.ok()) return stage.error();
     stage_ = std::move(stage).value();
+    if (stage_.shutter) run_.display.on_info(describe_motion(stage_.world->statistics().motion));
     return options_.replay_pixel ? replay() : render_and_write();
   }
 
  private:
+  [[nodiscard]] Result<void> check_replay_pixel(const V2i& size) const {
+    const std::optional<V2i>& pixel = options_.replay_pixel;
+    if (!pixel || (pixel->x < size.x && pixel->y < size.y)) return {};
+    return usage_error(fmt::format("--pixel: {},{} is not inside the image; use 0,0 to {},{}", pixel->x, pixel->y,
+                                   size.x - 1, size.y - 1));
+  }
+
   [[nodiscard]] ImageResult nothing_written() const {
     return {exit_code_of_signal(run_.signals.received()), std::nullopt};
   }
@@ -91,7 +107,7 @@ class ImageRender {
     const int code = outcome.value().interrupted ? exit_code_of_signal(run_.signals.received()) : kExitOk;
     if (outcome.value().statistics.samples_per_pixel == 0) {
       run_.console.note("interrupted before every pixel had a sample: no image was written");
-      if (Result<void> sums = checkpoint_ ? last_save() : write_sums(); !sums.ok()) return sums.error();
+      if (Result<void> sums = checkpoint_ ? last_save() : write_accumulations(); !sums.ok()) return sums.error();
       return ImageResult{code, std::nullopt};
     }
     const Result<void> written = write(outcome.value().film);
@@ -138,13 +154,13 @@ class ImageRender {
     return finish(std::move(written));
   }
 
-  // Files of sums hold what there is, where there is not enough for images.
-  Result<void> write_sums() { return finish({}); }
+  // Writes only .kacc files: there are too few samples for images.
+  Result<void> write_accumulations() { return finish({}); }
 
   Result<void> finish(WrittenImages written) {
     accumulations_.finish(written);
     report_.outputs = std::move(written.files);
-    std::string names; // after the status line is gone: both streams may be the same terminal
+    std::string names; // after the status line is cleared: both streams may be one terminal
     for (const std::string& output : report_.outputs) names += output + "\n";
     const Result<void> printed = print(names);
     return written.first_error ? Result<void>(*written.first_error) : printed;
@@ -155,10 +171,10 @@ class ImageRender {
     return write_text_file(options_.stats_file, format_stats_json(report_, false) + "\n");
   }
 
-  // Where it failed the images are written first, and that is the error in the end.
+  // If the last save failed, images are written first and then its error is returned.
   [[nodiscard]] Result<void> last_save() const { return checkpoint_ ? checkpoint_->last_save() : Result<void>(); }
 
-  // What is known before the render.
+  // Fills in the part of the report that is known before the render.
   void fill_settings() {
     report_.size_px = stage_.size_px;
     report_.shutter = stage_.shutter;
@@ -200,7 +216,7 @@ class ImageRender {
   const RenderOptions& options_;
   RenderScene& scene_;
   RenderRun& run_;
-  std::unique_ptr<Checkpoint> checkpoint_; // null: none is asked for
+  std::unique_ptr<Checkpoint> checkpoint_; // null if none is asked for
   RenderStage stage_;
   RenderSettings settings_;
   AccumulationIdentity identity_;

@@ -1,4 +1,4 @@
-// What all images of one run share.
+// Loads with progress, reports early interruptions, and names frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_run.h"
 
@@ -23,6 +23,13 @@ ProgressContext progress_context(const RenderOptions& options, const SignalGuard
 
 RenderRun::RenderRun(const RenderOptions& options, Console& run_console)
     : console(run_console), signals(cancel), display(console, options.progress, progress_context(options, signals)) {}
+
+Result<std::unique_ptr<RenderScene>> RenderRun::load_scene(const RenderOptions& options) {
+  display.start_phase(Phase::load);
+  Result<std::unique_ptr<RenderScene>> scene = load_render_scene(options.scene_file, options, &display);
+  if (scene.ok()) display.end_phase();
+  return scene;
+}
 
 bool RenderRun::interrupted_early() {
   if (signals.received() == 0) return false;

@@ -1,4 +1,4 @@
-// What all images of one run of `kindling render` share: who is told, and who may end it.
+// Console, progress and cancellation of one run of `kindling render`, shared by all of its images.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,8 +7,11 @@
 #include "renderer/app/terminal/progress_display.h"
 #include "renderer/app/terminal/signals.h"
 #include "renderer/base/progress.h"
+#include "renderer/base/result.h"
+#include "renderer/facade/render_scene.h"
 
 #include <cstddef>
+#include <memory>
 #include <string>
 
 namespace kindling::app {
@@ -18,10 +21,14 @@ class RenderRun {
   // `console` must outlive it.
   RenderRun(const RenderOptions& options, Console& console);
 
-  // A signal before a render: there is nothing to write yet. Says so.
+  // Loads the scene of the options with progress. Fails as load_render_scene() does.
+  [[nodiscard]] Result<std::unique_ptr<RenderScene>> load_scene(const RenderOptions& options);
+
+  // Returns whether a signal came before the render. Prints a note then: there is nothing to write
+  // yet.
   [[nodiscard]] bool interrupted_early();
 
-  // The image in hand is this frame, the index-th of count; progress and messages say so.
+  // Names the current image in progress and messages: frame `number`, the index-th of count.
   void start_frame(int number, size_t index, size_t count);
   void end_frame();
 
@@ -31,7 +38,7 @@ class RenderRun {
   ProgressDisplay display;
 
  private:
-  std::string of_frame_; // " of frame 7", of the image in hand
+  std::string of_frame_; // " of frame 7"; empty for a single image
 };
 
 } // namespace kindling::app

@@ -3,8 +3,8 @@
 #include "renderer/app/scaling/scaling_measure.h"
 
 #include "renderer/app/render/render_image.h"
-#include "renderer/app/setup/load_environment.h"
 #include "renderer/app/terminal/process_info.h"
+#include "renderer/facade/load_environment.h"
 #include "renderer/import/load_gltf.h"
 #include "renderer/session/render_session.h"
 

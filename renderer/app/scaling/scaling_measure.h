@@ -3,11 +3,11 @@
 #pragma once
 
 #include "renderer/app/options/options.h"
-#include "renderer/app/render/render_stage.h"
 #include "renderer/app/scaling/scaling_report.h"
-#include "renderer/app/setup/render_scene.h"
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
+#include "renderer/facade/render_scene.h"
+#include "renderer/facade/render_stage.h"
 
 #include <memory>
 #include <vector>

@@ -1,3 +1,4 @@
+// Reads /proc/meminfo and the limits of control groups.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/setup/available_memory.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The number of a file that is nothing else; nothing for "max", or if there is no such file.
+// Returns the number that a file holds; nothing for "max", or if there is no such file.
 std::optional<uint64_t> read_number(const fs::path& path) {
   std::ifstream file(path);
   uint64_t value = 0;
@@ -20,7 +21,7 @@ std::optional<uint64_t> read_number(const fs::path& path) {
   return value;
 }
 
-// The number behind `key` in a file of lines.
+// Returns the number after `key` in a file of lines.
 std::optional<uint64_t> read_field(const fs::path& path, std::string_view key) {
   std::ifstream file(path);
   for (std::string word; file >> word;) {
@@ -31,12 +32,12 @@ std::optional<uint64_t> read_field(const fs::path& path, std::string_view key) {
   return std::nullopt;
 }
 
-// What a group with a limit leaves; nothing without one.
+// Returns the memory that a group leaves below its limit; nothing without a limit.
 std::optional<uint64_t> left_in_group(const fs::path& group, const char* limit, const char* usage, const char* cache) {
-  const std::optional<uint64_t> most = read_number(group / limit), used = read_number(group / usage);
-  if (!most || !used) return std::nullopt;
+  const std::optional<uint64_t> max = read_number(group / limit), used = read_number(group / usage);
+  if (!max || !used) return std::nullopt;
   const uint64_t dropped = std::min(*used, read_field(group / "memory.stat", cache).value_or(0));
-  return *most - std::min(*most, *used - dropped);
+  return *max - std::min(*max, *used - dropped);
 }
 
 } // namespace

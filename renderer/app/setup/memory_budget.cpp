@@ -1,4 +1,4 @@
-// The model: phases, and what is there in each.
+// The model of the memory budget: the parts that each phase holds.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/setup/memory_budget.h"
 
@@ -23,7 +23,7 @@ uint64_t film_bytes(const MemoryRequest& request) {
   return one.memory_bytes() * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
 }
 
-// What the textures hold, and what one that is being decoded takes on top.
+// Memory held by textures, and extra memory while one is decoded.
 struct TextureBytes {
   uint64_t held = 0, decoding = 0;
   bool paged = false;
@@ -32,7 +32,7 @@ struct TextureBytes {
 TextureBytes texture_bytes(const MemoryDemand& demand, const MemoryRequest& request) {
   TextureBytes bytes{demand.texture_bytes + demand.level_bytes, demand.largest_image_bytes, false};
   if (!request.texture_memory_bytes || bytes.held <= *request.texture_memory_bytes) return bytes;
-  // The levels of one image at a time are made in memory.
+  // Levels are computed in memory for one image at a time.
   return {*request.texture_memory_bytes, 3 * demand.largest_image_bytes, true};
 }
 
@@ -64,7 +64,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   Part{"guide", Costs::kGuide, "at most"},
                   Part{"writing", pixels * Costs::kPixelOfImage, "the image, resolved and encoded"}};
 
-  // --- loading: the file, what is read of it, the images ------------------------------------------------------------
+  // --- loading: the file, what is read of it, the images -----------------------------------------
   const uint64_t posing = d.placed_meshes * (sizeof(PosedMesh) + 8) + d.deformed_bytes;
   const uint64_t scene = d.scene_bytes + d.gpu_instances * sizeof(Transform);
   const uint64_t environment_loading = std::max(texels * Costs::kEnvironmentTexelInBuild, environment);
@@ -72,7 +72,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const uint64_t images = d.texture_bytes == 0 ? 0 : textures.held + textures.decoding;
   budget.loading = program + threads + environment_loading + scene + std::max(reading + images, images);
 
-  // --- building: first vertices and instances from what is posed, then lights, then the accelerator -------------------
+  // --- building: first vertices and instances of the posed scene, then lights, then the accelerato
   const uint64_t shared = program + threads + environment + textures.held;
   const uint64_t preparing = shared + textures.decoding + scene + posing + std::max(d.geometry_bytes, d.scene_bytes) -
                              d.scene_bytes + d.largest_primitive_bytes + instances;

@@ -1,4 +1,4 @@
-// Counts what a scene asks for.
+// Counts triangles, instances, textures and lights of a scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/setup/memory_budget.h"
 #include "renderer/scene/describe.h"
@@ -16,7 +16,7 @@ namespace kindling::app {
 
 namespace {
 
-// All of a mesh's primitives.
+// Counts over all primitives of a mesh.
 struct MeshDemand {
   uint64_t triangles = 0, vertices = 0, bytes = 0, emissive_triangles = 0;
 };
@@ -52,7 +52,7 @@ MeshDemand demand_of(const Scene& scene, const Mesh& mesh) {
   return demand;
 }
 
-// Images are held once; their levels once for each kind of use.
+// An image is held once; its levels once for each kind of use.
 void count_textures(const Scene& scene, MemoryDemand& demand) {
   std::set<const Image*> images;
   for (const SceneTexture& texture : scene.textures) {
@@ -89,7 +89,7 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
   const SceneStatistics statistics = describe(scene);
   demand.scene_bytes = statistics.geometry_bytes;
   demand.nodes = statistics.nodes;
-  // A .gltf is text, whose buffers lie beside it or within.
+  // A .gltf is text, with buffers beside it or within.
   if (!none) demand.file_bytes = scene.source.ends_with(".glb") ? size : 3 * size + demand.scene_bytes;
   for (const Node& node : scene.nodes) demand.gpu_instances += node.gpu_instances.size();
   demand.placed_meshes = posed.meshes.size();
@@ -100,7 +100,7 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
     for (const Primitive& primitive : mesh.primitives)
       demand.largest_primitive_bytes = std::max(demand.largest_primitive_bytes, bytes_of(primitive));
   }
-  const auto add = [&](const MeshDemand& mesh, uint64_t keys) { // after the first
+  const auto add = [&](const MeshDemand& mesh, uint64_t keys) { // for each instance after the first
     demand.triangles += mesh.triangles * (1 + keys);
     demand.vertices += mesh.vertices;
     demand.geometry_bytes += mesh.bytes * (1 + keys);

@@ -3,9 +3,6 @@
 #include "renderer/app/shootout/command_shootout.h"
 
 #include "renderer/app/output/outputs.h"
-#include "renderer/app/setup/choose.h"
-#include "renderer/app/setup/light_sizes.h"
-#include "renderer/app/setup/load_environment.h"
 #include "renderer/app/shootout/shootout_measure.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
@@ -15,6 +12,9 @@
 #include "renderer/app/terminal/signals.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/camera/camera.h"
+#include "renderer/facade/choose.h"
+#include "renderer/facade/light_sizes.h"
+#include "renderer/facade/load_environment.h"
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/animated_members.h"
 #include "renderer/session/ray_file.h"
@@ -196,7 +196,7 @@ class ShootoutCommand {
           fit_camera(stage.world->bounds(), static_cast<float>(stage.size_px.x) / static_cast<float>(stage.size_px.y));
       if (Result<void> overridden = override_fov(stage.camera.camera, options_.view); !overridden.ok())
         return overridden.error();
-      display_.on_warning(file.string() + ": no camera: seen through one fitted to the scene's bounds");
+      display_.on_warning(file.string() + ": no camera: one is fitted to the bounds of the scene");
     }
     return stage;
   }

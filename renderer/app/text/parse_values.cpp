@@ -212,13 +212,4 @@ Result<std::vector<std::string>> parse_list(std::string_view text) {
   return names;
 }
 
-std::string join_choices(const std::vector<std::string>& names) {
-  std::string text;
-  for (size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
-    text += names[i];
-  }
-  return text;
-}
-
 } // namespace kindling::app

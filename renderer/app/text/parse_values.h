@@ -4,6 +4,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
+#include "renderer/base/text.h"
 #include "renderer/film/film.h"
 
 #include <cstdint>
@@ -41,8 +42,6 @@ inline constexpr int kMaxSide = 65536;
 // "a,b,c": at least one, none empty.
 [[nodiscard]] Result<std::vector<std::string>> parse_list(std::string_view text);
 
-// "a, b or c", for messages.
-[[nodiscard]] std::string join_choices(const std::vector<std::string>& names);
 // The candidate that `word` most likely means: the nearest by edit distance, or the one that other
 // renderers call by a word as near ("--samples": --spp). Empty if none is near.
 [[nodiscard]] std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);

@@ -83,27 +83,6 @@ std::string format_count(double count) {
 
 std::string format_hash(uint64_t hash) { return fmt::format("{:016x}", hash); }
 
-std::string printable(std::string_view text) {
-  std::string result;
-  result.reserve(text.size());
-  for (size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    const bool c1_control = c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) >= 0x80 &&
-                            static_cast<unsigned char>(text[i + 1]) < 0xa0;
-    if (c1_control) {
-      result += '?';
-      ++i;
-    } else if (c == '\n' || c == '\r' || c == '\t') {
-      result += ' ';
-    } else if (c < 0x20 || c == 0x7f) {
-      result += '?';
-    } else {
-      result += text[i];
-    }
-  }
-  return result;
-}
-
 std::string shell_quote(std::string_view word) {
   const auto is_plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/text.h"
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -21,10 +23,6 @@ namespace kindling::app {
 [[nodiscard]] std::string format_duration(double seconds);
 // 16 hexadecimal digits.
 [[nodiscard]] std::string format_hash(uint64_t hash);
-
-// Makes text from files safe for a terminal: control characters become '?', line breaks become
-// spaces. Bytes that are not UTF-8 are unchanged.
-[[nodiscard]] std::string printable(std::string_view text);
 
 // Returns one word of a POSIX shell, quoted only if necessary.
 [[nodiscard]] std::string shell_quote(std::string_view word);

@@ -1,0 +1,51 @@
+// Poses a scene for one image, builds its World and places its camera.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/base/progress.h"
+#include "renderer/base/result.h"
+#include "renderer/camera/camera.h"
+#include "renderer/camera/place_camera.h"
+#include "renderer/facade/render_scene.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/shutter.h"
+#include "renderer/session/pixel_settings.h"
+#include "renderer/world/world.h"
+
+#include <optional>
+
+namespace kindling {
+
+// A scene posed for one image, before anything is built.
+struct PosedImage {
+  PosedScene posed;
+  std::optional<Shutter> shutter;     // in times of the animations
+  std::optional<PlacedCamera> camera; // unset: one has to be fitted to the World
+  ResolvedImage resolved;
+  V2i size_px{0, 0};
+  double pose_s = 0.0;
+};
+
+// A World and the camera that sees it.
+struct RenderStage {
+  const World* world = nullptr; // owned by the RenderScene, until its next stage
+  PlacedCamera placed_camera;   // in focus
+  std::optional<Camera> camera;
+  V2i size_px{0, 0};
+  std::optional<Shutter> shutter;
+  double build_s = 0.0; // pose and World
+};
+
+// Poses at ImageSettings::time_s and sets the scene's animated members to that time. Fails (usage)
+// if there is no such camera, or if a lens or a crop is asked for that the camera or the image
+// cannot have.
+[[nodiscard]] Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image);
+
+// Builds the World, or reuses the last one if the pose has not changed. Consumes the vertices of
+// the scene unless `more` images follow. Reports Phase::build. Fails (render_failed) when
+// cancelled, and then the scene cannot be used again. `cancel` may be null.
+[[nodiscard]] Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image,
+                                              bool more, const CancelToken* cancel, ProgressListener& listener);
+
+} // namespace kindling

@@ -1,0 +1,26 @@
+// Translates the settings of an image to those of the render loop.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/image_settings.h"
+
+namespace kindling {
+
+RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px) {
+  RenderSettings settings;
+  settings.integrator = image.integrator;
+  settings.size_px = size_px;
+  settings.crop = image.crop;
+  settings.samples_per_pixel = image.samples_per_pixel();
+  settings.planned_samples = image.planned_samples();
+  settings.adaptive = image.adaptive;
+  settings.outliers = image.outliers;
+  settings.time_limit_s = image.time_limit_s;
+  settings.seed = image.seed;
+  settings.guiding = image.guiding;
+  settings.sampler = image.sampler;
+  settings.filter = PixelFilter(image.filter);
+  settings.aovs = image.aovs;
+  if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
+  return settings;
+}
+
+} // namespace kindling

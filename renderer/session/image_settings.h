@@ -1,0 +1,114 @@
+// The settings that decide an image: what its World is built from, and how it is seen and sampled.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/make_accelerator.h"
+#include "renderer/base/math.h"
+#include "renderer/camera/place_camera.h"
+#include "renderer/film/aov.h"
+#include "renderer/film/film.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/sampling/pixel_filter.h"
+#include "renderer/scene/shutter.h"
+#include "renderer/session/adaptive_sampling.h"
+#include "renderer/session/render_session.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace kindling {
+
+inline constexpr uint32_t kDefaultSamplesPerPixel = 64;
+// With a noise threshold and without a number of samples: the maximum of a pixel.
+inline constexpr uint32_t kDefaultMaxSamplesPerPixel = 1024;
+// With a time limit and without a number of samples: more than any render reaches.
+inline constexpr uint32_t kUnlimitedSamplesPerPixel = 1U << 20;
+
+// Sizes of the lights for which the file gives none. Unset: such lights have no extent.
+struct LightOptions {
+  std::optional<double> radius_m;      // of point and spot lights, measured luminaires included
+  std::optional<double> sun_angle_deg; // angular diameter of directional lights
+};
+
+// The lens. Each unset member is taken from the file's camera.
+struct LensOptions {
+  bool pinhole = false; // no lens, even if the file's camera has one
+  std::optional<double> f_stop;
+  std::optional<double> focal_length_mm;
+  std::optional<double> focus_distance_m;
+  std::optional<V2i> focus_pixel; // of the whole image: the surface seen there is in focus
+  std::optional<int> blades;
+  std::optional<double> rotation_deg;
+  std::optional<double> anamorphic_ratio;
+  std::optional<double> cats_eye;
+};
+
+// The time for which the shutter is open, relative to ImageSettings::time_s. Set either `interval`
+// or the other two. If none is set the camera's own shutter is used.
+struct ShutterOptions {
+  std::optional<Shutter> interval;
+  std::optional<double> angle_deg; // of a rotary shutter that opens at the time of the image; 360: the whole frame
+  std::optional<double> frames_per_s;
+};
+
+// Settings that a World is built from, beside the scene file.
+struct WorldSettings {
+  std::string scene_name;   // name or index; empty: the file's default scene
+  std::string variant_name; // name or index; empty: the primitives' own materials
+
+  std::filesystem::path env_file; // equirectangular image; empty: none
+  double env_rotation_deg = 0.0;  // counter-clockwise about +y
+  double env_intensity = 1.0;     // multiplies the radiance of the image or the color
+  std::optional<Rgb> env_color;   // a constant environment, in place of an image
+  LightOptions lights;
+
+  accel::Kind accelerator = accel::Kind::kdtree;
+  accel::Quality quality = accel::Quality::balanced;
+  bool robust = true;                           // Embree's robust mode
+  std::optional<accel::SimdTarget> simd;        // of the kd-tree's kernels; unset: the best that the processor runs
+  std::optional<uint64_t> texture_memory_bytes; // unset: no bound. Does not change the image
+};
+
+// Settings of the camera, the sampling and the integrator.
+struct ImageSettings {
+  std::optional<V2i> size_px; // unset: 1280 pixels on the longer side, by the camera's aspect ratio
+  double scale = 1.0;         // multiplies the size
+  std::optional<PixelRect> crop;
+
+  std::string camera;                     // name or index; empty: the first, or one fitted to the scene if it has none
+  std::optional<PlacedCamera> own_camera; // replaces the scene's cameras
+  std::optional<V3f> orbit;               // theta in degrees, phi in degrees, radius in meters: camera on a sphere
+  V3f target{0.0f, 0.0f, 0.0f};           // center of the orbit
+  std::optional<double> yfov_deg;         // vertical field of view of a perspective camera
+  std::optional<double> time_s;           // of the animations; unset: the rest pose
+  LensOptions lens;
+  ShutterOptions shutter;
+
+  std::optional<uint32_t> spp;         // samples per pixel; the maximum with a noise threshold
+  std::optional<uint32_t> planned_spp; // sample count the pattern is designed for; unset: spp
+  AdaptiveSettings adaptive;
+  std::optional<double> time_limit_s; // of the render phase
+  uint32_t seed = 0;                  // below 2^31, so that image metadata can hold it
+  SamplerKind sampler = SamplerKind::blue_noise;
+  PixelFilterOptions filter;
+  Outliers outliers = Outliers::keep;
+  AovSet aovs;
+
+  IntegratorSettings integrator; // including the background
+  Guiding guiding = Guiding::automatic;
+
+  [[nodiscard]] uint32_t samples_per_pixel() const {
+    if (spp) return *spp;
+    if (time_limit_s) return kUnlimitedSamplesPerPixel;
+    return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
+  }
+  [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
+};
+
+// Returns the settings of render() for an image of that size. Threads, tiles and schedule keep
+// their defaults.
+[[nodiscard]] RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px);
+
+} // namespace kindling
