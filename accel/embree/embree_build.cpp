@@ -169,7 +169,7 @@ class Builder {
   void take(PersistentScenes& previous, std::vector<uint32_t>& transformed) {
     const auto take_scene = [&](const PersistentMeshes& meshes, Scene& scene) {
       std::optional<Scene> found = previous.scenes.take(meshes);
-      if (found) scene = *std::move(found);
+      if (found) scene = std::move(*found);
       return found.has_value();
     };
     if (!out_.persistent_meshes.empty()) (void)take_scene(out_.persistent_meshes, out_.persistent);

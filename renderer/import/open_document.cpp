@@ -181,7 +181,7 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   } else if (text.empty()) {
     fail("", "the file is empty, expected JSON or a .glb", "INVALID_JSON");
   } else if (const std::string other = describe_other_format(text, path); !other.empty()) {
-    fail("", other, "INVALID_JSON");
+    fail("", other);
   }
   document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes));
   if (bin) {

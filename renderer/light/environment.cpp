@@ -98,7 +98,7 @@ Environment::Environment(const Rgb& radiance)
     : constant_pdf_(kindling::is_black(radiance) ? 0.0f : 0.25f * kInvPi), constant_(radiance),
       total_radiance_(radiance * (4.0f * kPi)) {}
 
-Environment::Environment(std::shared_ptr<const Image> image, float rotation_rad, float intensity) {
+Environment::Environment(const std::shared_ptr<const Image>& image, float rotation_rad, float intensity) {
   if (!image || image->width < 1 || image->height < 1 || image->channels < 1 || !(intensity > 0.0f)) return;
   const double turns = static_cast<double>(rotation_rad) / (2.0 * std::numbers::pi);
   rotation_turns_ = static_cast<float>(turns - std::floor(turns));

@@ -48,7 +48,7 @@ class Environment {
 
   // Immutable after construction. Negative or non-finite texels are read as 0. Integer images are
   // decoded from sRGB, floating-point images are linear Rec. 709. An empty image is black.
-  Environment(std::shared_ptr<const Image> image, float rotation_rad, float intensity);
+  Environment(const std::shared_ptr<const Image>& image, float rotation_rad, float intensity);
   // A uniform environment.
   explicit Environment(const Rgb& radiance);
 

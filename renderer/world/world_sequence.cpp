@@ -87,6 +87,7 @@ Result<const World*> WorldSequence::next(Scene& scene, PosedScene posed, const W
   Scene last; // freed with its nodes once the World exists
   if (!more) last = std::move(scene);
   Result<std::unique_ptr<World>> world =
+      // NOLINTNEXTLINE(bugprone-use-after-move): `scene` is used only if it was not moved from
       build_world_of_parts(more ? scene : last, std::move(posed), options, *parts_, cancel, listener);
   if (!world.ok()) return world.error();
   world_ = std::move(world).value();

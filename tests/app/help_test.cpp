@@ -1,9 +1,9 @@
 // The defaults that the help of each command prints are those of the options.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/app/checkpoint/pixel_settings.h"
-#include "renderer/app/setup/light_sizes.h"
 #include "renderer/camera/camera.h"
 #include "renderer/camera/place_camera.h"
+#include "renderer/facade/light_sizes.h"
+#include "renderer/session/pixel_settings.h"
 #include "tests/app/render_line.h"
 
 #include <fmt/format.h>
@@ -51,11 +51,11 @@ std::map<std::string, FlagHelp> help_of(std::vector<const char*> command) {
 
 // All settings of a render as text.
 std::string everything(const RenderOptions& o) {
-  return pixel_settings(o, {}) + fmt::format("; {} {} {} {} {} {} {} {} {} {} {} {}", o.exr_half, o.png_bits,
-                                             o.exposure_stops, o.threads, o.tile_size_px, schedule_name(o.schedule),
-                                             o.integrator.batch_size, o.checkpoint.every_s,
-                                             progress_mode_name(o.progress), o.replay_sample,
-                                             whitted_form_name(o.integrator.whitted.form), o.integrator.whitted.cache);
+  return pixel_settings(o, o, {}) +
+         fmt::format("; {} {} {} {} {} {} {} {} {} {} {} {}", o.exr_half, o.png_bits, o.exposure_stops, o.threads,
+                     o.tile_size_px, schedule_name(o.schedule), o.integrator.batch_size, o.checkpoint.every_s,
+                     progress_mode_name(o.progress), o.replay_sample, whitted_form_name(o.integrator.whitted.form),
+                     o.integrator.whitted.cache);
 }
 
 // Other flags that a flag requires.

@@ -308,7 +308,7 @@ TEST_F(Merge, RefusesOtherImages) {
   other = settings;
   other.samples_per_pixel = 8;
   expect_refused({a, render_part(scene, other, "samples", {PartNumber{2, 2}, {}})}, ErrorKind::usage,
-                 {"laid out for: 6 and 8"});
+                 {"planned samples per pixel: 6 and 8"});
   other = settings;
   other.crop = PixelRect{V2i(0, 0), V2i(40, 24)};
   expect_refused({a, render_part(scene, other, "crop", {PartNumber{2, 2}, {}})}, ErrorKind::usage,

@@ -35,7 +35,6 @@ bool wants_layers(AovSet aovs) {
   });
 }
 
-Error input_output(std::string message) { return {ErrorKind::input_output, std::move(message)}; }
 } // namespace
 
 bool is_accumulation(const fs::path& path) { return path.extension() == kAccumulationExtension; }
