@@ -1,7 +1,8 @@
-# Compiles for 64-bit Arm with Debian's cross compiler and the headers of this machine's libraries: enough to see that the sources need no x86.
-# Nothing can be linked: that needs the libraries, too.
+# Toolchain that compiles for arm64, without linking, by the headers of this machine's libraries.
+# It shows that the sources need no x86; linking would need the libraries of that processor.
 #
-#   cmake -B build/aarch64 -G Ninja --toolchain cmake/Aarch64Toolchain.cmake -DKINDLING_BUILD_TESTS=OFF -DKINDLING_BUILD_BENCH=OFF
+#   cmake -B build/aarch64 -G Ninja --toolchain cmake/Aarch64Toolchain.cmake \
+#     -DKINDLING_BUILD_TESTS=OFF -DKINDLING_BUILD_BENCH=OFF
 # SPDX-License-Identifier: Apache-2.0
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)

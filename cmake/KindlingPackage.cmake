@@ -1,4 +1,4 @@
-# The target `package`: a .deb and a .tar.gz with the program, its manual page and completions, and two scenes.
+# The target `package`: a .deb and a .tar.gz with program, manual page, completions and two scenes.
 # SPDX-License-Identifier: Apache-2.0
 
 # Manual page and completions are printed by the program itself, from its table of flags.

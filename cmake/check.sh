@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on Debian 12, builds Kindling with its tests and benchmarks and runs all tests.
+# Installs missing packages, builds Kindling with its tests and benchmarks, and runs all tests.
 # SPDX-License-Identifier: Apache-2.0
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 

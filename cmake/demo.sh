@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on Debian 12, builds Kindling and renders a shipped scene to a PNG and an EXR.
+# Installs missing packages, builds Kindling and renders a scene to a PNG and an EXR.
 # SPDX-License-Identifier: Apache-2.0
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 

@@ -1,4 +1,4 @@
-# What demo.sh and check.sh share: the Debian packages, and how to configure and build. Sourced, not run.
+# Functions and package lists that demo.sh, check.sh and .ci/run share; sourced, not run.
 # SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 
@@ -67,14 +67,14 @@ install_packages() {
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || fail "these packages are missing and there is no sudo; run this as root once: apt-get install ${missing[*]}"
     as_root=(sudo)
-    # Without a terminal nobody can type a password.
+    # Without a terminal no password can be typed.
     [ -t 0 ] || sudo -n true 2>/dev/null ||
       fail "these packages are missing and sudo asks for a password; run this as root once: apt-get install ${missing[*]}"
   fi
   say "Installing ${#missing[@]} Debian packages: ${missing[*]}"
   local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
   # A foreign package source that does not answer is no reason to stop; what cannot be installed is.
-  "${apt[@]}" update || say "apt-get update did not reach every package source; going on with what it has"
+  "${apt[@]}" update || say "apt-get update did not reach every package source; continuing with those that it reached"
   "${apt[@]}" install -y --no-install-recommends "${missing[@]}" ||
     fail "apt-get could not install all of: ${missing[*]} (see its lines above; is the network reachable, and is this Debian 12 or newer?)"
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the two large scenes into a folder: heavy.glb (7 million triangles) and swarm.glb (10 million instances). Needs NumPy."""
+"""Writes heavy.glb (7 million triangles) and swarm.glb (10 million instances); needs NumPy."""
 import argparse
 import pathlib
 import sys

@@ -1,4 +1,4 @@
-# cmake -DPROGRAM=kindling -DSHARE=FOLDER -P WriteDocumentation.cmake: the manual page and the completions below FOLDER.
+# Writes manual page and completions: cmake -DPROGRAM=kindling -DSHARE=FOLDER -P FILE.
 # SPDX-License-Identifier: Apache-2.0
 function(write file)
   execute_process(COMMAND ${PROGRAM} ${ARGN} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)

@@ -1,4 +1,4 @@
-// The `kindling` program: parses the command line, runs the command, turns errors into one line and an exit code.
+// The `kindling` program: runs one command and turns errors into one line and an exit code.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/resume.h"
 #include "renderer/app/flags/parse_command_line.h"

@@ -53,7 +53,7 @@ class Camera {
   Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i& size_px, const CameraMotion& motion = {});
 
   // `lens_u` in [0, 1)^2 and `time` in [0, 1) are the random numbers of lens and shutter;
-  // has_lens() and shutter_open() tell whether they are used.
+  // has_lens() and shutter_open() are true if they are used.
   [[nodiscard]] CameraRay generate_ray(const V2f& film_px, const V2f& lens_u, float time) const {
     if (lens_ || !keys_.empty()) return generate_distributed_ray(film_px, lens_u, time);
     const V3f on_film = view_.film_corner + view_.film_dx * film_px.x + view_.film_dy * film_px.y;

@@ -22,8 +22,9 @@
 
 namespace kindling {
 
-// Threads, checkpoint, cancelling and callbacks of one call. Nothing here changes an image. Functions may be empty; they are called from any
-// thread, but from one at a time, and must return quickly.
+// Threads, checkpoint, cancelling and callbacks of one call. Nothing here changes an image.
+// Functions may be empty; they are called from any thread, but from one at a time, and must return
+// quickly.
 struct RunOptions {
   int threads = 0;                     // 0: all
   CheckpointOptions checkpoint;        // of render(): saves to this file, and resumes from it if it exists
@@ -50,7 +51,7 @@ struct RenderedImage {
 
 // A scene and its World. The World is built by the first render() and kept: a render that changes
 // the camera, the size, the sampling or the integrator begins at once; one that changes the time of
-// an animated scene rebuilds what moves. One render() at a time.
+// an animated scene rebuilds the moving geometry. One render() at a time.
 //
 // Images are those of `kindling render` with the same settings, to the bit; errors have the same
 // messages.

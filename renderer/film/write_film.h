@@ -28,11 +28,11 @@ struct WriteOptions {
   int jpeg_quality = 95; // 1 to 100
 };
 
-// Writes a film as .exr, .png, .jpg or .jpeg (in any case). The names "-" and "png:-" are standard output
-// as PNG, "jpg:-" and "exr:-" are standard output in these formats. EXR files contain premultiplied R, G,
-// B, A and a layer for each further AOV; the data window is the crop. PNG files have straight alpha, JPEG
-// files are composited over black; their colors are transformed by `view`. An existing file is replaced
-// only by a complete one.
+// Writes a film as .exr, .png, .jpg or .jpeg (in any case). The names "-" and "png:-" are standard
+// output as PNG, "jpg:-" and "exr:-" are standard output in these formats. EXR files contain
+// premultiplied R, G, B, A and a layer for each further AOV; the data window is the crop. PNG files
+// have straight alpha, JPEG files are composited over black; their colors are transformed by
+// `view`. An existing file is replaced only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
 

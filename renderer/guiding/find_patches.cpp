@@ -66,7 +66,7 @@ class PatchFinder {
       while (end < records_.size() && records_[end].hit_facing == facing) ++end;
       if (end - begin >= kMinHits) {
         const std::span<GuideRecord> hits = records_.subspan(begin, end - begin);
-        total_area_ += area_of_most(hits, static_cast<int>(facing / 2));
+        total_area_ += largest_area(hits, static_cast<int>(facing / 2));
         clusters_.emplace_back().hits = hits;
       }
       begin = end;
@@ -122,7 +122,7 @@ class PatchFinder {
 
   // Returns the area of the rectangle that contains the middle nine tenths of the hits along each
   // axis.
-  static double area_of_most(std::span<const GuideRecord> hits, int normal_axis) {
+  static double largest_area(std::span<const GuideRecord> hits, int normal_axis) {
     double area = 1.0;
     for (const int axis : {(normal_axis + 1) % 3, (normal_axis + 2) % 3}) {
       std::vector<float> some;

@@ -21,15 +21,15 @@ std::vector<GuideRecord> select(std::span<const GuideRecord> records) {
   const auto largest = static_cast<float>(sum * kMaxFraction);
   double capped_sum = 0.0;
   for (const GuideRecord& r : records) capped_sum += static_cast<double>(std::min(r.contribution2, largest));
-  const auto kept_moment = static_cast<float>(capped_sum / kTargetRecords);
+  const auto remaining_moment = static_cast<float>(capped_sum / kTargetRecords);
   std::vector<GuideRecord> selected;
   for (size_t i = 0; i < records.size(); ++i) {
     GuideRecord record = records[i];
     record.contribution2 = std::min(record.contribution2, largest);
-    if (record.contribution2 < kept_moment) {
+    if (record.contribution2 < remaining_moment) {
       const float u = to_unit_float(hash_u32(static_cast<uint32_t>(i) ^ 0x3c6ef372U));
-      if (u * kept_moment >= record.contribution2) continue;
-      record.contribution2 = kept_moment;
+      if (u * remaining_moment >= record.contribution2) continue;
+      record.contribution2 = remaining_moment;
     }
     selected.push_back(record);
   }

@@ -35,7 +35,8 @@ constexpr Matrix kOutset{{{1.12710058, -0.11060664, -0.01649394},
 
 // The curve's domain: stops around middle gray, scaled to [0, 1].
 constexpr double kMiddleGray = 0.18, kMinStops = -10.0, kMaxStops = 6.5;
-// The pivot of the sigmoid is middle gray; its slope there, the power of its toe and shoulder, and the power of its output.
+// The pivot of the sigmoid is middle gray; its slope there, the power of its toe and shoulder, and
+// the power of its output.
 constexpr double kPivotX = -kMinStops / (kMaxStops - kMinStops);
 constexpr double kSlope = 2.4, kPower = 1.5, kOutputPower = 2.4;
 // The part of the hue after the curve; the rest is the hue before it.
@@ -82,7 +83,8 @@ double luminance(const Vec& rgb) {
   return kWeights[0] * wide[0] + kWeights[1] * wide[1] + kWeights[2] * wide[2];
 }
 
-// Luminance made larger by that of the complement, for colors outside of the gamut, the more so the darker they are.
+// Luminance made larger by that of the complement, for colors outside of the gamut, the more so the
+// darker they are.
 double compensated_luminance(const Vec& rgb) {
   const double high = std::max({rgb[0], rgb[1], rgb[2]});
   const Vec complement{high - rgb[0], high - rgb[1], high - rgb[2]};
@@ -92,7 +94,8 @@ double compensated_luminance(const Vec& rgb) {
   return raised + weight * (own - raised);
 }
 
-// Shifts what is outside of the gamut until no component is negative, and scales it back to its luminance.
+// Shifts what is outside of the gamut until no component is negative, and scales it back to its
+// luminance.
 Vec bring_into_gamut(const Vec& rgb) {
   const double offset = std::max(-std::min({rgb[0], rgb[1], rgb[2]}), 0.0);
   if (offset == 0.0) return rgb;

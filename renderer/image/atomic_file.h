@@ -57,8 +57,8 @@ class AtomicFile {
   std::filesystem::path temporary_;
 };
 
-// Checks that a file can be created at `path`, or replaced. Fails (input_output) if it is a folder, or if its
-// folder does not exist or is not writable.
+// Checks that a file can be created at `path`, or replaced. Fails (input_output) if it is a folder,
+// or if its folder does not exist or is not writable.
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& path);
 
 } // namespace kindling

@@ -1,4 +1,4 @@
-// Writers of multi-layer EXR, PNG and JPEG files, which replace an existing file only when complete.
+// Writers of EXR, PNG and JPEG files, which replace an existing file only when complete.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,12 +41,13 @@ struct ExrImage {
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, std::span<const float> rgba, const V2i& size_px,
                                      int bits, const std::map<std::string, std::string>& text = {});
 
-// rgb: display-referred in [0, 1] (clamped), width * height * 3 values, at most 65500 pixels a side.
-// quality: 1 to 100 as in libjpeg. text: a comment "key: value" each.
+// rgb: display-referred in [0, 1] (clamped), width * height * 3 values, at most 65500 pixels a
+// side. quality: 1 to 100 as in libjpeg. text: a comment "key: value" each.
 [[nodiscard]] Result<void> write_jpeg(const std::filesystem::path& path, std::span<const float> rgb, const V2i& size_px,
                                       int quality, const std::map<std::string, std::string>& text = {});
 
-// Returns values of [0, 1] as integers to 255, rounded and clamped as in an 8-bit PNG; NaN becomes 0.
+// Returns values of [0, 1] as integers to 255, rounded and clamped as in an 8-bit PNG; NaN
+// becomes 0.
 [[nodiscard]] std::vector<uint8_t> quantize_8bit(std::span<const float> values);
 
 } // namespace kindling

@@ -50,7 +50,8 @@ struct JpegBytes {
   unsigned long size = 0;
 };
 
-// False: errors.message has the reason. No object with a destructor may live in the function that calls setjmp. `row`: room for one row.
+// False: errors.message has the reason. No object with a destructor may live in the function that
+// calls setjmp. `row`: room for one row.
 bool encode(JpegWriteErrors& errors, JpegBytes& bytes, const float* rgb, const V2i& size, int quality,
             const std::string* comments, size_t comment_count, uint8_t* row) {
   jpeg_compress_struct codec{};

@@ -57,7 +57,7 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
     context.thin_wall_hits.resize(context.thin_wall_rays.size());
     world_.accelerator().intersect(context.thin_wall_rays, context.thin_wall_hits);
     context.counters.shadow += context.thin_wall_rays.size();
-    size_t kept = 0;
+    size_t remaining = 0;
     for (size_t i = 0; i < context.thin_wall_rays.size(); ++i) {
       const accel::Hit& hit = context.thin_wall_hits[i];
       if (!hit.is_hit()) continue;
@@ -75,12 +75,12 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
       ray.origin = offset_ray_origin(surface, ray.direction);
       if (ray.t_max < kInfinity) ray.t_max = (ray.t_max - hit.t) * (1.0f - 1e-6f);
       if (!(ray.t_max > 0.0f)) continue;
-      context.thin_wall_rays[kept] = ray;
-      context.thin_wall_records[kept] = number;
-      ++kept;
+      context.thin_wall_rays[remaining] = ray;
+      context.thin_wall_records[remaining] = number;
+      ++remaining;
     }
-    context.thin_wall_rays.resize(kept);
-    context.thin_wall_records.resize(kept);
+    context.thin_wall_rays.resize(remaining);
+    context.thin_wall_records.resize(remaining);
   }
   for (const uint32_t number : context.thin_wall_records) context.occluded[number] = 1; // behind too many thin walls
 }

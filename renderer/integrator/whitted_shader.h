@@ -17,7 +17,8 @@ namespace kindling {
 enum class WhittedPart : uint8_t { emission, direct, indirect };
 
 // A Sink receives the results of shading:
-//   void add(const WhittedNode&, WhittedPart, const Rgb&)         adds radiance to the node's sample
+//   void add(const WhittedNode&, WhittedPart, const Rgb&)         adds radiance to the node's
+//                                                                 sample
 //   void feel(const WhittedNode&, const accel::Ray&, const Rgb&)  the same if the ray is unoccluded
 //   void follow(WhittedNode&&)                                    takes a child node
 //   void surface(const WhittedNode&, const WhittedVertex&)        takes the first surface, for AOVs

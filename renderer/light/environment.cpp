@@ -128,7 +128,7 @@ bool Environment::store_texels(const Image& image, float intensity) {
       V3d sum(0.0);
       for (int x = 0; x < width_; ++x) {
         const Rgb c = texel(x, y) * to_stored;
-        HalfTexel& t = texels_[texel_index(x, y)];
+        Fp16Texel& t = texels_[texel_index(x, y)];
         t = {float_to_half(c.x), float_to_half(c.y), float_to_half(c.z), 0};
         const Rgb stored(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b));
         // Positive wherever the color is.
@@ -163,7 +163,7 @@ void Environment::compensate_for_mis(float mean_weight) {
     for (int y = rows.begin(); y < rows.end(); ++y) {
       RowSums sums;
       for (int x = 0; x < width_; ++x) {
-        HalfTexel& t = texels_[texel_index(x, y)];
+        Fp16Texel& t = texels_[texel_index(x, y)];
         if (t.weight == 0) continue;
         const float weight = half_to_float(t.weight);
         const float left = std::max(weight - kMeanFraction * mean_weight, kMin * weight);
@@ -208,8 +208,8 @@ void Environment::build_distribution() {
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rows, 16), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t y = range.begin(); y < range.end(); ++y) {
       // Border texels repeat the image's, so the rows at the poles need no special case.
-      const HalfTexel* upper = &texels_[texel_index(0, static_cast<int>(y) - 1)];
-      const HalfTexel* lower = &texels_[texel_index(0, static_cast<int>(y))];
+      const Fp16Texel* upper = &texels_[texel_index(0, static_cast<int>(y) - 1)];
+      const Fp16Texel* lower = &texels_[texel_index(0, static_cast<int>(y))];
       double sum = 0.0;
       for (size_t x = 0; x < columns; ++x) {
         const float mean = 0.25f * (half_to_float(upper[x].weight) + half_to_float(upper[x + 1].weight) +
@@ -254,8 +254,8 @@ LightSample Environment::sample(const V2f& u) const {
   const float u_s =
       std::clamp(chosen.uv.x * static_cast<float>(width_) - static_cast<float>(chosen.column), 0.0f, kOneMinusEpsilon);
   const float u_t = std::clamp(chosen.uv.y * rows - static_cast<float>(chosen.row), 0.0f, kOneMinusEpsilon);
-  const HalfTexel* upper = &texels_[texel_index(static_cast<int>(chosen.column), static_cast<int>(chosen.row) - 1)];
-  const HalfTexel* lower = upper + (static_cast<size_t>(width_) + 2);
+  const Fp16Texel* upper = &texels_[texel_index(static_cast<int>(chosen.column), static_cast<int>(chosen.row) - 1)];
+  const Fp16Texel* lower = upper + (static_cast<size_t>(width_) + 2);
   const float w00 = half_to_float(upper[0].weight), w10 = half_to_float(upper[1].weight);
   const float w01 = half_to_float(lower[0].weight), w11 = half_to_float(lower[1].weight);
   float t = sample_linear(u_t, w00 + w10, w01 + w11);
@@ -284,14 +284,14 @@ void Environment::prefetch_samples(std::span<const V2f> draws) const {
   distribution_.prefetch(draws);
   for (const V2f& u : draws) {
     const Distribution2D::Sample cell = distribution_.sample(u);
-    const HalfTexel* upper = &texels_[texel_index(static_cast<int>(cell.column), static_cast<int>(cell.row) - 1)];
+    const Fp16Texel* upper = &texels_[texel_index(static_cast<int>(cell.column), static_cast<int>(cell.row) - 1)];
     kindling::prefetch(upper);
     kindling::prefetch(upper + width_ + 2);
   }
 }
 
 size_t Environment::memory_bytes() const {
-  return sizeof(*this) + texels_.size() * sizeof(HalfTexel) + row_factors_.size() * sizeof(float) +
+  return sizeof(*this) + texels_.size() * sizeof(Fp16Texel) + row_factors_.size() * sizeof(float) +
          distribution_.memory_bytes();
 }
 

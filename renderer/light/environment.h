@@ -81,7 +81,7 @@ class Environment {
 
   // The texel above and to the left of a point, and the point's offset from it in texels.
   struct Footprint {
-    const HalfTexel* top = nullptr; // top[width + 2] is below it
+    const Fp16Texel* top = nullptr; // top[width + 2] is below it
     int row = 0;
     float fx = 0.0f;
     float fy = 0.0f;
@@ -108,7 +108,7 @@ class Environment {
   // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats
   // the image (wrapped left and right, clamped at the top and bottom), so interpolation needs no
   // special cases.
-  std::vector<HalfTexel> texels_;
+  std::vector<Fp16Texel> texels_;
   // Distribution over the cells between texel centers: width columns (the last one wraps), height +
   // 1 rows (half cells at the poles).
   Distribution2D distribution_;
@@ -144,7 +144,7 @@ inline Environment::Location Environment::locate(const V3f& wi) const {
 
 inline void Environment::prefetch(const Location& at) const {
   if (width_ == 0) return;
-  const HalfTexel* top = footprint(at).top;
+  const Fp16Texel* top = footprint(at).top;
   ::kindling::prefetch(top);
   ::kindling::prefetch(top + width_ + 2);
 }

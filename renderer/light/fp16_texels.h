@@ -15,13 +15,13 @@
 namespace kindling {
 
 // Bits of IEEE 754 binary16.
-struct alignas(8) HalfTexel {
+struct alignas(8) Fp16Texel {
   uint16_t r = 0;
   uint16_t g = 0;
   uint16_t b = 0;
   uint16_t weight = 0; // of the sampling density; interpolated like the color
 };
-static_assert(sizeof(HalfTexel) == 8);
+static_assert(sizeof(Fp16Texel) == 8);
 
 [[nodiscard]] inline float half_to_float(uint16_t bits) {
 #ifdef __F16C__
@@ -37,7 +37,7 @@ static_assert(sizeof(HalfTexel) == 8);
 // Returns R, G, B and weight interpolated between the pairs upper[0], upper[1] and lower[0],
 // lower[1]; fx and fy in [0, 1]. Both variants below perform the same operations in the same order,
 // so they give the same bits.
-[[nodiscard]] inline V4f interpolate(const HalfTexel* upper, const HalfTexel* lower, float fx, float fy) {
+[[nodiscard]] inline V4f interpolate(const Fp16Texel* upper, const Fp16Texel* lower, float fx, float fy) {
 #ifdef __F16C__
   const __m256 a = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(upper)));
   const __m256 b = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(lower)));
@@ -49,7 +49,7 @@ static_assert(sizeof(HalfTexel) == 8);
   _mm_store_ps(value, result);
   return {value[0], value[1], value[2], value[3]};
 #else
-  const auto value = [](const HalfTexel& t) {
+  const auto value = [](const Fp16Texel& t) {
     return V4f(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b), half_to_float(t.weight));
   };
   const auto mix = [](const V4f& x, const V4f& y, float t) { return x + (y - x) * t; };

@@ -62,7 +62,7 @@ class Checkpoint {
   [[nodiscard]] double done_share() const;
 
   // Returns the state to resume from and the function that saves. May be called once, and this
-  // object must outlive the render. A save that fails is a warning, and is tried again at the next
+  // object must outlive the render. A failed save is a warning, and is tried again at the next
   // interval.
   [[nodiscard]] RenderContinuity continuity();
 

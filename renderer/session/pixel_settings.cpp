@@ -48,8 +48,7 @@ SortedJson matrix(const M44f& m) {
   return values;
 }
 
-// A camera that a program placed itself. Its lens is overridden by add_lens() where LensOptions
-// says so.
+// A camera that a program placed itself. add_lens() overrides its lens by LensOptions.
 SortedJson own_camera(const PlacedCamera& placed) {
   const SceneCamera& camera = placed.camera;
   const CameraLens& lens = camera.lens;

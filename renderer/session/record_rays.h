@@ -58,8 +58,8 @@ struct RecordSettings {
 };
 
 // Renders on this thread, with tiles spread evenly over the image, until every kind has its rays or
-// no more come. `recorder` must be the accelerator of `world`. Returns these sets, some of which may
-// be empty:
+// no more come. `recorder` must be the accelerator of `world`. Returns these sets, some of which
+// may be empty:
 //   camera             coherent groups of an 8 x 8 block
 //   bounce1, bounce3   rays that leave the first and the third surface of their path, as the path
 //                      tracer batches them. A partly transparent surface that a path passes counts

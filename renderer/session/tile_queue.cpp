@@ -73,13 +73,13 @@ TileQueue::Visit& TileQueue::start(size_t lane_index) {
 // Returns the tile in work with the most blocks left.
 TileQueue::Visit* TileQueue::join(size_t lane_index) {
   Visit* best = nullptr;
-  size_t most_left = 0;
+  size_t max_left = 0;
   for (size_t i = 0; i < visit_count_; ++i) {
     Visit& visit = visits_[i];
     if (visit.threads == 0 || visit.lane != lane_index) continue;
     const size_t taken = visit.next_block;
-    if (taken >= visit.block_count || visit.block_count - taken <= most_left) continue;
-    most_left = visit.block_count - taken;
+    if (taken >= visit.block_count || visit.block_count - taken <= max_left) continue;
+    max_left = visit.block_count - taken;
     best = &visit;
   }
   if (best) ++best->threads;
@@ -100,7 +100,7 @@ TileQueue::Left TileQueue::leave(Visit& visit) {
     Lane& lane = lanes_[visit.lane];
     --lane.in_hand;
     if (visit.next_block < visit.block_count)
-      push(lane, {visit.pass, visit.index}); // paused; the coverage tells which blocks are done
+      push(lane, {visit.pass, visit.index}); // paused; the coverage lists the finished blocks
     else
       finish(visit, left);
     changed_.notify_all();

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The material gallery: a row of spheres for each extension of glTF materials, and one scene with all of them."""
+"""The material gallery: a row of spheres for each material extension, and a scene with all."""
 from . import gallery_materials, gallery_scene, gallery_stage
 
 SPHERES = 7

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All extensions in one image: fifteen spheres on three steps, each with the best parameters of its row."""
+"""All extensions in one image: fifteen spheres on three steps, each with its best parameters."""
 from . import gallery_materials as materials
 from . import images
 from .gallery_stage import RADIUS, Stage

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gallery's stage: a dome of soft light, a large soft and a small bright lamp, a floor, a background card."""
+"""The gallery's stage: a dome of soft light, a soft and a bright lamp, a floor, a background."""
 import math
 
 from . import images

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A room with low sun: table, plant, lamps and copper. The image of the README and of cmake/demo.sh.
+"""A room with low sun: table, plant, lamps and copper.
+
+It is the image of the README and of cmake/demo.sh.
 
 Light: a directional sun through the window on the left; a wide panel outside as sky, with a hole for the sun's beam; a pendant, a table lamp and a candle.
 """
@@ -11,7 +13,8 @@ from .gltf import Gltf, look_at, normalize
 from .images import hash_unit
 from .shapes import beveled_box, box, joined, quad, sphere
 
-# The room in meters; the floor is y = 0, the camera looks towards -z, the window is in the wall at x = LEFT.
+# The room in meters; the floor is y = 0, the camera looks towards -z, the window is in the wall at
+# x = LEFT.
 LEFT, RIGHT, BACK, FRONT, CEILING = -2.2, 2.4, -2.2, 3.0, 2.75
 WINDOW_LOW, WINDOW_HIGH, WINDOW_BACK, WINDOW_FRONT = 0.90, 2.20, -1.40, 0.10
 SUN = normalize((0.86, -0.45, 0.20))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two scenes that fill memory, of any size: `heavy` has millions of triangles, `swarm` millions of instances of small meshes.
+"""Two large scenes of any size: `heavy` has millions of triangles, `swarm` millions of instances.
 
 Needs NumPy: lists would take minutes instead of seconds.
 """
@@ -77,7 +77,7 @@ def _grid_normals(positions):
     return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-20)
 
 
-# ---- heavy ----------------------------------------------------------------------------------------------------------
+# ---- heavy ---------------------------------------------------------------------------------------
 
 LAND = 400.0  # width in meters
 
@@ -161,7 +161,7 @@ def heavy(triangles=7_000_000):
     return g.finish(roots, "heavy").to_glb()
 
 
-# ---- swarm ----------------------------------------------------------------------------------------------------------
+# ---- swarm ---------------------------------------------------------------------------------------
 
 def _rock(seed):
     """A rock of 80 triangles: positions, normals, indices."""
@@ -222,7 +222,8 @@ def swarm(instances=10_000_000):
         random = np.random.Generator(np.random.PCG64(80 + shape))
         turn = random.normal(size=(count, 4)).astype(np.float32)
         turn *= 127.0 / np.linalg.norm(turn, axis=1, keepdims=True)
-        # Sizes grow where the ring is sparse, so that it looks closed from afar; a few rocks are ten times as large.
+        # Sizes grow where the ring is sparse, so that it looks closed from afar; a few rocks are
+        # ten times as large.
         size = np.float32(0.035 * math.sqrt(1e7 / instances)) * (1 + 0.12 * (1 / random.uniform(0.012, 1.0, count).astype(np.float32) - 1))
         attributes = {"TRANSLATION": _accessor(g, np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)),
                       "ROTATION": _accessor(g, np.rint(turn), BYTE, normalized=True),

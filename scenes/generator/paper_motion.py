@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 11, 15 and 16: turbulence and checkers on glossy spheres, moving spheres, and all effects in one image."""
+"""Figures 11, 15 and 16: turbulence and checkers, moving spheres, and all effects in one image."""
 import math
 
 from . import images, procedurals

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of the figures' scenes: a studio with a sky that is visible but not sampled, soft boxes, point lights, spheres.
+"""Parts of the figures' scenes: a studio with a visible sky, soft boxes, point lights, spheres.
 
 Sizes are those of a table: spheres of 5 to 15 cm, a camera one or two meters away, so that real lenses blur realistically.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Procedural surfaces of the figures: turbulence and checkers by KHR_texture_procedurals, with one flat color as fallback."""
+"""Procedural surfaces of the figures: turbulence and checkers, with a flat color as fallback."""
 from . import images, procedurals
 from .procedurals import Graph
 

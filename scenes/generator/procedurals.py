@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs of KHR_texture_procedurals (draft): MaterialX 1.39 nodes in glTF, and patterns made of them."""
+"""Graphs of KHR_texture_procedurals (draft): MaterialX 1.39 nodes, and patterns of them."""
 
 
 class Ref:

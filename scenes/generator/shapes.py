@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Indexed triangle meshes: boxes, spheres, lathed profiles, tubes, sheets; transforms and unions."""
+"""Indexed triangle meshes: boxes, spheres, lathes, tubes, sheets; transforms and unions."""
 import math
 
 from .gltf import cross, normalize, subtract

@@ -80,9 +80,9 @@ TEST(KdTree, DuplicatesAndDepthAreBounded) {
     BuildOptions options;
     options.quality = quality;
     const Statistics statistics = build(Kind::kdtree, scene, options)->statistics();
-    const size_t most = quality == Quality::fast ? 4 : 8;
-    EXPECT_LE(statistics.reference_count, most * statistics.triangle_count + 256);
-    EXPECT_GT(statistics.reference_count, most * statistics.triangle_count / 2); // the bound is effective
+    const size_t maximum = quality == Quality::fast ? 4 : 8;
+    EXPECT_LE(statistics.reference_count, maximum * statistics.triangle_count + 256);
+    EXPECT_GT(statistics.reference_count, maximum * statistics.triangle_count / 2); // the bound is effective
     // A reference takes at most 48 bytes in a block, if the triangle shares no vertex.
     EXPECT_LE(statistics.memory_bytes, statistics.reference_count * 48 + statistics.node_count * 64 + 4096);
   }

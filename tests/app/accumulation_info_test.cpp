@@ -133,10 +133,10 @@ TEST_F(AccumulationInfoCommand, PrintsHeadersOfDamagedFiles) {
   EXPECT_NE(damaged.out.find("\n  checksums   wrong: a.kacc: block "), std::string::npos) << damaged.out;
   ASSERT_EQ(damaged.err_lines().size(), 1U) << damaged.err;
   EXPECT_NE(damaged.err.find("is damaged: the checksum is wrong"), std::string::npos) << damaged.err;
-  const json told = info("a.kacc", 4);
-  EXPECT_FALSE(told["sound"]);
-  EXPECT_NE(told["damage"].get<std::string>().find("is damaged: the checksum is wrong"), std::string::npos);
-  EXPECT_EQ(told["spp_mean"], 4.0);
+  const json report = info("a.kacc", 4);
+  EXPECT_FALSE(report["sound"]);
+  EXPECT_NE(report["damage"].get<std::string>().find("is damaged: the checksum is wrong"), std::string::npos);
+  EXPECT_EQ(report["spp_mean"], 4.0);
 
   write_file("a.kacc", good);
   flip("a.kacc", 30);

@@ -72,7 +72,7 @@ TEST(Documentation, TablesHoldTheFlagsOfTheHelp) {
   }
 }
 
-TEST(Documentation, RowsTellValuesFromSwitches) {
+TEST(Documentation, RowsDistinguishValuesFromSwitches) {
   const std::vector<CommandTable> tables = command_tables();
   const CommandTable& render = table_of(tables, "render");
   const auto row = [&](const std::string& name) {

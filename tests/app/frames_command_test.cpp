@@ -260,7 +260,7 @@ TEST_F(FramesCommand, RendersInterruptedFrameAgain) {
     EXPECT_EQ(all["exit_code"], code);
     EXPECT_TRUE(all["rendered"].empty());
     EXPECT_TRUE(all["frames"][0]["interrupted"]);
-    // It has fewer samples than it should: the same command does it anew. The first image alone
+    // It has fewer samples than it should: the same command renders it again. The first image alone
     // decides nothing.
     EXPECT_EQ(render(scene, {"--frames", "1", "-o", "a_#.png"}).out, "a_1.png\n");
     EXPECT_EQ(render(scene, {"--frames", "1", "-o", "a_#.png"}).out, "");

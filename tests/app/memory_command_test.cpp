@@ -47,8 +47,8 @@ class MemoryCommand : public SceneFolder {
     Peak peak;
     peak.measured = stats["peak_rss_bytes"].get<double>();
     peak.held = stats["memory"]["accelerator_bytes"].get<double>();
-    const auto told = nlohmann::json::parse(info.out);
-    for (const auto& of : told["memory"]["accelerators"]) {
+    const auto report = nlohmann::json::parse(info.out);
+    for (const auto& of : report["memory"]["accelerators"]) {
       if (of["name"] != accelerator) continue;
       peak.budget = of["peak_bytes"].get<double>();
       peak.held_budget = of["held_bytes"].get<double>();

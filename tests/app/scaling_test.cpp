@@ -278,8 +278,8 @@ TEST(ScalingReport, JsonAndCsvHaveAllRows) {
 
 TEST(ScalingReport, CurvesAreWellFormed) {
   ScalingReport report = report_of_four();
-  for (const int most : {4, 64}) {
-    if (most == 64) report.thread_counts = {1, 2, 4, 64};
+  for (const int maximum : {4, 64}) {
+    if (maximum == 64) report.thread_counts = {1, 2, 4, 64};
     const std::string svg = draw_scaling(report);
     EXPECT_TRUE(svg.starts_with("<svg ")) << svg.substr(0, 20);
     EXPECT_TRUE(svg.ends_with("</svg>\n"));

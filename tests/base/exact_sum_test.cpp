@@ -103,7 +103,7 @@ TEST(ExactSum, KeepsSmallTermsBesideLargeOnes) {
   EXPECT_EQ(sum.value(), 0x1p-55); // a sum in double precision would be 0
 }
 
-TEST(ExactSum, SubtractsWhatWasAdded) {
+TEST(ExactSum, SubtractionInvertsAddition) {
   Sum part, sum;
   for (const double x : random_terms(100, -60, 40, true)) {
     part.add(x);

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""Runs the commands that renderer/distributed/engines submits to Kubernetes and OpenCue, with the numbers that the engines would insert, and compares
-the merged images with those of one process."""
+"""Runs the commands of renderer/distributed/engines and compares the merged images.
+
+The numbers that Kubernetes and OpenCue would insert are inserted here; the images must equal those of one process.
+"""
 # SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib

@@ -287,7 +287,7 @@ TEST_F(RendererTest, RefusesCheckpointOfAnotherRender) {
   Renderer changed = load(folder_ / "changed.gltf");
   EXPECT_NE(refusal(changed, small_image()).find("the scene has changed since the render was started"),
             std::string::npos);
-  // The command line reads and merges it, and says which program can resume it.
+  // The command line reads and merges it, and names the program that can resume it.
   EXPECT_EQ(run_program({"info", "a.kacc"}, folder_).exit_code, 0);
   const ProgramResult resumed = run_program({"resume", "a.kacc"}, folder_);
   EXPECT_EQ(resumed.exit_code, 2);

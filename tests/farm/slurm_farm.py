@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from slurm_bed import SlurmBed  # pylint: disable=wrong-import-position
 
 PROGRAM = SCENES = None
-GOES_ON, INCOMPLETE, SCENE_INVALID = 6, 5, 3
+IN_PROGRESS, INCOMPLETE, SCENE_INVALID = 6, 5, 3
 # An image that takes about 15 processor seconds, training included.
 FLAGS = ["--size", "320x180", "--spp", "192", "--seed", "5", "--exr-float", "--checkpoint-every", "1"]
 
@@ -298,7 +298,7 @@ class SlurmFarm(unittest.TestCase):
     def test_each_frame_is_merged(self):
         scene, flags = SCENES / "cornell_box.glb", ["--size", "64x48", "--spp", "8", "--exr-float"]
         self.submit(scene, 2, flags, "--frames", "1-5x4", outputs=("out.####.exr", "out.####.png"))
-        self.kindling("farm", "status", self.farm, code=GOES_ON)
+        self.kindling("farm", "status", self.farm, code=IN_PROGRESS)
         self.assertEqual(self.wait_for_end()["exit_code"], 0)
         self.kindling("render", scene, *flags, "--frames", "1-5x4", "-o", "one.####.exr")
         for frame in (1, 5):

@@ -39,8 +39,8 @@ struct PlacedSample {
 std::vector<PlacedSample> random_samples(uint32_t per_pixel) {
   std::mt19937 random(3);
   const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
-  const auto any_size = [&](int least, int span) {
-    return std::ldexp(1.0f + uniform(), least + static_cast<int>(random() % static_cast<uint32_t>(span)));
+  const auto any_size = [&](int minimum, int span) {
+    return std::ldexp(1.0f + uniform(), minimum + static_cast<int>(random() % static_cast<uint32_t>(span)));
   };
   std::vector<PlacedSample> samples;
   for (int y = kCrop.min.y; y < kCrop.max.y; ++y)

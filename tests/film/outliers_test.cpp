@@ -104,15 +104,15 @@ TEST(Outliers, FilmWithoutFirefliesIsUnchanged) {
 // Every third pixel has a firefly.
 TEST(Outliers, RemovesFirefliesFromFilm) {
   const auto one = [](int x, int i) { return x % 3 == 0 && i == x * 7 % 64; };
-  const Film kept = noisy_film(false, 64, one), trimmed = noisy_film(true, 64, one);
-  const std::vector<float> with_fireflies = kept.resolve(Aov::beauty), beauty = trimmed.resolve(Aov::beauty);
+  const Film complete = noisy_film(false, 64, one), trimmed = noisy_film(true, 64, one);
+  const std::vector<float> with_fireflies = complete.resolve(Aov::beauty), beauty = trimmed.resolve(Aov::beauty);
   for (size_t i = 0; i < beauty.size(); ++i) {
     EXPECT_GT(with_fireflies[i], i / 3 % 3 == 0 ? 10.0f : 0.9f);
     EXPECT_NEAR(beauty[i], 1.0f, 5.0f * 0.058f / 6.2f); // three blocks of 12 or 13 samples, or all
   }
   // Other AOVs are means of all samples.
-  EXPECT_EQ(trimmed.resolve(Aov::alpha), kept.resolve(Aov::alpha));
-  EXPECT_EQ(trimmed.memory_bytes() - kept.memory_bytes(), size_t{kPixels} * 224);
+  EXPECT_EQ(trimmed.resolve(Aov::alpha), complete.resolve(Aov::alpha));
+  EXPECT_EQ(trimmed.memory_bytes() - complete.memory_bytes(), size_t{kPixels} * 224);
 }
 
 // With many samples, rare bright samples are part of the image: the estimator is consistent.

@@ -139,7 +139,8 @@ TEST_F(WriteFilm, WritesSixteenBitPng) {
   EXPECT_EQ(image.value().type, PixelType::u16);
 }
 
-// Baseline JPEG at the highest quality rounds coefficients to integers: a smooth image comes back within 2 of 255.
+// Baseline JPEG at the highest quality rounds coefficients to integers: a smooth image comes back
+// within 2 of 255.
 TEST_F(WriteFilm, WritesJpegOverBlackThroughTheView) {
   const auto path = folder_ / "a.jpg";
   WriteOptions options;

@@ -1,4 +1,4 @@
-// The AgX curve against nodes of Blender's published table, and its behavior at the ends of its range.
+// The AgX curve against nodes of Blender's table, and at the ends of its range.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/agx.h"
 #include "renderer/image/display_transform.h"
@@ -21,8 +21,9 @@ struct Node {
   Rgb display; // sRGB-encoded
 };
 
-// Nodes of AgX_Base_sRGB.cube as Blender 4.5 ships it (57 nodes a side, E-Gamut, -10 to +15 stops; values to the power of 2.4), which no
-// interpolation blurs. 1e-5 covers the six digits of the table and single precision.
+// Nodes of AgX_Base_sRGB.cube as Blender 4.5 ships it (57 nodes a side, E-Gamut, -10 to +15 stops;
+// values to the power of 2.4), which no interpolation blurs. 1e-5 covers the six digits of the
+// table and single precision.
 TEST(Agx, EqualsNodesOfBlendersTable) {
   const Node nodes[] = {{{0.01681394f, 0.01681425f, 0.02724546f}, {0.109218f, 0.114628f, 0.153229f}},
                         {{0.02587106f, 0.003052111f, 0.02082761f}, {0.140648f, 0.033723f, 0.126766f}},

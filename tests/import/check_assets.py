@@ -96,8 +96,8 @@ def run_each(load_check, files, problems):
     except RuntimeError as error:
         if len(files) == 1:
             problems.append(f"{files[0]}: {error}")
-            kept = os.path.join(tempfile.gettempdir(), "failing_" + os.path.basename(files[0]))
-            shutil.copy(files[0], kept)
+            copy = os.path.join(tempfile.gettempdir(), "failing_" + os.path.basename(files[0]))
+            shutil.copy(files[0], copy)
             return ["FAILED"]
     middle = len(files) // 2
     return run_each(load_check, files[:middle], problems) + run_each(load_check, files[middle:], problems)

@@ -33,7 +33,7 @@ TEST(Variants, MappingsSetMaterialOfPrimitive) {
   EXPECT_EQ(loaded.scene->variants, (std::vector<std::string>{"red", "blue"}));
   EXPECT_EQ(loaded.scene->meshes[0].primitives[0].material, 0);
   EXPECT_EQ(material_in(loaded, 1), 2);
-  EXPECT_EQ(material_in(loaded, 0), 0) << "nothing is said about red";
+  EXPECT_EQ(material_in(loaded, 0), 0) << "the file has no variant red";
 }
 
 TEST(Variants, OneMappingAppliesToSeveralVariants) {

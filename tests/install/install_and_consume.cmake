@@ -1,4 +1,4 @@
-# cmake -P: installs the build, then configures, builds and runs consumer/ against what was installed and nothing else.
+# Installs the build, then configures, builds and runs consumer/ against the installed files.
 # SPDX-License-Identifier: Apache-2.0
 set(prefix ${WORK_DIR}/prefix)
 set(build ${WORK_DIR}/build)

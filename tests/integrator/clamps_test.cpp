@@ -37,15 +37,15 @@ TEST(Clamps, EachPartOfASampleIsScaledToItsLimit) {
   const Film clamped = render_corner(*world, limits[1], limits[2]);
   for (size_t part = 0; part < 3; ++part) {
     const std::vector<float> before = full.resolve(kParts[part]), after = clamped.resolve(kParts[part]);
-    int scaled = 0, kept = 0;
+    int scaled = 0, unchanged = 0;
     for (size_t i = 0; i < before.size(); i += 3) {
       const float peak = std::max({before[i], before[i + 1], before[i + 2]});
       const float scale = peak > limits[part] ? limits[part] / peak : 1.0f;
-      if (peak > 0.0f) ++(scale < 1.0f ? scaled : kept);
+      if (peak > 0.0f) ++(scale < 1.0f ? scaled : unchanged);
       // The indirect part is a difference of sums and has the rounding errors of all three.
       for (size_t c = i; c < i + 3; ++c) EXPECT_NEAR(after[c], before[c] * scale, 1e-6f + 1e-5f * before[c] * scale);
     }
-    EXPECT_GT(kept, 10);
+    EXPECT_GT(unchanged, 10);
     EXPECT_EQ(scaled > 10, part > 0) << scaled;
   }
 }

@@ -174,9 +174,9 @@ TEST_P(ClosedForm, AlphaBlendIsCoverage) {
 
 // MASK cuts at alpha >= cutoff.
 TEST_P(ClosedForm, AlphaMask) {
-  for (const bool kept : {false, true}) {
+  for (const bool cached : {false, true}) {
     Material leaf = diffuse_material(Rgb(0.0f));
-    leaf.base_color_factor.w = kept ? 0.5f : 0.49f;
+    leaf.base_color_factor.w = cached ? 0.5f : 0.49f;
     leaf.alpha_mode = AlphaMode::mask;
     const auto world = make_world(
         make_scene({emissive_material(Rgb(2.0f)), leaf}, {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
@@ -184,7 +184,7 @@ TEST_P(ClosedForm, AlphaMask) {
         GetParam());
     EXPECT_FLOAT_EQ(
         render_mean(*world, beam_camera(V3f(0, 3, 0.01f), V3f(0.0f), 0.1f), small_render(V2i(8, 8), 4)).rgb.x,
-        kept ? 0.0f : 2.0f);
+        cached ? 0.0f : 2.0f);
   }
 }
 

@@ -112,7 +112,7 @@ Scene edge_over_floor() {
                      quad(V3f(-4, kEdgeHeight, 4), V3f(4, 0, 0), V3f(0, 0, -8), 1)});
 }
 
-TEST(Penumbra, OfASphere) {
+TEST(Penumbra, MatchesSphereLight) {
   Scene scene = edge_over_floor();
   add_sized_light(scene, sphere_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
   const Profile profile = floor_profile(std::move(scene), [](const V3f& p) {
@@ -130,7 +130,7 @@ TEST(Penumbra, OfASphere) {
       0.004);
 }
 
-TEST(Penumbra, OfAnEmissiveDisc) {
+TEST(Penumbra, MatchesEmissiveDisk) {
   Scene scene = edge_over_floor();
   scene.materials.push_back(emissive_material(Rgb(20.0f)));
   scene.materials.back().double_sided = false;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the program in a Debian 13, which has GCC 14 and Embree 4, renders with each accelerator there and here, and compares the pixels.
+# Builds the program in a Debian 13 and compares its images with those of this machine.
 # SPDX-License-Identifier: Apache-2.0
 source "$(dirname "${BASH_SOURCE[0]}")/../../cmake/setup.sh"
 source "$kindling_root/tests/package/roots.sh"
@@ -29,8 +29,9 @@ in_root sh -c "cd /kindling && cmake --preset release -DKINDLING_WARNINGS_AS_ERR
 there=/kindling/build/release/kindling
 in_root $there --version
 
-# glibc 2.41 rounds acosf, asinf, atan2f and tanf correctly, glibc 2.36 does not: some last bits of images follow. So this machine's program
-# renders with the C library of Debian 13, and nothing else of it.
+# glibc 2.41 rounds acosf, asinf, atan2f and tanf correctly, glibc 2.36 does not: some last bits of
+# images follow. So this machine's program renders with the C library of Debian 13, and nothing else
+# of it.
 mkdir "$root/glibc" "$root/here" "$root/there"
 cp -L "$root"/lib/x86_64-linux-gnu/{libc.so.6,libm.so.6,ld-linux-x86-64.so.2} "$root/glibc/"
 libraries=$root/glibc:/lib/x86_64-linux-gnu:/usr/lib/x86_64-linux-gnu

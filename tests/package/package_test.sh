@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the .deb in a bare Debian 12 as cmake/Dockerfile does, renders with it, and looks at what else it brought.
+# Installs the .deb in a bare Debian 12 as cmake/Dockerfile does, and runs it.
 # SPDX-License-Identifier: Apache-2.0
 source "$(dirname "${BASH_SOURCE[0]}")/../../cmake/setup.sh"
 source "$kindling_root/tests/package/roots.sh"

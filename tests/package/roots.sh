@@ -1,4 +1,4 @@
-# Bare Debian systems in folders, for the tests of this folder. Sourced after cmake/setup.sh, not run.
+# Bare Debian systems in folders, for the tests here; sourced after cmake/setup.sh.
 # SPDX-License-Identifier: Apache-2.0
 
 root=
@@ -7,7 +7,8 @@ remove_root() {
   [ -z "$root" ] || rm -rf --one-file-system "$root"
 }
 
-# make_root SUITE [PACKAGE...]: a minimal system of that suite with these packages; its folder is $root.
+# make_root SUITE [PACKAGE...]: a minimal system of that suite with these packages; its folder is
+# $root.
 make_root() {
   local suite=$1
   shift

@@ -120,7 +120,7 @@ struct Oracle {
     return (uv_area(c) > 0 ? t : -t).normalized();
   }
 
-  // Returns the unnormalized sum of a corner's group: its length tells how well the direction is
+  // Returns the unnormalized sum of a corner's group: its length shows how well the direction is
   // defined.
   V3d group_sum(size_t corner) {
     V3d sum(0.0);

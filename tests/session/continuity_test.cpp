@@ -20,32 +20,32 @@ TEST_P(Continuity, TwentyInterruptions) {
   }
   const int interruptions = GetParam().kind == SplitKind::guided ? 6 : 20;
   std::mt19937 random(3);
-  std::optional<RenderState> kept;
-  const auto go_on = [&](int cancel_after) {
+  std::optional<RenderState> saved;
+  const auto resume = [&](int cancel_after) {
     RenderSettings settings = scene.settings();
     vary_work(settings, random);
     CancelToken token;
     const int keep_until = cancel_after - static_cast<int>(random() % 3); // saves
     int saves = 0;
-    RenderContinuity continuity{.resume_from = kept, .save_every_s = {}, .save = [&](const RenderState& state) {
-                                  if (++saves <= keep_until) kept = state;
+    RenderContinuity continuity{.resume_from = saved, .save_every_s = {}, .save = [&](const RenderState& state) {
+                                  if (++saves <= keep_until) saved = state;
                                   if (saves == cancel_after) token.cancel();
                                 }};
     if (cancel_after < 1000) continuity.save_every_s = 0.0; // after every block in hand
     return scene.render(settings, std::move(continuity), &token);
   };
   for (int i = 0; i < interruptions; ++i) {
-    const RenderOutcome outcome = go_on(1 + static_cast<int>(random() % 12));
+    const RenderOutcome outcome = resume(1 + static_cast<int>(random() % 12));
     EXPECT_TRUE(outcome.interrupted) << "nothing left to interrupt at " << i;
   }
-  const RenderOutcome last = go_on(1000000);
+  const RenderOutcome last = resume(1000000);
   EXPECT_FALSE(last.interrupted);
   EXPECT_GE(last.work.runs, 2U);
   expect_same_bits(last.film, whole, "interruptions");
-  ASSERT_TRUE(kept);
+  ASSERT_TRUE(saved);
   const SampleRange all{0, scene.settings().samples_per_pixel};
-  for (size_t b = 0; b < kept->coverage.block_count(); ++b) EXPECT_TRUE(kept->coverage.complete(b, all)) << b;
-  EXPECT_EQ(kept->adaptive.empty(), !scene.settings().adaptive.enabled());
+  for (size_t b = 0; b < saved->coverage.block_count(); ++b) EXPECT_TRUE(saved->coverage.complete(b, all)) << b;
+  EXPECT_EQ(saved->adaptive.empty(), !scene.settings().adaptive.enabled());
 }
 
 TEST_P(Continuity, MoreSamplesLater) {
@@ -56,12 +56,12 @@ TEST_P(Continuity, MoreSamplesLater) {
   settings.samples_per_pixel = more;
   const Film whole = scene.render(settings).film;
   settings.samples_per_pixel = fewer;
-  std::optional<RenderState> kept;
-  RenderContinuity continuity{.save = [&](const RenderState& state) { kept = state; }};
+  std::optional<RenderState> saved;
+  RenderContinuity continuity{.save = [&](const RenderState& state) { saved = state; }};
   EXPECT_EQ(scene.render(settings, continuity).statistics.saves, 1);
   settings.samples_per_pixel = more;
   settings.tile_size_px = 8;
-  const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(kept)});
+  const RenderOutcome outcome = scene.render(settings, {.resume_from = std::move(saved)});
   EXPECT_EQ(outcome.statistics.samples_per_pixel, more);
   expect_same_bits(outcome.film, whole, "more samples later");
 }
@@ -95,38 +95,38 @@ TEST(RenderContinuity, WorkAddsUpOverRuns) {
   EXPECT_EQ(whole.work.runs, 1U);
   EXPECT_EQ(whole.work.render_s, whole.statistics.render_s);
   EXPECT_EQ(whole.work.thread_s, 2.0 * whole.statistics.render_s);
-  std::optional<RenderState> kept;
+  std::optional<RenderState> saved;
   CancelToken token;
   const RenderOutcome first = scene.render(settings,
                                            {.save_every_s = 0.0,
                                             .save =
                                                 [&](const RenderState& state) {
-                                                  kept = state;
+                                                  saved = state;
                                                   token.cancel();
                                                 }},
                                            &token);
   EXPECT_TRUE(first.interrupted);
   EXPECT_EQ(first.work.runs, 1U);
-  const RenderOutcome second = scene.render(settings, {.resume_from = kept});
+  const RenderOutcome second = scene.render(settings, {.resume_from = saved});
   EXPECT_EQ(second.work.runs, 2U);
   EXPECT_EQ(first.statistics.rays.total() + second.statistics.rays.total(), whole.statistics.rays.total());
   EXPECT_EQ(second.work.rays.total(), whole.statistics.rays.total());
   EXPECT_EQ(second.work.rays.paths, whole.statistics.rays.paths);
-  EXPECT_EQ(second.work.render_s, kept->work.render_s + second.statistics.render_s);
+  EXPECT_EQ(second.work.render_s, saved->work.render_s + second.statistics.render_s);
 }
 
 TEST(RenderContinuity, FinishedRenderIsNotSavedAgain) {
   const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
-  std::optional<RenderState> kept;
+  std::optional<RenderState> saved;
   int saves = 0;
   const auto save = [&](const RenderState& state) {
-    kept = state;
+    saved = state;
     ++saves;
   };
   const Film whole = scene.render(settings, {.save = save}).film;
   EXPECT_EQ(saves, 1); // at the end
-  const RenderOutcome again = scene.render(settings, {.resume_from = kept, .save_every_s = 0.0, .save = save});
+  const RenderOutcome again = scene.render(settings, {.resume_from = saved, .save_every_s = 0.0, .save = save});
   EXPECT_EQ(saves, 1);
   EXPECT_FALSE(again.interrupted);
   EXPECT_EQ(again.statistics.passes, 0);
@@ -141,28 +141,28 @@ TEST(RenderContinuity, TimeLimitCountsAllRuns) {
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.samples_per_pixel;
   settings.samples_per_pixel = 1U << 20;
-  std::optional<RenderState> kept;
+  std::optional<RenderState> saved;
   CancelToken token;
   int saves = 0;
   (void)scene.render(settings,
                      {.save_every_s = 0.0,
                       .save =
                           [&](const RenderState& state) {
-                            kept = state;
+                            saved = state;
                             if (++saves == 40) token.cancel();
                           }},
                      &token);
-  ASSERT_TRUE(kept);
+  ASSERT_TRUE(saved);
   uint32_t min_done = ~0U, max_done = 0;
-  for (size_t b = 0; b < kept->coverage.block_count(); ++b) {
-    const uint32_t done = kept->coverage.done(b, {0, settings.samples_per_pixel});
+  for (size_t b = 0; b < saved->coverage.block_count(); ++b) {
+    const uint32_t done = saved->coverage.done(b, {0, settings.samples_per_pixel});
     min_done = std::min(min_done, done);
     max_done = std::max(max_done, done);
   }
   EXPECT_LT(min_done, max_done);
-  kept->work.render_s = 100.0;
+  saved->work.render_s = 100.0;
   settings.time_limit_s = 50.0;
-  const RenderOutcome outcome = scene.render(settings, {.resume_from = kept});
+  const RenderOutcome outcome = scene.render(settings, {.resume_from = saved});
   EXPECT_FALSE(outcome.interrupted);
   EXPECT_EQ(outcome.statistics.samples_per_pixel, max_done);
   settings.samples_per_pixel = max_done;
@@ -182,12 +182,12 @@ TEST(RenderContinuity, ProgressStartsAtResumedSamples) {
   RenderSettings settings = scene.settings();
   settings.planned_samples = settings.planned();
   const uint32_t before = settings.samples_per_pixel;
-  std::optional<RenderState> kept;
-  EXPECT_FALSE(scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }}).interrupted);
+  std::optional<RenderState> saved;
+  EXPECT_FALSE(scene.render(settings, {.save = [&](const RenderState& state) { saved = state; }}).interrupted);
   settings.samples_per_pixel = before + 3;
   Listener listener;
   const Result<RenderOutcome> outcome =
-      render(scene.world(), scene.camera(), settings, nullptr, &listener, {.resume_from = std::move(kept)});
+      render(scene.world(), scene.camera(), settings, nullptr, &listener, {.resume_from = std::move(saved)});
   ASSERT_TRUE(outcome.ok());
   EXPECT_GT(outcome.value().statistics.guiding.paths, 0U);
   ASSERT_GT(listener.snapshots.size(), 1U);
@@ -217,14 +217,14 @@ TEST(RenderContinuity, SavesInIntervals) {
 TEST(RenderContinuity, RefusesStateThatDoesNotFit) {
   const SplitScene scene(kPath);
   const RenderSettings settings = scene.settings();
-  std::optional<RenderState> kept;
-  (void)scene.render(settings, {.save = [&](const RenderState& state) { kept = state; }});
-  ASSERT_TRUE(kept);
+  std::optional<RenderState> saved;
+  (void)scene.render(settings, {.save = [&](const RenderState& state) { saved = state; }});
+  ASSERT_TRUE(saved);
   const auto refused = [&](auto change) {
     RenderSettings other = settings;
     change(other);
     const Result<RenderOutcome> outcome =
-        render(scene.world(), scene.camera(), other, nullptr, nullptr, {.resume_from = kept});
+        render(scene.world(), scene.camera(), other, nullptr, nullptr, {.resume_from = saved});
     return !outcome.ok() && outcome.error().kind == ErrorKind::usage && !outcome.error().message.empty();
   };
   EXPECT_FALSE(refused([](RenderSettings&) {}));

@@ -131,7 +131,7 @@ class CraftedAccumulation : public AccumulationFolder {
   std::string blocks_; // its blocks
 };
 
-testing::AssertionResult says(const std::string& message, const std::string& words) {
+testing::AssertionResult has_words(const std::string& message, const std::string& words) {
   if (message.find(words) != std::string::npos) return testing::AssertionSuccess();
   return testing::AssertionFailure() << "'" << words << "' is not in: " << message;
 }
@@ -139,10 +139,10 @@ testing::AssertionResult says(const std::string& message, const std::string& wor
 TEST_F(CraftedAccumulation, RefusesImagesLargerThanFile) {
   EXPECT_EQ(message(json_), "");
   for (const V2i& size : {V2i(1 << 20, 1 << 20), V2i(1 << 20, 1 << 10), V2i(4096, 4096)})
-    EXPECT_TRUE(says(message(of_size(size)), "is cut off: it ends at byte "));
-  EXPECT_TRUE(says(message(of_size(V2i(1 << 21, 8))), "'size' is not a whole number up to 1048576"));
+    EXPECT_TRUE(has_words(message(of_size(size)), "is cut off: it ends at byte "));
+  EXPECT_TRUE(has_words(message(of_size(V2i(1 << 21, 8))), "'size' is not a whole number up to 1048576"));
   // One block more than the good file has.
-  EXPECT_TRUE(says(message(of_size(V2i(40, 32))), "is damaged: its header claims "));
+  EXPECT_TRUE(has_words(message(of_size(V2i(40, 32))), "is damaged: its header claims "));
 }
 
 TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
@@ -162,15 +162,15 @@ TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
     }
     return blocks;
   };
-  EXPECT_TRUE(says(message(json.dump(), blocks_with("")), "is cut off"));
-  EXPECT_TRUE(says(message(json.dump(), blocks_with(std::string(37, 'x'))),
-                   "is damaged: its header claims a stored size of 37 bytes"));
+  EXPECT_TRUE(has_words(message(json.dump(), blocks_with("")), "is cut off"));
+  EXPECT_TRUE(has_words(message(json.dump(), blocks_with(std::string(37, 'x'))),
+                        "is damaged: its header claims a stored size of 37 bytes"));
   // As many bytes as the smallest frame has, all wrong: the sums do not fit into 256 MiB, which is
   // reported.
   const std::string junk = blocks_with(std::string(38, 'x'));
   EXPECT_LT(junk.size(), size_t{1} << 17);
   set_contents(path_, file_of(json.dump(), junk));
-  EXPECT_TRUE(says(check_accumulation(path_).error().message, "block 0 (of plane "));
+  EXPECT_TRUE(has_words(check_accumulation(path_).error().message, "block 0 (of plane "));
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   const LittleMemory little(size_t{256} << 20);
   EXPECT_EQ(read_accumulation(path_).error().message, path_.string() + ": cannot read: no memory for its sums");
@@ -199,13 +199,13 @@ TEST_F(CraftedAccumulation, BoundsMemoryOfSpans) {
   json["coverage"]["runs"] = run_of(4 * 3, 10000);
   EXPECT_EQ(message(json), "");
   EXPECT_EQ(read_accumulation_summary(path_).value().coverage[11].spans.size(), 10000U);
-  // 16 million blocks: accepted as long as they take less than the sums, which the file has not either;
-  // and 13 TB of them.
+  // 16 million blocks: accepted as long as they take less than the sums, which the file has not
+  // either; and 13 TB of them.
   json = of_size(V2i(1 << 15, 1 << 15));
   json["coverage"]["runs"] = run_of(1 << 24, 1000);
-  EXPECT_TRUE(says(message(json), "is cut off"));
+  EXPECT_TRUE(has_words(message(json), "is cut off"));
   json["coverage"]["runs"] = run_of(1 << 24, 100000);
-  EXPECT_TRUE(says(message(json), "its header is invalid: 'runs' have more than "));
+  EXPECT_TRUE(has_words(message(json), "its header is invalid: 'runs' have more than "));
 }
 
 TEST_F(CraftedAccumulation, WritersObeyBoundsOfReaders) {
@@ -220,18 +220,18 @@ TEST_F(CraftedAccumulation, WritersObeyBoundsOfReaders) {
   const Result<void> written = write_accumulation(path_, identity_of(kSmall, kSmallArea), state, true);
   ASSERT_FALSE(written.ok());
   EXPECT_TRUE(
-      says(written.error().message, "cannot write: its samples are in too many pieces: 100663296 bytes of spans"));
+      has_words(written.error().message, "cannot write: its samples are in too many pieces: 100663296 bytes of spans"));
   expect_small(path_, 1);
 }
 
 TEST_F(CraftedAccumulation, RefusesDeepJson) {
   const std::string deep(size_t{4} << 20, '[');
-  EXPECT_TRUE(says(message(deep, blocks_), "its header is invalid: it has more than 64 levels"));
-  EXPECT_TRUE(says(message(deep + std::string(deep.size(), ']'), blocks_), "its header is invalid: "));
+  EXPECT_TRUE(has_words(message(deep, blocks_), "its header is invalid: it has more than 64 levels"));
+  EXPECT_TRUE(has_words(message(deep + std::string(deep.size(), ']'), blocks_), "its header is invalid: "));
   for (const char* key : {"image", "metadata"}) {
     Json json = json_;
     json[key] = R"({"a":)" + deep + std::string(deep.size(), ']') + "}";
-    EXPECT_TRUE(says(message(json), "' is not JSON of at most 64 levels"));
+    EXPECT_TRUE(has_words(message(json), "' is not JSON of at most 64 levels"));
     json[key] =
         R"({"a":"\"[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["})"; // brackets within a text do not nest
     EXPECT_EQ(message(json), "");
@@ -250,9 +250,9 @@ TEST_F(CraftedAccumulation, BoundsMemoryOfLongLists) {
       json[Json::json_pointer(key)] = "@";
       std::string text = json.dump();
       text.replace(text.find("\"@\""), 3, many(member, 200000));
-      const std::string said = message(text, blocks_);
-      EXPECT_EQ(said.find("no memory"), std::string::npos) << key << ": " << said;
-      EXPECT_FALSE(said.empty()) << key << " of " << member;
+      const std::string printed = message(text, blocks_);
+      EXPECT_EQ(printed.find("no memory"), std::string::npos) << key << ": " << printed;
+      EXPECT_FALSE(printed.empty()) << key << " of " << member;
     }
 }
 
@@ -287,9 +287,9 @@ TEST_F(CraftedAccumulation, SurvivesExtremeMembers) {
     for (const Json& extreme : extremes) {
       Json json = json_;
       json[Json::json_pointer(pointer)] = extreme;
-      const std::string said = message(json);
-      EXPECT_EQ(said.find("no memory"), std::string::npos) << pointer << " = " << extreme << ": " << said;
-      (said.empty() ? good : bad) += 1;
+      const std::string printed = message(json);
+      EXPECT_EQ(printed.find("no memory"), std::string::npos) << pointer << " = " << extreme << ": " << printed;
+      (printed.empty() ? good : bad) += 1;
     }
   EXPECT_GT(good, 100U); // times, counts of rays and arguments may have any value
   EXPECT_GT(bad, 1000U);
@@ -380,8 +380,8 @@ TEST_F(CraftedAccumulation, ReadsFilesBeyondFourGiB) {
   put(last_block + 1000, "x"); // the last one
   const Result<void> damaged = check_accumulation(path_);
   ASSERT_FALSE(damaged.ok());
-  EXPECT_TRUE(
-      says(damaged.error().message, "at byte " + std::to_string(last_block) + ") is damaged: the checksum is wrong"));
+  EXPECT_TRUE(has_words(damaged.error().message,
+                        "at byte " + std::to_string(last_block) + ") is damaged: the checksum is wrong"));
   EXPECT_GT(last_block, uint64_t{1} << 32);
   close(file);
 }

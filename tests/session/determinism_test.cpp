@@ -66,12 +66,12 @@ TEST_P(Determinism, SameBitsWithClampsAndTrimming) {
   RenderSettings settings = small_render(kSize, 23);
   settings.outliers = Outliers::trim;
   settings.threads = 1;
-  const std::vector<float> kept = render_film(*world, small_render(kSize, 23)).resolve_rgba();
+  const std::vector<float> plain = render_film(*world, small_render(kSize, 23)).resolve_rgba();
   for (const Caustics caustics : {Caustics::regularized, Caustics::off}) {
     settings.integrator.caustics = caustics;
     settings.crop.reset();
     const Film whole = render_film(*world, settings);
-    EXPECT_FALSE(same_bits(whole.resolve_rgba(), kept)); // the options have an effect
+    EXPECT_FALSE(same_bits(whole.resolve_rgba(), plain)); // the options have an effect
     RenderSettings other = settings;
     other.threads = 3;
     other.tile_size_px = 8;

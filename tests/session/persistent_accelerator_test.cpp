@@ -9,13 +9,13 @@
 namespace kindling::test {
 namespace {
 
-const V2i kKeptSize(53, 37);
+const V2i kPersistentSize(53, 37);
 
 struct Things {
   Scene scene;
-  size_t still = 0;  // triangles of what stands for good, baked
+  size_t still = 0;  // static triangles, baked
   size_t placed = 0; // of the mesh that is instanced
-  size_t moving = 0; // of what moves or deforms, baked when the shutter is closed
+  size_t moving = 0; // moving or deforming triangles, baked when the shutter is closed
   int veil = 0;      // a still, partly transparent material
 };
 
@@ -107,9 +107,9 @@ PosedScene pose(Scene& scene, const Moment& moment, int veil, bool shutter) {
 }
 
 Film render_persistent(const World& world) {
-  RenderSettings settings = small_render(kKeptSize, 5);
+  RenderSettings settings = small_render(kPersistentSize, 5);
   for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
-  const Camera camera(SceneCamera{}, look_at(V3f(0.5f, 0.8f, 5.5f), V3f(0.0f)), kKeptSize,
+  const Camera camera(SceneCamera{}, look_at(V3f(0.5f, 0.8f, 5.5f), V3f(0.0f)), kPersistentSize,
                       CameraMotion{.shutter_open = world.has_motion()});
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());

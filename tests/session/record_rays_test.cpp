@@ -17,8 +17,8 @@ struct Stage {
   RecordingAccelerator* recorder = nullptr;
 };
 
-// A closed gray room of side 4 around the origin with a lamp under its ceiling: every path goes on,
-// every surface is lit.
+// A closed gray room of side 4 around the origin with a lamp under its ceiling: every path
+// continues, every surface is lit.
 Stage make_stage() {
   Stage stage;
   WorldOptions options;

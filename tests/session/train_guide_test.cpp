@@ -1,4 +1,4 @@
-// Trained guides do not depend on the division of the work, reduce noise, keep the mean, and are dropped if useless.
+// Trained guides: independent of the division of work, unbiased, dropped if useless.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/train_guide.h"
 #include "tests/integrator/test_scenes.h"
@@ -10,7 +10,8 @@ namespace {
 
 const V2i kRoomSize(75, 53); // not a multiple of anything
 
-// A white room lit by a lamp that shines at the ceiling from just below it: the room is lit by the ceiling.
+// A white room lit by a lamp that shines at the ceiling from just below it: the room is lit by the
+// ceiling.
 std::unique_ptr<const World> room() {
   Material lamp = emissive_material(Rgb(30.0f), Rgb(0.5f));
   lamp.double_sided = false;

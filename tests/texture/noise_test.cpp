@@ -54,11 +54,11 @@ TEST(Noise, PerlinIsZeroOnTheLatticeAndBounded) {
   Points points(1);
   double sum2 = 0.0, sum3 = 0.0, squares2 = 0.0, squares3 = 0.0;
   constexpr int kCount = 100000;
-  float most = 0.0f;
+  float maximum = 0.0f;
   for (int k = 0; k < kCount; ++k) {
     const V3f p = points.next();
     const float a = noise::perlin(V2f(p.x, p.y)), b = noise::perlin(p);
-    most = std::max({most, std::abs(a), std::abs(b)});
+    maximum = std::max({maximum, std::abs(a), std::abs(b)});
     sum2 += a, sum3 += b;
     squares2 += a * a, squares3 += b * b;
     if (k < 100) {
@@ -67,8 +67,8 @@ TEST(Noise, PerlinIsZeroOnTheLatticeAndBounded) {
       EXPECT_EQ(noise::perlin(V2f(lattice.x, lattice.y)), 0.0f);
     }
   }
-  EXPECT_LE(most, 1.0f);
-  EXPECT_GT(most, 0.85f);
+  EXPECT_LE(maximum, 1.0f);
+  EXPECT_GT(maximum, 0.85f);
   // Distant points are independent; the tolerance is four standard errors.
   EXPECT_LT(std::abs(sum2 / kCount), 4.0 * std::sqrt(squares2 / kCount / kCount));
   EXPECT_LT(std::abs(sum3 / kCount), 4.0 * std::sqrt(squares3 / kCount / kCount));

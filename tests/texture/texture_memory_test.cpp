@@ -73,12 +73,12 @@ struct Pair {
 Pair make_pair(TextureMemory& memory, Image image, TextureContent content, const TextureSettings& settings) {
   const auto whole = std::make_shared<const Image>(image);
   auto levels = std::make_shared<const MipLevels>(build_mip_levels(*whole, content));
-  Result<std::shared_ptr<const Image>> kept = memory.keep(std::move(image));
-  EXPECT_TRUE(kept.ok());
-  Result<TextureMemory::Paged> paged = memory.page(*kept.value(), content);
+  Result<std::shared_ptr<const Image>> stored = memory.keep(std::move(image));
+  EXPECT_TRUE(stored.ok());
+  Result<TextureMemory::Paged> paged = memory.page(*stored.value(), content);
   EXPECT_TRUE(paged.ok()) << paged.error().message;
   return {Texture(whole, settings, levels),
-          Texture(paged.value().tiled, *kept.value(), settings, paged.value().levels)};
+          Texture(paged.value().tiled, *stored.value(), settings, paged.value().levels)};
 }
 
 int differences(const Pair& pair, int count) {
@@ -128,9 +128,9 @@ TEST_F(TextureMemoryTest, ManyThreadsShareSmallCache) {
 
 TEST_F(TextureMemoryTest, FittingImagesStayInMemory) {
   TextureMemory memory(1 << 20);
-  const auto kept = memory.keep(noise_image(256, 256, 4, PixelType::u8));
-  ASSERT_TRUE(kept.ok());
-  EXPECT_EQ(kept.value()->pixels.size(), kept.value()->byte_count());
+  const auto stored = memory.keep(noise_image(256, 256, 4, PixelType::u8));
+  ASSERT_TRUE(stored.ok());
+  EXPECT_EQ(stored.value()->pixels.size(), stored.value()->byte_count());
   EXPECT_FALSE(memory.exceeded());
   EXPECT_EQ(memory.needed_bytes(), 256U * 256 * 4 * 4 / 3);
   EXPECT_EQ(bytes_on_disk(), 0U);
@@ -150,20 +150,20 @@ TEST_F(TextureMemoryTest, ReportsUnwritableFolder) {
   const fs::path missing = folder_ / "no" / "such";
   setenv("TMPDIR", missing.c_str(), 1);
   TextureMemory memory(1);
-  const auto kept = memory.keep(noise_image(8, 8, 1, PixelType::u8));
-  ASSERT_FALSE(kept.ok());
-  EXPECT_EQ(kept.error().kind, ErrorKind::input_output);
-  EXPECT_NE(kept.error().message.find("folder for temporary files"), std::string::npos) << kept.error().message;
+  const auto stored = memory.keep(noise_image(8, 8, 1, PixelType::u8));
+  ASSERT_FALSE(stored.ok());
+  EXPECT_EQ(stored.error().kind, ErrorKind::input_output);
+  EXPECT_NE(stored.error().message.find("folder for temporary files"), std::string::npos) << stored.error().message;
 }
 
 // A raw file that was truncated in the meantime is an error, not an image.
 TEST_F(TextureMemoryTest, ReportsTruncatedFiles) {
   TextureMemory memory(1);
-  const auto kept = memory.keep(noise_image(64, 64, 4, PixelType::u8));
-  ASSERT_TRUE(kept.ok());
+  const auto stored = memory.keep(noise_image(64, 64, 4, PixelType::u8));
+  ASSERT_TRUE(stored.ok());
   for (const auto& entry : fs::recursive_directory_iterator(folder_))
     if (entry.is_regular_file()) fs::resize_file(entry.path(), 100);
-  const auto paged = memory.page(*kept.value(), TextureContent::data);
+  const auto paged = memory.page(*stored.value(), TextureContent::data);
   ASSERT_FALSE(paged.ok());
   EXPECT_NE(paged.error().message.find("cannot be read"), std::string::npos) << paged.error().message;
 }

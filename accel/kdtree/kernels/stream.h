@@ -255,14 +255,14 @@ class Stream {
       // Continues with the next block of the leaf, else with the next child of the topmost frame. A
       // next block is a further cell that is skipped only if the ray has ended.
       Slot& s = slot(queue.slot[k]);
-      const bool goes_on = rest_of[k] != 0;
+      const bool continues = rest_of[k] != 0;
       Frame& frame = s.stack[s.top - 1];
       const uint32_t rest = frame.rest, left = rest & (rest - 1);
       const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
-      frame.rest = select_bits(goes_on, left, rest);
-      s.top -= static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!goes_on);
-      queue.child[k] = select_bits(goes_on, frame.child[next], rest_of[k]);
-      queue.enter[k] = std::bit_cast<float>(select_bits(goes_on, std::bit_cast<uint32_t>(frame.enter[next]), 0));
+      frame.rest = select_bits(continues, left, rest);
+      s.top -= static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!continues);
+      queue.child[k] = select_bits(continues, frame.child[next], rest_of[k]);
+      queue.enter[k] = std::bit_cast<float>(select_bits(continues, std::bit_cast<uint32_t>(frame.enter[next]), 0));
       queue.leave[k] = frame.leave[next];
       queue.far[k] = s.at.t_far;
     }

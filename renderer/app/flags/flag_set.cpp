@@ -36,7 +36,8 @@ std::string wrap(const std::string& text) {
   return wrapped;
 }
 
-// Writes "Usage:" with the operands as a person types them, and no section for positional arguments.
+// Writes "Usage:" with the operands as a person types them, and no section for positional
+// arguments.
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App*, std::string name) const override {

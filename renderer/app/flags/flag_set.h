@@ -27,8 +27,8 @@ class FlagSet {
   ~FlagSet();
   FlagSet(FlagSet&& other) noexcept;
 
-  // Sets the text after the command's name in the help: its operands in the first line, explanations in
-  // the others.
+  // Sets the text after the command's name in the help: its operands in the first line,
+  // explanations in the others.
   void usage(const std::string& text) { usage_ = text; }
 
   // Sets the heading in the help for the flags that follow.

@@ -1,5 +1,4 @@
-// The commands of the program and their flags as plain rows, from which the manual page and the shell
-// completions are written.
+// Commands and flags of the program as rows of text, for the manual page and the completions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

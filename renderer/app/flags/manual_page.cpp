@@ -8,7 +8,8 @@ namespace kindling::app {
 
 namespace {
 
-// Text of a line: no character is taken for a request or an escape, and hyphens stay the ASCII ones.
+// Text of a line: no character is taken for a request or an escape, and hyphens stay the ASCII
+// ones.
 std::string escape(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -92,10 +93,9 @@ std::string manual_page(std::span<const CommandTable> commands, std::string_view
                                  escape(version));
   for (const CommandTable& command : commands)
     text += fmt::format(".B kindling {}\n{}\n.br\n", escape(command.name), escape(command.usage));
-  text +=
-      ".SH DESCRIPTION\nKindling renders glTF scenes to PNG, JPEG and EXR images, races ray accelerators, and "
-      "measures how rendering scales with threads and machines. Results go to standard output, messages to "
-      "standard error. [Defaults] are in brackets; the last use of a flag counts.\n.SH COMMANDS\n";
+  text += ".SH DESCRIPTION\nKindling renders glTF scenes to PNG, JPEG and EXR images, races ray accelerators, and "
+          "measures how rendering scales with threads and machines. Results go to standard output, messages to "
+          "standard error. [Defaults] are in brackets; the last use of a flag counts.\n.SH COMMANDS\n";
   for (const CommandTable& command : commands) text += command_section(command);
   return text + std::string(kEnd);
 }

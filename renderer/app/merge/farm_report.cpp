@@ -155,7 +155,7 @@ int farm_exit_code(const FarmStatus& status) {
   if (status.all_merged()) return kExitOk;
   if (status.refusal) return status.refusal->exit_code;
   if (status.count(TaskState::poisoned) > 0 || status.count(TaskState::missing) > 0) return kExitIncomplete;
-  return status.in_progress() ? kExitGoesOn : kExitIncomplete;
+  return status.in_progress() ? kExitInProgress : kExitIncomplete;
 }
 
 } // namespace kindling::app

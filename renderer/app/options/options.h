@@ -21,7 +21,8 @@
 
 namespace kindling::app {
 
-// Options of `kindling render`: the settings that decide the image (session/image_settings.h), and everything else.
+// Options of `kindling render`: the settings that decide the image (session/image_settings.h), and
+// everything else.
 struct RenderOptions : WorldSettings, ImageSettings {
   std::filesystem::path scene_file;
   // Empty: the scene's stem with .png, or -####.png for frames, in the current folder.

@@ -13,15 +13,15 @@ namespace {
 
 // The samples of every pixel that adaptive sampling has not stopped, as a render counts them.
 uint32_t finished_samples(const Coverage& coverage) {
-  uint32_t least = std::numeric_limits<uint32_t>::max();
-  uint32_t most = 0;
+  uint32_t min_samples = std::numeric_limits<uint32_t>::max();
+  uint32_t max_samples = 0;
   for (size_t i = 0; i < coverage.block_count(); ++i) {
     uint32_t count = 0;
     for (const SampleRange& span : coverage[i].spans) count += span.count();
-    most = std::max(most, count);
-    if (!coverage[i].stopped) least = std::min(least, count);
+    max_samples = std::max(max_samples, count);
+    if (!coverage[i].stopped) min_samples = std::min(min_samples, count);
   }
-  return std::min(least, most);
+  return std::min(min_samples, max_samples);
 }
 
 } // namespace

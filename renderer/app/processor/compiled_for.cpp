@@ -1,4 +1,4 @@
-// The processor features that this build uses: constant data, which is read before any of its code runs.
+// The processor features that this build uses, as constant data.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/processor/processor_features.h"
 

@@ -1,6 +1,6 @@
-// Ends the program with one line on a processor that lacks features it was compiled for, before an
-// illegal instruction does. Compiled for the oldest processor of the architecture; includes nothing with
-// inline functions, of which the linker might take a copy compiled for a newer one.
+// Ends the program with one line on a processor without the features that it was compiled for.
+// It runs before all initializers and is compiled for the oldest processor of the architecture. It
+// includes no inline functions, of which the linker might keep a copy compiled for a newer one.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/processor/processor_features.h"
 

@@ -1,5 +1,4 @@
-// The processor features that the compiler may use, as bits, so that the program can ask for them
-// before it runs code that needs them.
+// Processor features as bits, for the check before any other code of the program runs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,8 +24,8 @@ enum ProcessorFeature : uint32_t {
   kAvx512vl = 1U << 13,
 };
 
-// The features that KINDLING_ARCH allowed the compiler to use in all sources. Constant data: reading it
-// runs no code that was compiled for them.
+// The features that KINDLING_ARCH allowed the compiler to use in all sources. Constant data:
+// reading it runs no code that was compiled for them.
 extern const uint32_t kCompiledForFeatures;
 // KINDLING_ARCH: the value of -march=, "x86-64-v3" for example.
 extern const char* const kCompiledForArchitecture;

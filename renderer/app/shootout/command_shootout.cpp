@@ -208,7 +208,7 @@ class ShootoutCommand {
         return Error{
             ErrorKind::usage,
             fmt::format("--rays: {}: recorded in geometry {}, but {} is {}; use the scene, --scene and --time of "
-                        "the recording, or another name to record anew",
+                        "the recording, or another name to record again",
                         options_.rays_file.string(), format_hash(replayed_->geometry_hash), result.file,
                         format_hash(result.geometry_hash))};
       console_.note(fmt::format("rays replayed from {}", options_.rays_file.string()));

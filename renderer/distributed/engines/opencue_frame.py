@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Submits a frame in parts to OpenCue: a layer of one OpenCue frame for each part, and a merge that depends on all of them.
+"""Submits a frame in parts to OpenCue: a layer of one frame per part, and a merge.
 
     opencue_frame.py /frames/scenes/forest.glb /frames/forest.exr --folder /frames/forest --parts 8 -- --spp 512
 

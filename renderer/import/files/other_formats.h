@@ -9,8 +9,9 @@
 
 namespace kindling::gltf {
 
-// Returns "a Wavefront OBJ file, not glTF; convert it with ..." for the beginning of a file that some other format has, or for the extension
-// of one; an empty string if the file may be glTF: its first character is '{', or nothing is known of it.
+// Returns "a Wavefront OBJ file, not glTF; convert it with ..." for the beginning of a file that
+// some other format has, or for the extension of one; an empty string if the file may be glTF: its
+// first character is '{', or nothing is known of it.
 [[nodiscard]] std::string describe_other_format(Bytes file, const std::filesystem::path& path);
 
 } // namespace kindling::gltf

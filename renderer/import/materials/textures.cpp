@@ -162,12 +162,12 @@ void decode_all(const Document& document, std::vector<ImageFile>& files, size_t 
       Result<Image> image = decode_image(file.bytes, file.name);
       if (image) {
         total.fetch_add(image.value().byte_count());
-        Result<std::shared_ptr<const Image>> kept = keep(memory, std::move(image).value());
-        if (kept) {
-          file.decoded = std::move(kept).value();
+        Result<std::shared_ptr<const Image>> stored = keep(memory, std::move(image).value());
+        if (stored) {
+          file.decoded = std::move(stored).value();
         } else {
           const std::lock_guard lock(mutex);
-          storage_error = kept.error().message;
+          storage_error = stored.error().message;
         }
       } else {
         file.error = image.error().message;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes uastc_modes.ktx2: random blocks of every UASTC mode, with every partition pattern and component selector.
+"""Writes uastc_modes.ktx2: random blocks of every UASTC mode, partition and selector.
 
 usage: make_uastc_modes.py FILE
 """
