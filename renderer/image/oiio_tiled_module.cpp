@@ -104,6 +104,16 @@ int guarded(char* message, size_t message_size, const Work& work) {
 
 } // namespace
 
+namespace {
+
+// A plain pointer before OpenImageIO 3, a std::shared_ptr since.
+using CachePointer = decltype(OIIO::ImageCache::create(false));
+
+// The cache behind the handle that callers hold.
+OIIO::ImageCache& cache_of(void* handle) { return **static_cast<CachePointer*>(handle); }
+
+} // namespace
+
 KINDLING_EXPORT int kindling_oiio_write_tiled_1(const char* file, const kindling_oiio_image* image,
                                                 kindling_oiio_read_row* read_row, void* context, char* message,
                                                 size_t message_size) {
@@ -111,9 +121,10 @@ KINDLING_EXPORT int kindling_oiio_write_tiled_1(const char* file, const kindling
 }
 
 KINDLING_EXPORT void* kindling_oiio_open_cache_1(double max_mebibytes, char* message, size_t message_size) {
-  OIIO::ImageCache* cache = nullptr;
-  guarded(message, message_size, [&]() -> std::string {
-    cache = OIIO::ImageCache::create(false);
+  std::unique_ptr<CachePointer> handle;
+  const int failed = guarded(message, message_size, [&]() -> std::string {
+    handle = std::make_unique<CachePointer>(OIIO::ImageCache::create(false));
+    const CachePointer& cache = *handle;
     if (!cache) return "no cache";
     cache->attribute("max_memory_MB", static_cast<float>(max_mebibytes));
     cache->attribute("max_open_files", 256);
@@ -123,12 +134,13 @@ KINDLING_EXPORT void* kindling_oiio_open_cache_1(double max_mebibytes, char* mes
     cache->attribute("unassociatedalpha", 1);
     return {};
   });
-  return cache;
+  return failed == 0 ? handle.release() : nullptr;
 }
 
 KINDLING_EXPORT void kindling_oiio_close_cache_1(void* cache) {
+  const std::unique_ptr<CachePointer> handle(static_cast<CachePointer*>(cache));
   try {
-    OIIO::ImageCache::destroy(static_cast<OIIO::ImageCache*>(cache), true);
+    OIIO::ImageCache::destroy(*handle, true);
   } catch (...) { // the cache is closed in any case
   }
 }
@@ -136,7 +148,7 @@ KINDLING_EXPORT void kindling_oiio_close_cache_1(void* cache) {
 KINDLING_EXPORT void* kindling_oiio_add_to_cache_1(void* cache, const char* file, char* message, size_t message_size) {
   OIIO::ImageCache::ImageHandle* image = nullptr;
   guarded(message, message_size, [&]() -> std::string {
-    auto& tiles = *static_cast<OIIO::ImageCache*>(cache);
+    OIIO::ImageCache& tiles = cache_of(cache);
     image = tiles.get_image_handle(OIIO::ustring(file));
     OIIO::ImageSpec spec;
     if (image && tiles.get_imagespec(image, nullptr, spec)) return {};
@@ -149,8 +161,8 @@ KINDLING_EXPORT void* kindling_oiio_add_to_cache_1(void* cache, const char* file
 KINDLING_EXPORT int kindling_oiio_fetch_texels_1(void* cache, void* image, int level, const int* x, const int* y,
                                                  size_t texel_bytes, void* texels, char* message, size_t message_size) {
   return guarded(message, message_size, [&] {
-    return fetch_texels(*static_cast<OIIO::ImageCache*>(cache), static_cast<OIIO::ImageCache::ImageHandle*>(image),
-                        level, x, y, texel_bytes, static_cast<unsigned char*>(texels));
+    return fetch_texels(cache_of(cache), static_cast<OIIO::ImageCache::ImageHandle*>(image), level, x, y, texel_bytes,
+                        static_cast<unsigned char*>(texels));
   });
 }
 

@@ -5,6 +5,7 @@
 #include "renderer/import/json/json_schema.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
