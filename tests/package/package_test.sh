@@ -20,10 +20,10 @@ version=$(in_root kindling --version | head -n 1)
 [ "$version" = "kindling $(sed -n 's/^project(kindling VERSION \([0-9.]*\).*/\1/p' "$kindling_root/CMakeLists.txt")" ] ||
   fail "kindling --version begins with '$version'"
 scene=/usr/share/kindling/scenes/cornell_box.glb
-in_root kindling render $scene --size 64x64 --spp 4 -o /tmp/a.png -o /tmp/a.exr -o /tmp/a.jpg --quiet
+in_root kindling render $scene --size 64x64 --spp 4 -o /tmp/a.png -o /tmp/a.exr -o /tmp/a.jpg --quiet >/dev/null
 for file in a.png a.exr a.jpg; do [ -s "$root/tmp/$file" ] || fail "no $file was rendered"; done
 # The module with OpenImageIO is found where the package put it.
-in_root kindling render $scene --size 16x16 --spp 1 --texture-memory 16M -o /tmp/b.png --quiet
+in_root kindling render $scene --size 16x16 --spp 1 --texture-memory 16M -o /tmp/b.png --quiet >/dev/null
 in_root kindling shootout $scene --rays-per-kind 256 --repeat 1 --build-repeat 1 --quiet >/dev/null
 
 say "Looking at its documentation"
