@@ -91,7 +91,7 @@ TEST(Sampler, IsPureFunctionOfItsArguments) {
   EXPECT_NE(u, Sampler::sample_2d(Sampler(9).pixel_key({34, 12}), 5, 6));
 }
 
-// Of 2^20 random keys of 32 bits, 2^40 / 2 / 2^32 = 128 pairs collide. Here collisions occur in
+// Random keys of 32 bits collide: 2^20 of them in 2^40 / 2 / 2^32 = 128 pairs. Here pairs occur in
 // pairs (two columns in two rows), so the standard deviation is 16.
 TEST(Sampler, PixelKeysCollideNoMoreThanChance) {
   std::set<uint32_t> keys;
