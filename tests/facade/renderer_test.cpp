@@ -350,7 +350,7 @@ TEST_F(RendererTest, ErrorsHaveTheMessagesOfTheCommand) {
   ASSERT_FALSE(no_crop.ok());
   same(no_crop.error(), {"--size", "48x32", "--crop", "0,0,100,8"});
   EXPECT_TRUE(renderer.render(small_image()).ok()); // errors leave the renderer usable
-  EXPECT_EQ(render(renderer, small_image()).write(folder_ / "a.jpg").error().kind, ErrorKind::usage);
+  EXPECT_EQ(render(renderer, small_image()).write(folder_ / "a.gif").error().kind, ErrorKind::usage);
 }
 
 } // namespace
