@@ -26,12 +26,6 @@ namespace kindling::app {
 
 namespace {
 
-Result<int> print(const PrintText& print) {
-  std::string reason;
-  if (write_standard_output(print.text, reason)) return kExitOk;
-  return Error{ErrorKind::input_output, "standard output: " + reason};
-}
-
 ConsoleSettings console_settings(const CommandLine& line) {
   if (const auto* render = std::get_if<RenderOptions>(&line.command))
     return {render->quiet, render->verbose, render->progress == ProgressMode::json};
@@ -53,7 +47,8 @@ Result<int> run_command(const CommandLine& line, Console& console) {
   if (const auto* merge = std::get_if<MergeOptions>(&line.command)) return run_merge(*merge, line.text, console);
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return run_scaling(*scaling, line.text, console);
-  return print(std::get<PrintText>(line.command));
+  const Result<void> printed = print(std::get<PrintText>(line.command).text);
+  return printed.ok() ? Result<int>(kExitOk) : printed.error();
 }
 
 int run(std::span<const char* const> arguments) {

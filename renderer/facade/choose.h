@@ -15,8 +15,6 @@
 
 namespace kindling {
 
-inline constexpr int kMaxImageSide = 65536; // pixels
-
 // Returns the index of the first entry of that name, else the number that the text is if it is an
 // index; nothing if it is neither.
 [[nodiscard]] std::optional<int> find_by_name_or_index(std::string_view text, const std::vector<std::string>& names);

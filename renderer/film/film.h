@@ -38,6 +38,8 @@ struct FilmSurface {
   Rgb direct{0.0f};
 };
 
+inline constexpr int kMaxImageSide = 65536; // pixels, of an image that a user asks for
+
 // A half-open rectangle of pixels.
 struct PixelRect {
   V2i min{0, 0};

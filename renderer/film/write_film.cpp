@@ -7,8 +7,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <string_view>
+#include <utility>
 
 namespace kindling {
 
@@ -16,10 +19,15 @@ namespace {
 
 enum class OutputFormat { unsupported, exr, png, jpeg };
 
+// The names of standard output, and what is written to it.
+constexpr std::array<std::pair<const char*, OutputFormat>, 4> kStandardOutputs{{{"-", OutputFormat::png},
+                                                                                {"png:-", OutputFormat::png},
+                                                                                {"jpg:-", OutputFormat::jpeg},
+                                                                                {"exr:-", OutputFormat::exr}}};
+
 OutputFormat output_format(const std::filesystem::path& path) {
-  if (path == "-" || path == "png:-") return OutputFormat::png;
-  if (path == "exr:-") return OutputFormat::exr;
-  if (path == "jpg:-") return OutputFormat::jpeg;
+  for (const auto& [name, format] : kStandardOutputs)
+    if (path == name) return format;
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension == ".exr") return OutputFormat::exr;
@@ -122,7 +130,7 @@ Result<void> write_film(const std::filesystem::path& path, const Film& film, con
 }
 
 bool is_standard_output(const std::filesystem::path& path) {
-  return path == "-" || path == "png:-" || path == "jpg:-" || path == "exr:-";
+  return std::ranges::any_of(kStandardOutputs, [&](const auto& output) { return path == output.first; });
 }
 
 std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view) {

@@ -253,7 +253,7 @@ void add_report_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_pixel(text), o.replay_pixel); });
   const std::string sample = fmt::format("Sample of --pixel to replay, counted from 0 [{}]", o.replay_sample);
   flags.value("--sample", "N", sample, [&o](auto text) {
-    return store(parse_integer(text, 0, std::numeric_limits<uint32_t>::max()), o.replay_sample);
+    return store(parse_integer(text, 0, std::numeric_limits<uint32_t>::max() - 1), o.replay_sample);
   });
   flags.toggle("-q,--quiet", "Print errors only", o.quiet);
   flags.toggle("-v,--verbose", "Print details too", o.verbose);

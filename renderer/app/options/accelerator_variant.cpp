@@ -26,12 +26,9 @@ std::vector<accel::SimdTarget> targets_of(accel::Kind kind) {
 
 // "sse2, avx or avx2"
 std::string names_of(const std::vector<accel::SimdTarget>& targets) {
-  std::string text;
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (i > 0) text += i + 1 == targets.size() ? " or " : ", ";
-    text += accel::simd_target_name(targets[i]);
-  }
-  return text;
+  std::vector<std::string> names;
+  for (const accel::SimdTarget target : targets) names.emplace_back(accel::simd_target_name(target));
+  return join_choices(names);
 }
 
 Result<AcceleratorVariant> parse_variant(std::string_view text) {

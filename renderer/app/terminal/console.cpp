@@ -120,15 +120,8 @@ void Console::status(std::string_view text) {
 uint64_t Console::warning_count() const { return impl_->warnings; }
 
 Result<void> print(std::string_view text) {
-  std::string reason;
-  if (write_standard_output(text, reason)) return {};
-  return Error{ErrorKind::input_output, "standard output: " + reason};
-}
-
-bool write_standard_output(std::string_view text, std::string& reason) {
-  if (write_all(STDOUT_FILENO, text) || errno == EPIPE) return true;
-  reason = std::strerror(errno);
-  return false;
+  if (write_all(STDOUT_FILENO, text) || errno == EPIPE) return {};
+  return Error{ErrorKind::input_output, fmt::format("standard output: {}", std::strerror(errno))};
 }
 
 } // namespace kindling::app

@@ -51,7 +51,5 @@ class Console {
 // Writes results to standard output, unbuffered. A reader that closed its end is no error; fails
 // (input_output) with the system's reason if the text cannot be written otherwise.
 [[nodiscard]] Result<void> print(std::string_view text);
-// The same for callers that build their own error: false, with the system's reason in `reason`.
-[[nodiscard]] bool write_standard_output(std::string_view text, std::string& reason);
 
 } // namespace kindling::app

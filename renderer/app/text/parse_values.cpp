@@ -93,13 +93,13 @@ Result<double> parse_number(std::string_view text, double min, double max) {
 }
 
 Result<V2i> parse_size(std::string_view text) {
-  const std::string accepted = fmt::format("WIDTHxHEIGHT in pixels, each 1 to {}, as in 1280x720", kMaxSide);
+  const std::string accepted = fmt::format("WIDTHxHEIGHT in pixels, each 1 to {}, as in 1280x720", kMaxImageSide);
   const std::vector<std::string_view> parts = split(text, 'x');
   if (parts.size() != 2) return wrong(text, "is not a size", accepted);
   const std::optional<int64_t> width = to_integer(parts[0]);
   const std::optional<int64_t> height = to_integer(parts[1]);
   if (!width || !height) return wrong(text, "is not a size", accepted);
-  if (*width < 1 || *height < 1 || *width > kMaxSide || *height > kMaxSide)
+  if (*width < 1 || *height < 1 || *width > kMaxImageSide || *height > kMaxImageSide)
     return wrong(text, "is out of range", accepted);
   return V2i(static_cast<int>(*width), static_cast<int>(*height));
 }
@@ -169,7 +169,7 @@ Result<PixelRect> parse_crop(std::string_view text) {
   const auto values = to_integers<4>(text);
   if (!values) return wrong(text, "is not a rectangle", kAccepted);
   for (const int64_t value : *values)
-    if (value < 0 || value > kMaxSide) return wrong(text, "is out of range", kAccepted);
+    if (value < 0 || value > kMaxImageSide) return wrong(text, "is out of range", kAccepted);
   const auto at = [&](size_t i) { return static_cast<int>((*values)[i]); };
   const PixelRect rect{{at(0), at(1)}, {at(2), at(3)}};
   if (rect.empty()) return wrong(text, "is an empty rectangle", kAccepted);
@@ -181,7 +181,7 @@ Result<V2i> parse_pixel(std::string_view text) {
   const auto values = to_integers<2>(text);
   if (!values) return wrong(text, "is not a pixel", kAccepted);
   for (const int64_t value : *values)
-    if (value < 0 || value > kMaxSide) return wrong(text, "is out of range", kAccepted);
+    if (value < 0 || value > kMaxImageSide) return wrong(text, "is out of range", kAccepted);
   return V2i(static_cast<int>((*values)[0]), static_cast<int>((*values)[1]));
 }
 

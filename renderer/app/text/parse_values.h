@@ -22,8 +22,7 @@ namespace kindling::app {
 // Finite, in [min, max].
 [[nodiscard]] Result<double> parse_number(std::string_view text, double min = -std::numeric_limits<double>::max(),
                                           double max = std::numeric_limits<double>::max());
-// "640x360", each side from 1 to kMaxSide.
-inline constexpr int kMaxSide = 65536;
+// "640x360", each side from 1 to kMaxImageSide.
 [[nodiscard]] Result<V2i> parse_size(std::string_view text);
 // "0.5" or "50%", above 0 and at most 64.
 [[nodiscard]] Result<double> parse_scale(std::string_view text);
