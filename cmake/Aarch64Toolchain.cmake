@@ -8,6 +8,7 @@ set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
-# The generic headers of this machine, behind those of the cross compiler.
-set(CMAKE_CXX_FLAGS_INIT "-idirafter /usr/include")
+# The generic headers of this machine, behind those of the cross compiler; last those that a library
+# keeps apart by processor (libjpeg's jconfig.h).
+set(CMAKE_CXX_FLAGS_INIT "-idirafter /usr/include -idirafter /usr/include/x86_64-linux-gnu")
 set(CMAKE_LIBRARY_ARCHITECTURE x86_64-linux-gnu) # where CMake looks for packages

@@ -30,7 +30,11 @@ SortedJson json_number(const std::optional<T>& value) {
 std::string accelerator_identity(accel::Kind kind) {
   std::string identity(accel::kind_description(kind)); // with the version of a library
   if (kind != accel::Kind::embree) return identity;
+#ifdef __x86_64__
   const char* maker = __builtin_cpu_is("amd") ? "AMD" : __builtin_cpu_is("intel") ? "Intel" : "another maker";
+#else
+  const char* maker = "another maker";
+#endif
   return fmt::format("{}, {} of {}", identity, accel::simd_target_name(accel::best_simd_target()), maker);
 }
 

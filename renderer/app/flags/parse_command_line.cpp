@@ -8,6 +8,7 @@
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/manual_page.h"
 #include "renderer/app/flags/resume_flags.h"
+#include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/terminal/version.h"
 #include "renderer/app/text/parse_values.h"
