@@ -52,7 +52,7 @@ std::map<std::string, FlagHelp> help_of(std::vector<const char*> command) {
 // All settings of a render as text.
 std::string everything(const RenderOptions& o) {
   return pixel_settings(o, o, {}) +
-         fmt::format("; {} {} {} {} {} {} {} {} {} {} {} {}", o.exr_half, o.png_bits, o.exposure_stops, o.threads,
+         fmt::format("; {} {} {} {} {} {} {} {} {} {} {} {}", o.exr_half, o.png_bits, *o.exposure_stops, o.threads,
                      o.tile_size_px, schedule_name(o.schedule), o.integrator.batch_size, o.checkpoint.every_s,
                      progress_mode_name(o.progress), o.replay_sample, whitted_form_name(o.integrator.whitted.form),
                      o.integrator.whitted.cache);

@@ -36,10 +36,15 @@ void add_image_format_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_integer(text, 1, 100), o.jpeg_quality); });
   flags.value("--view", "NAME", "OpenColorIO view of PNG and JPEG files [the configuration's default]",
               [&o](auto text) { return set_text(text, o.view); });
-  flags.value(
-      "--exposure", "STOPS",
-      fmt::format("Exposure of PNG and JPEG files: a factor of 2^STOPS before the view [{:g}]", o.exposure_stops),
-      [&o](auto text) { return store(parse_number(text, -64.0, 64.0), o.exposure_stops); });
+  flags.value("--exposure", "STOPS|auto",
+              fmt::format("Exposure of PNG and JPEG files: a factor of 2^STOPS before the view, or auto: a middle gray "
+                          "for the mean of the image's log luminance [{:g}]",
+                          *o.exposure_stops),
+              [&o](auto text) -> Result<void> {
+                if (text != "auto") return store(parse_number(text, -64.0, 64.0), o.exposure_stops);
+                o.exposure_stops.reset();
+                return {};
+              });
   flags.value("--ocio", "CONFIG", "OpenColorIO configuration [$OCIO, else the built-in one]",
               [&o](auto text) { return set_text(text, o.ocio_config); });
 }

@@ -3,6 +3,7 @@
 #include "renderer/app/merge/command_merge.h"
 
 #include "renderer/app/merge/merge_report.h"
+#include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/output/render_metadata.h"
 #include "renderer/app/terminal/exit_code.h"

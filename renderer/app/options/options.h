@@ -36,7 +36,7 @@ struct RenderOptions : WorldSettings, ImageSettings {
   int png_bits = 8;
   int jpeg_quality = 95; // 1 to 100
   std::string view;
-  double exposure_stops = 0.0;
+  std::optional<double> exposure_stops = 0.0; // none: auto
   std::string ocio_config;
 
   std::optional<V2i> replay_pixel; // if set, one sample is replayed and no image is written

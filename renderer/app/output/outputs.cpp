@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/outputs.h"
 
+#include "renderer/app/output/choose_view.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/image/atomic_file.h"
 #include "renderer/session/accumulation_file.h"
@@ -20,13 +21,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool is_exr(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr" || path == "exr:-";
-}
-
 bool holds_layers(const fs::path& path) { return is_exr(path) || is_accumulation(path); }
 
 bool wants_layers(AovSet aovs) {
@@ -36,6 +30,13 @@ bool wants_layers(AovSet aovs) {
 }
 
 } // namespace
+
+bool is_exr(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".exr" || path == "exr:-";
+}
 
 bool is_accumulation(const fs::path& path) { return path.extension() == kAccumulationExtension; }
 
@@ -99,14 +100,6 @@ bool is_finished_image(const fs::path& path) {
   return !front.empty() && front.find(kInterruptedKey) == std::string::npos;
 }
 
-Result<DisplayTransform> choose_view(const RenderOptions& options) {
-  DisplayOptions display_options;
-  display_options.view = options.view;
-  display_options.exposure_stops = static_cast<float>(options.exposure_stops);
-  display_options.ocio_config = options.ocio_config;
-  return DisplayTransform::create(display_options);
-}
-
 ImageMetadata make_metadata(const RenderReport& r, const Camera& camera) {
   return make_metadata(MetadataFacts{.command_line = r.command_line,
                                      .scene_file = r.scene_file,
@@ -129,10 +122,11 @@ WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& fil
                            Console& console) {
   const auto start = std::chrono::steady_clock::now();
   WrittenImages written;
+  const std::optional<DisplayTransform> exposed = choose_exposure(options, film, outputs, console);
   display.start_phase(Phase::write);
   for (size_t i = 0; i < outputs.size(); ++i) {
-    Result<void> done =
-        write_film(outputs[i], film, view, metadata, {options.exr_half, options.png_bits, options.jpeg_quality});
+    Result<void> done = write_film(outputs[i], film, exposed ? *exposed : view, metadata,
+                                   {options.exr_half, options.png_bits, options.jpeg_quality});
     if (!done.ok() && written.first_error)
       console.error(done.error().message);
     else if (!done.ok())

@@ -29,13 +29,11 @@ namespace kindling::app {
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
 // True for names of accumulation files (.kacc), false for names of images.
 [[nodiscard]] bool is_accumulation(const std::filesystem::path& path);
+// True for names that are written as EXR.
+[[nodiscard]] bool is_exr(const std::filesystem::path& path);
 
 // True if the image exists and its render was not interrupted, as its metadata would state.
 [[nodiscard]] bool is_finished_image(const std::filesystem::path& path);
-
-// The transform of --view, --exposure and --ocio from linear light to a PNG; fails (usage,
-// input_output).
-[[nodiscard]] Result<DisplayTransform> choose_view(const RenderOptions& options);
 
 // The metadata of the images. Keys without a standard name in OpenEXR begin with "kindling:".
 [[nodiscard]] ImageMetadata make_metadata(const RenderReport& report, const Camera& camera);

@@ -1,0 +1,47 @@
+// Measures the brightness of films.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/film/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace kindling {
+
+namespace {
+
+constexpr double kMiddleGray = 0.18;
+constexpr double kMaxStops = 16.0;
+// Darker pixels count as this part of the mean, so that black ones do not decide the exposure.
+constexpr double kDarkest = 1e-4;
+
+} // namespace
+
+ImageBrightness measure_brightness(const Film& film) {
+  const std::vector<float> rgba = film.resolve_rgba();
+  std::vector<double> luminances;
+  luminances.reserve(rgba.size() / 4);
+  for (size_t i = 0; i < rgba.size(); i += 4) {
+    const float alpha = rgba[i + 3];
+    const double value = luminance(Rgb(rgba[i], rgba[i + 1], rgba[i + 2])) / static_cast<double>(alpha);
+    if (alpha > 0.0f && std::isfinite(value)) luminances.push_back(std::max(value, 0.0));
+  }
+  ImageBrightness result;
+  if (luminances.empty()) return result;
+  const auto count = static_cast<double>(luminances.size());
+  for (const double value : luminances) result.mean += value;
+  result.mean /= count;
+  if (result.mean <= 0.0) return result;
+  double logs = 0.0;
+  for (const double value : luminances) logs += std::log(std::max(value, kDarkest * result.mean));
+  result.log_average = std::exp(logs / count);
+  return result;
+}
+
+double auto_exposure_stops(const ImageBrightness& brightness) {
+  if (!(brightness.log_average > 0.0)) return 0.0;
+  const double stops = std::log2(kMiddleGray / brightness.log_average);
+  return std::clamp(std::round(10.0 * stops) / 10.0, -kMaxStops, kMaxStops);
+}
+
+} // namespace kindling

@@ -1,0 +1,72 @@
+// --exposure auto, and the note about dark images.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/decode_image.h"
+#include "tests/app/run_program.h"
+#include "tests/app/test_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <regex>
+
+namespace kindling::test {
+namespace {
+
+class ExposureCommand : public SceneFolder {
+ protected:
+  // Renders in the light of a constant environment. Returns what the program says.
+  std::string render(const std::string& radiance, const std::string& output,
+                     std::vector<std::string> flags = {}) const {
+    flags.insert(flags.begin(), {"render", write_scene("scene", {.light = false}), "-o", output, "--size", "24x16",
+                                 "--spp", "4", "--env-color", radiance, "--view", "Standard"});
+    const ProgramResult result = run_program(flags, folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  }
+  [[nodiscard]] std::vector<std::byte> pixels(const std::string& name) const {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(file), {});
+    const Result<Image> image = decode_image(std::as_bytes(std::span(bytes)), name);
+    EXPECT_TRUE(image.ok());
+    return image.ok() ? image.value().pixels : std::vector<std::byte>();
+  }
+};
+
+// The stops that a line of the program states, as text.
+std::string stops(const std::string& said, const char* pattern) {
+  std::smatch found;
+  return std::regex_search(said, found, std::regex(pattern)) ? found[1].str() : "none in: " + said;
+}
+
+constexpr const char* kChosen = R"(exposure ([+-][0-9.]+) stops \(mean luminance)";
+constexpr const char* kSuggested = R"(--exposure auto would use ([+-][0-9.]+) stops)";
+
+TEST_F(ExposureCommand, AutoIsTheExposureThatItReports) {
+  const std::string said = render(".001,.001,.001", "auto.png", {"--exposure", "auto"});
+  const std::string chosen = stops(said, kChosen);
+  EXPECT_GT(std::stod(chosen), 4.0);
+  render(".001,.001,.001", "given.png", {"--exposure", chosen});
+  EXPECT_EQ(pixels("auto.png"), pixels("given.png"));
+}
+
+TEST_F(ExposureCommand, FactorsOnAllLightLeaveNoTrace) {
+  const double bright = std::stod(stops(render("8,8,8", "bright.png", {"--exposure", "auto"}), kChosen));
+  const double dim = std::stod(stops(render(".0078125,.0078125,.0078125", "dim.png", {"--exposure", "auto"}), kChosen));
+  EXPECT_EQ(dim - bright, 10.0);
+  EXPECT_EQ(pixels("bright.png"), pixels("dim.png"));
+}
+
+TEST_F(ExposureCommand, NotesImagesThatAreDarkOrBright) {
+  const std::string dark = render(".0001,.0001,.0001", "a.png");
+  EXPECT_NE(dark.find("the image is dark: mean luminance"), std::string::npos) << dark;
+  const std::string chosen = stops(render(".0001,.0001,.0001", "b.png", {"--exposure", "auto"}), kChosen);
+  EXPECT_EQ(stops(dark, kSuggested), chosen);
+  EXPECT_NE(render("100,100,100", "a.png").find("the image is bright: mean luminance"), std::string::npos);
+  EXPECT_EQ(render(".5,.5,.5", "a.png").find("the image is"), std::string::npos);
+  EXPECT_EQ(render("0,0,0", "a.png").find("the image is dark"), std::string::npos); // nothing to see at any exposure
+  EXPECT_EQ(render(".0001,.0001,.0001", "a.exr").find("the image is"), std::string::npos);
+}
+
+} // namespace
+} // namespace kindling::test
