@@ -19,6 +19,7 @@ enum class Layer {
   film_on_dielectric,
   leaf,
   rough_glass,
+  anisotropic_glass,
   glass,
   thin_wall,
   all
@@ -45,13 +46,14 @@ void set_layers(Layer layer, const V2f& u, Hit& h) {
     l.sheen_color = {u.x, u.y, 0.5f};
     l.sheen_roughness = u.y;
   }
-  if (layer == Layer::anisotropy || all) l.anisotropy = u.x;
+  if (layer == Layer::anisotropy || layer == Layer::anisotropic_glass || all) l.anisotropy = u.x;
   if (layer == Layer::film_on_metal || layer == Layer::film_on_dielectric || all) {
     l.iridescence = 1.0f;
     l.iridescence_thickness_nm = 800.0f * u.x;
   }
   if (layer == Layer::leaf || all) l.diffuse_transmission = u.y;
-  if (layer == Layer::rough_glass || layer == Layer::glass || layer == Layer::thin_wall || all) {
+  if (layer == Layer::rough_glass || layer == Layer::anisotropic_glass || layer == Layer::glass ||
+      layer == Layer::thin_wall || all) {
     l.transmission = all ? u.x : 1.0f;
     l.thin_walled = layer == Layer::thin_wall;
     if (layer == Layer::glass) p.roughness = 0.0f;
@@ -94,6 +96,7 @@ BENCHMARK_CAPTURE(layered, film_on_metal, Layer::film_on_metal);
 BENCHMARK_CAPTURE(layered, film_on_dielectric, Layer::film_on_dielectric);
 BENCHMARK_CAPTURE(layered, leaf, Layer::leaf);
 BENCHMARK_CAPTURE(layered, rough_glass, Layer::rough_glass);
+BENCHMARK_CAPTURE(layered, anisotropic_glass, Layer::anisotropic_glass);
 BENCHMARK_CAPTURE(layered, glass, Layer::glass);
 BENCHMARK_CAPTURE(layered, thin_wall, Layer::thin_wall);
 BENCHMARK_CAPTURE(layered, all, Layer::all);

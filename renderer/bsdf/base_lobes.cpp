@@ -3,43 +3,8 @@
 #include "renderer/bsdf/base_lobes.h"
 
 #include "renderer/bsdf/bsdf_ranges.h"
-#include "renderer/bsdf/fast_pow.h"
-#include "renderer/bsdf/fresnel.h"
-#include "renderer/bsdf/thin_film.h"
 
 namespace kindling {
-
-namespace {
-
-FilmLayer film_of(const LayerParameters& layers) {
-  FilmLayer film;
-  film.amount = layers.iridescence_thickness_nm > 0.0f ? layers.iridescence : 0.0f;
-  film.outside_ior = 1.0f + 0.5f * layers.clearcoat;
-  film.ior = layers.iridescence_ior;
-  film.thickness_nm = layers.iridescence_thickness_nm;
-  return film;
-}
-
-} // namespace
-
-Rgb FilmLayer::fresnel(float cos_theta, const Rgb& base_f0) const {
-  const float c = outside_ior > 1.0f ? refracted_cosine(std::min(cos_theta, 1.0f), outside_ior) : cos_theta;
-  return thin_film_fresnel(c, outside_ior, ior, base_f0, thickness_nm);
-}
-
-float FilmLayer::schlick(const GgxAlbedo& seen) const {
-  const float x = seen.e > 0.0f ? std::min(seen.b / seen.e, 1.0f) : 0.0f;
-  return outside_ior > 1.0f ? pow5(1.0f - refracted_cosine(1.0f - fast_pow(x, 0.2f), outside_ior)) : x;
-}
-
-Rgb FilmLayer::fresnel(const GgxAlbedo& seen, const Rgb& base_f0) const {
-  return thin_film_fresnel(1.0f - fast_pow(schlick(seen), 0.2f), outside_ior, ior, base_f0, thickness_nm);
-}
-
-Rgb FilmLayer::f0(const GgxAlbedo& seen, const Rgb& base_f0) const {
-  const float x = std::min(schlick(seen), 0.999f);
-  return saturate((fresnel(seen, base_f0) - Rgb(x)) / (1.0f - x));
-}
 
 BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, const V3f& wo) {
   // Weights of metal and of dielectric without specular transmission; their sum is 1 without
@@ -85,73 +50,92 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
 
   // Single scattering from wo, and the mean F0 for multiple scattering.
   glossy_albedo_ = f0_ * (seen.e - seen.b) + Rgb(f90_ * seen.b);
-  Rgb mean_dielectric_f0 = specular_f0;
-  Rgb mean_metal_f0 = p.base_color;
-  float film_reflected = 0.0f; // cosine-weighted mean reflectance of the film on the dielectric
-  film_ = film_of(layers);
+  FilmMeans means{specular_f0, p.base_color, 0.0f};
   specular_ = p.specular;
-  if (film_.amount > 0.0f) {
-    film_dielectric_f0_ = specular_f0;
-    film_metal_f0_ = p.base_color;
-    film_dielectric_ = p.specular * dielectric;
-    film_metal_ = metal;
-    Rgb seen_film(0.0f);
-    if (film_dielectric_ > 0.0f) seen_film += film_.fresnel(seen, specular_f0) * film_dielectric_;
-    if (film_metal_ > 0.0f) seen_film += film_.fresnel(seen, p.base_color) * film_metal_;
-    glossy_albedo_ = lerp(glossy_albedo_, seen_film * seen.e, film_.amount);
-
-    // The middle azimuth represents all of them.
-    const auto towards = [&](float mu) {
-      const float xy = std::sqrt(0.5f * (1.0f - mu * mu));
-      return microfacet_albedo({xy, xy, mu});
-    };
-    if (film_dielectric_ > 0.0f) {
-      Rgb sum(0.0f);
-      float weights = 0.0f, reflected = 0.0f, reflectable = 0.0f;
-      for (int k = 0; k < kFilmNodes; ++k) {
-        const float mu = std::max(static_cast<float>(k) / (kFilmNodes - 1), kMinCosTheta);
-        const GgxAlbedo node = towards(mu);
-        const Rgb f0 = film_.f0(node, specular_f0);
-        film_f0_[k] = max_component(f0);
-        const float x = film_.schlick(node);
-        const float weight = k == kFilmNodes - 1 ? 0.5f * mu : mu; // trapezoidal rule
-        sum += f0 * weight;
-        weights += weight;
-        reflected += weight * node.e * (x + (1.0f - x) * film_f0_[k]);
-        reflectable += weight * node.e;
-      }
-      mean_dielectric_f0 = lerp(specular_f0, sum / weights, film_.amount);
-      film_reflected = film_.amount * p.specular * mean.e * reflected / reflectable;
-    }
-    // Gauss-Legendre quadrature with two nodes in mu^2, if there is more than single scattering.
-    if (film_metal_ > 0.0f && mean.e < 0.99f) {
-      const Rgb sum = film_.f0(towards(0.459701f), p.base_color) + film_.f0(towards(0.888074f), p.base_color);
-      mean_metal_f0 = lerp(p.base_color, sum * 0.5f, film_.amount);
-    }
+  if (layers.iridescence > 0.0f && layers.iridescence_thickness_nm > 0.0f) {
+    const float roughness_x = std::sqrt(lerp(alpha, 1.0f, layers.anisotropy * layers.anisotropy));
+    means = set_film({specular_f0, p.base_color, dielectric_f0, dielectric, metal, roughness, roughness_x, seen, mean},
+                     layers, wo.z);
   }
 
   Rgb fms(0.0f);
   if (dielectric > 0.0f) {
-    const Rgb mean_f0 = mean_dielectric_f0 * p.specular;
+    const Rgb mean_f0 = means.dielectric_f0 * p.specular;
     fms = multiple_scattering_fresnel(mean_f0, p.specular, mean.e) * dielectric;
     // One scalar for all channels, from the maximum: KHR_materials_specular, "rgb_mix".
     const float fms_base = multiple_scattering_fresnel(max_component(mean_f0), p.specular, mean.e);
-    const float schlick = 1.0f - (film_dielectric_ > 0.0f ? film_.amount : 0.0f); // weight not replaced by the film
+    const float schlick = 1.0f - (film_dielectric_ > 0.0f ? film_amount_ : 0.0f); // weight not replaced by the film
     const float f0 = max_component(dielectric_f0);
     base_constant_ = 1.0f - fms_base;
     base_e_ = fms_base - schlick * f0;
     base_b_ = schlick * (f0 - p.specular);
     const float through_o = through(seen, wo.z);
-    const float through_mean = base_constant_ + base_e_ * mean.e + base_b_ * mean.b - film_reflected;
+    const float through_mean = base_constant_ + base_e_ * mean.e + base_b_ * mean.b - means.reflected;
     const float scale = kInvPi / std::max(through_mean, 1e-6f);
     cosine_albedo_ = body * (dielectric * through_o);
     transmitted_albedo_ = beyond * (dielectric * through_o);
     diffuse_ = cosine_albedo_ * scale;
     transmitted_ = transmitted_albedo_ * scale;
   }
-  if (metal > 0.0f) fms += multiple_scattering_fresnel(mean_metal_f0, 1.0f, mean.e) * metal;
+  if (metal > 0.0f) fms += multiple_scattering_fresnel(means.metal_f0, 1.0f, mean.e) * metal;
   multiple_ = fms * (lost * kInvPi / std::max(1.0f - mean.e, 1e-6f));
   cosine_albedo_ += fms * lost;
+}
+
+// Replaces the film's part of single scattering from wo, and prepares 1 - S.
+BaseLobes::FilmMeans BaseLobes::set_film(const FilmBase& base, const LayerParameters& layers, float mu) {
+  FilmMeans means{base.dielectric_f0, base.metal_f0, 0.0f};
+  film_amount_ = layers.iridescence;
+  film_dielectric_ = specular_ * base.dielectric;
+  film_metal_ = base.metal;
+  Rgb seen_film(0.0f);
+  if (film_dielectric_ > 0.0f) {
+    film_on_dielectric_.emplace(layers, base.dielectric_f0);
+    // The mean of both alphas squared is that of all planes of incidence.
+    const float roughness =
+        std::sqrt(std::sqrt(0.5f * (square(square(base.roughness)) + square(square(base.roughness_x)))));
+    const FilmAlbedo film(*film_on_dielectric_, base.roughness == base.roughness_x ? base.roughness : roughness);
+    film_schlick_ = film.schlick_share();
+    seen_film += (Rgb(film_schlick_ * base.seen.b) + film.residual(mu) * base.seen.e) * film_dielectric_;
+    // The cosine-weighted mean of Schlick's Fresnel is F0 + (1 - F0) / 21.
+    const Rgb mean_f0 = (film.mean_fresnel() - Rgb(1.0f / 21.0f)) * 1.05f;
+    means.dielectric_f0 = lerp(base.dielectric_f0, mean_f0, film_amount_);
+    means.reflected = set_film_residual(base, film, means.dielectric_f0 * specular_);
+  }
+  if (film_metal_ > 0.0f) {
+    film_on_metal_.emplace(layers, base.metal_f0);
+    seen_film += film_on_metal_->fresnel(base.seen) * (film_metal_ * base.seen.e);
+    // Gauss-Legendre quadrature with two nodes in mu^2, if there is more than single scattering.
+    if (base.mean.e < 0.99f) {
+      const Rgb sum = film_on_metal_->f0(middle_albedo(0.459701f)) + film_on_metal_->f0(middle_albedo(0.888074f));
+      means.metal_f0 = lerp(base.metal_f0, sum * 0.5f, film_amount_);
+    }
+  }
+  glossy_albedo_ = lerp(glossy_albedo_, saturate(seen_film), film_amount_);
+  return means;
+}
+
+// S is the albedo of the dielectric's two lobes above the base in the channel that is brightest at
+// an angle: KHR_materials_iridescence, "rgb_mix". Sets the residual with which through() gives 1 -
+// S at the nodes; returns the mean of what it subtracts.
+float BaseLobes::set_film_residual(const FilmBase& base, const FilmAlbedo& film, const Rgb& mean_f0) {
+  const float weight = film_amount_ * specular_;
+  const float plain = 1.0f - film_amount_;
+  const Rgb fms = multiple_scattering_fresnel(mean_f0, specular_, base.mean.e);
+  const float fms_max = multiple_scattering_fresnel(max_component(mean_f0), specular_, base.mean.e);
+  const float f0_max = max_component(base.fresnel_f0);
+  float reflected = 0.0f, reflectable = 0.0f;
+  for (uint32_t k = 0; k < kFilmNodes; ++k) {
+    const GgxAlbedo node = middle_albedo(std::max(film_node_cosine(k), kMinCosTheta));
+    // Relative to the values that through() has for all channels.
+    const Rgb above = (base.fresnel_f0 - Rgb(f0_max)) * (plain * (node.e - node.b)) +
+                      (fms - Rgb(fms_max)) * (1.0f - node.e) + film.residual(k) * (weight * node.e);
+    film_residual_[k] = max_component(above) / std::max(weight * node.e, 1e-20f);
+    const float area = film_node_area(k);
+    reflected += area * node.e * film_residual_[k];
+    reflectable += area * node.e;
+  }
+  return weight * (film_schlick_ * base.mean.b + base.mean.e * reflected / reflectable);
 }
 
 BaseLobes::Eval BaseLobes::eval(const V3f& wi) const {
@@ -167,11 +151,11 @@ BaseLobes::Eval BaseLobes::eval(const V3f& wi) const {
   const GgxLobe::Eval single = lobe_.eval(wi);
   const float schlick = pow5(std::max(1.0f - single.cos_d, 0.0f));
   Rgb fresnel = f0_ + (Rgb(f90_) - f0_) * schlick;
-  if (film_.amount > 0.0f) {
+  if (film_amount_ > 0.0f) {
     Rgb film(0.0f);
-    if (film_dielectric_ > 0.0f) film += film_.fresnel(single.cos_d, film_dielectric_f0_) * film_dielectric_;
-    if (film_metal_ > 0.0f) film += film_.fresnel(single.cos_d, film_metal_f0_) * film_metal_;
-    fresnel = lerp(fresnel, film, film_.amount);
+    if (film_on_dielectric_) film += film_on_dielectric_->fresnel(single.cos_d) * film_dielectric_;
+    if (film_on_metal_) film += film_on_metal_->fresnel(single.cos_d) * film_metal_;
+    fresnel = lerp(fresnel, film, film_amount_);
   }
   return {fresnel * single.value + (multiple_ * (1.0f - seen.e) + diffuse_ * through_i) * mu, single.pdf};
 }

@@ -3,31 +3,16 @@
 #pragma once
 
 #include "renderer/bsdf/anisotropic_albedo.h"
+#include "renderer/bsdf/film_layer.h"
 #include "renderer/bsdf/ggx_albedo.h"
 #include "renderer/bsdf/ggx_lobe.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/bsdf/layer_parameters.h"
 
+#include <array>
+#include <optional>
+
 namespace kindling {
-
-// A thin film on the base (KHR_materials_iridescence). Under a clear coat the film is lit from an
-// ior of 1.5, by refracted light, in proportion to the coat.
-struct FilmLayer {
-  float amount = 0.0f; // [0, 1], 0: none
-  float outside_ior = 1.0f;
-  float ior = 1.3f;
-  float thickness_nm = 0.0f;
-
-  [[nodiscard]] Rgb fresnel(float cos_theta, const Rgb& base_f0) const;
-  // Returns (1 - cos)^5 at an angle that represents a lobe: B / E is the mean of (1 - cos)^5 over
-  // the lobe. It interpolates the film's Fresnel towards grazing angles as Schlick's does.
-  [[nodiscard]] float schlick(const GgxAlbedo& seen) const;
-  // Returns the film's Fresnel at that angle.
-  [[nodiscard]] Rgb fresnel(const GgxAlbedo& seen, const Rgb& base_f0) const;
-  // Returns the F0 with which Schlick's Fresnel equals the film's at that angle: a smooth function
-  // of the cosine, except for interference.
-  [[nodiscard]] Rgb f0(const GgxAlbedo& seen, const Rgb& base_f0) const;
-};
 
 // The lobes of GltfBsdf (same formulas), extended by anisotropy, iridescence, diffuse transmission,
 // and a dielectric weight below 1 where the remainder transmits specularly.
@@ -51,25 +36,38 @@ class BaseLobes {
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_albedo_; }
 
  private:
-  static constexpr int kFilmNodes = 8; // evenly spaced in mu
-
   [[nodiscard]] GgxAlbedo microfacet_albedo(const V3f& w) const {
     return anisotropic_ ? anisotropic_table_(w) : table_(std::abs(w.z));
+  }
+  // The middle azimuth represents all of them.
+  [[nodiscard]] GgxAlbedo middle_albedo(float mu) const {
+    const float xy = std::sqrt(0.5f * (1.0f - mu * mu));
+    return microfacet_albedo({xy, xy, mu});
   }
   // Returns the fraction of light that the dielectric's specular layer lets in (or out), 1 - S.
   [[nodiscard]] float through(const GgxAlbedo& seen, float mu) const {
     float s = base_constant_ + base_e_ * seen.e + base_b_ * seen.b;
-    if (film_dielectric_ > 0.0f) {
-      const float x = film_.schlick(seen);
-      s -= film_.amount * specular_ * seen.e * (x + (1.0f - x) * film_f0_at(mu));
-    }
+    if (film_dielectric_ > 0.0f)
+      s -= film_amount_ * specular_ * (film_schlick_ * seen.b + seen.e * film_residual_at(mu));
     return std::max(s, 0.0f);
   }
-  [[nodiscard]] float film_f0_at(float mu) const {
-    const float x = std::min(mu, 1.0f) * (kFilmNodes - 1);
-    const int i = std::min(static_cast<int>(x), kFilmNodes - 2);
-    return lerp(film_f0_[i], film_f0_[i + 1], x - static_cast<float>(i));
+  [[nodiscard]] float film_residual_at(float mu) const {
+    const FilmAlbedo::Position at = FilmAlbedo::position(mu);
+    return lerp(film_residual_[at.node], film_residual_[at.node + 1], at.fraction);
   }
+  // The plain material, for set_film().
+  struct FilmBase {
+    Rgb dielectric_f0, metal_f0; // with specular color, without the weight of the specular
+    Rgb fresnel_f0;              // of the dielectric, with that weight
+    float dielectric, metal, roughness, roughness_x;
+    GgxAlbedo seen, mean; // from wo, and over the hemisphere
+  };
+  struct FilmMeans {
+    Rgb dielectric_f0, metal_f0; // for which Schlick's mean Fresnel is the film's
+    float reflected;             // cosine-weighted mean of the film's part of S
+  };
+  FilmMeans set_film(const FilmBase& base, const LayerParameters& layers, float mu);
+  float set_film_residual(const FilmBase& base, const FilmAlbedo& film, const Rgb& mean_f0);
 
   GgxLobe lobe_;
   bool has_microfacets_ = false; // else Lambert: only diffuse_ and transmitted_ are set below
@@ -89,10 +87,11 @@ class BaseLobes {
   GgxAlbedoTable table_{1.0f, 1.0f};
   AnisotropicAlbedoTable anisotropic_table_{1.0f, 1.0f};
 
-  FilmLayer film_;
-  float film_f0_[kFilmNodes]; // maximum channel, of the dielectric
-  Rgb film_dielectric_f0_{0.0f}, film_metal_f0_{0.0f};
+  float film_amount_ = 0.0f; // [0, 1], 0: no film
+  std::optional<FilmLayer> film_on_dielectric_, film_on_metal_;
   float film_dielectric_ = 0.0f, film_metal_ = 0.0f; // weights
+  float film_schlick_ = 1.0f;                        // FilmAlbedo::schlick_share()
+  std::array<float, kFilmNodes> film_residual_;      // FilmAlbedo::residual(), of the brightest channel
   float specular_ = 0.0f;
 };
 

@@ -3,6 +3,7 @@
 #include "renderer/bsdf/dielectric_lobe.h"
 
 #include "renderer/bsdf/anisotropic_albedo.h"
+#include "renderer/bsdf/anisotropic_interface.h"
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/bsdf/dielectric_albedo.h"
 #include "renderer/bsdf/ggx_albedo.h"
@@ -65,10 +66,6 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
 }
 
 // Sets the scale to a total albedo of 1, from the channel that reflects most, and the estimates.
-// The tables of refraction are isotropic: anisotropic facets are looked up with the mean of their
-// two alphas and with the alpha in the plane of incidence, and the smaller of the two scales is
-// used, preferring a loss to a gain. The tables do not contain the film's reflectance either, which
-// mostly moves energy from one side to the other.
 void DielectricLobe::set_albedos() {
   if (smooth_ || !transmits_) {
     reflected_ = saturate(fresnel(wo_.z, refracted_cosine(wo_.z, eta_)));
@@ -77,6 +74,19 @@ void DielectricLobe::set_albedos() {
     return;
   }
   const float alpha = 0.5f * (alpha_x_ + alpha_y_);
+  if (thin_walled_ || alpha_x_ == alpha_y_)
+    set_albedos_from_tables(alpha);
+  else
+    set_anisotropic_albedos();
+  if (iridescence_ > 0.0f) { // at one angle, unless all is reflected there
+    const float cos_o = mean_cosine(alpha);
+    const float cos_t = refracted_cosine(cos_o, eta_);
+    if (cos_t > 0.0f) reflected_ = saturate(fresnel(cos_o, cos_t));
+  }
+  transmitted_ = tint_ * (1.0f - max_component(reflected_));
+}
+
+void DielectricLobe::set_albedos_from_tables(float alpha) {
   const float roughness = std::min(std::sqrt(alpha), 1.0f);
   const DielectricAlbedo albedo = dielectric_albedo(wo_.z, roughness, alpha, eta_);
   const Rgb& offset = fresnel_.offset();
@@ -89,28 +99,43 @@ void DielectricLobe::set_albedos() {
     scale_ = 1.0f / std::max(e, 0.05f);
     plain = std::min(plain * albedo.e * scale_, 1.0f);
   } else {
-    const float a = max_component(offset);
-    const float b = max_component(slope + offset) - a; // at grazing angles all channels are equal
-    const auto total_of = [&](const DielectricAlbedo& x) { return x.e + a * x.p + (b - 1.0f) * x.q; };
-    float max_total = total_of(albedo);
-    if (alpha_x_ != alpha_y_) {
-      const float sin2 = std::max(1.0f - wo_.z * wo_.z, 1e-12f);
-      const float along =
-          std::clamp(std::sqrt((square(alpha_x_ * wo_.x) + square(alpha_y_ * wo_.y)) / sin2), kSmoothAlpha, 1.0f);
-      max_total = std::max(max_total, total_of(dielectric_albedo(wo_.z, std::sqrt(along), along, eta_)));
-    }
-    scale_ = 1.0f / std::max(max_total, 0.02f);
+    const LinearFresnel f = brightest_fresnel(alpha);
+    scale_ = 1.0f / std::max(albedo.e + f.a * albedo.p + (f.b - 1.0f) * albedo.q, 0.02f);
     if (eta_ < 1.0f) total = std::max(2.0f * plain - 1.0f, 0.0f);
   }
   reflected_ = saturate((offset * (1.0f - total) + slope * (plain - total)) + Rgb(total));
-  if (iridescence_ > 0.0f) { // at the mean cosine
-    const SeenCosines seen = seen_cosines(wo_.z, alpha);
-    float squares = 0.0f;
-    for (const float c : seen.cosine) squares += c * c;
-    const float mean = std::min(squares / seen.sum, 1.0f);
-    reflected_ = saturate(fresnel(mean, refracted_cosine(mean, eta_)));
-  }
-  transmitted_ = tint_ * (1.0f - max_component(reflected_));
+}
+
+// The tables are isotropic; anisotropic facets are integrated.
+void DielectricLobe::set_anisotropic_albedos() {
+  const InterfaceIntegrals seen = anisotropic_interface(wo_, alpha_x_, alpha_y_, eta_);
+  const LinearFresnel f = brightest_fresnel(0.5f * (alpha_x_ + alpha_y_));
+  scale_ = 1.0f / std::max(seen.albedo(f.a, f.b), 0.02f);
+  reflected_ =
+      saturate((fresnel_.offset() * seen.reflected + fresnel_.slope() * seen.reflected_f + Rgb(seen.total)) * scale_);
+}
+
+// Returns a + b F, the Fresnel term of the channel that reflects most; at grazing angles all
+// channels are equal. A film's is fitted at grazing angles and at the mean cosine.
+DielectricLobe::LinearFresnel DielectricLobe::brightest_fresnel(float alpha) const {
+  const float a = max_component(fresnel_.offset());
+  const float grazing = max_component(fresnel_.slope() + fresnel_.offset());
+  if (iridescence_ == 0.0f) return {a, grazing - a};
+  const float cos_o = mean_cosine(alpha);
+  const float cos_t = refracted_cosine(cos_o, eta_);
+  const float plain = cos_t > 0.0f ? dielectric_fresnel(cos_o, cos_t, eta_) : 1.0f;
+  if (plain > 0.99f) return {a, grazing - a};
+  const float film_grazing = lerp(grazing, 1.0f, iridescence_);
+  const float b = (film_grazing - max_component(fresnel(cos_o, cos_t))) / (1.0f - plain);
+  return {film_grazing - b, b};
+}
+
+// Returns the mean cosine between wo and the facets that it sees.
+float DielectricLobe::mean_cosine(float alpha) const {
+  const SeenCosines seen = seen_cosines(wo_.z, alpha);
+  float squares = 0.0f;
+  for (const float c : seen.cosine) squares += c * c;
+  return std::min(squares / seen.sum, 1.0f);
 }
 
 Rgb DielectricLobe::fresnel(float cos_o, float cos_t) const {

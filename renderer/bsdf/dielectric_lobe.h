@@ -34,8 +34,9 @@ struct DielectricParameters {
 //   volume      Microfacets that refract (Walter et al. 2007, "Microfacet Models for Refraction
 //               through Rough Surfaces"), GGX, height-correlated Smith. Single scattering is
 //               scaled to a total of 1 (Turquin 2019, "Practical multiple scattering
-//               compensation for microfacet models"; tables in dielectric_albedo.h), so the
-//               lobe is reciprocal up to that factor. With alpha up to kStraightRoughness^2, or
+//               compensation for microfacet models"; tables in dielectric_albedo.h, a quadrature
+//               for anisotropic facets in anisotropic_interface.h), so the lobe is reciprocal
+//               up to that factor. With alpha up to kStraightRoughness^2, or
 //               an index within 1 % of the outside's, reflection and refraction are deltas.
 //   thin wall   The reflection, and its mirror image below the surface for the transmission
 //               (KHR_materials_transmission, "Transmission BTDF", with the correlated form of
@@ -67,7 +68,7 @@ class DielectricLobe {
   [[nodiscard]] bool is_delta() const { return smooth_; }
   // Estimates of the directional albedos to each side, without straight_transmittance(). Exact for
   // smooth interfaces, and within the accuracy of the tables for rough ones seen from the thinner
-  // side.
+  // side, or of the quadrature for anisotropic ones.
   [[nodiscard]] const Rgb& reflected_albedo() const { return reflected_; }
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_; }
   // Returns the transmittance straight along -wo through a smooth thin wall: tint (1 - max(F)). It
@@ -84,6 +85,13 @@ class DielectricLobe {
   [[nodiscard]] float stretched_length(const V3f& w) const;
   [[nodiscard]] std::optional<BsdfSample> sample_smooth(float u_lobe) const;
   void set_albedos();
+  void set_albedos_from_tables(float alpha);
+  void set_anisotropic_albedos();
+  struct LinearFresnel { // a + b F
+    float a, b;
+  };
+  [[nodiscard]] LinearFresnel brightest_fresnel(float alpha) const;
+  [[nodiscard]] float mean_cosine(float alpha) const;
 
   V3f wo_;
   float alpha_x_ = 0.0f;

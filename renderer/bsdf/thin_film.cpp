@@ -65,39 +65,58 @@ Rgb xyz_to_rec709(const V3f& xyz) {
           0.0556434f * xyz.x - 0.2040259f * xyz.y + 1.0572252f * xyz.z};
 }
 
-// Fades from no film to the full film by smoothstep(0, 0.03, thickness). The extension's viewer
-// fades the film's index instead, which leaves Schlick's Fresnel of an interface between equal
-// indices: (1 - cos)^5.
+constexpr float kFadedThickness = 0.03f; // nm
+
+// Fades from no film to the full film by smoothstep(0, kFadedThickness, thickness). The extension's
+// viewer fades the film's index instead, which leaves Schlick's Fresnel of an interface between
+// equal indices: (1 - cos)^5.
 Rgb fade(const Rgb& plain, const Rgb& film, float thickness_nm) {
-  if (thickness_nm >= 0.03f) return film;
-  const float t = thickness_nm * (1.0f / 0.03f);
+  const float t = thickness_nm * (1.0f / kFadedThickness);
   return lerp(plain, film, t * t * (3.0f - 2.0f * t));
 }
 
 } // namespace
 
-Rgb thin_film_fresnel(float cos_theta, float outside_ior, float film_ior, const Rgb& base_f0, float thickness_nm) {
-  const float cos_1 = clamped(cos_theta, 0.0f, 1.0f);
+ThinFilm::ThinFilm(float outside_ior, float film_ior, const Rgb& base_f0, float thickness_nm)
+    : thickness_nm_(clamped(thickness_nm, 0.0f, 1e5f)) { // interference vanishes beyond
   const float outside = clamped(outside_ior, 1.0f, 100.0f);
-  const float thickness = clamped(thickness_nm, 0.0f, 1e5f); // interference vanishes beyond
-  const float film = clamped(film_ior, 1.0f, 100.0f);
-  const Rgb plain(schlick_fresnel(clamped(base_f0.x, 0.0f, 1.0f), 1.0f, cos_1),
-                  schlick_fresnel(clamped(base_f0.y, 0.0f, 1.0f), 1.0f, cos_1),
-                  schlick_fresnel(clamped(base_f0.z, 0.0f, 1.0f), 1.0f, cos_1));
-  if (thickness == 0.0f) return plain;
+  film_ior_ = clamped(film_ior, 1.0f, 100.0f);
+  const float eta = film_ior_ / outside;
+  eta2_ = eta * eta;
+  f0_12_ = dielectric_f0(eta);
+  const bool shift_21 = film_ior_ >= outside;
+  for (int c = 0; c < 3; ++c) {
+    base_f0_[c] = clamped(base_f0[c], 0.0f, 1.0f);
+    const float root = std::sqrt(std::min(base_f0_[c], 0.9999f)); // avoids an infinite index
+    const float base_ior = (1.0f + root) / (1.0f - root);
+    f0_23_[c] = dielectric_f0(base_ior / film_ior_);
+    const bool shift_23 = base_ior < film_ior_;
+    sign_[c] = shift_21 != shift_23 ? -1.0f : 1.0f;
+  }
+}
 
-  const float eta = film / outside;
-  const float sin2_2 = (1.0f - cos_1 * cos_1) / (eta * eta);
-  if (sin2_2 > 1.0f) return fade(plain, Rgb(1.0f), thickness);
+Rgb ThinFilm::fresnel(float cos_theta) const {
+  const float cos_1 = clamped(cos_theta, 0.0f, 1.0f);
+  if (thickness_nm_ < kFadedThickness) return fade(schlick_of_base(cos_1), film_fresnel(cos_1), thickness_nm_);
+  return film_fresnel(cos_1);
+}
+
+Rgb ThinFilm::schlick_of_base(float cos_1) const {
+  return {schlick_fresnel(base_f0_.x, 1.0f, cos_1), schlick_fresnel(base_f0_.y, 1.0f, cos_1),
+          schlick_fresnel(base_f0_.z, 1.0f, cos_1)};
+}
+
+Rgb ThinFilm::film_fresnel(float cos_1) const {
+  const float sin2_2 = (1.0f - cos_1 * cos_1) / eta2_;
+  if (sin2_2 > 1.0f) return Rgb(1.0f);
   const float cos_2 = std::sqrt(1.0f - sin2_2);
 
   // Outside to film. Phases are 0 or pi: cos(m (phase + phi)) = cos(m phase) cos(m phi), and cos(m
   // phi) is +-1 for m = 1, 1 for m = 2.
-  const float r12 = schlick_fresnel(dielectric_f0(eta), 1.0f, cos_1);
+  const float r12 = schlick_fresnel(f0_12_, 1.0f, cos_1);
   const float t121 = 1.0f - r12;
-  const bool shift_21 = film >= outside;
 
-  const float opd_nm = 2.0f * film * thickness * cos_2;
+  const float opd_nm = 2.0f * film_ior_ * thickness_nm_ * cos_2;
   const Harmonics x = harmonics(kX, opd_nm);
   const Harmonics y = harmonics(kY, opd_nm);
   const Harmonics z = harmonics(kZ, opd_nm);
@@ -105,28 +124,21 @@ Rgb thin_film_fresnel(float cos_theta, float outside_ior, float film_ior, const 
 
   // As in the extension, the phase of the base's red channel applies to X, green's to Y, blue's to
   // Z.
-  V3f r23, first;
-  for (int c = 0; c < 3; ++c) {
-    const float root = std::sqrt(clamped(base_f0[c], 0.0f, 0.9999f)); // avoids an infinite index
-    const float base_ior = (1.0f + root) / (1.0f - root);
-    r23[c] = schlick_fresnel(dielectric_f0(base_ior / film), 1.0f, cos_2);
-    const bool shift_23 = base_ior < film;
-    const float sign = shift_21 != shift_23 ? -1.0f : 1.0f;
-    first[c] = sign * (c == 0 ? x.first + x2.first : c == 1 ? y.first : z.first);
-  }
+  const V3f first(sign_.x * (x.first + x2.first), sign_.y * y.first, sign_.z * z.first);
   const Rgb s1 = xyz_to_rec709(first);
   const Rgb s2 = xyz_to_rec709({x.second + x2.second, y.second, z.second});
 
   Rgb result;
   for (int c = 0; c < 3; ++c) {
-    const float r123_squared = clamped(r12 * r23[c], 1e-5f, 0.9999f);
+    const float r23 = schlick_fresnel(f0_23_[c], 1.0f, cos_2);
+    const float r123_squared = clamped(r12 * r23, 1e-5f, 0.9999f);
     const float r123 = std::sqrt(r123_squared);
-    const float rs = t121 * t121 * r23[c] / (1.0f - r123_squared);
+    const float rs = t121 * t121 * r23 / (1.0f - r123_squared);
     const float c1 = (rs - t121) * r123;
     const float sum = r12 + rs + 2.0f * c1 * (s1[c] + r123 * s2[c]);
     result[c] = clamped(sum, 0.0f, 1.0f);
   }
-  return fade(plain, result, thickness);
+  return result;
 }
 
 } // namespace kindling

@@ -179,7 +179,7 @@ Bounds bounds_of(const LayeredMaterial& m) {
   add(2e-2 * film, 3e-2 * film, 6e-2 * film);
   if (l.transmission > 0.0f) {
     add(5e-3, 1e-2, 2e-2 + 8e-2 * film);
-    if (l.anisotropy > 0.0f) add(2e-2, 0.15, 0.15); // its tables are isotropic
+    if (l.anisotropy > 0.0f && !l.thin_walled) add(3e-2, 3e-2, 3e-2);
     if (!l.thin_walled && l.eta < 1.0f) add(0.0, 0.0, 0.2);
   }
   return b;
