@@ -12,8 +12,8 @@ namespace kindling {
 
 // Flushes denormals to zero on the constructing thread for the lifetime of the object, as operands
 // and as results. An operation on denormals takes a hundred times as long as a normal one on some
-// processors, and they are negligible as radiance. On processors other than x86-64 and arm64 it does
-// nothing.
+// processors, and they are negligible as radiance. On processors other than x86-64 and arm64 it
+// does nothing.
 class FlushDenormals {
  public:
   FlushDenormals() : saved_(control()) { set_control(saved_ | kFlush); }

@@ -15,9 +15,9 @@ struct ImageBrightness {
 
 [[nodiscard]] ImageBrightness measure_brightness(const Film& film);
 
-// Returns the exposure that brings the log-average luminance to 0.18, a middle gray (Reinhard et al.
-// 2002, "Photographic Tone Reproduction for Digital Images", equation 1), in stops, rounded to a
-// tenth, from -16 to 16; 0 for a black image.
+// Returns the exposure that brings the log-average luminance to 0.18, a middle gray (Reinhard et
+// al. 2002, "Photographic Tone Reproduction for Digital Images", equation 1), in stops, rounded to
+// a tenth, from -16 to 16; 0 for a black image.
 [[nodiscard]] double auto_exposure_stops(const ImageBrightness& brightness);
 
 } // namespace kindling

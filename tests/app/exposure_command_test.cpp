@@ -15,7 +15,7 @@ namespace {
 
 class ExposureCommand : public SceneFolder {
  protected:
-  // Renders in the light of a constant environment. Returns what the program says.
+  // Renders in the light of a constant environment. Returns what the program reports.
   std::string render(const std::string& radiance, const std::string& output,
                      std::vector<std::string> flags = {}) const {
     flags.insert(flags.begin(), {"render", write_scene("scene", {.light = false}), "-o", output, "--size", "24x16",
@@ -34,17 +34,17 @@ class ExposureCommand : public SceneFolder {
 };
 
 // The stops that a line of the program states, as text.
-std::string stops(const std::string& said, const char* pattern) {
+std::string stops(const std::string& report, const char* pattern) {
   std::smatch found;
-  return std::regex_search(said, found, std::regex(pattern)) ? found[1].str() : "none in: " + said;
+  return std::regex_search(report, found, std::regex(pattern)) ? found[1].str() : "none in: " + report;
 }
 
 constexpr const char* kChosen = R"(exposure ([+-][0-9.]+) stops \(mean luminance)";
 constexpr const char* kSuggested = R"(--exposure auto would use ([+-][0-9.]+) stops)";
 
 TEST_F(ExposureCommand, AutoIsTheExposureThatItReports) {
-  const std::string said = render(".001,.001,.001", "auto.png", {"--exposure", "auto"});
-  const std::string chosen = stops(said, kChosen);
+  const std::string report = render(".001,.001,.001", "auto.png", {"--exposure", "auto"});
+  const std::string chosen = stops(report, kChosen);
   EXPECT_GT(std::stod(chosen), 4.0);
   render(".001,.001,.001", "given.png", {"--exposure", chosen});
   EXPECT_EQ(pixels("auto.png"), pixels("given.png"));

@@ -40,7 +40,7 @@ TEST(Exposure, BlackPixelsCountAsPartOfTheMean) {
   EXPECT_NEAR(brightness.log_average, std::sqrt(1e-4 * 2.0), 1e-2 * kRounding);
 }
 
-TEST(Exposure, BringsTheLogAverageToMiddleGray) {
+TEST(Exposure, AutoMapsTheLogAverageToMiddleGray) {
   EXPECT_EQ(auto_exposure_stops(measure_brightness(row({0.18f, 0.18f}))), 0.0);
   EXPECT_EQ(auto_exposure_stops(measure_brightness(row({0.045f, 0.045f}))), 2.0);
   EXPECT_EQ(auto_exposure_stops(measure_brightness(row({1.44f}))), -3.0);

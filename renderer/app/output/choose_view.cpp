@@ -1,4 +1,4 @@
-// Creates display transforms from options, with the exposure that was given or that the image suggests.
+// Creates display transforms, with the exposure that was given or that the image suggests.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/output/choose_view.h"
 

@@ -14,8 +14,8 @@
 
 namespace kindling::app {
 
-// The transform of --view, --exposure and --ocio from linear light to a PNG, with the exposure 0 for
-// --exposure auto, which needs the image; fails (usage, input_output).
+// The transform of --view, --exposure and --ocio from linear light to a PNG, with the exposure 0
+// for --exposure auto, which needs the image; fails (usage, input_output).
 [[nodiscard]] Result<DisplayTransform> choose_view(const RenderOptions& options);
 
 // Returns the transform with the exposure that --exposure auto finds for the film, and reports it;
