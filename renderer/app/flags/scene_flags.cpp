@@ -74,7 +74,7 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.value(
       "--env-rotation", "DEG",
       fmt::format("Rotation of the environment map about +y, counter-clockwise, degrees [{:g}]", o.env_rotation_deg),
-      [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
+      [&o](auto text) { return store(parse_number(text, -1e6, 1e6), o.env_rotation_deg); });
   flags.value("--env-intensity", "FACTOR", fmt::format("Factor on the environment's radiance [{:g}]", o.env_intensity),
               [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
   flags.value("--env-color", "R,G,B", "Constant environment of this radiance, instead of --env [none]",
