@@ -63,7 +63,7 @@ class MergeCommand {
       return remain;
     std::vector<NamedFile> others;
     for (const NamedFile& file : written)
-      if (!is_accumulation(file.file)) others.push_back(file);
+      if (file.file == options_.image.stats_file || !is_accumulation(file.file)) others.push_back(file);
     return check_inputs_remain(others, with_role("a part", options_.parts));
   }
 
