@@ -14,6 +14,7 @@
 #include "renderer/app/terminal/console.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/signals.h"
+#include "renderer/app/terminal/thread_stack.h"
 
 #include <fmt/format.h>
 
@@ -72,10 +73,17 @@ int run(std::span<const char* const> arguments) {
   return kExitRenderFailed;
 }
 
+int run_with_stack(std::span<const char* const> arguments) {
+  const Result<int> code = call_with_enough_stack([&] { return run(arguments); });
+  if (code.ok()) return code.value();
+  Console().error(code.error().message);
+  return exit_code_of(code.error().kind);
+}
+
 } // namespace
 
 } // namespace kindling::app
 
 int main(int argc, char** argv) {
-  return kindling::app::run(std::span<const char* const>(argv + 1, argc > 0 ? static_cast<size_t>(argc - 1) : 0));
+  return kindling::app::run_with_stack({argv + 1, argc > 0 ? static_cast<size_t>(argc - 1) : 0});
 }

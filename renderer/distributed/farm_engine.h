@@ -49,6 +49,8 @@ class FarmEngine {
  public:
   virtual ~FarmEngine() = default;
 
+  // Fails (usage) for resources that the engine would refuse. Runs no program.
+  [[nodiscard]] virtual Result<void> check(const FarmResources& resources) const = 0;
   // Writes job scripts into the plan's folder and submits these tasks and a merge job that waits
   // for them. The engine restarts tasks of lost machines. Fails (usage) for invalid resources, and
   // (input_output) if the engine cannot be reached or refuses.

@@ -3,6 +3,7 @@
 #include "renderer/distributed/farm_plan.h"
 
 #include "renderer/distributed/json_file.h"
+#include "renderer/session/json_text.h"
 
 #include <fmt/format.h>
 
@@ -17,21 +18,42 @@ namespace {
 constexpr int kPlanVersion = 1;
 constexpr int64_t kMaxTasks = 1'000'000; // limit of `farm submit`
 
-std::vector<std::string> strings_of(const std::vector<std::filesystem::path>& paths) {
-  return {paths.begin(), paths.end()};
+template <typename Texts>
+nlohmann::ordered_json texts_to_json(const Texts& texts) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const auto& text : texts) json.push_back(text_to_json(text));
+  return json;
+}
+
+// Throws NotAText.
+struct NotAText {
+  std::string key;
+};
+std::string read_text(const nlohmann::ordered_json& json, const char* key) {
+  std::optional<std::string> text = text_from_json(json);
+  if (!text) throw NotAText{key};
+  return *std::move(text);
+}
+
+template <typename Text>
+std::vector<Text> read_texts(const nlohmann::ordered_json& json, const char* key) {
+  if (!json.is_array()) throw NotAText{key};
+  std::vector<Text> texts;
+  for (const nlohmann::ordered_json& text : json) texts.emplace_back(read_text(text, key));
+  return texts;
 }
 
 nlohmann::ordered_json plan_json(const FarmPlan& plan) {
   nlohmann::ordered_json json;
   json["version"] = kPlanVersion;
   json["program"] = plan.program;
-  json["binary"] = plan.binary.string();
-  json["scene"] = plan.scene.string();
-  json["working_folder"] = plan.working_folder.string();
-  json["flags"] = plan.flags;
+  json["binary"] = text_to_json(plan.binary.string());
+  json["scene"] = text_to_json(plan.scene.string());
+  json["working_folder"] = text_to_json(plan.working_folder.string());
+  json["flags"] = texts_to_json(plan.flags);
   json["frames"] = plan.frames;
   json["parts"] = plan.parts;
-  json["outputs"] = strings_of(plan.outputs);
+  json["outputs"] = texts_to_json(plan.outputs);
   json["retries"] = plan.retries;
   json["engine"] = plan.engine;
   json["resources"] = {{"partition", plan.resources.partition},
@@ -44,13 +66,13 @@ nlohmann::ordered_json plan_json(const FarmPlan& plan) {
 FarmPlan from_json(const nlohmann::ordered_json& json) {
   FarmPlan plan;
   plan.program = json.at("program").get<std::string>();
-  plan.binary = json.at("binary").get<std::string>();
-  plan.scene = json.at("scene").get<std::string>();
-  plan.working_folder = json.at("working_folder").get<std::string>();
-  plan.flags = json.at("flags").get<std::vector<std::string>>();
+  plan.binary = read_text(json.at("binary"), "binary");
+  plan.scene = read_text(json.at("scene"), "scene");
+  plan.working_folder = read_text(json.at("working_folder"), "working_folder");
+  plan.flags = read_texts<std::string>(json.at("flags"), "flags");
   plan.frames = json.at("frames").get<std::vector<int>>();
   plan.parts = json.at("parts").get<int>();
-  for (const auto& output : json.at("outputs")) plan.outputs.emplace_back(output.get<std::string>());
+  plan.outputs = read_texts<std::filesystem::path>(json.at("outputs"), "outputs");
   plan.retries = json.at("retries").get<int>();
   plan.engine = json.at("engine").get<std::string>();
   const nlohmann::ordered_json& resources = json.at("resources");
@@ -146,6 +168,8 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     if (frames * plan.parts > kMaxTasks)
       return broken(fmt::format("a plan of {} frames in {} parts: more than {} tasks", frames, plan.parts, kMaxTasks));
     return plan;
+  } catch (const NotAText& wrong) {
+    return broken(fmt::format("not a plan of a farm: '{}' has something else than texts", wrong.key));
   } catch (const nlohmann::json::exception& exception) {
     return broken(fmt::format("not a plan of a farm: {}", exception.what()));
   }

@@ -139,9 +139,9 @@ AttemptOutcome outcome_of(int exit_code, int signal, int asked_by) {
   if (signal == 0 && exit_code == 0) return AttemptOutcome::done;
   if (asked_by != 0) return asked_by == kOutOfTimeSignal ? AttemptOutcome::out_of_time : AttemptOutcome::interrupted;
   if (signal != 0) return AttemptOutcome::crashed;
-  // 128 plus SIGINT or SIGTERM: another process interrupted the render, which ended in order.
-  // Higher codes come from a shell in between that reports a crash.
-  if (exit_code == 130 || exit_code == 143) return AttemptOutcome::interrupted;
+  // 128 plus SIGHUP, SIGINT or SIGTERM: another process interrupted the render, which ended in
+  // order. Other codes come from a shell in between that reports a crash.
+  if (exit_code == 129 || exit_code == 130 || exit_code == 143) return AttemptOutcome::interrupted;
   if (exit_code > 128) return AttemptOutcome::crashed;
   return exit_code == 2 || exit_code == 3 ? AttemptOutcome::refused : AttemptOutcome::failed;
 }

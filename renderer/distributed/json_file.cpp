@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -27,11 +28,19 @@ Result<void> write_json_file(const std::filesystem::path& path, const nlohmann::
   // Unique to this process, even among several machines.
   const std::filesystem::path temporary = fmt::format("{}.{}-{}.tmp", path.string(), host, getpid());
   const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  errno = 0;
-  std::ofstream file(temporary, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) {
+  unlink(temporary.c_str()); // of a killed process with this number
+  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+  if (fd < 0) return failed(temporary, "cannot be written");
+  bool good = true;
+  for (std::string_view rest = text; good && !rest.empty();) {
+    const ssize_t count = write(fd, rest.data(), rest.size());
+    if (count < 0 && errno == EINTR) continue;
+    good = count > 0;
+    if (good) rest.remove_prefix(static_cast<size_t>(count));
+  }
+  const int write_error = errno;
+  if (close(fd) != 0 || !good) {
+    if (!good) errno = write_error;
     const Error error = failed(temporary, "cannot be written");
     unlink(temporary.c_str());
     return error;
@@ -45,6 +54,9 @@ Result<void> write_json_file(const std::filesystem::path& path, const nlohmann::
 }
 
 Result<nlohmann::ordered_json> read_json_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+    return Error{ErrorKind::input_output, fmt::format("{}: is not a regular file", path.string())};
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;

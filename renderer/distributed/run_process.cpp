@@ -90,6 +90,9 @@ sigset_t inbox_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGTERM, SIGINT, SIGUSR1}) sigaddset(&signals, signal);
+  struct sigaction action {};
+  // A blocked signal would be collected even where nohup ignores it.
+  if (sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);
   return signals;
 }
 

@@ -21,8 +21,9 @@ struct ProcessOutput {
 // Runs a program, found along PATH, to its end. Fails (input_output) if it cannot be started.
 [[nodiscard]] Result<ProcessOutput> capture_process(const std::vector<std::string>& command);
 
-// Blocks SIGTERM, SIGINT and SIGUSR1 during its lifetime and collects those that arrive. At most
-// one may exist at a time, and it must be constructed before any threads.
+// Blocks SIGTERM, SIGINT, SIGUSR1 and SIGHUP (unless that is ignored, as by nohup) during its
+// lifetime and collects those that arrive. At most one may exist at a time, and it must be
+// constructed before any threads.
 class SignalInbox {
  public:
   SignalInbox();
@@ -46,11 +47,11 @@ struct ProcessEnd {
   int exit_code = 0;
   int signal = 0; // the signal that ended it; then exit_code is 0
 };
-// Runs a program in `folder` and passes both of its streams to `on_line`, line by line. A SIGTERM
-// or SIGUSR1 is passed on once, as SIGINT, and the program is waited for. Engines and terminals
-// send a signal to all processes of a job at once, and a second one would keep the program from
-// saving; so SIGTERM and SIGUSR1 are blocked in it, and a SIGINT, which a terminal sends to both
-// processes, is not passed on. Fails (input_output) if it cannot be started.
+// Runs a program in `folder` and passes both of its streams to `on_line`, line by line. A SIGTERM,
+// SIGUSR1 or SIGHUP is passed on once, as SIGINT, and the program is waited for. Engines and
+// terminals send a signal to all processes of a job at once, and a second one would keep the
+// program from saving; so these three are blocked in it, and a SIGINT, which a terminal sends to
+// both processes, is not passed on. Fails (input_output) if it cannot be started.
 [[nodiscard]] Result<ProcessEnd> run_watched(const std::vector<std::string>& command,
                                              const std::filesystem::path& folder, SignalInbox& signals,
                                              const std::function<void(std::string_view)>& on_line);

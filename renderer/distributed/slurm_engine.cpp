@@ -3,6 +3,7 @@
 #include "renderer/distributed/slurm_engine.h"
 
 #include "renderer/distributed/run_process.h"
+#include "renderer/image/atomic_file.h"
 
 #include <fmt/format.h>
 
@@ -10,9 +11,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cctype>
 #include <charconv>
 #include <cstdlib>
-#include <fstream>
 
 namespace kindling {
 
@@ -56,10 +57,10 @@ std::string_view trimmed(std::string_view text) {
 }
 
 Result<void> write_script(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) return Error{ErrorKind::input_output, fmt::format("{}: cannot be written", path.string())};
+  Result<AtomicFile> file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  file.value().write(text.data(), text.size());
+  if (Result<void> written = file.value().commit(); !written.ok()) return written;
   std::error_code error;
   std::filesystem::permissions(path, std::filesystem::perms::owner_exec, std::filesystem::perm_options::add, error);
   return {};
@@ -149,7 +150,11 @@ int parse_largest_array(std::string_view output) {
   return kDefaultLargestArray;
 }
 
-std::optional<int64_t> slurm_time_s(std::string_view text) {
+namespace {
+
+// Parses a time of Slurm: minutes, minutes:seconds, hours:minutes:seconds, days-hours,
+// days-hours:minutes or days-hours:minutes:seconds.
+std::optional<int64_t> parse_time_s(std::string_view text) {
   constexpr int64_t kMinute = 60, kHour = 60 * kMinute, kDay = 24 * kHour;
   const size_t dash = text.find('-');
   const bool has_days = dash != std::string_view::npos;
@@ -159,20 +164,46 @@ std::optional<int64_t> slurm_time_s(std::string_view text) {
     if (numbers.back() < 0 || numbers.back() > 1'000'000'000) return std::nullopt;
   }
   if (numbers.size() > 3) return std::nullopt;
-  int64_t seconds = 0;
   if (has_days) {
     const int64_t days = parse_number_or<int64_t>(text.substr(0, dash), -1);
     if (days < 0 || days > 1'000'000) return std::nullopt;
     numbers.resize(3);
-    seconds = days * kDay + numbers[0] * kHour + numbers[1] * kMinute + numbers[2];
-  } else if (numbers.size() == 3) {
-    seconds = numbers[0] * kHour + numbers[1] * kMinute + numbers[2];
-  } else {
-    numbers.resize(2);
-    seconds = numbers[0] * kMinute + numbers[1];
+    return days * kDay + numbers[0] * kHour + numbers[1] * kMinute + numbers[2];
   }
-  if (seconds == 0) return std::nullopt; // no limit
-  return (seconds + kMinute - 1) / kMinute * kMinute;
+  if (numbers.size() == 3) return numbers[0] * kHour + numbers[1] * kMinute + numbers[2];
+  numbers.resize(2);
+  return numbers[0] * kMinute + numbers[1];
+}
+
+bool is_partition_list(std::string_view text) {
+  for (const std::string_view name : split(text, ',')) {
+    const auto allowed = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+             c == '.' || c == '+';
+    };
+    if (name.empty() || name.front() == '-' || !std::all_of(name.begin(), name.end(), allowed)) return false;
+  }
+  return true;
+}
+
+bool is_memory(std::string_view text) {
+  if (!text.empty() && std::string_view("KMGTkmgt").find(text.back()) != std::string_view::npos) text.remove_suffix(1);
+  return parse_number_or<int64_t>(text, -1) >= 0;
+}
+
+bool is_time_limit(std::string_view text) {
+  std::string upper(text);
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return upper == "UNLIMITED" || upper == "INFINITE" || parse_time_s(text);
+}
+
+} // namespace
+
+std::optional<int64_t> slurm_time_s(std::string_view text) {
+  constexpr int64_t kMinute = 60;
+  const std::optional<int64_t> seconds = parse_time_s(text);
+  if (!seconds || *seconds == 0) return std::nullopt; // no limit
+  return (*seconds + kMinute - 1) / kMinute * kMinute;
 }
 
 int64_t time_warning_s(const FarmResources& resources) {
@@ -181,16 +212,25 @@ int64_t time_warning_s(const FarmResources& resources) {
   return limit ? std::min(kMax, *limit / 4) : kMax;
 }
 
-Result<void> check_slurm_resources(const FarmResources& resources) {
-  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.:,+-";
-  const auto check = [&](const char* flag, const std::string& word) -> Result<void> {
-    if (word.find_first_not_of(kAllowed) == std::string::npos) return {};
-    return Error{ErrorKind::usage, fmt::format("{}: '{}' has characters that Slurm does not accept", flag, word)};
+Result<void> check_slurm_resources(const FarmResources& wanted) {
+  const auto check = [](const char* flag, const std::string& word, bool (*valid)(std::string_view),
+                        const char* accepted) -> Result<void> {
+    if (word.empty() || valid(word)) return {};
+    return usage_error(fmt::format("{}: '{}' is no value for Slurm; use {}", flag, word, accepted));
   };
-  if (Result<void> checked = check("--partition", resources.partition); !checked.ok()) return checked;
-  if (Result<void> checked = check("--memory", resources.memory); !checked.ok()) return checked;
-  return check("--time", resources.time);
+  if (Result<void> checked = check("--partition", wanted.partition, is_partition_list,
+                                   "the name of a partition, or several separated by commas");
+      !checked.ok())
+    return checked;
+  if (Result<void> checked =
+          check("--memory", wanted.memory, is_memory, "a whole number of megabytes, or with a unit K, M, G or T: 4G");
+      !checked.ok())
+    return checked;
+  return check("--time", wanted.time, is_time_limit,
+               "minutes, MINUTES:SECONDS, H:MM:SS, DAYS-HOURS, DAYS-HH:MM, DAYS-HH:MM:SS or UNLIMITED");
 }
+
+Result<void> SlurmEngine::check(const FarmResources& resources) const { return check_slurm_resources(resources); }
 
 Result<FarmJobs> SlurmEngine::submit(const FarmPlan& plan, std::span<const int> tasks) {
   if (Result<void> checked = check_slurm_resources(plan.resources); !checked.ok()) return checked.error();

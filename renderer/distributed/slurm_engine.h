@@ -11,6 +11,7 @@ namespace kindling {
 
 class SlurmEngine final : public FarmEngine {
  public:
+  [[nodiscard]] Result<void> check(const FarmResources& resources) const override;
   [[nodiscard]] Result<FarmJobs> submit(const FarmPlan& plan, std::span<const int> tasks) override;
   [[nodiscard]] Result<FarmQueue> queue(const FarmJobs& jobs) override;
   [[nodiscard]] bool inside_task() const override;
@@ -42,8 +43,8 @@ inline constexpr std::string_view kSqueueFormat = "%F|%K|%T|%N|%r";
 // Returns how many seconds before its limit a task is warned: enough for a checkpoint, but at most
 // a quarter of the limit.
 [[nodiscard]] int64_t time_warning_s(const FarmResources& resources);
-// Checks the words of --partition, --memory and --time, which are copied into scripts. Fails
-// (usage).
+// Checks the values of --partition, --memory and --time, which are copied into scripts, against
+// Slurm's notation. Fails (usage).
 [[nodiscard]] Result<void> check_slurm_resources(const FarmResources& resources);
 
 } // namespace kindling

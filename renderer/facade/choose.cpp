@@ -3,6 +3,7 @@
 #include "renderer/facade/choose.h"
 
 #include "renderer/base/text.h"
+#include "renderer/scene/pose.h"
 #include "renderer/scene/variants.h"
 
 #include <fmt/format.h>
@@ -28,6 +29,13 @@ std::string list_choices(const std::vector<std::string>& names) {
 float aspect_of(const SceneCamera& camera) {
   if (camera.kind == SceneCamera::Kind::orthographic) return camera.xmag / camera.ymag;
   return camera.aspect_ratio.value_or(0.0f);
+}
+
+constexpr const char* kOutOfReach = "a number beyond 1e+18 in size, expected numbers from -1e+18 to 1e+18";
+
+bool is_within_reach(const PlacedCamera& camera) {
+  return kindling::is_within_reach(camera.camera_to_world) &&
+         std::all_of(camera.later_transforms.begin(), camera.later_transforms.end(), kindling::is_within_reach);
 }
 
 } // namespace
@@ -97,12 +105,16 @@ Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const Pose
   if (image.own_camera) {
     PlacedCamera placed = *image.own_camera;
     if (Result<void> overridden = override_fov(placed.camera, image); !overridden.ok()) return overridden.error();
+    if (!is_within_reach(placed)) return usage_error(fmt::format("the camera's own transform has {}", kOutOfReach));
     return std::optional(std::move(placed));
   }
   if (image.orbit) {
     const V3f& orbit = *image.orbit;
-    return std::optional(orbit_camera(
-        {orbit.x, orbit.y, orbit.z, image.target, static_cast<float>(image.yfov_deg.value_or(Orbit{}.yfov_deg))}));
+    PlacedCamera placed = orbit_camera(
+        {orbit.x, orbit.y, orbit.z, image.target, static_cast<float>(image.yfov_deg.value_or(Orbit{}.yfov_deg))});
+    if (!is_within_reach(placed))
+      return usage_error(fmt::format("--orbit and --target: the position of the camera has {}", kOutOfReach));
+    return std::optional(std::move(placed));
   }
   const Result<std::optional<int>> index = choose_camera_index(scene, posed, image);
   if (!index.ok()) return index.error();
@@ -111,6 +123,10 @@ Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const Pose
   PlacedCamera placed{scene.cameras[static_cast<size_t>(chosen.camera)], chosen.camera_to_world,
                       chosen.later_transforms};
   if (Result<void> overridden = override_fov(placed.camera, image); !overridden.ok()) return overridden.error();
+  if (!is_within_reach(placed))
+    return Error{ErrorKind::scene_invalid,
+                 fmt::format("{}: /nodes/{}: with those of its parents, the transform of the camera has {}",
+                             scene.source, chosen.node, kOutOfReach)};
   return std::optional(std::move(placed));
 }
 

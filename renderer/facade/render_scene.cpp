@@ -41,6 +41,8 @@ Result<std::unique_ptr<RenderScene>> load_render_scene(const std::filesystem::pa
   ImportOptions import_options;
   import_options.texture_memory = loaded->textures();
   import_options.times = &loaded->import_times;
+  import_options.files = &loaded->files;
+  import_options.limits.follow_links = settings.follow_links;
   std::optional<Result<LoadedEnvironment>> environment;
   tbb::task_group group;
   group.run([&] { environment.emplace(load_environment(settings, &loaded->environment_times)); });

@@ -9,10 +9,13 @@
 #include <cstring>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 namespace kindling {
@@ -46,8 +49,8 @@ std::string temporary_prefix(const fs::path& target) {
 
 // Creates a new file that is locked while one of its descriptors is open. Returns the descriptor;
 // negative on failure, with the reason in errno.
-int create_locked(const fs::path& path) {
-  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+int create_locked(const fs::path& path, mode_t mode) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NONBLOCK, mode);
   if (fd < 0) return fd;
   struct stat status {};
   // A process that removes leftovers may have locked or removed the file first.
@@ -56,6 +59,33 @@ int create_locked(const fs::path& path) {
   close(fd);
   errno = EEXIST;
   return -1;
+}
+
+// Copies an extended attribute; failures are ignored, since file systems differ in what they allow.
+void copy_attribute(const char* from, int to, const char* name) {
+  std::vector<char> value(1 << 16);
+  const ssize_t size = getxattr(from, name, value.data(), value.size());
+  if (size >= 0) fsetxattr(to, name, value.data(), static_cast<size_t>(size), 0);
+}
+
+// Gives a file in the making the owner, group, mode, access list and extended attributes of the
+// file that it will replace, as far as the process may.
+void keep_attributes(const fs::path& old, int fd) {
+  struct stat status {};
+  if (stat(old.c_str(), &status) != 0) return;
+  mode_t mode = status.st_mode & 07777;
+  if (fchown(fd, status.st_uid, status.st_gid) != 0 && fchown(fd, static_cast<uid_t>(-1), status.st_gid) != 0) {
+    struct stat own {};
+    // Another group than the old one may do no more than everybody.
+    if (fstat(fd, &own) != 0 || own.st_gid != status.st_gid)
+      mode &= ~static_cast<mode_t>(S_IRWXG & ~((status.st_mode & S_IRWXO) << 3));
+  }
+  fchmod(fd, mode);
+  copy_attribute(old.c_str(), fd, "system.posix_acl_access");
+  std::vector<char> names(1 << 16);
+  const ssize_t size = listxattr(old.c_str(), names.data(), names.size());
+  for (ssize_t at = 0; at < size; at += static_cast<ssize_t>(std::strlen(names.data() + at)) + 1)
+    if (std::string_view(names.data() + at).starts_with("user.")) copy_attribute(old.c_str(), fd, names.data() + at);
 }
 
 // Renames as described at AtomicFile::commit(); returns 0 or errno.
@@ -110,24 +140,22 @@ AtomicFile::~AtomicFile() {
   if (lock_ >= 0) close(lock_);
 }
 
-fs::path AtomicFile::target_of(const fs::path& path) {
-  std::error_code code;
-  if (!fs::is_symlink(path, code)) return path;
-  fs::path target = fs::weakly_canonical(path, code);
-  return code ? path : target;
-}
-
 Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   if (path.empty() || !path.has_filename()) return cannot_write(path, "the path has no file name");
   if (path == kStandardOutput) {
-    std::FILE* file = std::tmpfile();
-    if (!file)
+    // In memory: the folder of temporary files may be missing or full.
+    const int fd = memfd_create("kindling-output", MFD_CLOEXEC);
+    std::FILE* file = fd >= 0 ? fdopen(fd, "wb+") : nullptr;
+    if (!file) {
+      const int error = errno;
+      if (fd >= 0) close(fd);
       return Error{ErrorKind::input_output,
-                   fmt::format("standard output: no temporary file: {}", std::strerror(errno))};
+                   fmt::format("standard output: no file in memory: {}", std::strerror(error))};
+    }
     return AtomicFile(file, -1, path, {});
   }
   std::error_code code;
-  const fs::path target = target_of(path);
+  const fs::path target = end_of_links(path);
   if (fs::exists(target, code) && !fs::is_regular_file(target, code)) {
     return cannot_write(path, "it exists and is not a regular file");
   }
@@ -141,7 +169,7 @@ Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   // A process with the same id on another machine may already use a name.
   for (int attempt = 0; attempt < 1000 && fd < 0; ++attempt) {
     temporary = folder / fmt::format("{}{}-{}.tmp", temporary_prefix(target), getpid(), counter++);
-    fd = create_locked(temporary);
+    fd = create_locked(temporary, fs::exists(target, code) ? S_IRUSR | S_IWUSR : 0666);
     if (fd < 0 && errno != EEXIST) break;
   }
   if (fd < 0) return cannot_write(path, std::strerror(errno));
@@ -158,15 +186,17 @@ Result<AtomicFile> AtomicFile::create(const fs::path& path) {
 }
 
 void AtomicFile::remove_leftovers(const fs::path& path) {
-  const fs::path target = target_of(path);
+  const fs::path target = end_of_links(path);
   const std::string prefix = temporary_prefix(target);
   std::error_code code;
   for (fs::directory_iterator i(folder_of(target), code), end; !code && i != end; i.increment(code)) {
     if (!i->path().filename().native().starts_with(prefix)) continue;
-    // Some file systems require write access for locks.
-    const int fd = open(i->path().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+    // Some file systems require write access for locks. O_NONBLOCK: a pipe of this name fails.
+    const int fd = open(i->path().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) continue;
-    if (flock(fd, LOCK_EX | LOCK_NB) == 0) unlink(i->path().c_str());
+    struct stat status {};
+    const bool is_file = fstat(fd, &status) == 0 && S_ISREG(status.st_mode);
+    if (is_file && flock(fd, LOCK_EX | LOCK_NB) == 0) unlink(i->path().c_str());
     close(fd);
   }
 }
@@ -186,6 +216,7 @@ Result<void> AtomicFile::commit(const fs::path& previous) {
     if (!good && error_ == 0) error_ = errno;
   };
   check(std::fflush(file_) == 0);
+  if (error_ == 0) keep_attributes(target_, fileno(file_));
   check(fsync(fileno(file_)) == 0);
   check(std::fclose(std::exchange(file_, nullptr)) == 0);
   if (error_ == 0) error_ = rename_with_backup(temporary_, target_, previous);
@@ -203,21 +234,6 @@ Result<void> AtomicFile::commit_to_standard_output() {
   std::fclose(std::exchange(file_, nullptr));
   if (error_ == 0) return {};
   return Error{ErrorKind::input_output, fmt::format("standard output: cannot write: {}", std::strerror(error_))};
-}
-
-Result<void> check_writable(const fs::path& path) {
-  const auto refuse = [&](const std::string& why) {
-    return Error{ErrorKind::input_output, fmt::format("{}: {}", path.string(), why)};
-  };
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) return refuse("is a folder; use the name of a file");
-  const fs::path folder = folder_of(path);
-  if (!fs::exists(folder, ignored))
-    return refuse(fmt::format("folder '{}' does not exist; create it first", folder.string()));
-  if (!fs::is_directory(folder, ignored)) return refuse(fmt::format("'{}' is not a folder", folder.string()));
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    return refuse(fmt::format("folder '{}' cannot be written to", folder.string()));
-  return {};
 }
 
 } // namespace kindling

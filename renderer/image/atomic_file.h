@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/result.h"
+#include "renderer/image/output_file.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -11,15 +12,15 @@
 
 namespace kindling {
 
-// The path that stands for standard output; a file of this name is "./-".
-inline constexpr const char* kStandardOutput = "-";
-
+// A file that is replaced keeps its mode, and its owner, group, access list and extended attributes
+// as far as the process may set them; of several hard links only this name gets the new file.
 // If it is destroyed without commit(), the temporary file is removed and the old file remains.
 class AtomicFile {
  public:
-  // Creates the temporary file. Symbolic links are followed. A target that exists and is not a
-  // regular file (a folder, a device) is refused. With the path kStandardOutput the temporary file
-  // has no name, and commit() copies it to standard output.
+  // Creates the temporary file, which only its owner can read if the file exists. Symbolic links
+  // are followed: the link remains, and the file at its end is created or replaced. A target that
+  // exists and is not a regular file (a folder, a device) is refused. With the path kStandardOutput
+  // the temporary file is in memory, and commit() copies it to standard output. Never blocks.
   [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& path);
 
   // Write or move the position. After a first failure they do nothing, and commit() returns its
@@ -34,8 +35,6 @@ class AtomicFile {
   // complete file.
   [[nodiscard]] Result<void> commit(const std::filesystem::path& previous = {});
 
-  // Returns the path that create() writes: the target of a symbolic link, else the path itself.
-  [[nodiscard]] static std::filesystem::path target_of(const std::filesystem::path& path);
   // Removes temporary files that killed writers of `path` left behind. Those of live writers, on
   // this or another machine, are locked and remain. Nothing is removed if the file system does not
   // support locks.
@@ -56,9 +55,5 @@ class AtomicFile {
   std::filesystem::path target_;
   std::filesystem::path temporary_;
 };
-
-// Checks that a file can be created at `path`, or replaced. Fails (input_output) if it is a folder,
-// or if its folder does not exist or is not writable.
-[[nodiscard]] Result<void> check_writable(const std::filesystem::path& path);
 
 } // namespace kindling

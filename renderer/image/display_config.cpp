@@ -11,6 +11,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 
 namespace kindling::image_detail {
@@ -207,6 +208,9 @@ Result<DisplayConfig> open_display_config(const std::string& path) {
     return Error{ErrorKind::input_output,
                  fmt::format("{}: cannot use this OpenColorIO configuration: {}", found.name, first_line(why))};
   };
+  std::error_code code; // a pipe would block
+  if (std::filesystem::exists(file, code) && !std::filesystem::is_regular_file(file, code))
+    return failed("it is not a regular file");
   if (!found.built_in)
     if (const std::string why = too_new(file); !why.empty()) return failed(why);
   try {

@@ -34,6 +34,7 @@ ToneCurve built_in_curve(const std::string& view) {
 
 struct DisplayTransform::Impl {
   std::string view;
+  std::vector<std::filesystem::path> files;
   ocio::ConstCPUProcessorRcPtr processor; // null for the identity
   ToneCurve curve = nullptr;              // applied before the processor; null for none
   float curve_scale = 1.0f;               // exposure factor, applied before the tone curve
@@ -64,6 +65,18 @@ ocio::ConstProcessorRcPtr make_processor(const DisplayConfig& found, const std::
   return found.config->getProcessor(group);
 }
 
+// The configuration's own file, then those that the processor was made from.
+std::vector<std::filesystem::path> files_of(const DisplayConfig& found, const ocio::Processor& processor) {
+  std::vector<std::filesystem::path> files;
+  if (found.built_in) return files;
+  files.emplace_back(found.name);
+  const auto metadata = processor.getProcessorMetadata();
+  const auto context = found.config->getCurrentContext();
+  for (int i = 0; i < metadata->getNumFiles(); ++i)
+    files.emplace_back(context->resolveFileLocation(metadata->getFile(i)));
+  return files;
+}
+
 } // namespace
 
 DisplayTransform::DisplayTransform(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -92,6 +105,7 @@ Result<DisplayTransform> DisplayTransform::create(const DisplayOptions& options)
   if (impl->curve != nullptr) impl->curve_scale = static_cast<float>(scale);
   try {
     const auto processor = make_processor(found, view, impl->curve != nullptr ? 1.0 : scale);
+    impl->files = files_of(found, *processor);
     if (!processor->isNoOp()) impl->processor = processor->getDefaultCPUProcessor();
   } catch (const std::exception& e) {
     return Error{ErrorKind::input_output,
@@ -125,5 +139,6 @@ void DisplayTransform::apply(std::span<float> rgba) const {
 }
 
 const std::string& DisplayTransform::view() const { return impl_->view; }
+const std::vector<std::filesystem::path>& DisplayTransform::files() const { return impl_->files; }
 
 } // namespace kindling

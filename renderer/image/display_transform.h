@@ -4,6 +4,7 @@
 
 #include "renderer/base/result.h"
 
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
@@ -32,6 +33,9 @@ class DisplayTransform {
   void apply(std::span<float> rgba) const;
 
   [[nodiscard]] const std::string& view() const; // the view in use, for metadata
+  // Returns the configuration's file and the files of its lookup tables that the view uses; none
+  // for the built-in configuration.
+  [[nodiscard]] const std::vector<std::filesystem::path>& files() const;
 
   DisplayTransform(DisplayTransform&&) noexcept;
   DisplayTransform& operator=(DisplayTransform&&) noexcept;

@@ -18,6 +18,8 @@
 
 #include <exception>
 #include <new>
+#include <system_error>
+#include <utility>
 
 namespace kindling {
 namespace gltf {
@@ -67,6 +69,10 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   }
   times.textures = clock.lap();
   if (options.times != nullptr) *options.times = times;
+  if (options.files != nullptr) {
+    *options.files = std::move(document.files);
+    options.files->insert(options.files->begin(), path);
+  }
   scene.content_hash = document.content_hash;
   return scene;
 }
@@ -87,6 +93,8 @@ Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& 
     return error(failure.error.kind, failure.error.message);
   } catch (const std::bad_alloc&) {
     return error(ErrorKind::render_failed, "not enough memory to read the scene");
+  } catch (const std::system_error& e) { // of the machine: threads, files
+    return error(ErrorKind::input_output, fmt::format("cannot be read: {}", e.what()));
   } catch (const std::exception& e) {
     return error(ErrorKind::scene_invalid, fmt::format("cannot be read: {}", e.what()));
   }

@@ -10,6 +10,7 @@
 #include "renderer/scene/scene.h"
 
 #include <filesystem>
+#include <vector>
 
 namespace kindling {
 
@@ -28,6 +29,8 @@ struct ImportOptions {
   TextureMemory* texture_memory = nullptr; // null: all decoded images stay in memory
   bool decode_textures = true;             // false: textures keep a null image (for `info`)
   ImportTimes* times = nullptr;            // set at the end, if not null
+  // Set at the end, if not null: the files that the scene consists of, its own first.
+  std::vector<std::filesystem::path>* files = nullptr;
 };
 
 // Loads a scene. Errors are of kind input_output (unreadable) or scene_invalid, in one line: file,

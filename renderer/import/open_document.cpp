@@ -4,6 +4,7 @@
 
 #include "renderer/import/compression/meshopt_views.h"
 #include "renderer/import/document/accessor.h"
+#include "renderer/import/document/scene_files.h"
 #include "renderer/import/files/glb.h"
 #include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
@@ -197,6 +198,7 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   if (document.core.nodes.size() > limits.max_nodes) {
     fail("/nodes", fmt::format("{} nodes, at most {} are accepted", document.core.nodes.size(), limits.max_nodes));
   }
+  document.files = find_scene_files(document);
   read_buffers(document, container, bin);
   make_views(document);
   decompress_meshopt_views(document);

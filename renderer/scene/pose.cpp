@@ -6,9 +6,14 @@
 #include "renderer/scene/deform.h"
 #include "renderer/scene/pose_motion.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <optional>
 
@@ -75,6 +80,33 @@ bool deform_meshes(const Scene& scene, const AnimatedNodes& nodes, PosedScene& p
   return true;
 }
 
+// Refuses transforms that overflow only as the product of a node's and its parents'.
+Result<void> check_transforms(const Scene& scene, const PosedScene& posed) {
+  const auto fault = [&](int node, const M44f& matrix) {
+    std::array<char, 32> number{};
+    for (int row = 3; row >= 0; --row)
+      for (int column = 2; column >= 0; --column)
+        if (!(std::abs(matrix[row][column]) <= kMaxTransform))
+          std::snprintf(number.data(), number.size(), "%g", static_cast<double>(matrix[row][column]));
+    return Error{ErrorKind::scene_invalid, scene.source + ": /nodes/" + std::to_string(node) +
+                                               ": with those of its parents, its transform has " + "the number " +
+                                               number.data() + ", expected numbers from -1e+18 to 1e+18"};
+  };
+  std::atomic<size_t> first{posed.meshes.size()}; // the first mesh out of reach
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, posed.meshes.size(), 4096), [&](const auto& range) {
+    for (size_t i = range.begin(); i != range.end(); ++i) {
+      if (is_within_reach(posed.meshes[i].mesh_to_world)) continue;
+      for (size_t known = first; i < known && !first.compare_exchange_weak(known, i);) {
+      }
+      return;
+    }
+  });
+  if (first < posed.meshes.size()) return fault(posed.meshes[first].node, posed.meshes[first].mesh_to_world);
+  for (const PosedLight& light : posed.lights)
+    if (!is_within_reach(light.light_to_world)) return fault(light.node, light.light_to_world);
+  return {};
+}
+
 Error no_such_scene(const Scene& scene, int asked) {
   std::string message = scene.source + ": scene " + std::to_string(asked) + " does not exist; ";
   if (scene.scenes.empty()) return {ErrorKind::usage, message + "the file has none"};
@@ -88,6 +120,13 @@ Error no_such_scene(const Scene& scene, int asked) {
 }
 
 } // namespace
+
+bool is_within_reach(const M44f& matrix) {
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 3; ++column)
+      if (!(std::abs(matrix[row][column]) <= kMaxTransform)) return false;
+  return true;
+}
 
 Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
   // Shows the requested scene, else the file's default, else the first, else (no scenes at all) all
@@ -130,6 +169,7 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
     if (n.mesh != kNone) list_meshes(scene, node, to_world, posed, gpu_instances);
   });
 
+  if (Result<void> checked = check_transforms(scene, posed); !checked.ok()) return checked.error();
   if (!deform_meshes(scene, nodes, posed) ||
       (options.shutter && !add_motion(scene, *options.shutter, gpu_instances, kMaxDeformedVertices, nodes, posed))) {
     return Error{ErrorKind::scene_invalid,

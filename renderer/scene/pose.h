@@ -10,6 +10,12 @@
 
 namespace kindling {
 
+// The largest number of a transform, as the importer accepts for one node: beyond 1.8e18 squares of
+// coordinates overflow, and accelerators trace no rays.
+inline constexpr float kMaxTransform = 1e18f;
+// Returns whether all numbers of an affine matrix are finite and at most kMaxTransform in size.
+[[nodiscard]] bool is_within_reach(const M44f& matrix);
+
 // With a shutter, objects have several keys: the first at the opening, the last at the closing, all
 // equally spaced in time. Between two keys, matrix entries and vertices are interpolated linearly,
 // as the accelerators do (accel/accelerator.h). Each object has as many keys as its own motion
@@ -69,7 +75,8 @@ struct PosedScene {
 // with TBB; the result does not depend on the number of threads.
 // Fails (usage) if the scene index does not exist; the message lists the existing ones. Fails
 // (scene_invalid) if skins and morph targets deform more than 2^30 vertices, counting each mesh in
-// the world and each of its keys.
+// the world and each of its keys, or if the transform of a visible mesh or light is not
+// is_within_reach().
 [[nodiscard]] Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options);
 
 // Returns the local-to-parent matrix of a transform: scale, then rotation, then translation.

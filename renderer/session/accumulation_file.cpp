@@ -107,7 +107,7 @@ bool names_accumulation(const fs::path& file) {
          ((extension == ".previous" || extension == ".damaged") && file.stem().extension() == kAccumulationExtension);
 }
 
-fs::path previous_accumulation(const fs::path& path) { return AtomicFile::target_of(path) += ".previous"; }
+fs::path previous_accumulation(const fs::path& path) { return end_of_links(path) += ".previous"; }
 
 Result<void> write_accumulation(const fs::path& path, const AccumulationIdentity& identity, const RenderState& state,
                                 bool keep_previous) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_header.h"
 
+#include "renderer/session/json_text.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -28,28 +30,10 @@ struct Unsound : std::runtime_error {
   throw Unsound(fmt::format("'{}' is not {}", key, wanted));
 }
 
-// Converts a text to a string, or to an array of its bytes if it is not UTF-8, as names of files
-// may be.
-Json text_to_json(const std::string& text) {
-  Json json = text;
-  try {
-    static_cast<void>(json.dump());
-  } catch (const Json::type_error&) {
-    json = Json::array();
-    for (const char c : text) json.push_back(static_cast<unsigned char>(c));
-  }
-  return json;
-}
-
 std::string text_from_json(const Json& json, std::string_view key) {
-  if (json.is_string()) return json.get<std::string>();
-  if (!json.is_array()) unsound(key, "a text");
-  std::string text;
-  for (const Json& byte : json) {
-    if (!byte.is_number_unsigned() || byte.get<uint64_t>() > 255) unsound(key, "a text");
-    text += static_cast<char>(byte.get<unsigned>());
-  }
-  return text;
+  std::optional<std::string> text = kindling::text_from_json(json);
+  if (!text) unsound(key, "a text");
+  return *std::move(text);
 }
 
 const Json& member(const Json& object, const char* key) {

@@ -3,12 +3,13 @@
 #include "renderer/session/checkpoint.h"
 
 #include "renderer/base/stopwatch.h"
-#include "renderer/image/atomic_file.h"
+#include "renderer/image/output_file.h"
 #include "renderer/session/render_identity.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace kindling {
@@ -17,11 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::path with_suffix(const fs::path& file, const char* suffix) {
-  fs::path path = file;
-  path += suffix;
-  return path;
-}
+// Endings of the files beside a checkpoint.
+constexpr std::array kCompanions{".previous", ".damaged", ".lock"};
 
 bool file_exists(const fs::path& file) {
   std::error_code ignored;
@@ -50,9 +48,21 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, CheckpointMessages mess
   report_.file = options.file.string();
 }
 
+std::vector<fs::path> files_of_checkpoint(const fs::path& file) {
+  const fs::path end = end_of_links(file);
+  std::vector<fs::path> files{file};
+  for (const char* companion : kCompanions) files.push_back(fs::path(end) += companion);
+  return files;
+}
+
+Result<void> check_checkpoint_file(const fs::path& file) {
+  Result<void> writable = check_writable(file, kCompanions);
+  if (writable.ok()) return {};
+  return Error{writable.error().kind, "--checkpoint: " + writable.error().message};
+}
+
 Result<std::unique_ptr<Checkpoint>> Checkpoint::open(const CheckpointOptions& options, CheckpointMessages messages) {
-  if (Result<void> writable = check_writable(options.file); !writable.ok())
-    return Error{writable.error().kind, "--checkpoint: " + writable.error().message};
+  if (Result<void> writable = check_checkpoint_file(options.file); !writable.ok()) return writable.error();
   Result<FileLock> lock = FileLock::acquire(options.file);
   if (!lock.ok()) return lock.error();
   std::unique_ptr<Checkpoint> checkpoint(new Checkpoint(options, std::move(messages), std::move(lock).value()));
@@ -90,7 +100,9 @@ Result<void> Checkpoint::read() {
   if (!found_) warn(fmt::format("{}; starting over", wrong->message));
   // The next save would rename the damaged file over the good previous one.
   std::error_code code;
-  if (file_exists(file)) fs::rename(file, with_suffix(file, ".damaged"), code);
+  // At the end of links: there the next save puts the file.
+  if (const fs::path damaged = end_of_links(file); file_exists(file))
+    fs::rename(damaged, fs::path(damaged) += ".damaged", code);
   if (code)
     return Error{ErrorKind::input_output,
                  fmt::format("{}: cannot be renamed to .damaged: {}", file.string(), code.message())};

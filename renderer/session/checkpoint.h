@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace kindling {
 
@@ -41,6 +42,11 @@ struct CheckpointMessages {
   std::function<void(const std::string&)> warning;
   std::function<void(const std::string&)> note; // where a render resumes
 };
+
+// The files that belong to a checkpoint: its own, its previous generation, a damaged one, its lock.
+[[nodiscard]] std::vector<std::filesystem::path> files_of_checkpoint(const std::filesystem::path& file);
+// check_writable() for all of them.
+[[nodiscard]] Result<void> check_checkpoint_file(const std::filesystem::path& file);
 
 class Checkpoint {
  public:

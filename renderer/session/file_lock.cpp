@@ -3,6 +3,7 @@
 #include "renderer/session/file_lock.h"
 
 #include "renderer/base/text.h"
+#include "renderer/image/output_file.h"
 
 #include <fmt/format.h>
 
@@ -28,7 +29,7 @@ namespace {
 bool is_current(int descriptor, const fs::path& path) {
   struct stat open_file {};
   struct stat named_file {};
-  return fstat(descriptor, &open_file) == 0 && stat(path.c_str(), &named_file) == 0 &&
+  return fstat(descriptor, &open_file) == 0 && lstat(path.c_str(), &named_file) == 0 &&
          open_file.st_ino == named_file.st_ino && open_file.st_dev == named_file.st_dev;
 }
 
@@ -58,13 +59,20 @@ FileLock::~FileLock() {
 }
 
 Result<FileLock> FileLock::acquire(const fs::path& file) {
-  fs::path path = file;
-  path += ".lock";
+  const fs::path path = end_of_links(file) += ".lock"; // one lock for all names of a file
+  const auto failed = [&](std::string_view why) {
+    return Error{ErrorKind::input_output, fmt::format("{}: cannot be created: {}", path.string(), why)};
+  };
   for (;;) {
-    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    // Writing through a link, or to a pipe, would change another file or block.
+    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (descriptor < 0)
-      return Error{ErrorKind::input_output,
-                   fmt::format("{}: cannot be created: {}", path.string(), std::strerror(errno))};
+      return failed(errno == ELOOP ? "a symbolic link has its name; remove it" : std::strerror(errno));
+    struct stat status {};
+    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+      close(descriptor);
+      return failed("something else than a file has its name; remove it");
+    }
     FileLock lock(descriptor, path);
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
       const std::string owner = read_owner(descriptor);

@@ -9,7 +9,8 @@
 namespace kindling {
 
 // Holds "FILE.lock", locked by flock() and removed at the end. A lock file that a killed process
-// leaves behind is not locked. On file systems without locks nothing is locked.
+// leaves behind is not locked. On file systems without locks nothing is locked. FILE is the end of
+// symbolic links, so that all names of a file share a lock; links in place of the lock are refused.
 class FileLock {
  public:
   // Fails (input_output) if another process holds the lock, naming it, or if the lock file cannot

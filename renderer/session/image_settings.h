@@ -69,6 +69,7 @@ struct WorldSettings {
   bool robust = true;                           // Embree's robust mode
   std::optional<accel::SimdTarget> simd;        // of the kd-tree's kernels; unset: the best that the processor runs
   std::optional<uint64_t> texture_memory_bytes; // unset: no bound. Does not change the image
+  bool follow_links = false;                    // also reads files behind links that lead out of the scene's folder
 };
 
 // Settings of the camera, the sampling and the integrator.

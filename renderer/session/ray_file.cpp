@@ -51,11 +51,14 @@ bool is_ray(const accel::Ray& ray) {
 
 class RayFileReader {
  public:
-  explicit RayFileReader(const std::filesystem::path& path)
-      : path_(path), stream_(path, std::ios::binary | std::ios::ate) {}
+  explicit RayFileReader(const std::filesystem::path& path) : path_(path) {}
 
   Result<RayRecording> read() {
-    if (std::filesystem::is_directory(path_)) return refuse("is a folder; a ray file is needed");
+    std::error_code code; // a pipe would block
+    if (std::filesystem::is_directory(path_, code)) return refuse("is a folder; a ray file is needed");
+    if (std::filesystem::exists(path_, code) && !std::filesystem::is_regular_file(path_, code))
+      return refuse("is not a regular file");
+    stream_.open(path_, std::ios::binary | std::ios::ate);
     const std::streamoff end = stream_ ? static_cast<std::streamoff>(stream_.tellg()) : -1;
     if (end < 0) return refuse("cannot be read");
     bytes_ = static_cast<uint64_t>(end);

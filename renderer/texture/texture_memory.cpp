@@ -49,23 +49,18 @@ class Rows {
 
 } // namespace
 
-TextureMemory::~TextureMemory() {
-  if (folder_.empty()) return;
-  std::error_code code;
-  fs::remove_all(folder_, code); // failures are ignored, as the folder is temporary
-}
+TextureMemory::TextureMemory(uint64_t max_bytes) : max_bytes_(max_bytes) { TemporaryFolder::remove_leftovers(); }
+
+TextureMemory::~TextureMemory() = default;
 
 Result<fs::path> TextureMemory::new_file(const char* extension) {
   const std::lock_guard lock(mutex_);
-  if (folder_.empty()) {
-    std::error_code code;
-    const fs::path parent = fs::temp_directory_path(code);
-    if (code) return failed("folder for temporary files", code.message());
-    std::string name = (parent / "kindling-textures-XXXXXX").string();
-    if (!mkdtemp(name.data())) return failed(parent, std::strerror(errno));
-    folder_ = name;
+  if (!folder_) {
+    Result<TemporaryFolder> made = TemporaryFolder::create();
+    if (!made) return Error{made.error().kind, "textures on disk: " + made.error().message};
+    folder_.emplace(std::move(made).value());
   }
-  return folder_ / (std::to_string(file_count_++) + extension);
+  return folder_->path() / (std::to_string(file_count_++) + extension);
 }
 
 Result<std::shared_ptr<const Image>> TextureMemory::keep(Image&& image) {

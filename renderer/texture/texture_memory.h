@@ -6,6 +6,7 @@
 #include "renderer/image/image.h"
 #include "renderer/image/tiled_cache.h"
 #include "renderer/texture/mip_levels.h"
+#include "renderer/texture/temporary_folder.h"
 
 #include <atomic>
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace kindling {
@@ -25,10 +27,10 @@ namespace kindling {
 // limit. Texels are equal to the bit.
 //
 // Thread-safe except for page(). Must outlive the textures that it pages. Removes its folder when
-// it is destroyed.
+// it is destroyed, and when it is created the folders that killed processes left (TemporaryFolder).
 class TextureMemory {
  public:
-  explicit TextureMemory(uint64_t max_bytes) : max_bytes_(max_bytes) {}
+  explicit TextureMemory(uint64_t max_bytes);
   ~TextureMemory();
   TextureMemory(const TextureMemory&) = delete;
   TextureMemory& operator=(const TextureMemory&) = delete;
@@ -59,7 +61,7 @@ class TextureMemory {
   uint64_t max_bytes_;
   std::atomic<uint64_t> needed_bytes_{0};
   std::mutex mutex_; // guards the members below
-  std::filesystem::path folder_;
+  std::optional<TemporaryFolder> folder_;
   int file_count_ = 0;
   std::map<const Image*, std::filesystem::path> spilled_; // files of raw pixels
   std::shared_ptr<TiledCache> cache_;

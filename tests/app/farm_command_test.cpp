@@ -64,6 +64,9 @@ TEST_F(FarmCommand, ReportsErrorsBeforeSubmission) {
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.txt"}, {}), "a.txt");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--frames", "1-2"}, {}), "####");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--memory", "1 G"}, {}), "--memory");
+  for (const char* value : {"--memory=4GB", "--time=soon", "--time=1:2:3:4", "--partition=-x", "--partition=a,"})
+    expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", value}, {}), "is no value for Slurm; use ");
+  EXPECT_FALSE(exists("farm"));
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "-o", "./a.exr"}, {}), "-o: ");
   expect_refused(submit(scene, {"--parts", "2", "-o", "farm/parts/a.kacc"}, {}), "is among the farm's own files");
   expect_refused(submit(scene, {"--parts", "2", "-o", "none/a.exr"}, {}), "none' does not exist", 4);
@@ -76,6 +79,62 @@ TEST_F(FarmCommand, ReportsErrorsBeforeSubmission) {
   EXPECT_EQ(run({"farm", "dance"}).exit_code, 2);
   EXPECT_EQ(run({"farm", "status", "nothing"}).exit_code, 4);
   EXPECT_EQ(run({"farm", "submit", "--help"}).exit_code, 0);
+}
+
+// In every spelling that the parser of the render accepts.
+TEST_F(FarmCommand, RefusesOwnFlagsOfTheRender) {
+  const std::string scene = write_scene();
+  const std::vector<std::string> farm{"--parts", "2", "-o", "a.exr"};
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"-ob.exr"}, "--output: cannot be given"},   {{"-o", "b.exr"}, "--output: cannot be given"},
+      {{"--output=b.exr"}, "--output: cannot"},     {{"--help"}, "--help: cannot be given after --"},
+      {{"-h"}, "--help: cannot be given after --"}, {{"-q"}, "--quiet: cannot be given"},
+      {{"-vq"}, "--quiet: cannot be given"},        {{"--part=1/2"}, "--part: cannot be given"},
+      {{"--", "other.glb"}, "unknown flag '--'"},   {{"other.glb"}, "other.glb"},
+      {{"--env"}, "--env: needs a value"}};
+  for (const auto& [flags, message] : cases) {
+    SCOPED_TRACE(flags.front());
+    expect_refused(submit(scene, farm, flags), message);
+  }
+}
+
+TEST_F(FarmCommand, ImagesAreNoInputs) {
+  const std::string scene = write_scene();
+  ASSERT_EQ(run({"render", scene, "--size", "8x8", "--spp", "1", "-o", "env.0002.exr"}).exit_code, 0);
+  std::filesystem::create_symlink("env.0002.exr", folder_ / "sky.exr");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "env.####.exr", "--frames", "1-3"}, {"--env", "sky.exr"}),
+                 "is the file of --env as well");
+  std::filesystem::create_symlink(scene, folder_ / "scene.exr");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "scene.exr"}, {}), "is the scene as well");
+}
+
+TEST_F(FarmCommand, AcceptsNamesThatAreNotUtf8) {
+  const std::string scene = "caf\xe9.gltf";
+  std::filesystem::copy_file(folder_ / write_scene(), folder_ / scene);
+  const std::string image = "\xff\xfe.exr";
+  ASSERT_EQ(run({"farm", "submit", scene, "--parts", "1", "--folder", "f\x80rm", "-o", image, "--", "--spp", "1",
+                 "--size", "8x8"})
+                .exit_code,
+            0);
+  const ProgramResult worked = run({"farm", "work", "f\x80rm", "0"});
+  ASSERT_EQ(worked.exit_code, 0) << worked.err;
+  const ProgramResult merged = run({"farm", "merge", "f\x80rm"});
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_TRUE(exists(image));
+}
+
+// The disk for temporary files of one machine is missing: its attempts fail, the farm continues.
+TEST_F(FarmCommand, SickMachineDoesNotRefuseTheFarm) {
+  ASSERT_EQ(run({"farm", "submit", KINDLING_SCENES "/interior.glb", "--parts", "2", "--folder", "farm", "-o", "a.exr",
+                 "--retries", "0", "--", "--spp", "2", "--size", "8x8", "--texture-memory", "64K"})
+                .exit_code,
+            0);
+  Program sick({"farm", "work", "farm", "0"}, folder_, Output::pipe,
+               "export TMPDIR=/no/such/folder PATH=" + (folder_ / "bin").string() + ":$PATH");
+  EXPECT_EQ(sick.finish().exit_code, 4);
+  EXPECT_FALSE(exists("farm/state/refused.json"));
+  const ProgramResult well = run({"farm", "work", "farm", "1"});
+  EXPECT_EQ(well.exit_code, 0) << well.err;
 }
 
 TEST_F(FarmCommand, TasksByHandMakeTheImageOfOneProcess) {

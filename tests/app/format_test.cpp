@@ -37,6 +37,15 @@ TEST(TextFormat, BytesAndCounts) {
 TEST(TextFormat, Printable) {
   EXPECT_EQ(printable("a\x1b[31mb"), "a?[31mb");
   EXPECT_EQ(printable("two\nlines"), "two lines");
+  EXPECT_EQ(printable("\x9b"
+                      "31m, \xff\xe9"),
+            "?31m, \xff\xe9"); // C1 of 8-bit terminals; other bytes are kept
+  EXPECT_EQ(printable("\xe2\x80\xae"
+                      "gpj.exe"),
+            "?gpj.exe"); // U+202E, right-to-left override
+  EXPECT_EQ(printable("\xe6\x97\xa5\xf0\x9f\x8e\xa8"), "\xe6\x97\xa5\xf0\x9f\x8e\xa8");
+  EXPECT_EQ(printable("cut \xe6\x97"), "cut \xe6?"); // 0x97 alone is a C1 byte
+  EXPECT_EQ(printable_lines("a\tb\x1b\nc\r\n"), "a\tb?\nc \n");
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m"),
             "?31m"); // the 8-bit form of ESC [

@@ -199,6 +199,14 @@ TEST(Options, RefuseWrongCombinations) {
   EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,1", "--camera", "0"}),
             "--orbit and --camera: give one of them");
   EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,-1"}), "--orbit: the radius -1 is negative; use 0 or more");
+  EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,3e18"}),
+            "--orbit: the radius 3e+18 is out of range; use 0 to 1e+18");
+  EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,1", "--target", "0,-3e38,0"}),
+            "--target: '0,-3e+38,0' is out of range; use coordinates from -1e+18 to 1e+18");
+  EXPECT_EQ(refusal({"render", "a.glb", "--env", "a.exr", "--env-rotation", "1e39"}),
+            "--env-rotation: '1e39' is out of range; use -1e+06 to 1e+06");
+  EXPECT_EQ(refusal({"render", "a.glb", "--light-radius", "1e-42"}),
+            "--light-radius: '1e-42' is closer to 0 than single precision allows; use 0 to 1e+09");
   EXPECT_EQ(refusal({"render", "a.glb", "-q", "-v"}), "--quiet and --verbose: give one of them");
   EXPECT_EQ(refusal({"render", "a.glb", "--guiding", "maybe"}),
             "--guiding: unknown guiding 'maybe'; use on, off or auto");

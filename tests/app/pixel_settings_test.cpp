@@ -132,6 +132,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--schedule", {false, kNone, {"--schedule", "regions"}}},
       {"--batch-size", {false, kNone, {"--batch-size", "64"}}},
       {"--texture-memory", {false, kNone, {"--texture-memory", "1M"}}},
+      {"--follow-links", {false, kNone, {"--follow-links"}}},
       {"--part", {false, kNone, {"--part", "1/2"}}},
       {"--tile-part", {false, kNone, {"--tile-part", "1/2"}}},
       {"--checkpoint", {false, kNone, {"--checkpoint", "a.kacc"}}},

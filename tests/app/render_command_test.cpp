@@ -320,7 +320,7 @@ TEST_F(RenderCommand, ReplayEqualsTheSampleOfTheRender) {
 
 TEST_F(RenderCommand, InterruptedRenderWritesItsImages) {
   const std::string scene = write_scene();
-  for (const auto& [number, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
+  for (const auto& [number, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143), std::pair(SIGHUP, 129)}) {
     SCOPED_TRACE(number);
     std::filesystem::remove(folder_ / "a.png");
     Program program({"render", scene, "--spp", "1000000", "--size", "64x64", "-o", "a.png", "--stats", "s.json",

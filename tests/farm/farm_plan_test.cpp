@@ -3,9 +3,13 @@
 #include "renderer/distributed/farm_plan.h"
 
 #include "renderer/distributed/farm_worker.h"
+#include "renderer/distributed/json_file.h"
 #include "tests/farm/test_farm.h"
 
 #include <fstream>
+
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace kindling::test {
 namespace {
@@ -47,6 +51,39 @@ TEST_F(Plan, SurvivesWritingAndReading) {
   EXPECT_EQ(read.value().retries, 7);
   EXPECT_EQ(read.value().resources.partition, "fast");
   EXPECT_EQ(read.value().resources.threads_per_part, 8);
+}
+
+// Names of files are bytes; JSON strings are UTF-8.
+TEST_F(Plan, KeepsNamesThatAreNotUtf8) {
+  FarmPlan plan = make_plan("", 2);
+  std::filesystem::remove(plan.folder / "plan.json");
+  plan.binary = "/opt/\xff/kindling";
+  plan.scene = "/shots/caf\xe9.glb";
+  plan.working_folder = "/shots\x80";
+  plan.flags = {"--env", "\xfe\xff.hdr"};
+  plan.outputs = {"/out/caf\xe9.exr", "/out/caf\xc3\xa9.exr"};
+  ASSERT_TRUE(write_new_plan(plan).ok());
+  const Result<FarmPlan> read = read_plan(plan.folder);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read.value().binary, plan.binary);
+  EXPECT_EQ(read.value().scene, plan.scene);
+  EXPECT_EQ(read.value().working_folder, plan.working_folder);
+  EXPECT_EQ(read.value().flags, plan.flags);
+  EXPECT_EQ(read.value().outputs, plan.outputs);
+}
+
+// A pipe in place of a record or a temporary file blocks nothing, and is no record.
+TEST_F(Plan, PipesBlockNeitherReadingNorWriting) {
+  const std::filesystem::path file = folder_ / "record.json";
+  char host[256] = "";
+  gethostname(host, sizeof host - 1);
+  const std::string temporary = file.string() + "." + host + "-" + std::to_string(getpid()) + ".tmp";
+  ASSERT_EQ(mkfifo(temporary.c_str(), 0600), 0);
+  ASSERT_TRUE(write_json_file(file, {{"a", 1}}).ok());
+  EXPECT_EQ(read_json_file(file).value()["a"], 1);
+  std::filesystem::remove(file);
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  EXPECT_EQ(read_json_file(file).error().message, file.string() + ": is not a regular file");
 }
 
 TEST_F(Plan, RefusesFolderOfAnotherFarm) {

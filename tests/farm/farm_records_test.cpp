@@ -32,6 +32,7 @@ TEST(Outcome, FollowsTheExitCode) {
   EXPECT_EQ(outcome_of(3, 0, 0), AttemptOutcome::refused);
   EXPECT_EQ(outcome_of(130, 0, SIGTERM), AttemptOutcome::interrupted);
   EXPECT_EQ(outcome_of(143, 0, 0), AttemptOutcome::interrupted);
+  EXPECT_EQ(outcome_of(129, 0, 0), AttemptOutcome::interrupted);
   EXPECT_EQ(outcome_of(139, 0, 0), AttemptOutcome::crashed); // a shell's exit code for a signal
   EXPECT_EQ(outcome_of(0, 11, 0), AttemptOutcome::crashed);
   EXPECT_EQ(outcome_of(0, 9, 0), AttemptOutcome::crashed);

@@ -56,5 +56,35 @@ TEST(SignalInbox, ReportsFirstSignalAndRemembersOthers) {
   EXPECT_FALSE(signals.came(SIGINT));
 }
 
+TEST(SignalInbox, CollectsHangUpUnlessIgnored) {
+  {
+    SignalInbox signals;
+    raise(SIGHUP);
+    EXPECT_EQ(signals.received(), SIGHUP);
+  }
+  const auto before = std::signal(SIGHUP, SIG_IGN); // as nohup does
+  {
+    SignalInbox signals;
+    raise(SIGHUP);
+    EXPECT_EQ(signals.received(), 0);
+  }
+  std::signal(SIGHUP, before);
+}
+
+// The render gets one SIGINT, which saves, as for SIGTERM.
+TEST(RunWatched, PassesHangUpOnAsInterrupt) {
+  SignalInbox signals;
+  std::vector<std::string> lines;
+  const Result<ProcessEnd> end =
+      run_watched({"sh", "-c", "trap 'echo saved; exit 130' INT; echo ready; while :; do sleep 0.05; done"}, "/",
+                  signals, [&](std::string_view line) {
+                    lines.emplace_back(line);
+                    if (line == "ready") raise(SIGHUP);
+                  });
+  ASSERT_TRUE(end.ok()) << end.error().message;
+  EXPECT_EQ(lines, (std::vector<std::string>{"ready", "saved"}));
+  EXPECT_EQ(end.value().exit_code, 130);
+}
+
 } // namespace
 } // namespace kindling::test

@@ -144,6 +144,18 @@ TEST_F(Slurm, RefusesResourcesWithSpaces) {
   EXPECT_TRUE(check_slurm_resources({"a,b", 2, "4G", "1-00:00:00"}).ok());
   EXPECT_FALSE(check_slurm_resources({"a b", 2, "", ""}).ok());
   EXPECT_FALSE(check_slurm_resources({"", 2, "4G\n#SBATCH --wrap=x", ""}).ok());
+  for (const char* time : {"90", "0", "1:30", "1:30:00", "2-12", "2-12:30", "2-12:30:00", "UNLIMITED", "infinite"})
+    EXPECT_TRUE(check_slurm_resources({"", 2, "", time}).ok()) << time;
+  for (const char* time : {"soon", "1h", "-5", "1:2:3:4", "1-", "1-2:3:4:5", ":", "1:30:", "90 ", "5-x"})
+    EXPECT_FALSE(check_slurm_resources({"", 2, "", time}).ok()) << time;
+  for (const char* memory : {"4000", "4G", "512m", "0", "1T"})
+    EXPECT_TRUE(check_slurm_resources({"", 2, memory, ""}).ok()) << memory;
+  for (const char* memory : {"4GB", "4 G", "-4G", "G", "1.5G", "4X", "a lot"})
+    EXPECT_FALSE(check_slurm_resources({"", 2, memory, ""}).ok()) << memory;
+  for (const char* partition : {"gpu,", ",gpu", "--wrap=x", "a b", "gpu;ls", "a/b"})
+    EXPECT_FALSE(check_slurm_resources({partition, 2, "", ""}).ok()) << partition;
+  EXPECT_EQ(check_slurm_resources({"", 2, "4GB", ""}).error().message,
+            "--memory: '4GB' is no value for Slurm; use a whole number of megabytes, or with a unit K, M, G or T: 4G");
 }
 
 } // namespace

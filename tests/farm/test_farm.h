@@ -35,6 +35,7 @@ class CountingEngine final : public FarmEngine {
   bool can_requeue = true; // false: it refuses
   int requeued = 0;
 
+  [[nodiscard]] Result<void> check(const FarmResources&) const override { return {}; }
   Result<FarmJobs> submit(const FarmPlan&, std::span<const int> tasks) override {
     return FarmJobs{{{"1", {tasks.begin(), tasks.end()}}}, "2"};
   }

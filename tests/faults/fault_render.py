@@ -138,3 +138,32 @@ def without_core_and_signals():
 
 def is_root():
     return os.geteuid() == 0
+
+
+class FullDisk:
+    """A small disk: a tmpfs for root, which can be filled and emptied; else None."""
+
+    def __init__(self, folder, size):
+        self.folder = folder
+        folder.mkdir()
+        done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)], capture_output=True, check=False)
+        self.mounted = done.returncode == 0
+
+    def fill(self):
+        with open(self.folder / "filler", "wb", buffering=0) as file:
+            try:
+                while file.write(bytes(1 << 16)) == 1 << 16:
+                    pass
+            except OSError:
+                pass
+
+    def empty(self):
+        (self.folder / "filler").unlink()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.mounted:
+            Run.kill_all()
+            subprocess.run(["umount", str(self.folder)], check=True)

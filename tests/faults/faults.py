@@ -7,6 +7,7 @@ fault, how often, the loss. Exit code 1 if more was lost than allowed.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
+import os
 import random
 import re
 import shutil
@@ -18,7 +19,7 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from fault_render import FaultError, Job, Run, is_root, require, without_core_and_signals  # noqa: E402
+from fault_render import FaultError, FullDisk, Job, Run, is_root, require, without_core_and_signals  # noqa: E402
 
 FAULTS = {}
 
@@ -148,35 +149,6 @@ def kill_while_saving(bench):
     yield f"{times} times", "nothing that had been saved before"
 
 
-class FullDisk:
-    """A small disk: a tmpfs for root, which can be filled and emptied; else None."""
-
-    def __init__(self, folder, size):
-        self.folder = folder
-        folder.mkdir()
-        done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)], capture_output=True, check=False)
-        self.mounted = done.returncode == 0
-
-    def fill(self):
-        with open(self.folder / "filler", "wb", buffering=0) as file:
-            try:
-                while file.write(bytes(1 << 16)) == 1 << 16:
-                    pass
-            except OSError:
-                pass
-
-    def empty(self):
-        (self.folder / "filler").unlink()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.mounted:
-            Run.kill_all()
-            subprocess.run(["umount", str(self.folder)], check=True)
-
-
 @fault
 def full_disk(bench):
     """the disk is full in the middle of a render; to its end"""
@@ -301,10 +273,32 @@ def folder_that_cannot_be_written(bench):
 
 
 @fault
+def disk_for_temporary_files(bench):
+    """the disk for temporary files is missing, or full; a process with textures there is killed"""
+    paged = ["render", bench.scenes / "interior.glb", "--size", "64x36", "--texture-memory", "64K", "-q"]
+    with FullDisk(bench.folder / "temporary", "16m") as disk:
+        inside = {**os.environ, "TMPDIR": str(disk.folder)}
+        run = Run(bench.program, [*paged, "-o", "killed.exr", "--spp", "1000000"], bench.folder, env=inside)
+        require(run.wait_until(lambda: list(disk.folder.glob("*/*.tif")), "a paged texture"), "ended before the first texture")
+        run.kill()
+        require(list(disk.folder.iterdir()), "the killed process left nothing")
+        Run(bench.program, [*paged, "-o", "b.exr", "--spp", "1"], bench.folder, env=inside).finish(0)
+        require(not list(disk.folder.iterdir()), "the next process did not remove what the killed one left")
+        if disk.mounted:
+            disk.fill()
+            text = Run(bench.program, [*paged, "-o", "c.exr", "--spp", "1"], bench.folder, env=inside).finish(4)
+            require("No space left" in text or "textures on disk" in text, text)
+    missing = {**os.environ, "TMPDIR": str(bench.folder / "nowhere")}
+    text = Run(bench.program, [*paged, "-o", "d.exr", "--spp", "1"], bench.folder, env=missing).finish(4)
+    require("no temporary folder in" in text and text.count("\n") == 1, text)
+    yield "missing, full, killed: once each", "that render: exit code 4; the next one removes the files of the killed process"
+
+
+@fault
 def terminated(bench):
-    """SIGTERM (as a farm sends it) and SIGINT (as a user does), and a second signal at once"""
+    """SIGTERM (as a farm sends it), SIGINT (as a user does) and SIGHUP (a closed terminal), and a second signal at once"""
     times = 0
-    for number, code in ((signal.SIGTERM, 143), (signal.SIGINT, 130)) * (1 if bench.quick else 5):
+    for number, code in ((signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129)) * (1 if bench.quick else 5):
         job = bench.job(every_s=1000)  # only the signal saves
         _, render_s = bench.reference(job)
         run = job.begin()

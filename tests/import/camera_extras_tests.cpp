@@ -60,8 +60,9 @@ TEST(CameraExtras, WarnsOfIgnoredValues) {
   for (const Broken& broken : {
            Broken{R"({"fStop": 0})", "fStop: '0' is ignored, expected a number from 0.001 to 1e6"},
            Broken{R"({"fStop": "2.8"})", R"(fStop: '"2.8"' is ignored, expected a number from 0.001 to 1e6)"},
-           Broken{R"({"focalLength": -1})", "focalLength: '-1' is ignored, expected a length above 0, in meters"},
-           Broken{R"({"focusDistance": null})", "focusDistance: 'null' is ignored, expected a length above 0"},
+           Broken{R"({"focalLength": -1})",
+                  "focalLength: '-1' is ignored, expected a length from 1e-9 to 1e9, in meters"},
+           Broken{R"({"focusDistance": null})", "focusDistance: 'null' is ignored, expected a length from 1e-9 to 1e9"},
            Broken{R"({"focusPoint": [0.5]})", "focusPoint: '[0.5]' is ignored, expected [x, y]"},
            Broken{R"({"focusPoint": [0.5, 2]})", "focusPoint: '[0.5,2]' is ignored, expected [x, y]"},
            Broken{R"({"apertureBlades": 2.5})", "apertureBlades: '2.5' is ignored, expected a whole number"},
@@ -83,6 +84,42 @@ TEST(CameraExtras, WarnsOfIgnoredValues) {
     EXPECT_TRUE(camera.lens.is_pinhole());
     EXPECT_FALSE(camera.shutter);
   }
+}
+
+// Numbers that are 0, denormal or infinite in single precision are named, not used.
+TEST(CameraExtras, WarnsOfNumbersBeyondSinglePrecision) {
+  for (const char* key : {"fStop", "focalLength", "focusDistance", "anamorphicRatio", "catsEye", "shutterClose"})
+    for (const char* number : {"1e-42", "1e-60", "-1e-42", "1e39", "1e300"}) {
+      SCOPED_TRACE(key);
+      const Loaded loaded = with_extras({{"kindling", {{key, json::parse(number)}}}});
+      ASSERT_TRUE(loaded.scene) << loaded.error;
+      EXPECT_TRUE(loaded.warned("/cameras/0/extras/kindling/" + std::string(key) + ": '" + json::parse(number).dump() +
+                                "' is ignored"))
+          << number;
+    }
+  const Loaded zero = with_extras({{"kindling", {{"catsEye", 0.0}}}});
+  EXPECT_TRUE(zero.warnings.empty());
+}
+
+std::string camera_error(const char* type, json lens) {
+  GltfBuilder builder;
+  builder.push("cameras", {{"type", type}, {type, std::move(lens)}});
+  return load(builder).error;
+}
+
+TEST(Cameras, RefusesNumbersBeyondReach) {
+  const std::string expected = ", expected a number from 1e-18 to 1e18 in size (VALUE_NOT_IN_RANGE)";
+  EXPECT_EQ(camera_error("perspective", {{"yfov", 1e-30}, {"znear", 1}}),
+            "/cameras/0/perspective/yfov: 1e-30" + expected);
+  EXPECT_EQ(camera_error("perspective", {{"yfov", 1}, {"aspectRatio", 1e30}, {"znear", 1}}),
+            "/cameras/0/perspective/aspectRatio: 1e+30" + expected);
+  EXPECT_EQ(camera_error("perspective", {{"yfov", 1}, {"znear", 1e30}}),
+            "/cameras/0/perspective/znear: 1e+30" + expected);
+  EXPECT_EQ(camera_error("orthographic", {{"xmag", 1e30}, {"ymag", 1}, {"znear", 0}, {"zfar", 1}}),
+            "/cameras/0/orthographic/xmag: 1e+30" + expected);
+  EXPECT_EQ(camera_error("orthographic", {{"xmag", 1}, {"ymag", -1e-44}, {"znear", 0}, {"zfar", 1}}),
+            "/cameras/0/orthographic/ymag: -1e-44" + expected);
+  EXPECT_EQ(camera_error("perspective", {{"yfov", 1}, {"znear", 0.1}, {"zfar", 3.4e38}}), "");
 }
 
 } // namespace

@@ -38,7 +38,8 @@ TEST(LightExtras, WarnsOfIgnoredValues) {
     const char* warning;
   };
   for (const BrokenLight& broken : {
-           BrokenLight{"point", R"({"radius": -1})", "radius: '-1' is ignored, expected a length from 0, in meters"},
+           BrokenLight{"point", R"({"radius": -1})",
+                       "radius: '-1' is ignored, expected a length from 0 to 1e9, in meters"},
            BrokenLight{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
            BrokenLight{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, expected one of radius"},
            BrokenLight{"directional", R"({"angularDiameter": 4})",

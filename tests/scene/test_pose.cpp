@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace kindling {
 namespace {
 
@@ -52,6 +54,26 @@ TEST(ToMatrix, ScalesThenRotatesThenTranslates) {
 }
 
 TEST(ToMatrix, DefaultTransformIsIdentity) { EXPECT_EQ(to_matrix(Transform()), M44f()); }
+
+// Each number is accepted by itself; the product is not.
+TEST(Pose, RefusesTransformsBeyondReach) {
+  const auto error_of = [](float scale, float translation) {
+    Node parent;
+    parent.local.scale = V3f(scale);
+    parent.children = {1};
+    const Result<PosedScene> posed = pose_scene(scene_of({parent, mesh_node({0, translation, 0})}, {0}), {});
+    if (!posed.ok()) {
+      EXPECT_EQ(posed.error().kind, ErrorKind::scene_invalid);
+    }
+    return posed.ok() ? "" : posed.error().message;
+  };
+  EXPECT_EQ(error_of(1e9f, 1e8f), "");
+  EXPECT_EQ(error_of(1e12f, 1e12f), "test.gltf: /nodes/1: with those of its parents, its transform has the number "
+                                    "1e+24, expected numbers from -1e+18 to 1e+18");
+  EXPECT_NE(error_of(1e18f, -1e18f).find("the number -1e+36"), std::string::npos);
+  EXPECT_NE(error_of(std::numeric_limits<float>::infinity(), 1.0f), "");
+  EXPECT_NE(error_of(std::numeric_limits<float>::quiet_NaN(), 1.0f), "");
+}
 
 TEST(Pose, ChildrenInheritParentTransforms) {
   Node parent = mesh_node({1, 0, 0}, {1});

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/accumulation_outputs.h"
 
+#include "renderer/image/output_file.h"
+
 namespace kindling::app {
 
 namespace fs = std::filesystem;
@@ -40,7 +42,7 @@ void AccumulationOutputs::save(const AccumulationIdentity& identity, const Rende
 void AccumulationOutputs::finish(WrittenImages& written) {
   if (!checkpoint_.empty())
     for (const fs::path& file : files_) {
-      const bool same = file.lexically_normal() == checkpoint_.lexically_normal();
+      const bool same = FileIdentity(file) == FileIdentity(checkpoint_);
       const Result<void> done = same ? Result<void>() : copy_accumulation(checkpoint_, file);
       if (done.ok())
         written_.push_back(file.string());

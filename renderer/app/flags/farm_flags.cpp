@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/farm_flags.h"
 
+#include "renderer/app/flags/command_flags.h"
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/frame_flags.h"
 #include "renderer/app/flags/scene_flags.h"
@@ -34,9 +35,9 @@ DIR must be a folder that all machines share.
 )";
 
 // Flags that the farm sets for each render, or that do not work with parts.
-constexpr std::array<std::string_view, 16> kOwnFlags = {
-    "-o",        "--output", "--part",  "--tile-part", "--checkpoint", "--frames", "--force", "--progress",
-    "--threads", "--stats",  "--pixel", "--sample",    "--time-limit", "--quiet",  "-q",      "--noise-threshold"};
+constexpr std::array<const char*, 14> kOwnFlags = {
+    "--output",  "--part",  "--tile-part", "--checkpoint", "--frames",     "--force", "--progress",
+    "--threads", "--stats", "--pixel",     "--sample",     "--time-limit", "--quiet", "--noise-threshold"};
 
 void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("What to render");
@@ -100,6 +101,26 @@ Result<bool> parse_words(FlagSet& flags, std::span<const char* const> arguments)
   return false;
 }
 
+// Refuses flags of the render that the farm sets, in every spelling: the render's own parser reads
+// them. Errors in other flags are found when the whole command is checked.
+Result<void> check_render_words(const FarmSubmitOptions& o) {
+  RenderOptions options;
+  FlagSet flags("", "kindling render");
+  add_render_flags(flags, options);
+  std::string scene;
+  flags.operand("SCENE", scene);
+  std::vector<const char*> words{"scene"};
+  for (const std::string& word : o.render_flags) words.push_back(word.c_str());
+  const Result<bool> help = flags.parse(words);
+  if (!help.ok()) return usage_error("after --: " + help.error().message);
+  if (help.value()) return usage_error("--help: cannot be given after --; see 'kindling render --help'");
+  for (const char* name : kOwnFlags)
+    if (flags.given(name))
+      return usage_error(
+          fmt::format("{}: cannot be given after --; the farm sets it, or it does not work with parts", name));
+  return {};
+}
+
 Result<void> check_submit(const FarmSubmitOptions& o) {
   if (o.scene_file.empty())
     return usage_error("no scene; use 'kindling farm submit SCENE --parts N --folder DIR -o FILE'");
@@ -119,15 +140,15 @@ Result<void> check_submit(const FarmSubmitOptions& o) {
       return usage_error(
           fmt::format("-o {}: needs one #### in the file's name, for the frame number", output.string()));
   }
-  if (!o.frames.empty() && count_frame_groups(std::filesystem::absolute(o.folder)) > 0)
-    return usage_error(
-        fmt::format("--folder {}: has a # in its name, which would be taken for a frame number", o.folder.string()));
-  for (const std::string& flag : o.render_flags)
-    if (const std::string name = flag.substr(0, flag.find('='));
-        std::find(kOwnFlags.begin(), kOwnFlags.end(), name) != kOwnFlags.end())
+  if (!o.frames.empty()) {
+    std::error_code code;
+    const std::filesystem::path folder = std::filesystem::absolute(o.folder, code);
+    if (code) return Error{ErrorKind::input_output, "the current folder: " + code.message()};
+    if (count_frame_groups(folder) > 0)
       return usage_error(
-          fmt::format("{}: cannot be given after --; the farm sets it, or it does not work with parts", name));
-  return {};
+          fmt::format("--folder {}: has a # in its name, which would be taken for a frame number", o.folder.string()));
+  }
+  return check_render_words(o);
 }
 
 Result<FarmCommandLine> parse_submit(std::span<const char* const> arguments) {

@@ -67,8 +67,8 @@ parts are missing
 \fB6\fR
 a farm is still at work
 .TP
-\fB130\fR, \fB143\fR
-interrupted by SIGINT or SIGTERM; the images and the checkpoint are written
+\fB129\fR, \fB130\fR, \fB143\fR
+interrupted by SIGHUP, SIGINT or SIGTERM; the images and the checkpoint are written
 .SH ENVIRONMENT
 .TP
 \fBOCIO\fR

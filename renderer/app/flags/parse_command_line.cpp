@@ -42,7 +42,7 @@ Usage:
   kindling --version                           version, compiler and libraries
 
 Exit codes: 0 done, 1 render failed, 2 wrong usage, 3 scene invalid, 4 a file cannot be read or written,
-5 parts are missing, 6 a farm is in progress, 130 and 143 interrupted (the images and the checkpoint are written).
+5 parts are missing, 6 a farm is in progress, 129, 130 and 143 interrupted (the images and the checkpoint are written).
 Results go to standard output, all else to standard error.
 )";
 

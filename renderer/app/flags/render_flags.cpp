@@ -320,6 +320,8 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
               [&o](auto text) { return set_text(text, o.scene_name); });
   flags.value("--variant", "NAME|INDEX", "Variant whose materials are counted [the primitives' own materials]",
               [&o](auto text) { return set_text(text, o.variant_name); });
+  flags.toggle("--follow-links", "Also read files of the scene behind symbolic links that lead out of its folder",
+               o.image.follow_links);
   flags.group("Image of the memory estimate");
   add_size_flag(flags, o.image);
   flags.repeated("--aov", "NAME,...", "Additional layers [none]",

@@ -5,8 +5,11 @@
 #include "renderer/app/flags/light_flags.h"
 #include "renderer/app/text/parse_values.h"
 #include "renderer/camera/place_camera.h"
+#include "renderer/scene/pose.h"
 
 #include <fmt/format.h>
+
+#include <cmath>
 
 namespace kindling::app {
 
@@ -43,6 +46,9 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--time", "SECONDS", "Time of the animations [the rest pose]",
               [&o](auto text) { return store(parse_number(text), o.time_s); });
 
+  flags.toggle("--follow-links", "Also read files of the scene behind symbolic links that lead out of its folder",
+               o.follow_links);
+
   flags.group("Camera");
   flags.value("--camera", "NAME|INDEX",
               "Camera of the scene, one of 'kindling info --list-cameras' [the first; one that frames the scene if it "
@@ -68,7 +74,7 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.value(
       "--env-rotation", "DEG",
       fmt::format("Rotation of the environment map about +y, counter-clockwise, degrees [{:g}]", o.env_rotation_deg),
-      [&o](auto text) { return store(parse_number(text), o.env_rotation_deg); });
+      [&o](auto text) { return store(parse_number(text, -1e6, 1e6), o.env_rotation_deg); });
   flags.value("--env-intensity", "FACTOR", fmt::format("Factor on the environment's radiance [{:g}]", o.env_intensity),
               [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
   flags.value("--env-color", "R,G,B", "Constant environment of this radiance, instead of --env [none]",
@@ -94,6 +100,13 @@ Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& o) {
   if (flags.given("--orbit") && flags.given("--camera")) return usage_error("--orbit and --camera: give one of them");
   if (flags.given("--target") && !flags.given("--orbit"))
     return usage_error("--target: has no meaning without --orbit");
+  const auto is_far = [](float meters) { return std::abs(meters) > kMaxTransform; };
+  if (o.orbit && is_far(o.orbit->z))
+    return usage_error(
+        fmt::format("--orbit: the radius {:g} is out of range; use 0 to {:g}", o.orbit->z, kMaxTransform));
+  if (is_far(o.target.x) || is_far(o.target.y) || is_far(o.target.z))
+    return usage_error(fmt::format("--target: '{:g},{:g},{:g}' is out of range; use coordinates from -{:g} to {:g}",
+                                   o.target.x, o.target.y, o.target.z, kMaxTransform, kMaxTransform));
   if (o.orbit && o.orbit->z < 0.0f)
     return usage_error(fmt::format("--orbit: the radius {:g} is negative; use 0 or more", o.orbit->z));
   return {};

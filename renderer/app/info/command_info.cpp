@@ -93,6 +93,7 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   display.start_phase(Phase::load);
   ImportOptions import_options;
   import_options.decode_textures = options.topic == InfoTopic::everything; // sizes of textures need their pixels
+  import_options.limits.follow_links = options.image.follow_links;
   Result<Scene> scene = load_gltf(options.scene_file, import_options, &display);
   display.end_phase();
   if (!scene.ok()) return scene.error();

@@ -6,6 +6,7 @@
 #include "renderer/app/merge/farm_report.h"
 #include "renderer/app/options/farm_options.h"
 #include "renderer/app/options/options.h"
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/terminal/console.h"
 #include "renderer/app/terminal/exit_code.h"
@@ -17,6 +18,7 @@
 
 #include <fmt/format.h>
 
+#include <climits>
 #include <numeric>
 
 namespace kindling::app {
@@ -29,12 +31,10 @@ Result<int> print_answer(const std::string& text, int exit_code) {
 }
 
 // Checks a command that the farm will run with this program's own parser.
-Result<void> check_command(const std::vector<std::string>& command) {
+Result<CommandLine> check_command(const std::vector<std::string>& command) {
   std::vector<const char*> words;
   for (size_t i = 1; i < command.size(); ++i) words.push_back(command[i].c_str());
-  Result<CommandLine> line = parse_command_line(words);
-  if (!line.ok()) return line.error();
-  return {};
+  return parse_command_line(words);
 }
 
 Result<FarmPlan> make_plan(const FarmSubmitOptions& options) {
@@ -65,15 +65,10 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
 
 // Checks that the images can be written. The folders of the farm itself do not exist yet.
 Result<void> check_outputs(const FarmPlan& plan) {
-  for (size_t i = 0; i < plan.outputs.size(); ++i) {
-    const std::filesystem::path& output = plan.outputs[i];
-    const auto usage = [&](const char* why) {
-      return Error{ErrorKind::usage, fmt::format("-o: {}: {}", output.string(), why)};
-    };
-    for (size_t j = 0; j < i; ++j)
-      if (plan.outputs[j].lexically_normal() == output.lexically_normal()) return usage("given twice");
+  for (const std::filesystem::path& output : plan.outputs) {
     for (const char* name : {"parts", "state", "logs"})
-      if (is_inside(output, plan.folder / name)) return usage("is among the farm's own files; use another folder");
+      if (is_inside(output, plan.folder / name))
+        return usage_error(fmt::format("-o: {}: is among the farm's own files; use another folder", output.string()));
     if (output.parent_path().lexically_normal() == plan.folder) continue;
     if (Result<void> writable = check_writable(output); !writable.ok())
       return Error{writable.error().kind, "-o: " + writable.error().message};
@@ -81,18 +76,46 @@ Result<void> check_outputs(const FarmPlan& plan) {
   return {};
 }
 
+// Checks that names of the farm's own files fit into its folder.
+Result<void> check_folder(const FarmPlan& plan) {
+  constexpr size_t kOwnNameBytes = 160; // "/parts/frame-0012-part-003.checkpoint.kacc", with a temporary name
+  const size_t bytes = plan.folder.native().size();
+  if (bytes + kOwnNameBytes < PATH_MAX) return {};
+  return Error{ErrorKind::input_output, fmt::format("--folder: {}: the path has {} bytes; use at most {}",
+                                                    plan.folder.string(), bytes, PATH_MAX - kOwnNameBytes)};
+}
+
+// Checks that the images of all frames are different files, and none of what the renders read.
+Result<void> check_files(const FarmPlan& plan, const CommandLine& render,
+                         std::span<const std::filesystem::path> scene) {
+  std::vector<NamedFile> written;
+  for (int frame = 0; frame < plan.frame_count(); ++frame)
+    for (const std::filesystem::path& output : plan.outputs_of(frame)) written.push_back({"-o", output});
+  if (Result<void> differ = check_outputs_differ(written); !differ.ok()) return differ;
+  std::vector<NamedFile> read = with_role(kSceneFile, scene);
+  if (const auto* options = std::get_if<RenderOptions>(&render.command))
+    for (const NamedFile& file : files_read(*options)) read.push_back(file);
+  return check_inputs_remain(written, read);
+}
+
 // Finds errors before any machine starts.
-Result<void> check_plan(const FarmPlan& plan, bool check_scene) {
+Result<void> check_plan(const FarmPlan& plan, const FarmEngine& engine, bool check_scene) {
+  if (Result<void> checked = engine.check(plan.resources); !checked.ok()) return checked;
+  if (Result<void> checked = check_folder(plan); !checked.ok()) return checked;
   // The last part fails if there are more parts than samples.
-  if (Result<void> checked = check_command(render_command(plan, plan.task(plan.parts - 1), 0)); !checked.ok())
-    return checked;
-  if (Result<void> checked = check_command(merge_command(plan, 0)); !checked.ok()) return checked;
-  if (!check_scene) return {};
+  const Result<CommandLine> render = check_command(render_command(plan, plan.task(plan.parts - 1), 0));
+  if (!render.ok()) return render.error();
+  if (const Result<CommandLine> merge = check_command(merge_command(plan, 0)); !merge.ok()) return merge.error();
+  if (Result<void> checked = check_files(plan, render.value(), {}); !checked.ok() || !check_scene) return checked;
   if (Result<void> checked = check_outputs(plan); !checked.ok()) return checked;
+  std::vector<std::filesystem::path> files;
   ImportOptions import_options;
   import_options.decode_textures = false;
+  import_options.files = &files;
+  if (const auto* options = std::get_if<RenderOptions>(&render.value().command))
+    import_options.limits.follow_links = options->follow_links;
   if (Result<Scene> scene = load_gltf(plan.scene, import_options, nullptr); !scene.ok()) return scene.error();
-  return {};
+  return check_files(plan, render.value(), files);
 }
 
 Result<int> hand_over(const FarmPlan& plan, const std::vector<int>& tasks, FarmEngine& engine) {
@@ -109,9 +132,10 @@ Result<int> hand_over(const FarmPlan& plan, const std::vector<int>& tasks, FarmE
 Result<int> submit(const FarmSubmitOptions& options) {
   Result<FarmPlan> plan = make_plan(options);
   if (!plan.ok()) return plan.error();
-  if (Result<void> checked = check_plan(plan.value(), options.check_scene); !checked.ok()) return checked.error();
   Result<std::unique_ptr<FarmEngine>> engine = make_farm_engine(options.engine);
   if (!engine.ok()) return engine.error();
+  if (Result<void> checked = check_plan(plan.value(), *engine.value(), options.check_scene); !checked.ok())
+    return checked.error();
   if (Result<void> written = write_new_plan(plan.value()); !written.ok()) return written.error();
   std::vector<int> tasks(static_cast<size_t>(plan.value().task_count()));
   std::iota(tasks.begin(), tasks.end(), 0);

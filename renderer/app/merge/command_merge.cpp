@@ -4,6 +4,7 @@
 
 #include "renderer/app/merge/merge_report.h"
 #include "renderer/app/output/choose_view.h"
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/output/render_metadata.h"
 #include "renderer/app/terminal/exit_code.h"
@@ -35,6 +36,7 @@ class MergeCommand {
     if (!outputs.ok()) return outputs.error();
     const Result<DisplayTransform> view = choose_view(options_.image);
     if (!view.ok()) return view.error();
+    if (Result<void> remain = check_parts_remain(outputs.value(), view.value()); !remain.ok()) return remain.error();
 
     const Clock::time_point check_start = Clock::now();
     Result<MergePlan> plan = plan_merge(options_.parts, outputs.value());
@@ -55,6 +57,17 @@ class MergeCommand {
   }
 
  private:
+  // An accumulation may replace one of its parts, as a wildcard finds it the second time.
+  Result<void> check_parts_remain(const std::vector<fs::path>& outputs, const DisplayTransform& view) {
+    const std::vector<NamedFile> written = files_written(options_.image, outputs);
+    if (Result<void> remain = check_inputs_remain(written, with_role(kViewFile, view.files())); !remain.ok())
+      return remain;
+    std::vector<NamedFile> others;
+    for (const NamedFile& file : written)
+      if (file.file == options_.image.stats_file || !is_accumulation(file.file)) others.push_back(file);
+    return check_inputs_remain(others, with_role("a part", options_.parts));
+  }
+
   Result<int> refuse_gaps() {
     console_.error(fmt::format("{:.3g}% of the samples are missing: nothing was written; add the parts that have them, "
                                "or use --allow-missing",

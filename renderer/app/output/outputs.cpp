@@ -3,6 +3,7 @@
 #include "renderer/app/output/outputs.h"
 
 #include "renderer/app/output/choose_view.h"
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/image/atomic_file.h"
 #include "renderer/session/accumulation_file.h"
@@ -53,13 +54,10 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
     if (const std::string sentence = is_accumulation(outputs[i]) ? "" : unsupported_output(outputs[i]);
         !sentence.empty())
       return Error{ErrorKind::usage, "--output: " + sentence};
-    for (size_t j = 0; j < i; ++j) {
-      if (outputs[i].lexically_normal() == outputs[j].lexically_normal())
-        return Error{ErrorKind::usage, fmt::format("--output: {}: given twice", outputs[i].string())};
+    for (size_t j = 0; j < i; ++j)
       if (is_standard_output(outputs[i]) && is_standard_output(outputs[j]))
         return Error{ErrorKind::usage, fmt::format("--output: {} and {}: standard output takes one image",
                                                    outputs[j].string(), outputs[i].string())};
-    }
   }
   if (wants_layers(options.aovs) && std::none_of(outputs.begin(), outputs.end(), holds_layers))
     return Error{ErrorKind::usage, "--aov: only .exr files hold further layers; add -o FILE.exr"};
@@ -77,8 +75,10 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
     if (Result<void> writable = check_writable(options.stats_file); !writable.ok())
       return Error{writable.error().kind, "--stats: " + writable.error().message};
   if (options.checkpoint.enabled())
-    if (Result<void> writable = check_writable(options.checkpoint.file); !writable.ok())
-      return Error{writable.error().kind, "--checkpoint: " + writable.error().message};
+    if (Result<void> writable = check_checkpoint_file(options.checkpoint.file); !writable.ok()) return writable.error();
+  const std::vector<NamedFile> written = files_written(options, outputs);
+  if (Result<void> differ = check_outputs_differ(written); !differ.ok()) return differ.error();
+  if (Result<void> remain = check_inputs_remain(written, files_read(options)); !remain.ok()) return remain.error();
   return outputs;
 }
 

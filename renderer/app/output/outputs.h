@@ -24,8 +24,9 @@ namespace kindling::app {
 [[nodiscard]] std::filesystem::path default_output(const RenderOptions& options);
 
 // The names of the output files. Fails before any work on an extension that cannot be written or a
-// name that is given twice (usage), and on a folder that does not exist or is not writable
-// (input_output), also for --stats and --checkpoint.
+// name that is given twice or is an input of the command as well (usage), and on a name that no
+// file can be written to, as check_writable() finds it (input_output), also for --stats and
+// --checkpoint.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> choose_outputs(const RenderOptions& options);
 // True for names of accumulation files (.kacc), false for names of images.
 [[nodiscard]] bool is_accumulation(const std::filesystem::path& path);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/command_render.h"
 
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/frame_names.h"
 #include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/outputs.h"
@@ -27,6 +28,7 @@ Result<int> render_images(const RenderOptions& options, const std::string& comma
   if (options.replay_pixel && !options.frames.numbers.empty())
     request.options = options_of_frame(options, options.frames.numbers.front());
   std::optional<DisplayTransform> view;
+  std::vector<NamedFile> written;
   if (!options.replay_pixel) { // a replay writes no files
     Result<std::vector<std::filesystem::path>> outputs = choose_outputs(options);
     if (!outputs.ok()) return outputs.error();
@@ -35,10 +37,15 @@ Result<int> render_images(const RenderOptions& options, const std::string& comma
     if (!chosen.ok()) return chosen.error();
     view = std::move(chosen).value();
     request.view = &*view;
+    written = files_written(options, request.outputs);
+    if (Result<void> remain = check_inputs_remain(written, with_role(kViewFile, view->files())); !remain.ok())
+      return remain.error();
   }
 
   Result<std::unique_ptr<RenderScene>> scene = run.load_scene(options);
   if (!scene.ok()) return scene.error();
+  if (Result<void> remain = check_inputs_remain(written, with_role(kSceneFile, scene.value()->files)); !remain.ok())
+    return remain.error();
   const Result<ImageResult> result = render_image(request, *scene.value(), run);
   if (!result.ok()) return result.error();
   return result.value().exit_code;

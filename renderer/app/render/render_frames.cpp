@@ -3,6 +3,7 @@
 #include "renderer/app/render/render_frames.h"
 
 #include "renderer/app/output/equal_frames.h"
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/frame_names.h"
 #include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/outputs.h"
@@ -10,6 +11,7 @@
 #include "renderer/app/render/render_image.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/process_info.h"
+#include "renderer/image/output_file.h"
 
 #include <fmt/format.h>
 
@@ -35,11 +37,15 @@ class Frames {
     if (Result<void> checked = check_names(); !checked.ok()) return checked.error();
     Result<DisplayTransform> view = choose_view(options_);
     if (!view.ok()) return view.error();
+    if (Result<void> remain = check_inputs_remain(written_, with_role(kViewFile, view.value().files())); !remain.ok())
+      return remain.error();
     const size_t last = last_to_render();
     if (last < numbers().size()) {
       Result<std::unique_ptr<RenderScene>> scene = run_.load_scene(options_);
       if (!scene.ok()) return scene.error();
       scene_ = std::move(scene).value();
+      if (Result<void> remain = check_inputs_remain(written_, with_role(kSceneFile, scene_->files)); !remain.ok())
+        return remain.error();
       scene_->keep();
       if (const std::string equal = equal_frames_warning(scene_->scene, scene_->root, options_); !equal.empty())
         run_.console.warning(equal);
@@ -61,12 +67,14 @@ class Frames {
   // Checks the outputs of all frames. No two frames may share a name, as a_#1.png of frame 1 and
   // a_#.png of frame 11 do.
   Result<void> check_names() {
-    std::set<fs::path> names;
+    std::set<FileIdentity> names;
     for (const int frame : numbers()) {
-      Result<std::vector<fs::path>> outputs = choose_outputs(options_of_frame(options_, frame));
+      const RenderOptions own = options_of_frame(options_, frame);
+      Result<std::vector<fs::path>> outputs = choose_outputs(own);
       if (!outputs.ok()) return outputs.error();
+      for (NamedFile& file : files_written(own, outputs.value())) written_.push_back(std::move(file));
       for (const fs::path& output : outputs.value())
-        if (!names.insert(output.lexically_normal()).second)
+        if (!names.insert(FileIdentity(output)).second)
           return Error{ErrorKind::usage,
                        fmt::format("--output: {}: two images would have this name; use names that differ in more "
                                    "than the frame number",
@@ -141,6 +149,7 @@ class Frames {
   const RenderOptions& options_;
   RenderRun& run_;
   bool one_stats_file_ = false;
+  std::vector<NamedFile> written_; // by all frames
   std::unique_ptr<RenderScene> scene_;
   size_t started_ = 0;
   FramesReport report_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/scaling/command_scaling.h"
 
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/scaling/scaling_measure.h"
 #include "renderer/app/scaling/scaling_report.h"
@@ -141,11 +142,16 @@ class ScalingCommand {
 
   // Finds errors in file names before any work.
   [[nodiscard]] Result<void> check() const {
-    for (const Report& report : reports())
-      if (!report.file->empty())
-        if (Result<void> writable = check_writable(*report.file); !writable.ok())
-          return Error{writable.error().kind, fmt::format("{}: {}", report.flag, writable.error().message)};
-    return {};
+    std::vector<NamedFile> written, read = files_read(options_.image);
+    for (const NamedFile& scene : with_role("the scene", options_.scene_files)) read.push_back(scene);
+    for (const Report& report : reports()) {
+      if (report.file->empty() || *report.file == kStandardOutput) continue;
+      if (Result<void> writable = check_writable(*report.file); !writable.ok())
+        return Error{writable.error().kind, fmt::format("{}: {}", report.flag, writable.error().message)};
+      written.push_back({report.flag, *report.file});
+    }
+    if (Result<void> differ = check_outputs_differ(written); !differ.ok()) return differ;
+    return check_inputs_remain(written, read);
   }
   [[nodiscard]] Result<void> write() const {
     for (const Report& report : reports())

@@ -50,6 +50,8 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   ImportOptions import_options;
   import_options.texture_memory = scene.textures();
   import_options.times = &import_times;
+  import_options.files = &scene.files;
+  import_options.limits.follow_links = options.follow_links;
   Result<Scene> loaded = load_gltf(options.scene_file, import_options, &listener);
   if (!loaded.ok()) return loaded.error();
   scene.scene = std::move(loaded).value();

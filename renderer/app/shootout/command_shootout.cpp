@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/command_shootout.h"
 
+#include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/shootout/shootout_measure.h"
 #include "renderer/app/shootout/shootout_report.h"
@@ -79,13 +80,22 @@ class ShootoutCommand {
   Result<void> check() {
     const std::pair<const char*, const fs::path*> files[] = {
         {"--json", &options_.json_file}, {"--csv", &options_.csv_file}, {"--html", &options_.html_file}};
-    for (const auto& [flag, file] : files)
-      if (!file->empty())
-        if (Result<void> writable = check_writable(*file); !writable.ok())
-          return Error{writable.error().kind, fmt::format("{}: {}", flag, writable.error().message)};
-    if (options_.rays_file.empty()) return {};
+    std::vector<NamedFile> read = files_read(options_.view);
+    for (const NamedFile& scene : with_role("the scene", options_.scene_files)) read.push_back(scene);
+    for (const auto& [flag, file] : files) {
+      if (file->empty() || *file == kStandardOutput) continue;
+      if (Result<void> writable = check_writable(*file); !writable.ok())
+        return Error{writable.error().kind, fmt::format("{}: {}", flag, writable.error().message)};
+      written_.push_back({flag, *file});
+    }
     std::error_code ignored;
-    if (fs::exists(options_.rays_file, ignored)) {
+    const bool recorded = !options_.rays_file.empty() && fs::exists(options_.rays_file, ignored);
+    if (!options_.rays_file.empty())
+      (recorded ? read : written_).push_back({recorded ? "the file of --rays" : "--rays", options_.rays_file});
+    if (Result<void> differ = check_outputs_differ(written_); !differ.ok()) return differ;
+    if (Result<void> remain = check_inputs_remain(written_, read); !remain.ok()) return remain;
+    if (options_.rays_file.empty()) return {};
+    if (recorded) {
       Result<RayRecording> rays = read_ray_file(options_.rays_file);
       if (!rays.ok()) return Error{rays.error().kind, "--rays: " + rays.error().message};
       replayed_ = std::move(rays).value();
@@ -156,8 +166,14 @@ class ShootoutCommand {
   // rays.
   Result<Stage> prepare(const fs::path& file) {
     display_.start_phase(Phase::load);
-    Result<Scene> scene = load_gltf(file, {}, &display_);
+    std::vector<fs::path> files;
+    ImportOptions import_options;
+    import_options.files = &files;
+    import_options.limits.follow_links = options_.view.follow_links;
+    Result<Scene> scene = load_gltf(file, import_options, &display_);
     if (!scene.ok()) return scene.error();
+    if (Result<void> remain = check_inputs_remain(written_, with_role(kSceneFile, files)); !remain.ok())
+      return remain.error();
     Result<LoadedEnvironment> environment = load_environment(options_.view);
     display_.end_phase();
     if (!environment.ok()) return environment.error();
@@ -269,6 +285,7 @@ class ShootoutCommand {
   SignalGuard signals_;
   ProgressDisplay display_;
   ShootoutReport report_;
+  std::vector<NamedFile> written_; // reports, and rays that are recorded
   std::optional<RayRecording> replayed_;
 };
 

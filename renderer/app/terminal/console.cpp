@@ -40,14 +40,14 @@ class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
   void set_status(std::string_view text) {
     const std::lock_guard lock(mutex_);
     if (text.empty() && status_.empty()) return;
-    status_ = text;
+    status_ = printable(text);
     write_all(STDERR_FILENO, std::string(kEraseLine) + status_);
   }
 
   // Writes a line without a label.
   void write_line(std::string_view text) {
     const std::lock_guard lock(mutex_);
-    write_above_status(text);
+    write_above_status(printable_lines(text));
   }
 
  protected:
@@ -120,7 +120,9 @@ void Console::status(std::string_view text) {
 uint64_t Console::warning_count() const { return impl_->warnings; }
 
 Result<void> print(std::string_view text) {
-  if (write_all(STDOUT_FILENO, text) || errno == EPIPE) return {};
+  const bool terminal = isatty(STDOUT_FILENO) == 1;
+  const std::string shown = terminal ? printable_lines(text) : std::string();
+  if (write_all(STDOUT_FILENO, terminal ? std::string_view(shown) : text) || errno == EPIPE) return {};
   return Error{ErrorKind::input_output, fmt::format("standard output: {}", std::strerror(errno))};
 }
 

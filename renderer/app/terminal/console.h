@@ -33,7 +33,7 @@ class Console {
   void note(std::string_view message);
   void detail(std::string_view message); // printed with -v only
 
-  // Prints a line unchanged, unless quiet: plain progress, JSON, the summary.
+  // Prints a line without a label, unless quiet: plain progress, JSON, the summary.
   void line(std::string_view text);
   // Sets the status line of a terminal, which is rewritten in place below the messages. An empty
   // text removes it.
@@ -48,8 +48,10 @@ class Console {
   std::unique_ptr<Impl> impl_;
 };
 
-// Writes results to standard output, unbuffered. A reader that closed its end is no error; fails
-// (input_output) with the system's reason if the text cannot be written otherwise.
+// Writes results to standard output, unbuffered: unchanged into files and pipes, which programs
+// read; with control characters replaced on a terminal (names of files may have them). A reader
+// that closed its end is no error; fails (input_output) with the system's reason if the text cannot
+// be written otherwise.
 [[nodiscard]] Result<void> print(std::string_view text);
 
 } // namespace kindling::app

@@ -13,7 +13,8 @@ inline constexpr int kExitSceneInvalid = 3;
 inline constexpr int kExitInputOutput = 4;
 inline constexpr int kExitIncomplete = 5; // parts of an image are missing
 inline constexpr int kExitInProgress = 6; // a farm is not done yet
-// The exit code after a signal: 130 for SIGINT, 143 for SIGTERM. A render still writes its images.
+// The exit code after a signal: 129 for SIGHUP, 130 for SIGINT, 143 for SIGTERM. A render still
+// writes its images.
 [[nodiscard]] constexpr int exit_code_of_signal(int signal) { return 128 + signal; }
 
 [[nodiscard]] constexpr int exit_code_of(ErrorKind kind) {

@@ -17,6 +17,8 @@ std::atomic<CancelToken*> g_token{nullptr};
 std::atomic<int> g_received{0};
 static_assert(std::atomic<CancelToken*>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
+constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
+
 void on_signal(int signal) {
   int none = 0;
   if (!g_received.compare_exchange_strong(none, signal)) _exit(exit_code_of_signal(signal));
@@ -32,16 +34,16 @@ SignalGuard::SignalGuard(CancelToken& token) {
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : kSignals) {
     struct sigaction previous {};
-    // nohup and background jobs of a script ignore SIGINT; it stays ignored then.
+    // nohup ignores SIGHUP, and background jobs of a script SIGINT; they stay ignored then.
     sigaction(signal, nullptr, &previous);
     if (previous.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
   }
 }
 
 SignalGuard::~SignalGuard() {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : kSignals) {
     struct sigaction previous {};
     sigaction(signal, nullptr, &previous);
     if (previous.sa_handler == on_signal) ::signal(signal, SIG_DFL);

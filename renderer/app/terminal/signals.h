@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM: the first signal ends a render in good order, the second ends the process.
+// SIGINT, SIGTERM, SIGHUP: the first ends a render in good order, the second ends the process.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

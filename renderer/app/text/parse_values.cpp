@@ -89,6 +89,9 @@ Result<double> parse_number(std::string_view text, double min, double max) {
   const std::optional<double> value = to_number(text);
   if (!value) return wrong(text, "is not a number", accepted);
   if (*value < min || *value > max) return wrong(text, "is out of range", accepted);
+  // It would become 0 in the renderer's single precision.
+  if (*value != 0.0 && std::abs(*value) < static_cast<double>(std::numeric_limits<float>::min()))
+    return wrong(text, "is closer to 0 than single precision allows", accepted);
   return *value;
 }
 

@@ -25,6 +25,7 @@ struct ViewBytes {
 
 struct Document {
   std::filesystem::path path;
+  std::vector<std::filesystem::path> files; // of find_scene_files()
   ImportLimits limits;
   std::unique_ptr<nlohmann::json> json; // the source of extensions; valid against kGltfSchema
   tinygltf::Model core;                 // no buffers, images, extensions or extras; absent bufferViews are -1

@@ -1,4 +1,4 @@
-// Size limits of glTF files.
+// Limits on what a glTF file may ask for: sizes, and files outside of its folder.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,6 +20,8 @@ struct ImportLimits {
   uint32_t max_nodes = 1U << 24;
   uint32_t max_node_depth = 1024; // levels of the node tree
   uint64_t max_gpu_instances = 1ULL << 26;
+  // Accepts symbolic links that lead out of the scene's folder.
+  bool follow_links = false;
 };
 
 } // namespace kindling

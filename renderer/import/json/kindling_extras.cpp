@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kindling::gltf {
 namespace {
@@ -16,6 +17,8 @@ using nlohmann::json;
 bool in_range(const json& value, const KindlingExtras::Range& range) {
   if (!value.is_number()) return false;
   const double number = value.get<double>();
+  // Smaller numbers are denormal or 0 in single precision.
+  if (number != 0.0 && std::abs(number) < static_cast<double>(std::numeric_limits<float>::min())) return false;
   return std::isfinite(number) && number <= range.max && (range.above_min ? number > range.min : number >= range.min);
 }
 

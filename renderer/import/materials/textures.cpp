@@ -150,7 +150,7 @@ Result<std::shared_ptr<const Image>> keep(TextureMemory* memory, Image&& image) 
 void decode_all(const Document& document, std::vector<ImageFile>& files, size_t first, TextureMemory* memory,
                 ProgressListener* listener) {
   std::mutex mutex;
-  std::string storage_error; // of the texture memory
+  std::optional<Error> storage_error; // of the texture memory: the machine's fault, not the scene's
   size_t done = 0;
   std::atomic<uint64_t> total{0};
   for (size_t i = 0; i < first; ++i) {
@@ -167,7 +167,7 @@ void decode_all(const Document& document, std::vector<ImageFile>& files, size_t 
           file.decoded = std::move(stored).value();
         } else {
           const std::lock_guard lock(mutex);
-          storage_error = stored.error().message;
+          storage_error = stored.error();
         }
       } else {
         file.error = image.error().message;
@@ -180,7 +180,7 @@ void decode_all(const Document& document, std::vector<ImageFile>& files, size_t 
                            .done = static_cast<double>(done),
                            .total = static_cast<double>(files.size() - first)});
   });
-  if (!storage_error.empty()) fail("/images", storage_error);
+  if (storage_error) fail("", storage_error->message, "", storage_error->kind);
   if (total.load() > document.limits.max_texture_bytes) {
     fail("/images", fmt::format("the decoded images have more than {} bytes", document.limits.max_texture_bytes));
   }

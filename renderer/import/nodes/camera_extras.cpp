@@ -11,7 +11,7 @@ using Range = KindlingExtras::Range;
 
 // Larger f-numbers equal a pinhole; smaller ones blur everything.
 constexpr Range kStops{1e-3, 1e6, false, "a number from 0.001 to 1e6"};
-constexpr Range kMeters{0.0, 1e9, true, "a length above 0, in meters"};
+constexpr Range kMeters{1e-9, 1e9, false, "a length from 1e-9 to 1e9, in meters"};
 constexpr Range kFractions{0.0, 1.0, false, "[x, y], fractions of the image from 0 to 1"};
 constexpr Range kBlades{0.0, 64.0, false, "a whole number from 0 to 64"};
 constexpr Range kAngle{-1e6, 1e6, false, "an angle, in radians"};

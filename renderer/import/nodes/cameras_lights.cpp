@@ -14,6 +14,16 @@ namespace kindling::gltf {
 
 using nlohmann::json;
 
+namespace {
+
+// Refuses numbers that are 0 or infinite in single precision, or overflow when they are squared.
+void check_size(double value, const std::string& pointer) {
+  if (!(std::abs(value) >= 1e-18 && std::abs(value) <= 1e18))
+    fail(pointer, fmt::format("{}, expected a number from 1e-18 to 1e18 in size", value), "VALUE_NOT_IN_RANGE");
+}
+
+} // namespace
+
 void import_cameras(const Document& document, Scene& scene, Warnings& warnings) {
   const auto f = [](double value) { return static_cast<float>(value); };
   for (size_t i = 0; i < document.core.cameras.size(); ++i) {
@@ -30,6 +40,9 @@ void import_cameras(const Document& document, Scene& scene, Warnings& warnings) 
         fail(pointer + "/perspective/yfov", fmt::format("{}, expected an angle below pi", core.perspective.yfov),
              "CAMERA_YFOV_GEQUAL_PI");
       }
+      check_size(core.perspective.yfov, pointer + "/perspective/yfov");
+      if (lens.contains("aspectRatio")) check_size(core.perspective.aspectRatio, pointer + "/perspective/aspectRatio");
+      check_size(core.perspective.znear, pointer + "/perspective/znear");
       camera.yfov_rad = f(core.perspective.yfov);
       if (lens.contains("aspectRatio")) camera.aspect_ratio = f(core.perspective.aspectRatio);
       camera.znear = f(core.perspective.znear);
@@ -38,9 +51,12 @@ void import_cameras(const Document& document, Scene& scene, Warnings& warnings) 
       camera.kind = SceneCamera::Kind::orthographic;
       camera.xmag = f(std::abs(core.orthographic.xmag));
       camera.ymag = f(std::abs(core.orthographic.ymag));
-      if (camera.xmag == 0.0f || camera.ymag == 0.0f) {
+      if (core.orthographic.xmag == 0.0 || core.orthographic.ymag == 0.0) {
         fail(pointer + "/orthographic", "xmag or ymag is 0, expected other values", "CAMERA_XMAG_YMAG_ZERO");
       }
+      check_size(core.orthographic.xmag, pointer + "/orthographic/xmag");
+      check_size(core.orthographic.ymag, pointer + "/orthographic/ymag");
+      if (core.orthographic.znear != 0.0) check_size(core.orthographic.znear, pointer + "/orthographic/znear");
       camera.znear = f(core.orthographic.znear);
       camera.zfar = f(core.orthographic.zfar);
     }

@@ -7,7 +7,7 @@
 namespace kindling::gltf {
 namespace {
 
-constexpr KindlingExtras::Range kRadius{0.0, 1e9, false, "a length from 0, in meters"};
+constexpr KindlingExtras::Range kRadius{0.0, 1e9, false, "a length from 0 to 1e9, in meters"};
 constexpr KindlingExtras::Range kDiameter{0.0, 3.1415927, false, "an angle from 0 to pi, in radians"};
 
 } // namespace
