@@ -47,7 +47,7 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   Scene scene;
   scene.source = path.string();
   import_asset(document, scene);
-  import_samplers(document, scene);
+  import_samplers(document, scene, warnings);
   import_materials(document, scene, warnings);
   import_procedurals(document, scene, warnings);
   times.meshes = clock.lap();
@@ -58,7 +58,7 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
   import_lights(document, scene, warnings);
   import_skins(document, scene, warnings);
   import_nodes(document, scene, warnings);
-  import_image_lights(document, scene);
+  import_image_lights(document, scene, warnings);
   import_photometric_lights(document, scene, warnings);
   import_animations(document, scene, warnings);
   times.meshes += clock.lap();
@@ -81,7 +81,7 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
 } // namespace gltf
 
 Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener) {
-  gltf::Warnings warnings;
+  gltf::Warnings warnings(options.strict);
   const auto error = [&](ErrorKind kind, std::string_view message) {
     return Error{kind, fmt::format("{}: {}", path.string(), message)};
   };

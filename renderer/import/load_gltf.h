@@ -28,6 +28,7 @@ struct ImportOptions {
   ImportLimits limits;
   TextureMemory* texture_memory = nullptr; // null: all decoded images stay in memory
   bool decode_textures = true;             // false: textures keep a null image (for `info`)
+  bool strict = false;                     // true: refuses what is otherwise repaired with a warning
   ImportTimes* times = nullptr;            // set at the end, if not null
   // Set at the end, if not null: the files that the scene consists of, its own first.
   std::vector<std::filesystem::path>* files = nullptr;
@@ -35,8 +36,8 @@ struct ImportOptions {
 
 // Loads a scene. Errors are of kind input_output (unreadable) or scene_invalid, in one line: file,
 // JSON pointer, value, expected values. Warnings (skipped points and lines, unreadable textures,
-// unsupported optional extensions) go to the listener, which may be null. Deterministic; decodes
-// images and buffers in parallel with TBB.
+// unsupported optional extensions, repaired faults: one for each kind, with a count) go to the
+// listener, which may be null. Deterministic; decodes images and buffers in parallel with TBB.
 [[nodiscard]] Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options,
                                       ProgressListener* listener);
 

@@ -8,6 +8,7 @@
 #include "renderer/import/files/glb.h"
 #include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
+#include "renderer/import/files/utf8.h"
 #include "renderer/import/json/check_json.h"
 #include "renderer/import/json/core_structs.h"
 #include "renderer/import/json/extensions.h"
@@ -15,6 +16,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <optional>
@@ -24,12 +26,8 @@ namespace {
 
 using nlohmann::json;
 
-json parse_json(std::string_view text, uint64_t max_bytes) {
-  if (text.size() > max_bytes) {
-    fail("", fmt::format("{} bytes of JSON, at most {} are accepted", text.size(), max_bytes));
-  }
-  // Some exporters pad with zero bytes, which are not JSON.
-  while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
+// Parses text; throws ImportFailure.
+json parse(std::string_view text) {
   try {
     return json::parse(text.begin(), text.end());
   } catch (const json::exception& e) {
@@ -40,6 +38,22 @@ json parse_json(std::string_view text, uint64_t max_bytes) {
     std::string line;
     for (const char c : what) line += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     fail("", fmt::format("not valid JSON: {}", line), "INVALID_JSON");
+  }
+}
+
+json parse_json(std::string_view text, uint64_t max_bytes, Warnings& warnings) {
+  if (text.size() > max_bytes) {
+    fail("", fmt::format("{} bytes of JSON, at most {} are accepted", text.size(), max_bytes));
+  }
+  // Some exporters pad with zero bytes, which are not JSON.
+  while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
+  try {
+    return parse(text);
+  } catch (const ImportFailure& fault) {
+    const std::string readable = replace_invalid_utf8(text); // names in the code page of a machine
+    if (readable == text) throw;
+    warnings.repair("UTF-8", fault, "bytes that are not UTF-8 are replaced");
+    return parse(readable);
   }
 }
 
@@ -55,32 +69,51 @@ std::optional<std::pair<int, int>> parse_version(std::string_view text) {
   return std::pair{major, minor};
 }
 
-void check_version(const json& asset) {
-  const auto check = [&](const char* name, bool minimum) {
-    if (!asset.contains(name)) return;
-    const auto& text = asset[name].get_ref<const std::string&>();
-    const std::string pointer = fmt::format("/asset/{}", name);
-    const auto version = parse_version(text);
-    if (!version) fail(pointer, fmt::format("{}, expected a version like 2.0", in_quotes(text)), "PATTERN_MISMATCH");
-    if (version->first != 2 || (minimum && version->second > 0)) {
-      fail(pointer, fmt::format("glTF {}, expected 2.0", text), "UNKNOWN_ASSET_MAJOR_VERSION");
-    }
-  };
-  check("version", false);
-  check("minVersion", true);
+// Exporters write 2, "2" and "2.0.1", which can mean 2.0 only.
+bool means_two(const json& version) {
+  if (version.is_number()) return version.get<double>() >= 2.0 && version.get<double>() < 3.0;
+  const auto& text = version.get_ref<const std::string&>();
+  return text == "2" || text.starts_with("2.");
+}
+
+void check_version(json& asset, const char* name, bool minimum, const std::filesystem::path& file, Warnings& warnings) {
+  const auto found = asset.find(name);
+  if (found == asset.end()) return;
+  const std::string pointer = fmt::format("/asset/{}", name);
+  const bool number = found->is_number();
+  const std::string text = number ? fmt::format("{}", found->get<double>()) : found->get<std::string>();
+  const auto version = parse_version(text);
+  if (number || !version) {
+    const std::string fault = number ? fmt::format("{}, expected a string", text)
+                                     : fmt::format("{}, expected a version like 2.0", in_quotes(text));
+    const char* code = number ? "TYPE_MISMATCH" : "PATTERN_MISMATCH";
+    if (!means_two(*found)) fail(pointer, fault, code);
+    warnings.repair("version", pointer, fault, code, "it is read as 2.0");
+    *found = "2.0";
+    return;
+  }
+  if (version->first == 1) {
+    fail(pointer, fmt::format("glTF {}, expected 2.0; convert it with {}", text, converter_of_version_1(file)),
+         "UNKNOWN_ASSET_MAJOR_VERSION");
+  }
+  if (version->first != 2 || (minimum && version->second > 0))
+    fail(pointer, fmt::format("glTF {}, expected 2.0", text), "UNKNOWN_ASSET_MAJOR_VERSION");
 }
 
 // Checks the version before all else, so that the error for another version names it.
-void check_asset_first(const json& root) {
+void check_asset_first(json& root, const std::filesystem::path& file, Warnings& warnings) {
   if (!root.is_object()) return;
   const auto asset = root.find("asset");
   if (asset == root.end() || !asset->is_object()) return;
   const auto version = asset->find("version");
-  if (version != asset->end() && version->is_string()) check_version(*asset);
+  if (version == asset->end() || !(version->is_string() || version->is_number())) return;
+  check_version(*asset, "version", false, file, warnings);
+  const auto minimum = asset->find("minVersion");
+  if (minimum != asset->end() && minimum->is_string()) check_version(*asset, "minVersion", true, file, warnings);
 }
 
 // Reads all buffers. `container` is true for a .glb, whose BIN chunk is `bin`.
-void read_buffers(Document& document, bool container, std::optional<Bytes> bin) {
+void read_buffers(Document& document, bool container, std::optional<Bytes> bin, Warnings& warnings) {
   json& root = *document.json;
   if (!root.contains("buffers")) return;
   json& buffers = root["buffers"];
@@ -100,9 +133,11 @@ void read_buffers(Document& document, bool container, std::optional<Bytes> bin) 
     if (!buffer.contains("uri")) {
       if (i == 0 && bin) {
         bytes = *bin;
-      } else if (i == 0 && container) {
-        fail(pointer, "no uri, and the .glb has no BIN chunk", "BUFFER_MISSING_GLB_DATA");
       } else {
+        if (i == 0 && container) {
+          warnings.repair("no BIN", pointer, "no uri, and the .glb has no BIN chunk", "BUFFER_MISSING_GLB_DATA",
+                          "the buffer has no data");
+        }
         document.buffers.emplace_back(); // an error at its first use
         continue;
       }
@@ -131,27 +166,33 @@ void read_buffers(Document& document, bool container, std::optional<Bytes> bin) 
       bytes = document.storage.back().span();
     }
     if (bytes.size() < length) {
-      fail(pointer, fmt::format("declares {} bytes but has {}", length, bytes.size()), "BUFFER_BYTE_LENGTH_MISMATCH");
+      warnings.repair("buffer length", pointer, fmt::format("declares {} bytes but has {}", length, bytes.size()),
+                      "BUFFER_BYTE_LENGTH_MISMATCH", "these are read");
     }
-    document.buffers.push_back(bytes.first(length));
+    document.buffers.push_back(bytes.first(std::min<uint64_t>(length, bytes.size())));
   }
 }
 
-void make_views(Document& document) {
+void make_views(Document& document, Warnings& warnings) {
   const std::vector<tinygltf::BufferView>& views = document.core.bufferViews;
   for (size_t i = 0; i < views.size(); ++i) {
     const tinygltf::BufferView& view = views[i];
     const json& buffer = (*document.json)["buffers"][static_cast<size_t>(view.buffer)];
-    const auto length = buffer["byteLength"].get<uint64_t>();
-    if (view.byteOffset > length || view.byteLength > length - view.byteOffset) {
-      fail(fmt::format("/bufferViews/{}", i),
-           fmt::format("bytes {} to {} of buffer {}, which has {}", view.byteOffset, view.byteOffset + view.byteLength,
-                       view.buffer, length),
-           "BUFFER_VIEW_TOO_LONG");
-    }
     const Bytes data = document.buffers[static_cast<size_t>(view.buffer)];
-    document.views.push_back(
-        {data.empty() ? Bytes() : data.subspan(view.byteOffset, view.byteLength), view.byteLength, view.byteStride});
+    // A buffer without data has the declared length: an error at its first use.
+    const uint64_t length = data.empty() ? buffer["byteLength"].get<uint64_t>() : data.size();
+    ViewBytes bytes;
+    bytes.length = view.byteLength;
+    bytes.stride = static_cast<size_t>(integer_or((*document.json)["bufferViews"][i], "byteStride", 0));
+    if (view.byteOffset > length || view.byteLength > length - view.byteOffset) {
+      warnings.repair("view length", fmt::format("/bufferViews/{}", i),
+                      fmt::format("bytes {} to {} of buffer {}, which has {}", view.byteOffset,
+                                  view.byteOffset + view.byteLength, view.buffer, length),
+                      "BUFFER_VIEW_TOO_LONG", "it ends with the buffer");
+      bytes.length = length - std::min<uint64_t>(view.byteOffset, length);
+    }
+    if (!data.empty() && bytes.length > 0) bytes.bytes = data.subspan(view.byteOffset, bytes.length);
+    document.views.push_back(bytes);
   }
 }
 
@@ -176,7 +217,7 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   Bytes text = file.value().span();
   const bool container = is_glb(text) || named_glb(path);
   if (container) {
-    const GlbChunks chunks = split_glb(text, warnings);
+    const GlbChunks chunks = split_glb(text, path, warnings);
     text = chunks.json;
     bin = chunks.bin;
   } else if (text.empty()) {
@@ -184,25 +225,26 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   } else if (const std::string other = describe_other_format(text, path); !other.empty()) {
     fail("", other);
   }
-  document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes));
+  document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes, warnings));
   if (bin) {
     document.storage.push_back(std::move(file).value());
   } else {
     file = OwnedBytes();
   }
 
-  check_asset_first(*document.json);
+  check_asset_first(*document.json, path, warnings);
   const CorePlaces places = check_json(*document.json, warnings);
   check_extensions(*document.json, warnings);
   document.core = read_core_structs(*document.json, places);
+  document.faulty_accessors = places.faulty_accessors;
   if (document.core.nodes.size() > limits.max_nodes) {
     fail("/nodes", fmt::format("{} nodes, at most {} are accepted", document.core.nodes.size(), limits.max_nodes));
   }
   document.files = find_scene_files(document);
-  read_buffers(document, container, bin);
-  make_views(document);
+  read_buffers(document, container, bin, warnings);
+  make_views(document, warnings);
   decompress_meshopt_views(document);
-  check_accessors(document);
+  check_accessors(document, warnings);
   return document;
 }
 

@@ -235,7 +235,7 @@ struct AnimationChannel {
   int weight = kNone;    // property weights: the only target; kNone: all
   AnimatedMember member; // property member
   Interpolation interpolation = Interpolation::linear;
-  std::vector<float> times_s; // strictly increasing, >= 0
+  std::vector<float> times_s; // strictly increasing
   std::vector<float> values;
   int components = 3;
 };

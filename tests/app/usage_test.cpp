@@ -78,6 +78,20 @@ TEST_F(Usage, NamesAConverterForOtherFormats) {
             "house.obj -o house.glb\n");
 }
 
+TEST_F(Usage, StrictInfoRefusesRepairableFaults) {
+  const std::string scene = KINDLING_SCENES "/broken/rotation_is_zero.gltf";
+  expect_error({"info", scene, "--strict"}, 3,
+               scene + ": /nodes/0/rotation: a quaternion of length 0, expected length 1 (ROTATION_NON_UNIT)");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"info", scene},
+        {"render", scene, "-o", "a.png", "--size", "8x8", "--spp", "1", "--progress", "none"}}) {
+    const ProgramResult result = run_program(arguments, folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.err.find("(ROTATION_NON_UNIT); the node is not rotated\n"), std::string::npos) << result.err;
+  }
+  EXPECT_EQ(run_program({"info", KINDLING_SCENES "/cornell_box.glb", "--strict"}, folder_).exit_code, 0);
+}
+
 TEST_F(Usage, ChecksOutputsBeforeRendering) {
   const std::string scene = write_scene();
   expect_error({"render", scene, "-o", "a.bmp"}, 2, "unsupported image format '.bmp'; use .exr, .png or .jpg");

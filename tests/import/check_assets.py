@@ -3,8 +3,9 @@
 
     check_assets.py LOAD_CHECK FOLDER... [--mutants N] [--seed S]
 
-Fails if load_check crashes, hangs, leaks, or prints anything but one line for each file; and if a file is accepted that the
-glTF validator's report beside it (FILE.report.json) calls invalid for a reason not listed as harmless below.
+Fails if load_check crashes, hangs, leaks, or prints anything but one line for each file; if a strict load accepts a file that the
+glTF validator's report beside it (FILE.report.json) calls invalid for a reason not listed as harmless below; and if a load with
+repairs refuses a file that a strict one accepts.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -68,13 +69,13 @@ HARMLESS_CODES = {code for codes in HARMLESS.values() for code in codes}
 SECONDS_PER_FILE = 20
 
 
-def run(load_check, files):
+def run(load_check, files, strict=True):
     """Returns load_check's lines for the files; raises RuntimeError if it fails."""
     environment = dict(os.environ)
     environment.setdefault("ASAN_OPTIONS", "max_allocation_size_mb=2048:detect_leaks=1")
     environment.setdefault("UBSAN_OPTIONS", "print_stacktrace=1")
     try:
-        done = subprocess.run([load_check] + files, capture_output=True, env=environment,
+        done = subprocess.run([load_check] + (["-s"] if strict else []) + files, capture_output=True, env=environment,
                               timeout=SECONDS_PER_FILE + 2 * len(files))
     except subprocess.TimeoutExpired:
         raise RuntimeError("hangs") from None
@@ -89,10 +90,10 @@ def run(load_check, files):
     return lines
 
 
-def run_each(load_check, files, problems):
+def run_each(load_check, files, problems, strict=True):
     """Like run(), but finds the file that fails, records it, and continues with the others."""
     try:
-        return run(load_check, files)
+        return run(load_check, files, strict)
     except RuntimeError as error:
         if len(files) == 1:
             problems.append(f"{files[0]}: {error}")
@@ -100,7 +101,7 @@ def run_each(load_check, files, problems):
             shutil.copy(files[0], copy)
             return ["FAILED"]
     middle = len(files) // 2
-    return run_each(load_check, files[:middle], problems) + run_each(load_check, files[middle:], problems)
+    return run_each(load_check, files[:middle], problems, strict) + run_each(load_check, files[middle:], problems, strict)
 
 
 def unexplained(file):
@@ -221,14 +222,19 @@ def main():
                    for name in names if name.endswith((".gltf", ".glb")))
     problems = []
     lines = run_each(options.load_check, files, problems)
+    repaired = run_each(options.load_check, files, problems, strict=False)
     accepted = sum(line.startswith("OK ") for line in lines)
+    for file, strict, lenient in zip(files, lines, repaired):
+        if strict.startswith("OK ") and not lenient.startswith("OK "):
+            problems.append(f"{file}: repairs refuse it: {lenient}")
     for file, line in zip(files, lines):
         codes = unexplained(file)
         if line.startswith("OK ") and codes:
             problems.append(f"{file}: accepted although {', '.join(codes)}")
         if line.startswith("ERROR ") and not line.startswith("ERROR " + file + ": "):
             problems.append(f"{file}: an error that does not start with its name: {line}")
-    print(f"{len(files)} files: {accepted} accepted, {len(files) - accepted} refused")
+    by_repair = sum(line.startswith("OK ") for line in repaired) - accepted
+    print(f"{len(files)} files: {accepted} accepted, {by_repair} repaired, {len(files) - accepted - by_repair} refused")
 
     if options.mutants:
         generator = random.Random(options.seed)
@@ -236,7 +242,7 @@ def main():
             names = mutants(files, options.mutants, generator, folder)
             lines = []
             for start in range(0, len(names), 64):
-                lines += run_each(options.load_check, names[start:start + 64], problems)
+                lines += run_each(options.load_check, names[start:start + 64], problems, strict=False)
         accepted = sum(line.startswith("OK ") for line in lines)
         print(f"{len(names)} mutants (seed {options.seed}): {accepted} accepted, {len(names) - accepted} refused")
 

@@ -3,6 +3,7 @@
 #include "renderer/import/files/file_bytes.h"
 #include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
+#include "renderer/import/files/utf8.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -145,7 +146,7 @@ TEST(Container, RefusesBrokenGlb) {
   const auto error = [&](auto&& change) {
     std::string bytes = good;
     change(bytes);
-    return load_text(bytes, {}, "test.glb").error;
+    return load_text(bytes, kStrict, "test.glb").error;
   };
   EXPECT_NE(error([](std::string& b) { b.clear(); }).find("GLB_UNEXPECTED_END_OF_HEADER"), std::string::npos);
   EXPECT_NE(error([](std::string& b) { b[0] = 'x'; }).find("GLB_INVALID_MAGIC"), std::string::npos);
@@ -154,7 +155,23 @@ TEST(Container, RefusesBrokenGlb) {
   EXPECT_NE(error([](std::string& b) { b[14] = 1; }).find("GLB_CHUNK_TOO_BIG"), std::string::npos);
   EXPECT_NE(error([](std::string& b) { b[16] = 'X'; }).find("GLB_UNEXPECTED_FIRST_CHUNK"), std::string::npos);
   const std::string text = make_glb(R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4}]})", "");
-  EXPECT_NE(load_text(text, {}, "test.glb").error.find("BUFFER_MISSING_GLB_DATA"), std::string::npos);
+  EXPECT_NE(load_text(text, kStrict, "test.glb").error.find("BUFFER_MISSING_GLB_DATA"), std::string::npos);
+}
+
+TEST(Container, ReplacesBytesThatAreNotUtf8) {
+  const auto repaired = [](std::string_view text) { return gltf::replace_invalid_utf8(text); };
+  for (const char* valid :
+       {"", "abc", "\xc3\xa9", "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\xf4\x8f\xbf\xbf", "\xee\x80\x80"})
+    EXPECT_EQ(repaired(valid), valid);
+  const std::string bad = "\xef\xbf\xbd";
+  EXPECT_EQ(repaired("a\xe9z"), "a" + bad + "z");
+  EXPECT_EQ(repaired("\xe2\x82"), bad); // one start, cut off
+  EXPECT_EQ(repaired("\xe2\x82z"), bad + "z");
+  EXPECT_EQ(repaired("\xc0\x80"), bad + bad);                     // longer than needed
+  EXPECT_EQ(repaired("\xe0\x80\x80"), bad + bad + bad);           // likewise
+  EXPECT_EQ(repaired("\xed\xa0\x80"), bad + bad + bad);           // a surrogate
+  EXPECT_EQ(repaired("\xf4\x90\x80\x80"), bad + bad + bad + bad); // above U+10FFFF
+  EXPECT_EQ(repaired("\x80\xff"), bad + bad);
 }
 
 TEST(Container, WarnsOfTrailingBytes) {
@@ -164,8 +181,10 @@ TEST(Container, WarnsOfTrailingBytes) {
 }
 
 TEST(Container, RefusesOtherVersions) {
-  EXPECT_EQ(load_text(R"({"asset":{"version":"1.0"}})").error,
-            "/asset/version: glTF 1.0, expected 2.0 (UNKNOWN_ASSET_MAJOR_VERSION)");
+  EXPECT_EQ(
+      load_text(R"({"asset":{"version":"1.0"}})").error,
+      "/asset/version: glTF 1.0, expected 2.0; convert it with gltf-pipeline (npm): gltf-pipeline -i test.gltf -o "
+      "test_2.glb (UNKNOWN_ASSET_MAJOR_VERSION)");
   EXPECT_EQ(load_text(R"({"asset":{"version":"two"}})").error,
             "/asset/version: 'two', expected a version like 2.0 (PATTERN_MISMATCH)");
   EXPECT_TRUE(load_text(R"({"asset":{"version":"2.7"}})").scene);

@@ -25,7 +25,7 @@ TEST(CoreStructs, LeavesTreeUnchanged) {
                       "channels": [{"sampler": 0, "target": {"path": "pointer"}}]}]})");
     if (with_views) root["bufferViews"] = json::parse(R"([{"buffer": 0, "byteLength": 12.0}])");
     if (with_views) root["extras"] = {{"id", 7}};
-    Warnings warnings;
+    Warnings warnings(true);
     const CorePlaces places = check_json(root, warnings);
     const json checked = root;
     const tinygltf::Model core = read_core_structs(root, places);

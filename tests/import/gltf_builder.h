@@ -82,10 +82,15 @@ struct Loaded {
   [[nodiscard]] bool warned(std::string_view part) const;
 };
 
-[[nodiscard]] Loaded load_file(const std::filesystem::path& path, const ImportOptions& options = {});
-[[nodiscard]] Loaded load_text(std::string_view content, const ImportOptions& options = {},
+// Tests load strictly unless they say otherwise: valid files have no finding that is repaired, and
+// faults show as errors.
+inline const ImportOptions kStrict{.strict = true};
+inline const ImportOptions kLenient{};
+
+[[nodiscard]] Loaded load_file(const std::filesystem::path& path, const ImportOptions& options = kStrict);
+[[nodiscard]] Loaded load_text(std::string_view content, const ImportOptions& options = kStrict,
                                const char* name = "test.gltf");
-[[nodiscard]] Loaded load(const GltfBuilder& builder, const ImportOptions& options = {});
+[[nodiscard]] Loaded load(const GltfBuilder& builder, const ImportOptions& options = kStrict);
 
 // Images of one pixel in several formats.
 extern const std::string_view kPngBase64;

@@ -1,4 +1,5 @@
-// load_check [-v] [-t] FILE...: imports each file, prints OK or the error (-v warnings, -t time).
+// Imports each file: load_check [-v] [-t] [-s] FILE...
+// Prints OK or the error (-v warnings, -t time, -s strictly).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/pose.h"
@@ -44,6 +45,7 @@ std::string pose_all(const kindling::Scene& scene) {
 int main(int argc, char** argv) {
   bool verbose = false;
   bool timed = false;
+  kindling::ImportOptions options;
   Printer printer;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "-v") == 0) {
@@ -54,8 +56,12 @@ int main(int argc, char** argv) {
       timed = true;
       continue;
     }
+    if (std::strcmp(argv[i], "-s") == 0) {
+      options.strict = true;
+      continue;
+    }
     const auto start = std::chrono::steady_clock::now();
-    const auto scene = kindling::load_gltf(argv[i], {}, verbose ? &printer : nullptr);
+    const auto scene = kindling::load_gltf(argv[i], options, verbose ? &printer : nullptr);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (!scene) {
       std::printf("ERROR %s", scene.error().message.c_str());

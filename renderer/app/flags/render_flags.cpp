@@ -329,6 +329,8 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   flags.value("--env", "FILE", "Environment map [none]", [&o](auto text) { return set_path(text, o.image.env_file); });
   flags.value("--texture-memory", "SIZE", "Limit on the memory of textures [no limit]",
               [&o](auto text) { return store(parse_bytes(text), o.image.texture_memory_bytes); });
+  flags.group("Check");
+  flags.toggle("--strict", "Refuse every fault that a render repairs with a warning: one line, exit code 3", o.strict);
   flags.group("Output");
   flags.toggle("--json", "Print JSON instead of tables", o.json);
   flags.value("--threads", "N",

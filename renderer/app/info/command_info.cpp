@@ -92,6 +92,7 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   ProgressDisplay display(console, isatty(STDERR_FILENO) == 1 ? ProgressMode::automatic : ProgressMode::none, {});
   display.start_phase(Phase::load);
   ImportOptions import_options;
+  import_options.strict = options.strict;
   import_options.decode_textures = options.topic == InfoTopic::everything; // sizes of textures need their pixels
   import_options.limits.follow_links = options.image.follow_links;
   Result<Scene> scene = load_gltf(options.scene_file, import_options, &display);

@@ -62,6 +62,7 @@ struct InfoOptions {
   std::string scene_name;   // name or index of the scene whose cameras are listed; empty: the default scene
   std::string variant_name; // name or index of the variant whose materials are counted; empty: the primitives' own
   bool json = false;
+  bool strict = false; // refuses what a render repairs
   int threads = 0;
   RenderOptions image; // the image of the memory estimate: size, AOVs, limit on texture memory
 };

@@ -56,6 +56,7 @@ void check_fit(const Document& document, int view_index, uint64_t offset, uint64
                uint64_t count, std::string_view pointer) {
   const ViewBytes& view = document.views[static_cast<size_t>(view_index)];
   const uint64_t length = view.length;
+  if (count == 0) return;                  // nothing is read
   if (count > length || offset > length) { // also prevents overflow of the sum below
     fail(pointer,
          fmt::format("{} elements at byte {} do not fit the {} bytes of bufferView {}", count, offset, length,
@@ -82,7 +83,8 @@ void check_sparse(const Document& document, const tinygltf::Accessor& accessor, 
             index_bytes, count, pointer + "/sparse/indices");
   check_fit(document, sparse.values.bufferView, static_cast<uint64_t>(sparse.values.byteOffset), size, size, count,
             pointer + "/sparse/values");
-  if (!document.views[static_cast<size_t>(sparse.indices.bufferView)].has_data()) return; // an error at its first use
+  if (count == 0 || !document.views[static_cast<size_t>(sparse.indices.bufferView)].has_data())
+    return; // an error at its first use
   const std::byte* indices =
       document.views[static_cast<size_t>(sparse.indices.bufferView)].bytes.data() + sparse.indices.byteOffset;
   uint64_t lowest = 0;
@@ -98,6 +100,25 @@ void check_sparse(const Document& document, const tinygltf::Accessor& accessor, 
            "ACCESSOR_SPARSE_INDEX_OOB");
     }
     lowest = static_cast<uint64_t>(index) + 1;
+  }
+}
+
+void check_bounds(const Document& document, const tinygltf::Accessor& accessor, const std::string& pointer) {
+  const size_t size = element_bytes(accessor.type, accessor.componentType);
+  if (accessor.bufferView >= 0) {
+    const size_t given = document.views[static_cast<size_t>(accessor.bufferView)].stride;
+    if (given != 0 && given < size) {
+      fail(pointer,
+           fmt::format("elements of {} bytes in bufferView {} with a byteStride of {}", size, accessor.bufferView,
+                       given),
+           "ACCESSOR_SMALL_BYTESTRIDE");
+    }
+    check_fit(document, accessor.bufferView, accessor.byteOffset, given != 0 ? given : size, size, accessor.count,
+              pointer);
+  }
+  if (accessor.sparse.isSparse) check_sparse(document, accessor, size, pointer);
+  if (accessor.count > std::numeric_limits<uint32_t>::max() - 1) {
+    fail(pointer + "/count", fmt::format("{}, at most 2^32 - 2 are accepted", accessor.count));
   }
 }
 
@@ -146,34 +167,28 @@ size_t component_bytes(int component_type) {
   }
 }
 
-void check_accessors(const Document& document) {
+void check_accessors(Document& document, Warnings& warnings) {
   for (size_t i = 0; i < document.core.accessors.size(); ++i) {
-    const tinygltf::Accessor& accessor = document.core.accessors[i];
+    tinygltf::Accessor& accessor = document.core.accessors[i];
     const std::string pointer = fmt::format("/accessors/{}", i);
-    const size_t size = element_bytes(accessor.type, accessor.componentType);
     if (accessor.normalized && component_bytes(accessor.componentType) == 4) {
-      fail(pointer + "/normalized", "true for 32-bit components, expected 8-bit or 16-bit components",
-           "ACCESSOR_NORMALIZED_INVALID");
+      warnings.repair("normalized", pointer + "/normalized",
+                      "true for 32-bit components, expected 8-bit or 16-bit components", "ACCESSOR_NORMALIZED_INVALID",
+                      "it is ignored");
+      accessor.normalized = false;
     }
-    if (accessor.bufferView >= 0) {
-      const size_t given = document.views[static_cast<size_t>(accessor.bufferView)].stride;
-      if (given != 0 && given < size) {
-        fail(pointer,
-             fmt::format("elements of {} bytes in bufferView {} with a byteStride of {}", size, accessor.bufferView,
-                         given),
-             "ACCESSOR_SMALL_BYTESTRIDE");
-      }
-      check_fit(document, accessor.bufferView, accessor.byteOffset, given != 0 ? given : size, size, accessor.count,
-                pointer);
-    }
-    if (accessor.sparse.isSparse) check_sparse(document, accessor, size, pointer);
-    if (accessor.count > std::numeric_limits<uint32_t>::max() - 1) {
-      fail(pointer + "/count", fmt::format("{}, at most 2^32 - 2 are accepted", accessor.count));
+    try {
+      check_bounds(document, accessor, pointer);
+    } catch (const ImportFailure& fault) {
+      warnings.repair("accessor", fault, "the accessor is not read");
+      document.faulty_accessors.emplace(static_cast<int>(i), fault);
     }
   }
 }
 
 AccessorView view_accessor(const Document& document, int index, std::string_view pointer) {
+  const auto fault = document.faulty_accessors.find(index);
+  if (fault != document.faulty_accessors.end()) throw fault->second;
   const tinygltf::Accessor& accessor = document.core.accessors[static_cast<size_t>(index)];
   const auto require_data = [&](int buffer_view) {
     if (document.views[static_cast<size_t>(buffer_view)].has_data()) return;
@@ -187,6 +202,7 @@ AccessorView view_accessor(const Document& document, int index, std::string_view
   view.components = component_count(accessor.type);
   view.normalized = accessor.normalized;
   view.stride = size;
+  if (view.count == 0) return view; // reads nothing
   if (accessor.bufferView >= 0) {
     require_data(accessor.bufferView);
     const ViewBytes& bytes = document.views[static_cast<size_t>(accessor.bufferView)];
@@ -197,6 +213,7 @@ AccessorView view_accessor(const Document& document, int index, std::string_view
     const auto& sparse = accessor.sparse;
     require_data(sparse.indices.bufferView);
     require_data(sparse.values.bufferView);
+    if (sparse.count == 0) return view;
     view.sparse_count = static_cast<size_t>(sparse.count);
     view.sparse_index_type = sparse.indices.componentType;
     view.sparse_indices =

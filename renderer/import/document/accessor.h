@@ -29,11 +29,12 @@ struct AccessorView {
 
 [[nodiscard]] size_t component_bytes(int component_type);
 
-// Checks that every accessor fits its bufferView and that sparse indices increase. Throws
-// ImportFailure.
-void check_accessors(const Document& document);
+// Checks that every accessor fits its bufferView and that sparse indices increase. Others become
+// Document::faulty_accessors, or throw ImportFailure if `warnings` is strict.
+void check_accessors(Document& document, Warnings& warnings);
 
-// `pointer` is the place of the reference. Throws ImportFailure if the bufferView has no data.
+// `pointer` is the place of the reference. Throws ImportFailure if the bufferView has no data, or
+// the fault of the accessor.
 [[nodiscard]] AccessorView view_accessor(const Document& document, int accessor, std::string_view pointer);
 
 // The formats that one use of an accessor permits.

@@ -10,6 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -18,7 +19,7 @@ namespace kindling::gltf {
 // The decompressed bytes of a bufferView; none if its buffer has no data, as extensions permit.
 struct ViewBytes {
   Bytes bytes;
-  size_t length = 0; // as declared, even without bytes
+  size_t length = 0; // as declared, even without bytes; less where the buffer ends before
   size_t stride = 0; // 0: elements are tightly packed
   [[nodiscard]] bool has_data() const { return !bytes.empty(); }
 };
@@ -34,6 +35,9 @@ struct Document {
   uint64_t bytes_read = 0;
   uint64_t elements_used = 0; // charged by ElementBudget
   uint64_t content_hash = 0;
+
+  // Accessors that must not be read, with their faults; view_accessor() throws them.
+  std::map<int, ImportFailure> faulty_accessors;
 
   std::vector<OwnedBytes> storage; // memory of the spans above
 

@@ -21,6 +21,13 @@ std::string place_message(std::string_view pointer, std::string_view message, st
   return text;
 }
 
+std::string_view code_of(const ImportFailure& failure) {
+  const std::string_view message = failure.error.message;
+  const size_t open = message.rfind(" (");
+  if (open == std::string_view::npos || !message.ends_with(')')) return {};
+  return message.substr(open + 2, message.size() - open - 3);
+}
+
 void fail(std::string_view pointer, std::string_view message, std::string_view code, ErrorKind kind) {
   throw ImportFailure{{kind, place_message(pointer, message, code)}};
 }
@@ -60,6 +67,16 @@ void Warnings::add(Entry entry) {
 
 void Warnings::add(std::string_view kind, std::string_view pointer, std::string_view message, std::string_view code) {
   add({std::string(kind), place_message(pointer, message, code), 1});
+}
+
+void Warnings::repair(std::string_view kind, const ImportFailure& fault, std::string_view remedy) {
+  if (strict_) throw fault;
+  add({std::string(kind), fmt::format("{}; {}", fault.error.message, remedy), 1});
+}
+
+void Warnings::repair(std::string_view kind, std::string_view pointer, std::string_view message, std::string_view code,
+                      std::string_view remedy) {
+  repair(kind, ImportFailure{{ErrorKind::scene_invalid, place_message(pointer, message, code)}}, remedy);
 }
 
 void Warnings::append(const Warnings& other) {

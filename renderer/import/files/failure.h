@@ -21,17 +21,30 @@ struct ImportFailure {
 // one.
 [[nodiscard]] std::string place_message(std::string_view pointer, std::string_view message, std::string_view code);
 
+// Returns the code at the end of the message; empty if there is none.
+[[nodiscard]] std::string_view code_of(const ImportFailure& failure);
+
 [[noreturn]] void fail(std::string_view pointer, std::string_view message, std::string_view code = {},
                        ErrorKind kind = ErrorKind::scene_invalid);
 
 // Returns text of the file in quotes, safe to print: control characters escaped, at most 80 bytes.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
-// Warnings of one piece of work. Only the first of each kind is stored, with a count of the others;
-// at most 100 kinds are stored.
+// Findings of one piece of work: warnings, and faults that an image survives. Only the first of
+// each kind is stored, with a count of the others; at most 100 kinds are stored.
 class Warnings {
  public:
+  // Strict: repair() throws the fault, as a validator refuses the file.
+  explicit Warnings(bool strict = false) : strict_(strict) {}
+  [[nodiscard]] bool strict() const { return strict_; }
+
+  // A remark about a valid file, or about values that are repaired in strict loads too.
   void add(std::string_view kind, std::string_view pointer, std::string_view message, std::string_view code = {});
+  // A fault of the file, and the remedy with which it is read all the same: "the channel is
+  // ignored". Throws the fault as an ImportFailure if strict.
+  void repair(std::string_view kind, const ImportFailure& fault, std::string_view remedy);
+  void repair(std::string_view kind, std::string_view pointer, std::string_view message, std::string_view code,
+              std::string_view remedy);
   void append(const Warnings& other);
   void send(std::string_view file, ProgressListener* listener) const;
 
@@ -45,6 +58,7 @@ class Warnings {
 
   std::vector<Entry> entries_;
   size_t left_out_ = 0;
+  bool strict_ = false;
 };
 
 } // namespace kindling::gltf

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/glb.h"
 
+#include "renderer/import/files/other_formats.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,20 +27,27 @@ uint32_t read_u32(Bytes bytes, size_t at) {
 
 bool is_glb(Bytes file) { return file.size() >= 4 && std::memcmp(file.data(), "glTF", 4) == 0; }
 
-GlbChunks split_glb(Bytes file, Warnings& warnings) {
+GlbChunks split_glb(Bytes file, const std::filesystem::path& path, Warnings& warnings) {
   if (file.size() < kHeaderBytes) {
     fail("", fmt::format("{} bytes, a .glb starts with a header of 12", file.size()), "GLB_UNEXPECTED_END_OF_HEADER");
   }
   if (!is_glb(file)) fail("", "does not start with the bytes 'glTF' of a .glb", "GLB_INVALID_MAGIC");
   if (const uint32_t version = read_u32(file, 4); version != 2) {
+    if (version == 1) {
+      fail("", fmt::format("container version 1, expected 2; convert it with {}", converter_of_version_1(path)),
+           "GLB_INVALID_VERSION");
+    }
     fail("", fmt::format("container version {}, expected 2", version), "GLB_INVALID_VERSION");
   }
-  const size_t declared = read_u32(file, 8);
+  size_t declared = read_u32(file, 8);
   if (declared < kHeaderBytes + kChunkHeaderBytes) {
     fail("", fmt::format("declares a length of {} bytes, a .glb has at least 20", declared), "GLB_LENGTH_TOO_SMALL");
   }
   if (declared > file.size()) {
-    fail("", fmt::format("declares {} bytes but has {}: truncated", declared, file.size()), "GLB_LENGTH_MISMATCH");
+    const std::string fault = fmt::format("declares {} bytes but has {}: truncated", declared, file.size());
+    if (file.size() < kHeaderBytes + kChunkHeaderBytes) fail("", fault, "GLB_LENGTH_MISMATCH");
+    warnings.repair("glb length", "", fault, "GLB_LENGTH_MISMATCH", "these are read");
+    declared = file.size();
   }
   if (declared < file.size()) {
     warnings.add("glb_extra", "", fmt::format("{} bytes after the end of the .glb are ignored", file.size() - declared),
@@ -49,14 +58,21 @@ GlbChunks split_glb(Bytes file, Warnings& warnings) {
   size_t at = kHeaderBytes;
   for (int number = 0; at < declared; ++number) {
     if (declared - at < kChunkHeaderBytes) {
-      fail("", fmt::format("{} bytes left, a chunk header has 8", declared - at), "GLB_UNEXPECTED_END_OF_CHUNK_HEADER");
+      const std::string fault = fmt::format("{} bytes left, a chunk header has 8", declared - at);
+      constexpr const char* kCode = "GLB_UNEXPECTED_END_OF_CHUNK_HEADER";
+      if (number == 0) fail("", fault, kCode);
+      warnings.repair("chunk header", "", fault, kCode, "they are ignored");
+      break;
     }
-    const size_t length = read_u32(file, at);
+    size_t length = read_u32(file, at);
     const uint32_t type = read_u32(file, at + 4);
     at += kChunkHeaderBytes;
     if (length > declared - at) {
-      fail("", fmt::format("chunk {} declares {} bytes, {} are left", number, length, declared - at),
-           "GLB_CHUNK_TOO_BIG");
+      const std::string fault = fmt::format("chunk {} declares {} bytes, {} are left", number, length, declared - at);
+      const size_t left = file.size() - at; // the header may declare too little
+      if (number == 0 && length > left) fail("", fault, "GLB_CHUNK_TOO_BIG");
+      warnings.repair("chunk length", "", fault, "GLB_CHUNK_TOO_BIG", "what the file has is read");
+      length = std::min(length, left);
     }
     const Bytes content = file.subspan(at, length);
     at += length;
@@ -68,7 +84,8 @@ GlbChunks split_glb(Bytes file, Warnings& warnings) {
       fail("", fmt::format("chunk {} repeats the type of another chunk", number), "GLB_DUPLICATE_CHUNK");
     } else if (type == kBin) {
       if (number != 1) {
-        fail("", fmt::format("the BIN chunk has number {}, expected 1", number), "GLB_UNEXPECTED_BIN_CHUNK");
+        warnings.repair("BIN place", "", fmt::format("the BIN chunk has number {}, expected 1", number),
+                        "GLB_UNEXPECTED_BIN_CHUNK", "it is read");
       }
       chunks.bin = content;
     } else {

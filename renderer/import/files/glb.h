@@ -5,6 +5,7 @@
 #include "renderer/import/files/failure.h"
 #include "renderer/import/files/file_bytes.h"
 
+#include <filesystem>
 #include <optional>
 
 namespace kindling::gltf {
@@ -16,7 +17,8 @@ struct GlbChunks {
 
 [[nodiscard]] bool is_glb(Bytes file); // true if the file starts with the magic bytes "glTF"
 
-// Returns the chunks as spans of `file`. Throws ImportFailure.
-[[nodiscard]] GlbChunks split_glb(Bytes file, Warnings& warnings);
+// Returns the chunks as spans of `file`; `path` appears in errors. A BIN chunk that the file cuts
+// short has the bytes that exist, unless `warnings` is strict. Throws ImportFailure.
+[[nodiscard]] GlbChunks split_glb(Bytes file, const std::filesystem::path& path, Warnings& warnings);
 
 } // namespace kindling::gltf

@@ -35,6 +35,19 @@ constexpr OtherFormat kOtherFormats[] = {
     {".ply", "ply", "a PLY file", "assimp: assimp export {0}.ply {0}.glb"},
     {".abc", "Ogawa", "an Alembic file", kBlender},
     {".vrml", "#VRML", "a VRML file", kBlender},
+    {".wrl", "#VRML", "a VRML file", kBlender},
+    {".x3d", "", "an X3D file", kBlender},
+    {".off", "OFF", "an OFF file", "assimp: assimp export {0}.off {0}.glb"},
+    {".b3dm", "b3dm", "a tile of 3D Tiles",
+     "3d-tiles-tools (npm): npx 3d-tiles-tools b3dmToGlb -i {0}.b3dm -o {0}.glb"},
+    {".i3dm", "i3dm", "a tile of 3D Tiles",
+     "3d-tiles-tools (npm): npx 3d-tiles-tools i3dmToGlb -i {0}.i3dm -o {0}.glb"},
+    {".spz", "", "a file of Gaussian splats", kSplatConverter},
+    {".splat", "", "a file of Gaussian splats", kSplatConverter},
+    {".ksplat", "", "a file of Gaussian splats", kSplatConverter},
+    {".sog", "", "a file of Gaussian splats", kSplatConverter},
+    {".zip", "PK\x03\x04", "a zip archive", "unzip: unzip {0}.zip"},
+    {".gz", "\x1f\x8b", "a compressed file", "gunzip"},
 };
 
 } // namespace
@@ -53,6 +66,11 @@ std::string describe_other_format(Bytes file, const std::filesystem::path& path)
                        fmt::format(fmt::runtime(format.converter), path.stem().string()));
   }
   return {};
+}
+
+std::string converter_of_version_1(const std::filesystem::path& path) {
+  return fmt::format("gltf-pipeline (npm): gltf-pipeline -i {} -o {}_2.glb", path.filename().string(),
+                     path.stem().string());
 }
 
 } // namespace kindling::gltf

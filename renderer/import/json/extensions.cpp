@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/json/extensions.h"
 
+#include "renderer/import/files/other_formats.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -16,17 +18,38 @@ using Level = ExtensionSupport::Level;
 
 constexpr size_t kMaxNames = 1000;
 
+// A name that ends with * stands for all others that begin so.
 constexpr ExtensionEntry kTable[] = {
+    {{"ADOBE_materials_*", Level::ignored, "looks of materials"}},
+    {{"AGI_*", Level::ignored, "articulations and metadata"}},
+    {{"CESIUM_RTC", Level::full, "moves everything, which no image shows: not applied, for precision"}},
+    {{"CESIUM_primitive_outline", Level::ignored, "edges to draw"}},
+    {{"EXT_feature_metadata", Level::ignored, "metadata"}},
+    {{"EXT_instance_features", Level::ignored, "metadata"}},
     {{"EXT_lights_ies", Level::full, "photometry of types A, B and C; TILT has no effect"}},
     {{"EXT_lights_image_based", Level::full, "the environment of a scene without --env"}},
+    {{"EXT_materials_*", Level::ignored, "looks of materials"}},
+    {{"EXT_mesh_features", Level::ignored, "metadata"}},
     {{"EXT_mesh_gpu_instancing", Level::full, "TRANSLATION, ROTATION and SCALE; other attributes have no effect"}},
+    {{"EXT_mesh_manifold", Level::ignored, "topology for printing"}},
+    {{"EXT_mesh_polygon", Level::ignored, "polygons of the triangles"}},
+    {{"EXT_mesh_primitive_restart", Level::ignored, "cut strips lose the triangles at their cuts"}},
     {{"EXT_meshopt_compression", Level::full, "all modes and filters"}},
+    {{"EXT_structural_metadata", Level::ignored, "metadata"}},
+    {{"EXT_texture_avif", Level::ignored, "the texture's other image is used"}},
     {{"EXT_texture_procedurals_mx_1_39", Level::partial,
       "experimental (draft); names the nodes of KHR_texture_procedurals"}},
     {{"EXT_texture_webp", Level::full, ""}},
+    {{"FB_geometry_metadata", Level::ignored, "metadata"}},
+    {{"FB_ngon_encoding", Level::ignored, "polygons of the triangles"}},
+    {{"GODOT_single_root", Level::ignored, "metadata"}},
     {{"KHR_animation_pointer", Level::full, "all mutable properties that are rendered"}},
+    {{"KHR_audio*", Level::ignored, "sounds"}},
     {{"KHR_draco_mesh_compression", Level::full, "triangles"}},
+    {{"KHR_implicit_shapes", Level::ignored, "shapes of physics"}},
+    {{"KHR_interactivity", Level::ignored, "behavior"}},
     {{"KHR_lights_punctual", Level::full, ""}},
+    {{"KHR_materials_*", Level::ignored, "looks of materials, other than those above"}},
     {{"KHR_materials_anisotropy", Level::full, ""}},
     {{"KHR_materials_clearcoat", Level::full, ""}},
     {{"KHR_materials_diffuse_transmission", Level::full, ""}},
@@ -46,13 +69,40 @@ constexpr ExtensionEntry kTable[] = {
     {{"KHR_materials_volume_scatter", Level::full, "experimental (draft)"}},
     {{"KHR_mesh_quantization", Level::full, ""}},
     {{"KHR_meshopt_compression", Level::full, "both versions, all modes and filters"}},
+    {{"KHR_node_hoverability", Level::ignored, "behavior"}},
+    {{"KHR_node_selectability", Level::ignored, "behavior"}},
     {{"KHR_node_visibility", Level::full, ""}},
+    {{"KHR_physics_rigid_bodies", Level::ignored, "physics"}},
+    {{"KHR_rigid_bodies", Level::ignored, "physics"}},
+    {{"KHR_techniques_webgl", Level::ignored, "shaders of glTF 1.0; materials are white"}},
     {{"KHR_texture_basisu", Level::full, "KTX2 with ETC1S or UASTC"}},
     {{"KHR_texture_procedurals", Level::partial,
       "experimental (draft); most pattern and math nodes of MaterialX 1.39"}},
     {{"KHR_texture_transform", Level::full, ""}},
     {{"KHR_xmp", Level::full, "archived; metadata, nothing to render"}},
     {{"KHR_xmp_json_ld", Level::full, "metadata, nothing to render"}},
+    {{"MOZ_*", Level::ignored, "components, light maps and backgrounds of Hubs"}},
+    {{"MSFT_lod", Level::ignored, "the most detailed level is rendered"}},
+    {{"MSFT_packing_*", Level::ignored, "looks of materials"}},
+    {{"MSFT_texture_dds", Level::ignored, "the texture's other image is used"}},
+    {{"NV_materials_mdl", Level::ignored, "looks of materials"}},
+    {{"OMI_*", Level::ignored, "physics and behavior"}},
+    {{"VRM", Level::ignored, "avatars; looks of MToon"}},
+    {{"VRMC_*", Level::ignored, "avatars; looks of MToon"}},
+};
+
+struct Converter {
+  std::string_view prefix; // of the extension
+  std::string_view what;
+  std::string_view converter;
+};
+
+// Extensions whose geometry Kindling cannot show.
+constexpr Converter kConverters[] = {
+    {"KHR_gaussian_splatting", "Gaussian splats", kSplatConverter},
+    {"KHR_spz_gaussian_splats", "Gaussian splats", kSplatConverter},
+    {"EXT_primitive_voxels", "voxels", "Blender (import as points, Remesh, File > Export > glTF 2.0)"},
+    {"MPEG_", "streamed media", "gltf-transform (npm), with the media written into the file"},
 };
 
 std::string supported_names() {
@@ -75,9 +125,16 @@ bool contains(const nlohmann::json& list, std::string_view name) {
 std::span<const ExtensionEntry> extension_table() { return kTable; }
 
 const ExtensionEntry* find_extension_entry(std::string_view name) {
-  const auto found = std::find_if(std::begin(kTable), std::end(kTable),
-                                  [&](const ExtensionEntry& entry) { return entry.support.name == name; });
-  return found == std::end(kTable) ? nullptr : found;
+  const auto find = [&](const auto& is_it) {
+    const auto found = std::find_if(std::begin(kTable), std::end(kTable), is_it);
+    return found == std::end(kTable) ? nullptr : found;
+  };
+  const auto* exact = find([&](const ExtensionEntry& entry) { return entry.support.name == name; });
+  if (exact != nullptr) return exact;
+  return find([&](const ExtensionEntry& entry) {
+    const std::string_view pattern = entry.support.name;
+    return pattern.ends_with('*') && name.starts_with(pattern.substr(0, pattern.size() - 1));
+  });
 }
 
 void check_extensions(const nlohmann::json& root, Warnings& warnings) {
@@ -95,8 +152,14 @@ void check_extensions(const nlohmann::json& root, Warnings& warnings) {
   for (size_t i = 0; i < required.size(); ++i) {
     const auto& name = required[i].get_ref<const std::string&>();
     const ExtensionEntry* entry = find_extension_entry(name);
-    if (entry != nullptr && (entry->support.level != Level::ignored || entry->loads_if_required)) continue;
-    fail(fmt::format("/extensionsRequired/{}", i),
+    if (entry != nullptr && (entry->support.level != Level::ignored || !warnings.strict())) continue;
+    const std::string pointer = fmt::format("/extensionsRequired/{}", i);
+    for (const Converter& known : kConverters) {
+      if (name.starts_with(known.prefix))
+        fail(pointer,
+             fmt::format("{} ({}) is not supported; convert it with {}", in_quotes(name), known.what, known.converter));
+    }
+    fail(pointer,
          fmt::format("{} is required but not supported; supported are {}", in_quotes(name), supported_names()));
   }
 

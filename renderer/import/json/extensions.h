@@ -12,19 +12,18 @@
 
 namespace kindling::gltf {
 
+// A file that requires an extension of Level::ignored loads with a warning, unless the load is
+// strict. The specification demands a refusal; but shapes are right without it, and an image with
+// other looks is more useful than none.
 struct ExtensionEntry {
   ExtensionSupport support;
-  // Only for Level::ignored: true if a file that requires the extension still loads, with a
-  // warning. The specification demands a refusal; but shapes are right without it, and an image
-  // with other looks is more useful than none.
-  bool loads_if_required = true;
 };
 
 [[nodiscard]] std::span<const ExtensionEntry> extension_table();
 [[nodiscard]] const ExtensionEntry* find_extension_entry(std::string_view name);
 
-// Throws ImportFailure for a required extension that is unknown or cannot be ignored; warns once
-// for each ignored one. `root` has passed check_json().
+// Throws ImportFailure for a required extension that is unknown, or ignored if `warnings` is
+// strict; warns once for each ignored one. `root` has passed check_json().
 void check_extensions(const nlohmann::json& root, Warnings& warnings);
 
 // Returns the extension object `name` of a checked object, or null.

@@ -21,6 +21,18 @@ enum class JsonKind : uint8_t {
   index_map, // an object whose values are indices
 };
 
+// The repair of a faulty property, with a warning, in loads that are not strict. Structure that
+// geometry depends on is refused.
+enum class JsonRepair : uint8_t {
+  refuse,
+  clamp,  // a number takes the nearest accepted value, a list loses its excess; else as `ignore`
+  ignore, // the property is removed, so its default applies; choices match in any case of letters
+  skip,   // array: faulty elements are removed
+  // Array: a faulty element becomes `stand_in`. Nodes lose their reference to it; a used mesh, skin
+  // or accessor is refused after all.
+  replace,
+};
+
 struct JsonSchema;
 
 struct JsonProperty {
@@ -40,12 +52,20 @@ struct JsonProperty {
   const JsonSchema* schema = nullptr;
   bool soft = false; // index: removed with a warning if it is out of bounds
   bool core = true;  // read by tinygltf; false: hidden from it and read from the JSON
+  JsonRepair repair = JsonRepair::refuse;
+  // Numbers outside of [min, max] that are used unchanged, with a warning; an empty range: none.
+  double lenient_min = 1.0;
+  double lenient_max = 0.0;
+  // JSON text: the element of JsonRepair::replace, or the value of a required property that is
+  // missing or faulty under JsonRepair::ignore.
+  std::string_view stand_in;
 };
 
 // An extension object below "extensions" of an object.
 struct JsonExtension {
   std::string_view name;
   const JsonSchema* schema = nullptr;
+  JsonRepair repair = JsonRepair::refuse; // or ignore
 };
 
 struct JsonSchema {
@@ -59,5 +79,7 @@ extern const JsonSchema kGltfSchema;
 // Named because check_json() records their absent properties in CorePlaces.
 extern const JsonSchema kAccessorSchema;
 extern const JsonSchema kChannelTargetSchema;
+// Named because the object that its type names must exist.
+extern const JsonSchema kCameraSchema;
 
 } // namespace kindling::gltf

@@ -115,21 +115,31 @@ Image linear_face(const Image& image) {
 
 } // namespace
 
-void import_image_lights(const Document& document, Scene& scene) {
+void import_image_lights(const Document& document, Scene& scene, Warnings& warnings) {
   const json& lights = lights_of(document);
-  for (size_t i = 0; i < lights.size(); ++i)
-    scene.image_lights.push_back(read_light(document, lights[i], light_pointer(i)));
+  std::vector<bool> usable(lights.size(), true);
+  for (size_t i = 0; i < lights.size(); ++i) {
+    try {
+      scene.image_lights.push_back(read_light(document, lights[i], light_pointer(i)));
+    } catch (const ImportFailure& fault) {
+      warnings.repair("image-based light", fault, "the light is not used");
+      scene.image_lights.emplace_back();
+      usable[i] = false;
+    }
+  }
   if (!document.json->contains("scenes")) return;
   const json& scenes = (*document.json)["scenes"];
   for (size_t i = 0; i < scenes.size(); ++i) {
     const json* extension = find_extension(scenes[i], kImageLightsExtension);
     if (extension == nullptr) continue;
     const auto index = (*extension)["light"].get<uint64_t>();
-    if (index >= scene.image_lights.size())
-      fail(fmt::format("/scenes/{}/extensions/{}/light", i, kImageLightsExtension),
-           fmt::format("{}, the file has {} image-based lights", index, scene.image_lights.size()),
-           "UNRESOLVED_REFERENCE");
-    scene.scenes[i].image_light = static_cast<int>(index);
+    if (index >= scene.image_lights.size()) {
+      warnings.repair("scene light", fmt::format("/scenes/{}/extensions/{}/light", i, kImageLightsExtension),
+                      fmt::format("{}, the file has {} image-based lights", index, scene.image_lights.size()),
+                      "UNRESOLVED_REFERENCE", "the scene has no such light");
+    } else if (usable[index]) {
+      scene.scenes[i].image_light = static_cast<int>(index);
+    }
   }
 }
 

@@ -9,7 +9,7 @@ namespace kindling::gltf {
 
 // Fills scene.image_lights, without images, and the image_light of scene.scenes. Throws
 // ImportFailure.
-void import_image_lights(const Document& document, Scene& scene);
+void import_image_lights(const Document& document, Scene& scene, Warnings& warnings);
 
 // Loads the six faces of the first level, that of roughness 0, for the lights that a scene uses. A
 // path tracer does not need the levels for rougher surfaces. JPEG and PNG without alpha are sRGB;

@@ -59,17 +59,26 @@ Photometry read_profile(Document& document, const json& object, const std::strin
 void import_photometric_lights(Document& document, Scene& scene, Warnings& warnings) {
   if (const json* extension = find_extension(*document.json, kPhotometricLights)) {
     const json& lights = (*extension)["lights"];
-    for (size_t i = 0; i < lights.size(); ++i)
-      scene.photometries.push_back(
-          read_profile(document, lights[i], fmt::format("/extensions/{}/lights/{}", kPhotometricLights, i), warnings));
+    for (size_t i = 0; i < lights.size(); ++i) {
+      try {
+        scene.photometries.push_back(read_profile(
+            document, lights[i], fmt::format("/extensions/{}/lights/{}", kPhotometricLights, i), warnings));
+      } catch (const ImportFailure& fault) {
+        warnings.repair("profile", fault, "its lights are dark");
+        scene.photometries.push_back(dark());
+      }
+    }
   }
   for (size_t i = 0; i < scene.nodes.size(); ++i) {
     const json* extension = find_extension((*document.json)["nodes"][i], kPhotometricLights);
     if (extension == nullptr) continue;
     const auto index = (*extension)["light"].get<uint64_t>();
-    if (index >= scene.photometries.size())
-      fail(fmt::format("/nodes/{}/extensions/{}/light", i, kPhotometricLights),
-           fmt::format("{}, the file has {} light profiles", index, scene.photometries.size()), "UNRESOLVED_REFERENCE");
+    if (index >= scene.photometries.size()) {
+      warnings.repair("node profile", fmt::format("/nodes/{}/extensions/{}/light", i, kPhotometricLights),
+                      fmt::format("{}, the file has {} light profiles", index, scene.photometries.size()),
+                      "UNRESOLVED_REFERENCE", "the node has no light");
+      continue;
+    }
     PunctualLight light;
     light.name = scene.photometries[index].name;
     light.photometry = static_cast<int>(index);

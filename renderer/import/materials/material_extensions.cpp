@@ -64,9 +64,10 @@ void read_emissive_strength(const json& object, const Place&, Material& material
 void read_ior(const json& object, const Place& place, Material& material) {
   const double value = number_or(object, "ior", 1.5);
   if (value != 0.0 && value < 1.0) {
-    fail(place.pointer + "/ior", fmt::format("{}, expected 0 or a number from 1", value), "VALUE_NOT_IN_RANGE");
+    place.warnings.repair("ior", place.pointer + "/ior", fmt::format("{}, expected 0 or a number from 1", value),
+                          "VALUE_NOT_IN_RANGE", "1 is used");
   }
-  material.ior = static_cast<float>(value);
+  material.ior = value == 0.0 ? 0.0f : static_cast<float>(std::max(value, 1.0));
 }
 
 void read_iridescence(const json& object, const Place&, Material& material) {

@@ -77,6 +77,10 @@ void fetch(const Document& document, ImageFile& file) {
     if (file.bytes.empty()) file.error = fmt::format("bufferView {} has no data", view->get<size_t>());
     return;
   }
+  if (uri == image.end()) {
+    file.error = "neither uri nor bufferView";
+    return;
+  }
   const auto& text = uri->get_ref<const std::string&>();
   Result<OwnedBytes> bytes = Error{};
   if (is_data_uri(text)) {
@@ -93,15 +97,16 @@ void fetch(const Document& document, ImageFile& file) {
   file.bytes = file.owned.span();
 }
 
-void check_image_objects(const Document& document) {
+void check_image_objects(const Document& document, Warnings& warnings) {
   const auto images = document.json->find("images");
   if (images == document.json->end()) return;
   for (size_t i = 0; i < images->size(); ++i) {
     const bool has_uri = (*images)[i].contains("uri");
     if (has_uri != (*images)[i].contains("bufferView")) continue;
-    fail(fmt::format("/images/{}", i),
-         has_uri ? "both uri and bufferView, expected one of them" : "neither uri nor bufferView, expected one of them",
-         "ONE_OF_MISMATCH");
+    warnings.repair(has_uri ? "two sources" : "no source of an image", fmt::format("/images/{}", i),
+                    has_uri ? "both uri and bufferView, expected one of them"
+                            : "neither uri nor bufferView, expected one of them",
+                    "ONE_OF_MISMATCH", has_uri ? "the bufferView is used" : "the image is unreadable");
   }
 }
 
@@ -210,8 +215,8 @@ void load_files(Document& document, std::vector<ImageFile>& files, size_t first,
 
 } // namespace
 
-void import_samplers(const Document& document, Scene& scene) {
-  check_image_objects(document);
+void import_samplers(const Document& document, Scene& scene, Warnings& warnings) {
+  check_image_objects(document, warnings);
   for (size_t i = 0; i < document.core.textures.size(); ++i) {
     SceneTexture texture;
     if (const int index = document.core.textures[i].sampler; index >= 0) {

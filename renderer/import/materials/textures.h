@@ -12,7 +12,7 @@ class TextureMemory;
 namespace kindling::gltf {
 
 // Fills scene.textures, one for each texture of the file, without images.
-void import_samplers(const Document& document, Scene& scene);
+void import_samplers(const Document& document, Scene& scene, Warnings& warnings);
 
 // Sets the Image of each texture that a material uses; images with equal bytes are stored once. If
 // an image is unreadable, a warning, the texture gets its next one, in the order

@@ -11,13 +11,10 @@
 
 namespace kindling::gltf {
 
-// Checks formats and counts of all accessors that the primitive refers to and charges the budget
-// for what read_primitive() will decode. Throws ImportFailure. Not thread-safe (the budget).
-void check_primitive(const Document& document, size_t mesh, size_t primitive, ElementBudget& budget);
-
-// Returns nothing, with a warning, for points, lines and primitives without positions or triangles.
-// `materials` are those that the primitive may have, its own first, null for the default one;
-// tangents are read if one of them needs any. Throws ImportFailure. Thread-safe.
+// Reads a primitive that check_primitive() has passed. Returns nothing, with a warning, for points,
+// lines and primitives without positions or triangles. `materials` are those that the primitive may
+// have, its own first, null for the default one; tangents are read if one of them needs any. Throws
+// ImportFailure. Thread-safe.
 [[nodiscard]] std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t primitive,
                                                       std::span<const Material* const> materials, Warnings& warnings);
 

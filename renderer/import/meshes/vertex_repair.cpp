@@ -40,7 +40,7 @@ bool normalize(V3f& v) {
 
 } // namespace
 
-void check_positions(const Primitive& primitive, const std::string& pointer) {
+void repair_positions(Primitive& primitive, const std::string& pointer, Warnings& warnings) {
   const auto fine = [&](size_t i) {
     const V3f& p = primitive.positions[i];
     return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::abs(p.z) <= kFarthest;
@@ -49,8 +49,14 @@ void check_positions(const Primitive& primitive, const std::string& pointer) {
   size_t first = 0;
   while (fine(first)) ++first;
   const V3f& p = primitive.positions[first];
-  fail(pointer, fmt::format("vertex ({}, {}, {}), expected finite numbers up to 1e18", p.x, p.y, p.z),
-       "ACCESSOR_INVALID_FLOAT");
+  warnings.repair("position", pointer,
+                  fmt::format("vertex ({}, {}, {}), expected finite numbers up to 1e18", p.x, p.y, p.z),
+                  "ACCESSOR_INVALID_FLOAT", "its triangles are not rendered");
+  erase_triangles(primitive.indices, [&](uint32_t index) { return !fine(index); });
+  if (primitive.indices.empty()) return;
+  const V3f other = primitive.positions[primitive.indices.front()];
+  for (size_t i = 0; i < primitive.positions.size(); ++i)
+    if (!fine(i)) primitive.positions[i] = other;
 }
 
 void repair_normals(Primitive& primitive, const std::string& pointer, Warnings& warnings) {

@@ -10,9 +10,22 @@
 
 namespace kindling::gltf {
 
-// Throws ImportFailure for a position that is not finite or above 1e18 in size (its square would
-// not be finite).
-void check_positions(const Primitive& primitive, const std::string& pointer);
+// Removes the triangles of positions that are not finite or above 1e18 in size (the square would
+// not be finite), and gives these vertices the position of another one. Throws ImportFailure if
+// `warnings` is strict.
+void repair_positions(Primitive& primitive, const std::string& pointer, Warnings& warnings);
+
+// Removes the triangles of which is_bad(index) is true for a corner.
+template <typename IsBad>
+void erase_triangles(std::vector<uint32_t>& indices, const IsBad& is_bad) {
+  size_t count = 0;
+  for (size_t t = 0; t + 2 < indices.size(); t += 3) {
+    if (is_bad(indices[t]) || is_bad(indices[t + 1]) || is_bad(indices[t + 2])) continue;
+    for (size_t c = 0; c < 3; ++c) indices[count + c] = indices[t + c];
+    count += 3;
+  }
+  indices.resize(count);
+}
 
 // Normalizes normals. One without a direction becomes the mean of the adjacent triangles' geometric
 // normals.

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
+#include <utility>
 
 namespace kindling::gltf {
 namespace {
@@ -24,20 +26,23 @@ V3f to_v3f(const std::vector<double>& values) {
   return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
 }
 
-void read_transform(const tinygltf::Node& core, const json& object, const std::string& pointer, Node& node) {
+void read_transform(const tinygltf::Node& core, const json& object, const std::string& pointer, Node& node,
+                    Warnings& warnings) {
   if (!core.matrix.empty()) {
     if (object.contains("translation") || object.contains("rotation") || object.contains("scale")) {
-      fail(pointer + "/matrix", "a matrix beside translation, rotation or scale, expected one or the other",
-           "NODE_MATRIX_TRS");
+      warnings.repair("matrix", pointer + "/matrix",
+                      "a matrix beside translation, rotation or scale, expected one or the other", "NODE_MATRIX_TRS",
+                      "the matrix is used");
     }
     M44f matrix;
     for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = static_cast<float>(core.matrix[static_cast<size_t>(i)]);
     for (int row = 0; row < 4; ++row) {
       const float wanted = row == 3 ? 1.0f : 0.0f;
       if (std::abs(matrix[row][3] - wanted) > 1e-5f) {
-        fail(pointer + "/matrix",
-             fmt::format("element {} is {}, expected an affine matrix with {}", row * 4 + 3, matrix[row][3], wanted),
-             "NODE_MATRIX_NON_TRS");
+        warnings.repair(
+            "affine", pointer + "/matrix",
+            fmt::format("element {} is {}, expected an affine matrix with {}", row * 4 + 3, matrix[row][3], wanted),
+            "NODE_MATRIX_NON_TRS", fmt::format("{} is used", wanted));
       }
       matrix[row][3] = wanted;
     }
@@ -49,8 +54,11 @@ void read_transform(const tinygltf::Node& core, const json& object, const std::s
   if (!core.rotation.empty()) {
     const std::vector<double>& q = core.rotation;
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(length > 1e-6))
-      fail(pointer + "/rotation", "a quaternion of length 0, expected length 1", "ROTATION_NON_UNIT");
+    if (!(length > 1e-6)) {
+      warnings.repair("rotation", pointer + "/rotation", "a quaternion of length 0, expected length 1",
+                      "ROTATION_NON_UNIT", "the node is not rotated");
+      return;
+    }
     node.local.rotation = {static_cast<float>(q[3] / length), static_cast<float>(q[0] / length),
                            static_cast<float>(q[1] / length), static_cast<float>(q[2] / length)};
   }
@@ -101,14 +109,16 @@ void read_instances(const Document& document, const json& extension, const std::
 }
 
 void read_node_extensions(const Document& document, const Scene& scene, const json& object, const std::string& pointer,
-                          ElementBudget& budget, uint64_t& instances, Node& node) {
+                          ElementBudget& budget, uint64_t& instances, Node& node, Warnings& warnings) {
   if (const json* light = find_extension(object, "KHR_lights_punctual")) {
     const auto index = (*light)["light"].get<uint64_t>();
-    if (index >= scene.lights.size()) {
-      fail(pointer + "/extensions/KHR_lights_punctual/light",
-           fmt::format("{}, the file has {} lights", index, scene.lights.size()), "UNRESOLVED_REFERENCE");
+    if (index < scene.lights.size()) {
+      node.light = static_cast<int>(index);
+    } else {
+      warnings.repair("node light", pointer + "/extensions/KHR_lights_punctual/light",
+                      fmt::format("{}, the file has {} lights", index, scene.lights.size()), "UNRESOLVED_REFERENCE",
+                      "the node has no light");
     }
-    node.light = static_cast<int>(index);
   }
   if (const json* visibility = find_extension(object, "KHR_node_visibility"))
     node.visible = visibility->value("visible", true);
@@ -145,19 +155,45 @@ std::vector<int> highest_joints(const Scene& scene) {
   return highest;
 }
 
-// Returns the parent of each node. Throws for a second parent, a loop, or too many levels.
-std::vector<int> check_tree(const Document& document, const std::vector<Node>& nodes) {
+void remove_child(std::vector<Node>& nodes, int parent, int child) {
+  std::vector<int>& children = nodes[static_cast<size_t>(parent)].children;
+  children.erase(std::remove(children.begin(), children.end(), child), children.end());
+}
+
+// Returns the parent of each node. Of several parents of a node the last one stays, as in three.js.
+std::vector<int> find_parents(std::vector<Node>& nodes, Warnings& warnings) {
   std::vector<int> parent(nodes.size(), kNone);
+  std::vector<std::pair<int, int>> removed; // former parents, and children
+  std::vector<int> repeated;
   for (size_t i = 0; i < nodes.size(); ++i) {
     for (size_t c = 0; c < nodes[i].children.size(); ++c) {
-      int& known = parent[static_cast<size_t>(nodes[i].children[c])];
+      const int child = nodes[i].children[c];
+      int& known = parent[static_cast<size_t>(child)];
       if (known != kNone) {
-        fail(fmt::format("/nodes/{}/children/{}", i, c),
-             fmt::format("node {} is a child of node {} already", nodes[i].children[c], known), "NODE_PARENT_OVERRIDE");
+        const bool same = known == static_cast<int>(i);
+        warnings.repair("parents", fmt::format("/nodes/{}/children/{}", i, c),
+                        fmt::format("node {} is a child of node {} already", child, known), "NODE_PARENT_OVERRIDE",
+                        same ? "it is listed once" : "it is moved to this one");
+        if (same) repeated.push_back(static_cast<int>(i));
+        if (!same) removed.emplace_back(known, child);
       }
       known = static_cast<int>(i);
     }
   }
+  for (const auto& [former, child] : removed) remove_child(nodes, former, child);
+  for (const int node : repeated) {
+    std::vector<int>& children = nodes[static_cast<size_t>(node)].children;
+    std::vector<int> once;
+    std::set<int> seen;
+    for (const int child : children)
+      if (seen.insert(child).second) once.push_back(child);
+    children = std::move(once);
+  }
+  return parent;
+}
+
+// Throws for a loop, or too many levels. `parent` is that of find_parents().
+void check_tree(const Document& document, const std::vector<Node>& nodes, const std::vector<int>& parent) {
   // Breadth first from the roots. Each node has one parent, so a node that is not reached is in a
   // loop.
   std::vector<int> level;
@@ -183,24 +219,33 @@ std::vector<int> check_tree(const Document& document, const std::vector<Node>& n
     fail(node_pointer(static_cast<size_t>(lost - reached.begin())), "the node is part of a loop, or below one",
          "NODE_LOOP");
   }
-  return parent;
 }
 
-void import_scenes(const Document& document, const std::vector<int>& parent, Scene& scene) {
+// A child that a scene lists becomes a root: it leaves its parent, whose transform is not applied.
+void import_scenes(const Document& document, std::vector<int>& parent, Scene& scene, Warnings& warnings) {
   std::vector<int> listed_by(scene.nodes.size(), kNone);
   for (size_t i = 0; i < document.core.scenes.size(); ++i) {
     const tinygltf::Scene& core = document.core.scenes[i];
+    SceneRoot root{core.name, {}};
     for (size_t n = 0; n < core.nodes.size(); ++n) {
       const auto node = static_cast<size_t>(core.nodes[n]);
       const std::string pointer = fmt::format("/scenes/{}/nodes/{}", i, n);
-      if (parent[node] != kNone)
-        fail(pointer, fmt::format("node {} is a child of node {}, expected a root node", node, parent[node]),
-             "SCENE_NON_ROOT_NODE");
-      if (listed_by[node] == static_cast<int>(i))
-        fail(pointer, fmt::format("node {} is listed twice", node), "DUPLICATE_ELEMENTS");
+      if (parent[node] != kNone) {
+        warnings.repair("scene root", pointer,
+                        fmt::format("node {} is a child of node {}, expected a root node", node, parent[node]),
+                        "SCENE_NON_ROOT_NODE", "it becomes a root, without the transform of its parent");
+        remove_child(scene.nodes, parent[node], core.nodes[n]);
+        parent[node] = kNone;
+      }
+      if (listed_by[node] == static_cast<int>(i)) {
+        warnings.repair("scene node", pointer, fmt::format("node {} is listed twice", node), "DUPLICATE_ELEMENTS",
+                        "it is shown once");
+        continue;
+      }
       listed_by[node] = static_cast<int>(i);
+      root.nodes.push_back(core.nodes[n]);
     }
-    scene.scenes.push_back({core.name, core.nodes});
+    scene.scenes.push_back(std::move(root));
   }
   scene.default_scene = document.core.defaultScene >= 0 ? document.core.defaultScene : kNone;
   if (scene.scenes.empty() && !scene.nodes.empty()) {
@@ -231,11 +276,13 @@ void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
     for (const double weight : core.weights) node.weights.push_back(static_cast<float>(weight));
     const size_t targets = node.mesh == kNone ? 0 : morph_target_count(document, static_cast<size_t>(node.mesh));
     if (!node.weights.empty() && node.weights.size() != targets) {
-      fail(pointer + "/weights", fmt::format("{} weights, the mesh has {} morph targets", node.weights.size(), targets),
-           "NODE_WEIGHTS_INVALID");
+      warnings.repair("node weights", pointer + "/weights",
+                      fmt::format("{} weights, the mesh has {} morph targets", node.weights.size(), targets),
+                      "NODE_WEIGHTS_INVALID", "missing ones are 0, others are ignored");
+      node.weights.resize(targets, 0.0f);
     }
-    read_transform(core, object, pointer, node);
-    read_node_extensions(document, scene, object, pointer, budget, instances, node);
+    read_transform(core, object, pointer, node, warnings);
+    read_node_extensions(document, scene, object, pointer, budget, instances, node, warnings);
     if (node.skin != kNone && (node.mesh == kNone || highest_joint[static_cast<size_t>(node.mesh)] == kNone)) {
       warnings.add("skin", pointer + "/skin", "a skin on a node whose mesh has no joints has no effect",
                    "NODE_SKIN_WITH_NON_SKINNED_MESH");
@@ -243,7 +290,9 @@ void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
     check_skin(scene, highest_joint, pointer, node);
     scene.nodes.push_back(std::move(node));
   }
-  import_scenes(document, check_tree(document, scene.nodes), scene);
+  std::vector<int> parents = find_parents(scene.nodes, warnings);
+  check_tree(document, scene.nodes, parents);
+  import_scenes(document, parents, scene, warnings);
 }
 
 } // namespace kindling::gltf

@@ -7,14 +7,15 @@
 
 namespace kindling::gltf {
 
-// Fill scene.cameras, scene.lights and scene.skins. Throw ImportFailure.
-void import_cameras(const Document& document, Scene& scene, Warnings& warnings);
+// Fill scene.cameras, scene.lights and scene.skins. Throw ImportFailure. A camera without a valid
+// projection is removed from the nodes of the document.
+void import_cameras(Document& document, Scene& scene, Warnings& warnings);
 void import_lights(const Document& document, Scene& scene, Warnings& warnings);
 void import_skins(Document& document, Scene& scene, Warnings& warnings);
 
 // Fills scene.nodes, scene.scenes and scene.default_scene; a file without scenes gets one of all
-// root nodes. Needs scene.meshes, skins and lights. Throws ImportFailure for loops, second parents
-// and other input that pose_scene() cannot handle.
+// root nodes. Needs scene.meshes, skins and lights. Throws ImportFailure for loops and other input
+// that pose_scene() cannot handle.
 void import_nodes(Document& document, Scene& scene, Warnings& warnings);
 
 } // namespace kindling::gltf
