@@ -59,7 +59,7 @@ void thin_film(benchmark::State& state) {
 
 void wavelength(benchmark::State& state) {
   bench::for_hits_in_turn(state, make_hits(Interface::smooth), [](const Hit& h) {
-    const WavelengthSample s = sample_wavelength(h.u_lobe);
+    WavelengthSample s = sample_wavelength(h.u_lobe);
     benchmark::DoNotOptimize(dispersed_ior(1.5f, 0.3f, s.nm));
     benchmark::DoNotOptimize(s);
   });

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kMiddleGray = 0.18;
 constexpr double kMaxStops = 16.0;
-// Darker pixels count as this part of the mean, so that black ones do not decide the exposure.
-constexpr double kDarkest = 1e-4;
+// Of the mean: darker pixels, as those of a black background, do not decide the exposure.
+constexpr double kBlack = 1e-4;
 
 } // namespace
 
@@ -33,8 +33,13 @@ ImageBrightness measure_brightness(const Film& film) {
   result.mean /= count;
   if (result.mean <= 0.0) return result;
   double logs = 0.0;
-  for (const double value : luminances) logs += std::log(std::max(value, kDarkest * result.mean));
-  result.log_average = std::exp(logs / count);
+  size_t logs_count = 0;
+  for (const double value : luminances) {
+    if (value <= kBlack * result.mean) continue;
+    logs += std::log(value);
+    ++logs_count;
+  }
+  result.log_average = std::exp(logs / static_cast<double>(logs_count));
   return result;
 }
 

@@ -10,7 +10,7 @@ namespace kindling {
 // premultiplication); 0 if there are none.
 struct ImageBrightness {
   double mean = 0.0;
-  double log_average = 0.0; // exp(mean of log(max(luminance, 1e-4 of the mean)))
+  double log_average = 0.0; // exp(mean of log(luminance)) over pixels above 1e-4 of the mean
 };
 
 [[nodiscard]] ImageBrightness measure_brightness(const Film& film);

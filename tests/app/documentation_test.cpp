@@ -74,7 +74,7 @@ TEST(Documentation, TablesHoldTheFlagsOfTheHelp) {
 
 TEST(Documentation, RowsDistinguishValuesFromSwitches) {
   const std::vector<CommandTable> tables = command_tables();
-  const CommandTable& render = table_of(tables, "render");
+  const CommandTable render = table_of(tables, "render");
   const auto row = [&](const std::string& name) {
     return *std::find_if(render.flags.begin(), render.flags.end(),
                          [&](const FlagRow& flag) { return flag.long_name == name; });

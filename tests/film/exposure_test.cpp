@@ -35,9 +35,10 @@ TEST(Exposure, DividesByAlphaAndIgnoresTransparentPixels) {
   EXPECT_NEAR(measure_brightness(film).log_average, 0.5, 0.5 * kRounding);
 }
 
-TEST(Exposure, BlackPixelsCountAsPartOfTheMean) {
-  const ImageBrightness brightness = measure_brightness(row({0.0f, 2.0f}));
-  EXPECT_NEAR(brightness.log_average, std::sqrt(1e-4 * 2.0), 1e-2 * kRounding);
+TEST(Exposure, BlackPixelsLowerTheMeanOnly) {
+  const ImageBrightness brightness = measure_brightness(row({0.0f, 2.0f, 1e-5f, 2.0f}));
+  EXPECT_NEAR(brightness.mean, 1.0 + 0.25e-5, kRounding);
+  EXPECT_NEAR(brightness.log_average, 2.0, 2.0 * kRounding);
 }
 
 TEST(Exposure, AutoMapsTheLogAverageToMiddleGray) {

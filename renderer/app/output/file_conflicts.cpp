@@ -74,6 +74,8 @@ Result<void> check_outputs_differ(std::span<const NamedFile> written) {
     if (is_new) continue;
     const NamedFile& other = *found->second;
     const bool sums = other.role == kOutput && other.file.extension() == kAccumulationExtension;
+    // A process that is killed in a save may leave two names of one generation.
+    if (output.role == kCheckpoint && other.role == kCheckpoint) continue;
     if (output.role == kCheckpoint && sums && output.file.extension() == kAccumulationExtension) continue;
     if (output.role == other.role && output.file.lexically_normal() == other.file.lexically_normal())
       return usage_error(fmt::format("{}: {}: given twice", output.role, output.file.string()));

@@ -33,8 +33,8 @@ inline constexpr const char* kViewFile = "a file of the OpenColorIO configuratio
 
 // Fails (usage) if a written file is among the read ones, by this or another name (FileIdentity).
 [[nodiscard]] Result<void> check_inputs_remain(std::span<const NamedFile> written, std::span<const NamedFile> read);
-// Fails (usage) if two written files are one. An output that is the checkpoint itself is none: it
-// holds the same sums.
+// Fails (usage) if two written files are one. An output may be the checkpoint itself, which holds
+// the same sums, and the generations of a checkpoint may be one file, as a killed save leaves them.
 [[nodiscard]] Result<void> check_outputs_differ(std::span<const NamedFile> written);
 
 } // namespace kindling::app
