@@ -165,7 +165,7 @@ class SlurmFarm(unittest.TestCase):
 
     def test_bad_scene_is_not_retried(self):
         scene = self.folder / "bad.gltf"
-        scene.write_text('{"asset": {"version": "2.0"}, "scene": 7, "scenes": []}')
+        scene.write_text('{"asset": {"version": "3.0"}}')
         self.kindling("farm", "submit", scene, "--parts", 6, "--folder", self.farm, "-o", "out.exr", code=SCENE_INVALID)
         self.assertFalse(self.farm.exists())  # nothing was started
         jobs = self.submit(scene, 6, [], "--no-check")
