@@ -102,8 +102,17 @@ def check_files(root, layers):
             yield f"{path}: no #pragma once"
 
 
+def anchors(text):
+    """The anchors of a Markdown file's headings, as GitHub names them: lower case, words joined by '-', other signs left out; a number for repeated ones."""
+    found = []
+    for heading in re.findall(r"^#+ +(.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
+        found.append(re.sub(r"[^\w\- ]", "", words).replace(" ", "-"))
+    return {name if name not in found[:i] else f"{name}-{found[:i].count(name)}" for i, name in enumerate(found)}
+
+
 def check_readmes(root, layers):
-    """Every folder of the table that exists has a README that names its headers, and what Markdown files link to exists."""
+    """Every folder of the table that exists has a README that names its headers, and what Markdown files link to exists, headings too."""
     for folder in list(layers.levels) + ["scenes", "tests", "bench"]:
         if (root / folder).is_dir() and not (root / folder / "README.md").is_file():
             yield f"{folder}: has no README.md"
@@ -121,9 +130,14 @@ def check_readmes(root, layers):
         if not path.is_file():
             continue
         for link in re.findall(r"\]\(([^)\s]+)\)", path.read_text(encoding="utf-8")):
-            target = link.split("#")[0]
-            if target and "://" not in target and not (path.parent / target).exists():
+            target, _, anchor = link.partition("#")
+            if "://" in target:
+                continue
+            linked = path.parent / target if target else path
+            if not linked.exists():
                 yield f"{path.relative_to(root).as_posix()}: links to {target}, which does not exist"
+            elif anchor and linked.suffix == ".md" and anchor not in anchors(linked.read_text(encoding="utf-8")):
+                yield f"{path.relative_to(root).as_posix()}: links to {link}, which is no heading there"
 
 
 def read_targets(path):

@@ -104,6 +104,14 @@ class CheckHouse(unittest.TestCase):
         found = self.findings("readmes")
         self.assertEqual(len(found), 2, found)
 
+    def test_link_to_a_heading(self):
+        self.write("tests/README.md", "# Tests\n\n## How `ctest` is run (in CI)\n\n## Twice\n\n## Twice\n")
+        good = "# Kindling\n\n[a](tests/README.md#how-ctest-is-run-in-ci) [b](tests/README.md#twice-1) [c](#kindling)\n"
+        self.write("README.md", good)
+        self.assertEqual(self.findings("readmes"), [])
+        self.write("README.md", good + "[d](tests/README.md#twice-2)\n")
+        self.assertEqual(self.findings("readmes"), ["README.md: links to tests/README.md#twice-2, which is no heading there"])
+
     def test_header_that_no_readme_names(self):
         self.assertEqual(self.findings("readmes"), [])
         self.write("renderer/film/film_sum.h", HEAD)  # a part of whose name is there
