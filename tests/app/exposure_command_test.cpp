@@ -8,7 +8,8 @@
 
 #include <fstream>
 #include <iterator>
-#include <regex>
+#include <string>
+#include <string_view>
 
 namespace kindling::test {
 namespace {
@@ -33,14 +34,16 @@ class ExposureCommand : public SceneFolder {
   }
 };
 
-// The stops that a line of the program states, as text.
-std::string stops(const std::string& report, const char* pattern) {
-  std::smatch found;
-  return std::regex_search(report, found, std::regex(pattern)) ? found[1].str() : "none in: " + report;
+// Returns the stops that the program reports after `words`.
+std::string stops(const std::string& report, std::string_view words) {
+  const size_t at = report.find(words);
+  if (at == std::string::npos) return "none in: " + report;
+  const size_t begin = at + words.size();
+  return report.substr(begin, report.find(" stops", begin) - begin);
 }
 
-constexpr const char* kChosen = R"(exposure ([+-][0-9.]+) stops \(mean luminance)";
-constexpr const char* kSuggested = R"(--exposure auto would use ([+-][0-9.]+) stops)";
+constexpr std::string_view kChosen = "kindling: exposure ";
+constexpr std::string_view kSuggested = "--exposure auto would use ";
 
 TEST_F(ExposureCommand, AutoIsTheExposureThatItReports) {
   const std::string report = render(".001,.001,.001", "auto.png", {"--exposure", "auto"});
