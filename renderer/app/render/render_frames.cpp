@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_frames.h"
 
+#include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/equal_frames.h"
 #include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/frame_names.h"
-#include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/render/frame_report.h"
 #include "renderer/app/render/render_image.h"
