@@ -4,10 +4,10 @@
 //   BUILD/.../kindling_generate_dielectric_tables > renderer/bsdf/dielectric_tables.cpp
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_albedo.h"
+#include "renderer/bsdf/visible_normals.h"
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 namespace {
 
@@ -23,50 +23,28 @@ struct Albedo {
   double e = 0.0, p = 0.0, q = 0.0, reflected = 0.0;
 };
 
-// Midpoint rule over the visible normals (spherical caps, Dupuy and Benyoub 2023); the remaining
-// integrand is Fresnel times G2 / G1 in [0, 1]. Rows are shifted against each other, so that edges
-// do not fall between the same samples of all rows.
+// Integrates Fresnel times G2 / G1 over the visible normals.
 Albedo integrate(double mu, double alpha, double eta) {
   constexpr int kRows = 320;
-  constexpr int kColumns = 320; // half of the circle: the other half is its mirror image
-  const double a2 = alpha * alpha;
-  const double sin_o = std::sqrt(1.0 - mu * mu);
-  const double t_o = std::sqrt(a2 + (1.0 - a2) * mu * mu);
-  const double cap_x = alpha * sin_o / t_o;
-  const double cap_z = mu / t_o;
-  const auto shadowing = [&](double mu_i) {
-    if (mu_i <= 0.0) return 0.0;
-    return mu_i * (mu + t_o) / (mu_i * t_o + mu * std::sqrt(a2 + (1.0 - a2) * mu_i * mu_i));
-  };
+  constexpr int kColumns = 320;
+  const GgxView view{mu, alpha};
   Albedo sum;
-  for (int i = 0; i < kRows; ++i) {
-    const double z = 1.0 - (i + 0.5) / kRows * (1.0 + cap_z);
-    const double sin_z = std::sqrt(std::max(0.0, 1.0 - z * z));
-    const double shift = std::fmod(i * std::numbers::phi, 1.0);
-    for (int j = 0; j < kColumns; ++j) {
-      const double phi = std::numbers::pi * (j + shift) / kColumns;
-      const double x = alpha * (sin_z * std::cos(phi) + cap_x);
-      const double y = alpha * sin_z * std::sin(phi);
-      const double w = z + cap_z;
-      const double scale = 1.0 / std::sqrt(x * x + y * y + w * w);
-      const double normal_z = w * scale;
-      const double cos_o = (sin_o * x + mu * w) * scale;
-      const double reflection = shadowing(2.0 * cos_o * normal_z - mu);
-      const double cos2_t = 1.0 - (1.0 - cos_o * cos_o) / (eta * eta);
-      if (cos2_t <= 0.0) {
-        sum.e += reflection;
-        sum.reflected += reflection;
-        continue;
-      }
-      const double cos_t = std::sqrt(cos2_t);
-      const double f = exact_fresnel(cos_o, cos_t, eta);
-      const double refraction = shadowing(mu / eta - normal_z * (cos_o / eta - cos_t));
-      sum.e += f * reflection + (1.0 - f) * refraction;
-      sum.p += reflection - refraction;
-      sum.q += f * (reflection - refraction);
-      sum.reflected += f * reflection;
+  for_each_visible_normal(view, kRows, kColumns, [&](double cos_o, double normal_z) {
+    const double reflection = view.shadowing(2.0 * cos_o * normal_z - mu);
+    const double cos2_t = 1.0 - (1.0 - cos_o * cos_o) / (eta * eta);
+    if (cos2_t <= 0.0) {
+      sum.e += reflection;
+      sum.reflected += reflection;
+      return;
     }
-  }
+    const double cos_t = std::sqrt(cos2_t);
+    const double f = exact_fresnel(cos_o, cos_t, eta);
+    const double refraction = view.shadowing(mu / eta - normal_z * (cos_o / eta - cos_t));
+    sum.e += f * reflection + (1.0 - f) * refraction;
+    sum.p += reflection - refraction;
+    sum.q += f * (reflection - refraction);
+    sum.reflected += f * reflection;
+  });
   constexpr double kScale = 1.0 / (static_cast<double>(kRows) * kColumns);
   return {sum.e * kScale, sum.p * kScale, sum.q * kScale, sum.reflected / sum.e};
 }

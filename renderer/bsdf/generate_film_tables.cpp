@@ -5,10 +5,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/bsdf/film_layer.h"
+#include "renderer/bsdf/visible_normals.h"
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 namespace {
 
@@ -18,41 +18,23 @@ using Weights = std::array<double, kFilmNodes>;
 
 double node_cosine(size_t k) { return static_cast<double>(film_node_cosine(static_cast<uint32_t>(k))); }
 
-// Midpoint rule over the visible normals (spherical caps, Dupuy and Benyoub 2023), weighted by G2 /
-// G1 of the reflection. Each cosine is shared between the nodes beside it.
+// Returns the distribution of the cosines with visible normals, weighted by G2 / G1 of the
+// reflection. Each cosine is shared between the nodes beside it.
 Weights integrate(double mu, double alpha) {
-  constexpr int kRows = 400;
-  constexpr int kColumns = 200; // half of the circle: the other half is its mirror image
-  const double a2 = alpha * alpha;
-  const double sin_o = std::sqrt(1.0 - mu * mu);
-  const double t_o = std::sqrt(a2 + (1.0 - a2) * mu * mu);
-  const double cap_x = alpha * sin_o / t_o;
-  const double cap_z = mu / t_o;
+  const GgxView view{mu, alpha};
   Weights sum = {};
   double total = 0.0;
-  for (int i = 0; i < kRows; ++i) {
-    const double z = 1.0 - (i + 0.5) / kRows * (1.0 + cap_z);
-    const double sin_z = std::sqrt(std::max(0.0, 1.0 - z * z));
-    const double shift = std::fmod(i * std::numbers::phi, 1.0);
-    for (int j = 0; j < kColumns; ++j) {
-      const double phi = std::numbers::pi * (j + shift) / kColumns;
-      const double x = alpha * (sin_z * std::cos(phi) + cap_x);
-      const double y = alpha * sin_z * std::sin(phi);
-      const double w = z + cap_z;
-      const double scale = 1.0 / std::sqrt(x * x + y * y + w * w);
-      const double cosine = std::min(std::max((sin_o * x + mu * w) * scale, 0.0), 1.0);
-      const double mu_i = 2.0 * cosine * w * scale - mu;
-      if (mu_i <= 0.0) continue;
-      const double shadowing = mu_i * (mu + t_o) / (mu_i * t_o + mu * std::sqrt(a2 + (1.0 - a2) * mu_i * mu_i));
-      const double position = 0.5 * (std::sqrt(1.0 + 8.0 * cosine) - 1.0) * (kFilmNodes - 1);
-      const auto node = std::min(static_cast<size_t>(position), static_cast<size_t>(kFilmNodes - 2));
-      const double below = node_cosine(node);
-      const double fraction = (cosine - below) / (node_cosine(node + 1) - below);
-      sum[node] += shadowing * (1.0 - fraction);
-      sum[node + 1] += shadowing * fraction;
-      total += shadowing;
-    }
-  }
+  for_each_visible_normal(view, 400, 200, [&](double cos_o, double normal_z) {
+    const double cosine = std::min(std::max(cos_o, 0.0), 1.0);
+    const double shadowing = view.shadowing(2.0 * cosine * normal_z - mu);
+    const double position = 0.5 * (std::sqrt(1.0 + 8.0 * cosine) - 1.0) * (kFilmNodes - 1);
+    const auto node = std::min(static_cast<size_t>(position), static_cast<size_t>(kFilmNodes - 2));
+    const double below = node_cosine(node);
+    const double fraction = (cosine - below) / (node_cosine(node + 1) - below);
+    sum[node] += shadowing * (1.0 - fraction);
+    sum[node + 1] += shadowing * fraction;
+    total += shadowing;
+  });
   for (double& weight : sum) weight /= total;
   return sum;
 }

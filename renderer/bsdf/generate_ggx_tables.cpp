@@ -4,10 +4,10 @@
 //   BUILD/.../kindling_generate_ggx_tables > renderer/bsdf/ggx_tables.cpp
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/ggx_albedo.h"
+#include "renderer/bsdf/visible_normals.h"
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <vector>
 
 // Empty tables satisfy the declarations that are default arguments of the lookup.
@@ -25,37 +25,18 @@ struct Albedo {
   double b = 0.0;
 };
 
-// Midpoint rule over the visible normals (spherical caps, Dupuy and Benyoub 2023); the remaining
-// integrand is G2 / G1 in [0, 1]. Rows are shifted against each other, so that the horizon does not
-// fall between the same samples of all rows.
+// Integrates G2 / G1 over the visible normals.
 Albedo integrate(double mu, double alpha) {
   constexpr int kRows = 1024;
-  constexpr int kColumns = 512; // half of the circle: the other half is its mirror image
-  const double sin_o = std::sqrt(1.0 - mu * mu);
-  const double t_o = std::sqrt(alpha * alpha + (1.0 - alpha * alpha) * mu * mu);
-  const double cap_x = alpha * sin_o / t_o;
-  const double cap_z = mu / t_o;
+  constexpr int kColumns = 512;
+  const GgxView view{mu, alpha};
   Albedo sum;
-  for (int i = 0; i < kRows; ++i) {
-    const double z = 1.0 - (i + 0.5) / kRows * (1.0 + cap_z);
-    const double sin_z = std::sqrt(std::max(0.0, 1.0 - z * z));
-    const double shift = std::fmod(i * std::numbers::phi, 1.0);
-    for (int j = 0; j < kColumns; ++j) {
-      const double phi = std::numbers::pi * (j + shift) / kColumns;
-      const double x = alpha * (sin_z * std::cos(phi) + cap_x);
-      const double y = alpha * sin_z * std::sin(phi);
-      const double w = z + cap_z;
-      const double scale = 1.0 / std::sqrt(x * x + y * y + w * w);
-      const double cos_d = (sin_o * x + mu * w) * scale;
-      const double mu_i = 2.0 * cos_d * w * scale - mu;
-      if (mu_i <= 0.0) continue;
-      const double t_i = std::sqrt(alpha * alpha + (1.0 - alpha * alpha) * mu_i * mu_i);
-      const double weight = mu_i * (mu + t_o) / (mu_i * t_o + mu * t_i);
-      const double q = 1.0 - cos_d;
-      sum.e += weight;
-      sum.b += weight * q * q * q * q * q;
-    }
-  }
+  for_each_visible_normal(view, kRows, kColumns, [&](double cos_o, double normal_z) {
+    const double weight = view.shadowing(2.0 * cos_o * normal_z - mu);
+    const double q = 1.0 - cos_o;
+    sum.e += weight;
+    sum.b += weight * q * q * q * q * q;
+  });
   return {sum.e / (kRows * kColumns), sum.b / (kRows * kColumns)};
 }
 

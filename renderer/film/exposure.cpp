@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMiddleGray = 0.18;
 constexpr double kMaxStops = 16.0;
-// Of the mean: darker pixels, as those of a black background, do not decide the exposure.
+// The log average skips pixels below this part of the mean, for example a black background.
 constexpr double kBlack = 1e-4;
 
 } // namespace

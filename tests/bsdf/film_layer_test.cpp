@@ -31,7 +31,8 @@ RandomFilm random_film(Random& random) {
   return film;
 }
 
-// Returns the mean over a lobe seen under mu and what it has of (1 - cos)^5, weighted by G2 / G1.
+// Returns the means of the film and of (1 - cos)^5 over the visible normals at the view cosine mu,
+// weighted by G2 / G1.
 struct LobeMean {
   Rgb film{0.0f};
   GgxAlbedo seen{0.0f, 0.0f};

@@ -3,6 +3,7 @@
 #include "renderer/texture/temporary_folder.h"
 
 #include "renderer/texture/texture_memory.h"
+#include "tests/texture/redirected_tmpdir.h"
 
 #include <gtest/gtest.h>
 
@@ -21,22 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TemporaryFolders : public testing::Test {
+class TemporaryFolders : public test::RedirectedTmpdir {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("kindling_temporary" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    if (const char* before = std::getenv("TMPDIR")) before_ = before;
-    setenv("TMPDIR", folder_.c_str(), 1);
-  }
-  void TearDown() override {
-    if (before_.empty())
-      unsetenv("TMPDIR");
-    else
-      setenv("TMPDIR", before_.c_str(), 1);
-    fs::remove_all(folder_);
-  }
   // Returns the folder that a process has left: it was killed.
   [[nodiscard]] fs::path leave_folder() const {
     const pid_t child = fork();
@@ -49,9 +36,6 @@ class TemporaryFolders : public testing::Test {
     for (const auto& entry : fs::directory_iterator(folder_)) return entry.path();
     return {};
   }
-
-  fs::path folder_;
-  std::string before_;
 };
 
 TEST_F(TemporaryFolders, NextProcessRemovesThoseOfKilledOnes) {

@@ -3,6 +3,7 @@
 #include "renderer/texture/texture_memory.h"
 
 #include "renderer/texture/texture.h"
+#include "tests/texture/redirected_tmpdir.h"
 
 #include <gtest/gtest.h>
 
@@ -39,21 +40,8 @@ Image noise_image(int width, int height, int channels, PixelType type) {
 }
 
 // Redirects temporary files to a separate folder for each test.
-class TextureMemoryTest : public testing::Test {
+class TextureMemoryTest : public test::RedirectedTmpdir {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("kindling_texture_memory" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    if (const char* before = std::getenv("TMPDIR")) before_ = before;
-    setenv("TMPDIR", folder_.c_str(), 1);
-  }
-  void TearDown() override {
-    if (before_.empty())
-      unsetenv("TMPDIR");
-    else
-      setenv("TMPDIR", before_.c_str(), 1);
-    fs::remove_all(folder_);
-  }
   // Returns the bytes of all files in the folder.
   [[nodiscard]] uintmax_t bytes_on_disk() const {
     uintmax_t bytes = 0;
@@ -61,9 +49,6 @@ class TextureMemoryTest : public testing::Test {
       if (entry.is_regular_file()) bytes += entry.file_size();
     return bytes;
   }
-
-  fs::path folder_;
-  std::string before_;
 };
 
 struct Pair {
