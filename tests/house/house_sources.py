@@ -85,10 +85,15 @@ def split_python(text):
         starts.append(starts[-1] + len(line))
     spans = []
     try:
+        open_literals = []  # from Python 3.12 on, an f-string is several tokens, with those of its code between them
         for token in tokenize.generate_tokens(io.StringIO(text).readline):
-            if token.type in (tokenize.COMMENT, tokenize.STRING):
-                begin, end = starts[token.start[0] - 1] + token.start[1], starts[token.end[0] - 1] + token.end[1]
-                spans.append((begin, end))
+            kind, first = tokenize.tok_name[token.type], token.start
+            if kind == "FSTRING_START":
+                open_literals.append(first)
+            elif kind == "FSTRING_END":
+                first = open_literals.pop()
+            if kind in ("COMMENT", "STRING", "FSTRING_END") and not open_literals:
+                spans.append(tuple(starts[line - 1] + column for line, column in (first, token.end)))
     except (tokenize.TokenError, SyntaxError):
         return blank(text), text
     code, prose, last = [], [], 0

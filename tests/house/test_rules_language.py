@@ -76,6 +76,9 @@ class Words(RuleTest):
         self.expect(rules_language.check_words, "renderer/README.md", "It stands\nstill.\n", (1, "stands still"))
         self.expect(rules_language.check_words, "cmake/CMakeLists.txt", "# A picture.\nset(LEAST 1) # colour\n", (1, "picture"), (2, "LEAST"), (2, "colour"))
 
+    def test_reads_formatted_literals_as_prose(self):
+        self.expect(rules_language.check_words, "bench/a.py", '"""Ranks."""\nrank = f"at least {max(1, f\'{2}\')} colour" + least\n', (2, "colour"), (2, "least"))
+
     def test_allowed_words(self):
         self.expect(rules_language.check_words, "renderer/webp.cpp", HEAD + "WebPPicture image; // a picture\n", (3, "picture"))
 
