@@ -22,6 +22,11 @@ def rounded(value):
     return value
 
 
+def without_residues(value):
+    """0 for what rounding left of a 0: C libraries differ in it."""
+    return 0.0 if 0.0 < abs(value) < 1e-12 else value
+
+
 class Gltf:
     """One document with one buffer. Every add_... returns the index of the added element."""
 
@@ -51,6 +56,8 @@ class Gltf:
     def add_accessor(self, rows, kind, component=FLOAT, normalized=False, bounds=False, target=None):
         """rows: numbers for SCALAR, tuples otherwise."""
         rows = [(row,) if kind == "SCALAR" else tuple(row) for row in rows]
+        if component == FLOAT:
+            rows = [tuple(map(without_residues, row)) for row in rows]
         fmt = "<%d%s" % (_COUNT[kind], _FORMAT[component])
         size = struct.calcsize(fmt)
         # Vertex attributes start at multiples of four.

@@ -129,8 +129,9 @@ class Studio:
     def _textured_ball(self):
         mesh = sphere(1.0, 112, 56)
         part = self._quantized_ball(mesh.positions, mesh.indices)
-        part["attributes"]["TEXCOORD_0"] = self.g.add_accessor([tuple(round(65535 * c) for c in uv) for uv in mesh.uvs], "VEC2", USHORT,
-                                                               normalized=True, target=34962)
+        # Rounded twice: halves are rounded to even, whatever the C library left of them.
+        uvs = [tuple(round(round(65535 * c, 6)) for c in uv) for uv in mesh.uvs]
+        part["attributes"]["TEXCOORD_0"] = self.g.add_accessor(uvs, "VEC2", USHORT, normalized=True, target=34962)
         return part
 
     def _quantized_ball(self, points, indices):

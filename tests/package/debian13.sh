@@ -28,6 +28,7 @@ in_root sh -c "cd /kindling && cmake --preset release -DKINDLING_WARNINGS_AS_ERR
 }
 there=/kindling/build/release/kindling
 in_root $there --version
+in_root python3 /kindling/scenes/generate.py --check || fail "scenes/generate.py writes other files in Debian 13"
 
 # glibc 2.41 rounds acosf, asinf, atan2f and tanf correctly, glibc 2.36 does not: some last bits of
 # images follow. So this machine's program renders with the C library of Debian 13, and nothing else
