@@ -34,18 +34,22 @@ if(KINDLING_SANITIZE STREQUAL "thread")
   target_link_libraries(kindling_tbb_order PRIVATE kindling_flags TBB::tbb)
 endif()
 
-# kindling_library(NAME SOURCES a.cpp... [PUBLIC libs...] [PRIVATE libs...]): static library
-# kindling_NAME, alias kindling::NAME. Include paths are spelled from the root
-# ("renderer/base/math.h").
+# kindling_library(NAME [ORCHESTRATES] SOURCES a.cpp... [PUBLIC libs...] [PRIVATE libs...]): static
+# library kindling_NAME, alias kindling::NAME. Include paths are spelled from the root
+# ("renderer/base/math.h"). ORCHESTRATES: its time is that of what it calls, so it is compiled at
+# -O1, which takes less of the compiler's.
 function(kindling_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "ORCHESTRATES" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target kindling_${name})
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
     target_include_directories(${target} PUBLIC
       $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kindling>)
     target_link_libraries(${target} PUBLIC kindling_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-    if(fmt::fmt IN_LIST ARG_PRIVATE)
+    if(ARG_ORCHESTRATES)
+      kindling_precompiled(${target} application)
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    elseif(fmt::fmt IN_LIST ARG_PRIVATE)
       kindling_precompiled(${target} formatting)
     else()
       kindling_precompiled(${target} vectors)

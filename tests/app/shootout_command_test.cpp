@@ -85,8 +85,8 @@ TEST_F(Shootout, WritesEveryReport) {
          {"name", "description", "quality", "robust", "build", "memory_bytes", "build_peak_bytes", "nodes", "leaves",
           "references", "traversal", "geometric_mean_ratio", "disagreements", "huge_page_bytes", "leaf_sizes", "cost"})
       EXPECT_TRUE(accelerator.contains(key)) << key;
-    // 7 kinds by single and batch, camera and any-hit rays by coherent; Embree by packets and (before
-    // Embree 4) streams, each with the flag and without.
+    // 7 kinds by single and batch, camera and any-hit rays by coherent; Embree by packets and
+    // (before Embree 4) streams, each with the flag and without.
     const std::string description = accelerator["description"];
     const size_t embree_calls = description.starts_with("Embree 3") ? 4 : description.starts_with("Embree") ? 2 : 0;
     ASSERT_EQ(accelerator["traversal"].size(), 18U + 7U * embree_calls) << description;
