@@ -1,8 +1,9 @@
-// KTX2 decoder: level 0 of Basis Universal payloads, to RGB or RGBA.
+// KTX2 decoder: level 0 of Basis Universal payloads, to RGB or RGBA, and of the formats of Vulkan.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 #include "renderer/image/etc1s_slices.h"
 #include "renderer/image/ktx2_container.h"
+#include "renderer/image/ktx2_texels.h"
 #include "renderer/image/uastc_block.h"
 
 #include <fmt/format.h>
@@ -150,6 +151,12 @@ Result<Image> decode_ktx2(Bytes bytes, const ImageLimits& limits) {
   const Result<Ktx2Texture> texture = parse_ktx2(bytes);
   if (!texture) return texture.error();
   if (const auto error = check_size(texture.value().width, texture.value().height, limits)) return detail_error(*error);
+  if (texture.value().payload == Ktx2Payload::vulkan) {
+    std::vector<std::byte> buffer;
+    const Result<Bytes> level = inflate_level(texture.value(), buffer);
+    if (!level) return level.error();
+    return decode_ktx2_texels(texture.value(), level.value());
+  }
   return texture.value().payload == Ktx2Payload::uastc ? decode_uastc(texture.value()) : decode_etc1s(texture.value());
 }
 

@@ -62,14 +62,15 @@ std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
     return detail_error(
         fmt::format("its data format descriptor declares {} bytes but has {}", block_bytes, basic.size()));
   }
+  if ((static_cast<unsigned>(basic[11]) & 1U) != 0) {
+    return detail_error("its alpha is premultiplied; use straight alpha");
+  }
+  if (texture.payload == Ktx2Payload::vulkan) return std::nullopt; // the rest repeats vkFormat
   const auto model = static_cast<unsigned>(basic[8]);
   if (model != 163 && model != 166) {
     return detail_error(fmt::format("its color model is {}; accepted are 163 (ETC1S) and 166 (UASTC LDR)", model));
   }
   texture.payload = model == 163 ? Ktx2Payload::etc1s : Ktx2Payload::uastc;
-  if ((static_cast<unsigned>(basic[11]) & 1U) != 0) {
-    return detail_error("its alpha is premultiplied; use straight alpha");
-  }
   if (load_u32(basic, 12) != 0x00000303) return detail_error("its blocks are not 4 x 4 pixels");
   std::vector<uint32_t> ids;
   for (size_t at = kBasicBytes; at + kSampleBytes <= block_bytes; at += kSampleBytes) {
@@ -84,8 +85,9 @@ std::optional<Error> read_descriptor(Bytes dfd, Ktx2Texture& texture) {
   return std::nullopt;
 }
 
-// Checks the two entries that would change pixels, whose values KHR_texture_basisu prescribes.
-std::optional<Error> check_key_values(Bytes data) {
+// Reads the two entries that change pixels. KHR_texture_basisu prescribes the values of both; other
+// payloads may have any swizzle.
+std::optional<Error> read_key_values(Bytes data, Ktx2Texture& texture) {
   while (data.size() >= 4) {
     const size_t length = load_u32(data, 0);
     const auto entry = part(data, 4, length);
@@ -95,6 +97,11 @@ std::optional<Error> check_key_values(Bytes data) {
     const std::string_view key = text.substr(0, end);
     std::string_view value = text.substr(std::min(end + 1, text.size()));
     while (value.ends_with('\0')) value.remove_suffix(1);
+    if (key == "KTXswizzle" && texture.payload == Ktx2Payload::vulkan && value.size() == 4 &&
+        value.find_first_not_of("rgba01") == std::string_view::npos) {
+      std::copy(value.begin(), value.end(), texture.swizzle.begin());
+      value = "rgba"; // accepted
+    }
     const std::string_view accepted = key == "KTXswizzle" ? "rgba" : key == "KTXorientation" ? "rd" : value;
     if (value != accepted) {
       std::string shown(value.substr(0, 8));
@@ -107,15 +114,20 @@ std::optional<Error> check_key_values(Bytes data) {
   return std::nullopt;
 }
 
-std::optional<Error> check_shape(Bytes bytes) {
+std::optional<Error> read_shape(Bytes bytes, Ktx2Texture& texture) {
   if (const uint32_t vk_format = load_u32(bytes, 12); vk_format != 0) {
-    return detail_error(
-        fmt::format("its vkFormat is {}, a plain or GPU format; accepted is 0 (ETC1S or UASTC)", vk_format));
+    texture.payload = Ktx2Payload::vulkan;
+    texture.format = find_ktx2_format(vk_format);
+    if (!texture.format) {
+      return detail_error(fmt::format("its vkFormat is {}; accepted are {}", vk_format, ktx2_format_list()));
+    }
   }
   const uint32_t depth = load_u32(bytes, 28), layers = load_u32(bytes, 32), faces = load_u32(bytes, 36);
   if (depth != 0 || layers != 0 || faces != 1) {
-    return detail_error(fmt::format("it has depth {}, {} layers and {} faces; accepted is a single 2-D image (0, 0, 1)",
-                                    depth, layers, faces));
+    const std::string_view shape = depth != 0 ? "a volume" : layers != 0 ? "an array" : "a cube map";
+    return detail_error(fmt::format(
+        "it is {} (depth {}, {} layers, {} faces); accepted is a single 2-D image (depth 0, 0 layers, 1 face)", shape,
+        depth, layers, faces));
   }
   return std::nullopt;
 }
@@ -128,9 +140,10 @@ std::optional<Error> check_level(const Ktx2Texture& texture) {
   }
   if (texture.supercompression == Ktx2Supercompression::basis_lz) {
     return detail_error(
-        "its UASTC data have supercompression scheme 1; accepted are 0 (none), 2 (Zstandard) and 3 (zlib)");
+        fmt::format("its {} data have supercompression scheme 1; accepted are 0 (none), 2 (Zstandard) and 3 (zlib)",
+                    texture.format ? texture.format->name : "UASTC"));
   }
-  const uint64_t needed = uint64_t{16} * texture.blocks_x() * texture.blocks_y();
+  const uint64_t needed = uint64_t{texture.block_bytes()} * texture.blocks_x() * texture.blocks_y();
   const bool stored = texture.supercompression == Ktx2Supercompression::none;
   const uint64_t declared = stored ? texture.level.size() : texture.inflated_bytes;
   if (declared == needed) return std::nullopt;
@@ -149,8 +162,8 @@ uint32_t load_u32(Bytes bytes, size_t offset) { return load_u16(bytes, offset) |
 
 Result<Ktx2Texture> parse_ktx2(Bytes bytes) {
   if (bytes.size() < kHeaderBytes) return detail_error("the file ends in its header");
-  if (const auto error = check_shape(bytes)) return *error;
   Ktx2Texture texture;
+  if (const auto error = read_shape(bytes, texture)) return *error;
   texture.width = load_u32(bytes, 20);
   texture.height = load_u32(bytes, 24);
   texture.levels = std::max(load_u32(bytes, 40), 1U);
@@ -175,7 +188,7 @@ Result<Ktx2Texture> parse_ktx2(Bytes bytes) {
   const uint32_t kvd_offset = load_u32(bytes, 56), kvd_length = load_u32(bytes, 60);
   const auto kvd = part(bytes, kvd_offset, kvd_length);
   if (!kvd) return outside("its key/value data", kvd_offset, kvd_length, bytes);
-  if (const auto error = check_key_values(*kvd)) return *error;
+  if (const auto error = read_key_values(*kvd, texture)) return *error;
 
   const uint64_t globals_offset = load_u64(bytes, 64), globals_length = load_u64(bytes, 72);
   const auto globals = part(bytes, globals_offset, globals_length);

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/uastc_tables.h"
 
+#include "renderer/image/blocks/astc_integers.h"
+#include "renderer/image/blocks/astc_partition.h"
+
 #include <algorithm>
 
 namespace kindling::image_detail {
@@ -27,20 +30,6 @@ constexpr std::array<uint16_t, 11> kSeeds3 = {260, 74, 32, 156, 183, 15, 745, 0,
 constexpr std::array<uint16_t, 19> kSeeds2Mode7 = {36,  48,  61,  137, 161, 183, 226, 281, 302, 307,
                                                    479, 495, 593, 594, 605, 799, 812, 988, 993};
 
-uint32_t hash52(uint32_t p) {
-  p ^= p >> 15;
-  p -= p << 17;
-  p += p << 7;
-  p += p << 4;
-  p ^= p >> 5;
-  p += p << 16;
-  p ^= p >> 7;
-  p ^= p >> 3;
-  p ^= p << 6;
-  p ^= p >> 17;
-  return p;
-}
-
 template <size_t N>
 std::array<UastcPattern, N> make_patterns(const std::array<uint16_t, N>& seeds, int subsets) {
   std::array<UastcPattern, N> patterns;
@@ -61,42 +50,6 @@ std::array<uint8_t, 128> make_mode_of_bits() {
   return modes;
 }
 
-// Returns the 9 bits that `pattern` describes from the highest to the lowest: 'a' to 'f' are bits 0
-// to 5 of the value, '0' is zero.
-uint32_t spread(const char* pattern, uint32_t value) {
-  uint32_t result = 0;
-  for (const char* c = pattern; *c != '\0'; ++c) {
-    result = result << 1 | (*c == '0' ? 0U : value >> (*c - 'a') & 1U);
-  }
-  return result;
-}
-
-// Maps an endpoint value to 0 to 255 by ASTC's unquantization, for the ranges of UASTC.
-uint32_t unquantize(const UastcMode& mode, uint32_t value) {
-  const uint32_t bits = mode.endpoint_bits;
-  if (mode.endpoint_base == 1) { // replication of the bits
-    uint32_t result = 0;
-    for (int shift = 8 - static_cast<int>(bits); shift > -static_cast<int>(bits); shift -= static_cast<int>(bits)) {
-      result |= shift >= 0 ? value << shift : value >> -shift;
-    }
-    return result & 255U;
-  }
-  struct Range {
-    const char* b;
-    uint32_t c;
-  };
-  const bool trits = mode.endpoint_base == 3;
-  const Range range = trits ? (bits == 2   ? Range{"b000b0bb0", 93}
-                               : bits == 4 ? Range{"dcb000dcb", 22}
-                                           : Range{"fedcb000f", 5})
-                            : (bits == 3 ? Range{"cb0000cbc", 26} : Range{"edcb0000e", 6});
-  const uint32_t low = value & ((1U << bits) - 1U);
-  const uint32_t d = value >> bits;
-  const uint32_t a = (low & 1U) != 0 ? 511U : 0U;
-  const uint32_t t = (d * range.c + spread(range.b, low)) ^ a;
-  return (a & 0x80U) | t >> 2;
-}
-
 using EndpointTable = std::array<std::array<uint8_t, 256>, kUastcModes>;
 
 EndpointTable make_endpoint_table() {
@@ -105,7 +58,7 @@ EndpointTable make_endpoint_table() {
     const UastcMode& m = kUastcMode[mode];
     const uint32_t values = static_cast<uint32_t>(m.endpoint_base) << m.endpoint_bits;
     for (uint32_t value = 0; value < values; ++value) {
-      table[mode][value] = static_cast<uint8_t>(unquantize(m, value));
+      table[mode][value] = static_cast<uint8_t>(astc_color_value({m.endpoint_base, m.endpoint_bits}, value));
     }
   }
   return table;
@@ -119,25 +72,11 @@ int uastc_mode_of(uint32_t low_bits) {
 }
 
 UastcPattern make_astc_pattern(uint32_t seed, int subsets) {
-  const uint32_t shifted = seed + static_cast<uint32_t>(subsets - 1) * 1024U;
-  const uint32_t random = hash52(shifted);
-  const uint32_t shift_of_count = subsets == 3 ? 6 : 5;
-  const uint32_t shift_of_seed = (shifted & 2U) != 0 ? 4 : 5;
-  const uint32_t shift_x = (shifted & 1U) != 0 ? shift_of_seed : shift_of_count;
-  const uint32_t shift_y = (shifted & 1U) != 0 ? shift_of_count : shift_of_seed;
-  // The square of four bits of the hash: a slope along x (even i) or y (odd i).
-  const auto slope = [&](uint32_t i) {
-    const uint32_t bits = random >> (4 * i) & 15U;
-    return bits * bits >> (i % 2 == 0 ? shift_x : shift_y);
-  };
+  const AstcPartition partition(seed, static_cast<uint32_t>(subsets), true);
   UastcPattern pattern{};
   std::array<bool, 3> seen{};
   for (uint32_t i = 0; i < 16; ++i) {
-    const uint32_t x = i % 4 * 2, y = i / 4 * 2; // ASTC doubles coordinates in blocks of fewer than 31 pixels
-    const uint32_t a = (slope(0) * x + slope(1) * y + (random >> 14)) & 63U;
-    const uint32_t b = (slope(2) * x + slope(3) * y + (random >> 10)) & 63U;
-    const uint32_t c = subsets < 3 ? 0U : (slope(4) * x + slope(5) * y + (random >> 6)) & 63U;
-    const uint8_t subset = a >= b && a >= c ? 0 : b >= c ? 1 : 2;
+    const auto subset = static_cast<uint8_t>(partition.subset(i % 4, i / 4));
     pattern.subset[i] = subset;
     if (!seen[subset]) pattern.anchors[subset] = static_cast<uint8_t>(i);
     seen[subset] = true;

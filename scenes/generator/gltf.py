@@ -10,8 +10,16 @@ _COUNT = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COPYRIGHT = "The Kindling authors. CC0 1.0."
 
 
+class Exact(float):
+    """A float32 whose decimals must give the same float32, as the bounds of an accessor."""
+
+
 def rounded(value):
-    """Shortest decimals for float32, so that files are readable and the same everywhere."""
+    """Short decimals, so that files are readable and the same everywhere."""
+    if isinstance(value, Exact):
+        stored = struct.pack("<f", value)
+        short = next(float(text) for text in ("%.*g" % (digits, value) for digits in (7, 8, 9)) if struct.pack("<f", float(text)) == stored)
+        return int(short) if short == int(short) and abs(short) < 1e9 else short
     if isinstance(value, float):
         short = float("%.7g" % value)
         return int(short) if short == int(short) and abs(short) < 1e9 else short
@@ -73,8 +81,9 @@ class Gltf:
             accessor["normalized"] = True
         if bounds:
             stored = [struct.unpack(fmt, struct.pack(fmt, *row)) for row in rows]
-            accessor["min"] = [min(column) for column in zip(*stored)]
-            accessor["max"] = [max(column) for column in zip(*stored)]
+            exact = Exact if component == FLOAT else int
+            accessor["min"] = [exact(min(column)) for column in zip(*stored)]
+            accessor["max"] = [exact(max(column)) for column in zip(*stored)]
         return self.add("accessors", accessor)
 
     def add_attributes(self, mesh):

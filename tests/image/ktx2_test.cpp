@@ -258,10 +258,10 @@ TEST(Ktx2, RefusesFeaturesBeyondGltf) {
     EXPECT_EQ(message.find("some name: cannot decode KTX2: "), 0U) << message;
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
-  refused(patched(uastc, kVkFormat, 37), "its vkFormat is 37, a plain or GPU format; accepted is 0 (ETC1S or UASTC)");
-  refused(patched(uastc, kFaces, 6), "6 faces; accepted is a single 2-D image");
-  refused(patched(uastc, kLayers, 2), "2 layers");
-  refused(patched(uastc, kDepth, 4), "it has depth 4");
+  refused(patched(uastc, kVkFormat, 37), "its level 0 has 4896 bytes where 72 x 68 pixels need 19584");
+  refused(patched(uastc, kFaces, 6), "it is a cube map (depth 0, 0 layers, 6 faces); accepted is a single 2-D image");
+  refused(patched(uastc, kLayers, 2), "it is an array (depth 0, 2 layers, 1 faces)");
+  refused(patched(uastc, kDepth, 4), "it is a volume (depth 4, 0 layers, 1 faces)");
   refused(patched(uastc, kHeight, 0), "level 0 has 4896 bytes where 72 x 0 pixels need 0");
   refused(patched(uastc, kLevels, 8), "8 levels are more than 72 x 68 pixels have");
   refused(patched(uastc, kScheme, 1), "its UASTC data have supercompression scheme 1");

@@ -75,7 +75,7 @@ constexpr ExtensionEntry kTable[] = {
     {{"KHR_physics_rigid_bodies", Level::ignored, "physics"}},
     {{"KHR_rigid_bodies", Level::ignored, "physics"}},
     {{"KHR_techniques_webgl", Level::ignored, "shaders of glTF 1.0; materials are white"}},
-    {{"KHR_texture_basisu", Level::full, "KTX2 with ETC1S or UASTC"}},
+    {{"KHR_texture_basisu", Level::full, "KTX2 with ETC1S or UASTC; plain and block formats of Vulkan too"}},
     {{"KHR_texture_procedurals", Level::partial,
       "experimental (draft); most pattern and math nodes of MaterialX 1.39"}},
     {{"KHR_texture_transform", Level::full, ""}},
