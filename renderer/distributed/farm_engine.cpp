@@ -26,9 +26,11 @@ Result<FarmJobs> read_jobs(const std::filesystem::path& folder) {
   try {
     FarmJobs jobs;
     for (const auto& array : json.value().at("arrays"))
-      jobs.arrays.push_back({array.at("id").get<std::string>(), array.at("tasks").get<std::vector<int>>()});
+      jobs.arrays.push_back({array.at("id").get<std::string>(), whole_numbers(array, "tasks")});
     jobs.merge_id = json.value().at("merge").get<std::string>();
     return jobs;
+  } catch (const NotAWholeNumber& wrong) {
+    return Error{ErrorKind::input_output, fmt::format("{}: {}", file.string(), wrong.message)};
   } catch (const nlohmann::json::exception& exception) {
     return Error{ErrorKind::input_output, fmt::format("{}: {}", file.string(), exception.what())};
   }

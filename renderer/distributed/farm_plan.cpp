@@ -70,13 +70,13 @@ FarmPlan from_json(const nlohmann::ordered_json& json) {
   plan.scene = read_text(json.at("scene"), "scene");
   plan.working_folder = read_text(json.at("working_folder"), "working_folder");
   plan.flags = read_texts<std::string>(json.at("flags"), "flags");
-  plan.frames = json.at("frames").get<std::vector<int>>();
-  plan.parts = json.at("parts").get<int>();
+  plan.frames = whole_numbers(json, "frames");
+  plan.parts = whole_number(json, "parts");
   plan.outputs = read_texts<std::filesystem::path>(json.at("outputs"), "outputs");
-  plan.retries = json.at("retries").get<int>();
+  plan.retries = whole_number(json, "retries");
   plan.engine = json.at("engine").get<std::string>();
   const nlohmann::ordered_json& resources = json.at("resources");
-  plan.resources = {resources.at("partition").get<std::string>(), resources.at("threads_per_part").get<int>(),
+  plan.resources = {resources.at("partition").get<std::string>(), whole_number(resources, "threads_per_part"),
                     resources.at("memory").get<std::string>(), resources.at("time").get<std::string>()};
   return plan;
 }
@@ -131,7 +131,7 @@ std::string with_frame_number(std::string_view name, int frame) {
   const size_t begin = name.find('#');
   if (begin == std::string_view::npos) return std::string(name);
   const size_t end = std::min(name.find_first_not_of('#', begin), name.size());
-  return fmt::format("{}{}{:0{}}{}", name.substr(0, begin), frame < 0 ? "-" : "", std::abs(frame), end - begin,
+  return fmt::format("{}{}{:0{}}{}", name.substr(0, begin), frame < 0 ? "-" : "", std::abs(int64_t{frame}), end - begin,
                      name.substr(end));
 }
 
@@ -159,7 +159,7 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     return Error{ErrorKind::input_output, fmt::format("{}: {}", file.string(), what)};
   };
   try {
-    if (const int version = json.value().at("version").get<int>(); version != kPlanVersion)
+    if (const int version = whole_number(json.value(), "version"); version != kPlanVersion)
       return broken(fmt::format("a plan of version {}; this program supports {}", version, kPlanVersion));
     FarmPlan plan = from_json(json.value());
     plan.folder = file.parent_path();
@@ -170,6 +170,8 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     return plan;
   } catch (const NotAText& wrong) {
     return broken(fmt::format("not a plan of a farm: '{}' has something else than texts", wrong.key));
+  } catch (const NotAWholeNumber& wrong) {
+    return broken("not a plan of a farm: " + wrong.message);
   } catch (const nlohmann::json::exception& exception) {
     return broken(fmt::format("not a plan of a farm: {}", exception.what()));
   }

@@ -52,8 +52,8 @@ FarmAttempt attempt_from_json(const nlohmann::ordered_json& json) {
   attempt.saved_before = json.at("saved_before").get<double>();
   attempt.saved = json.at("saved").get<double>();
   attempt.outcome = outcome_from_name(json.at("outcome").get<std::string>());
-  attempt.exit_code = json.at("exit_code").get<int>();
-  attempt.signal = json.at("signal").get<int>();
+  attempt.exit_code = whole_number(json, "exit_code");
+  attempt.signal = whole_number(json, "signal");
   attempt.message = json.at("message").get<std::string>();
   attempt.log = json.at("log").get<std::string>();
   return attempt;
@@ -68,11 +68,15 @@ auto read_record(const std::filesystem::path& path, const Read& read)
   if (!std::filesystem::exists(path, error)) return std::optional<Record>();
   Result<nlohmann::ordered_json> json = read_json_file(path);
   if (!json.ok()) return json.error();
+  const auto broken = [&](std::string_view what) {
+    return Error{ErrorKind::input_output, fmt::format("{}: not a record of a farm: {}", path.string(), what)};
+  };
   try {
     return std::optional<Record>(read(json.value()));
+  } catch (const NotAWholeNumber& wrong) {
+    return broken(wrong.message);
   } catch (const nlohmann::json::exception& exception) {
-    return Error{ErrorKind::input_output,
-                 fmt::format("{}: not a record of a farm: {}", path.string(), exception.what())};
+    return broken(exception.what());
   }
 }
 
@@ -168,7 +172,7 @@ Result<void> write_task_record(const std::filesystem::path& path, const TaskReco
 
 Result<std::optional<MergeRecord>> read_merge_record(const std::filesystem::path& path) {
   return read_record(path, [](const nlohmann::ordered_json& json) {
-    return MergeRecord{json.at("end_s").get<double>(), json.at("exit_code").get<int>(),
+    return MergeRecord{json.at("end_s").get<double>(), whole_number(json, "exit_code"),
                        json.at("message").get<std::string>()};
   });
 }
@@ -179,7 +183,7 @@ Result<void> write_merge_record(const std::filesystem::path& path, const MergeRe
 
 Result<std::optional<FarmRefusal>> read_refusal(const std::filesystem::path& path) {
   return read_record(path, [](const nlohmann::ordered_json& json) {
-    return FarmRefusal{json.at("exit_code").get<int>(), json.at("task").get<int>(),
+    return FarmRefusal{whole_number(json, "exit_code"), whole_number(json, "task"),
                        json.at("message").get<std::string>()};
   });
 }

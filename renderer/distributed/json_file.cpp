@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 namespace kindling {
@@ -18,6 +19,19 @@ namespace {
 
 Error failed(const std::filesystem::path& path, const char* what) {
   return {ErrorKind::input_output, fmt::format("{}: {}: {}", path.string(), what, std::strerror(errno))};
+}
+
+int int_of(const nlohmann::ordered_json& json, const char* key) {
+  using Limits = std::numeric_limits<int>;
+  // Unsigned numbers above the range of int64_t would wrap around.
+  if (json.is_number_integer() && (!json.is_number_unsigned() || json.get<uint64_t>() <= uint64_t{Limits::max()}))
+    if (const auto number = json.get<int64_t>(); number >= Limits::min() && number <= Limits::max())
+      return static_cast<int>(number);
+  constexpr size_t kShown = 40;
+  const std::string text =
+      json.is_structured() ? json.type_name() : json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  throw NotAWholeNumber{fmt::format("'{}' is {}; use a whole number from {} to {}", key, text.substr(0, kShown),
+                                    Limits::min(), Limits::max())};
 }
 
 } // namespace
@@ -65,6 +79,16 @@ Result<nlohmann::ordered_json> read_json_file(const std::filesystem::path& path)
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(text.str(), nullptr, false);
   if (!json.is_object()) return Error{ErrorKind::input_output, fmt::format("{}: is not a JSON object", path.string())};
   return json;
+}
+
+int whole_number(const nlohmann::ordered_json& object, const char* key) { return int_of(object.at(key), key); }
+
+std::vector<int> whole_numbers(const nlohmann::ordered_json& object, const char* key) {
+  const nlohmann::ordered_json& list = object.at(key);
+  if (!list.is_array()) throw NotAWholeNumber{fmt::format("'{}' is {}; use a list", key, list.type_name())};
+  std::vector<int> numbers;
+  for (const nlohmann::ordered_json& number : list) numbers.push_back(int_of(number, key));
+  return numbers;
 }
 
 } // namespace kindling

@@ -47,6 +47,7 @@ class Cursor {
     return bytes_.subspan(offset_ - count, count);
   }
   [[nodiscard]] bool failed() const { return failed_; }
+  [[nodiscard]] size_t left() const { return bytes_.size() - offset_; }
   [[nodiscard]] bool at(std::byte value) const { return offset_ < bytes_.size() && bytes_[offset_] == value; }
 
  private:
@@ -69,6 +70,70 @@ Window read_window(Bytes value) {
 
 int64_t ceil_div(int64_t a, int64_t b) { return (a + b - 1) / b; }
 
+struct FixedSize {
+  std::string_view type;
+  size_t bytes;
+};
+constexpr std::array<FixedSize, 24> kFixedSizes{{{"box2f", 16},
+                                                 {"box2i", 16},
+                                                 {"chromaticities", 32},
+                                                 {"compression", 1},
+                                                 {"deepImageState", 1},
+                                                 {"double", 8},
+                                                 {"envmap", 1},
+                                                 {"float", 4},
+                                                 {"int", 4},
+                                                 {"keycode", 28},
+                                                 {"lineOrder", 1},
+                                                 {"m33d", 72},
+                                                 {"m33f", 36},
+                                                 {"m44d", 128},
+                                                 {"m44f", 64},
+                                                 {"rational", 8},
+                                                 {"tiledesc", 9},
+                                                 {"timecode", 8},
+                                                 {"v2d", 16},
+                                                 {"v2f", 8},
+                                                 {"v2i", 8},
+                                                 {"v3d", 24},
+                                                 {"v3f", 12},
+                                                 {"v3i", 12}}};
+
+// Returns whether the library reads exactly these bytes for a value of this type. It reads most
+// types without regard to the size that the file gives; with another size it would read the rest of
+// the header from another place than check_header(), and sizes that were not checked.
+bool has_size_of_type(std::string_view type, Bytes value) {
+  Cursor cursor(value);
+  if (type == "chlist") { // names with 16 bytes each, ended by an empty one
+    while (!cursor.read_name().empty()) cursor.take(16);
+    return !cursor.failed() && cursor.left() == 0;
+  }
+  if (type == "stringvector") {
+    while (!cursor.failed() && cursor.left() > 0) {
+      const int32_t length = cursor.read_i32();
+      if (length < 0) return false;
+      cursor.take(static_cast<size_t>(length));
+    }
+    return !cursor.failed();
+  }
+  if (type == "preview") { // width, height and four bytes for each pixel
+    const auto width = static_cast<uint32_t>(cursor.read_i32()), height = static_cast<uint32_t>(cursor.read_i32());
+    return !cursor.failed() && cursor.left() % 4 == 0 && uint64_t{width} * height == cursor.left() / 4;
+  }
+  if (type == "floatvector") return value.size() % 4 == 0;
+  const auto fixed = std::find_if(kFixedSizes.begin(), kFixedSizes.end(),
+                                  [&](const FixedSize& candidate) { return candidate.type == type; });
+  return fixed == kFixedSizes.end() || fixed->bytes == value.size();
+}
+
+// Returns a name for a message: printable and short.
+std::string shown(std::string_view name) {
+  std::string text(name.substr(0, 40));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
 // Checks one header and consumes it, including its closing zero byte.
 std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const ImageLimits& limits) {
   constexpr std::array<int64_t, 10> kLinesPerChunk{1, 1, 1, 16, 32, 16, 32, 32, 32, 256}; // by compression
@@ -82,6 +147,9 @@ std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const
     if (size < 0) return "an attribute has a negative size";
     const Bytes value = cursor.take(static_cast<size_t>(size));
     if (cursor.failed()) break;
+    if (!has_size_of_type(type, value))
+      return fmt::format("its attribute '{}' has {} bytes, which is not the size of type {}", shown(name), size,
+                         shown(type));
     if (name == "dataWindow") data = read_window(value);
     if (name == "displayWindow") display = read_window(value);
     if (name == "chunkCount") chunk_count = Cursor(value).read_i32();

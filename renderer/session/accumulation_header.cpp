@@ -62,6 +62,12 @@ double seconds(const Json& object, const char* key) {
 
 std::string text(const Json& object, const char* key) { return text_from_json(member(object, key), key); }
 
+// Returns a text of the file for a message: short, without bytes that a terminal would obey.
+std::string in_quotes(std::string_view text) {
+  constexpr size_t kShown = 40;
+  return Json(std::string(text.substr(0, kShown))).dump(-1, ' ', true, Json::error_handler_t::replace);
+}
+
 // Returns the maximum nesting of lists and objects in a text that may be JSON.
 int json_depth(std::string_view text) {
   int depth = 0, deepest = 0;
@@ -241,7 +247,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
-    if (!aov) throw Unsound(fmt::format("there is no AOV '{}'", aov_name));
+    if (!aov) throw Unsound(fmt::format("there is no AOV {}", in_quotes(aov_name)));
     header.aovs.insert(*aov);
   }
   header.trims_outliers = flag(json, "trims_outliers");

@@ -7,6 +7,7 @@
 #include "tests/farm/test_farm.h"
 
 #include <fstream>
+#include <limits>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -109,6 +110,29 @@ TEST(FrameNumber, ReplacesRunOfCrosses) {
   EXPECT_EQ(with_frame_number("a.##", 123), "a.123");
   EXPECT_EQ(with_frame_number("a.####.exr", -7), "a.-0007.exr");
   EXPECT_EQ(with_frame_number("a.exr", 7), "a.exr");
+  EXPECT_EQ(with_frame_number("a.##", std::numeric_limits<int>::min()), "a.-2147483648");
+}
+
+TEST_F(Plan, RefusesNumbersThatAnIntCannotHold) {
+  const std::filesystem::path folder = make_plan("true", 2, {1, 2}).folder;
+  const std::string good = read_text(folder / "plan.json");
+  ASSERT_TRUE(read_plan(folder).ok());
+  const auto message = [&](const std::string& key, const std::string& value) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(good);
+    json[nlohmann::ordered_json::json_pointer(key)] = nlohmann::ordered_json::parse(value);
+    std::ofstream(folder / "plan.json") << json.dump();
+    const Result<FarmPlan> plan = read_plan(folder);
+    return plan.ok() ? std::string() : plan.error().message.substr((folder / "plan.json").string().size());
+  };
+  for (const char* key : {"/version", "/parts", "/retries", "/frames/1", "/resources/threads_per_part"})
+    for (const char* value :
+         {"1e300", "2147483648", "-2147483649", "18446744073709551615", "1.5", "true", "[1]", "\"1\""})
+      EXPECT_NE(message(key, value).find("; use a whole number from -2147483648 to 2147483647"), std::string::npos)
+          << key << " " << value << ": " << message(key, value);
+  EXPECT_EQ(message("/parts", "1e300"),
+            ": not a plan of a farm: 'parts' is 1e+300; use a whole number from -2147483648 to 2147483647");
+  EXPECT_EQ(message("/frames", "3"), ": not a plan of a farm: 'frames' is number; use a list");
+  EXPECT_EQ(message("/frames/0", "-2147483648"), "");
 }
 
 TEST_F(Plan, CommandsHaveTheirFlags) {

@@ -6,6 +6,7 @@
 #include "tests/farm/test_farm.h"
 
 #include <csignal>
+#include <fstream>
 
 namespace kindling::test {
 namespace {
@@ -123,6 +124,29 @@ TEST_F(Records, SurviveWritingAndReading) {
   EXPECT_EQ(read.value().attempts[1].saved, 0.7);
   EXPECT_EQ(read.value().poisoned, "why");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1); // no temporary file remains
+}
+
+TEST_F(Records, RefuseNumbersThatAnIntCannotHold) {
+  ASSERT_TRUE(write_task_record(folder_ / "good.json", record_of({AttemptOutcome::crashed})).ok());
+  const std::string good = read_text(folder_ / "good.json");
+  for (const char* key : {"\"exit_code\": ", "\"signal\": "}) {
+    const size_t at = good.find(key) + std::string_view(key).size();
+    std::string bad = good;
+    bad.replace(at, bad.find(',', at) - at, "1e300");
+    std::ofstream(folder_ / "bad.json") << bad;
+    const Result<TaskRecord> read = read_task_record(folder_ / "bad.json");
+    ASSERT_FALSE(read.ok()) << key;
+    EXPECT_NE(read.error().message.find(" is 1e+300; use a whole number"), std::string::npos) << read.error().message;
+  }
+  std::ofstream(folder_ / "merge.json") << R"({"end_s": 1, "exit_code": 4294967296, "message": ""})";
+  EXPECT_FALSE(read_merge_record(folder_ / "merge.json").ok());
+  std::ofstream(folder_ / "refused.json") << R"({"exit_code": 3, "task": -1e99, "message": ""})";
+  EXPECT_FALSE(read_refusal(folder_ / "refused.json").ok());
+  std::ofstream(folder_ / "jobs.json") << R"({"arrays": [{"id": "1", "tasks": [0, 3000000000]}], "merge": "2"})";
+  const Result<FarmJobs> jobs = read_jobs(folder_);
+  ASSERT_FALSE(jobs.ok());
+  EXPECT_NE(jobs.error().message.find("'tasks' is 3000000000; use a whole number"), std::string::npos)
+      << jobs.error().message;
 }
 
 TEST_F(Records, MissingFilesAreEmptyRecords) {

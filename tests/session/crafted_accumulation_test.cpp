@@ -145,6 +145,12 @@ TEST_F(CraftedAccumulation, RefusesImagesLargerThanFile) {
   EXPECT_TRUE(has_words(message(of_size(V2i(40, 32))), "is damaged: its header claims "));
 }
 
+TEST_F(CraftedAccumulation, ErrorsHaveNoControlCharacters) {
+  Json json = json_;
+  json["aovs"].push_back("pos\ntion\x1b[2J");
+  EXPECT_TRUE(has_words(message(json), R"(there is no AOV "pos\ntion\u001b[2J")"));
+}
+
 TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
   // 1 GiB of sums in 16 KiB: headers with nothing, or next to nothing, behind them.
   Json json = of_size(V2i(2048, 908));
