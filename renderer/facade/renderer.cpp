@@ -6,6 +6,7 @@
 #include "renderer/facade/lens.h"
 #include "renderer/facade/render_scene.h"
 #include "renderer/facade/render_stage.h"
+#include "renderer/image/input_files.h"
 #include "renderer/session/image_metadata.h"
 #include "renderer/session/render_identity.h"
 
@@ -39,6 +40,12 @@ std::optional<tbb::global_control> limit_threads(int threads) {
   std::optional<tbb::global_control> limit;
   if (threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   return limit;
+}
+
+std::vector<std::filesystem::path> inputs_of(const RenderScene& scene) {
+  std::vector<std::filesystem::path> inputs = scene.files;
+  if (!scene.settings.env_file.empty()) inputs.push_back(scene.settings.env_file);
+  return inputs;
 }
 
 } // namespace
@@ -84,6 +91,8 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   // --- the checkpoint, locked before any work ----------------------------------------------------
   std::unique_ptr<Checkpoint> checkpoint;
   if (run.checkpoint.enabled()) {
+    for (const std::filesystem::path& written : files_of_checkpoint(run.checkpoint.file))
+      if (Result<void> free = check_not_among(written, inputs_of(scene)); !free.ok()) return free.error();
     if (scene.content_hash == 0)
       return usage_error("a scene without Scene::content_hash cannot have a checkpoint; set it to a number that "
                          "identifies the contents of the scene");
@@ -155,8 +164,9 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   facts.spp = outcome.statistics.samples_per_pixel;
   facts.threads = outcome.statistics.threads;
   facts.render_s = outcome.statistics.render_s;
-  return RenderedImage{std::move(outcome.film), std::move(outcome.statistics), outcome.interrupted, stage.placed_camera,
-                       metadata()};
+  return RenderedImage{
+      std::move(outcome.film), std::move(outcome.statistics), outcome.interrupted, stage.placed_camera, metadata(),
+      inputs_of(scene)};
 }
 
 std::vector<std::string> Renderer::cameras() const { return impl_->cameras; }
@@ -167,6 +177,8 @@ Result<void> RenderedImage::write(const std::filesystem::path& file, const Write
                                   const DisplayOptions& display) const {
   const Result<DisplayTransform> view = DisplayTransform::create(display);
   if (!view.ok()) return view.error();
+  for (const std::vector<std::filesystem::path>& read : {inputs, view.value().files()})
+    if (Result<void> free = check_not_among(file, read); !free.ok()) return free.error();
   return write_film(file, film, view.value(), metadata, options);
 }
 

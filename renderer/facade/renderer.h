@@ -41,10 +41,12 @@ struct RenderedImage {
   bool interrupted = false; // cancelled before all samples were taken
   PlacedCamera camera;      // in focus
   ImageMetadata metadata;
+  std::vector<std::filesystem::path> inputs; // files of the scene and its environment, never overwritten by write()
 
   // Returns linear Rec. 709, premultiplied by alpha, 3 floats for each pixel.
   [[nodiscard]] std::vector<float> linear_rgb() const { return film.resolve(Aov::beauty); }
-  // Writes a .png, through the view of `display`, or a .exr file. Fails (usage, input_output).
+  // Writes a .png, through the view of `display`, or a .exr file. Fails (usage, input_output), also
+  // for the name of an input.
   [[nodiscard]] Result<void> write(const std::filesystem::path& file, const WriteOptions& options = {},
                                    const DisplayOptions& display = {}) const;
 };
@@ -70,7 +72,7 @@ class Renderer {
   // CancelToken::cancel_now() ends the render within milliseconds, CancelToken::cancel() after the
   // current pass; the image then holds the samples so far. A build is not cancelled: the World is
   // kept for the next render. With a checkpoint, fails (usage) if the file belongs to another
-  // render, with the differing settings.
+  // render, with the differing settings, or is an input.
   [[nodiscard]] Result<RenderedImage> render(const ImageSettings& image, const RunOptions& run = {});
 
   // Returns the names of the cameras of the scene at rest, as ImageSettings::camera takes them.

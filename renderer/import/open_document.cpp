@@ -6,6 +6,7 @@
 #include "renderer/import/document/accessor.h"
 #include "renderer/import/document/scene_files.h"
 #include "renderer/import/files/glb.h"
+#include "renderer/import/files/number_range.h"
 #include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
 #include "renderer/import/files/utf8.h"
@@ -47,14 +48,25 @@ json parse_json(std::string_view text, uint64_t max_bytes, Warnings& warnings) {
   }
   // Some exporters pad with zero bytes, which are not JSON.
   while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
-  try {
-    return parse(text);
-  } catch (const ImportFailure& fault) {
-    const std::string readable = replace_invalid_utf8(text); // names in the code page of a machine
-    if (readable == text) throw;
-    warnings.repair("UTF-8", fault, "bytes that are not UTF-8 are replaced");
-    return parse(readable);
+  struct Remedy {
+    const char* kind;
+    std::string (*change)(std::string_view text);
+    const char* description;
+  };
+  std::string readable; // owns the text once it is changed
+  for (const Remedy& remedy : {Remedy{"UTF-8", replace_invalid_utf8, "bytes that are not UTF-8 are replaced"},
+                               {"number range", limit_numbers, "the largest number is used"}}) {
+    try {
+      return parse(text);
+    } catch (const ImportFailure& fault) {
+      std::string changed = remedy.change(text);
+      if (changed == text) continue;
+      warnings.repair(remedy.kind, fault, remedy.description);
+      readable = std::move(changed);
+      text = readable;
+    }
   }
+  return parse(text);
 }
 
 // Parses "major.minor".
@@ -96,8 +108,10 @@ void check_version(json& asset, const char* name, bool minimum, const std::files
     fail(pointer, fmt::format("glTF {}, expected 2.0; convert it with {}", text, converter_of_version_1(file)),
          "UNKNOWN_ASSET_MAJOR_VERSION");
   }
-  if (version->first != 2 || (minimum && version->second > 0))
-    fail(pointer, fmt::format("glTF {}, expected 2.0", text), "UNKNOWN_ASSET_MAJOR_VERSION");
+  const std::string fault = fmt::format("glTF {}, expected 2.0", text);
+  if (version->first != 2) fail(pointer, fault, "UNKNOWN_ASSET_MAJOR_VERSION");
+  if (minimum && version->second > 0)
+    warnings.repair("version", pointer, fault, "UNKNOWN_ASSET_MAJOR_VERSION", "it is read as 2.0");
 }
 
 // Checks the version before all else, so that the error for another version names it.

@@ -80,7 +80,14 @@ bool deform_meshes(const Scene& scene, const AnimatedNodes& nodes, PosedScene& p
   return true;
 }
 
-// Refuses transforms that overflow only as the product of a node's and its parents'.
+// Returns the first matrix out of reach of an object's keys; null if there is none.
+const M44f* find_beyond_reach(const M44f& first, const std::vector<M44f>& later) {
+  if (!is_within_reach(first)) return &first;
+  const auto found = std::find_if_not(later.begin(), later.end(), is_within_reach);
+  return found == later.end() ? nullptr : &*found;
+}
+
+// Refuses transforms that overflow only as the product of a node's and its parents', at any key.
 Result<void> check_transforms(const Scene& scene, const PosedScene& posed) {
   const auto fault = [&](int node, const M44f& matrix) {
     std::array<char, 32> number{};
@@ -95,15 +102,20 @@ Result<void> check_transforms(const Scene& scene, const PosedScene& posed) {
   std::atomic<size_t> first{posed.meshes.size()}; // the first mesh out of reach
   tbb::parallel_for(tbb::blocked_range<size_t>(0, posed.meshes.size(), 4096), [&](const auto& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
-      if (is_within_reach(posed.meshes[i].mesh_to_world)) continue;
+      if (find_beyond_reach(posed.meshes[i].mesh_to_world, posed.meshes[i].later_transforms) == nullptr) continue;
       for (size_t known = first; i < known && !first.compare_exchange_weak(known, i);) {
       }
       return;
     }
   });
-  if (first < posed.meshes.size()) return fault(posed.meshes[first].node, posed.meshes[first].mesh_to_world);
-  for (const PosedLight& light : posed.lights)
-    if (!is_within_reach(light.light_to_world)) return fault(light.node, light.light_to_world);
+  if (first < posed.meshes.size()) {
+    const PosedMesh& mesh = posed.meshes[first];
+    return fault(mesh.node, *find_beyond_reach(mesh.mesh_to_world, mesh.later_transforms));
+  }
+  for (const PosedLight& light : posed.lights) {
+    const M44f* matrix = find_beyond_reach(light.light_to_world, light.later_transforms);
+    if (matrix != nullptr) return fault(light.node, *matrix);
+  }
   return {};
 }
 
@@ -177,6 +189,9 @@ Result<PosedScene> pose_scene(const Scene& scene, const PoseOptions& options) {
                      " vertices, counting each mesh in the world" +
                      (options.shutter ? " at each key of its motion" : "") + "; use fewer instances" +
                      (options.shutter ? " or a shorter shutter" : "")};
+  }
+  if (options.shutter) {
+    if (Result<void> checked = check_transforms(scene, posed); !checked.ok()) return checked.error();
   }
   return posed;
 }

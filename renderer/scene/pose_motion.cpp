@@ -37,6 +37,8 @@ void add_key(const Scene& scene, const MotionProbe& probe, bool first, const Ani
     auto deformed = deform(scene, probe, scene.meshes[static_cast<size_t>(mesh.mesh)], nodes);
     if (!first) {
       mesh.later_deformed.push_back(std::move(deformed));
+      // Only pose_scene() sees it, and refuses it.
+      if (!is_within_reach(probe.instance * to_world)) mesh.later_transforms.push_back(probe.instance * to_world);
       break;
     }
     mesh.deformed = std::move(deformed);

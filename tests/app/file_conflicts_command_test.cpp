@@ -73,6 +73,27 @@ TEST_F(FileConflicts, OutputsAreNoInputs) {
   EXPECT_TRUE(contents() == before) << "a file has changed";
 }
 
+// Files of a scene are known once it is loaded, before anything is measured or written.
+TEST_F(FileConflicts, ReportsOfScalingAreNoInputs) {
+  fs::create_symlink("scene.bin", folder_ / "buffer.json");
+  const auto before = contents();
+  const auto scaling = [&](const Words& flags) {
+    Words words{"scaling", scene_, "--size", "8x8", "--spp", "1", "--threads", "1"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    Program program(words, folder_);
+    return program.finish(std::chrono::seconds(30));
+  };
+  const auto refused = [](const ProgramResult& result, const std::string& message) {
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << result.err; // a warning may precede it
+  };
+  refused(scaling({"--json", "scene.gltf"}), "--json: scene.gltf: is the scene as well");
+  refused(scaling({"--json", "buffer.json"}), "--json: buffer.json: is a file of the scene as well");
+  refused(scaling({"--csv", "lamp.ies"}), "--csv: lamp.ies: is a file of the scene as well");
+  refused(scaling({"--svg", "texture.png"}), "--svg: texture.png: is a file of the scene as well");
+  EXPECT_TRUE(contents() == before) << "a file has changed";
+}
+
 TEST_F(FileConflicts, ViewsOfAConfigurationKeepTheirFiles) {
   write_file("lut.spi1d", "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n1\n}\n");
   write_file("config.ocio", R"(ocio_profile_version: 1

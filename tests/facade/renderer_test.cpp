@@ -299,6 +299,33 @@ TEST_F(RendererTest, RefusesCheckpointOfAnotherRender) {
   EXPECT_TRUE(renderer.render(other, run).ok());
 }
 
+TEST_F(RendererTest, OutputsAreNoInputs) {
+  Renderer first = load(folder_ / write_scene());
+  ASSERT_TRUE(render(first, small_image()).write(folder_ / "env.exr").ok());
+  std::filesystem::create_hard_link(folder_ / "scene.bin", folder_ / "buffer.png");
+  std::filesystem::create_symlink("scene.bin", folder_ / "a.kacc");
+  const std::string buffer = read_file("scene.bin"), env = read_file("env.exr");
+  WorldSettings settings;
+  settings.env_file = folder_ / "env.exr";
+  Result<Renderer> loaded = Renderer::load(folder_ / "scene.gltf", settings);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  const RenderedImage image = render(loaded.value(), small_image());
+  const auto refused = [](const Result<void>& written) { return written.ok() ? "" : written.error().message; };
+  EXPECT_EQ(refused(image.write(folder_ / "env.exr")),
+            (folder_ / "env.exr").string() +
+                ": is a file that the image is rendered from; it would be overwritten: use another name");
+  EXPECT_NE(refused(image.write(folder_ / "buffer.png")).find("by the name '"), std::string::npos);
+  RunOptions run;
+  run.checkpoint.file = folder_ / "a.kacc";
+  const Result<RenderedImage> saved = loaded.value().render(small_image(), run);
+  ASSERT_FALSE(saved.ok());
+  EXPECT_EQ(saved.error().kind, ErrorKind::usage);
+  EXPECT_NE(saved.error().message.find("is a file that the image is rendered from"), std::string::npos);
+  EXPECT_TRUE(image.write(folder_ / "other.png").ok());
+  EXPECT_EQ(read_file("scene.bin"), buffer);
+  EXPECT_EQ(read_file("env.exr"), env);
+}
+
 TEST_F(RendererTest, RendersSceneFromMemory) {
   write_scene();
   Result<Scene> scene = load_gltf(folder_ / "scene.gltf", {}, nullptr);

@@ -1,11 +1,13 @@
 // Files, containers, buffers and URIs.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/files/file_bytes.h"
+#include "renderer/import/files/number_range.h"
 #include "renderer/import/files/other_formats.h"
 #include "renderer/import/files/uri.h"
 #include "renderer/import/files/utf8.h"
 #include "tests/import/gltf_builder.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace kindling::test {
@@ -190,6 +192,24 @@ TEST(Container, RefusesOtherVersions) {
   EXPECT_TRUE(load_text(R"({"asset":{"version":"2.7"}})").scene);
   EXPECT_FALSE(load_text(R"({"asset":{"version":"2.7","minVersion":"2.1"}})").scene);
   EXPECT_EQ(load_text("{}").error, "'asset' is missing (UNDEFINED_PROPERTY)");
+}
+
+TEST(Container, NumbersThatOverflowAreLimited) {
+  using gltf::limit_numbers;
+  constexpr const char* kMax = "1.7976931348623157e308";
+  EXPECT_EQ(limit_numbers(R"({"a":[1e309,-1E+400,1e308,1e-400,-0.5]})"),
+            fmt::format(R"({{"a":[{},-{},1e308,1e-400,-0.5]}})", kMax, kMax));
+  EXPECT_EQ(limit_numbers(R"({"1e309":"1e309 \\\" 1e309","b":)" + std::string(400, '7') + "}"),
+            fmt::format(R"({{"1e309":"1e309 \\\" 1e309","b":{}}})", kMax));
+  for (const char* unchanged : {R"("1e309)", R"("\)", "-", ""}) EXPECT_EQ(limit_numbers(unchanged), unchanged);
+  GltfBuilder builder = triangle();
+  builder.root["nodes"][0]["extras"] = "MARK";
+  std::string text = builder.gltf();
+  text.replace(text.find("\"MARK\""), 6, "1e400");
+  EXPECT_EQ(load_text(text).error.rfind("not valid JSON: ", 0), 0U) << load_text(text).error;
+  const Loaded loaded = load_text(text, kLenient);
+  EXPECT_TRUE(loaded.scene) << loaded.error;
+  EXPECT_TRUE(loaded.warned("number overflow parsing '1e400' (INVALID_JSON); the largest number is used"));
 }
 
 TEST(Container, SurvivesDeepJson) {

@@ -1,5 +1,6 @@
 // The table of extensions: README, messages, required and ignored extensions.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/scene/pose.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -78,6 +79,35 @@ TEST(Extensions, IgnoredExtensionsWarnOnce) {
   for (int i = 0; i < 3; ++i) builder.push("materials", {{"extensions", {{"ACME_hologram", json::object()}}}});
   EXPECT_EQ(load(builder).warnings,
             (std::vector<std::string>{"/extensionsUsed/0: 'ACME_hologram' has no effect yet (unknown)"}));
+}
+
+// The center would move meshes, cameras and lights alike, so that an image cannot show it; none of
+// them is moved, and no coordinate is rounded, wherever the center is.
+TEST(Extensions, CenterOfCesiumRtcMovesNothing) {
+  GltfBuilder builder = triangle();
+  builder.root["extensionsUsed"] = {"KHR_lights_punctual", "CESIUM_RTC"};
+  builder.root["extensions"]["KHR_lights_punctual"]["lights"] = json::parse(R"([{"type": "point"}])");
+  builder.push("cameras", json::parse(R"({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}})"));
+  builder.root_node(json::parse(R"({"camera": 0, "translation": [0.1, 0.2, 3.3]})"));
+  builder.root_node(json::parse(
+      R"({"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [1.7, 0.3, 0.9], "rotation": [0, 0.6, 0, 0.8]})"));
+  const Loaded plain = load(builder);
+  ASSERT_TRUE(plain.scene) << plain.error;
+  const PosedScene expected = pose_scene(*plain.scene, {}).value();
+  for (const char* center : {"[6378137.123, -4500000.7, 12345.6]", "[1e15, 1e15, -1e15]", "[1e300, 0, 0]"}) {
+    builder.root["extensions"]["CESIUM_RTC"]["center"] = json::parse(center);
+    const Loaded moved = load(builder);
+    ASSERT_TRUE(moved.scene) << moved.error;
+    EXPECT_TRUE(moved.warnings.empty());
+    EXPECT_EQ(moved.scene->meshes[0].primitives[0].positions, plain.scene->meshes[0].primitives[0].positions);
+    const PosedScene posed = pose_scene(*moved.scene, {}).value();
+    ASSERT_EQ(posed.meshes.size(), 1U);
+    ASSERT_EQ(posed.cameras.size(), 1U);
+    ASSERT_EQ(posed.lights.size(), 1U);
+    EXPECT_EQ(posed.meshes[0].mesh_to_world, expected.meshes[0].mesh_to_world);
+    EXPECT_EQ(posed.cameras[0].camera_to_world, expected.cameras[0].camera_to_world);
+    EXPECT_EQ(posed.lights[0].light_to_world, expected.lights[0].light_to_world);
+  }
 }
 
 TEST(Extensions, RefusesOverlongLists) {

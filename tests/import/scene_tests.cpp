@@ -195,6 +195,27 @@ TEST(Skins, ReadsJointsAndMatrices) {
   EXPECT_EQ(load(without).scene->skins[0].inverse_bind_matrices, std::vector<M44f>(2));
 }
 
+// Vertex 0 follows joints 0 and 7 in equal parts, vertex 1 joint 9 alone, vertex 2 joint 1: without
+// joints 7 and 9 that is joint 0, joint 0 and joint 1.
+TEST(Skins, IgnoreWeightsOfJointsBeyondTheSkin) {
+  GltfBuilder builder = skinned();
+  builder.root["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] =
+      builder.accessor<float>({0, 7.9f, 0, 0, 9, -4, 0, 0, 1.5f, 1e9f, 0, 0}, kFloat, "VEC4");
+  builder.root["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] =
+      builder.accessor<float>({.5f, .5f, 0, 0, 1, 0, 0, 0, .25f, .75f, 0, 0}, kFloat, "VEC4");
+  const Loaded loaded = load(builder, kLenient);
+  ASSERT_TRUE(loaded.scene) << loaded.error;
+  EXPECT_TRUE(loaded.warned("joints must be VEC4"));
+  EXPECT_TRUE(loaded.warned("/nodes/0/skin: a vertex of mesh 0 uses joint 65535, skin 0 has 2"));
+  const Primitive& primitive = loaded.scene->meshes[0].primitives[0];
+  ASSERT_EQ(primitive.joints.size(), 3U);
+  for (size_t v = 0; v < 3; ++v) {
+    EXPECT_EQ(primitive.weights[v], V4f(1, 0, 0, 0)) << v;
+    EXPECT_EQ(primitive.joints[v], (std::array<uint16_t, 4>{static_cast<uint16_t>(v == 2 ? 1 : 0), 0, 0, 0})) << v;
+  }
+  EXPECT_EQ(loaded.scene->nodes[0].skin, 0);
+}
+
 TEST(Skins, RefusesInvalidSkins) {
   GltfBuilder builder = skinned();
   builder.root["skins"][0]["joints"] = {1};

@@ -19,7 +19,8 @@ constexpr Slip kSlips[] = {
     {"version with a patch", "/asset/version", R"("2.0.1")", "PATTERN_MISMATCH", "; it is read as 2.0"},
     {"version 1", "/asset/version", R"("1.0")", "convert it with gltf-pipeline", kRefused},
     {"version 3", "/asset/version", R"("3.0")", "UNKNOWN_ASSET_MAJOR_VERSION", kRefused},
-    {"minimum version 2.1", "/asset/minVersion", R"("2.1")", "UNKNOWN_ASSET_MAJOR_VERSION", kRefused},
+    {"minimum version 2.1", "/asset/minVersion", R"("2.1")", "UNKNOWN_ASSET_MAJOR_VERSION", "; it is read as 2.0"},
+    {"minimum version 3.0", "/asset/minVersion", R"("3.0")", "UNKNOWN_ASSET_MAJOR_VERSION", kRefused},
     {"no version", "/asset/version", "", "'version' is missing", kRefused},
     {"no asset", "/asset", "", "'asset' is missing", kRefused},
     {"generator is null", "/asset/generator", "null", "/asset/generator: null", kAbsent},
@@ -118,7 +119,9 @@ constexpr Slip kSlips[] = {
      "MESH_PRIMITIVE_JOINTS_WEIGHTS_MISMATCH", "; 0 are used"},
     {"more joints than weights", "/meshes/1/primitives/0/attributes/JOINTS_1", "5",
      "MESH_PRIMITIVE_JOINTS_WEIGHTS_MISMATCH", "; 1 are used"},
-    {"joints of floats", "/meshes/1/primitives/0/attributes/JOINTS_0", "6", "joints must be VEC4", kRefused},
+    {"joints of floats", "/meshes/1/primitives/0/attributes/JOINTS_0", "6", "joints must be VEC4",
+     "; they are read as integers"},
+    {"joints of three components", "/meshes/1/primitives/0/attributes/JOINTS_0", "1", "joints must be VEC4", kRefused},
     {"indices -1", "/meshes/1/primitives/0/indices", "-1", "UNRESOLVED_REFERENCE", kAbsent},
     {"indices that do not exist", "/meshes/0/primitives/0/indices", "99", "UNRESOLVED_REFERENCE", kRefused},
     {"indices of floats", "/meshes/0/primitives/0/indices", "8", "indices must be SCALAR", kRefused},
@@ -428,6 +431,20 @@ constexpr DataSlip kDataSlips[] = {
            b.accessor<float>({kNotANumber, .5f, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, kFloat, "VEC4");
      },
      "a weight that is not finite", "; 0 is used"},
+    {"joint beyond the skin",
+     [](GltfBuilder& b) {
+       b.root["meshes"][1]["primitives"][0]["attributes"]["JOINTS_0"] =
+           b.accessor<uint8_t>({0, 9, 0, 0, 1, 0, 0, 0, 200, 0, 0, 0}, kUnsignedByte, "VEC4");
+       b.root["meshes"][1]["primitives"][0]["attributes"]["WEIGHTS_0"] =
+           b.accessor<float>({.5f, .5f, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, kFloat, "VEC4");
+     },
+     "ACCESSOR_JOINTS_INDEX_OOB", "; its weight is ignored"},
+    {"joints of 32 bits",
+     [](GltfBuilder& b) {
+       b.root["meshes"][1]["primitives"][0]["attributes"]["JOINTS_0"] =
+           b.accessor<uint32_t>({0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, kUnsignedInt, "VEC4");
+     },
+     "joints must be VEC4", "; they are read as integers"},
     {"delta that is not finite",
      [](GltfBuilder& b) {
        b.root["meshes"][2]["primitives"][0]["targets"][0]["POSITION"] =
@@ -486,6 +503,13 @@ constexpr ContainerSlip kContainerSlips[] = {
      "; what the file has is read"},
     {"name in Latin-1", [](std::string& b) { b[b.find("first")] = '\xe9'; }, "ill-formed UTF-8 byte",
      "; bytes that are not UTF-8 are replaced"},
+    {"number that overflows",
+     [](std::string& b) {
+       b.insert(21, R"("extras":-1e309,)"); // 16 bytes, after the first brace
+       set_u32(b, 12, u32(b, 12) + 16);
+       set_u32(b, 8, b.size());
+     },
+     "number overflow parsing '-1e309'", "; the largest number is used"},
     {"half of a chunk header at the end",
      [](std::string& b) {
        b += std::string(4, '\0');

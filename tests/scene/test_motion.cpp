@@ -118,6 +118,30 @@ TEST(Motion, StaticNodeHasOneKey) {
   EXPECT_EQ(keys_of(pose(scene, 0.5, 0.6).meshes[1]), 2u);
 }
 
+// A node that leaves the reach of the accelerators while the shutter is open: with a rigid and with
+// a deforming mesh.
+TEST(Motion, RefusesLaterKeysBeyondReach) {
+  for (const bool deforming : {false, true}) {
+    Scene scene = two_squares();
+    scene.nodes[0].local.scale = V3f(1e12f);
+    scene.animations = {{"", {channel_of(2, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 1e8f, 0, 0})}}};
+    if (deforming) {
+      scene.meshes[0].weights = {0};
+      scene.meshes[0].primitives[0].targets = {MorphTarget{.positions = std::vector<V3f>(4, V3f(0, 0, 1))}};
+      scene.animations[0].channels.push_back(channel_of(2, AnimatedProperty::weights, {0, 1}, {0, 1}));
+    }
+    EXPECT_TRUE(pose_scene(scene, {.shutter = Shutter{0.0, 0.005}}).ok()) << "5e17";
+    EXPECT_TRUE(pose_scene(scene, {.time_s = 0.0}).ok());
+    const Result<PosedScene> posed = pose_scene(scene, {.shutter = Shutter{0.0, 1.0}});
+    ASSERT_FALSE(posed.ok()) << deforming;
+    EXPECT_EQ(posed.error().kind, ErrorKind::scene_invalid);
+    EXPECT_NE(
+        posed.error().message.find("test.gltf: /nodes/2: with those of its parents, its transform has the number "),
+        std::string::npos)
+        << posed.error().message;
+  }
+}
+
 TEST(Motion, StraightTranslationHasTwoKeys) {
   Scene scene = two_squares();
   scene.animations = {{"", {channel_of(2, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 500, 0, 0})}}};

@@ -53,9 +53,15 @@ void require_unsigned(const AccessorView& view, int components, bool small, cons
   if (view.normalized) warnings.repair("normalized", pointer, message, code, "'normalized' is ignored");
 }
 
+// Checks for joints, whose numbers have a meaning in every type.
 void require_joints(const AccessorView& view, const std::string& pointer, Warnings& warnings) {
-  require_unsigned(view, 4, true, pointer, "joints must be VEC4 of UNSIGNED_BYTE or UNSIGNED_SHORT, not normalized",
-                   "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT", warnings);
+  constexpr std::string_view kFault = "joints must be VEC4 of UNSIGNED_BYTE or UNSIGNED_SHORT, not normalized";
+  constexpr std::string_view kCode = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
+  if (view.components == 4 && !is_unsigned(view, true)) {
+    warnings.repair("joint format", pointer, kFault, kCode, "they are read as integers");
+  } else {
+    require_unsigned(view, 4, true, pointer, kFault, kCode, warnings);
+  }
 }
 
 void require_indices(const AccessorView& view, const std::string& pointer, Warnings& warnings) {

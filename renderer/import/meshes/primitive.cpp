@@ -72,17 +72,34 @@ std::vector<uint32_t> read_indices(const Document& document, const tinygltf::Pri
   return indices;
 }
 
+// Reads four joints for each vertex. In a format that glTF does not have for them they are
+// truncated to integers; a number that no joint has becomes kMaxJoint.
+std::vector<std::array<uint16_t, 4>> read_joints(AccessorView view, std::span<const uint32_t> gather, size_t vertices) {
+  constexpr float kMaxJoint = 65535.0f;
+  std::vector<std::array<uint16_t, 4>> joints(vertices);
+  if (view.component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+      view.component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
+    std::vector<uint32_t> values(vertices * 4);
+    read_unsigned(view, gather, values.data());
+    for (size_t i = 0; i < values.size(); ++i) joints[i / 4][i % 4] = static_cast<uint16_t>(values[i]);
+    return joints;
+  }
+  view.normalized = false;
+  std::vector<float> values(vertices * 4);
+  read_floats(view, gather, values.data(), 4);
+  for (size_t i = 0; i < values.size(); ++i) {
+    const bool usable = values[i] > -1.0f && values[i] < kMaxJoint;
+    joints[i / 4][i % 4] = static_cast<uint16_t>(usable ? values[i] : kMaxJoint);
+  }
+  return joints;
+}
+
 void read_skinning(const Source& source, std::span<const uint32_t> gather, int sets, const std::string& pointer,
                    Primitive& primitive, Warnings& warnings) {
   const size_t vertices = primitive.positions.size();
   for (int set = 0; set < sets; ++set) {
-    std::vector<uint32_t> joints(vertices * 4);
-    read_unsigned(source.attribute(fmt::format("JOINTS_{}", set)), gather, joints.data());
-    for (size_t v = 0; v < vertices; ++v) {
-      std::array<uint16_t, 4> four{};
-      for (size_t c = 0; c < 4; ++c) four[c] = static_cast<uint16_t>(joints[v * 4 + c]);
-      primitive.joints.push_back(four);
-    }
+    const auto joints = read_joints(source.attribute(fmt::format("JOINTS_{}", set)), gather, vertices);
+    primitive.joints.insert(primitive.joints.end(), joints.begin(), joints.end());
     const std::string semantic = fmt::format("WEIGHTS_{}", set);
     std::vector<V4f> weights = read_vectors<V4f>(source.attribute(semantic), gather);
     if (!all_finite(as_floats(weights))) {

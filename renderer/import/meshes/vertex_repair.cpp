@@ -151,4 +151,15 @@ void normalize_weights(Primitive& primitive) {
                     });
 }
 
+void ignore_joints_from(Primitive& primitive, size_t joint_count) {
+  for (size_t i = 0; i < primitive.joints.size(); ++i) {
+    for (size_t c = 0; c < 4; ++c) {
+      if (primitive.joints[i][c] < joint_count) continue;
+      primitive.joints[i][c] = 0;
+      primitive.weights[i][static_cast<int>(c)] = 0.0f;
+    }
+  }
+  normalize_weights(primitive);
+}
+
 } // namespace kindling::gltf

@@ -45,4 +45,7 @@ void clamp_colors(std::vector<V4f>& colors, const std::string& pointer, Warnings
 // without weights follows its first joint.
 void normalize_weights(Primitive& primitive);
 
+// Sets the weights of joints from `joint_count` on to 0, and normalizes the others.
+void ignore_joints_from(Primitive& primitive, size_t joint_count);
+
 } // namespace kindling::gltf

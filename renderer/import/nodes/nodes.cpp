@@ -5,6 +5,7 @@
 #include "renderer/import/document/accessor.h"
 #include "renderer/import/json/extensions.h"
 #include "renderer/import/meshes/meshes.h"
+#include "renderer/import/meshes/vertex_repair.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -127,8 +128,10 @@ void read_node_extensions(const Document& document, const Scene& scene, const js
   }
 }
 
-// Checks that the skin has every joint that a vertex refers to.
-void check_skin(const Scene& scene, const std::vector<int>& highest_joint, const std::string& pointer, Node& node) {
+// Checks that the skin has every joint that a vertex refers to. The vertices lose other joints,
+// also those of other nodes with this mesh.
+void check_skin(Scene& scene, std::vector<int>& highest_joint, const std::string& pointer, Node& node,
+                Warnings& warnings) {
   if (node.skin == kNone) return;
   const int highest = node.mesh == kNone ? kNone : highest_joint[static_cast<size_t>(node.mesh)];
   if (highest == kNone) {
@@ -137,9 +140,14 @@ void check_skin(const Scene& scene, const std::vector<int>& highest_joint, const
   }
   const size_t joints = scene.skins[static_cast<size_t>(node.skin)].joints.size();
   if (static_cast<size_t>(highest) >= joints) {
-    fail(pointer + "/skin",
-         fmt::format("a vertex of mesh {} uses joint {}, skin {} has {}", node.mesh, highest, node.skin, joints),
-         "ACCESSOR_JOINTS_INDEX_OOB");
+    warnings.repair(
+        "skin joint", pointer + "/skin",
+        fmt::format("a vertex of mesh {} uses joint {}, skin {} has {}", node.mesh, highest, node.skin, joints),
+        "ACCESSOR_JOINTS_INDEX_OOB", "its weight is ignored");
+    for (Primitive& primitive : scene.meshes[static_cast<size_t>(node.mesh)].primitives) {
+      ignore_joints_from(primitive, joints);
+    }
+    highest_joint[static_cast<size_t>(node.mesh)] = static_cast<int>(joints) - 1;
   }
 }
 
@@ -262,7 +270,7 @@ void import_scenes(const Document& document, std::vector<int>& parent, Scene& sc
 void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
   ElementBudget budget(document);
   uint64_t instances = 0;
-  const std::vector<int> highest_joint = highest_joints(scene);
+  std::vector<int> highest_joint = highest_joints(scene);
   for (size_t i = 0; i < document.core.nodes.size(); ++i) {
     const tinygltf::Node& core = document.core.nodes[i];
     const json& object = (*document.json)["nodes"][i];
@@ -287,7 +295,7 @@ void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
       warnings.add("skin", pointer + "/skin", "a skin on a node whose mesh has no joints has no effect",
                    "NODE_SKIN_WITH_NON_SKINNED_MESH");
     }
-    check_skin(scene, highest_joint, pointer, node);
+    check_skin(scene, highest_joint, pointer, node, warnings);
     scene.nodes.push_back(std::move(node));
   }
   std::vector<int> parents = find_parents(scene.nodes, warnings);
