@@ -1,0 +1,16 @@
+// Harness: Radiance HDR images.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/oiio_loader.h"
+#include "tests/fuzz/decode_input.h"
+
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  kindling::fuzz::use_one_thread();
+  // Loading OpenImageIO takes time, which must not count as that of the first input.
+  static_cast<void>(kindling::image_detail::oiio_module());
+  return 0;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  kindling::fuzz::decode_to_the_end(kindling::fuzz::input_bytes(data, size));
+  return 0;
+}
