@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 
+#include "renderer/base/elementary.h"
+
 #include <ImathMatrixAlgo.h>
 
 #include <cassert>
@@ -26,7 +28,7 @@ Camera::Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i
       shutter_open_(motion.shutter_open || !motion.later_transforms.empty()), size_px_(size_px),
       near_m_(camera.znear > 0.0f ? camera.znear : kDefaultNearM) {
   assert(size_px.x > 0 && size_px.y > 0);
-  half_film_.y = orthographic_ ? std::abs(camera.ymag) : std::tan(0.5f * usable_yfov(camera.yfov_rad));
+  half_film_.y = orthographic_ ? std::abs(camera.ymag) : elementary::tan(0.5f * usable_yfov(camera.yfov_rad));
   half_film_.x = half_film_.y * static_cast<float>(size_px.x) / static_cast<float>(size_px.y);
 
   const V3f right = transform_vector(camera_to_world, {1.0f, 0.0f, 0.0f});
@@ -86,7 +88,7 @@ Camera::View Camera::make_view(const V3f& right, const V3f& up, const V3f& back,
 Camera::View Camera::view_at(float time) const {
   assert(keys_.size() >= 2);
   const float at = time * static_cast<float>(keys_.size() - 1);
-  const size_t first = std::min(static_cast<size_t>(std::max(at, 0.0f)), keys_.size() - 2);
+  const size_t first = std::min(static_cast<size_t>(std::max(0.0f, at)), keys_.size() - 2);
   const float within = at - static_cast<float>(first);
   const Key& a = keys_[first];
   const Key& b = keys_[first + 1];
@@ -112,7 +114,7 @@ CameraRay Camera::generate_distributed_ray(const V2f& film_px, const V2f& lens_u
   return {origin, direction * (1.0f / std::sqrt(direction.dot(direction)))};
 }
 
-float focal_length_of(float yfov_rad) { return 0.5f * kSensorHeightM / std::tan(0.5f * usable_yfov(yfov_rad)); }
+float focal_length_of(float yfov_rad) { return 0.5f * kSensorHeightM / elementary::tan(0.5f * usable_yfov(yfov_rad)); }
 
 std::optional<V2f> Camera::project(const V3f& p_world) const {
   const V3f p = transform_point(world_to_camera_, p_world);

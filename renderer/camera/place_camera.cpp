@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/place_camera.h"
 
+#include "renderer/base/elementary_double.h"
 #include "renderer/base/frame.h"
 
 namespace kindling {
@@ -27,8 +28,9 @@ struct Axes {
 Axes orbit_axes(float theta_deg, float phi_deg) {
   const float theta = radians(theta_deg);
   const float phi = radians(phi_deg);
-  const V3f z(std::sin(phi) * std::sin(theta), std::cos(phi), std::sin(phi) * std::cos(theta));
-  const V3f x(std::cos(theta), 0.0f, -std::sin(theta));
+  const V3f z(elementary::sin(phi) * elementary::sin(theta), elementary::cos(phi),
+              elementary::sin(phi) * elementary::cos(theta));
+  const V3f x(elementary::cos(theta), 0.0f, -elementary::sin(theta));
   return {x, z.cross(x), z};
 }
 
@@ -75,7 +77,7 @@ M44f look_at(const V3f& eye, const V3f& target, const V3f& up) {
 PlacedCamera fit_camera(const Box3f& bounds, float aspect) {
   const Box3f box = usable_bounds(bounds);
   const Axes axes = orbit_axes(kFitThetaDeg, kFitPhiDeg);
-  const double slope = std::tan(0.5 * radians(kFitYfovDeg)) * (1.0 - 2.0 * kFitMargin);
+  const double slope = elementary::tan(0.5 * radians(kFitYfovDeg)) * (1.0 - 2.0 * kFitMargin);
   const double usable_aspect = aspect > 0.0f && std::isfinite(aspect) ? aspect : 1.0;
 
   const V3d center = (V3d(box.min) + V3d(box.max)) * 0.5;

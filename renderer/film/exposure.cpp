@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/exposure.h"
 
+#include "renderer/base/elementary_double.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -36,16 +38,16 @@ ImageBrightness measure_brightness(const Film& film) {
   size_t logs_count = 0;
   for (const double value : luminances) {
     if (value <= kBlack * result.mean) continue;
-    logs += std::log(value);
+    logs += elementary::log(value);
     ++logs_count;
   }
-  result.log_average = std::exp(logs / static_cast<double>(logs_count));
+  result.log_average = elementary::exp(logs / static_cast<double>(logs_count));
   return result;
 }
 
 double auto_exposure_stops(const ImageBrightness& brightness) {
   if (!(brightness.log_average > 0.0)) return 0.0;
-  const double stops = std::log2(kMiddleGray / brightness.log_average);
+  const double stops = elementary::log2(kMiddleGray / brightness.log_average);
   return std::clamp(std::round(10.0 * stops) / 10.0, -kMaxStops, kMaxStops);
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/agx.h"
 
+#include "renderer/base/elementary_double.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,15 +46,16 @@ constexpr double kHueShift = 0.4;
 
 // The scale of a toe or shoulder that ends `dy` away from the pivot at the distance `dx`.
 double end_scale(double dx, double dy) {
-  return std::pow(std::pow(kSlope * dx, -kPower) * (std::pow(kSlope * dx / dy, kPower) - 1.0), -1.0 / kPower);
+  return elementary::pow(elementary::pow(kSlope * dx, -kPower) * (elementary::pow(kSlope * dx / dy, kPower) - 1.0),
+                         -1.0 / kPower);
 }
 
 double sigmoid(double x) {
-  static const double pivot_y = std::pow(kMiddleGray, 1.0 / kOutputPower);
+  static const double pivot_y = elementary::pow(kMiddleGray, 1.0 / kOutputPower);
   static const double toe = -end_scale(kPivotX, pivot_y), shoulder = end_scale(1.0 - kPivotX, 1.0 - pivot_y);
   const double scale = x < kPivotX ? toe : shoulder;
   const double t = kSlope * (x - kPivotX) / scale; // not negative
-  return scale * t / std::pow(1.0 + std::pow(t, kPower), 1.0 / kPower) + pivot_y;
+  return scale * t / elementary::pow(1.0 + elementary::pow(t, kPower), 1.0 / kPower) + pivot_y;
 }
 
 // Hue and saturation in [0, 1], value as the largest component.
@@ -90,7 +93,7 @@ double compensated_luminance(const Vec& rgb) {
   const Vec complement{high - rgb[0], high - rgb[1], high - rgb[2]};
   const double own = luminance(rgb);
   const double raised = std::max({complement[0], complement[1], complement[2]}) - luminance(complement) + own;
-  const double weight = own > 0.0 ? std::min(std::pow(own, 0.08), 1.0) : 0.0;
+  const double weight = own > 0.0 ? std::min(elementary::pow(own, 0.08), 1.0) : 0.0;
   return raised + weight * (own - raised);
 }
 
@@ -117,9 +120,9 @@ Rgb tone_map_agx(const Rgb& scene) {
   const Vec inset = multiply(kInset, multiply(kRec709To2020, positive));
   Vec formed{};
   for (size_t c = 0; c < 3; ++c) {
-    const double stops = inset[c] > 0.0 ? std::log2(inset[c] / kMiddleGray) : kMinStops;
+    const double stops = inset[c] > 0.0 ? elementary::log2(inset[c] / kMiddleGray) : kMinStops;
     const double x = std::max((stops - kMinStops) / (kMaxStops - kMinStops), 0.0);
-    formed[c] = x > 0.0 ? std::pow(std::max(sigmoid(x), 0.0), kOutputPower) : 0.0;
+    formed[c] = x > 0.0 ? elementary::pow(std::max(sigmoid(x), 0.0), kOutputPower) : 0.0;
   }
   Vec hsv = rgb_to_hsv(formed);
   hsv[0] = (1.0 - kHueShift) * rgb_to_hsv(inset)[0] + kHueShift * hsv[0];

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/display_transform.h"
 
+#include "renderer/base/elementary_double.h"
 #include "renderer/image/agx.h"
 #include "renderer/image/decoders.h"
 #include "renderer/image/display_config.h"
@@ -101,7 +102,7 @@ Result<DisplayTransform> DisplayTransform::create(const DisplayOptions& options)
   auto impl = std::make_unique<Impl>();
   impl->view = view;
   if (found.built_in) impl->curve = built_in_curve(view);
-  const double scale = std::exp2(static_cast<double>(options.exposure_stops));
+  const double scale = elementary::exp2(static_cast<double>(options.exposure_stops));
   if (impl->curve != nullptr) impl->curve_scale = static_cast<float>(scale);
   try {
     const auto processor = make_processor(found, view, impl->curve != nullptr ? 1.0 : scale);

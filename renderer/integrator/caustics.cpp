@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/caustics.h"
 
+#include "renderer/base/elementary.h"
+
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -29,7 +31,7 @@ std::optional<Caustics> caustics_from_name(std::string_view name) {
 
 float regularized_alpha(float widest, uint32_t sample_index) {
   assert(widest >= 0.0f && widest <= 1.0f);
-  return 0.3f * widest * std::pow(static_cast<float>(sample_index) + 1.0f, -1.0f / 6.0f);
+  return 0.3f * widest * elementary::pow(static_cast<float>(sample_index) + 1.0f, -1.0f / 6.0f);
 }
 
 void regularize_caustics(Caustics caustics, bool after_diffuse, const WidestLobe& widest, uint32_t sample_index,

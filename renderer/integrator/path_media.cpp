@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/path_integrator.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/bsdf/dispersion.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
@@ -20,7 +21,7 @@ constexpr uint32_t kFirstRouletteEvent = 16;
 constexpr uint32_t kWalkKey = 0x5ca77e2bU;
 
 Rgb exp_negative(const Rgb& optical_depth) {
-  return {std::exp(-optical_depth.x), std::exp(-optical_depth.y), std::exp(-optical_depth.z)};
+  return {elementary::exp(-optical_depth.x), elementary::exp(-optical_depth.y), elementary::exp(-optical_depth.z)};
 }
 
 float component_sum(const Rgb& c) { return c.x + c.y + c.z; }
@@ -117,7 +118,7 @@ bool PathIntegrator::travel_medium(size_t i, PathContext& context) const {
   const V2f u = Sampler::sample_2d(key, sample.address.index, 0);
   const unsigned channel = u.x < choice.x ? 0 : u.x < choice.x + choice.y ? 1 : 2;
   const float chosen = medium.extinction[channel];
-  const float t = chosen > 0.0f ? -std::log(1.0f - u.y) / chosen : kInfinity;
+  const float t = chosen > 0.0f ? -elementary::log(1.0f - u.y) / chosen : kInfinity;
   if (t >= distance) {
     const Rgb through = exp_negative(medium.extinction * distance);
     state.throughput *= through / component_sum(choice * through);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_vertex.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/bsdf/dispersion.h"
 
 #include <cassert>
@@ -22,7 +23,8 @@ Rgb medium_transmittance(const World& world, const MediumStack& media, float dis
   assert(!media.empty() && distance >= 0.0f);
   if (distance == kInfinity) return Rgb(1.0f);
   const Rgb& extinction = world.medium(*media.innermost()).extinction;
-  return {std::exp(-extinction.x * distance), std::exp(-extinction.y * distance), std::exp(-extinction.z * distance)};
+  return {elementary::exp(-extinction.x * distance), elementary::exp(-extinction.y * distance),
+          elementary::exp(-extinction.z * distance)};
 }
 
 WhittedVertex::WhittedVertex(const World& world, const WhittedNode& node_above, SurfacePoint& surface_here,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/light/closed_shells.h"
 
 #include <tbb/blocked_range.h>
@@ -36,7 +37,7 @@ Cone cone_of_axes(const V3f& first_axis, std::span<const LightFrame> frames) {
   for (const LightFrame& frame : frames) sum += frame.z;
   Cone result{sum.length() > 1e-3f ? sum.normalized() : first_axis, 0.0f};
   for (const LightFrame& frame : frames)
-    result.angle = std::max(result.angle, std::acos(std::clamp(frame.z.dot(result.axis), -1.0f, 1.0f)) + 1e-3f);
+    result.angle = std::max(result.angle, elementary::acos(std::clamp(frame.z.dot(result.axis), -1.0f, 1.0f)) + 1e-3f);
   if (!(result.angle < 0.5f * kPi)) result.angle = kPi; // caps are convex up to half of the sphere
   return result;
 }
@@ -167,8 +168,8 @@ void LightSet::add_punctuals(const LightSetInput& input) {
   for (const DirectionalLight& light : input.directionals) {
     Punctual p{Punctual::Kind::directional, V3f(0.0f), light.direction, light.irradiance};
     const float half = 0.5f * accepted_size(std::min(light.angular_diameter_rad, kPi));
-    p.radius = half > 0.0f ? std::sin(half) : 0.0f;
-    p.one_minus_cos = 2.0f * square(std::sin(0.5f * half));
+    p.radius = half > 0.0f ? elementary::sin(half) : 0.0f;
+    p.one_minus_cos = 2.0f * square(elementary::sin(0.5f * half));
     LightFrame frame;
     frame.z = -light.direction;
     add_punctual(p, light.name, frame, light.later);
@@ -189,7 +190,7 @@ void LightSet::prepare_shapes() {
     const auto frames = std::span(frames_).subspan(p.first_key, p.key_count);
     if (in_sky && (p.radius > 0.0f || !frames.empty())) {
       const Cone swept = cone_of_axes(-p.axis, frames);
-      p.sin_reach = std::sin(std::min(swept.angle + std::asin(std::min(p.radius, 1.0f)), 0.5f * kPi));
+      p.sin_reach = elementary::sin(std::min(swept.angle + elementary::asin(std::min(p.radius, 1.0f)), 0.5f * kPi));
       p.axis = -swept.axis;
     }
     if (!(p.radius > 0.0f && p.luminance > 0.0f)) continue;
@@ -232,8 +233,8 @@ EmitterBounds LightSet::punctual_bounds(const Punctual& light) const {
     if (!frames.empty()) {
       const Cone swept = cone_of_axes(-light.axis, frames);
       result.axis = -swept.axis;
-      const float angle = std::acos(result.cos_normals) + swept.angle;
-      result.cos_normals = angle < kPi ? std::cos(angle) : -1.0f;
+      const float angle = elementary::acos(result.cos_normals) + swept.angle;
+      result.cos_normals = angle < kPi ? elementary::cos(angle) : -1.0f;
     }
   }
   return result;

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_tree.h"
 
+#include "renderer/base/elementary.h"
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
@@ -229,15 +231,16 @@ class LightTreeBuilder {
       const float cosine = e.axis.dot(result.axis);
       const auto intensity = static_cast<double>(e.intensity);
       result.radius = std::max(result.radius, (e.center - result.center).length() + e.radius);
-      const auto arc = [](float c) { return std::acos(std::clamp(c, -1.0f, 1.0f)); };
+      const auto arc = [](float c) { return elementary::acos(std::clamp(c, -1.0f, 1.0f)); };
       if (e.cos_normals > 0.0f && e.cos_emission == 0.0f) {
         const auto back = static_cast<double>(e.back);
         even += 0.5 * (1.0 + back) * intensity;
         odd += 0.5 * (1.0 - back) * intensity * static_cast<double>(cosine);
         squares += 0.5 * (1.0 + back) * intensity * static_cast<double>(cosine * cosine);
         // Normals of moving emitters are spread.
-        cos_plain = std::min(
-            cos_plain, e.cos_normals >= 1.0f ? cosine : std::cos(std::min(arc(cosine) + arc(e.cos_normals), kPi)));
+        cos_plain =
+            std::min(cos_plain,
+                     e.cos_normals >= 1.0f ? cosine : elementary::cos(std::min(arc(cosine) + arc(e.cos_normals), kPi)));
         unlimited = unlimited || e.back > 0.0f;
       } else {
         anywhere += intensity;
@@ -255,7 +258,7 @@ class LightTreeBuilder {
     // 90 degrees from the farthest normal.
     float reach = even > 0.0 ? -safe_sqrt(1.0f - cos_plain * cos_plain) : 1.0f;
     if (cos_plain <= 0.0f || angle >= std::numbers::pi_v<float>) unlimited = true;
-    if (anywhere > 0.0) reach = std::min(reach, std::cos(angle));
+    if (anywhere > 0.0) reach = std::min(reach, elementary::cos(angle));
     result.cos_reach = unlimited ? -1.0f : std::max(reach - kRoundingOfCosines, -1.0f);
     return result;
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/environment.h"
 
+#include "renderer/base/elementary_double.h"
 #include "renderer/sampling/warp.h"
 
 #include <tbb/blocked_range.h>
@@ -37,7 +38,7 @@ class TexelReader {
  private:
   // IEC 61966-2-1.
   static float decode_srgb(double s) {
-    return static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+    return static_cast<float>(s <= 0.04045 ? s / 12.92 : elementary::pow((s + 0.055) / 1.055, 2.4));
   }
 
   template <typename T>
@@ -86,7 +87,8 @@ double row_integral(int y, int height) {
   const double step = std::numbers::pi / height;
   // From the row's center at angle t0 to the next row's center, or to the pole after the last row.
   const auto half_hat = [step](double t0, bool last) {
-    return last ? std::cos(t0) + 1.0 : std::cos(t0) - (std::sin(t0 + step) - std::sin(t0)) / step;
+    return last ? elementary::cos(t0) + 1.0
+                : elementary::cos(t0) - (elementary::sin(t0 + step) - elementary::sin(t0)) / step;
   };
   const double center = (y + 0.5) * step;
   return half_hat(center, y == height - 1) + half_hat(std::numbers::pi - center, y == 0);
@@ -201,7 +203,8 @@ void Environment::build_distribution() {
     return std::clamp((static_cast<double>(row) - 0.5) / height_, 0.0, 1.0) * std::numbers::pi;
   };
   std::vector<double> cos_bands(rows); // cos(theta) at the top minus that at the bottom: solid angle over 2 pi
-  for (size_t y = 0; y < rows; ++y) cos_bands[y] = std::cos(theta_of_edge(y)) - std::cos(theta_of_edge(y + 1));
+  for (size_t y = 0; y < rows; ++y)
+    cos_bands[y] = elementary::cos(theta_of_edge(y)) - elementary::cos(theta_of_edge(y + 1));
 
   std::vector<float> weights(columns * rows);
   std::vector<double> row_sums(rows);

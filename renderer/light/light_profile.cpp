@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_profile.h"
 
+#include "renderer/base/elementary_double.h"
 #include "renderer/light/equirect.h"
 
 #include <algorithm>
@@ -41,10 +42,10 @@ LightProfile::LightProfile(Kind kind, std::vector<float> vertical_deg, std::vect
 // EXT_lights_ies, "Coordinate System Mapping": the vertical plane is x-z, the horizontal one x-y; c
 // turns counterclockwise, a and b clockwise.
 V3f LightProfile::direction(Kind kind, float vertical_deg, float horizontal_deg) {
-  const float sv = std::sin(vertical_deg * kDegree);
-  const float cv = std::cos(vertical_deg * kDegree);
-  const float sh = std::sin(horizontal_deg * kDegree);
-  const float ch = std::cos(horizontal_deg * kDegree);
+  const float sv = elementary::sin(vertical_deg * kDegree);
+  const float cv = elementary::cos(vertical_deg * kDegree);
+  const float sh = elementary::sin(horizontal_deg * kDegree);
+  const float ch = elementary::cos(horizontal_deg * kDegree);
   switch (kind) {
   case Kind::a: return {sv, -cv * sh, -cv * ch};
   case Kind::b: return {ch * sv, -sh, -ch * cv};
@@ -108,7 +109,7 @@ void LightProfile::integrate() {
     for (int column = 0; column < kColumns; ++column) {
       const float horizontal = (static_cast<float>(column) + 0.5f) * (360.0f / kColumns);
       const auto value = static_cast<double>(intensity(direction(Kind::c, vertical, horizontal)));
-      const double weight = std::sin(static_cast<double>(vertical * kDegree));
+      const double weight = elementary::sin(static_cast<double>(vertical * kDegree));
       sum += value * weight;
       sum_squares += value * value * weight;
     }

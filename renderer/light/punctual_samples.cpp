@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/light_set.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/light/sphere_seen.h"
 #include "renderer/sampling/mis.h"
 
@@ -103,7 +104,7 @@ void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const 
   Rgb radiance = light.intensity * (weight * attenuation);
   const float depth = *distance - ray.begin_m;
   for (int c = 0; c < 3; ++c)
-    if (ray.extinction[c] > 0.0f) radiance[c] *= std::exp(-ray.extinction[c] * depth);
+    if (ray.extinction[c] > 0.0f) radiance[c] *= elementary::exp(-ray.extinction[c] * depth);
   sum += radiance;
 }
 

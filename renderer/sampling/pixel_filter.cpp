@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/pixel_filter.h"
 
+#include "renderer/base/elementary_double.h"
+
 #include <cassert>
 #include <cmath>
 
@@ -50,9 +52,10 @@ double filter_value(FilterKind kind, double width, double x) {
   switch (kind) {
   case FilterKind::blackman_harris: {
     const double a = std::numbers::pi * t;
-    return 0.35875 + 0.48829 * std::cos(a) + 0.14128 * std::cos(2.0 * a) + 0.01168 * std::cos(3.0 * a);
+    return 0.35875 + 0.48829 * elementary::cos(a) + 0.14128 * elementary::cos(2.0 * a) +
+           0.01168 * elementary::cos(3.0 * a);
   }
-  case FilterKind::gaussian: return std::exp(-4.5 * t * t);
+  case FilterKind::gaussian: return elementary::exp(-4.5 * t * t);
   case FilterKind::box: return 1.0;
   case FilterKind::mitchell: return mitchell(2.0 * t);
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/elementary.h"
 #include "renderer/base/math.h"
 
 #include <cassert>
@@ -170,7 +171,7 @@ inline SphericalTriangle::SphericalTriangle(const V3f& p0, const V3f& p1, const 
   g2_ = 1.0f + corner_[0].dot(corner_[1]);
   // Van Oosterom and Strackee 1983. The comparisons also treat NaN (the reference is a corner) as
   // degenerate.
-  if (g0_ > 0.0f && g0_ < kInfinity && g2_ > 0.0f) half_solid_angle_ = std::atan2(g0_, g1_ + g2_);
+  if (g0_ > 0.0f && g0_ < kInfinity && g2_ > 0.0f) half_solid_angle_ = elementary::atan2(g0_, g1_ + g2_);
 }
 
 inline SphericalTriangle::Sample SphericalTriangle::sample(const V2f& u) const {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/animation.h"
 
+#include "renderer/base/elementary.h"
+
 #include <cassert>
 
 namespace kindling {
@@ -38,13 +40,13 @@ void slerp_shortest(std::span<const float> a, std::span<const float> b, float t,
   normalize_quaternion(qb);
   const float dot = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3];
   const float sign = dot < 0.0f ? -1.0f : 1.0f;
-  const float angle = std::acos(std::min(std::abs(dot), 1.0f));
+  const float angle = elementary::acos(std::min(std::abs(dot), 1.0f));
   float weight_a = 1.0f - t;
   float weight_b = t;
   if (angle > 1e-3f) {
-    const float inverse_sine = 1.0f / std::sin(angle);
-    weight_a = std::sin((1.0f - t) * angle) * inverse_sine;
-    weight_b = std::sin(t * angle) * inverse_sine;
+    const float inverse_sine = 1.0f / elementary::sin(angle);
+    weight_a = elementary::sin((1.0f - t) * angle) * inverse_sine;
+    weight_b = elementary::sin(t * angle) * inverse_sine;
   }
   for (size_t c = 0; c < 4; ++c) out[c] = weight_a * qa[c] + sign * weight_b * qb[c];
 }

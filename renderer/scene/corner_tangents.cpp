@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/corner_tangents.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/base/frame.h"
 #include "renderer/scene/index_groups.h"
 
@@ -272,7 +273,7 @@ float projected_angle(const TangentInput& input, uint32_t corner, const V3f& nor
   const V3f& after = input.positions[input.indices[next_corner(corner)]];
   const V3f a = normalized_or_zero(project_to_plane(before - p, normal));
   const V3f b = normalized_or_zero(project_to_plane(after - p, normal));
-  return std::acos(std::clamp(a.dot(b), -1.0f, 1.0f));
+  return elementary::acos(std::clamp(a.dot(b), -1.0f, 1.0f));
 }
 
 // Returns the tangent of corners that have none: along x where the normal allows it.

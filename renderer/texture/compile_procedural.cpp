@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cassert>
+#include <utility>
 #include <vector>
 
 namespace kindling {
@@ -59,12 +60,26 @@ class Compiler {
     }
     return 0;
   }
+  // Returns the operands of the first inputs. They are emitted in this order; that of a call's
+  // arguments would be the compiler's choice.
+  template <size_t... kInputs>
+  std::array<int16_t, sizeof...(kInputs)> in_order(std::index_sequence<kInputs...> /*list*/) {
+    return {in(kInputs)...};
+  }
+  template <size_t kCount>
+  std::array<int16_t, kCount> inputs() {
+    return in_order(std::make_index_sequence<kCount>());
+  }
   [[nodiscard]] float number(size_t k) const { return node_->inputs[k].value.x; }
   [[nodiscard]] int integer(size_t k) const { return static_cast<int>(node_->inputs[k].value.x); }
   // Returns the number of channels that operators of the current node compute.
   [[nodiscard]] int width() const { return channels_of(node_->type) == 1 ? 1 : 4; }
 
   int16_t binary(Op op, int16_t a, int16_t b) { return e_.emit(op, {a, b}, {.channels = width()}); }
+  int16_t binary(Op op) {
+    const auto [a, b] = inputs<2>();
+    return binary(op, a, b);
+  }
   int16_t unary(Op op) { return e_.emit(op, {in(0)}, {.channels = width()}); }
   int16_t mix(int16_t fg, int16_t bg, int16_t weight) {
     return e_.emit(Op::mix, {fg, bg, weight}, {.channels = width()});
@@ -85,8 +100,9 @@ class Compiler {
     switch (node_->kind) {
     case K::noise2d:
     case K::noise3d: {
-      const int16_t noise = pattern(node_->kind == K::noise2d ? Op::noise2d : Op::noise3d, in(2));
-      return binary(Op::add, binary(Op::multiply, noise, in(0)), in(1));
+      const auto [amplitude, pivot, at] = inputs<3>();
+      const int16_t noise = pattern(node_->kind == K::noise2d ? Op::noise2d : Op::noise3d, at);
+      return binary(Op::add, binary(Op::multiply, noise, amplitude), pivot);
     }
     case K::fractal2d:
     case K::fractal3d: {
@@ -110,7 +126,9 @@ class Compiler {
     const int16_t x = extract(at, kRed), y = extract(at, kGreen);
     const int16_t cx = binary(Op::multiply, c, x), sy = binary(Op::multiply, s, y);
     const int16_t cy = binary(Op::multiply, c, y), sx = binary(Op::multiply, s, x);
-    return combine(binary(Op::add, cx, sy), binary(Op::subtract, cy, sx), e_.number(0.0f), e_.number(1.0f));
+    const int16_t turned_x = binary(Op::add, cx, sy), turned_y = binary(Op::subtract, cy, sx);
+    const int16_t zero = e_.number(0.0f), one = e_.number(1.0f);
+    return combine(turned_x, turned_y, zero, one);
   }
 
   int16_t combine(int16_t r, int16_t g, int16_t b, int16_t a) {
@@ -129,20 +147,22 @@ class Compiler {
   }
 
   int16_t remap(int16_t x, int16_t in_low, int16_t in_high, int16_t out_low, int16_t out_high) {
-    const int16_t unit = binary(Op::divide, binary(Op::subtract, x, in_low), binary(Op::subtract, in_high, in_low));
+    const int16_t above = binary(Op::subtract, x, in_low), extent = binary(Op::subtract, in_high, in_low);
+    const int16_t unit = binary(Op::divide, above, extent);
     return binary(Op::add, binary(Op::multiply, unit, binary(Op::subtract, out_high, out_low)), out_low);
   }
 
   int16_t range() {
     const int16_t one = e_.number(1.0f), zero = e_.number(0.0f);
-    int16_t x = remap(in(0), in(1), in(2), zero, one);
-    if (!is_one(in(3))) {
+    const auto [value, in_low, in_high, gamma, out_low, out_high] = inputs<6>();
+    int16_t x = remap(value, in_low, in_high, zero, one);
+    if (!is_one(gamma)) {
       const int16_t size = e_.emit(Op::absolute, {x}, {.channels = width()});
-      const int16_t power = binary(Op::power, size, binary(Op::divide, one, in(3)));
+      const int16_t power = binary(Op::power, size, binary(Op::divide, one, gamma));
       x = binary(Op::multiply, power, e_.emit(Op::sign, {x}, {.channels = width()}));
     }
-    x = remap(x, zero, one, in(4), in(5));
-    return number(6) != 0.0f ? clamp(x, in(4), in(5)) : x;
+    x = remap(x, zero, one, out_low, out_high);
+    return number(6) != 0.0f ? clamp(x, out_low, out_high) : x;
   }
 
   [[nodiscard]] bool is_one(int16_t operand) const {
@@ -191,10 +211,29 @@ class Compiler {
     return e_.emit(Op::image, {in(2)}, {.i = {number, channels_of(node_->type) == 1 ? 1 : 0}});
   }
 
+  // Left to right, or from the top, which is at v = 1, to the bottom.
+  int16_t ramp(int channel) {
+    const auto [first, second, at] = inputs<3>();
+    const int16_t zero = e_.number(0.0f), one = e_.number(1.0f);
+    const int16_t weight = clamp(extract(at, channel), zero, one);
+    return channel == kRed ? mix(second, first, weight) : mix(first, second, weight);
+  }
+
+  int16_t contrast() {
+    const auto [value, amount, pivot] = inputs<3>();
+    return binary(Op::add, binary(Op::multiply, binary(Op::subtract, value, pivot), amount), pivot);
+  }
+
+  int16_t compare(Op op) {
+    const auto [value1, value2, yes, no] = inputs<4>();
+    return compare(op, value1, value2, yes, no);
+  }
+
   int16_t lower() {
     const auto split = [&](int channel) {
-      return compare(Op::greater_equal, extract(in(3), channel), in(2), channel == kRed ? in(1) : in(0),
-                     channel == kRed ? in(0) : in(1));
+      const auto [first, second, center, at] = inputs<4>();
+      const int16_t beyond = channel == kRed ? second : first, before = channel == kRed ? first : second;
+      return compare(Op::greater_equal, extract(at, channel), center, beyond, before);
     };
     switch (node_->kind) {
     case K::constant:
@@ -207,25 +246,28 @@ class Compiler {
     case K::geomcolor: return convert(e_.stream(ProceduralStream::color), T::color4, node_->type);
     case K::image: return image();
     case K::checkerboard: {
-      const int16_t at = binary(Op::subtract, binary(Op::multiply, in(4), in(2)), in(3));
-      return mix(in(0), in(1), e_.emit(Op::checker, {at}, {.channels = 1}));
+      const auto [color1, color2, tiling, offset, uv] = inputs<5>();
+      const int16_t at = binary(Op::subtract, binary(Op::multiply, uv, tiling), offset);
+      return mix(color1, color2, e_.emit(Op::checker, {at}, {.channels = 1}));
     }
-    case K::ramplr: return mix(in(1), in(0), clamp(extract(in(2), kRed), e_.number(0.0f), e_.number(1.0f)));
-    case K::ramptb: // the top is at v = 1
-      return mix(in(0), in(1), clamp(extract(in(2), kGreen), e_.number(0.0f), e_.number(1.0f)));
+    case K::ramplr: return ramp(kRed);
+    case K::ramptb: return ramp(kGreen);
     case K::splitlr: return split(kRed);
     case K::splittb: return split(kGreen);
     case K::place2d: return place2d();
-    case K::rotate2d: return rotate(in(0), in(1));
-    case K::add: return binary(Op::add, in(0), in(1));
-    case K::subtract: return binary(Op::subtract, in(0), in(1));
-    case K::multiply: return binary(Op::multiply, in(0), in(1));
-    case K::divide: return binary(Op::divide, in(0), in(1));
-    case K::modulo: return binary(Op::modulo, in(0), in(1));
-    case K::power: return binary(Op::power, in(0), in(1));
-    case K::atan2: return binary(Op::atan2, in(0), in(1));
-    case K::min: return binary(Op::min, in(0), in(1));
-    case K::max: return binary(Op::max, in(0), in(1));
+    case K::rotate2d: {
+      const auto [at, degrees] = inputs<2>();
+      return rotate(at, degrees);
+    }
+    case K::add: return binary(Op::add);
+    case K::subtract: return binary(Op::subtract);
+    case K::multiply: return binary(Op::multiply);
+    case K::divide: return binary(Op::divide);
+    case K::modulo: return binary(Op::modulo);
+    case K::power: return binary(Op::power);
+    case K::atan2: return binary(Op::atan2);
+    case K::min: return binary(Op::min);
+    case K::max: return binary(Op::max);
     case K::absval: return unary(Op::absolute);
     case K::sign: return unary(Op::sign);
     case K::floor: return unary(Op::floor);
@@ -240,13 +282,25 @@ class Compiler {
     case K::tan: return unary(Op::tan);
     case K::asin: return unary(Op::asin);
     case K::acos: return unary(Op::acos);
-    case K::clamp: return clamp(in(0), in(1), in(2));
-    case K::mix: return mix(in(0), in(1), in(2));
+    case K::clamp: {
+      const auto [x, low, high] = inputs<3>();
+      return clamp(x, low, high);
+    }
+    case K::mix: {
+      const auto [fg, bg, weight] = inputs<3>();
+      return mix(fg, bg, weight);
+    }
     case K::smoothstep: return e_.emit(Op::smoothstep, {in(0), in(1), in(2)}, {.channels = width()});
-    case K::remap: return remap(in(0), in(1), in(2), in(3), in(4));
+    case K::remap: {
+      const auto [x, in_low, in_high, out_low, out_high] = inputs<5>();
+      return remap(x, in_low, in_high, out_low, out_high);
+    }
     case K::range: return range();
-    case K::invert: return binary(Op::subtract, in(1), in(0));
-    case K::contrast: return binary(Op::add, binary(Op::multiply, binary(Op::subtract, in(0), in(2)), in(1)), in(2));
+    case K::invert: {
+      const auto [value, amount] = inputs<2>();
+      return binary(Op::subtract, amount, value);
+    }
+    case K::contrast: return contrast();
     case K::dotproduct: return e_.emit(Op::dot, {in(0), in(1)}, {.channels = 1, .i = {input_channels()}});
     case K::crossproduct: return e_.emit(Op::cross, {in(0), in(1)}, {});
     case K::magnitude: return length(in(0));
@@ -254,17 +308,26 @@ class Compiler {
     case K::normalize: return e_.emit(Op::normalize, {in(0)}, {.i = {input_channels()}});
     case K::luminance: return luminance();
     case K::combine2: return combine2();
-    case K::combine3: return combine(in(0), in(1), in(2), e_.number(1.0f));
-    case K::combine4: return combine(in(0), in(1), in(2), in(3));
+    case K::combine3: {
+      const auto [r, g, b] = inputs<3>();
+      return combine(r, g, b, e_.number(1.0f));
+    }
+    case K::combine4: {
+      const auto [r, g, b, a] = inputs<4>();
+      return combine(r, g, b, a);
+    }
     case K::extract: return extract(in(0), integer(1));
     case K::convert: return convert(in(0), node_->inputs[0].type, node_->type);
-    case K::ifgreater: return compare(Op::greater, in(0), in(1), in(2), in(3));
-    case K::ifgreatereq: return compare(Op::greater_equal, in(0), in(1), in(2), in(3));
-    case K::ifequal: return compare(Op::equal, in(0), in(1), in(2), in(3));
+    case K::ifgreater: return compare(Op::greater);
+    case K::ifgreatereq: return compare(Op::greater_equal);
+    case K::ifequal: return compare(Op::equal);
     case K::switch_: {
       int16_t result = e_.number(0.0f);
-      for (size_t k = 10; k-- > 0;)
-        result = compare(Op::greater, e_.number(static_cast<float>(k + 1)), in(10), in(k), result);
+      const int16_t which = in(10);
+      for (size_t k = 10; k-- > 0;) {
+        const int16_t limit = e_.number(static_cast<float>(k + 1)), value = in(k);
+        result = compare(Op::greater, limit, which, value, result);
+      }
       return result;
     }
     default: return lower_pattern();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_emitter.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/base/hash.h"
 #include "renderer/texture/noise.h"
 
@@ -286,7 +287,7 @@ void ProceduralEmitter::mark_filters() {
     switch (instruction.op) {
     case Op::fractal2d:
     case Op::fractal3d:
-      rate = std::max(1.0f, std::pow(std::abs(instruction.f[0]), static_cast<float>(instruction.i[1] - 1)));
+      rate = std::max(1.0f, elementary::pow(std::abs(instruction.f[0]), static_cast<float>(instruction.i[1] - 1)));
       break;
     case Op::modulo:
       rate = is_constant(instruction.operands[1])

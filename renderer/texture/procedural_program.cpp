@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_program.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/texture/noise.h"
 #include "renderer/texture/procedural_graph.h"
 #include "renderer/texture/texture.h"
@@ -75,7 +76,7 @@ Extent extent_of(const ProceduralInstruction& instruction, const ProceduralProgr
 // Returns the factor by which the deviation of a pattern from its mean shrinks when it is averaged
 // over a square of side w. Rates are least-squares fits to measurements
 // (renderer/texture/README.md).
-float attenuation(float rate, float w) { return w > 0.0f ? std::exp(-rate * w * w) : 1.0f; }
+float attenuation(float rate, float w) { return w > 0.0f ? elementary::exp(-rate * w * w) : 1.0f; }
 constexpr float kPerlin2d = 0.69f, kPerlin3d = 0.5f, kAbsolute2d = 1.5f, kAbsolute3d = 1.1f, kWorleyRate2d = 0.92f,
                 kWorleyRate3d = 0.68f;
 constexpr float kCell = 0.6f;        // for exp(-kCell w), because cells have edges
@@ -118,7 +119,7 @@ float duty(float x, float period, float below, const Extent& extent) {
 
 // Returns the exact attenuation of a sine averaged over the footprint.
 float sine_attenuation(const Extent& extent) {
-  const auto sinc = [](float x) { return std::abs(x) < 1e-3f ? 1.0f : std::sin(x) / x; };
+  const auto sinc = [](float x) { return std::abs(x) < 1e-3f ? 1.0f : elementary::sin(x) / x; };
   return sinc(0.5f * extent.along[0].x) * sinc(0.5f * extent.along[1].x);
 }
 
@@ -196,15 +197,15 @@ Float4 pattern(const ProceduralInstruction& instruction, const Float4& at, const
     return faded(instruction, attenuation(kAbsolute2d, w), [&] { return fill(std::abs(noise::perlin(xy(at)))); });
   case Op::abs_noise3d:
     return faded(instruction, attenuation(kAbsolute3d, w), [&] { return fill(std::abs(noise::perlin(xyz(at)))); });
-  case Op::cell2d: return faded(instruction, std::exp(-kCell * w), [&] { return cell(xy(at), channels); });
-  case Op::cell3d: return faded(instruction, std::exp(-kCell * w), [&] { return cell(xyz(at), channels); });
+  case Op::cell2d: return faded(instruction, elementary::exp(-kCell * w), [&] { return cell(xy(at), channels); });
+  case Op::cell3d: return faded(instruction, elementary::exp(-kCell * w), [&] { return cell(xyz(at), channels); });
   case Op::worley2d:
     return faded(instruction, attenuation(kWorleyRate2d, w), [&] { return worley(xy(at), instruction); });
   case Op::worley3d:
     return faded(instruction, attenuation(kWorleyRate3d, w), [&] { return worley(xyz(at), instruction); });
   case Op::checker: return fill(checker(at, extent));
-  case Op::sin: return fill(std::sin(at[0]) * sine_attenuation(extent));
-  case Op::cos: return fill(std::cos(at[0]) * sine_attenuation(extent));
+  case Op::sin: return fill(elementary::sin(at[0]) * sine_attenuation(extent));
+  case Op::cos: return fill(elementary::cos(at[0]) * sine_attenuation(extent));
   default: return fill(duty(at[0], instruction.f[0], instruction.f[1], extent));
   }
 }
@@ -245,20 +246,20 @@ Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>
   case Op::ceil: return each(instruction, a, [](float x) { return std::ceil(x); });
   case Op::round: return each(instruction, a, [](float x) { return std::floor(x + 0.5f); });
   case Op::fract: return each(instruction, a, [](float x) { return x - std::floor(x); });
-  case Op::power: return each(instruction, a, b, [](float x, float y) { return std::pow(x, y); });
+  case Op::power: return each(instruction, a, b, [](float x, float y) { return elementary::pow(x, y); });
   case Op::sqrt: return each(instruction, a, [](float x) { return std::sqrt(x); });
-  case Op::exp: return each(instruction, a, [](float x) { return std::exp(x); });
-  case Op::ln: return each(instruction, a, [](float x) { return std::log(x); });
+  case Op::exp: return each(instruction, a, [](float x) { return elementary::exp(x); });
+  case Op::ln: return each(instruction, a, [](float x) { return elementary::log(x); });
   case Op::sin:
     if (instruction.channels == 1) return pattern(instruction, a, extent_of(instruction, program, point));
-    return each(instruction, a, [](float x) { return std::sin(x); });
+    return each(instruction, a, [](float x) { return elementary::sin(x); });
   case Op::cos:
     if (instruction.channels == 1) return pattern(instruction, a, extent_of(instruction, program, point));
-    return each(instruction, a, [](float x) { return std::cos(x); });
-  case Op::tan: return each(instruction, a, [](float x) { return std::tan(x); });
-  case Op::asin: return each(instruction, a, [](float x) { return std::asin(x); });
-  case Op::acos: return each(instruction, a, [](float x) { return std::acos(x); });
-  case Op::atan2: return each(instruction, a, b, [](float y, float x) { return std::atan2(y, x); });
+    return each(instruction, a, [](float x) { return elementary::cos(x); });
+  case Op::tan: return each(instruction, a, [](float x) { return elementary::tan(x); });
+  case Op::asin: return each(instruction, a, [](float x) { return elementary::asin(x); });
+  case Op::acos: return each(instruction, a, [](float x) { return elementary::acos(x); });
+  case Op::atan2: return each(instruction, a, b, [](float y, float x) { return elementary::atan2(y, x); });
   case Op::min: return each(instruction, a, b, [](float x, float y) { return std::min(x, y); });
   case Op::max: return each(instruction, a, b, [](float x, float y) { return std::max(x, y); });
   case Op::mix: return b + (a - b) * c;

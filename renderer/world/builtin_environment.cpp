@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/builtin_environment.h"
 
+#include "renderer/base/elementary_double.h"
 #include "renderer/base/math.h"
 
 #include <tbb/parallel_for.h>
@@ -21,7 +22,7 @@ float smoothstep(float edge0, float edge1, float x) {
 
 // Returns a round softbox around `axis`: 1 inside `inner_deg`, 0 outside `outer_deg`.
 float softbox(const V3f& direction, const V3f& axis, float inner_deg, float outer_deg) {
-  const float angle_deg = std::acos(std::clamp(direction.dot(axis.normalized()), -1.0f, 1.0f)) * 180.0f * kInvPi;
+  const float angle_deg = elementary::acos(std::clamp(direction.dot(axis.normalized()), -1.0f, 1.0f)) * 180.0f * kInvPi;
   return 1.0f - smoothstep(inner_deg, outer_deg, angle_deg);
 }
 
@@ -45,8 +46,8 @@ std::shared_ptr<const Environment> builtin_environment() {
     const float theta = (static_cast<float>(y) + 0.5f) / kHeight * kPi;
     for (int x = 0; x < kWidth; ++x) {
       const float phi = ((static_cast<float>(x) + 0.5f) / kWidth - 0.5f) * 2.0f * kPi;
-      const float value =
-          studio_radiance(V3f(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)));
+      const float value = studio_radiance(V3f(elementary::sin(theta) * elementary::cos(phi), elementary::cos(theta),
+                                              elementary::sin(theta) * elementary::sin(phi)));
       const float rgb[3] = {value, value, value};
       std::memcpy(out, rgb, sizeof rgb);
       out += sizeof rgb;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/image_light_environment.h"
 
+#include "renderer/base/elementary_double.h"
+
 #include <tbb/parallel_for.h>
 
 #include <cstring>
@@ -120,8 +122,8 @@ std::shared_ptr<const Environment> image_light_environment(const ImageLight& lig
         const float theta = (static_cast<float>(y) + dy) * step_v * kPi;
         for (const float dx : {0.25f, 0.75f}) {
           const float phi = ((static_cast<float>(x) + dx) * step_u - 0.5f) * 2.0f * kPi;
-          sum += image_light_radiance(
-              light, V3f(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)));
+          sum += image_light_radiance(light, V3f(elementary::sin(theta) * elementary::cos(phi), elementary::cos(theta),
+                                                 elementary::sin(theta) * elementary::sin(phi)));
         }
       }
       sum *= 0.25f;

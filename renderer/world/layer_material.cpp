@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/layer_material.h"
 
+#include "renderer/base/elementary.h"
+
 namespace kindling {
 namespace {
 
@@ -9,7 +11,7 @@ bool transmits(const Material& m) { return m.transmission_factor > 0.0f || m.dif
 
 // Returns the optical depth over the attenuation distance, clamped for opaque media where floats
 // see no difference.
-float optical_depth(float color) { return -std::log(std::clamp(color, 1e-7f, 1.0f)); }
+float optical_depth(float color) { return -elementary::log(std::clamp(color, 1e-7f, 1.0f)); }
 
 float single_scattering_albedo(float color, float g) {
   if (!(color > 0.0f)) return 0.0f; // exactly 0: paths skip such media
@@ -33,8 +35,8 @@ LayerMaterial make_layer_material(const Material& m) {
   layer.sheen_color_factor = m.sheen_color_factor;
   layer.sheen_roughness_factor = m.sheen_roughness_factor;
   layer.anisotropy_strength = m.anisotropy_strength;
-  layer.anisotropy_cos = std::cos(m.anisotropy_rotation_rad);
-  layer.anisotropy_sin = std::sin(m.anisotropy_rotation_rad);
+  layer.anisotropy_cos = elementary::cos(m.anisotropy_rotation_rad);
+  layer.anisotropy_sin = elementary::sin(m.anisotropy_rotation_rad);
   layer.iridescence_factor = m.iridescence_factor;
   layer.iridescence_ior = m.iridescence_ior;
   layer.iridescence_minimum_nm = m.iridescence_thickness_minimum_nm;

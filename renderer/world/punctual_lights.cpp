@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/punctual_lights.h"
 
+#include "renderer/base/elementary.h"
+
 namespace kindling {
 namespace {
 
@@ -44,8 +46,9 @@ void add_punctual_lights(const Scene& scene, const std::vector<PosedLight>& pose
           {-z, strength, light.name, light.angular_diameter_rad.value_or(0.0f), std::move(later)});
       break;
     case PunctualLight::Kind::spot:
-      input.spots.push_back({position, -z, strength, std::cos(light.inner_cone_rad), std::cos(light.outer_cone_rad),
-                             light.range_m, light.name, radius, std::move(later)});
+      input.spots.push_back({position, -z, strength, elementary::cos(light.inner_cone_rad),
+                             elementary::cos(light.outer_cone_rad), light.range_m, light.name, radius,
+                             std::move(later)});
       break;
     }
   }

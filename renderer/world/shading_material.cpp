@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/shading_material.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/world/geometry.h"
 
 namespace kindling {
@@ -11,7 +12,7 @@ TextureBinding make_binding(const TextureSlot& slot, int32_t texture) {
   binding.texture = texture;
   binding.texcoord = static_cast<uint8_t>(slot.texcoord);
   binding.transformed = slot.offset != V2f(0.0f) || slot.scale != V2f(1.0f) || slot.rotation_rad != 0.0f;
-  const float c = std::cos(slot.rotation_rad), s = std::sin(slot.rotation_rad);
+  const float c = elementary::cos(slot.rotation_rad), s = elementary::sin(slot.rotation_rad);
   binding.m[0] = c * slot.scale.x;
   binding.m[1] = s * slot.scale.y;
   binding.m[2] = slot.offset.x;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/elementary.h"
 #include "renderer/base/math.h"
 
 namespace kindling {
@@ -28,10 +29,10 @@ namespace kindling {
   if (!(sin_phi > 0.0f)) return geometric_normal;
   const V3f x = across / sin_phi;
   const float wo_x = wo.dot(x);
-  const float delta = std::atan2(wo_x, wo_z);
-  const float reach = std::acos(std::min(t / std::max(std::sqrt(wo_x * wo_x + wo_z * wo_z), 1e-20f), 1.0f));
-  const float phi = std::clamp(std::atan2(sin_phi, cos_phi), 0.5f * (delta - reach), 0.5f * (delta + reach));
-  return x * std::sin(phi) + geometric_normal * std::cos(phi);
+  const float delta = elementary::atan2(wo_x, wo_z);
+  const float reach = elementary::acos(std::min(t / std::max(std::sqrt(wo_x * wo_x + wo_z * wo_z), 1e-20f), 1.0f));
+  const float phi = std::clamp(elementary::atan2(sin_phi, cos_phi), 0.5f * (delta - reach), 0.5f * (delta + reach));
+  return x * elementary::sin(phi) + geometric_normal * elementary::cos(phi);
 }
 
 } // namespace kindling

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/lights/image_lights.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/import/json/extensions.h"
 #include "renderer/import/materials/textures.h"
 #include "renderer/texture/srgb.h"
@@ -105,7 +106,7 @@ Image linear_face(const Image& image) {
     for (size_t c = 0; c < 3; ++c) {
       const float stored = value(pixel, channels < 3 ? 0 : c);
       rgb[c] = !integers ? stored
-               : rgbd    ? std::pow(stored, 2.2f) / std::max(value(pixel, 3), kMinAlpha)
+               : rgbd    ? elementary::pow(stored, 2.2f) / std::max(value(pixel, 3), kMinAlpha)
                          : static_cast<float>(decode_srgb(static_cast<double>(stored)));
     }
     std::memcpy(face.pixels.data() + pixel * sizeof rgb, rgb, sizeof rgb);
