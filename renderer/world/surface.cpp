@@ -235,10 +235,65 @@ V2f World::texcoord_at(const accel::Hit& hit) const {
   return HitRecords(geometries_[hit.mesh], hit).texcoord(uint8_t{0});
 }
 
+bool World::is_single_sided(const ShadingMaterial& material) const {
+  return !material.double_sided &&
+         (material.layers == kNone || !layer_materials_[static_cast<size_t>(material.layers)].volume);
+}
+
+// Decides as surface_of() does which side is seen.
+World::PosedFace World::face_at(const accel::Ray& ray, const accel::Hit& hit) const {
+  const Geometry& geometry = geometries_[hit.mesh];
+  const WorldInstance* placed = &instances_[hit.instance];
+  const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
+  PosedFace face{{geometry.positions[index[0]], geometry.positions[index[1]], geometry.positions[index[2]]}};
+  std::optional<MovingHit> moving;
+  if (placed->moving) {
+    placed = &move_hit(geometry, *placed, motions_, hit.triangle, ray.time, moving).instance;
+    face.corners = moving->positions;
+  }
+  if (!placed->identity)
+    for (V3f& corner : face.corners) corner = transform_point(placed->object_to_world, corner);
+  face.mirrored = placed->mirrored;
+  return face;
+}
+
+bool World::is_hidden_back(const accel::Ray& ray, const accel::Hit& hit) const {
+  return is_single_sided(materials_[geometries_[hit.mesh].material]) && face_at(ray, hit).is_back_for(ray.direction);
+}
+
+bool World::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const {
+  const ShadingMaterial& material = materials_[geometries_[hit.mesh].material];
+  if (!view_point_ || material.emissive || !is_single_sided(material)) return false;
+  const PosedFace face = face_at(ray, hit);
+  const V3f point = face.corners[0] * (1.0f - hit.u - hit.v) + face.corners[1] * hit.u + face.corners[2] * hit.v;
+  V3f sight = point - view_point_->position;
+  if (view_point_->orthographic) {
+    const float depth = sight.dot(view_point_->forward);
+    if (!(depth > 0.0f)) return false;
+    sight = view_point_->forward * depth;
+  }
+  if (!face.is_back_for(sight)) return false;
+  constexpr float kBeforeTheFace = 1.0f - 1e-4f;
+  return !accelerator_->occluded({.origin = point - sight,
+                                  .direction = sight,
+                                  .t_max = kBeforeTheFace,
+                                  .key = ray.key,
+                                  .time = ray.time,
+                                  .index = ray.index,
+                                  .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay});
+}
+
 bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::Hit& candidate) {
   const World& world = *static_cast<const World*>(context);
   const Geometry& geometry = world.geometries_[candidate.mesh];
   const ShadingMaterial& material = world.materials_[geometry.material];
+  if (world.hides_backs_) {
+    const bool seen =
+        (ray.flags & kEveryFace) != 0 ||
+        !((ray.flags & kCameraRay) != 0 ? world.is_hidden_back(ray, candidate) : world.is_cut_away(ray, candidate));
+    if (!seen) return false;
+    if (world.covers_[candidate.mesh] != 0) return true;
+  }
   const HitRecords records(geometry, candidate);
   const RayFootprint none;
   const SurfaceFootprint point{ray, none};
