@@ -40,6 +40,7 @@ struct RenderScene {
   uint64_t content_hash = 0;                // Scene::content_hash
   uint64_t environment_hash = 0;            // LoadedEnvironment::content_hash
   std::optional<MemberValues> as_loaded;    // set by keep()
+  bool strokes_sized = false;               // points and lines have their width
   // The last decision of build_stage(), and the views that it holds for.
   std::optional<std::pair<LightViewSettings, SceneLight>> light;
   double load_s = 0.0;

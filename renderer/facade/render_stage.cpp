@@ -7,11 +7,14 @@
 #include "renderer/facade/lens.h"
 #include "renderer/facade/shutter.h"
 #include "renderer/scene/animated_members.h"
+#include "renderer/scene/bounds.h"
+#include "renderer/scene/strokes.h"
 #include "renderer/world/world_sequence.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace kindling {
@@ -127,10 +130,37 @@ Result<void> decide_light_at_rest(RenderScene& scene, const LightViewSettings& v
   return decide_light(scene, *world.value(), placed.value(), views, cancel);
 }
 
+// Gives points and lines their width at the camera of the scene at rest.
+Result<void> size_points_and_lines(RenderScene& scene, const ImageSettings& image) {
+  if (scene.strokes_sized || !has_strokes(scene.scene)) return {};
+  const Result<PosedScene> rest = pose_scene(scene.scene, {.scene = scene.root});
+  if (!rest.ok()) return rest.error();
+  const Result<std::optional<PlacedCamera>> chosen = choose_camera(scene.scene, rest.value(), image);
+  if (!chosen.ok()) return chosen.error();
+  const Result<V2i> size = choose_size(chosen.value() ? &chosen.value()->camera : nullptr, image);
+  if (!size.ok()) return size.error();
+  PlacedCamera camera;
+  if (chosen.value()) {
+    camera = *chosen.value();
+  } else {
+    const float aspect = static_cast<float>(size.value().x) / static_cast<float>(size.value().y);
+    camera = fit_camera(world_bounds(scene.scene, rest.value()), aspect);
+    if (Result<void> overridden = override_fov(camera.camera, image); !overridden.ok()) return overridden;
+  }
+  StrokeView view{.camera_to_world = camera.camera_to_world};
+  view.orthographic = camera.camera.kind == SceneCamera::Kind::orthographic;
+  const float half_height = view.orthographic ? camera.camera.ymag : std::tan(0.5f * camera.camera.yfov_rad);
+  view.pixel = 2.0f * std::abs(half_height) / static_cast<float>(size.value().y);
+  size_strokes(scene.scene, rest.value(), view, static_cast<float>(scene.settings.point_size_px));
+  scene.strokes_sized = true;
+  return {};
+}
+
 } // namespace
 
 Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
   const Stopwatch clock;
+  if (Result<void> sized = size_points_and_lines(scene, image); !sized.ok()) return sized.error();
   PosedImage result;
   const Result<std::optional<Shutter>> shutter = choose_shutter(scene.scene, scene.root, image);
   if (!shutter.ok()) return shutter.error();

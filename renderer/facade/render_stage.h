@@ -38,9 +38,10 @@ struct RenderStage {
   double build_s = 0.0; // pose and World
 };
 
-// Poses at ImageSettings::time_s and sets the scene's animated members to that time. Fails (usage)
-// if there is no such camera, or if a lens or a crop is asked for that the camera or the image
-// cannot have.
+// Before the first pose, gives points and lines their width at the camera of the scene at rest:
+// further images keep it. Poses at ImageSettings::time_s and sets the scene's animated members to
+// that time. Fails (usage) if there is no such camera, or if a lens or a crop is asked for that the
+// camera or the image cannot have.
 [[nodiscard]] Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image);
 
 // Builds the World, or reuses the last one if the pose has not changed. Consumes the vertices of

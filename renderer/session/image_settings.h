@@ -66,6 +66,7 @@ struct WorldSettings {
   std::optional<Rgb> env_color;      // a constant environment, in place of an image
   Studio studio = Studio::automatic; // the built-in environment, if none is given here
   LightOptions lights;
+  double point_size_px = 2.0; // diameter of points and width of lines, at the camera of the first image
 
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;

@@ -217,6 +217,7 @@ class WorldBuilder {
     const LayerMaterial* layers =
         material.layers == kNone ? nullptr : &world_->layer_materials_[static_cast<size_t>(material.layers)];
     const bool patchy_coat = layers != nullptr && layers->clearcoat_factor > 0.0f && layers->clearcoat.present();
+    if (world_->geometries_[mesh].stroke == Stroke::unlit) return false; // emits more than its emission
     return material.emissive && world_->covers_[mesh] != 0 && !patchy_coat && !material.emission.is_procedural();
   }
 

@@ -165,7 +165,8 @@ class World {
   // vertex colors.
   [[nodiscard]] bool is_uniform(const accel::Hit& hit) const {
     const Geometry& geometry = geometries_[hit.mesh];
-    return geometry.color_offset == Geometry::kAbsent && !materials_[geometry.material].textured;
+    return geometry.color_offset == Geometry::kAbsent && geometry.stroke == Stroke::none &&
+           !materials_[geometry.material].textured;
   }
   [[nodiscard]] size_t material_count() const { return materials_.size(); }
 

@@ -68,6 +68,9 @@ TEST(StudioFlag, IsOneOfThreeAndExcludesEnvironments) {
 TEST(ViewFlags, RefuseUnknownValues) {
   EXPECT_EQ(std::get<RenderOptions>(parsed({"--backfaces", "cull"}).value().command).backfaces, Backfaces::cull);
   EXPECT_NE(refusal({"--backfaces", "hide"}).find("use show, cull or auto"), std::string::npos);
+  EXPECT_EQ(std::get<RenderOptions>(parsed({"--point-size", "3.5"}).value().command).point_size_px, 3.5);
+  EXPECT_EQ(refusal({"--point-size", "0"}), "");
+  EXPECT_NE(refusal({"--point-size", "-1"}).find("use 0 to 1000"), std::string::npos);
 }
 
 } // namespace

@@ -46,6 +46,11 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--time", "SECONDS", "Time of the animations [the rest pose]",
               [&o](auto text) { return store(parse_number(text), o.time_s); });
 
+  flags.value(
+      "--point-size", "PIXELS",
+      fmt::format("Diameter of points and width of lines, at their distance from the camera at rest; 0: none [{:g}]",
+                  o.point_size_px),
+      [&o](auto text) { return store(parse_number(text, 0.0, 1000.0), o.point_size_px); });
   flags.toggle("--follow-links", "Also read files of the scene behind symbolic links that lead out of its folder",
                o.follow_links);
 
