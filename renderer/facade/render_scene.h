@@ -5,6 +5,7 @@
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
 #include "renderer/facade/load_environment.h"
+#include "renderer/facade/scene_light.h"
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/member_values.h"
 #include "renderer/scene/scene.h"
@@ -17,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace kindling {
@@ -38,6 +40,9 @@ struct RenderScene {
   uint64_t content_hash = 0;                // Scene::content_hash
   uint64_t environment_hash = 0;            // LoadedEnvironment::content_hash
   std::optional<MemberValues> as_loaded;    // set by keep()
+  bool strokes_sized = false;               // points and lines have their width
+  // The last decision of build_stage(), and the views that it holds for.
+  std::optional<std::pair<LightViewSettings, SceneLight>> light;
   double load_s = 0.0;
   ImportTimes import_times;           // phases of load_s, one after the other
   EnvironmentTimes environment_times; // in parallel with these

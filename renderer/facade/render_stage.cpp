@@ -2,15 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/render_stage.h"
 
+#include "renderer/facade/back_faces.h"
 #include "renderer/facade/choose.h"
 #include "renderer/facade/lens.h"
 #include "renderer/facade/shutter.h"
 #include "renderer/scene/animated_members.h"
+#include "renderer/scene/bounds.h"
+#include "renderer/scene/strokes.h"
 #include "renderer/world/world_sequence.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace kindling {
@@ -34,9 +38,7 @@ bool is_built(const RenderScene& scene, const ResolvedImage& image) {
   return scene.world != nullptr && same_shutter && scene.world_time_s == image.time_s;
 }
 
-Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const ImageSettings& image, bool more,
-                                const CancelToken* cancel, ProgressListener& listener) {
-  if (is_built(scene, posed.resolved)) return scene.world;
+WorldOptions world_options(RenderScene& scene, const ImageSettings& image, const V2i& size_px) {
   const WorldSettings& settings = scene.settings;
   WorldOptions options;
   options.accelerator = settings.accelerator;
@@ -44,9 +46,17 @@ Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const Ima
   options.robust = settings.robust;
   options.simd = settings.simd;
   options.environment = scene.environment;
+  options.studio = settings.studio;
   options.texture_memory = scene.textures();
-  options.image_samples =
-      static_cast<uint64_t>(posed.size_px.x) * static_cast<uint64_t>(posed.size_px.y) * image.planned_samples();
+  options.hide_backs = image.backfaces == Backfaces::cull;
+  options.image_samples = static_cast<uint64_t>(size_px.x) * static_cast<uint64_t>(size_px.y) * image.planned_samples();
+  return options;
+}
+
+Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const ImageSettings& image, bool more,
+                                const CancelToken* cancel, ProgressListener& listener) {
+  if (is_built(scene, posed.resolved)) return scene.world;
+  const WorldOptions options = world_options(scene, image, posed.size_px);
   scene.world = nullptr;
   const Result<const World*> world =
       scene.worlds.next(scene.scene, std::move(posed.posed), options, more, cancel, &listener);
@@ -57,15 +67,106 @@ Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const Ima
   return world;
 }
 
+// Lets the camera look through backs of faces if that is asked for, or if they are in the way.
+Result<void> treat_back_faces(RenderScene& scene, const World& world, const PlacedCamera& camera,
+                              const ImageSettings& image, const V2i& size_px, const CancelToken* cancel,
+                              ProgressListener& listener) {
+  WorldOptions options = world_options(scene, image, size_px);
+  if (image.backfaces == Backfaces::automatic) {
+    const BackFaceShares shares = measure_back_faces(world, camera, size_px);
+    options.hide_backs = shares.in_the_way();
+    if (options.hide_backs)
+      listener.on_warning(fmt::format("{}: {}", scene.source, describe(shares)));
+    else if (shares.first > 0.0)
+      listener.on_info(fmt::format("{}: {}", scene.source, describe(shares)));
+  }
+  if (options.hide_backs) {
+    const M44f& m = camera.camera_to_world;
+    options.view_point = ViewPoint{V3f(m[3][0], m[3][1], m[3][2]), -V3f(m[2][0], m[2][1], m[2][2]),
+                                   camera.camera.kind == SceneCamera::Kind::orthographic};
+  }
+  Result<void> treated = scene.worlds.hide_backs(options, cancel, &listener);
+  if (!treated.ok()) scene.world = nullptr;
+  return treated;
+}
+
+// Returns whether nothing but emissive surfaces may light the posed scene.
+bool may_need_measurement(const RenderScene& scene, const PosedScene& posed) {
+  return scene.settings.studio == Studio::automatic && !scene.environment && posed.lights.empty() &&
+         posed.image_light == kNone && std::any_of(scene.scene.materials.begin(), scene.scene.materials.end(), is_lamp);
+}
+
+// Decides what lights the views of the scene at rest, which the World shows.
+Result<void> decide_light(RenderScene& scene, const World& world, const PlacedCamera& camera,
+                          const LightViewSettings& views, const CancelToken* cancel) {
+  SceneLight light{.studio = world.lights().environment() != nullptr};
+  if (world.lit_by_emission_alone()) {
+    scene.worlds.light_by_studio(false);
+    const Result<double> share = measure_lit_share(world, light_views(camera, views), views.size_px, cancel);
+    if (!share.ok()) return share.error();
+    light = {share.value() < kMinLitShare, share.value()};
+  }
+  scene.light.emplace(views, light);
+  return {};
+}
+
+// Builds the World of the scene at rest for that. The pose of the scene is lost.
+Result<void> decide_light_at_rest(RenderScene& scene, const LightViewSettings& views, const ImageSettings& image,
+                                  const CancelToken* cancel, ProgressListener& listener) {
+  scene.as_loaded->restore(scene.scene);
+  Result<PosedScene> posed = pose_scene(scene.scene, {.scene = scene.root});
+  if (!posed.ok()) return posed.error();
+  PosedImage rest{.posed = std::move(posed).value(), .size_px = views.size_px};
+  Result<std::optional<PlacedCamera>> camera = choose_camera(scene.scene, rest.posed, image);
+  if (!camera.ok()) return camera.error();
+  const Result<const World*> world = next_world(scene, rest, image, true, cancel, listener);
+  if (!world.ok()) return world.error();
+  Result<PlacedCamera> placed = camera.value() ? Result<PlacedCamera>(*std::move(camera.value()))
+                                               : fit_own_camera(*world.value(), views.size_px, image);
+  if (!placed.ok()) return placed.error();
+  const Result<void> treated =
+      treat_back_faces(scene, *world.value(), placed.value(), image, views.size_px, cancel, listener);
+  if (!treated.ok()) return treated.error();
+  return decide_light(scene, *world.value(), placed.value(), views, cancel);
+}
+
+// Gives points and lines their width at the camera of the scene at rest.
+Result<void> size_points_and_lines(RenderScene& scene, const ImageSettings& image) {
+  if (scene.strokes_sized || !has_strokes(scene.scene)) return {};
+  const Result<PosedScene> rest = pose_scene(scene.scene, {.scene = scene.root});
+  if (!rest.ok()) return rest.error();
+  const Result<std::optional<PlacedCamera>> chosen = choose_camera(scene.scene, rest.value(), image);
+  if (!chosen.ok()) return chosen.error();
+  const Result<V2i> size = choose_size(chosen.value() ? &chosen.value()->camera : nullptr, image);
+  if (!size.ok()) return size.error();
+  PlacedCamera camera;
+  if (chosen.value()) {
+    camera = *chosen.value();
+  } else {
+    const float aspect = static_cast<float>(size.value().x) / static_cast<float>(size.value().y);
+    camera = fit_camera(world_bounds(scene.scene, rest.value()), aspect);
+    if (Result<void> overridden = override_fov(camera.camera, image); !overridden.ok()) return overridden;
+  }
+  StrokeView view{.camera_to_world = camera.camera_to_world};
+  view.orthographic = camera.camera.kind == SceneCamera::Kind::orthographic;
+  const float half_height = view.orthographic ? camera.camera.ymag : std::tan(0.5f * camera.camera.yfov_rad);
+  view.pixel = 2.0f * std::abs(half_height) / static_cast<float>(size.value().y);
+  size_strokes(scene.scene, rest.value(), view, static_cast<float>(scene.settings.point_size_px));
+  scene.strokes_sized = true;
+  return {};
+}
+
 } // namespace
 
 Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
   const Stopwatch clock;
+  if (Result<void> sized = size_points_and_lines(scene, image); !sized.ok()) return sized.error();
   PosedImage result;
   const Result<std::optional<Shutter>> shutter = choose_shutter(scene.scene, scene.root, image);
   if (!shutter.ok()) return shutter.error();
   result.shutter = shutter.value();
   const std::optional<double> time_s = time_of_image(shutter.value(), image);
+  if (!scene.as_loaded && (time_s || shutter.value())) scene.keep(); // build_stage() may return to the rest pose
   if (scene.as_loaded) scene.as_loaded->restore(scene.scene);
   if (time_s) animate_members(scene.scene, *time_s);
   Result<PosedScene> posed = pose_scene(scene.scene, {scene.root, time_s, shutter.value()});
@@ -92,6 +193,15 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
+  const LightViewSettings views(image, posed.size_px);
+  const bool moves = posed.posed.animated && !scene.scene.animations.empty();
+  if (moves && may_need_measurement(scene, posed.posed) && !(scene.light && scene.light->first == views)) {
+    const Result<void> decided = decide_light_at_rest(scene, views, image, cancel, listener);
+    if (!decided.ok()) return decided.error();
+    Result<PosedImage> again = pose_image(scene, image);
+    if (!again.ok()) return again.error();
+    posed = std::move(again).value();
+  }
   const Result<const World*> world = next_world(scene, posed, image, more, cancel, listener);
   if (!world.ok()) return world.error();
 
@@ -106,6 +216,21 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
     if (!fitted.ok()) return fitted.error();
     stage.placed_camera = std::move(fitted).value();
     listener.on_warning(scene.source + ": no camera: one is fitted to the bounds of the scene");
+  }
+  const Result<void> treated =
+      treat_back_faces(scene, *stage.world, stage.placed_camera, image, stage.size_px, cancel, listener);
+  if (!treated.ok()) return treated.error();
+  if (stage.world->lit_by_emission_alone()) {
+    if (!(scene.light && scene.light->first == views)) {
+      const Result<void> decided = decide_light(scene, *stage.world, stage.placed_camera, views, cancel);
+      if (!decided.ok()) return decided.error();
+    }
+    stage.light = scene.light->second;
+    scene.worlds.light_by_studio(stage.light.studio);
+    if (const std::string what = describe(stage.light); !what.empty()) {
+      const std::string line = fmt::format("{}: {}", scene.source, what);
+      stage.light.studio ? listener.on_warning(line) : listener.on_info(line);
+    }
   }
   const Result<std::string> focus = focus_lens(stage.placed_camera, *stage.world, stage.size_px, image.lens);
   if (!focus.ok()) return focus.error();

@@ -34,17 +34,23 @@ struct RenderStage {
   std::optional<Camera> camera;
   V2i size_px{0, 0};
   std::optional<Shutter> shutter;
+  SceneLight light;
   double build_s = 0.0; // pose and World
 };
 
-// Poses at ImageSettings::time_s and sets the scene's animated members to that time. Fails (usage)
-// if there is no such camera, or if a lens or a crop is asked for that the camera or the image
-// cannot have.
+// Before the first pose, gives points and lines their width at the camera of the scene at rest:
+// further images keep it. Poses at ImageSettings::time_s and sets the scene's animated members to
+// that time. Fails (usage) if there is no such camera, or if a lens or a crop is asked for that the
+// camera or the image cannot have.
 [[nodiscard]] Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image);
 
 // Builds the World, or reuses the last one if the pose has not changed. Consumes the vertices of
 // the scene unless `more` images follow. Reports Phase::build. Fails (render_failed) when
 // cancelled, and then the scene cannot be used again. `cancel` may be null.
+//
+// Studio::automatic: if nothing but emissive surfaces lights the scene, their light is measured in
+// light_views() of the scene at rest, whatever the time of the image, so that all frames of an
+// animation are lit alike. A scene that animations change needs a World at rest for that.
 [[nodiscard]] Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image,
                                               bool more, const CancelToken* cancel, ProgressListener& listener);
 

@@ -35,7 +35,7 @@ struct ImportOptions {
 };
 
 // Loads a scene. Errors are of kind input_output (unreadable) or scene_invalid, in one line: file,
-// JSON pointer, value, expected values. Warnings (skipped points and lines, unreadable textures,
+// JSON pointer, value, expected values. Warnings (skipped primitives, unreadable textures,
 // unsupported optional extensions, repaired faults: one for each kind, with a count) go to the
 // listener, which may be null. Deterministic; decodes images and buffers in parallel with TBB.
 [[nodiscard]] Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options,

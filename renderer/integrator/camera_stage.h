@@ -78,7 +78,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
                       .key = addresses[i].key,
                       .time = times[i].x,
                       .index = addresses[i].index,
-                      .flags = kHitPartlyTransparent};
+                      .flags = kHitPartlyTransparent | kCameraRay};
       }
     }
   }

@@ -13,7 +13,7 @@ std::optional<float> find_focus_distance(const World& world, const Camera& camer
   accel::Ray ray{.origin = camera_ray.origin,
                  .direction = camera_ray.direction,
                  .t_max = kInfinity,
-                 .flags = kHitPartlyTransparent | kPassThinWalls};
+                 .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay};
   for (int i = 0; i < kMaxSurfaces; ++i) {
     const accel::Hit hit = world.accelerator().intersect(ray);
     if (!hit.is_hit()) return std::nullopt;

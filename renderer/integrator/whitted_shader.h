@@ -188,6 +188,7 @@ void WhittedShader::follow_ray(const WhittedVertex& vertex, float distance, uint
   below.ray.key = key;
   below.ray.origin = offset_ray_origin(surface, direction);
   below.ray.direction = direction;
+  below.ray.flags &= ~kCameraRay;
   ++below.depth;
   below.reflections = static_cast<uint8_t>(node.reflections + (reflection ? 1 : 0));
   below.transparent_surfaces = 0;

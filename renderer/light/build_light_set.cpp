@@ -61,11 +61,8 @@ EmitterBounds triangle_bounds(const V3f& p0, const V3f& p1, const V3f& p2, const
 } // namespace
 
 LightSet::LightSet(LightSetInput input)
-    : emissions_(std::move(input.emissions)), profiled_(std::move(input.profiled)), meshes_(std::move(input.meshes)),
-      environment_(std::move(input.environment)) {
+    : emissions_(std::move(input.emissions)), profiled_(std::move(input.profiled)), meshes_(std::move(input.meshes)) {
   assert(input.triangle_uvs.empty() || input.triangle_uvs.size() == 3 * input.triangles.size());
-  if (environment_ && environment_->is_black()) environment_ = nullptr;
-
   triangles_.reserve(input.triangles.size());
   std::vector<bool> two_sided(input.triangles.size());
   bool textured = false;
@@ -107,20 +104,30 @@ LightSet::LightSet(LightSetInput input)
   for (const EmitterBounds& e : emitters) light_count_ += e.intensity > 0.0f ? 1 : 0;
   tree_ = LightTree(emitters);
 
-  size_t kinds = tree_.empty() ? 0 : 1;
+  kind_count_ = tree_.empty() ? 0 : 1;
   for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    kinds += punctuals_[i].luminance > 0.0f ? 2 : 0; // even a single one may be below the horizon
+    kind_count_ += punctuals_[i].luminance > 0.0f ? 2 : 0; // even a single one may be below the horizon
     light_count_ += punctuals_[i].luminance > 0.0f ? 1 : 0;
   }
+  set_environment(std::move(input.environment));
+}
+
+void LightSet::set_environment(std::shared_ptr<const Environment> environment) {
+  if (environment_) {
+    --kind_count_;
+    --light_count_;
+    environment_irradiance_ = 0.0f;
+  }
+  environment_ = environment && !environment->is_black() ? std::move(environment) : nullptr;
   if (environment_) {
     // Half of a uniform sky of radiance L lights a plane by pi L; only the fraction that its
     // density follows counts. An environment of subnormal radiance still counts as present.
     const float total = luminance(environment_->total_radiance()) * environment_->sampled_fraction();
     environment_irradiance_ = std::clamp(0.25f * total, 1e-30f, 1e30f);
-    ++kinds;
+    ++kind_count_;
     ++light_count_;
   }
-  single_kind_ = kinds <= 1;
+  single_kind_ = kind_count_ <= 1;
 }
 
 // `light` has all properties of its kind except for the frame.

@@ -220,6 +220,9 @@ class LightSet {
     return at;
   }
   [[nodiscard]] const Environment* environment() const { return environment_.get(); }
+  // Replaces the environment; null removes it. The lights are then those of a set that was built
+  // with it, to the bit.
+  void set_environment(std::shared_ptr<const Environment> environment);
 
   // Returns the number of lights that can be selected; each emissive triangle counts.
   [[nodiscard]] size_t light_count() const { return light_count_; }
@@ -333,6 +336,7 @@ class LightSet {
   std::shared_ptr<const Environment> environment_; // null if absent
   float environment_irradiance_ =
       0.0f;                  // mean luminance of the irradiance on an unoccluded plane, over its orientations
+  size_t kind_count_ = 0;    // the tree, each directional light twice, and the environment
   bool single_kind_ = false; // at most the tree or the environment exists: probabilities are 0 and 1
   size_t light_count_ = 0;
 };

@@ -15,7 +15,7 @@ uint64_t bytes_of(const std::vector<T>& values) {
 uint64_t geometry_bytes(const Primitive& primitive) {
   uint64_t bytes = bytes_of(primitive.indices) + bytes_of(primitive.positions) + bytes_of(primitive.normals) +
                    bytes_of(primitive.tangents) + bytes_of(primitive.colors) + bytes_of(primitive.joints) +
-                   bytes_of(primitive.weights);
+                   bytes_of(primitive.weights) + bytes_of(primitive.stroke_offsets);
   for (const auto& set : primitive.texcoords) bytes += bytes_of(set);
   for (const MorphTarget& target : primitive.targets) {
     bytes += bytes_of(target.positions) + bytes_of(target.normals) + bytes_of(target.tangents);

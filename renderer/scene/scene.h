@@ -164,6 +164,13 @@ struct VariantMaterial {
   int material = 0; // index into Scene::materials
 };
 
+// Points and lines as closed bodies of triangles (strokes.h).
+enum class Stroke : uint8_t {
+  none,
+  lit,  // with normals: shaded as the surface that these belong to
+  unlit // emits base color and emission to every ray, as glTF 2.0, section 3.9.7, asks without normals
+};
+
 // One triangle list in mesh space. Absent attributes are empty; others have one entry per vertex.
 struct Primitive {
   int material = kNone;                           // kNone: glTF's default material
@@ -177,6 +184,8 @@ struct Primitive {
   std::vector<std::array<uint16_t, 4>> joints; // sets 0 and up concatenated: vertex v, set s at [s * vertex_count + v]
   std::vector<V4f> weights;                    // like joints; normalized to sum 1 over all sets
   std::vector<MorphTarget> targets;
+  Stroke stroke = Stroke::none;
+  std::vector<V3f> stroke_offsets; // unit; the bodies have no extent until size_strokes() moves vertices along them
 
   [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }
 };

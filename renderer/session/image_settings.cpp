@@ -4,6 +4,21 @@
 
 namespace kindling {
 
+std::string_view backfaces_name(Backfaces backfaces) {
+  switch (backfaces) {
+  case Backfaces::show: return "show";
+  case Backfaces::cull: return "cull";
+  case Backfaces::automatic: return "auto";
+  }
+  return "";
+}
+
+std::optional<Backfaces> backfaces_from_name(std::string_view name) {
+  for (const Backfaces backfaces : {Backfaces::show, Backfaces::cull, Backfaces::automatic})
+    if (name == backfaces_name(backfaces)) return backfaces;
+  return std::nullopt;
+}
+
 RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px) {
   RenderSettings settings;
   settings.integrator = image.integrator;

@@ -12,11 +12,13 @@
 #include "renderer/scene/shutter.h"
 #include "renderer/session/adaptive_sampling.h"
 #include "renderer/session/render_session.h"
+#include "renderer/world/builtin_environment.h"
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace kindling {
 
@@ -58,11 +60,13 @@ struct WorldSettings {
   std::string scene_name;   // name or index; empty: the file's default scene
   std::string variant_name; // name or index; empty: the primitives' own materials
 
-  std::filesystem::path env_file; // equirectangular image; empty: none
-  double env_rotation_deg = 0.0;  // counter-clockwise about +y
-  double env_intensity = 1.0;     // multiplies the radiance of the image or the color
-  std::optional<Rgb> env_color;   // a constant environment, in place of an image
+  std::filesystem::path env_file;    // equirectangular image; empty: none
+  double env_rotation_deg = 0.0;     // counter-clockwise about +y
+  double env_intensity = 1.0;        // multiplies the radiance of the image or the color
+  std::optional<Rgb> env_color;      // a constant environment, in place of an image
+  Studio studio = Studio::automatic; // the built-in environment, if none is given here
   LightOptions lights;
+  double point_size_px = 2.0; // diameter of points and width of lines, at the camera of the first image
 
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;
@@ -71,6 +75,15 @@ struct WorldSettings {
   std::optional<uint64_t> texture_memory_bytes; // unset: no bound. Does not change the image
   bool follow_links = false;                    // also reads files behind links that lead out of the scene's folder
 };
+
+// The backs of single-sided faces (doubleSided: false) for rays of the camera.
+enum class Backfaces : uint8_t {
+  show,
+  cull,     // such rays pass through them
+  automatic // cull where they are in the way of much else
+};
+[[nodiscard]] std::string_view backfaces_name(Backfaces backfaces); // "show", "cull", "auto"
+[[nodiscard]] std::optional<Backfaces> backfaces_from_name(std::string_view name);
 
 // Settings of the camera, the sampling and the integrator.
 struct ImageSettings {
@@ -86,6 +99,7 @@ struct ImageSettings {
   std::optional<double> time_s;           // of the animations; unset: the rest pose
   LensOptions lens;
   ShutterOptions shutter;
+  Backfaces backfaces = Backfaces::automatic;
 
   std::optional<uint32_t> spp;         // samples per pixel; the maximum with a noise threshold
   std::optional<uint32_t> planned_spp; // sample count the pattern is designed for; unset: spp

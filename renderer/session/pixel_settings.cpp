@@ -114,6 +114,7 @@ void add_scene(const ImageSettings& o, const ResolvedImage& resolved, SortedJson
   j["--orbit"] = json_vector(o.orbit);
   j["--target"] = o.orbit ? json_vector(o.target) : SortedJson();
   j["--fov"] = json_number(o.yfov_deg);
+  j["--backfaces"] = backfaces_name(o.backfaces);
 }
 
 void add_lens(const LensOptions& o, SortedJson& j) {
@@ -133,7 +134,9 @@ void add_light(const WorldSettings& o, const IntegratorSettings& s, const Resolv
   j["--env-rotation"] = file ? json_number(o.env_rotation_deg) : SortedJson();
   j["--env-intensity"] = file || o.env_color ? json_number(o.env_intensity) : SortedJson();
   j["--env-color"] = color(o.env_color);
+  j["--studio"] = file || o.env_color ? SortedJson() : SortedJson(studio_name(o.studio));
   j["--light-radius"] = json_number(o.lights.radius_m);
+  j["--point-size"] = json_number(o.point_size_px);
   j["--sun-angle"] = json_number(o.lights.sun_angle_deg);
   j["--background"] = s.transparent_background ? SortedJson("transparent")
                       : s.background           ? color(s.background)

@@ -11,6 +11,7 @@
 #include "renderer/world/punctual_lights.h"
 #include "renderer/world/scene_changes.h"
 #include "renderer/world/texture_table.h"
+#include "renderer/world/world_changes.h"
 #include "renderer/world/world_parts.h"
 
 #include <tbb/blocked_range.h>
@@ -118,10 +119,11 @@ class WorldBuilder {
     world_->bounds_ = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
 
     world_->accel_motions_.assign(world_->motions_.begin(), world_->motions_.end());
-    std::vector<uint8_t> opaque(world_->geometries_.size());
-    tbb::parallel_for(size_t{0}, opaque.size(), [&](size_t i) { opaque[i] = is_opaque(world_->geometries_[i]); });
+    std::vector<uint8_t>& covers = world_->covers_;
+    covers.resize(world_->geometries_.size());
+    tbb::parallel_for(size_t{0}, covers.size(), [&](size_t i) { covers[i] = is_opaque(world_->geometries_[i]); });
     for (const Geometry& geometry : world_->geometries_) {
-      accel_meshes_.push_back({geometry.position_span(), geometry.indices, opaque[accel_meshes_.size()] != 0, {}});
+      accel_meshes_.push_back({geometry.position_span(), geometry.indices, covers[accel_meshes_.size()] != 0, {}});
       if (geometry.later_positions.empty()) continue;
       std::vector<std::span<const V3f>>& keys = world_->accel_keys_.emplace_back();
       for (size_t key = 0; key < geometry.later_positions.size(); ++key)
@@ -207,11 +209,6 @@ class WorldBuilder {
     return std::move(sampled.groups);
   }
 
-  // Textured emission of strength 1 is a display or a glowing mark, not a lamp that lights a scene.
-  [[nodiscard]] bool is_lamp(const Material& material) const {
-    return !material.emissive_texture.present() || material.emissive_strength > 1.0f;
-  }
-
   // Partly transparent emitters are left to BSDF sampling: their coverage belongs to the ray, not
   // to the light. So are those below a textured coat, which light samples do not look up, and those
   // with procedural emission, whose mean is unknown.
@@ -220,7 +217,8 @@ class WorldBuilder {
     const LayerMaterial* layers =
         material.layers == kNone ? nullptr : &world_->layer_materials_[static_cast<size_t>(material.layers)];
     const bool patchy_coat = layers != nullptr && layers->clearcoat_factor > 0.0f && layers->clearcoat.present();
-    return material.emissive && accel_meshes_[mesh].opaque && !patchy_coat && !material.emission.is_procedural();
+    if (world_->geometries_[mesh].stroke == Stroke::unlit) return false; // emits more than its emission
+    return material.emissive && world_->covers_[mesh] != 0 && !patchy_coat && !material.emission.is_procedural();
   }
 
   struct EmissiveMeshJob {
@@ -286,14 +284,17 @@ class WorldBuilder {
     collect_emissive_triangles(input);
     add_punctual_lights(scene_, posed_.lights, input);
     input.environment = options_.environment;
+    if (!input.environment && options_.studio == Studio::on) input.environment = builtin_environment();
     if (!input.environment && posed_.image_light != kNone)
       input.environment = image_light_environment(scene_.image_lights[static_cast<size_t>(posed_.image_light)]);
-    const bool dark = !has_lamp_ && posed_.lights.empty();
-    if (!input.environment && dark && options_.builtin_environment) {
-      input.environment = builtin_environment();
-      if (listener_)
-        listener_->on_warning(scene_.source +
-                              ": no lights and no --env: lit by the built-in neutral studio environment");
+    if (!input.environment && posed_.lights.empty() && options_.studio == Studio::automatic) {
+      world_->lit_by_emission_alone_ = has_lamp_;
+      if (!has_lamp_) {
+        input.environment = builtin_environment();
+        if (listener_)
+          listener_->on_warning(scene_.source +
+                                ": no lights and no --env: lit by the built-in neutral studio (off with --studio off)");
+      }
     }
     input.scene_center = world_->bounds_.center();
     input.scene_radius_m = std::max(world_->bounds_.size().length() * 0.5f, 1e-6f);
@@ -304,24 +305,9 @@ class WorldBuilder {
   // --------------------------------------------------------------------------------
 
   [[nodiscard]] bool build_accelerator() {
-    std::atomic<bool> cancel_flag{false};
-    accel::BuildOptions build_options;
-    build_options.quality = options_.quality;
-    build_options.robust = options_.robust;
-    build_options.simd = options_.simd;
-    build_options.cancel = &cancel_flag;
-    build_options.on_progress = [&](double fraction) {
-      if (cancel_ && cancel_->cancelled()) cancel_flag = true;
-      if (listener_) listener_->on_progress({.phase = Phase::build, .done = fraction, .total = 1.0});
-    };
-    if (cancel_ && cancel_->cancelled()) return false;
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
-    world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options,
-                                                   std::move(parts_.accelerators));
-    if (!world_->accelerator_) return false;
-    if (options_.wrap_accelerator) world_->accelerator_ = options_.wrap_accelerator(std::move(world_->accelerator_));
-    return true;
+    return WorldChanges::build_accelerator(*world_, options_, std::move(parts_.accelerators), cancel_, listener_);
   }
 
   void finish_statistics() {
@@ -374,5 +360,10 @@ Result<std::unique_ptr<World>> build_world_of_parts(Scene& scene, PosedScene pos
 }
 
 void take_parts(std::unique_ptr<World> world, WorldParts& parts) { WorldBuilder::take_parts(*world, parts); }
+
+bool is_lamp(const Material& material) {
+  return !material.unlit && !is_black(material.emissive_factor * material.emissive_strength) &&
+         (!material.emissive_texture.present() || material.emissive_strength > 1.0f);
+}
 
 } // namespace kindling

@@ -7,6 +7,7 @@
 #include "renderer/base/result.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene.h"
+#include "renderer/world/builtin_environment.h"
 #include "renderer/world/world.h"
 
 #include <functional>
@@ -29,11 +30,19 @@ struct WorldOptions {
   size_t min_persistent_triangles = 100'000;
   uint64_t image_samples = 0;              // planned for the whole image: pixels times samples per pixel
   TextureMemory* texture_memory = nullptr; // used when the scene was loaded; must outlive the World; may be null
-  bool builtin_environment = true;         // use the neutral built-in environment for scenes without any light
+  bool hide_backs = false;                 // World::hides_backs()
+  std::optional<ViewPoint> view_point;     // with it; unset: only rays of the camera pass through backs
+  // The built-in environment. Automatic: it lights a scene without any light. Emissive surfaces
+  // count as lights (is_lamp()); light_by_studio() can add it to a World that they alone light.
+  Studio studio = Studio::automatic;
   // Called once with the accelerator; the result replaces it (such as a recorder of rays around
   // it). May be null.
   std::function<std::unique_ptr<accel::Accelerator>(std::unique_ptr<accel::Accelerator>)> wrap_accelerator;
 };
+
+// True if the material is meant to light a scene. Textured emission of strength 1 is a display or a
+// glowing mark.
+[[nodiscard]] bool is_lamp(const Material& material);
 
 // Consumes the scene: vertex arrays that are used once and not deformed are moved. Parallel with
 // TBB; the result does not depend on the number of threads. Reports Phase::build. Fails

@@ -34,6 +34,21 @@ float studio_radiance(const V3f& d) {
 
 } // namespace
 
+std::string_view studio_name(Studio studio) {
+  switch (studio) {
+  case Studio::off: return "off";
+  case Studio::on: return "on";
+  case Studio::automatic: return "auto";
+  }
+  return "";
+}
+
+std::optional<Studio> studio_from_name(std::string_view name) {
+  for (const Studio studio : {Studio::off, Studio::on, Studio::automatic})
+    if (name == studio_name(studio)) return studio;
+  return std::nullopt;
+}
+
 std::shared_ptr<const Environment> builtin_environment() {
   auto image = std::make_shared<Image>();
   image->width = kWidth;

@@ -31,6 +31,7 @@ V3f normalized_or(const V3f& v, const V3f& fallback) {
 Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index, const Material& material) {
   Geometry geometry;
   geometry.material = material_index;
+  geometry.stroke = primitive.stroke;
   geometry.indices = std::move(primitive.indices);
   const size_t count = primitive.positions.size();
   geometry.position_count = count;

@@ -33,6 +33,7 @@ struct Geometry {
   uint8_t color_offset = kAbsent;                        // 4 floats
   std::array<uint8_t, kMaxTexcoordSets> texcoord_offset; // 2 floats each
   uint32_t material = 0;
+  Stroke stroke = Stroke::none;
   // Keys of a mesh that deforms over the shutter, after the first (accel/accelerator.h); empty: it
   // does not deform. Positions are padded likewise. Frames are the normals and tangents that the
   // records have: 3 floats each for every vertex.

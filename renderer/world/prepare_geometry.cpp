@@ -200,6 +200,7 @@ class GeometryPreparation {
   static Primitive copy_for(const PosedMesh& posed, const Primitive& primitive) {
     Primitive copy;
     copy.indices = primitive.indices;
+    copy.stroke = primitive.stroke;
     copy.texcoords = primitive.texcoords;
     copy.colors = primitive.colors;
     if (!posed.deformed.empty()) return copy;

@@ -43,6 +43,13 @@ float widened(float roughness, float slope_variance) {
   return std::sqrt(std::sqrt(std::min(alpha2, 1.0f)));
 }
 
+// Returns a bound of the width of the body of a point or line, from one of its triangles: its
+// shortest edge is a side of a square cross-section.
+float stroke_diameter(const V3f& p0, const V3f& p1, const V3f& p2) {
+  const float shortest2 = std::min((p1 - p0).length2(), std::min((p2 - p1).length2(), (p0 - p2).length2()));
+  return 1.5f * std::sqrt(shortest2);
+}
+
 // Returns alpha of the base color at the finest level, which rays are tested against.
 float coverage(const ShadingMaterial& material, const HitRecords& records, const TextureLookup& textures) {
   float alpha = material.base_color_factor.w;
@@ -111,7 +118,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   V3f face_normal = instance.mirrored ? -triangle_normal : triangle_normal;
   const float face_length = face_normal.length();
   face_normal = face_length > 0.0f ? face_normal / face_length : wo;
-  const bool front = face_normal.dot(wo) >= 0.0f;
+  bool front = face_normal.dot(wo) >= 0.0f;
 
   // The interpolated normal, on the side given by the file.
   V3f normal = face_normal;
@@ -120,6 +127,12 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     if (!instance.identity) n = transform_normal_direction(instance.object_to_world, n);
     const float length = std::sqrt(n.length2());
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
+  }
+  if (geometry.stroke == Stroke::lit) [[unlikely]] {
+    // A point or line is lit as the surface that its normal belongs to, and does not shadow itself.
+    face_normal = normal;
+    front = face_normal.dot(wo) >= 0.0f;
+    surface.position_error += stroke_diameter(p0, p1, p2);
   }
 
   // Back faces shade with the reversed normal (glTF 2.0, section 3.9.6). Vertex normals may
@@ -133,7 +146,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   surface.layered = false;
   surface.emissive_triangle = accel::kNoId;
   surface.emitted = Rgb(0.0f);
-  if (material.constant && geometry.color_offset == Geometry::kAbsent) {
+  if (material.constant && geometry.color_offset == Geometry::kAbsent && geometry.stroke != Stroke::unlit) {
     set_normals(normal);
     surface.unlit = false;
     surface.alpha = 1.0f;
@@ -168,7 +181,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     if (at.level > 0) slope_variance = variance_of_normals(texel) * square(material.normal_scale);
   }
   set_normals(normal);
-  surface.unlit = material.unlit;
+  surface.unlit = material.unlit || geometry.stroke == Stroke::unlit;
 
   V4f base = material.base_color_factor;
   if (material.base_color.present()) base *= textures.sample(material.base_color);
@@ -182,8 +195,11 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
       textures.is_filtered(material.base_color))
     base.w = coverage(material, lookup, textures);
   surface.alpha = material.alpha_mode == AlphaMode::blend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
-  if (material.unlit) {
+  if (surface.unlit) {
     surface.emitted = surface.bsdf.base_color;
+    if (material.emissive) // only points and lines have both
+      surface.emitted += material.emission.present() ? material.emission_factor * textures.sample_rgb(material.emission)
+                                                     : material.emission_factor;
     return;
   }
 
@@ -235,10 +251,65 @@ V2f World::texcoord_at(const accel::Hit& hit) const {
   return HitRecords(geometries_[hit.mesh], hit).texcoord(uint8_t{0});
 }
 
+bool World::is_single_sided(const ShadingMaterial& material) const {
+  return !material.double_sided &&
+         (material.layers == kNone || !layer_materials_[static_cast<size_t>(material.layers)].volume);
+}
+
+// Decides as surface_of() does which side is seen.
+World::PosedFace World::face_at(const accel::Ray& ray, const accel::Hit& hit) const {
+  const Geometry& geometry = geometries_[hit.mesh];
+  const WorldInstance* placed = &instances_[hit.instance];
+  const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
+  PosedFace face{{geometry.positions[index[0]], geometry.positions[index[1]], geometry.positions[index[2]]}};
+  std::optional<MovingHit> moving;
+  if (placed->moving) {
+    placed = &move_hit(geometry, *placed, motions_, hit.triangle, ray.time, moving).instance;
+    face.corners = moving->positions;
+  }
+  if (!placed->identity)
+    for (V3f& corner : face.corners) corner = transform_point(placed->object_to_world, corner);
+  face.mirrored = placed->mirrored;
+  return face;
+}
+
+bool World::is_hidden_back(const accel::Ray& ray, const accel::Hit& hit) const {
+  return is_single_sided(materials_[geometries_[hit.mesh].material]) && face_at(ray, hit).is_back_for(ray.direction);
+}
+
+bool World::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const {
+  const ShadingMaterial& material = materials_[geometries_[hit.mesh].material];
+  if (!view_point_ || material.emissive || !is_single_sided(material)) return false;
+  const PosedFace face = face_at(ray, hit);
+  const V3f point = face.corners[0] * (1.0f - hit.u - hit.v) + face.corners[1] * hit.u + face.corners[2] * hit.v;
+  V3f sight = point - view_point_->position;
+  if (view_point_->orthographic) {
+    const float depth = sight.dot(view_point_->forward);
+    if (!(depth > 0.0f)) return false;
+    sight = view_point_->forward * depth;
+  }
+  if (!face.is_back_for(sight)) return false;
+  constexpr float kBeforeTheFace = 1.0f - 1e-4f;
+  return !accelerator_->occluded({.origin = point - sight,
+                                  .direction = sight,
+                                  .t_max = kBeforeTheFace,
+                                  .key = ray.key,
+                                  .time = ray.time,
+                                  .index = ray.index,
+                                  .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay});
+}
+
 bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::Hit& candidate) {
   const World& world = *static_cast<const World*>(context);
   const Geometry& geometry = world.geometries_[candidate.mesh];
   const ShadingMaterial& material = world.materials_[geometry.material];
+  if (world.hides_backs_) {
+    const bool seen =
+        (ray.flags & kEveryFace) != 0 ||
+        !((ray.flags & kCameraRay) != 0 ? world.is_hidden_back(ray, candidate) : world.is_cut_away(ray, candidate));
+    if (!seen) return false;
+    if (world.covers_[candidate.mesh] != 0) return true;
+  }
   const HitRecords records(geometry, candidate);
   const RayFootprint none;
   const SurfaceFootprint point{ray, none};

@@ -15,9 +15,11 @@
 #include "renderer/world/procedural_lookup.h"
 #include "renderer/world/shading_material.h"
 
+#include <array>
 #include <cassert>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,6 +36,18 @@ inline constexpr uint32_t kPassThinWalls = 2;
 // Ray::flags: only such surfaces are hit, wherever their coverage is above 0, besides geometry that
 // needs no filter.
 inline constexpr uint32_t kHitThinWalls = 4;
+// Ray::flags: a ray of the camera, or its straight continuation. Where a World hides backs
+// (hides_backs()), such rays pass through them.
+inline constexpr uint32_t kCameraRay = 8;
+// Ray::flags: meets backs also where a World hides them.
+inline constexpr uint32_t kEveryFace = 16;
+
+// The place from which a World is seen, for the faces that are cut away (World::is_cut_away()).
+struct ViewPoint {
+  V3f position;
+  V3f forward{0.0f, 0.0f, -1.0f}; // unit
+  bool orthographic = false;
+};
 
 class TextureLookup;
 
@@ -118,9 +132,22 @@ class World {
     return {accel_meshes_, accel_groups_, instances_, accel_motions_, {&World::accept_hit, this}};
   }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
+  // True if WorldOptions::studio is automatic and nothing but emissive surfaces lights the file's
+  // scene: whether they suffice depends on the view (WorldSequence::light_by_studio()).
+  [[nodiscard]] bool lit_by_emission_alone() const { return lit_by_emission_alone_; }
   // Returns the bounds of all geometry over the shutter; a unit box around the origin if there is
   // none.
   [[nodiscard]] const Box3f& bounds() const { return bounds_; }
+  // True if rays with kCameraRay do not hit the backs of single-sided faces, and others not where
+  // these are cut away.
+  [[nodiscard]] bool hides_backs() const { return hides_backs_; }
+  // True if the ray meets the back of a single-sided face (doubleSided: false) at `hit`. Boundaries
+  // of media have two sides.
+  [[nodiscard]] bool is_hidden_back(const accel::Ray& ray, const accel::Hit& hit) const;
+  // True if the ViewPoint, to which the face at `hit` turns its back, is in free sight of it. Such
+  // places are open to all rays, so that light enters a room by the wall that the camera looks
+  // through. Emitters are not cut away: light samples end on them.
+  [[nodiscard]] bool is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const;
   // True if any object or light moves while the shutter is open; only then ray times matter.
   [[nodiscard]] bool has_motion() const { return has_motion_; }
 
@@ -138,7 +165,8 @@ class World {
   // vertex colors.
   [[nodiscard]] bool is_uniform(const accel::Hit& hit) const {
     const Geometry& geometry = geometries_[hit.mesh];
-    return geometry.color_offset == Geometry::kAbsent && !materials_[geometry.material].textured;
+    return geometry.color_offset == Geometry::kAbsent && geometry.stroke == Stroke::none &&
+           !materials_[geometry.material].textured;
   }
   [[nodiscard]] size_t material_count() const { return materials_.size(); }
 
@@ -158,6 +186,7 @@ class World {
 
  private:
   friend class WorldBuilder;
+  friend struct WorldChanges;
   World() = default;
 
   // The frame interpolated from the vertices of a hit, in world space, on the front side.
@@ -174,6 +203,19 @@ class World {
   void surface_of(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                   const RayFootprint& footprint) const;
   void layers_at(const TextureLookup& textures, const VertexFrame& vertex, const V3f& wo, SurfacePoint& surface) const;
+  [[nodiscard]] bool is_single_sided(const ShadingMaterial& material) const;
+  // A triangle in the world at the time of a ray.
+  struct PosedFace {
+    std::array<V3f, 3> corners;
+    bool mirrored = false;
+
+    // True if rays in this direction meet its back.
+    [[nodiscard]] bool is_back_for(const V3f& direction) const {
+      const float along = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(direction);
+      return mirrored ? along < 0.0f : along > 0.0f;
+    }
+  };
+  [[nodiscard]] PosedFace face_at(const accel::Ray& ray, const accel::Hit& hit) const;
   static bool accept_hit(const void* world, const accel::Ray& ray, const accel::Hit& candidate);
 
   std::vector<Geometry> geometries_; // one per accelerator mesh
@@ -182,6 +224,9 @@ class World {
   std::vector<Medium> media_;                  // likewise
   bool has_thin_walls_ = false;
   bool has_motion_ = false;
+  bool hides_backs_ = false;
+  std::optional<ViewPoint> view_point_; // unset: nothing is cut away
+  bool lit_by_emission_alone_ = false;
   std::vector<Texture> textures_;
   ProceduralScene procedurals_;
   std::vector<std::string> material_names_;
@@ -189,6 +234,7 @@ class World {
   std::vector<std::vector<M44f>> motions_; // by WorldInstance::motion: the matrices of all keys
   std::vector<uint32_t> first_emissive_; // per emissive instance and mesh: index of its first triangle in the LightSet
   std::vector<accel::TriangleMesh> accel_meshes_; // borrow from geometries_
+  std::vector<uint8_t> covers_;                   // by mesh: 1 if it is opaque where it is hit
   std::vector<accel::MeshGroup> accel_groups_;
   std::vector<std::span<const M44f>> accel_motions_; // borrow from motions_
   // Borrow from geometries_: one entry for each deforming mesh.

@@ -4,6 +4,7 @@
 
 #include "renderer/scene/animated_members.h"
 #include "renderer/world/scene_changes.h"
+#include "renderer/world/world_changes.h"
 #include "renderer/world/world_parts.h"
 
 #include <algorithm>
@@ -70,6 +71,13 @@ bool WorldSequence::is_shown(const PosedScene& posed, const std::vector<float>& 
   return world_ && shown_ && std::none_of(posed.meshes.begin(), posed.meshes.end(), deforms) &&
          all_same(posed.meshes, shown_->meshes) && all_same(posed.lights, shown_->lights) && members == shown_->members;
 }
+
+Result<void> WorldSequence::hide_backs(const WorldOptions& options, const CancelToken* cancel,
+                                       ProgressListener* listener) {
+  return WorldChanges::hide_backs(*world_, options, cancel, listener);
+}
+
+void WorldSequence::light_by_studio(bool studio) { WorldChanges::light_by_studio(*world_, studio); }
 
 Result<const World*> WorldSequence::next(Scene& scene, PosedScene posed, const WorldOptions& options, bool more,
                                          const CancelToken* cancel, ProgressListener* listener) {

@@ -34,6 +34,16 @@ class WorldSequence {
   [[nodiscard]] Result<const World*> next(Scene& scene, PosedScene posed, const WorldOptions& options, bool more,
                                           const CancelToken* cancel, ProgressListener* listener);
 
+  // Makes the World of the last next() that of options with this WorldOptions::hide_backs and
+  // view_point, which the next ones may not have. Fails like build_world(); then the sequence is
+  // over.
+  [[nodiscard]] Result<void> hide_backs(const WorldOptions& options, const CancelToken* cancel,
+                                        ProgressListener* listener);
+
+  // Adds the built-in environment to the World of the last next(), which must be
+  // lit_by_emission_alone(), or removes it. No thread may use the World meanwhile.
+  void light_by_studio(bool studio);
+
  private:
   // The animated data that a World depends on.
   struct Shown {

@@ -9,6 +9,10 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace kindling::app {
 namespace {
 
@@ -45,6 +49,28 @@ TEST(LightFlags, RefuseWrongValues) {
   EXPECT_FALSE(parsed({"--light-radius", "-1"}).ok());
   EXPECT_FALSE(parsed({"--light-radius", "inf"}).ok());
   EXPECT_FALSE(parsed({"--sun-angle", "181"}).ok());
+}
+
+std::string refusal(std::vector<const char*> flags) {
+  const Result<CommandLine> line = parsed(std::move(flags));
+  return line.ok() ? std::string() : line.error().message;
+}
+
+TEST(StudioFlag, IsOneOfThreeAndExcludesEnvironments) {
+  EXPECT_EQ(std::get<RenderOptions>(parsed({}).value().command).studio, Studio::automatic);
+  EXPECT_EQ(std::get<RenderOptions>(parsed({"--studio", "off"}).value().command).studio, Studio::off);
+  EXPECT_NE(refusal({"--studio", "yes"}).find("use auto, on or off"), std::string::npos)
+      << refusal({"--studio", "yes"});
+  EXPECT_NE(refusal({"--studio", "on", "--env-color", "1"}).find("give one of them"), std::string::npos);
+  EXPECT_EQ(refusal({"--studio", "off", "--env-color", "1"}), "");
+}
+
+TEST(ViewFlags, RefuseUnknownValues) {
+  EXPECT_EQ(std::get<RenderOptions>(parsed({"--backfaces", "cull"}).value().command).backfaces, Backfaces::cull);
+  EXPECT_NE(refusal({"--backfaces", "hide"}).find("use show, cull or auto"), std::string::npos);
+  EXPECT_EQ(std::get<RenderOptions>(parsed({"--point-size", "3.5"}).value().command).point_size_px, 3.5);
+  EXPECT_EQ(refusal({"--point-size", "0"}), "");
+  EXPECT_NE(refusal({"--point-size", "-1"}).find("use 0 to 1000"), std::string::npos);
 }
 
 } // namespace

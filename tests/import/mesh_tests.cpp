@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace kindling::test {
 namespace {
@@ -40,20 +43,76 @@ TEST(Mesh, UnrollsEveryTriangleMode) {
   EXPECT_EQ(only(load(zigzag(5, {4, 3, 2, 1, 0}))).indices, (Indices{4, 3, 2, 3, 1, 2, 2, 1, 0}));
 }
 
-TEST(Mesh, SkipsPointsAndLinesWithOneWarning) {
-  GltfBuilder builder = zigzag(0);
-  json& primitives = builder.root["meshes"][0]["primitives"];
-  for (const int mode : {1, 2, 3, 4}) {
-    json other = primitives[0];
-    other["mode"] = mode;
-    primitives.push_back(other);
+// Checks that the bodies are closed and that their triangles face outwards once they have a width.
+void expect_closed_bodies(const Primitive& primitive) {
+  std::map<std::pair<uint32_t, uint32_t>, int> edges;
+  double volume = 0.0;
+  ASSERT_EQ(primitive.stroke_offsets.size(), primitive.positions.size());
+  for (size_t i = 0; i < primitive.indices.size(); i += 3) {
+    std::array<V3d, 3> p;
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t corner = primitive.indices[i + c];
+      ++edges[{corner, primitive.indices[i + (c + 1) % 3]}];
+      p[c] = V3d(primitive.positions[corner]) + V3d(primitive.stroke_offsets[corner]) * 0.01;
+      EXPECT_NEAR(primitive.stroke_offsets[corner].length(), 1.0f, 1e-6f);
+    }
+    volume += p[0].dot(p[1].cross(p[2])) / 6.0;
   }
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_TRUE(edges.contains({edge.second, edge.first}));
+  }
+  EXPECT_GT(volume, 0.0);
+}
+
+TEST(Mesh, MakesBodiesOfPointsAndLines) {
+  struct Case {
+    int mode;
+    size_t vertices, triangles; // of bodies: 6 and 8 of a point, 10 and 16 of a segment
+  };
+  for (const Case& expected : {Case{0, 30, 40}, Case{1, 20, 32}, Case{2, 50, 80}, Case{3, 40, 64}}) {
+    SCOPED_TRACE(expected.mode);
+    const Loaded loaded = load(zigzag(expected.mode));
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_TRUE(loaded.warnings.empty()) << testing::PrintToString(loaded.warnings);
+    const Primitive& primitive = only(loaded);
+    EXPECT_EQ(primitive.stroke, Stroke::unlit);
+    EXPECT_EQ(primitive.positions.size(), expected.vertices);
+    EXPECT_EQ(primitive.triangle_count(), expected.triangles);
+    expect_closed_bodies(primitive);
+  }
+}
+
+TEST(Mesh, VerticesOfBodiesHaveTheAttributesOfTheirPoint) {
+  GltfBuilder builder = zigzag(3, {4, 0, 2});
+  json& attributes = builder.root["meshes"][0]["primitives"][0]["attributes"];
+  attributes["COLOR_0"] =
+      builder.accessor<float>({0, 0, 0, .1f, 0, 0, .2f, 0, 0, .3f, 0, 0, .4f, 0, 0}, kFloat, "VEC3");
+  attributes["NORMAL"] = builder.accessor<float>({0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 0, 1, 1, 0, 0}, kFloat, "VEC3");
   const Loaded loaded = load(builder);
-  ASSERT_TRUE(loaded.scene) << loaded.error;
-  EXPECT_EQ(loaded.scene->meshes[0].primitives.size(), 1U);
-  EXPECT_EQ(
-      loaded.warnings,
-      std::vector<std::string>{"/meshes/0/primitives/0/mode: points and lines are not rendered [and 3 more like it]"});
+  const Primitive& primitive = only(loaded);
+  EXPECT_EQ(primitive.stroke, Stroke::lit);
+  ASSERT_EQ(primitive.colors.size(), 20U);
+  const Primitive source = only(load(zigzag(4)));
+  for (size_t v = 0; v < 20; ++v) {
+    const float red = v < 5 ? 0.4f : v < 15 ? 0.0f : 0.2f; // vertices 4, 0, 0, 2
+    EXPECT_EQ(primitive.colors[v], V4f(red, 0.0f, 0.0f, 1.0f)) << v;
+    EXPECT_EQ(primitive.normals[v], v < 5 ? V3f(1, 0, 0) : v < 15 ? V3f(0, 0, 1) : V3f(0, 1, 0)) << v;
+  }
+}
+
+TEST(Mesh, LeavesOutPointsAndLinesThatCannotBeDrawn) {
+  const Loaded outside = load(zigzag(1, {0, 1, 2, 7, 3, 4}));
+  EXPECT_NE(outside.error.find("ACCESSOR_INDEX_OOB"), std::string::npos) << outside.error;
+  const Loaded lenient = load(zigzag(1, {0, 1, 2, 7, 3, 4}), kLenient);
+  ASSERT_TRUE(lenient.scene) << lenient.error;
+  EXPECT_EQ(only(lenient).triangle_count(), 32U);
+  const Loaded single = load(zigzag(3, {1}));
+  ASSERT_TRUE(single.scene) << single.error;
+  EXPECT_TRUE(single.scene->meshes[0].primitives.empty());
+  EXPECT_EQ(single.warnings,
+            std::vector<std::string>{"/meshes/0/primitives/0: a primitive with fewer than two vertices "
+                                     "is not rendered (MESH_PRIMITIVE_INCOMPATIBLE_MODE)"});
 }
 
 TEST(Mesh, ReadsIndicesOfEveryType) {

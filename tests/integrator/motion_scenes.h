@@ -36,7 +36,7 @@ inline std::unique_ptr<const World> make_posed_world(Scene scene, const PoseOpti
   WorldOptions options;
   options.accelerator = kind;
   options.environment = std::move(environment);
-  options.builtin_environment = false;
+  options.studio = Studio::off;
   Result<std::unique_ptr<const World>> world =
       build_world(std::move(scene), std::move(posed).value(), options, nullptr, nullptr);
   EXPECT_TRUE(world.ok());

@@ -19,7 +19,7 @@ M44f placed(const V3f& at, float turn, const V3f& scale = V3f(1.0f)) {
 std::unique_ptr<const World> build(Scene scene, PosedScene posed) {
   WorldOptions options;
   options.accelerator = accel::Kind::embree;
-  options.builtin_environment = false;
+  options.studio = Studio::off;
   Result<std::unique_ptr<const World>> world =
       build_world(std::move(scene), std::move(posed), options, nullptr, nullptr);
   EXPECT_TRUE(world.ok());

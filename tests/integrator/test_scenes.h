@@ -113,7 +113,7 @@ inline std::unique_ptr<const World> make_world(Scene scene, accel::Kind kind,
   WorldOptions options;
   options.accelerator = kind;
   options.environment = std::move(environment);
-  options.builtin_environment = false;
+  options.studio = Studio::off;
   Result<std::unique_ptr<const World>> world =
       build_world(std::move(scene), std::move(posed).value(), options, nullptr, nullptr);
   EXPECT_TRUE(world.ok());

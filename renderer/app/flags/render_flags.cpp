@@ -268,6 +268,15 @@ void add_render_flags(FlagSet& flags, RenderOptions& options) {
   flags.value("--background", "env|transparent|R,G,B",
               "Background of the image: the environment, transparency, or a radiance [env]",
               [&options](auto text) { return set_background(text, options.integrator); });
+  flags.value(
+      "--backfaces", "show|cull|auto",
+      fmt::format("Backs of single-sided faces for camera rays: show, cull, or auto, which culls where they are "
+                  "in the way of much else, as for a room seen from outside [{}]",
+                  backfaces_name(options.backfaces)),
+      [&options](auto text) {
+        return choose(backfaces_from_name(text), options.backfaces, "treatment of backs", text,
+                      {"show", "cull", "auto"});
+      });
   add_lens_flags(flags, options.lens);
   add_shutter_flags(flags, options);
   add_frame_flags(flags, options);

@@ -46,6 +46,11 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--time", "SECONDS", "Time of the animations [the rest pose]",
               [&o](auto text) { return store(parse_number(text), o.time_s); });
 
+  flags.value(
+      "--point-size", "PIXELS",
+      fmt::format("Diameter of points and width of lines, at their distance from the camera at rest; 0: none [{:g}]",
+                  o.point_size_px),
+      [&o](auto text) { return store(parse_number(text, 0.0, 1000.0), o.point_size_px); });
   flags.toggle("--follow-links", "Also read files of the scene behind symbolic links that lead out of its folder",
                o.follow_links);
 
@@ -68,8 +73,8 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
 
   flags.group("Light");
   flags.value("--env", "FILE",
-              "Environment map, equirectangular: .hdr or .exr, also .png, .jpg or .webp [none; a neutral studio if the "
-              "scene has no lights]",
+              "Environment map, equirectangular: .hdr or .exr, also .png, .jpg or .webp [none; see "
+              "--studio]",
               [&o](auto text) { return set_path(text, o.env_file); });
   flags.value(
       "--env-rotation", "DEG",
@@ -79,6 +84,13 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_number(text, 0.0), o.env_intensity); });
   flags.value("--env-color", "R,G,B", "Constant environment of this radiance, instead of --env [none]",
               [&o](auto text) { return store(parse_color(text), o.env_color); });
+  flags.value("--studio", "auto|on|off",
+              fmt::format("Built-in neutral studio as environment: auto, if the file has no lights or its emissive "
+                          "surfaces light too little of what the camera sees [{}]",
+                          studio_name(o.studio)),
+              [&o](auto text) {
+                return choose(studio_from_name(text), o.studio, "use of the studio", text, {"auto", "on", "off"});
+              });
   add_light_flags(flags, o.lights);
 }
 
@@ -93,6 +105,8 @@ void add_size_flag(FlagSet& flags, RenderOptions& o) {
 
 Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& o) {
   if (flags.given("--env") && flags.given("--env-color")) return usage_error("--env and --env-color: give one of them");
+  if (o.studio == Studio::on && (flags.given("--env") || flags.given("--env-color")))
+    return usage_error("--studio on and --env or --env-color: give one of them");
   if (flags.given("--env-rotation") && !flags.given("--env"))
     return usage_error("--env-rotation: has no meaning without --env");
   if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))

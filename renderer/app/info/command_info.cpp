@@ -10,12 +10,17 @@
 #include "renderer/app/text/text_format.h"
 #include "renderer/facade/choose.h"
 #include "renderer/facade/load_environment.h"
+#include "renderer/facade/render_stage.h"
 #include "renderer/import/load_gltf.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
 
 #include <unistd.h>
 
@@ -84,6 +89,35 @@ Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& sc
   return request;
 }
 
+// Drops messages, which describe a render that does not take place.
+class Silence final : public ProgressListener {
+  void on_progress(const ProgressSnapshot&) override {}
+  void on_warning(std::string_view) override {}
+  void on_info(std::string_view) override {}
+};
+
+// What lights a render with default settings. Consumes the scene if that depends on the view.
+Result<LightingInfo> find_lighting(const InfoOptions& options, Scene&& scene, const PosedScene& posed) {
+  if (!options.image.env_file.empty()) return LightingInfo{"environment", {}};
+  if (posed.image_light != kNone) return LightingInfo{"image light", {}};
+  if (!posed.lights.empty()) return LightingInfo{"lights", {}};
+  if (std::none_of(scene.materials.begin(), scene.materials.end(), is_lamp)) return LightingInfo{"studio", {}};
+  WorldSettings world = options.image;
+  world.scene_name = options.scene_name;
+  world.variant_name = options.variant_name;
+  Result<std::unique_ptr<RenderScene>> taken = take_render_scene(std::move(scene), world);
+  if (!taken.ok()) return taken.error();
+  Result<PosedImage> image = pose_image(*taken.value(), options.image);
+  if (!image.ok()) return image.error();
+  Silence silence;
+  const Result<RenderStage> stage =
+      build_stage(*taken.value(), std::move(image).value(), options.image, false, nullptr, silence);
+  if (!stage.ok()) return stage.error();
+  const SceneLight& light = stage.value().light;
+  if (!light.lit_share) return LightingInfo{"studio", {}}; // its lamps are not placed
+  return LightingInfo{light.studio ? "studio and emission" : "emission", light.lit_share};
+}
+
 Result<std::string> describe(const InfoOptions& options, Console& console) {
   if (options.topic == InfoTopic::extensions) return list_extensions(options.json);
   if (options.topic == InfoTopic::extension_table)
@@ -111,8 +145,11 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   if (shown == kNone && !scene.value().scenes.empty()) shown = 0;
   const Result<MemoryRequest> request = memory_request(options, scene.value(), posed.value());
   if (!request.ok()) return request.error();
-  const SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value(), request.value());
+  SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value(), request.value());
   if (options.topic == InfoTopic::cameras) return list_cameras(info, options.json);
+  Result<LightingInfo> lighting = find_lighting(options, std::move(scene).value(), posed.value());
+  if (!lighting.ok()) return lighting.error();
+  info.lighting = std::move(lighting).value();
   return options.json ? format_info_json(info) : format_info_tables(info);
 }
 

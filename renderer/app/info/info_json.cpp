@@ -94,6 +94,8 @@ std::string format_info_json(const SceneInfo& info) {
   json["lights"] = list(info.lights, [](const LightInfo& light) {
     return Json{{"name", light.name}, {"kind", light.kind}, {"intensity", light.intensity}, {"placed", light.placed}};
   });
+  json["lit_by"] = info.lighting.by;
+  json["lit_share"] = info.lighting.lit_share ? Json(*info.lighting.lit_share) : Json();
   json["animations"] = list(info.animations, [](const AnimationInfo& animation) {
     return Json{{"name", animation.name}, {"channels", animation.channels}, {"duration_s", animation.duration_s}};
   });

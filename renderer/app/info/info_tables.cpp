@@ -31,6 +31,18 @@ std::string section(std::string_view heading, const TextTable& table) {
   return table.empty() ? std::string() : fmt::format("\n{}\n{}", heading, table.str());
 }
 
+std::string lighting(const LightingInfo& light) {
+  const std::string share = light.lit_share
+                                ? fmt::format(", which light{} {:.0f} % of what the camera sees",
+                                              light.by == "emission" ? "" : " only", 100.0 * *light.lit_share)
+                                : std::string();
+  if (light.by == "emission") return "its emissive surfaces" + share + " (--studio on adds the built-in studio)";
+  if (light.by == "studio and emission")
+    return "the built-in studio and its emissive surfaces" + share + " (--studio off: by these alone)";
+  if (light.by == "studio") return "the built-in studio: it has no lights (--studio off: by nothing)";
+  return light.by == "environment" ? "--env" : light.by == "image light" ? "its image-based light" : "its lights";
+}
+
 std::string overview(const SceneInfo& info) {
   std::string text = printable(info.file) + "\n";
   const auto add = [&](std::string_view name, std::string_view value) {
@@ -50,6 +62,7 @@ std::string overview(const SceneInfo& info) {
                               info.bounds.min.x, info.bounds.min.y, info.bounds.min.z, info.bounds.max.x,
                               info.bounds.max.y, info.bounds.max.z, size.x, size.y, size.z));
   }
+  add("lit by", lighting(info.lighting));
   add("memory", fmt::format("at most {} with the kd-tree, {} with Embree, at {}x{}: see below",
                             format_bytes(info.memory.of(accel::Kind::kdtree).peak),
                             format_bytes(info.memory.of(accel::Kind::embree).peak), info.memory.request.size_px.x,

@@ -20,7 +20,7 @@ MeshInfo mesh_info(const Mesh& mesh) {
   MeshInfo info;
   info.name = mesh.name;
   info.primitives = mesh.primitives.size();
-  std::array<bool, 6> has{}; // in the order of the names below
+  std::array<bool, 7> has{}; // in the order of the names below
   size_t texcoord_sets = 0;
   for (const Primitive& primitive : mesh.primitives) {
     info.triangles += primitive.triangle_count();
@@ -30,16 +30,18 @@ MeshInfo mesh_info(const Mesh& mesh) {
     has[3] |= !primitive.colors.empty();
     has[4] |= !primitive.joints.empty();
     has[5] |= !primitive.targets.empty();
+    has[6] |= primitive.stroke != Stroke::none;
     texcoord_sets = std::max(texcoord_sets, primitive.texcoords.size());
   }
   has[2] = texcoord_sets > 0;
-  const std::array<std::string, 6> names{
+  const std::array<std::string, 7> names{
       "normals",
       "tangents",
       fmt::format("uv{}", texcoord_sets > 1 ? fmt::format(" x{}", texcoord_sets) : std::string()),
       "colors",
       "skin",
-      "morph"};
+      "morph",
+      "points or lines"};
   for (size_t i = 0; i < names.size(); ++i)
     if (has[i]) info.attributes.push_back(names[i]);
   return info;

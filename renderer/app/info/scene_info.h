@@ -67,6 +67,12 @@ struct AnimationInfo {
   double duration_s = 0.0;
 };
 
+// The light of a render with default settings.
+struct LightingInfo {
+  std::string by; // "environment", "image light", "lights", "emission", "studio" or "studio and emission"
+  std::optional<double> lit_share; // SceneLight::lit_share
+};
+
 struct SceneInfo {
   std::string file;
   std::string generator;
@@ -82,6 +88,7 @@ struct SceneInfo {
   std::vector<TextureInfo> textures;
   std::vector<CameraInfo> cameras; // in the shown scene, numbered as for --camera
   std::vector<LightInfo> lights;
+  LightingInfo lighting; // set by the caller
   std::vector<AnimationInfo> animations;
   std::vector<std::string> variants;
   int shown_variant = kNone; // the applied variant; kNone: the primitives' own materials

@@ -194,6 +194,7 @@ class ShootoutCommand {
     stage.size_px = size.value();
     WorldOptions world_options;
     world_options.environment = environment.value().environment;
+    world_options.studio = options_.view.studio;
     world_options.wrap_accelerator = [&stage](std::unique_ptr<accel::Accelerator> inner) {
       auto recorder = std::make_unique<RecordingAccelerator>(std::move(inner));
       stage.recorder = recorder.get();

@@ -3,6 +3,7 @@
 #include "renderer/import/meshes/check_primitive.h"
 
 #include "renderer/import/compression/draco_mesh.h"
+#include "renderer/import/document/stroke_lists.h"
 #include "renderer/import/document/triangles.h"
 
 #include <fmt/format.h>
@@ -110,7 +111,8 @@ class PrimitiveChecker {
         pointer_(primitive_pointer(mesh, index)), draco_(find_draco(document, mesh, index)) {}
 
   void run() {
-    if (core_.mode < kModeTriangles || !core_.attributes.contains("POSITION")) return;
+    if (!core_.attributes.contains("POSITION")) return;
+    if (core_.mode < kModeTriangles && draco_ != nullptr) return; // skipped by read_primitive()
     check_joint_sets(core_, pointer_, warnings_);
     check_triangles();
     for (auto entry = core_.attributes.begin(); entry != core_.attributes.end();) {
@@ -147,8 +149,15 @@ class PrimitiveChecker {
       require_indices(view, pointer_ + "/indices", warnings_);
       corners = view.count;
     }
-    listed_ = draco_ != nullptr ? corners : triangle_list_size(corners, core_.mode);
-    budget_.charge(corners + listed_, pointer_ + "/indices");
+    if (core_.mode < kModeTriangles) {
+      const StrokeCounts strokes = count_strokes(corners, core_.mode);
+      read_ = strokes.vertices;
+      budget_.charge(corners + strokes.indices + strokes.vertices, pointer_ + "/indices"); // with offsets
+      return;
+    }
+    const uint64_t listed = draco_ != nullptr ? corners : triangle_list_size(corners, core_.mode);
+    read_ = std::min(vertices_, listed);
+    budget_.charge(corners + listed, pointer_ + "/indices");
   }
 
   // Calls check() and charges the budget for the view that it returns, if it is read. Returns none
@@ -168,7 +177,7 @@ class PrimitiveChecker {
     if (!result.second) return view;
     // Sparse and all-zero accessors are decoded for all vertices, others for the used ones.
     const bool whole = view.sparse_count > 0 || (view.data == nullptr && draco_ == nullptr);
-    budget_.charge(whole ? view.count : std::min(vertices_, listed_), place);
+    budget_.charge(whole ? std::max<uint64_t>(view.count, read_) : read_, place);
     return view;
   }
 
@@ -204,7 +213,7 @@ class PrimitiveChecker {
   std::string pointer_;
   const nlohmann::json* draco_;
   uint64_t vertices_ = 0;
-  uint64_t listed_ = 0; // corners of the triangle list
+  uint64_t read_ = 0; // vertices
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "renderer/import/meshes/primitive.h"
 
 #include "renderer/import/compression/draco_mesh.h"
+#include "renderer/import/document/stroke_lists.h"
 #include "renderer/import/document/triangles.h"
 #include "renderer/import/meshes/check_primitive.h"
 #include "renderer/import/meshes/vertex_repair.h"
@@ -49,6 +50,8 @@ class Source {
   DracoPrimitive draco_;
 };
 
+// Returns the indices of the primitive's mode; those of its triangles, with a warning, without the
+// ones out of bounds.
 std::vector<uint32_t> read_indices(const Document& document, const tinygltf::Primitive& core, uint32_t vertex_count,
                                    const std::string& pointer, Warnings& warnings) {
   std::vector<uint32_t> indices;
@@ -67,6 +70,7 @@ std::vector<uint32_t> read_indices(const Document& document, const tinygltf::Pri
                       "ACCESSOR_INDEX_OOB", "its triangles are not rendered");
     }
   }
+  if (core.mode < kModeTriangles) return indices; // make_strokes() leaves out those out of bounds
   indices = to_triangle_list(std::move(indices), core.mode);
   if (bad) erase_triangles(indices, [&](uint32_t index) { return index >= vertex_count; });
   return indices;
@@ -92,6 +96,21 @@ std::vector<std::array<uint16_t, 4>> read_joints(AccessorView view, std::span<co
     joints[i / 4][i % 4] = static_cast<uint16_t>(usable ? values[i] : kMaxJoint);
   }
   return joints;
+}
+
+// Replaces the indices of points and lines by those of their bodies, and removes unused vertices.
+// Returns the vertices to read; none: all of them, in order.
+std::vector<uint32_t> gather_vertices(const tinygltf::Primitive& core, uint32_t vertex_count,
+                                      std::vector<uint32_t>& indices) {
+  if (core.mode >= kModeTriangles) return compact_vertices(indices, vertex_count);
+  StrokeList strokes = make_strokes(indices, vertex_count, core.mode);
+  indices = std::move(strokes.indices);
+  return std::move(strokes.gather);
+}
+
+const char* describe_shortage(int mode) {
+  if (mode == kModePoints) return "without a vertex";
+  return mode < kModeTriangles ? "with fewer than two vertices" : "with fewer than three vertices";
 }
 
 void read_skinning(const Source& source, std::span<const uint32_t> gather, int sets, const std::string& pointer,
@@ -191,10 +210,6 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
                                         std::span<const Material* const> materials, Warnings& warnings) {
   const tinygltf::Primitive& core = document.core.meshes[mesh].primitives[index];
   const std::string pointer = primitive_pointer(mesh, index);
-  if (core.mode < kModeTriangles) {
-    warnings.add("mode", pointer + "/mode", "points and lines are not rendered");
-    return std::nullopt;
-  }
   if (!core.attributes.contains("POSITION")) {
     warnings.add("no position", pointer, "a primitive without POSITION is not rendered", "MESH_PRIMITIVE_NO_POSITION");
     return std::nullopt;
@@ -202,6 +217,10 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
 
   DracoPrimitive decoded;
   const auto* draco = find_draco(document, mesh, index);
+  if (draco != nullptr && core.mode < kModeTriangles) {
+    warnings.add("mode", pointer + "/mode", "points and lines compressed by Draco are not rendered");
+    return std::nullopt;
+  }
   if (draco != nullptr)
     decoded = decode_draco(document, *draco, core, pointer + "/extensions/KHR_draco_mesh_compression");
   Source source(document, core, std::move(decoded));
@@ -234,16 +253,21 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
       draco != nullptr ? source.take_draco_indices() : read_indices(document, core, vertex_count, pointer, warnings);
   const auto is_empty = [&] {
     if (!primitive.indices.empty()) return false;
-    warnings.add("no triangle", pointer, "a primitive with fewer than three vertices is not rendered",
+    warnings.add("no triangle", pointer, fmt::format("a primitive {} is not rendered", describe_shortage(core.mode)),
                  "MESH_PRIMITIVE_INCOMPATIBLE_MODE");
     return true;
   };
   if (is_empty()) return std::nullopt;
-  const std::vector<uint32_t> gather = compact_vertices(primitive.indices, vertex_count);
+  const std::vector<uint32_t> gather = gather_vertices(core, vertex_count, primitive.indices);
+  if (is_empty()) return std::nullopt;
 
   primitive.positions = read_vectors<V3f>(positions, gather);
   repair_positions(primitive, pointer + "/attributes/POSITION", warnings);
   if (is_empty()) return std::nullopt;
+  if (core.mode < kModeTriangles) {
+    primitive.stroke = source.has("NORMAL") ? Stroke::lit : Stroke::unlit;
+    primitive.stroke_offsets = stroke_offsets(primitive.positions, core.mode);
+  }
   if (source.has("NORMAL")) {
     primitive.normals = read_vectors<V3f>(source.attribute("NORMAL"), gather);
     repair_normals(primitive, pointer + "/attributes/NORMAL", warnings);
@@ -275,6 +299,7 @@ std::optional<Primitive> read_primitive(const Document& document, size_t mesh, s
 void make_missing_tangents(size_t mesh, size_t index, std::span<const Material* const> materials, Primitive& primitive,
                            Warnings& warnings) {
   if (!primitive.tangents.empty() || !need_tangents(materials)) return;
+  if (primitive.stroke != Stroke::none) return; // without TANGENT no normal texture applies (glTF 2.0, section 3.9.7)
   make_tangents(materials, primitive_pointer(mesh, index), primitive, warnings);
 }
 

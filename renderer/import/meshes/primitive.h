@@ -11,8 +11,9 @@
 
 namespace kindling::gltf {
 
-// Reads a primitive that check_primitive() has passed. Returns nothing, with a warning, for points,
-// lines and primitives without positions or triangles. `materials` are those that the primitive may
+// Reads a primitive that check_primitive() has passed. Points and lines become
+// triangles without extent (Primitive::stroke). Returns nothing, with a warning, for primitives
+// without positions or bodies. `materials` are those that the primitive may
 // have, its own first, null for the default one; tangents are read if one of them needs any. Throws
 // ImportFailure. Thread-safe.
 [[nodiscard]] std::optional<Primitive> read_primitive(const Document& document, size_t mesh, size_t primitive,
