@@ -4,6 +4,7 @@
 
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/emitter_budget.h"
+#include "renderer/world/find_contacts.h"
 #include "renderer/world/image_light_environment.h"
 #include "renderer/world/persistent_meshes.h"
 #include "renderer/world/prepare_geometry.h"
@@ -317,9 +318,12 @@ class WorldBuilder {
     if (cancel_ && cancel_->cancelled()) return false;
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
+    world_->contacts_ = find_contacts(
+        {world_->geometries_, world_->accel_groups_, world_->instances_, world_->motions_, world_->bounds_});
     world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options,
                                                    std::move(parts_.accelerators));
     if (!world_->accelerator_) return false;
+    world_->probed_ = world_->accelerator_.get();
     if (options_.wrap_accelerator) world_->accelerator_ = options_.wrap_accelerator(std::move(world_->accelerator_));
     return true;
   }

@@ -1,0 +1,172 @@
+// Origins of rays at edges: on the inner side of every wall that meets there.
+//
+// The origin of a new ray is a rounded point off the surface. Near an edge it may lie beyond the
+// other wall at that edge, which the arriving ray has not crossed, and the new ray would leave a
+// closed box. So there the segment from the arriving ray to the origin is traced: it must cross
+// nothing. If it does, the origin moves back along the segment, in front of what it crosses. For
+// rays through the surface the segment must cross the surface alone.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/world/ray_origins.h"
+
+#include "renderer/world/contacts.h"
+#include "renderer/world/moving_hit.h"
+
+#include <cassert>
+#include <optional>
+
+namespace kindling {
+namespace {
+
+// Lengths are multiples of SurfacePoint::position_error, see ray_origins.h.
+//
+// The probe leaves the arriving ray this far before its hit. A point of that ray is off by less
+// than a fifth of the error, so it can lie beyond a wall only if the ray comes along the wall at an
+// angle below 2e-4.
+constexpr float kProbe = 1024.0f;
+// A second probe judges what the first has found, from the ray's own origin if that is not farther
+// away; the rounding of its direction moves its end by less than a fifth of the error.
+constexpr float kLongProbe = 1048576.0f;
+// The probe continues beyond the origin that it tests. Less than the distance to the surface
+// itself.
+constexpr float kReach = 0.5f;
+// Distance of a moved origin to the wall in front of it.
+constexpr float kClearance = 2.0f;
+// A gap between two walls that is narrower holds no origin.
+constexpr float kMinGap = 0.5f;
+
+// Triangles on a surface: the cosine between their normals and its, and the maximum number of them
+// in one place.
+constexpr float kParallel = 0.999f;
+constexpr int kMaxLayers = 8;
+
+// Returns true if the point is closer to an edge of the triangle than `margin`.
+bool is_near_edge(const std::array<V3f, 3>& p, const V3f& barycentric, float margin) {
+  const float area = (p[1] - p[0]).cross(p[2] - p[0]).length();
+  for (unsigned i = 0; i < 3; ++i)
+    if (barycentric[i] * area < margin * (p[(i + 1) % 3] - p[(i + 2) % 3]).length()) return true;
+  return false;
+}
+
+bool is_same_triangle(const accel::Hit& a, const accel::Hit& b) {
+  return a.instance == b.instance && a.mesh == b.mesh && a.triangle == b.triangle;
+}
+
+// A segment from a point of the arriving ray to a possible origin and a little farther; t is 1 at
+// the origin.
+struct Probe {
+  accel::Ray ray;
+  float length_m;
+
+  Probe(const accel::Ray& arriving, float from_t, const V3f& to, float reach_m) : ray(arriving) {
+    if (from_t > 0.0f) ray.origin += ray.direction * from_t;
+    ray.direction = to - ray.origin;
+    length_m = ray.direction.length();
+    ray.t_min = 0.0f;
+    ray.t_max = length_m > 0.0f ? 1.0f + reach_m / length_m : 0.0f;
+  }
+  [[nodiscard]] V3f at(float t) const { return ray.origin + ray.direction * t; }
+};
+
+} // namespace
+
+std::array<V3f, 3> World::corners_of(const accel::Hit& hit, float time) const {
+  const Geometry& geometry = geometries_[hit.mesh];
+  const WorldInstance& instance = instances_[hit.instance];
+  const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
+  std::array<V3f, 3> corners{geometry.positions[index[0]], geometry.positions[index[1]], geometry.positions[index[2]]};
+  const M44f* to_world = &instance.object_to_world;
+  std::optional<MovingHit> moving;
+  if (instance.moving) {
+    to_world = &move_hit(geometry, instance, motions_, hit.triangle, time, moving).instance.object_to_world;
+    corners = moving->positions;
+  }
+  if (!instance.identity)
+    for (V3f& corner : corners) corner = transform_point(*to_world, corner);
+  return corners;
+}
+
+void World::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const {
+  const float error = surface.position_error;
+  const std::array<V3f, 3> corners = corners_of(hit, ray.time);
+  if (!is_near_edge(corners, V3f(1.0f - hit.u - hit.v, hit.u, hit.v), kEdgeMargin * error) &&
+      !(contacts_ && contacts_->at(hit))) {
+    surface.guarded = false;
+    return;
+  }
+  const auto start = [&](float length) { return std::max(hit.t - length * error, 0.0f); };
+  const auto probe_to = [&](const V3f& to, float length) { return Probe(ray, start(length), to, kReach * error); };
+
+  // Moves an origin away from the wall that the probe crosses at `wall`, at most to the middle
+  // between it and `after`, where the probe starts or crosses the wall before. Empty if there is no
+  // room.
+  const auto in_front_of = [&](const Probe& probe, const accel::Hit& wall, float after) -> std::optional<V3f> {
+    const float gap_m = (wall.t - after) * probe.length_m;
+    if (!(gap_m >= kMinGap * error)) return std::nullopt;
+    const std::array<V3f, 3> p = corners_of(wall, ray.time);
+    const V3f n = (p[1] - p[0]).cross(p[2] - p[0]);
+    const float cosine = std::abs(n.dot(probe.ray.direction)) / std::max(n.length() * probe.length_m, 1e-30f);
+    const float clearance_m = kClearance * error / std::max(cosine, 1e-6f);
+    return probe.at(wall.t - std::min(clearance_m, 0.5f * gap_m) / probe.length_m);
+  };
+
+  const auto find_front = [&]() -> std::optional<V3f> {
+    const V3f beside = origin_beside(surface, false);
+    const Probe probe = probe_to(beside, kProbe);
+    if (!probed_->occluded(probe.ray)) return beside;
+    if (start(kProbe) > 0.0f && !probed_->occluded(probe_to(beside, kLongProbe).ray)) return beside;
+    const accel::Hit wall = probed_->intersect(probe.ray);
+    return wall.is_hit() ? in_front_of(probe, wall, 0.0f) : std::nullopt;
+  };
+
+  // True for the surface itself, and for triangles that lie on it or continue it.
+  const auto is_on_surface = [&](const Probe& probe, const accel::Hit& crossed) {
+    if (is_same_triangle(crossed, hit)) return true;
+    const std::array<V3f, 3> p = corners_of(crossed, ray.time);
+    const V3f n = (p[1] - p[0]).cross(p[2] - p[0]);
+    const float height = (probe.at(crossed.t) - surface.position).dot(surface.geometric_normal);
+    return std::abs(n.dot(surface.geometric_normal)) >= kParallel * n.length() && std::abs(height) <= error;
+  };
+
+  const auto find_back = [&](const V3f& beside) -> std::optional<V3f> {
+    Probe probe = probe_to(beside, kProbe);
+    accel::Hit crossed = probed_->intersect(probe.ray);
+    float after = -1.0f; // the probe has crossed the surface there
+    for (int layer = 0; layer < kMaxLayers && crossed.is_hit() && is_on_surface(probe, crossed); ++layer) {
+      probe.ray.t_min = after = crossed.t;
+      crossed = probed_->intersect(probe.ray);
+    }
+    if (after < 0.0f) return std::nullopt;
+    return crossed.is_hit() ? in_front_of(probe, crossed, after) : beside;
+  };
+
+  std::optional<V3f> front = find_front();
+  surface.origins[1] = origin_beside(surface, true);
+  const bool lets_light_pass =
+      surface.alpha < 1.0f ||
+      (surface.layered && (surface.layers.boundary || surface.layers.thin_wall || surface.layers.transmits));
+  if (front && lets_light_pass) {
+    std::optional<V3f> back = find_back(surface.origins[1]);
+    if (!back) { // the probe passes beside the triangle: aims farther inside
+      SurfacePoint inner = surface;
+      const V3f inwards = (corners[0] + corners[1] + corners[2]) / 3.0f - surface.position;
+      const float distance = inwards.length();
+      if (distance > 0.0f) inner.position += inwards * std::min(kEdgeMargin * error / distance, 0.5f);
+      back = find_back(origin_beside(inner, true));
+    }
+    if (back)
+      surface.origins[1] = *back;
+    else
+      front.reset();
+  }
+  if (front) {
+    surface.origins[0] = *front;
+    return;
+  }
+  // No room within rounding, as in the tip of a wedge: the path ends here.
+  surface.unlit = true;
+  surface.layered = false;
+  surface.alpha = 1.0f;
+  surface.guarded = false;
+}
+
+} // namespace kindling
