@@ -31,8 +31,9 @@ constexpr float kLongProbe = 1048576.0f;
 constexpr float kReach = 0.5f;
 // Distance of a moved origin to the wall in front of it.
 constexpr float kClearance = 2.0f;
-// A gap between two walls that is narrower holds no origin.
-constexpr float kMinGap = 0.5f;
+// A point that is closer to a wall is no origin, since its coordinates are rounded by up to 0.05.
+constexpr float kMinClearance = 0.25f;
+constexpr int kMaxAttempts = 4; // to find an origin, until the path ends
 
 // Triangles on a surface: the cosine between their normals and its, and the maximum number of them
 // in one place.
@@ -46,6 +47,9 @@ bool is_near_edge(const std::array<V3f, 3>& p, const V3f& barycentric, float mar
     if (barycentric[i] * area < margin * (p[(i + 1) % 3] - p[(i + 2) % 3]).length()) return true;
   return false;
 }
+
+// Returns the unit normal; zero for a triangle without area.
+V3f normal_of(const std::array<V3f, 3>& p) { return (p[1] - p[0]).cross(p[2] - p[0]).normalized(); }
 
 bool is_same_triangle(const accel::Hit& a, const accel::Hit& b) {
   return a.instance == b.instance && a.mesh == b.mesh && a.triangle == b.triangle;
@@ -96,47 +100,69 @@ void World::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& su
   const auto start = [&](float length) { return std::max(hit.t - length * error, 0.0f); };
   const auto probe_to = [&](const V3f& to, float length) { return Probe(ray, start(length), to, kReach * error); };
 
-  // Moves an origin away from the wall that the probe crosses at `wall`, at most to the middle
-  // between it and `after`, where the probe starts or crosses the wall before. Empty if there is no
-  // room.
-  const auto in_front_of = [&](const Probe& probe, const accel::Hit& wall, float after) -> std::optional<V3f> {
+  // Returns the point of the probe that is off the wall which it crosses at `wall`, at most in the
+  // middle between that and `after`, where the probe starts or crosses the surface at the cosine
+  // `cosine_after`. Empty if there is no room: the probe comes along the wall, or the gap is
+  // narrow.
+  const auto in_front_of = [&](const Probe& probe, const accel::Hit& wall, float after,
+                               float cosine_after) -> std::optional<V3f> {
     const float gap_m = (wall.t - after) * probe.length_m;
-    if (!(gap_m >= kMinGap * error)) return std::nullopt;
+    const V3f n = normal_of(corners_of(wall, ray.time));
+    const float cosine = std::abs(n.dot(probe.ray.direction)) / std::max(probe.length_m, 1e-30f);
+    const float clearance_m = std::min(kClearance * error / std::max(cosine, 1e-6f), 0.5f * gap_m);
+    if (!(clearance_m * cosine >= kMinClearance * error) ||
+        !((gap_m - clearance_m) * cosine_after >= kMinClearance * error))
+      return std::nullopt;
+    return probe.at(wall.t - clearance_m / probe.length_m);
+  };
+  // Returns `point` moved off the plane of the wall that the probe crosses, to the side from which
+  // the probe comes.
+  const auto pushed_off = [&](const Probe& probe, const accel::Hit& wall, const V3f& point) {
     const std::array<V3f, 3> p = corners_of(wall, ray.time);
-    const V3f n = (p[1] - p[0]).cross(p[2] - p[0]);
-    const float cosine = std::abs(n.dot(probe.ray.direction)) / std::max(n.length() * probe.length_m, 1e-30f);
-    const float clearance_m = kClearance * error / std::max(cosine, 1e-6f);
-    return probe.at(wall.t - std::min(clearance_m, 0.5f * gap_m) / probe.length_m);
+    const V3f n = normal_of(p);
+    const V3f inner = n.dot(probe.ray.direction) > 0.0f ? -n : n;
+    return point + inner * (kClearance * error - (point - p[0]).dot(inner));
   };
 
   const auto find_front = [&]() -> std::optional<V3f> {
-    const V3f beside = origin_beside(surface, false);
-    const Probe probe = probe_to(beside, kProbe);
-    if (!probed_->occluded(probe.ray)) return beside;
-    if (start(kProbe) > 0.0f && !probed_->occluded(probe_to(beside, kLongProbe).ray)) return beside;
-    const accel::Hit wall = probed_->intersect(probe.ray);
-    return wall.is_hit() ? in_front_of(probe, wall, 0.0f) : std::nullopt;
+    V3f point = origin_beside(surface, false);
+    for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
+      const Probe probe = probe_to(point, kProbe);
+      if (!probed_->occluded(probe.ray)) return point;
+      if (start(kProbe) > 0.0f && !probed_->occluded(probe_to(point, kLongProbe).ray)) return point;
+      const accel::Hit wall = probed_->intersect(probe.ray);
+      if (!wall.is_hit()) return std::nullopt;
+      if (const std::optional<V3f> before = in_front_of(probe, wall, 0.0f, 1.0f)) return before;
+      point = pushed_off(probe, wall, point);
+    }
+    return std::nullopt;
   };
 
   // True for the surface itself, and for triangles that lie on it or continue it.
   const auto is_on_surface = [&](const Probe& probe, const accel::Hit& crossed) {
     if (is_same_triangle(crossed, hit)) return true;
-    const std::array<V3f, 3> p = corners_of(crossed, ray.time);
-    const V3f n = (p[1] - p[0]).cross(p[2] - p[0]);
+    const V3f n = normal_of(corners_of(crossed, ray.time));
     const float height = (probe.at(crossed.t) - surface.position).dot(surface.geometric_normal);
-    return std::abs(n.dot(surface.geometric_normal)) >= kParallel * n.length() && std::abs(height) <= error;
+    return std::abs(n.dot(surface.geometric_normal)) >= kParallel && std::abs(height) <= error;
   };
 
-  const auto find_back = [&](const V3f& beside) -> std::optional<V3f> {
-    Probe probe = probe_to(beside, kProbe);
-    accel::Hit crossed = probed_->intersect(probe.ray);
-    float after = -1.0f; // the probe has crossed the surface there
-    for (int layer = 0; layer < kMaxLayers && crossed.is_hit() && is_on_surface(probe, crossed); ++layer) {
-      probe.ray.t_min = after = crossed.t;
-      crossed = probed_->intersect(probe.ray);
+  const auto find_back = [&](V3f point) -> std::optional<V3f> {
+    for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
+      Probe probe = probe_to(point, kProbe);
+      accel::Hit crossed = probed_->intersect(probe.ray);
+      float after = -1.0f; // the probe has crossed the surface there
+      for (int layer = 0; layer < kMaxLayers && crossed.is_hit() && is_on_surface(probe, crossed); ++layer) {
+        probe.ray.t_min = after = crossed.t;
+        crossed = probed_->intersect(probe.ray);
+      }
+      if (after < 0.0f) return std::nullopt;
+      if (!crossed.is_hit()) return point;
+      const float cosine =
+          std::abs(surface.geometric_normal.dot(probe.ray.direction)) / std::max(probe.length_m, 1e-30f);
+      if (const std::optional<V3f> between = in_front_of(probe, crossed, after, cosine)) return between;
+      point = pushed_off(probe, crossed, point);
     }
-    if (after < 0.0f) return std::nullopt;
-    return crossed.is_hit() ? in_front_of(probe, crossed, after) : beside;
+    return std::nullopt;
   };
 
   std::optional<V3f> front = find_front();
