@@ -60,6 +60,7 @@ Rgb WhittedShader::through_thin_walls(accel::Ray feeler, RayCounters& counters) 
     ++counters.shadow;
     if (!hit.is_hit()) return through;
     world_.surface_at(feeler, hit, surface);
+    if (surface.unlit) return Rgb(0.0f);                               // no ray can leave it (World::guard)
     if (!surface.layered || !surface.layers.thin_wall) return through; // the occlusion query has handled this surface
     WhittedNode node;
     node.ray = feeler;

@@ -4,6 +4,7 @@
 
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/emitter_budget.h"
+#include "renderer/world/find_contacts.h"
 #include "renderer/world/image_light_environment.h"
 #include "renderer/world/persistent_meshes.h"
 #include "renderer/world/prepare_geometry.h"
@@ -307,6 +308,8 @@ class WorldBuilder {
   [[nodiscard]] bool build_accelerator() {
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
+    world_->contacts_ = find_contacts(
+        {world_->geometries_, world_->accel_groups_, world_->instances_, world_->motions_, world_->bounds_});
     return WorldChanges::build_accelerator(*world_, options_, std::move(parts_.accelerators), cancel_, listener_);
   }
 

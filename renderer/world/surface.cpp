@@ -3,9 +3,11 @@
 #include "renderer/base/hash.h"
 #include "renderer/light/coated_emission.h"
 #include "renderer/sampling/sampler.h"
+#include "renderer/world/contacts.h"
 #include "renderer/world/hit_records.h"
 #include "renderer/world/moving_hit.h"
 #include "renderer/world/normal_map.h"
+#include "renderer/world/ray_origins.h"
 #include "renderer/world/shading_normal.h"
 #include "renderer/world/texture_lookup.h"
 #include "renderer/world/world.h"
@@ -14,17 +16,6 @@
 
 namespace kindling {
 namespace {
-
-// Returns the bound of the relative rounding error of n operations: n epsilon / (1 - n epsilon)
-// (Higham 2002, section 3.1).
-constexpr float gamma(int n) {
-  constexpr float kEpsilon = std::numeric_limits<float>::epsilon() * 0.5f;
-  return static_cast<float>(n) * kEpsilon / (1.0f - static_cast<float>(n) * kEpsilon);
-}
-
-// Returns the error bound of a point interpolated from three others with coordinates up to
-// `magnitude`, with a margin for sums computed with it.
-float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
 
 // Returns the slope variance of normals whose mean is 2 texel - 1, from its length r: 1 / kappa of
 // a von Mises-Fisher distribution, about (1 - r) / r (Toksvig 2005, "Mipmapping Normal Maps").
@@ -67,6 +58,8 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     moving_surface_at(ray, hit, surface, footprint);
   else
     surface_of<false>(ray, hit, surface, footprint);
+  if (surface.guarded) [[unlikely]]
+    guard(ray, hit, surface);
 }
 
 void World::moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
@@ -102,21 +95,21 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     p1 = transform_point(m, p1);
     p2 = transform_point(m, p2);
     const float world_magnitude = std::max(max_abs(p0), std::max(max_abs(p1), max_abs(p2)));
-    // The accelerator intersects in object space: its rounding there, transformed to world space,
-    // counts as well.
-    const float scale =
-        std::max(std::max(max_abs(V3f(m[0][0], m[0][1], m[0][2])), max_abs(V3f(m[1][0], m[1][1], m[1][2]))),
-                 max_abs(V3f(m[2][0], m[2][1], m[2][2])));
-    const float translation = max_abs(V3f(m[3][0], m[3][1], m[3][2]));
-    error = 3.0f * gamma(10) * (world_magnitude + scale * magnitude * 3.0f + translation);
+    error = position_bound(m, magnitude, world_magnitude);
     if constexpr (kMoving) error += moving->error;
   }
   surface.position = p0 * lookup.barycentric.x + p1 * lookup.barycentric.y + p2 * lookup.barycentric.z;
   surface.position_error = error;
 
-  const V3f triangle_normal = (p1 - p0).cross(p2 - p0);
+  const V3f edge1 = p1 - p0, edge2 = p2 - p0;
+  const V3f triangle_normal = edge1.cross(edge2);
   V3f face_normal = instance.mirrored ? -triangle_normal : triangle_normal;
   const float face_length = face_normal.length();
+  // A barycentric coordinate is a fraction of a height, which is twice the area over its edge.
+  const float edges = std::abs(edge1.x) + std::abs(edge1.y) + std::abs(edge1.z) + std::abs(edge2.x) +
+                      std::abs(edge2.y) + std::abs(edge2.z); // at least as long as each of the three
+  surface.guarded = min_component(lookup.barycentric) * face_length < kEdgeMargin * error * edges ||
+                    (contacts_ && contacts_->at(hit));
   face_normal = face_length > 0.0f ? face_normal / face_length : wo;
   bool front = face_normal.dot(wo) >= 0.0f;
 
@@ -337,10 +330,10 @@ const std::string& World::material_name(uint32_t material) const { return materi
 World::~World() = default;
 
 V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
-  const V3f& n = surface.geometric_normal;
-  const float distance = surface.position_error * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
-  // The bound has a margin for the rounding of this sum.
-  return surface.position + n * (direction.dot(n) < 0.0f ? -distance : distance);
+  const bool beyond = direction.dot(surface.geometric_normal) < 0.0f;
+  if (surface.guarded) [[unlikely]]
+    return surface.origins[beyond ? 1 : 0];
+  return origin_beside(surface, beyond);
 }
 
 accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key, uint32_t index,

@@ -50,6 +50,7 @@ struct ViewPoint {
 };
 
 class TextureLookup;
+class Contacts;
 
 // The layers of a material at one point of its surface.
 struct SurfaceLayers {
@@ -72,8 +73,10 @@ struct SurfacePoint {
   Rgb emitted{0.0f};           // radiance towards wo where covered
   uint32_t emissive_triangle = accel::kNoId; // index in the LightSet: light sampling can reach it, so MIS applies
   bool unlit = false;                        // reflects nothing: only `emitted` counts
+  bool guarded = false;                      // `origins` are valid: the hit is close to another wall, or may be
   bool layered = false;                      // `layers` is valid
   uint32_t material = 0;                     // index for reports, and for World::medium()
+  std::array<V3f, 2> origins;                // of new rays: on the side of wo; beyond the surface, if light can pass it
   BsdfParameters bsdf;
   SurfaceLayers layers;
 
@@ -216,6 +219,9 @@ class World {
     }
   };
   [[nodiscard]] PosedFace face_at(const accel::Ray& ray, const accel::Hit& hit) const;
+  // Finds the origins of a guarded surface (ray_origins.cpp). Where there are none, it becomes
+  // black.
+  [[gnu::noinline, gnu::cold]] void guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
   static bool accept_hit(const void* world, const accel::Ray& ray, const accel::Hit& candidate);
 
   std::vector<Geometry> geometries_; // one per accelerator mesh
@@ -240,6 +246,8 @@ class World {
   // Borrow from geometries_: one entry for each deforming mesh.
   std::vector<std::vector<std::span<const V3f>>> accel_keys_;
   std::unique_ptr<accel::Accelerator> accelerator_;
+  const accel::Accelerator* probed_ = nullptr; // the same one before wrapping, for rays that are no part of a path
+  std::unique_ptr<const Contacts> contacts_;   // null: no triangle is touched inside by another
   std::unique_ptr<LightSet> lights_;
   Box3f bounds_;
   WorldStatistics statistics_;
@@ -247,7 +255,8 @@ class World {
 
 // Returns an origin for new rays that cannot hit the surface they leave: offset from the surface on
 // the side of `direction` by the error bound of the point (Pharr, Jakob and Humphreys, "Physically
-// Based Rendering", 4th ed., section 6.8.6).
+// Based Rendering", 4th ed., section 6.8.6). Near edges it is on the inner side of all walls around
+// (ray_origins.cpp).
 [[nodiscard]] V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction);
 
 // Returns the shadow ray from a surface to a light sample: it starts off the surface, aims at the

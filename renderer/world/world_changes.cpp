@@ -34,6 +34,7 @@ bool WorldChanges::build_accelerator(World& world, const WorldOptions& options,
   world.accelerator_ =
       accel::make_accelerator(options.accelerator, world.accelerator_input(), build_options, std::move(structures));
   if (!world.accelerator_) return false;
+  world.probed_ = world.accelerator_.get();
   if (options.wrap_accelerator) world.accelerator_ = options.wrap_accelerator(std::move(world.accelerator_));
   return true;
 }
