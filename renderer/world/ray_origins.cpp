@@ -70,7 +70,7 @@ struct Probe {
   [[nodiscard]] V3f at(float t) const { return ray.origin + ray.direction * t; }
 };
 
-// True if rays can go on through the surface.
+// True if rays can continue through the surface.
 bool lets_light_pass(const SurfacePoint& surface) {
   return surface.alpha < 1.0f ||
          (surface.layered && (surface.layers.boundary || surface.layers.thin_wall || surface.layers.transmits));
