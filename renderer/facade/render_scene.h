@@ -12,6 +12,7 @@
 #include "renderer/texture/texture_memory.h"
 #include "renderer/world/world_sequence.h"
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -29,15 +30,16 @@ struct RenderScene {
   const World* world = nullptr;
   std::optional<double> world_time_s;
   std::optional<Shutter> world_shutter;
-  Scene scene;                              // as loaded, with the variant and the sizes of lights that are asked for
-  std::vector<std::filesystem::path> files; // that the scene consists of; none for a scene in memory
-  std::string source;                       // Scene::source, which remains when the scene is consumed
-  int root = kNone;                         // into Scene::scenes; kNone: the default scene
-  int variant = kNone;                      // into Scene::variants
-  EnvironmentPointer environment;           // null if none is asked for
-  uint64_t content_hash = 0;                // Scene::content_hash
-  uint64_t environment_hash = 0;            // LoadedEnvironment::content_hash
-  std::optional<MemberValues> as_loaded;    // set by keep()
+  Scene scene;                                // as loaded, with the variant and the sizes of lights that are asked for
+  std::vector<std::filesystem::path> files;   // that the scene consists of; none for a scene in memory
+  std::string source;                         // Scene::source, which remains when the scene is consumed
+  int root = kNone;                           // into Scene::scenes; kNone: the default scene
+  int variant = kNone;                        // into Scene::variants
+  EnvironmentPointer environment;             // null if none is asked for
+  uint64_t content_hash = 0;                  // Scene::content_hash
+  uint64_t environment_hash = 0;              // LoadedEnvironment::content_hash
+  std::optional<MemberValues> as_loaded;      // set by keep()
+  const std::atomic<bool>* abandon = nullptr; // WorldOptions::abandon of its Worlds
   double load_s = 0.0;
   ImportTimes import_times;           // phases of load_s, one after the other
   EnvironmentTimes environment_times; // in parallel with these

@@ -45,6 +45,7 @@ Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const Ima
   options.simd = settings.simd;
   options.environment = scene.environment;
   options.texture_memory = scene.textures();
+  options.abandon = scene.abandon;
   options.image_samples =
       static_cast<uint64_t>(posed.size_px.x) * static_cast<uint64_t>(posed.size_px.y) * image.planned_samples();
   scene.world = nullptr;

@@ -37,12 +37,14 @@ class WorldBuilder {
     scene_.materials.push_back(Material{.name = "default"}); // glTF's default material is last
     if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
     times.textures = clock.lap();
+    if (cancelled()) return cancelled_error();
     take_geometry();
     times.geometry = clock.lap();
+    if (cancelled()) return cancelled_error();
     collect_lights();
     times.lights = clock.lap();
     scene_.materials.pop_back();
-    if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
+    if (!build_accelerator()) return cancelled_error();
     times.accelerator = clock.lap();
     finish_statistics();
     world_->statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -57,6 +59,9 @@ class WorldBuilder {
   }
 
  private:
+  [[nodiscard]] bool cancelled() const { return cancel_ && cancel_->cancelled(); }
+  static Error cancelled_error() { return {ErrorKind::render_failed, "cancelled while the scene was prepared"}; }
+
   // --- Textures and materials
   // ---------------------------------------------------------------------
 
@@ -304,17 +309,16 @@ class WorldBuilder {
   // --------------------------------------------------------------------------------
 
   [[nodiscard]] bool build_accelerator() {
-    std::atomic<bool> cancel_flag{false};
     accel::BuildOptions build_options;
     build_options.quality = options_.quality;
     build_options.robust = options_.robust;
     build_options.simd = options_.simd;
-    build_options.cancel = &cancel_flag;
+    if (cancel_) build_options.cancel = &cancel_->cancel_flag();
     build_options.on_progress = [&](double fraction) {
-      if (cancel_ && cancel_->cancelled()) cancel_flag = true;
       if (listener_) listener_->on_progress({.phase = Phase::build, .done = fraction, .total = 1.0});
     };
-    if (cancel_ && cancel_->cancelled()) return false;
+    if (cancelled()) return false;
+    world_->abandon_ = options_.abandon;
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
     world_->accelerator_ = accel::make_accelerator(options_.accelerator, world_->accelerator_input(), build_options,

@@ -9,6 +9,7 @@
 #include "renderer/scene/scene.h"
 #include "renderer/world/world.h"
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -29,7 +30,10 @@ struct WorldOptions {
   size_t min_persistent_triangles = 100'000;
   uint64_t image_samples = 0;              // planned for the whole image: pixels times samples per pixel
   TextureMemory* texture_memory = nullptr; // used when the scene was loaded; must outlive the World; may be null
-  bool builtin_environment = true;         // use the neutral built-in environment for scenes without any light
+  // Polled by queries and integrators: once it is set, they drop the work in hand
+  // (World::abandoned()). Null: never. Must outlive the World.
+  const std::atomic<bool>* abandon = nullptr;
+  bool builtin_environment = true; // use the neutral built-in environment for scenes without any light
   // Called once with the accelerator; the result replaces it (such as a recorder of rays around
   // it). May be null.
   std::function<std::unique_ptr<accel::Accelerator>(std::unique_ptr<accel::Accelerator>)> wrap_accelerator;
