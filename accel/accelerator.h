@@ -62,6 +62,12 @@ static_assert(sizeof(Hit) == 24);
 struct HitFilter {
   bool (*accept)(const void* context, const Ray& ray, const Hit& candidate) = nullptr;
   const void* context = nullptr; // must outlive the accelerator
+  // Polled by queries, between instances and between the rays of a batch: once it is set, they
+  // return soon, with answers that mean nothing. Null: queries cannot be ended. Must outlive the
+  // accelerator.
+  const std::atomic<bool>* abandon = nullptr;
+
+  [[nodiscard]] bool abandoned() const { return abandon != nullptr && abandon->load(std::memory_order_relaxed); }
 };
 
 // Motion over the shutter is given by keys: key k of n holds the state at time k / (n - 1). Between
@@ -141,7 +147,7 @@ struct BuildInput {
   // the interpolated matrix is not invertible; if a key is not finite, nothing of the instance is
   // ever hit.
   std::span<const std::span<const Imath::M44f>> motions;
-  HitFilter filter; // may be null if all meshes are opaque
+  HitFilter filter; // its function may be null if all meshes are opaque
 };
 
 enum class Kind { brute_force, embree, kdtree };
@@ -153,7 +159,7 @@ struct BuildOptions {
   // accepts simd_targets(), Embree embree_simd_targets(); brute force ignores it.
   std::optional<SimdTarget> simd;
   bool robust = true;                        // watertight at some cost in speed (Embree: RTC_SCENE_FLAG_ROBUST)
-  const std::atomic<bool>* cancel = nullptr; // polled; a cancelled build returns null
+  const std::atomic<bool>* cancel = nullptr; // polled often; a cancelled build returns null
   std::function<void(double)> on_progress;   // fraction done in [0, 1]; called from any one thread at a time
 };
 

@@ -134,7 +134,7 @@ class BruteForce final : public Accelerator {
   template <bool kAny>
   Hit trace(const Ray& world) const {
     Hit best;
-    if (!can_hit(world)) return best;
+    if (!can_hit(world) || filter_.abandoned()) return best;
     const float t_min = std::max(world.t_min, 0.0f);
     float t_max = world.t_max;
     for (const PlacedGroup& placed : placed_) {

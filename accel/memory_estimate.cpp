@@ -5,19 +5,21 @@
 namespace kindling::accel {
 namespace {
 
-// Memory that does not depend on the input: tables, arenas, the Embree device.
-constexpr uint64_t kFixed = 4U << 20;
+// Memory that does not depend on the input: tables, arenas, the Embree device, and the references
+// that every kd-tree may have (kSpareReferences).
+constexpr uint64_t kFixed = 12U << 20;
 
 } // namespace
 
 MemoryCosts memory_costs(Kind kind) {
   switch (kind) {
   case Kind::brute_force: return {8, 80, 8, 80};
-  // Finished: leaf blocks and wide nodes for up to three references per triangle. During the build:
-  // references of 32 bytes, twice at the top of the tree, and the binary tree. An instance has 64
-  // bytes, plus a node of 256 bytes for about six of them; during the build also a box and index
-  // arrays.
-  case Kind::kdtree: return {76, 116, 175, 190};
+  // Finished: leaf blocks and wide nodes for three references per triangle, which the build ensures
+  // (Config::expected_references()); a reference takes 24 bytes, up to 50 if it shares no vertex.
+  // During the build: references of 32 bytes, twice at the top of the tree, and the binary tree. An
+  // instance has 64 bytes, plus a node of 256 bytes for about six of them; during the build also a
+  // box and index arrays.
+  case Kind::kdtree: return {76, 116, 175, 190, 40, 110};
   // Leaves hold up to four triangles with their vertices. Each instance is an object with a matrix
   // and its inverse. Embree 4.3 takes half as much more for it as Embree 3.13.
   case Kind::embree:
@@ -26,10 +28,11 @@ MemoryCosts memory_costs(Kind kind) {
   return {};
 }
 
-MemoryEstimate estimate_memory(Kind kind, uint64_t triangles, uint64_t instances) {
+MemoryEstimate estimate_memory(Kind kind, uint64_t triangles, uint64_t instances, uint64_t lone_vertices) {
   const MemoryCosts costs = memory_costs(kind);
-  return {kFixed + triangles * costs.triangle + instances * costs.instance,
-          kFixed + triangles * costs.triangle_in_build + instances * costs.instance_in_build};
+  return {kFixed + triangles * costs.triangle + instances * costs.instance + lone_vertices * costs.lone_vertex,
+          kFixed + triangles * costs.triangle_in_build + instances * costs.instance_in_build +
+              lone_vertices * costs.lone_vertex_in_build};
 }
 
 } // namespace kindling::accel

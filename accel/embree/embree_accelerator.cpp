@@ -145,6 +145,7 @@ class EmbreeAccelerator final : public Accelerator {
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRayHit, kStream> stream;
     for (; rays.size() - first >= kMinStream; first += std::min(kStream, rays.size() - first)) {
+      if (filter_.abandoned()) return;
       const size_t count = std::min(kStream, rays.size() - first);
       unsigned valid = 0;
       for (size_t i = first; i < first + count; ++i) {
@@ -171,6 +172,7 @@ class EmbreeAccelerator final : public Accelerator {
 #if KINDLING_EMBREE_MAJOR < 4
     std::array<RTCRay, kStream> stream;
     for (; rays.size() - first >= kMinStream; first += std::min(kStream, rays.size() - first)) {
+      if (filter_.abandoned()) return;
       const size_t count = std::min(kStream, rays.size() - first);
       unsigned valid = 0;
       for (size_t i = first; i < first + count; ++i) {
@@ -235,6 +237,7 @@ class EmbreeAccelerator final : public Accelerator {
     embree::Query query(context.embree, coherent);
     size_t first = 0;
     for (; rays.size() - first >= kMinPacket<width>; first += std::min(width, rays.size() - first)) {
+      if (filter_.abandoned()) return;
       alignas(64) int valid[width];
       typename PacketOf<width>::RayHits packet;
       const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet.ray, valid);
@@ -254,6 +257,7 @@ class EmbreeAccelerator final : public Accelerator {
     embree::Query query(context.embree, coherent && !has_instances_);
     size_t first = 0;
     for (; rays.size() - first >= kMinPacket<width>; first += std::min(width, rays.size() - first)) {
+      if (filter_.abandoned()) return;
       alignas(64) int valid[width];
       typename PacketOf<width>::Rays packet;
       const size_t count = embree::fill_packet<width>(rays, first, robust_, scenes_.ray_extent, packet, valid);
@@ -300,7 +304,7 @@ class EmbreeAccelerator final : public Accelerator {
   // Traces rays[first] and all after it.
   void intersect_singly(std::span<const Ray> rays, std::span<Hit> hits, size_t first, embree::Query& query) const {
     RTCRayHit ray_hit;
-    for (; first < rays.size(); ++first) {
+    for (; first < rays.size() && !filter_.abandoned(); ++first) {
       if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
         hits[first] = intersect_distant(rays[first]);
         continue;
@@ -314,7 +318,7 @@ class EmbreeAccelerator final : public Accelerator {
   void occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked, size_t first,
                        embree::Query& query) const {
     RTCRay ray;
-    for (; first < rays.size(); ++first) {
+    for (; first < rays.size() && !filter_.abandoned(); ++first) {
       if (!embree::is_traceable(rays[first], scenes_.ray_extent)) {
         blocked[first] = occluded_distant(rays[first]) ? 1 : 0;
         continue;

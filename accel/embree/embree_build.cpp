@@ -4,6 +4,7 @@
 
 #include "accel/affine.h"
 #include "accel/embree/embree_limits.h"
+#include "accel/merged_instances.h"
 #include "accel/motion.h"
 
 #include <tbb/parallel_for.h>
@@ -87,12 +88,13 @@ class Builder {
       rtcSetDeviceMemoryMonitorFunction(out_.on.device.get(), count_memory, out_.on.memory_bytes.get());
     }
 
+    count_group_triangles();
     std::vector<uint32_t> transformed = transformed_groups();
     if (previous) {
       take(*previous, transformed);
       previous.reset(); // frees memory before the build
     }
-    make_geometries(transformed);
+    if (!make_geometries(transformed)) return false;
     size_t triangles = top_triangles_ + (out_.persistent ? 0 : persistent_triangles_);
     for (const uint32_t g : transformed) triangles += group_triangles(g);
     out_.built_triangle_count = triangles;
@@ -103,24 +105,28 @@ class Builder {
       if (!build_group(transformed[i], monitor)) ok.store(false, std::memory_order_relaxed);
     });
     if (!ok.load()) return failed(monitor);
-    if (!build_persistent(monitor) || !build_top(monitor)) return failed(monitor);
+    if (!build_persistent(monitor) || !build_top(monitor) || monitor.cancelled()) return failed(monitor);
     check_errors();
     if (options_.on_progress) options_.on_progress(1.0);
     return true;
   }
 
  private:
-  [[nodiscard]] size_t group_triangles(uint32_t g) const {
-    const MeshGroup& group = input_.groups[g];
-    size_t count = 0;
-    for (uint32_t m = 0; m < group.mesh_count; ++m) count += input_.meshes[group.first_mesh + m].triangle_count();
-    return count;
+  [[nodiscard]] size_t group_triangles(uint32_t g) const { return group_triangles_[g]; }
+
+  void count_group_triangles() {
+    for (const MeshGroup& group : input_.groups) {
+      size_t count = 0;
+      for (uint32_t m = 0; m < group.mesh_count; ++m) count += input_.meshes[group.first_mesh + m].triangle_count();
+      group_triangles_.push_back(count);
+    }
   }
 
   // Sorts instances into those whose meshes go into the top scene and those with a transform. Skips
   // singular ones. Returns the groups used by transformed instances.
   std::vector<uint32_t> transformed_groups() {
     std::vector<uint8_t> used(input_.groups.size(), 0);
+    MergedInstances merged(input_.groups.size());
     for (size_t i = 0; i < input_.instances.size(); ++i) {
       const Instance& instance = input_.instances[i];
       const size_t triangles = group_triangles(instance.group);
@@ -130,7 +136,7 @@ class Builder {
       if (moves ? !is_finite(input_.motions[instance.motion]) : !inverse.set_inverse_of(instance.object_to_world))
         continue;
       out_.triangle_count += triangles;
-      if (!moves && is_identity(instance.object_to_world)) {
+      if (!moves && is_identity(instance.object_to_world) && merged.take(instance.group, triangles)) {
         add_static(static_cast<uint32_t>(i));
       } else {
         used[instance.group] = 1;
@@ -185,8 +191,8 @@ class Builder {
     return RTC_BUILD_QUALITY_MEDIUM;
   }
 
-  // Creates the geometries of meshes that no reused scene contains.
-  void make_geometries(const std::vector<uint32_t>& groups) {
+  // Creates the geometries of meshes that no reused scene contains. Returns false if cancelled.
+  bool make_geometries(const std::vector<uint32_t>& groups) {
     geometries_.resize(input_.meshes.size());
     std::vector<uint8_t> wanted(input_.meshes.size(), 0);
     for (const NamedGeometry& named : static_) wanted[named.mesh] = 1;
@@ -197,6 +203,7 @@ class Builder {
     for (size_t m = 0; m < input_.meshes.size(); ++m) {
       const TriangleMesh& mesh = input_.meshes[m];
       if (mesh.triangle_count() == 0 || wanted[m] == 0) continue;
+      if (options_.cancel != nullptr && options_.cancel->load(std::memory_order_relaxed)) return false;
       Geometry geometry(rtcNewGeometry(out_.on.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
       // Embree interpolates linearly between time steps at equal distances over [0, 1], its default
       // range.
@@ -217,6 +224,7 @@ class Builder {
       geometries_[m] = std::move(geometry);
     }
     check_errors();
+    return true;
   }
 
   Scene new_scene() {
@@ -280,6 +288,7 @@ class Builder {
     }
     const double required_extent = transformed_.empty() ? 0.0 : required_ray_extent(largest_coordinate(input_));
     for (const uint32_t i : transformed_) {
+      if (monitor.cancelled()) return false;
       const Geometry geometry = instance_geometry(input_.instances[i], required_extent);
       rtcAttachGeometryByID(scene.get(), geometry.get(), static_cast<unsigned>(names.size()));
       names.push_back({i, input_.groups[input_.instances[i].group].first_mesh});
@@ -343,6 +352,7 @@ class Builder {
   std::vector<Geometry> geometries_;  // by mesh; empty if the mesh has no triangles
   std::vector<NamedGeometry> static_; // meshes under identity transforms that are not persistent
   std::vector<uint32_t> transformed_; // transformed instances
+  std::vector<size_t> group_triangles_;
   size_t top_triangles_ = 0, persistent_triangles_ = 0;
 };
 

@@ -13,6 +13,8 @@
 #include <tbb/task_group.h>
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 
 namespace kindling::accel::kd {
 namespace {
@@ -34,14 +36,13 @@ class TopBuilder {
     const CostModel model(config, cell.box);
     SplitScratch scratch;
     std::optional<Split> split;
-    if (cell.depth < context_.max_depth && !context_.monitor.cancelled())
+    if (cell.depth < context_.max_depth && !context_.stopped())
       split = find_split(config, model, cell.box, references.all(), scratch);
-    if (!split) return workers_.local().build_leaf(context_, cell, references.all(), node);
+    if (!split) return make_leaf(cell, references, node);
     Halves halves = partition_in_chunks(context_.geometries, references.all(), *split);
     const HalfCounts counts = halves.counts;
     const bool reduced = counts.left < references.count || counts.right < references.count;
-    if (!reduced || counts.left + counts.right > cell.budget)
-      return workers_.local().build_leaf(context_, cell, references.all(), node);
+    if (!reduced || counts.left + counts.right > cell.budget) return make_leaf(cell, references, node);
     references = {};
 
     Cell below, above;
@@ -67,12 +68,17 @@ class TopBuilder {
   }
 
  private:
+  double make_leaf(const Cell& cell, References& references, BinaryNode& node) {
+    if (context_.references != nullptr) context_.references->add(references.count);
+    return workers_.local().build_leaf(context_, cell, references.all(), node);
+  }
+
   const BuildContext& context_;
   tbb::enumerable_thread_specific<SubtreeBuilder> workers_;
 };
 
 // Returns one reference per triangle that can be hit, in the order of primitives, and their bounds.
-References initial_references(std::span<const Geometry> geometries, Imath::Box3f& bounds) {
+References initial_references(std::span<const Geometry> geometries, const BuildMonitor& monitor, Imath::Box3f& bounds) {
   constexpr size_t kChunk = 16384;
   struct Chunk {
     uint32_t geometry;
@@ -92,6 +98,7 @@ References initial_references(std::span<const Geometry> geometries, Imath::Box3f
   Reference* const out = references.buffer.data();
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     Chunk& chunk = chunks[c];
+    if (monitor.cancelled()) return;
     const Geometry& geometry = geometries[chunk.geometry];
     for (size_t i = chunk.first; i < chunk.last; ++i) {
       const auto triangle = static_cast<uint32_t>(i);
@@ -120,22 +127,41 @@ References initial_references(std::span<const Geometry> geometries, Imath::Box3f
 
 } // namespace
 
-BinaryTree build_binary_tree(const Config& config, std::span<const Geometry> geometries, BuildMonitor& monitor) {
+namespace {
+
+// Builds a tree of at most config.max_references(). Returns nothing if it had more references than
+// `limit`.
+std::optional<BinaryTree> build_within(const Config& config, std::span<const Geometry> geometries, uint64_t limit,
+                                       BuildMonitor& monitor) {
   BinaryTree tree;
-  References references = initial_references(geometries, tree.bounds);
+  References references = initial_references(geometries, monitor, tree.bounds);
   tree.triangle_count = references.count;
   if (references.count == 0) return tree;
   const double area = half_area(tree.bounds);
-  const BuildContext context{config, geometries, monitor, config.max_depth(tree.triangle_count),
-                             area > 0.0 ? 1.0 / area : 0.0};
+  ReferenceCount count(limit);
+  const BuildContext context{
+      config, geometries, monitor, config.max_depth(tree.triangle_count), area > 0.0 ? 1.0 / area : 0.0, &count};
   TopBuilder builder(context);
   Cell cell;
   cell.box = tree.bounds;
-  cell.budget = config.max_references(tree.triangle_count);
+  cell.budget = std::max<uint64_t>(config.max_references(tree.triangle_count), references.count);
   cell.weight = static_cast<double>(tree.triangle_count);
   builder.build(cell, std::move(references), tree.root);
+  if (count.exceeded()) return std::nullopt;
   tree.arenas = builder.take_arenas();
   return tree;
+}
+
+} // namespace
+
+BinaryTree build_binary_tree(const Config& config, std::span<const Geometry> geometries, BuildMonitor& monitor) {
+  size_t triangles = 0;
+  for (const Geometry& geometry : geometries) triangles += geometry.mesh.triangle_count();
+  std::optional<BinaryTree> tree = build_within(config, geometries, config.expected_references(triangles), monitor);
+  if (tree) return std::move(*tree);
+  Config limited = config;
+  limited.references_per_triangle = config.expected_references_per_triangle;
+  return *build_within(limited, geometries, std::numeric_limits<uint64_t>::max(), monitor);
 }
 
 } // namespace kindling::accel::kd

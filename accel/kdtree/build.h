@@ -51,8 +51,9 @@ struct BinaryTree {
   std::vector<TreeArena> arenas; // own the nodes below the root
 };
 
-// Builds a tree that is the same for any number of threads. After a cancellation it is incomplete;
-// check the monitor.
+// Builds a tree that is the same for any number of threads. A tree with more references than
+// Config::expected_references() is built twice, the second time with at most as many. After a
+// cancellation the tree is incomplete; check the monitor.
 [[nodiscard]] BinaryTree build_binary_tree(const Config& config, std::span<const Geometry> geometries,
                                            BuildMonitor& monitor);
 

@@ -15,6 +15,9 @@ inline constexpr uint32_t kMaxDepth = 60;
 // Maximum number of wide nodes from the root to a leaf, ensured by the layout.
 inline constexpr uint32_t kMaxWideDepth = 32;
 
+// References that the estimate has to spare, so that small trees are never limited by it.
+inline constexpr uint64_t kSpareReferences = 1U << 17;
+
 struct Config {
   // Surface area heuristic. A step down costs traversal_cost; a leaf of n > 0 references costs
   // leaf_cost + triangle_cost * n. Fitted on five scenes: three steps down share a wide node, so a
@@ -34,6 +37,9 @@ struct Config {
   uint32_t collapse_below = 512;
   // Maximum number of references in all leaves per triangle (plus a few for tiny meshes).
   double references_per_triangle = 8.0;
+  // Number of references in all leaves per triangle that estimate_memory() counts on; a tree with
+  // more (plus kSpareReferences) is built again with at most as many.
+  double expected_references_per_triangle = 3.0;
   // Minimum number of references, exclusive, for which two children are built by different tasks.
   uint32_t parallel_above = 4096;
 
@@ -45,6 +51,9 @@ struct Config {
   }
   [[nodiscard]] uint64_t max_references(size_t triangles) const {
     return 256 + static_cast<uint64_t>(references_per_triangle * static_cast<double>(triangles));
+  }
+  [[nodiscard]] uint64_t expected_references(size_t triangles) const {
+    return kSpareReferences + static_cast<uint64_t>(expected_references_per_triangle * static_cast<double>(triangles));
   }
 };
 

@@ -174,7 +174,8 @@ class InstanceTop {
  public:
   using Node = InstanceLevel::Node;
 
-  explicit InstanceTop(std::vector<Imath::Box3f> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
+  InstanceTop(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel)
+      : cancel_(cancel), boxes_(std::move(boxes)), order_(boxes_.size()) {
     std::iota(order_.begin(), order_.end(), 0U);
     Part whole{0, static_cast<uint32_t>(order_.size()), {}, {}};
     for (const Imath::Box3f& box : boxes_) {
@@ -188,7 +189,10 @@ class InstanceTop {
   }
 
   AlignedArray<Node> finish() {
-    tbb::parallel_for(size_t{0}, subtrees_.size(), [&](size_t i) { build_subtree(subtrees_[i]); });
+    tbb::parallel_for(size_t{0}, subtrees_.size(), [&](size_t i) {
+      if (!cancelled()) build_subtree(subtrees_[i]);
+    });
+    if (cancelled()) return {};
     boxes_ = decltype(boxes_)();
     order_ = decltype(order_)();
     size_t count = nodes_.size();
@@ -213,6 +217,8 @@ class InstanceTop {
  private:
   static constexpr size_t kBins = 64;
   static constexpr size_t kGrain = 16384;
+
+  [[nodiscard]] bool cancelled() const { return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed); }
 
   struct Subtree {
     Part part;
@@ -312,6 +318,7 @@ class InstanceTop {
   }
 
   uint32_t build(const Part& whole, uint32_t depth) {
+    if (cancelled()) return 0; // no node is used
     const std::vector<Part> parts = split_up(whole, 1, [&](const Part& part) { return split(part, depth); });
     const auto number = static_cast<uint32_t>(nodes_.size());
     nodes_.push_back(make_node(parts));
@@ -346,16 +353,17 @@ class InstanceTop {
           child = InstanceLevel::kBoxBit | numbers[child & ~InstanceLevel::kBoxBit];
   }
 
+  const std::atomic<bool>* cancel_;
   std::vector<Imath::Box3f> boxes_;
   std::vector<uint32_t> order_;
   std::vector<Node> nodes_; // nodes of the top
   std::vector<Subtree> subtrees_;
 };
 
-InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes) {
+InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel) {
   assert(std::none_of(boxes.begin(), boxes.end(), [](const Imath::Box3f& box) { return box.isEmpty(); }));
   if (boxes.empty()) return;
-  nodes_ = InstanceTop(std::move(boxes)).finish();
+  nodes_ = InstanceTop(std::move(boxes), cancel).finish();
 }
 
 } // namespace kindling::accel::kd

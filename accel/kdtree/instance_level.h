@@ -11,6 +11,7 @@
 #include <ImathBox.h>
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,8 +22,8 @@ class InstanceLevel {
  public:
   InstanceLevel() = default;
   // Builds over world-space boxes, conservative and none of them empty. Parallel; the result is the
-  // same for any number of threads.
-  explicit InstanceLevel(std::vector<Imath::Box3f> boxes);
+  // same for any number of threads. `cancel`: null, or polled; a cancelled build is empty.
+  explicit InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel = nullptr);
 
   [[nodiscard]] bool empty() const { return nodes_.size() == 0; }
   [[nodiscard]] size_t node_count() const { return nodes_.size(); }

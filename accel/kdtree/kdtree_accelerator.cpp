@@ -10,6 +10,7 @@
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/traversal_cost.h"
+#include "accel/merged_instances.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
 
@@ -86,16 +87,23 @@ class KdTreeAccelerator final : public Accelerator {
     std::vector<uint8_t> group_has_transform(input.groups.size(), 0), group_deforms(input.groups.size(), 0);
     std::vector<uint32_t> transformed, moving;
     const std::vector<uint8_t> traceable = find_traceable(input);
+    std::vector<uint8_t> with_deforming(input.groups.size());
+    std::vector<uint64_t> triangles(input.groups.size());
+    for (size_t g = 0; g < input.groups.size(); ++g) {
+      with_deforming[g] = has_deforming(input, input.groups[g]) ? 1 : 0;
+      triangles[g] = group_triangles(input, input.groups[g]);
+    }
+    MergedInstances merged(input.groups.size());
     for (size_t i = 0; i < input.instances.size(); ++i) {
       const Instance& instance = input.instances[i];
       const auto number = static_cast<uint32_t>(i);
       const bool moves = instance.motion != kNoId;
       if (traceable[i] == 0) continue;
       // The static meshes of a partly deforming group are traced in a tree of their own.
-      const bool deforms = has_deforming(input, input.groups[instance.group]);
+      const bool deforms = with_deforming[instance.group] != 0;
       if (deforms) group_deforms[instance.group] = 1;
       if (moves || deforms) moving.push_back(number);
-      if (!moves && is_identity(instance.object_to_world)) {
+      if (!moves && is_identity(instance.object_to_world) && merged.take(instance.group, triangles[instance.group])) {
         append_geometries(input, input.groups[instance.group], number, false, static_geometries);
       } else {
         group_has_transform[instance.group] = 1;
@@ -139,13 +147,14 @@ class KdTreeAccelerator final : public Accelerator {
         return;
       }
       kd::BinaryTree binary = kd::build_binary_tree(config_, jobs[j].geometries, monitor);
-      if (!monitor.cancelled()) *jobs[j].tree = kd::lay_out(std::move(binary), std::move(jobs[j].geometries));
+      if (!monitor.cancelled())
+        *jobs[j].tree = kd::lay_out(std::move(binary), std::move(jobs[j].geometries), nullptr, &monitor);
     });
     if (monitor.cancelled()) return false;
 
-    place_transformed(input, std::move(transformed));
-    place_moving(input, moving);
-    return true;
+    place_transformed(input, std::move(transformed), options.cancel);
+    place_moving(input, moving, options.cancel);
+    return !monitor.cancelled();
   }
 
   // Returns, per instance, whether its transform can be inverted or its motion keys are finite.
@@ -167,6 +176,13 @@ class KdTreeAccelerator final : public Accelerator {
     for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
       if (deforms(input.meshes[m])) return true;
     return false;
+  }
+
+  static uint64_t group_triangles(const BuildInput& input, const MeshGroup& group) {
+    uint64_t count = 0;
+    for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
+      count += input.meshes[m].triangle_count();
+    return count;
   }
 
   // Appends the meshes of a group that deform, or those that do not.
@@ -200,7 +216,7 @@ class KdTreeAccelerator final : public Accelerator {
     return transient;
   }
 
-  void place_transformed(const BuildInput& input, std::vector<uint32_t> transformed) {
+  void place_transformed(const BuildInput& input, std::vector<uint32_t> transformed, const std::atomic<bool>* cancel) {
     bounds_ = structure_.world_tree.bounds;
     bounds_.extendBy(structure_.transient_tree.bounds);
     std::erase_if(transformed,
@@ -220,10 +236,10 @@ class KdTreeAccelerator final : public Accelerator {
         });
     transformed = decltype(transformed)();
     for (const Imath::Box3f& box : boxes) bounds_.extendBy(box);
-    structure_.instance_level = kd::InstanceLevel(std::move(boxes));
+    structure_.instance_level = kd::InstanceLevel(std::move(boxes), cancel);
   }
 
-  void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving) {
+  void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving, const std::atomic<bool>* cancel) {
     std::vector<Imath::Box3f> boxes;
     if (!moving.empty())
       for (const std::span<const Imath::M44f> keys : input.motions)
@@ -264,7 +280,7 @@ class KdTreeAccelerator final : public Accelerator {
       placed.boxes = std::span(structure_.key_boxes).subspan(box, placed.keys.size());
       box += placed.keys.size();
     }
-    structure_.moving_level = kd::InstanceLevel(std::move(boxes));
+    structure_.moving_level = kd::InstanceLevel(std::move(boxes), cancel);
   }
 
   void count() {

@@ -183,7 +183,7 @@ class TreePart {
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
-void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
+void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonitor* monitor, Tree& tree) {
   struct Link {
     size_t node;
     uint32_t lane;
@@ -198,6 +198,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
                  });
   parts.resize(1 + links.size(), TreePart(slice));
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
+    if (monitor != nullptr && monitor->cancelled()) return;
     if (i > 0)
       parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
                      [](size_t, uint32_t, const BinaryNode&, const Depth&) {});
@@ -230,7 +231,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, Tree& tree) {
 
 } // namespace
 
-Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlice* slice) {
+Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlice* slice, const BuildMonitor* monitor) {
   Tree tree;
   tree.bounds = binary.bounds;
   tree.triangle_count = binary.triangle_count;
@@ -242,7 +243,7 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlic
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  lay_out_parts(binary, slice, tree);
+  lay_out_parts(binary, slice, monitor, tree);
   return tree;
 }
 

@@ -77,11 +77,9 @@ class BlockBuilder {
   uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
 };
 
-} // namespace
-
-void append_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
-                 std::vector<LeafUnit>& out) {
-  assert(!references.empty());
+// Appends the blocks of some references of a leaf; `more`: others follow.
+void append_blocks(std::span<const Geometry> geometries, std::span<const LeafReference> references, bool more,
+                   std::vector<LeafUnit>& out) {
   BlockBuilder block;
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
   // Triangles that do not fit wait for the next block: later ones may still share the present
@@ -96,7 +94,16 @@ void append_leaf(std::span<const Geometry> geometries, std::span<const LeafRefer
     block.finish(true, out);
     count = static_cast<size_t>(std::remove_if(waiting, waiting + count, add) - waiting);
   }
-  block.finish(false, out);
+  block.finish(more, out);
+}
+
+} // namespace
+
+void append_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
+                 std::vector<LeafUnit>& out) {
+  assert(!references.empty());
+  for_each_leaf_part(
+      references, [&](std::span<const LeafReference> part, bool more) { append_blocks(geometries, part, more, out); });
 }
 
 } // namespace kindling::accel::kd

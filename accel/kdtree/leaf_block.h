@@ -72,6 +72,17 @@ class LeafBlock {
   const uint32_t* words_;
 };
 
+// Calls append(part, more) for the parts of a leaf that are encoded one after the other; `more` is
+// false for the last one. Each block tries all references of its part that are left, so without
+// parts the time would grow with the square of the leaf. Ordinary leaves are one part.
+inline constexpr size_t kMaxLeafPart = 2048;
+template <class Append>
+void for_each_leaf_part(std::span<const LeafReference> references, const Append& append) {
+  for (; references.size() > kMaxLeafPart; references = references.subspan(kMaxLeafPart))
+    append(references.first(kMaxLeafPart), true);
+  append(references, false);
+}
+
 // Appends the blocks of a leaf, which must have at least one reference.
 void append_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                  std::vector<LeafUnit>& out);

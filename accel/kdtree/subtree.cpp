@@ -26,18 +26,53 @@ void Cell::divide(const Split& split, const HalfCounts& counts, Cell& left, Cell
   right.weight = weight * (1.0 - share);
 }
 
+namespace {
+
+// Returns the best plane beside references that all have the bounds of the first. Nothing separates
+// them, so that other planes only multiply them.
+std::optional<Split> best_split_beside(const CostModel& model, const Imath::Box3f& box,
+                                       std::span<const Reference> references) {
+  std::optional<Split> best;
+  if (!model.splittable()) return best;
+  const auto offer = [&](int axis, float position, size_t left, size_t right) {
+    if (!(position > box.min[axis] && position < box.max[axis])) return;
+    const double cost = model.split_cost(axis, position, left, right);
+    if (!best || cost < best->cost) best = Split{cost, position, axis, left != 0};
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    offer(axis, references[0].min[axis], 0, references.size());
+    offer(axis, references[0].max[axis], references.size(), 0);
+  }
+  return best;
+}
+
+bool have_same_bounds(std::span<const Reference> references) {
+  return std::all_of(references.begin(), references.end(), [&](const Reference& reference) {
+    return reference.min == references[0].min && reference.max == references[0].max;
+  });
+}
+
+} // namespace
+
 std::optional<Split> find_split(const Config& config, const CostModel& model, const Imath::Box3f& box,
                                 std::span<const Reference> references, SplitScratch& scratch) {
+  constexpr size_t kMinCoincident = 1024;        // fewer are split as any others
+  constexpr size_t kMaxSorted = size_t{1} << 20; // sorting more would take seconds, on one thread
   const size_t count = references.size();
   const double leaf_cost = model.leaf_cost(count);
   std::optional<Split> split;
+  if (count >= kMinCoincident && have_same_bounds(references)) {
+    split = best_split_beside(model, box, references);
+    if (split && split->cost >= leaf_cost) split.reset();
+    return split;
+  }
   if (count <= std::min<size_t>(kMaxCounted, config.exact_below)) {
     split = best_split_counted(config, box, references);
   } else {
     if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
     // The binned search finds nothing if all bounds fall into one bin; for few references that is
     // no loss.
-    if (count > kMaxCounted && (!split || split->cost >= leaf_cost))
+    if (count > kMaxCounted && count <= kMaxSorted && (!split || split->cost >= leaf_cost))
       split = best_split_sorted(config, box, references, scratch);
   }
   if (split && split->cost >= leaf_cost) split.reset();
@@ -55,7 +90,9 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std:
   assert(references.size() <= kMaxSubtreeReferences);
   stack_.reserve(2 * references.size() + 1, 0);
   copy_references(references.data(), references.size(), stack_.data());
+  made_ = 0;
   const double cost = build(context, cell, 0, references.size(), node);
+  if (context.references != nullptr) context.references->add(made_);
   context.monitor.add(unreported_);
   unreported_ = 0.0;
   return cost;
@@ -76,7 +113,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   const CostModel model(config, cell.box);
   const std::span<const Reference> references(stack_.data() + first, count);
   std::optional<Split> split;
-  if (cell.depth < context.max_depth && !context.monitor.cancelled())
+  if (cell.depth < context.max_depth && !context.stopped())
     split = find_split(config, model, cell.box, references, scratch_);
   if (!split) return build_leaf(context, cell, references, node);
 
@@ -101,6 +138,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   cell.divide(*split, counts, below, above);
   const auto nodes_before = arena_.nodes.mark();
   const auto references_before = arena_.references.mark();
+  const uint64_t made_before = made_;
   node.position = split->position;
   node.axis = static_cast<uint32_t>(split->axis);
   node.children = new_pair();
@@ -118,6 +156,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   if (may_collapse && model.leaf_cost(count) <= cost) {
     arena_.nodes.rewind(nodes_before);
     arena_.references.rewind(references_before);
+    made_ = made_before;
     make_leaf(context, 0.0, ids_from(first_id), node); // progress was counted by its leaves
     cost = model.leaf_cost(count);
   } else {
@@ -146,6 +185,7 @@ void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::
   node = BinaryNode();
   node.count = static_cast<uint32_t>(references.size());
   node.references = own;
+  made_ += references.size();
   unreported_ += weight;
   constexpr double kReport = 512.0; // in triangles
   if (unreported_ > kReport) {

@@ -9,11 +9,25 @@
 
 #include <ImathBox.h>
 
+#include <atomic>
 #include <optional>
 #include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
+
+// Counts the references in the leaves of a tree. Only whole subtrees are counted, so that the
+// answer is the same for any number of threads.
+class ReferenceCount {
+ public:
+  explicit ReferenceCount(uint64_t limit) : limit_(limit) {}
+  void add(uint64_t references) { count_.fetch_add(references, std::memory_order_relaxed); }
+  [[nodiscard]] bool exceeded() const { return count_.load(std::memory_order_relaxed) > limit_; }
+
+ private:
+  uint64_t limit_;
+  std::atomic<uint64_t> count_{0};
+};
 
 // The constants of a build.
 struct BuildContext {
@@ -21,7 +35,13 @@ struct BuildContext {
   std::span<const Geometry> geometries;
   BuildMonitor& monitor;
   uint32_t max_depth;
-  double inverse_area; // reciprocal half area of the whole tree
+  double inverse_area;                  // reciprocal half area of the whole tree
+  ReferenceCount* references = nullptr; // null: not counted
+
+  // True if no node should be split any more: the tree will not be used.
+  [[nodiscard]] bool stopped() const {
+    return monitor.cancelled() || (references != nullptr && references->exceeded());
+  }
 };
 
 // A node to build, without its references.
@@ -69,6 +89,7 @@ class SubtreeBuilder {
   std::vector<LeafReference> ids_; // references of all ancestors that may yet become leaves
   SplitScratch scratch_;
   double unreported_ = 0.0; // progress not yet reported
+  uint64_t made_ = 0;       // references in the leaves of the present subtree
 };
 
 } // namespace kindling::accel::kd

@@ -15,17 +15,28 @@ class CancelToken {
  public:
   // Requests a stop after the current consistent state (in a render: after the current pass).
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
-  // Requests a stop before the next unit of work (in a render: between tiles).
+  // Requests a stop before the next unit of work (in a render: between blocks).
   void cancel_now() {
     now_.store(true, std::memory_order_relaxed);
     cancel();
   }
+  // Requests a stop in the middle of units of work, which are dropped (in a render: the batches of
+  // paths in work).
+  void abandon() {
+    abandoned_.store(true, std::memory_order_relaxed);
+    cancel_now();
+  }
   [[nodiscard]] bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
   [[nodiscard]] bool cancelled_now() const { return now_.load(std::memory_order_relaxed); }
+  [[nodiscard]] bool abandoned() const { return abandoned_.load(std::memory_order_relaxed); }
+  // The flags of cancel() and abandon(), for libraries that poll them.
+  [[nodiscard]] const std::atomic<bool>& cancel_flag() const { return cancelled_; }
+  [[nodiscard]] const std::atomic<bool>& abandon_flag() const { return abandoned_; }
 
  private:
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> now_{false};
+  std::atomic<bool> abandoned_{false};
 };
 
 // The phases of a render, in order.

@@ -13,6 +13,7 @@
 #include "renderer/texture/texture_memory.h"
 #include "renderer/world/world_sequence.h"
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -31,16 +32,17 @@ struct RenderScene {
   const World* world = nullptr;
   std::optional<double> world_time_s;
   std::optional<Shutter> world_shutter;
-  Scene scene;                              // as loaded, with the variant and the sizes of lights that are asked for
-  std::vector<std::filesystem::path> files; // that the scene consists of; none for a scene in memory
-  std::string source;                       // Scene::source, which remains when the scene is consumed
-  int root = kNone;                         // into Scene::scenes; kNone: the default scene
-  int variant = kNone;                      // into Scene::variants
-  EnvironmentPointer environment;           // null if none is asked for
-  uint64_t content_hash = 0;                // Scene::content_hash
-  uint64_t environment_hash = 0;            // LoadedEnvironment::content_hash
-  std::optional<MemberValues> as_loaded;    // set by keep()
-  bool strokes_sized = false;               // points and lines have their width
+  Scene scene;                                // as loaded, with the variant and the sizes of lights that are asked for
+  std::vector<std::filesystem::path> files;   // that the scene consists of; none for a scene in memory
+  std::string source;                         // Scene::source, which remains when the scene is consumed
+  int root = kNone;                           // into Scene::scenes; kNone: the default scene
+  int variant = kNone;                        // into Scene::variants
+  EnvironmentPointer environment;             // null if none is asked for
+  uint64_t content_hash = 0;                  // Scene::content_hash
+  uint64_t environment_hash = 0;              // LoadedEnvironment::content_hash
+  std::optional<MemberValues> as_loaded;      // set by keep()
+  const std::atomic<bool>* abandon = nullptr; // WorldOptions::abandon of its Worlds
+  bool strokes_sized = false;                 // points and lines have their width
   // The last decision of build_stage(), and the views that it holds for.
   std::optional<std::pair<LightViewSettings, SceneLight>> light;
   double load_s = 0.0;

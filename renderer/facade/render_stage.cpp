@@ -48,6 +48,7 @@ WorldOptions world_options(RenderScene& scene, const ImageSettings& image, const
   options.environment = scene.environment;
   options.studio = settings.studio;
   options.texture_memory = scene.textures();
+  options.abandon = scene.abandon;
   options.hide_backs = image.backfaces == Backfaces::cull;
   options.image_samples = static_cast<uint64_t>(size_px.x) * static_cast<uint64_t>(size_px.y) * image.planned_samples();
   return options;

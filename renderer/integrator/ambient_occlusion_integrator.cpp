@@ -21,11 +21,11 @@ std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const 
   return std::make_unique<FirstHitContext>(batch_size_);
 }
 
-void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
-                                              Film& film) const {
+uint32_t AmbientOcclusionIntegrator::render_block(const PixelRect& block, const SampleRange& samples,
+                                                  ThreadContext& thread, Film& film) const {
   assert(dynamic_cast<FirstHitContext*>(&thread));
   auto& context = static_cast<FirstHitContext&>(thread);
-  context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
+  return context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
     context.occlusion_rays.clear();
     context.occlusion_slots.clear();
     SurfacePoint surface;
@@ -51,11 +51,13 @@ void AmbientOcclusionIntegrator::render_block(const PixelRect& block, const Samp
     context.occluded.resize(context.occlusion_rays.size());
     world_.accelerator().occluded(context.occlusion_rays, context.occluded);
     context.counters.shadow += context.occlusion_rays.size();
+    if (world_.abandoned()) return false;
     for (size_t i = 0; i < context.occlusion_slots.size(); ++i)
       context.gray[context.occlusion_slots[i]] = context.occluded[i] ? 0.0f : 1.0f;
     for (size_t slot = 0; slot < count; ++slot)
       film.add(context.camera_samples[slot].pixel, {Rgb(context.gray[slot]), context.hits[slot].is_hit() ? 1.0f : 0.0f,
                                                     context.camera_samples[slot].filter_weight});
+    return true;
   });
 }
 

@@ -13,8 +13,8 @@ class AmbientOcclusionIntegrator final : public Integrator {
                              const Sampler& sampler, const PixelFilter& filter);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
-  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
-                    Film& film) const override;
+  uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                        Film& film) const override;
 
  private:
   uint32_t batch_size_;

@@ -27,16 +27,18 @@ std::unique_ptr<ThreadContext> DebugIntegrator::make_context() const {
   return std::make_unique<FirstHitContext>(batch_size_);
 }
 
-void DebugIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
-                                   Film& film) const {
+uint32_t DebugIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                       Film& film) const {
   assert(dynamic_cast<FirstHitContext*>(&thread));
   auto& context = static_cast<FirstHitContext&>(thread);
-  context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
+  return context.for_each_batch(world_, camera_, sampler_, filter_, block, samples, batch_size_, [&](size_t count) {
+    if (world_.abandoned()) return false;
     for (size_t slot = 0; slot < count; ++slot) {
       const bool hit = context.hits[slot].is_hit();
       film.add(context.camera_samples[slot].pixel, {hit ? view_of(context.rays[slot], context.hits[slot]) : Rgb(0.0f),
                                                     hit ? 1.0f : 0.0f, context.camera_samples[slot].filter_weight});
     }
+    return true;
   });
 }
 

@@ -15,8 +15,8 @@ class DebugIntegrator final : public Integrator {
                   const PixelFilter& filter);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
-  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
-                    Film& film) const override;
+  uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                        Film& film) const override;
 
  private:
   [[nodiscard]] Rgb view_of(const accel::Ray& ray, const accel::Hit& hit) const;

@@ -19,11 +19,12 @@ class FirstHitContext final : public ThreadContext {
   }
 
   // Calls `shade_batch(path_count)` for each batch of the block, with camera_samples, rays and hits
-  // filled.
+  // filled; it returns false if the batch is abandoned. Returns the samples of each pixel that were
+  // added.
   template <typename ShadeBatch>
-  void for_each_batch(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                      const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
-                      const ShadeBatch& shade_batch) {
+  uint32_t for_each_batch(const World& world, const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
+                          const PixelRect& block, const SampleRange& samples, uint32_t batch_size,
+                          const ShadeBatch& shade_batch) {
     const uint32_t per_batch = samples_per_batch(block, batch_size);
     for (uint32_t done = 0; done < samples.count(); done += per_batch) {
       const uint32_t first = samples.first + done;
@@ -36,8 +37,9 @@ class FirstHitContext final : public ThreadContext {
       intersect_camera_rays(world.accelerator(), camera, sampler, filter, block, batch, rays, hits);
       counters.camera += count;
       counters.paths += count;
-      shade_batch(count);
+      if (!shade_batch(count)) return done;
     }
+    return samples.count();
   }
 
   std::vector<CameraSample> camera_samples;

@@ -107,7 +107,8 @@ class Training {
       recorder.light_records.clear();
       recorder.luminance_sum = 0.0;
       Film film(camera_.size_px(), blocks[i], AovSet{});
-      integrator.render_block(blocks[i], {next_sample_, next_sample_ + samples}, *worker.context, film);
+      if (integrator.render_block(blocks[i], {next_sample_, next_sample_ + samples}, *worker.context, film) < samples)
+        return; // abandoned
       found[i] = {recorder.records, recorder.light_records, recorder.luminance_sum,
                   static_cast<uint64_t>(blocks[i].pixel_count()) * samples};
       traced += found[i].paths;

@@ -121,9 +121,10 @@ class Integrator {
   [[nodiscard]] virtual std::unique_ptr<ThreadContext> make_context() const = 0;
   // Renders samples of all pixels of `block` and adds them to the film, for each pixel in ascending
   // order. The block has at least one pixel and lies within one block of the grid. `context` must
-  // come from make_context() of this integrator.
-  virtual void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
-                            Film& film) const = 0;
+  // come from make_context() of this integrator. Returns the number of samples of each pixel that
+  // were added, the first ones: all, unless World::abandoned().
+  virtual uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                                Film& film) const = 0;
 };
 
 // Makes the integrator that settings.kind names. `guide` is used by the path tracer alone and may

@@ -52,8 +52,8 @@ std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
 }
 
 // All paths of a batch advance together, so that the accelerator receives streams of rays.
-void PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
-                                  Film& film) const {
+uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                      Film& film) const {
   assert(dynamic_cast<PathContext*>(&thread));
   auto& context = static_cast<PathContext&>(thread);
   const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
@@ -63,15 +63,17 @@ void PathIntegrator::render_block(const PixelRect& block, const SampleRange& sam
     start_batch(block, batch, context);
     const size_t path_count = context.active.size();
     trace_camera_rays(block, batch, context);
-    while (!context.active.empty()) {
+    while (!context.active.empty() && !world_.abandoned()) {
       shade(context);
       trace_shadows(context);
       context.active.swap(context.next_active);
       context.rays.swap(context.next_rays);
       trace_bounces(context);
     }
+    if (world_.abandoned()) return done;
     finish_batch(path_count, context, film);
   }
+  return samples.count();
 }
 
 void PathIntegrator::trace_bounces(PathContext& context) const {

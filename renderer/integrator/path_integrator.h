@@ -18,8 +18,8 @@ class PathIntegrator final : public Integrator {
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   [[nodiscard]] std::unique_ptr<PathContext> make_path_context() const; // the same, for callers that set its recorder
-  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
-                    Film& film) const override;
+  uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                        Film& film) const override;
 
  private:
   // The layers of a surface as one path meets them. A path that is refracted takes on the

@@ -65,8 +65,8 @@ std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
   return std::make_unique<WhittedContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
 }
 
-void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
-                                     Film& film) const {
+uint32_t WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
+                                         Film& film) const {
   assert(dynamic_cast<WhittedContext*>(&thread));
   auto& context = static_cast<WhittedContext&>(thread);
   const uint32_t per_batch = samples_per_batch(block, settings_.batch_size);
@@ -76,7 +76,7 @@ void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& 
     const size_t count = static_cast<size_t>(block.pixel_count()) * batch.count();
     start_batch(block, batch, count, context);
     if (settings_.whitted.form == WhittedForm::recursive) {
-      for (size_t slot = 0; slot < count; ++slot) {
+      for (size_t slot = 0; slot < count && !world_.abandoned(); ++slot) {
         WhittedNode node = root(slot, context);
         trace_recursively(node, context);
       }
@@ -85,8 +85,10 @@ void WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& 
       for (size_t slot = count; slot-- > 0;) context.waiting.push_back(root(slot, context));
       trace_iteratively(context);
     }
+    if (world_.abandoned()) return done;
     finish_batch(count, context, film);
   }
+  return samples.count();
 }
 
 void WhittedIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, size_t count,
@@ -165,7 +167,7 @@ void WhittedIntegrator::trace_recursively(WhittedNode& node, WhittedContext& con
 // The newest nodes are traced first, as many as a batch holds. So the list holds no more than the
 // tree's depth times the nodes that one batch can add.
 void WhittedIntegrator::trace_iteratively(WhittedContext& context) const {
-  while (!context.waiting.empty()) {
+  while (!context.waiting.empty() && !world_.abandoned()) {
     const size_t count = std::min(context.waiting.size(), static_cast<size_t>(settings_.batch_size));
     const size_t first = context.waiting.size() - count;
     for (size_t i = 0; i < count; ++i) {

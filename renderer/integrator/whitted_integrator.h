@@ -20,8 +20,8 @@ class WhittedIntegrator final : public Integrator {
                     const Sampler& sampler, const PixelFilter& filter, AovSet aovs);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
-  void render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
-                    Film& film) const override;
+  uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
+                        Film& film) const override;
 
  private:
   struct Sink;

@@ -72,7 +72,9 @@ struct ActiveTarget {
 std::vector<ActiveTarget> active_targets(const Primitive& primitive, std::span<const float> weights) {
   std::vector<ActiveTarget> active;
   for (size_t i = 0; i < std::min(weights.size(), primitive.targets.size()); ++i) {
-    if (weights[i] != 0.0f) active.push_back({&primitive.targets[i], weights[i]});
+    const MorphTarget& target = primitive.targets[i];
+    const bool moves = !target.positions.empty() || !target.normals.empty() || !target.tangents.empty();
+    if (weights[i] != 0.0f && moves) active.push_back({&target, weights[i]});
   }
   return active;
 }

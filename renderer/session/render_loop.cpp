@@ -135,42 +135,49 @@ void RenderLoop::work(size_t thread) {
 void RenderLoop::render_tile(TileQueue::Visit& visit, Worker& worker) {
   while (const std::optional<PixelRect> rect = queue_->next_block(visit)) {
     const size_t block = state_.coverage.index_of(rect->min);
-    if (settings_.adaptive.enabled())
-      render_adaptively(block, visit.samples, worker);
-    else
-      render_missing(block, visit.samples, worker);
+    const bool finished = settings_.adaptive.enabled() ? render_adaptively(block, visit.samples, worker)
+                                                       : render_missing(block, visit.samples, worker);
+    if (!finished) visit.abandoned = true;
     if (!state_.coverage.complete(block, wanted_)) ++visit.unfinished;
     pause_if_due();
   }
 }
 
-void RenderLoop::render_missing(size_t block, const SampleRange& samples, Worker& worker) {
+bool RenderLoop::render_missing(size_t block, const SampleRange& samples, Worker& worker) {
   Coverage& coverage = state_.coverage;
   for (SampleRange missing = coverage.first_missing(block, samples); !missing.empty();
        missing = coverage.first_missing(block, samples)) {
-    integrator_.render_block(coverage.block(block), missing, *worker.context, state_.film);
-    worker.unsaved = true;
-    coverage.add(block, missing);
+    const uint32_t added = integrator_.render_block(coverage.block(block), missing, *worker.context, state_.film);
+    if (added > 0) {
+      worker.unsaved = true;
+      coverage.add(block, {missing.first, missing.first + added});
+    }
+    if (added < missing.count()) return false;
   }
+  return true;
 }
 
 // Splits the samples of a pass at the counts of decisions, so that decisions do not depend on
 // passes.
-void RenderLoop::render_adaptively(size_t block, const SampleRange& samples, Worker& worker) {
+bool RenderLoop::render_adaptively(size_t block, const SampleRange& samples, Worker& worker) {
   Coverage& coverage = state_.coverage;
   const PixelRect rect = coverage.block(block);
   ThreadContext& context = *worker.context;
   for (uint32_t done = coverage.done(block, wanted_); done < samples.end && !coverage[block].stopped;) {
     const uint32_t count = std::min(samples.end - done, adaptive_sampling_.samples_to_decision(done));
     const uint64_t rays_before = context.counters.total();
-    integrator_.render_block(rect, {done, done + count}, context, state_.film);
-    worker.unsaved = true;
-    adaptive_sampling_.count_rays(rect, context.counters.total() - rays_before);
-    coverage.add(block, {done, done + count});
+    const uint32_t added = integrator_.render_block(rect, {done, done + count}, context, state_.film);
+    if (added > 0) {
+      worker.unsaved = true;
+      adaptive_sampling_.count_rays(rect, context.counters.total() - rays_before);
+      coverage.add(block, {done, done + added});
+    }
+    if (added < count) return false;
     done += count;
     converged_ += adaptive_sampling_.decide(rect, done, state_.film);
     if (!adaptive_sampling_.wants_samples(rect, done)) coverage.set_stopped(block);
   }
+  return true;
 }
 
 void RenderLoop::pause_if_due() {

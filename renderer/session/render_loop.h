@@ -53,8 +53,9 @@ class RenderLoop {
   [[nodiscard]] std::optional<SampleRange> plan_pass();
   void work(size_t thread);
   void render_tile(TileQueue::Visit& visit, Worker& worker);
-  void render_missing(size_t block, const SampleRange& samples, Worker& worker);
-  void render_adaptively(size_t block, const SampleRange& samples, Worker& worker);
+  // Return false if the block was abandoned (World::abandoned()) before it had these samples.
+  bool render_missing(size_t block, const SampleRange& samples, Worker& worker);
+  bool render_adaptively(size_t block, const SampleRange& samples, Worker& worker);
   void pause_if_due();
   void save(RenderStatistics& statistics);
   void account(RenderStatistics& statistics);

@@ -69,8 +69,9 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   std::optional<RenderState> state = std::exchange(continuity.resume_from, std::nullopt);
   const bool saves = static_cast<bool>(continuity.save);
   const RenderStops stops{
-      .at_once = [&] { return cancel && (cancel->cancelled_now() || (saves && cancel->cancelled())); },
-      .after_open_passes = [&] { return cancel && cancel->cancelled(); }};
+      .at_once =
+          [&] { return world.abandoned() || (cancel && (cancel->cancelled_now() || (saves && cancel->cancelled()))); },
+      .after_open_passes = [&] { return world.abandoned() || (cancel && cancel->cancelled()); }};
   PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
                         state ? min_samples(settings, state->coverage) : 0);
   TrainedGuide trained;
@@ -79,8 +80,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism,
                                            static_cast<size_t>(std::max(threads, tbb::info::default_concurrency())));
     tbb::task_arena(threads).execute([&] {
-      trained =
-          train_guide(world, camera, settings, stops.at_once, [&](uint64_t paths) { progress.paths_trained(paths); });
+      trained = train_guide(world, camera, settings, stops.after_open_passes,
+                            [&](uint64_t paths) { progress.paths_trained(paths); });
     });
   }
   if (!state) state = empty_state(settings);

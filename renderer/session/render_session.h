@@ -104,9 +104,11 @@ struct RenderContinuity {
 // render of the number of samples reached. With a `save` function, and always on
 // CancelToken::cancel_now(), only the blocks in work are finished; some blocks then have more
 // samples than others, each pixel is the mean of its own samples, and resuming renders exactly the
-// missing ones. The time limit includes the render seconds of earlier runs. Resumed blocks with
-// unequal counts are made equal first, even beyond the time limit. Fails (usage) on impossible
-// settings, and if `resume_from` does not fit them.
+// missing ones. So it is if WorldOptions::abandon is set, which also drops the batches in work. Any
+// cancelling ends the training of a guide, which is then not used. The time limit includes the
+// render seconds of earlier runs. Resumed blocks with unequal counts are made equal first, even
+// beyond the time limit. Fails (usage) on impossible settings, and if `resume_from` does not fit
+// them.
 [[nodiscard]] Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                                            const CancelToken* cancel, ProgressListener* listener,
                                            RenderContinuity continuity);

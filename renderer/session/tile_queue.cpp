@@ -62,6 +62,7 @@ TileQueue::Visit& TileQueue::start(size_t lane_index) {
   visit->tile = lane.tiles[ready.tile];
   visit->samples = pass(ready.pass).samples;
   visit->next_block = visit->unfinished = 0;
+  visit->abandoned = false;
   visit->lane = lane_index;
   visit->index = ready.tile;
   visit->block_count = count_blocks(visit->tile);
@@ -99,7 +100,7 @@ TileQueue::Left TileQueue::leave(Visit& visit) {
   if (--visit.threads == 0) {
     Lane& lane = lanes_[visit.lane];
     --lane.in_hand;
-    if (visit.next_block < visit.block_count)
+    if (visit.next_block < visit.block_count || visit.abandoned)
       push(lane, {visit.pass, visit.index}); // paused; the coverage lists the finished blocks
     else
       finish(visit, left);

@@ -34,6 +34,7 @@ class TileQueue {
     std::atomic<size_t> next_block{0};
     std::atomic<size_t> unfinished{
         0}; // blocks that lack samples after this pass; counted by the threads that render them
+    std::atomic<bool> abandoned{false}; // set by a thread that has not finished its block: the tile is queued again
     // Used by the queue.
     size_t lane = 0, index = 0, block_count = 0;
     uint64_t pass = 0;

@@ -39,12 +39,14 @@ class WorldBuilder {
     scene_.materials.push_back(Material{.name = "default"}); // glTF's default material is last
     if (Result<void> prepared = prepare_materials(); !prepared) return prepared.error();
     times.textures = clock.lap();
+    if (cancelled()) return cancelled_error();
     take_geometry();
     times.geometry = clock.lap();
+    if (cancelled()) return cancelled_error();
     collect_lights();
     times.lights = clock.lap();
     scene_.materials.pop_back();
-    if (!build_accelerator()) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
+    if (!build_accelerator()) return cancelled_error();
     times.accelerator = clock.lap();
     finish_statistics();
     world_->statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -59,6 +61,9 @@ class WorldBuilder {
   }
 
  private:
+  [[nodiscard]] bool cancelled() const { return cancel_ && cancel_->cancelled(); }
+  static Error cancelled_error() { return {ErrorKind::render_failed, "cancelled while the scene was prepared"}; }
+
   // --- Textures and materials
   // ---------------------------------------------------------------------
 
@@ -306,6 +311,7 @@ class WorldBuilder {
   // --------------------------------------------------------------------------------
 
   [[nodiscard]] bool build_accelerator() {
+    world_->abandon_ = options_.abandon;
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
     world_->contacts_ = find_contacts(

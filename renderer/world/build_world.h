@@ -10,6 +10,7 @@
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/world.h"
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -30,8 +31,11 @@ struct WorldOptions {
   size_t min_persistent_triangles = 100'000;
   uint64_t image_samples = 0;              // planned for the whole image: pixels times samples per pixel
   TextureMemory* texture_memory = nullptr; // used when the scene was loaded; must outlive the World; may be null
-  bool hide_backs = false;                 // World::hides_backs()
-  std::optional<ViewPoint> view_point;     // with it; unset: only rays of the camera pass through backs
+  // Polled by queries and integrators: once it is set, they drop the work in hand
+  // (World::abandoned()). Null: never. Must outlive the World.
+  const std::atomic<bool>* abandon = nullptr;
+  bool hide_backs = false;             // World::hides_backs()
+  std::optional<ViewPoint> view_point; // with it; unset: only rays of the camera pass through backs
   // The built-in environment. Automatic: it lights a scene without any light. Emissive surfaces
   // count as lights (is_lamp()); light_by_studio() can add it to a World that they alone light.
   Studio studio = Studio::automatic;

@@ -132,8 +132,11 @@ class World {
   // Returns the input of the accelerator: others can be built over the same geometry, as long as
   // the World lives.
   [[nodiscard]] accel::BuildInput accelerator_input() const {
-    return {accel_meshes_, accel_groups_, instances_, accel_motions_, {&World::accept_hit, this}};
+    return {accel_meshes_, accel_groups_, instances_, accel_motions_, {&World::accept_hit, this, abandon_}};
   }
+  // True once WorldOptions::abandon is set: answers of queries mean nothing any more, and no sample
+  // that may depend on them is used.
+  [[nodiscard]] bool abandoned() const { return abandon_ != nullptr && abandon_->load(std::memory_order_relaxed); }
   [[nodiscard]] const LightSet& lights() const { return *lights_; }
   // True if WorldOptions::studio is automatic and nothing but emissive surfaces lights the file's
   // scene: whether they suffice depends on the view (WorldSequence::light_by_studio()).
@@ -228,6 +231,7 @@ class World {
   std::vector<ShadingMaterial> materials_;
   std::vector<LayerMaterial> layer_materials_; // by ShadingMaterial::layers
   std::vector<Medium> media_;                  // likewise
+  const std::atomic<bool>* abandon_ = nullptr;
   bool has_thin_walls_ = false;
   bool has_motion_ = false;
   bool hides_backs_ = false;

@@ -5,7 +5,6 @@
 #include "accel/make_accelerator.h"
 #include "renderer/world/builtin_environment.h"
 
-#include <atomic>
 #include <cassert>
 #include <utility>
 
@@ -14,14 +13,12 @@ namespace kindling {
 bool WorldChanges::build_accelerator(World& world, const WorldOptions& options,
                                      std::unique_ptr<accel::PersistentStructures> structures, const CancelToken* cancel,
                                      ProgressListener* listener) {
-  std::atomic<bool> cancel_flag{false};
   accel::BuildOptions build_options;
   build_options.quality = options.quality;
   build_options.robust = options.robust;
   build_options.simd = options.simd;
-  build_options.cancel = &cancel_flag;
+  if (cancel) build_options.cancel = &cancel->cancel_flag();
   build_options.on_progress = [&](double fraction) {
-    if (cancel && cancel->cancelled()) cancel_flag = true;
     if (listener) listener->on_progress({.phase = Phase::build, .done = fraction, .total = 1.0});
   };
   if (cancel && cancel->cancelled()) return false;

@@ -98,6 +98,20 @@ TEST(MemoryDemand, CountsCopiesAndInstances) {
   EXPECT_EQ(demand_of(lamps).emissive_triangles, 400000U);
 }
 
+// Instances at one place without a transform are merged into the world's structure up to a budget.
+TEST(MemoryDemand, CountsMergedInstances) {
+  const MemoryDemand all = demand_of(repeated(1000, 400));
+  EXPECT_EQ(all.triangles, 1000U);
+  EXPECT_EQ(all.copied_triangles, 263U * 1000U); // the first, 262 copies, and those of the other instances
+  Scene scene = repeated(300000, 2);
+  scene.nodes[1].local.translation = V3f(1, 0, 0);
+  EXPECT_EQ(demand_of(scene).copied_triangles, 300000U); // of the world's structure, beside the instance's
+  scene.nodes[0].local.translation = V3f(2, 0, 0);
+  EXPECT_EQ(demand_of(scene).copied_triangles, 0U);
+  const auto peak = [](const MemoryDemand& demand) { return memory_budget(demand, {}).of(accel::Kind::embree).peak; };
+  EXPECT_GT(peak(all), peak(demand_of(repeated(1000, 1))) + 20 * kMiB);
+}
+
 TEST(MemoryDemand, CountsLevelsForEachUse) {
   Scene scene = repeated(1, 1);
   Image image;

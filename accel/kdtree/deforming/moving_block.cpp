@@ -105,11 +105,9 @@ class MovingBlockBuilder {
   uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
 };
 
-} // namespace
-
-void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
-                        const TimeSlice& slice, std::vector<LeafUnit>& out) {
-  assert(!references.empty());
+// Appends the blocks of some references of a leaf; `more`: others follow.
+void append_moving_blocks(std::span<const Geometry> geometries, std::span<const LeafReference> references,
+                          const TimeSlice& slice, bool more, std::vector<LeafUnit>& out) {
   MovingBlockBuilder block(slice);
   const auto add = [&](const LeafReference& r) { return block.add(geometries[r.geometry], r.triangle); };
   std::vector<LeafReference> waiting; // triangles that do not fit wait for the next block
@@ -119,7 +117,17 @@ void append_moving_leaf(std::span<const Geometry> geometries, std::span<const Le
     block.finish(true, out);
     waiting.erase(std::remove_if(waiting.begin(), waiting.end(), add), waiting.end());
   }
-  block.finish(false, out);
+  block.finish(more, out);
+}
+
+} // namespace
+
+void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
+                        const TimeSlice& slice, std::vector<LeafUnit>& out) {
+  assert(!references.empty());
+  for_each_leaf_part(references, [&](std::span<const LeafReference> part, bool more) {
+    append_moving_blocks(geometries, part, slice, more, out);
+  });
 }
 
 } // namespace kindling::accel::kd

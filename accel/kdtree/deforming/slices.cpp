@@ -84,7 +84,7 @@ DeformingTrees build_deforming(const Config& config, const std::vector<Geometry>
     MovingTree tree = build_moving_tree(slice_config, geometries, triangles, slices[i], weight, monitor);
     if (monitor.cancelled()) return;
     out.slices[i].slice = slices[i];
-    out.slices[i].tree = lay_out(std::move(tree.binary), geometries, &slices[i]);
+    out.slices[i].tree = lay_out(std::move(tree.binary), geometries, &slices[i], &monitor);
     out.slices[i].tree.clip_bounds = tree.bounds[0];
     out.slices[i].tree.clip_bounds_at_end = tree.bounds[1];
   });

@@ -281,6 +281,7 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
     uint8_t classes[kMax], left[kMax]; // classes by ray index; indices of the rays left
     uint32_t left_count = 0;
     for (uint32_t k = 0; k < count; k += kGroup) {
+      if (filter.abandoned()) return;
       const uint32_t registers = (std::min(kGroup, count - k) + kRayLanes - 1) / kRayLanes;
       const auto number = [&](uint32_t r) { return [k, r](uint32_t i) { return k + r * kRayLanes + i; }; };
       std::array<RayClasses, kPacketRegisters> found;

@@ -45,7 +45,7 @@ class Stream {
     free_count_ = kStreamSlots;
     while (true) {
       fill(rays, finish);
-      if (at_node_.count + at_leaf_.count == 0) break;
+      if (at_node_.count + at_leaf_.count == 0 || filter_.abandoned()) break;
       descend();
       test_leaves(rays);
       for (uint32_t k = 0; k < done_count_; ++k) {

@@ -19,6 +19,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace kindling::app {
@@ -100,6 +101,8 @@ class ImageRender {
   Result<ImageResult> render_and_write() {
     Result<RenderOutcome> outcome = render_samples();
     if (!outcome.ok()) return outcome.error();
+    std::optional<RenderRun::Storing> storing;
+    if (!checkpoint_) storing.emplace(run_); // with a checkpoint a later resume can write the images
     if (const std::string failure = scene_.texture_memory ? scene_.texture_memory->failure() : ""; !failure.empty())
       return Error{ErrorKind::input_output, "--texture-memory: textures could not be read back: " + failure};
     fill_report(outcome.value());
@@ -133,6 +136,12 @@ class ImageRender {
     if (checkpoint_) checkpoint_->set_metadata(identity_.metadata);
     RenderContinuity continuity = checkpoint_ ? checkpoint_->continuity() : RenderContinuity{};
     accumulations_.join(identity_, continuity);
+    if (continuity.save)
+      continuity.save = [this, save = std::move(continuity.save)](const RenderState& state) {
+        const RenderRun::Storing storing(run_);
+        save(state);
+      };
+    run_.start_render();
     run_.display.start_phase(Phase::render, checkpoint_ ? checkpoint_->done_share() : 0.0);
     report_.times.before_render_s = seconds_since_start();
     Result<RenderOutcome> outcome =

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_run.h"
 
+#include "renderer/app/terminal/exit_code.h"
+
 #include <fmt/format.h>
+
+#include <unistd.h>
 
 #include <optional>
 
@@ -22,13 +26,27 @@ ProgressContext progress_context(const RenderOptions& options, const SignalGuard
 } // namespace
 
 RenderRun::RenderRun(const RenderOptions& options, Console& run_console)
-    : console(run_console), signals(cancel), display(console, options.progress, progress_context(options, signals)) {}
+    : console(run_console),
+      signals(cancel, {.deadlines = {},
+                       .storing = [this] { return storing_ > 0; },
+                       .end = [this, saves = options.checkpoint.enabled()](int signal) { end(signal, saves); }}),
+      display(console, options.progress, progress_context(options, signals)) {}
 
 Result<std::unique_ptr<RenderScene>> RenderRun::load_scene(const RenderOptions& options) {
   display.start_phase(Phase::load);
   Result<std::unique_ptr<RenderScene>> scene = load_render_scene(options.scene_file, options, &display);
+  if (scene.ok()) scene.value()->abandon = &cancel.abandon_flag();
   if (scene.ok()) display.end_phase();
   return scene;
+}
+
+// Nothing is cleaned up: the threads of the render are in the middle of their work.
+void RenderRun::end(int signal, bool checkpoint) {
+  console.note(!renders_     ? "interrupted before the render: nothing was written"
+               : !checkpoint ? "interrupted in the middle of work that takes too long: no image was written"
+                             : "interrupted in the middle of work that takes too long: the checkpoint holds the "
+                               "samples of its last save, and no image was written");
+  _exit(exit_code_of_signal(signal));
 }
 
 bool RenderRun::interrupted_early() {

@@ -10,6 +10,7 @@
 #include "renderer/base/result.h"
 #include "renderer/facade/render_scene.h"
 
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -17,6 +18,10 @@
 namespace kindling::app {
 
 class RenderRun {
+  // Read by the thread of `signals`, so that they outlive it.
+  std::atomic<int> storing_{0};
+  std::atomic<bool> renders_{false};
+
  public:
   // `console` must outlive it.
   RenderRun(const RenderOptions& options, Console& console);
@@ -28,6 +33,22 @@ class RenderRun {
   // yet.
   [[nodiscard]] bool interrupted_early();
 
+  // While one of these exists, no deadline after a signal ends the process: results that exist
+  // nowhere else are being stored.
+  class Storing {
+   public:
+    explicit Storing(RenderRun& run) : run_(run) { ++run_.storing_; }
+    ~Storing() { --run_.storing_; }
+    Storing(const Storing&) = delete;
+    Storing& operator=(const Storing&) = delete;
+
+   private:
+    RenderRun& run_;
+  };
+
+  // To be called before the first sample of an image is taken.
+  void start_render() { renders_ = true; }
+
   // Names the current image in progress and messages: frame `number`, the index-th of count.
   void start_frame(int number, size_t index, size_t count);
   void end_frame();
@@ -38,6 +59,8 @@ class RenderRun {
   ProgressDisplay display;
 
  private:
+  [[noreturn]] void end(int signal, bool checkpoint);
+
   std::string of_frame_; // " of frame 7"; empty for a single image
 };
 

@@ -82,7 +82,8 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const std::array<accel::Kind, 2> kinds{accel::Kind::kdtree, accel::Kind::embree};
   for (size_t i = 0; i < kinds.size(); ++i) {
     MemoryBudget::OfAccelerator& of = budget.accelerators[i];
-    const accel::MemoryEstimate estimate = accel::estimate_memory(kinds[i], d.triangles, d.instances);
+    const accel::MemoryEstimate estimate =
+        accel::estimate_memory(kinds[i], d.triangles + d.copied_triangles, d.instances, d.lone_vertices);
     of.kind = kinds[i];
     of.held = estimate.held;
     of.building = estimate.building;

@@ -1,6 +1,9 @@
 // Counts triangles, instances, textures and lights of a scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/setup/memory_budget.h"
+
+#include "accel/memory_estimate.h"
+#include "accel/merged_instances.h"
 #include "renderer/scene/describe.h"
 #include "renderer/scene/material_slots.h"
 #include "renderer/world/emitter_budget.h"
@@ -103,10 +106,12 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
   const auto add = [&](const MeshDemand& mesh, uint64_t keys) { // for each instance after the first
     demand.triangles += mesh.triangles * (1 + keys);
     demand.vertices += mesh.vertices;
+    demand.lone_vertices += accel::lone_vertices(mesh.vertices, mesh.triangles);
     demand.geometry_bytes += mesh.bytes * (1 + keys);
   };
   const BakeChoice choice = choose_baked(scene.meshes, posed);
-  std::vector<uint64_t> instances(scene.meshes.size(), 0);
+  std::vector<uint64_t> instances(scene.meshes.size(), 0), merged(scene.meshes.size(), 0);
+  accel::MergedInstances merged_instances(scene.meshes.size());
   for (const PosedMesh& mesh : posed.meshes) {
     const auto number = static_cast<size_t>(mesh.mesh);
     demand.deformed_bytes += bytes_of(mesh.deformed);
@@ -119,6 +124,17 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
     }
     if (instances[number]++ == 0) add(meshes[number], 0);
     ++demand.instances;
+    const bool static_identity = mesh.later_transforms.empty() && mesh.mesh_to_world == M44f();
+    if (static_identity && merged_instances.take(static_cast<uint32_t>(number), meshes[number].triangles))
+      ++merged[number];
+  }
+  // A mesh is in the world's structure once for each merged instance, and in its own if it has
+  // others.
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    if (merged[m] == 0) continue;
+    const uint64_t copies = merged[m] - (merged[m] == instances[m] ? 1 : 0);
+    demand.copied_triangles += copies * meshes[m].triangles;
+    demand.lone_vertices += copies * accel::lone_vertices(meshes[m].vertices, meshes[m].triangles);
   }
   uint64_t instanced_emitters = 0;
   for (size_t m = 0; m < meshes.size(); ++m) instanced_emitters += instances[m] * meshes[m].emissive_triangles;

@@ -1,4 +1,4 @@
-// Signal handlers, which only touch lock-free atomics and _exit().
+// Signal handlers, which only touch lock-free atomics and _exit(), and the watcher of deadlines.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/terminal/signals.h"
 
@@ -8,6 +8,11 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <utility>
 
 namespace kindling::app {
 
@@ -25,7 +30,37 @@ void on_signal(int signal) {
   if (CancelToken* token = g_token.load()) token->cancel();
 }
 
+// Waits for the first signal and then takes the steps that are due.
+void watch(const std::stop_token& stop, CancelToken& token, const StopEnforcement& enforcement) {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto kInterval = std::chrono::milliseconds(50); // a handler cannot notify
+  std::optional<Clock::time_point> arrived;
+  std::mutex mutex;
+  std::condition_variable_any never;
+  for (std::unique_lock lock(mutex); !stop.stop_requested();
+       never.wait_for(lock, stop, kInterval, [] { return false; })) {
+    if (g_received == 0) continue;
+    if (!arrived) arrived = Clock::now();
+    const double since_s = std::chrono::duration<double>(Clock::now() - *arrived).count();
+    const StopStep step = stop_step(since_s, enforcement.storing && enforcement.storing(), enforcement.deadlines);
+    if (step != StopStep::wait) token.abandon();
+    if (step != StopStep::end) continue;
+    enforcement.end(g_received);
+    return;
+  }
+}
+
 } // namespace
+
+StopStep stop_step(double since_signal_s, bool storing, const StopDeadlines& deadlines) {
+  if (since_signal_s >= deadlines.end_s && !storing) return StopStep::end;
+  return since_signal_s >= deadlines.abandon_s ? StopStep::abandon : StopStep::wait;
+}
+
+SignalGuard::SignalGuard(CancelToken& token, StopEnforcement enforcement) : SignalGuard(token) {
+  watcher_ =
+      std::jthread([&token, own = std::move(enforcement)](const std::stop_token& stop) { watch(stop, token, own); });
+}
 
 SignalGuard::SignalGuard(CancelToken& token) {
   g_received = 0;
@@ -43,6 +78,10 @@ SignalGuard::SignalGuard(CancelToken& token) {
 }
 
 SignalGuard::~SignalGuard() {
+  if (watcher_.joinable()) {
+    watcher_.request_stop();
+    watcher_.join();
+  }
   for (const int signal : kSignals) {
     struct sigaction previous {};
     sigaction(signal, nullptr, &previous);

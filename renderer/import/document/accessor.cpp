@@ -355,9 +355,13 @@ ElementBudget::ElementBudget(Document& document)
 
 void ElementBudget::charge(uint64_t elements, std::string_view pointer) {
   if (elements > limit_ - std::min(limit_, document_.elements_used)) {
-    fail(pointer,
-         fmt::format("{} elements more than the {} already read, at most {} are accepted for a file of this size",
-                     elements, document_.elements_used, limit_));
+    throw BudgetFailure{
+        {{ErrorKind::scene_invalid,
+          place_message(pointer,
+                        fmt::format("{} elements more than the {} already read, at most {} are accepted for a file of "
+                                    "this size",
+                                    elements, document_.elements_used, limit_),
+                        "")}}};
   }
   document_.elements_used += elements;
 }

@@ -75,11 +75,11 @@ template <typename V>
   return {reinterpret_cast<const float*>(values.data()), values.size() * (sizeof(V) / sizeof(float))};
 }
 
-// Counts the elements that all parts of a file decode, against ImportLimits.
+// Counts the elements that all parts of a file need, against ImportLimits.
 class ElementBudget {
  public:
   explicit ElementBudget(Document& document);
-  void charge(uint64_t elements, std::string_view pointer); // throws ImportFailure
+  void charge(uint64_t elements, std::string_view pointer); // throws BudgetFailure
  private:
   Document& document_;
   uint64_t limit_;

@@ -17,6 +17,10 @@ struct ImportFailure {
   Error error;
 };
 
+// The file needs more than ImportLimits permit. Never repaired: what is left out would not be the
+// only thing too large.
+struct BudgetFailure : ImportFailure {};
+
 // Returns "pointer: message (CODE)"; CODE is the glTF validator's name for the fault, where it has
 // one.
 [[nodiscard]] std::string place_message(std::string_view pointer, std::string_view message, std::string_view code);

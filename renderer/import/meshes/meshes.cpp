@@ -92,6 +92,8 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings, WorkTim
     for (size_t p = 0; p < meshes[m].primitives.size(); ++p) {
       try {
         check_primitive(document, m, p, budget, warnings);
+      } catch (const BudgetFailure&) {
+        throw;
       } catch (const ImportFailure& fault) {
         skip_unused(m, fault);
         continue;

@@ -113,7 +113,7 @@ bool lacks_data(const Document& document, int accessor) {
 
 // Returns the times of the keys, in increasing order; equal ones only where that is repaired.
 std::vector<float> read_times(const Document& document, int accessor, bool cubic, const std::string& pointer,
-                              ElementBudget& budget, Warnings& warnings) {
+                              Warnings& warnings) {
   const AccessorView view = view_accessor(document, accessor, pointer);
   require_format(view, {.components = 1}, pointer, "key times", "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT");
   if (view.count == 0) fail(pointer, "no keys", "ANIMATION_SAMPLER_INPUT_ACCESSOR_TOO_FEW_ELEMENTS");
@@ -121,7 +121,6 @@ std::vector<float> read_times(const Document& document, int accessor, bool cubic
     warnings.repair("cubic key", pointer, "1 key with CUBICSPLINE, expected at least 2",
                     "ANIMATION_SAMPLER_INPUT_ACCESSOR_TOO_FEW_ELEMENTS", "its value is constant");
   }
-  budget.charge(view.count, pointer);
   std::vector<float> times = read_vectors<float>(view);
   if (!all_finite(times)) fail(pointer, "a time that is not finite", "ACCESSOR_INVALID_FLOAT");
   if (lacks_data(document, accessor)) return times; // import_animations() skips the channel
@@ -142,7 +141,7 @@ std::vector<float> read_times(const Document& document, int accessor, bool cubic
 
 // Reads `scalars` numbers. More values than keys are accepted if that is repaired.
 void read_values(const Document& document, int accessor, size_t scalars, const std::string& pointer,
-                 ElementBudget& budget, AnimationChannel& channel, Warnings& warnings) {
+                 AnimationChannel& channel, Warnings& warnings) {
   AccessorView view = view_accessor(document, accessor, pointer);
   constexpr std::string_view kFormat = "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_FORMAT";
   AccessorFormat format;
@@ -168,7 +167,6 @@ void read_values(const Document& document, int accessor, size_t scalars, const s
     warnings.repair("values", pointer, fault, kCode, "the first ones are used");
     view.count = expected;
   }
-  budget.charge(view.count, pointer);
   channel.values.resize(scalars);
   read_floats(view, {}, channel.values.data(), format.components);
   if (!all_finite(channel.values)) fail(pointer, "a value that is not finite", "ACCESSOR_INVALID_FLOAT");
@@ -272,7 +270,6 @@ int check_target(const Document& document, Scene& scene, const Target& target, c
 struct Reader {
   Document& document;
   Scene& scene;
-  ElementBudget& budget;
   Warnings& warnings;
 };
 
@@ -303,9 +300,9 @@ std::optional<AnimationChannel> read_channel(const Reader& reader, size_t a, siz
   if (channel.property == AnimatedProperty::visible) channel.interpolation = Interpolation::step;
   const bool cubic = channel.interpolation == Interpolation::cubic_spline;
   const std::string place = fmt::format("/animations/{}/samplers/{}", a, index);
-  channel.times_s = read_times(document, sampler.input, cubic, place + "/input", reader.budget, reader.warnings);
+  channel.times_s = read_times(document, sampler.input, cubic, place + "/input", reader.warnings);
   const size_t scalars = channel.times_s.size() * static_cast<size_t>(channel.components) * (cubic ? 3 : 1);
-  read_values(document, sampler.output, scalars, place + "/output", reader.budget, channel, reader.warnings);
+  read_values(document, sampler.output, scalars, place + "/output", channel, reader.warnings);
   if (lacks_data(document, sampler.input)) { // all times are zero
     reader.warnings.add("no keys", pointer, "an animation without key times has no effect");
     return std::nullopt;
@@ -315,11 +312,36 @@ std::optional<AnimationChannel> read_channel(const Reader& reader, size_t a, siz
   return channel;
 }
 
+// Charges the numbers of all channels before any is read: each has a copy of its keys. An accessor
+// with a fault has none.
+void charge_keys(Document& document) {
+  ElementBudget budget(document);
+  const auto numbers_of = [&](int accessor) -> uint64_t {
+    try {
+      const AccessorView view = view_accessor(document, accessor, "");
+      return view.count * static_cast<uint64_t>(view.components);
+    } catch (const ImportFailure&) {
+      return 0;
+    }
+  };
+  for (size_t a = 0; a < document.core.animations.size(); ++a) {
+    const tinygltf::Animation& core = document.core.animations[a];
+    std::vector<uint64_t> numbers; // by sampler
+    for (const tinygltf::AnimationSampler& sampler : core.samplers)
+      numbers.push_back(
+          sampler.input < 0 || sampler.output < 0 ? 0 : numbers_of(sampler.input) + numbers_of(sampler.output));
+    for (size_t c = 0; c < core.channels.size(); ++c) {
+      const auto sampler = static_cast<size_t>(core.channels[c].sampler);
+      if (sampler < numbers.size()) budget.charge(numbers[sampler], fmt::format("/animations/{}/channels/{}", a, c));
+    }
+  }
+}
+
 } // namespace
 
 void import_animations(Document& document, Scene& scene, Warnings& warnings) {
-  ElementBudget budget(document);
-  const Reader reader{document, scene, budget, warnings};
+  charge_keys(document);
+  const Reader reader{document, scene, warnings};
   for (size_t a = 0; a < document.core.animations.size(); ++a) {
     const tinygltf::Animation& core = document.core.animations[a];
     Animation animation;

@@ -163,6 +163,26 @@ std::vector<int> highest_joints(const Scene& scene) {
   return highest;
 }
 
+bool is_zero(const MorphTarget& target) {
+  return target.positions.empty() && target.normals.empty() && target.tangents.empty();
+}
+
+// Returns the elements that posing a node without any animation takes, as memory and as work: its
+// own copy of the vertices, and each morph target in use once more. 0 for a mesh that is shared.
+uint64_t count_deformed(const Scene& scene, const Node& node) {
+  if (node.mesh == kNone) return 0;
+  const Mesh& mesh = scene.meshes[static_cast<size_t>(node.mesh)];
+  const std::vector<float>& weights = node.weights.empty() ? mesh.weights : node.weights;
+  if (node.skin == kNone && std::all_of(weights.begin(), weights.end(), [](float w) { return w == 0.0f; })) return 0;
+  uint64_t elements = 0;
+  for (const Primitive& primitive : mesh.primitives) {
+    elements += primitive.positions.size() + primitive.normals.size() + primitive.tangents.size();
+    for (size_t t = 0; t < std::min(weights.size(), primitive.targets.size()); ++t)
+      if (weights[t] != 0.0f && !is_zero(primitive.targets[t])) elements += primitive.positions.size();
+  }
+  return elements;
+}
+
 void remove_child(std::vector<Node>& nodes, int parent, int child) {
   std::vector<int>& children = nodes[static_cast<size_t>(parent)].children;
   children.erase(std::remove(children.begin(), children.end(), child), children.end());
@@ -296,6 +316,7 @@ void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
                    "NODE_SKIN_WITH_NON_SKINNED_MESH");
     }
     check_skin(scene, highest_joint, pointer, node, warnings);
+    budget.charge(count_deformed(scene, node), pointer);
     scene.nodes.push_back(std::move(node));
   }
   std::vector<int> parents = find_parents(scene.nodes, warnings);

@@ -24,6 +24,8 @@ Skin read_skin(const Document& document, size_t index, ElementBudget& budget, Wa
     warnings.repair("joints", pointer + "/joints", "a node is listed twice", "DUPLICATE_ELEMENTS",
                     "both joints follow it");
   }
+  constexpr uint64_t kElementsPerJoint = sizeof(M44f) / 16 + 1;
+  budget.charge(skin.joints.size() * kElementsPerJoint, pointer + "/joints");
   skin.inverse_bind_matrices.resize(skin.joints.size());
   if (core.inverseBindMatrices >= 0) {
     const std::string place = pointer + "/inverseBindMatrices";
@@ -65,6 +67,8 @@ void import_skins(Document& document, Scene& scene, Warnings& warnings) {
   for (size_t i = 0; i < document.core.skins.size(); ++i) {
     try {
       scene.skins.push_back(read_skin(document, i, budget, warnings));
+    } catch (const BudgetFailure&) {
+      throw;
     } catch (const ImportFailure& fault) {
       if (is_used(document, i)) throw;
       warnings.repair("skin", fault, "the skin is not used");
