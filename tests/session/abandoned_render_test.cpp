@@ -125,8 +125,11 @@ TEST_P(Abandoned, NoSampleIsTakenAfterwards) {
   EXPECT_EQ(outcome.value().film.total_samples(), 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Abandoned, testing::Values(accel::Kind::kdtree, accel::Kind::embree),
-                         [](const auto& info) { return std::string(accel::kind_name(info.param)); });
+std::string kind_label(const testing::TestParamInfo<accel::Kind>& kind) {
+  return std::string(accel::kind_name(kind.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Abandoned, testing::Values(accel::Kind::kdtree, accel::Kind::embree), kind_label);
 
 } // namespace
 } // namespace kindling::test
