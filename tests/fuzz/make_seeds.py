@@ -11,12 +11,14 @@ content.
 import argparse
 import hashlib
 import json
+import os
 import shutil
 import struct
 import subprocess
 import sys
 import tempfile
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -89,8 +91,10 @@ def oiio_images(seeds):
         jobs.append(("webp", image + ["-o", f"{name}.webp"]))
         jobs.append(("webp", image + ["--compression", "lossless", "-o", f"{name}_lossless.webp"]))
     for compression in ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"):
-        for name, image, kind in (("rgb", rgb, "half"), ("rgba", rgba, "float"), ("gray", gray, "half")):
-            jobs.append(("exr", image + ["-d", kind, "--compression", compression, "-o", f"{name}_{compression}.exr"]))
+        jobs.append(("exr", rgb + ["-d", "half", "--compression", compression, "-o", f"rgb_{compression}.exr"]))
+    for compression in ("zip", "piz", "pxr24", "dwaa"):
+        jobs.append(("exr", rgba + ["-d", "float", "--compression", compression, "-o", f"rgba_{compression}.exr"]))
+    jobs.append(("exr", gray + ["-d", "half", "-o", "gray.exr"]))
     jobs.append(("exr", rgba + ["-d", "half", "--tile", "8", "8", "-o", "tiled.exr"]))
     jobs.append(("exr", rgba + ["-d", "half", "--tile", "8", "8", "-otex", "levels.exr"]))
     jobs.append(("exr", rgb + ["--origin", "+3-4", "--fullsize", "30x20+0+0", "-o", "cropped.exr"]))
@@ -98,10 +102,10 @@ def oiio_images(seeds):
     jobs.append(("hdr", rgb + ["-o", "rgb.hdr"]))
     jobs.append(("hdr", ["--pattern", "noise", "6x3", "3", "-o", "narrow.hdr"]))
     with tempfile.TemporaryDirectory() as folder:
-        for kind, arguments in jobs:
-            if not seeds.wants(kind):
-                continue
-            done = subprocess.run(["oiiotool", *arguments], cwd=folder, capture_output=True, check=False)
+        wanted = [arguments for kind, arguments in jobs if seeds.wants(kind)]
+        with ThreadPoolExecutor(os.cpu_count()) as pool:  # each loads hundreds of libraries
+            ends = list(pool.map(lambda arguments: subprocess.run(["oiiotool", *arguments], cwd=folder, capture_output=True, check=False), wanted))
+        for arguments, done in zip(wanted, ends):
             if done.returncode != 0:
                 print(f"make_seeds.py: left out {arguments[-1]}: {done.stderr.decode(errors='replace').strip().splitlines()[-1:]}", file=sys.stderr)
         for kind, pattern in (("jpeg", "*.jpg"), ("webp", "*.webp"), ("exr", "*.exr"), ("hdr", "*.hdr")):
