@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/render_stage.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/facade/back_faces.h"
 #include "renderer/facade/choose.h"
 #include "renderer/facade/lens.h"
@@ -150,7 +151,7 @@ Result<void> size_points_and_lines(RenderScene& scene, const ImageSettings& imag
   }
   StrokeView view{.camera_to_world = camera.camera_to_world};
   view.orthographic = camera.camera.kind == SceneCamera::Kind::orthographic;
-  const float half_height = view.orthographic ? camera.camera.ymag : std::tan(0.5f * camera.camera.yfov_rad);
+  const float half_height = view.orthographic ? camera.camera.ymag : elementary::tan(0.5f * camera.camera.yfov_rad);
   view.pixel = 2.0f * std::abs(half_height) / static_cast<float>(size.value().y);
   size_strokes(scene.scene, rest.value(), view, static_cast<float>(scene.settings.point_size_px));
   scene.strokes_sized = true;
