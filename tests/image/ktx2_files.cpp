@@ -20,7 +20,7 @@ FileBytes write_ktx2(const Ktx2File& file) {
                                kDescriptorBytes, kDescriptor + kDescriptorBytes, entry_bytes}) {
     put(value);
   }
-  put(0, 16); // no supercompression data
+  for (int i = 0; i < 2; ++i) put(0, 8); // no supercompression data
   put(kDescriptor + kDescriptorBytes + entry_bytes, 8);
   put(file.level.size(), 8);
   put(file.inflated, 8);

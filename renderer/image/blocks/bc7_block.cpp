@@ -41,10 +41,9 @@ std::array<Texel, 6> read_bc7_endpoints(BitField& bits, const Bc7Mode& mode) {
   const uint32_t extra = mode.shared_bits > 0 ? 1 : 0;
   for (size_t e = 0; e < count; ++e) {
     for (size_t c = 0; c < 4; ++c) {
-      const uint32_t width = (c < 3 ? mode.color_bits : mode.alpha_bits) + extra;
-      ends[e][c] = ends[e][c] << (8 - width) | ends[e][c] >> (2 * width - 8);
+      const uint32_t width = c < 3 ? mode.color_bits : mode.alpha_bits;
+      ends[e][c] = width == 0 ? 255 : ends[e][c] << (8 - width - extra) | ends[e][c] >> (2 * (width + extra) - 8);
     }
-    if (mode.alpha_bits == 0) ends[e][3] = 255;
   }
   return ends;
 }
