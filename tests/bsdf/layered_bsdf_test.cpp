@@ -13,10 +13,8 @@
 namespace kindling {
 namespace {
 
-using test::color;
 using test::describe;
 using test::LayeredMaterial;
-using test::pick;
 using test::Random;
 using test::random_direction;
 using test::random_material;
