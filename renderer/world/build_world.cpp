@@ -315,7 +315,8 @@ class WorldBuilder {
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
     world_->contacts_ = find_contacts(
-        {world_->geometries_, world_->accel_groups_, world_->instances_, world_->motions_, world_->bounds_});
+        {world_->geometries_, world_->accel_groups_, world_->instances_, world_->motions_, world_->bounds_}, cancel_);
+    if (cancelled()) return false;
     return WorldChanges::build_accelerator(*world_, options_, std::move(parts_.accelerators), cancel_, listener_);
   }
 

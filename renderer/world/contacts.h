@@ -4,39 +4,58 @@
 
 #include "accel/accelerator.h"
 
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kindling {
 
-// Cells of triangles that another triangle comes near to. A triangle has 8 x 8 cells by its
-// barycentric coordinates u and v. An immutable hash table with linear probing.
+// Cells of triangles that another triangle comes near to. A triangle has 64 x 64 cells by its
+// barycentric coordinates u and v; only rows with marked cells are stored. An immutable hash table
+// with linear probing.
 class Contacts {
  public:
-  static constexpr uint32_t kCells = 8; // along u, and along v
+  static constexpr uint32_t kCells = 64; // along u, and along v: bits of a word
 
-  struct Entry {
-    uint32_t mesh = accel::kNoId; // index into accel::BuildInput::meshes; kNoId: free
+  // The cells of a triangle: bit u of row v.
+  using Rows = std::array<uint64_t, kCells>;
+  struct Marked {
+    uint32_t mesh = accel::kNoId; // index into accel::BuildInput::meshes
     uint32_t triangle = accel::kNoId;
-    uint64_t cells = 0; // bit kCells * v + u
+    const Rows* rows = nullptr;
   };
 
-  // The entries have different triangles.
-  explicit Contacts(const std::vector<Entry>& entries);
+  // The triangles are different.
+  explicit Contacts(std::span<const Marked> marked);
 
   // Returns true if the cell of a hit is marked.
   [[nodiscard]] bool at(const accel::Hit& hit) const {
     for (size_t i = slot_of(hit.mesh, hit.triangle);; i = (i + 1) & mask_) {
       const Entry& entry = table_[i];
       if (entry.mesh == accel::kNoId) return false;
-      if (entry.mesh == hit.mesh && entry.triangle == hit.triangle)
-        return ((entry.cells >> (kCells * cell(hit.v) + cell(hit.u))) & 1U) != 0;
+      if (entry.mesh == hit.mesh && entry.triangle == hit.triangle) {
+        const uint64_t row = uint64_t{1} << cell(hit.v);
+        if ((entry.rows & row) == 0) return false;
+        const auto rows_before = static_cast<size_t>(std::popcount(entry.rows & (row - 1)));
+        return ((rows_[entry.first_row + rows_before] >> cell(hit.u)) & 1U) != 0;
+      }
     }
   }
-  [[nodiscard]] size_t memory_bytes() const { return table_.capacity() * sizeof(Entry); }
+  [[nodiscard]] size_t memory_bytes() const {
+    return table_.capacity() * sizeof(Entry) + rows_.capacity() * sizeof(uint64_t);
+  }
 
  private:
+  struct Entry {
+    uint32_t mesh = accel::kNoId; // kNoId: free
+    uint32_t triangle = accel::kNoId;
+    uint64_t rows = 0;    // those that have marked cells
+    size_t first_row = 0; // of these in rows_
+  };
+
   [[nodiscard]] static uint32_t cell(float coordinate) {
     const float scaled = coordinate * static_cast<float>(kCells);
     return scaled < 1.0f ? 0U : scaled >= static_cast<float>(kCells) ? kCells - 1 : static_cast<uint32_t>(scaled);
@@ -48,6 +67,7 @@ class Contacts {
 
   std::vector<Entry> table_; // a power of two of them, at most half of them used
   size_t mask_ = 0;
+  std::vector<uint64_t> rows_;
 };
 
 } // namespace kindling

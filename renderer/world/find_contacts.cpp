@@ -3,6 +3,8 @@
 #include "renderer/world/find_contacts.h"
 
 #include "accel/affine.h"
+#include "renderer/base/hash.h"
+#include "renderer/world/large_triangles.h"
 #include "renderer/world/ray_origins.h"
 
 #include <tbb/blocked_range.h>
@@ -12,7 +14,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <numeric>
+#include <cmath>
+#include <memory>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -20,220 +24,85 @@ namespace kindling {
 namespace {
 
 constexpr size_t kMaxLarge = 1U << 16;             // the largest ones are chosen from more
-constexpr size_t kMaxInstanceTriangles = 1U << 22; // of all instances; beyond it their bounds count
+constexpr size_t kMaxInstanceTriangles = 1U << 22; // of all further instances; beyond it their bounds count
+constexpr size_t kFreeEffort = 1U << 24;           // of small scenes, beside kContactEffort for each triangle
+constexpr size_t kCrossingEffort = 64;             // of a triangle that crosses the plane of a large one
+constexpr size_t kSamples = 256;                   // of triangles, to predict the effort
 constexpr size_t kGrain = 1U << 12;
 constexpr size_t kInstanceGrain = 64;
-constexpr double kSmallestArea = 1e-30;
 
-// A convex polygon: a triangle after cuts by at most seven planes.
-struct Polygon {
-  std::array<V3d, 12> corners;
-  size_t count = 0;
-
-  void add(const V3d& corner) {
-    if (count < corners.size()) corners[count++] = corner;
-  }
-  // Keeps the part where height(corner), a linear function, is not negative.
-  template <typename Height>
-  void clip(const Height& height) {
-    Polygon rest;
-    for (size_t i = 0; i < count; ++i) {
-      const V3d &a = corners[i], &b = corners[(i + 1) % count];
-      const double ha = height(a), hb = height(b);
-      if (ha >= 0.0) rest.add(a);
-      if ((ha < 0.0) != (hb < 0.0)) rest.add(a + (b - a) * (ha / (ha - hb)));
-    }
-    *this = rest;
-  }
-};
-
-// A large triangle, in world space, with the coordinates in which others are seen from it.
-struct Large {
-  uint32_t mesh = 0;
-  uint32_t triangle = 0;
-  std::array<V3d, 3> corners;
-  double margin = 0.0;          // meters
-  V3d normal;                   // unit
-  V3d u_axis, v_axis;           // (p - corners[0]) * axis: barycentric coordinates
-  std::array<double, 3> height; // of the triangle over its edges, meters
-
-  Large(uint32_t mesh_index, uint32_t triangle_index, const std::array<V3d, 3>& p, double margin_m)
-      : mesh(mesh_index), triangle(triangle_index), corners(p), margin(margin_m) {
-    const V3d a = p[1] - p[0], b = p[2] - p[0], n = a.cross(b);
-    const double area2 = std::max(n.length2(), kSmallestArea);
-    normal = n / std::sqrt(area2);
-    u_axis = b.cross(n) / area2;
-    v_axis = n.cross(a) / area2;
-    u_axis *= u_axis.dot(a) < 0.0 ? -1.0 : 1.0;
-    v_axis *= v_axis.dot(b) < 0.0 ? -1.0 : 1.0;
-    const double area = std::sqrt(area2);
-    for (size_t i = 0; i < 3; ++i) height[i] = area / std::max((p[(i + 1) % 3] - p[(i + 2) % 3]).length(), 1e-30);
-  }
-  [[nodiscard]] double u(const V3d& p) const { return (p - corners[0]).dot(u_axis); }
-  [[nodiscard]] double v(const V3d& p) const { return (p - corners[0]).dot(v_axis); }
-  [[nodiscard]] double distance(const V3d& p) const { return (p - corners[0]).dot(normal); }
-  [[nodiscard]] Box3f box() const {
-    Box3f box;
-    for (const V3d& p : corners) box.extendBy(V3f(p));
-    const V3f border(static_cast<float>(margin) * 1.01f);
-    return {box.min - border, box.max + border};
-  }
-
-  // Returns the cells that `part` comes near to, away from this triangle's own edges, where hits
-  // are guarded anyway.
-  [[nodiscard]] uint64_t cells_near(Polygon part) const {
-    part.clip([this](const V3d& p) { return margin - distance(p); });
-    part.clip([this](const V3d& p) { return margin + distance(p); });
-    const double inset = 0.5 * margin; // within what counts as an edge
-    part.clip([&](const V3d& p) { return u(p) * height[1] - inset; });
-    part.clip([&](const V3d& p) { return v(p) * height[2] - inset; });
-    part.clip([&](const V3d& p) { return (1.0 - u(p) - v(p)) * height[0] - inset; });
-    uint64_t cells = 0;
-    if (part.count == 0) return cells;
-    constexpr double kSide = 1.0 / Contacts::kCells;
-    const double du = margin / height[1], dv = margin / height[2]; // as far as a guarded hit may be away
-    for (uint32_t row = 0; row < Contacts::kCells; ++row) {
-      Polygon strip = part;
-      strip.clip([&](const V3d& p) { return v(p) - (row * kSide - dv); });
-      strip.clip([&](const V3d& p) { return (row + 1) * kSide + dv - v(p); });
-      double low = 2.0, high = -1.0;
-      for (size_t i = 0; i < strip.count; ++i) {
-        low = std::min(low, u(strip.corners[i]) - du);
-        high = std::max(high, u(strip.corners[i]) + du);
-      }
-      for (uint32_t column = 0; column < Contacts::kCells; ++column)
-        if (low <= (column + 1) * kSide && high >= column * kSide)
-          cells |= uint64_t{1} << (Contacts::kCells * row + column);
-    }
-    return cells;
-  }
-
-  // The same for everything inside of a box: a rectangle of cells around it.
-  [[nodiscard]] uint64_t cells_near(const Box3f& box) const {
-    double low[3] = {1e300, 1e300, 1e300}, high[3] = {-1e300, -1e300, -1e300};
-    for (int corner = 0; corner < 8; ++corner) {
-      const V3d p((corner & 1) ? box.max.x : box.min.x, (corner & 2) ? box.max.y : box.min.y,
-                  (corner & 4) ? box.max.z : box.min.z);
-      const double values[3] = {distance(p), u(p), v(p)};
-      for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], values[i]), high[i] = std::max(high[i], values[i]);
-    }
-    uint64_t cells = 0;
-    if (low[0] > margin || high[0] < -margin) return cells;
-    constexpr double kSide = 1.0 / Contacts::kCells;
-    const double du = margin / height[1], dv = margin / height[2];
-    for (uint32_t row = 0; row < Contacts::kCells; ++row)
-      for (uint32_t column = 0; column < Contacts::kCells; ++column)
-        if (low[1] - du <= (column + 1) * kSide && high[1] + du >= column * kSide && low[2] - dv <= (row + 1) * kSide &&
-            high[2] + dv >= row * kSide)
-          cells |= uint64_t{1} << (Contacts::kCells * row + column);
-    return cells;
-  }
-};
-
-// A balanced tree over the boxes of the large triangles, its nodes in preorder: a subtree of n
-// leaves has 2 n - 1 nodes. A leaf holds one triangle.
-class LargeTree {
+// Marked cells of large triangles. Memory is allocated for those that have any; all threads mark.
+class CellMarks {
  public:
-  explicit LargeTree(const std::vector<Large>& large) : order_(large.size()), nodes_(2 * large.size()) {
-    std::vector<Box3f> boxes;
-    for (const Large& triangle : large) boxes.push_back(triangle.box());
-    std::iota(order_.begin(), order_.end(), 0U);
-    build(boxes, 0, large.size(), 0);
+  explicit CellMarks(size_t large) : marks_(large) {}
+  ~CellMarks() {
+    for (std::atomic<Mark*>& mark : marks_) delete mark.load();
   }
+  CellMarks(const CellMarks&) = delete;
+  CellMarks& operator=(const CellMarks&) = delete;
 
-  // Calls visit(index) for every triangle whose box overlaps `box`.
-  template <typename Visit>
-  void for_each_near(const Box3f& box, const Visit& visit) const {
-    search(box, 0, order_.size(), 0, visit);
+  void add(size_t large, const Contacts::Rows& rows) {
+    Mark* mark = marks_[large].load();
+    if (!mark) {
+      auto made = std::make_unique<Mark>();
+      if (marks_[large].compare_exchange_strong(mark, made.get())) mark = made.release();
+    }
+    for (size_t row = 0; row < rows.size(); ++row)
+      if (rows[row] != 0) (*mark)[row].fetch_or(rows[row], std::memory_order_relaxed);
+  }
+  // Returns true if all cells of a triangle are marked.
+  [[nodiscard]] bool are_all(size_t large) const {
+    const Mark* mark = marks_[large].load();
+    if (!mark) return false;
+    for (size_t row = 0; row < mark->size(); ++row) {
+      const uint64_t inside = ~uint64_t{0} >> row; // where u + v may be at most 1
+      if ((~(*mark)[row].load(std::memory_order_relaxed) & inside) != 0) return false;
+    }
+    return true;
+  }
+  // Returns the cells of a triangle; empty if none is marked.
+  [[nodiscard]] std::optional<Contacts::Rows> of(size_t large) const {
+    const Mark* mark = marks_[large].load();
+    if (!mark) return std::nullopt;
+    Contacts::Rows rows;
+    for (size_t row = 0; row < rows.size(); ++row) rows[row] = (*mark)[row].load(std::memory_order_relaxed);
+    return rows;
   }
 
  private:
-  static size_t middle_of(size_t first, size_t end) { return first + (end - first) / 2; }
-
-  void build(const std::vector<Box3f>& boxes, size_t first, size_t end, size_t node) {
-    Box3f box, centers;
-    for (size_t i = first; i < end; ++i) {
-      box.extendBy(boxes[order_[i]]);
-      centers.extendBy(boxes[order_[i]].center());
-    }
-    nodes_[node] = box;
-    if (end - first == 1) return;
-    const unsigned axis = centers.majorAxis();
-    const size_t middle = middle_of(first, end);
-    const auto at = [this](size_t i) { return order_.begin() + static_cast<ptrdiff_t>(i); };
-    std::nth_element(at(first), at(middle), at(end), [&](uint32_t a, uint32_t b) {
-      return std::pair(boxes[a].center()[axis], a) < std::pair(boxes[b].center()[axis], b);
-    });
-    build(boxes, first, middle, node + 1);
-    build(boxes, middle, end, node + 2 * (middle - first));
-  }
-
-  template <typename Visit>
-  void search(const Box3f& box, size_t first, size_t end, size_t node, const Visit& visit) const {
-    if (!nodes_[node].intersects(box)) return;
-    if (end - first == 1) {
-      visit(order_[first]);
-      return;
-    }
-    const size_t middle = middle_of(first, end);
-    search(box, first, middle, node + 1, visit);
-    search(box, middle, end, node + 2 * (middle - first), visit);
-  }
-
-  std::vector<uint32_t> order_; // indices of triangles
-  std::vector<Box3f> nodes_;
+  using Mark = std::array<std::atomic<uint64_t>, Contacts::kCells>;
+  std::vector<std::atomic<Mark*>> marks_;
 };
 
 class ContactSearch {
  public:
-  explicit ContactSearch(const ContactInput& input) : input_(input) {}
+  ContactSearch(const ContactInput& input, const CancelToken* cancel) : input_(input), cancel_(cancel) {}
 
   std::unique_ptr<const Contacts> run() {
-    find_group_boxes();
+    find_groups();
     find_large();
-    if (large_.empty()) return nullptr;
-    const LargeTree tree(large_);
-    cells_ = std::vector<std::atomic<uint64_t>>(large_.size());
-    size_t in_instances = 0;
-    for (const WorldInstance& instance : input_.instances)
-      if (!instance.identity) in_instances += triangle_count(instance);
-    const bool by_bounds = in_instances > kMaxInstanceTriangles;
-    for_each_instance([&](uint32_t, const WorldInstance& instance) {
-      if (instance.moving || (by_bounds && !instance.identity))
-        mark(bounds_of(instance), tree);
-      else
-        mark_triangles(instance, tree);
+    if (large_.empty() || cancelled()) return nullptr;
+    const LargeTree tree = limited_tree();
+    CellMarks marks(large_.size());
+    for_each_instance([&](size_t i, const WorldInstance& instance) {
+      if (!counts_by_bounds(i))
+        mark_triangles(instance, tree, marks);
+      else if (!repeats_the_one_before(i))
+        mark(bounds_of(instance), tree, marks);
     });
-    std::vector<Contacts::Entry> entries;
-    for (size_t i = 0; i < large_.size(); ++i)
-      if (cells_[i] != 0) entries.push_back({large_[i].mesh, large_[i].triangle, cells_[i]});
-    if (entries.empty()) return nullptr;
-    // Instances of one mesh share its cells.
-    const auto id = [](const Contacts::Entry& entry) { return std::pair(entry.mesh, entry.triangle); };
-    std::sort(entries.begin(), entries.end(),
-              [&](const Contacts::Entry& a, const Contacts::Entry& b) { return id(a) < id(b); });
-    std::vector<Contacts::Entry> joined;
-    for (const Contacts::Entry& entry : entries) {
-      if (!joined.empty() && id(joined.back()) == id(entry))
-        joined.back().cells |= entry.cells;
-      else
-        joined.push_back(entry);
-    }
-    return std::make_unique<const Contacts>(joined);
+    if (cancelled()) return nullptr;
+    return joined(marks);
   }
 
  private:
-  [[nodiscard]] size_t triangle_count(const WorldInstance& instance) const {
-    const accel::MeshGroup& group = input_.groups[instance.group];
-    size_t count = 0;
-    for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m)
-      count += input_.geometries[m].indices.size() / 3;
-    return count;
-  }
+  [[nodiscard]] bool cancelled() const { return cancel_ && cancel_->cancelled(); }
 
-  // Boxes of all groups over the shutter, in object space.
-  void find_group_boxes() {
+  // Finds for each group its box over the shutter, in object space, its number of triangles, and
+  // its first instance at rest.
+  void find_groups() {
     boxes_.resize(input_.groups.size());
+    counts_.resize(input_.groups.size());
+    first_instances_.assign(input_.groups.size(), accel::kNoId);
     tbb::parallel_for(size_t{0}, boxes_.size(), [&](size_t g) {
       const accel::MeshGroup& group = input_.groups[g];
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
@@ -244,8 +113,24 @@ class ContactSearch {
         };
         extend(geometry.position_span());
         for (size_t key = 0; key < geometry.later_positions.size(); ++key) extend(geometry.later_position_span(key));
+        counts_[g] += geometry.indices.size() / 3;
       }
     });
+    size_t repeated = 0;
+    for (size_t i = 0; i < input_.instances.size(); ++i) {
+      const WorldInstance& instance = input_.instances[i];
+      if (instance.moving) continue;
+      if (first_instances_[instance.group] == accel::kNoId)
+        first_instances_[instance.group] = static_cast<uint32_t>(i);
+      else
+        repeated += counts_[instance.group];
+    }
+    repeats_by_bounds_ = repeated > kMaxInstanceTriangles;
+  }
+
+  [[nodiscard]] bool counts_by_bounds(size_t i) const {
+    const WorldInstance& instance = input_.instances[i];
+    return instance.moving || (repeats_by_bounds_ && first_instances_[instance.group] != i);
   }
 
   [[nodiscard]] Box3f bounds_of(const WorldInstance& instance) const {
@@ -260,8 +145,8 @@ class ContactSearch {
   void for_each_instance(const Visit& visit) const {
     tbb::parallel_for(tbb::blocked_range<size_t>(0, input_.instances.size(), kInstanceGrain),
                       [&](const tbb::blocked_range<size_t>& range) {
-                        for (size_t i = range.begin(); i != range.end(); ++i)
-                          visit(static_cast<uint32_t>(i), input_.instances[i]);
+                        for (size_t i = range.begin(); i != range.end() && !cancelled(); ++i)
+                          visit(i, input_.instances[i]);
                       });
   }
 
@@ -274,6 +159,12 @@ class ContactSearch {
     return corners;
   }
 
+  static Box3f box_of(const std::array<V3d, 3>& p) {
+    Box3f box;
+    for (const V3d& corner : p) box.extendBy(V3f(corner));
+    return box;
+  }
+
   // Calls visit(mesh, triangle, corners) for the triangles of a static instance, in parallel.
   template <typename Visit>
   void for_each_triangle(const WorldInstance& instance, const Visit& visit) const {
@@ -282,36 +173,53 @@ class ContactSearch {
       const Geometry& geometry = input_.geometries[m];
       tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.indices.size() / 3, kGrain),
                         [&](const tbb::blocked_range<size_t>& range) {
-                          for (size_t t = range.begin(); t != range.end(); ++t)
+                          for (size_t t = range.begin(); t != range.end() && !cancelled(); ++t)
                             visit(m, static_cast<uint32_t>(t), corners_of(geometry, instance, t));
                         });
     }
   }
 
-  // Chooses the largest triangles; of equal ones those that come first.
+  struct Candidate {
+    float size;
+    uint32_t mesh, triangle, instance;
+
+    // Larger ones first; of equal ones those that come first.
+    bool operator<(const Candidate& other) const {
+      return std::tuple(-size, mesh, triangle, instance) <
+             std::tuple(-other.size, other.mesh, other.triangle, other.instance);
+    }
+  };
+
+  // Keeps the largest ones, sorted.
+  static void keep_largest(std::vector<Candidate>& candidates) {
+    if (candidates.size() > kMaxLarge) {
+      std::nth_element(candidates.begin(), candidates.begin() + kMaxLarge, candidates.end());
+      candidates.resize(kMaxLarge);
+    }
+  }
+
+  // Chooses the largest triangles.
   void find_large() {
-    struct Candidate {
-      float size;
-      uint32_t mesh, triangle, instance;
-    };
     const float min_size = kLargeTriangle * input_.bounds.size().length();
     tbb::enumerable_thread_specific<std::vector<Candidate>> found;
-    for_each_instance([&](uint32_t index, const WorldInstance& instance) {
-      if (instance.moving) return;
+    for_each_instance([&](size_t index, const WorldInstance& instance) {
+      if (counts_by_bounds(index)) return;
       if (!instance.identity && !(bounds_of(instance).size().length() >= min_size)) return;
       for_each_triangle(instance, [&](uint32_t mesh, uint32_t triangle, const std::array<V3d, 3>& p) {
         const double longest2 =
             std::max((p[1] - p[0]).length2(), std::max((p[2] - p[0]).length2(), (p[2] - p[1]).length2()));
         const auto size = static_cast<float>(std::sqrt(longest2));
-        if (size >= min_size && std::isfinite(size)) found.local().push_back({size, mesh, triangle, index});
+        if (!(size >= min_size) || !std::isfinite(size)) return;
+        std::vector<Candidate>& candidates = found.local();
+        candidates.push_back({size, mesh, triangle, static_cast<uint32_t>(index)});
+        if (candidates.size() >= 2 * kMaxLarge) keep_largest(candidates);
       });
     });
     std::vector<Candidate> candidates;
     for (const std::vector<Candidate>& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      return std::tuple(-a.size, a.mesh, a.triangle, a.instance) < std::tuple(-b.size, b.mesh, b.triangle, b.instance);
-    });
-    if (candidates.size() > kMaxLarge) candidates.resize(kMaxLarge);
+    keep_largest(candidates);
+    std::sort(candidates.begin(), candidates.end());
+    large_.reserve(candidates.size());
     for (const Candidate& chosen : candidates) {
       const Geometry& geometry = input_.geometries[chosen.mesh];
       const WorldInstance& instance = input_.instances[chosen.instance];
@@ -333,49 +241,148 @@ class ContactSearch {
                                                  : position_bound(instance.object_to_world, object, world));
   }
 
-  void mark(const Box3f& box, const LargeTree& tree) {
-    if (box.isEmpty()) return;
-    tree.for_each_near(box,
-                       [&](size_t i) { cells_[i].fetch_or(large_[i].cells_near(box), std::memory_order_relaxed); });
+  // True for one of many instances in one place, which have the same bounds.
+  [[nodiscard]] bool repeats_the_one_before(size_t i) const {
+    if (i == 0) return false;
+    const WorldInstance &instance = input_.instances[i], &before = input_.instances[i - 1];
+    return !instance.moving && !before.moving && instance.group == before.group &&
+           instance.object_to_world == before.object_to_world;
   }
 
-  void mark_triangles(const WorldInstance& instance, const LargeTree& tree) {
+  // What the tree is searched for: a triangle, or the bounds of an instance.
+  struct Searched {
+    Box3f box;
+    std::optional<std::array<V3d, 3>> corners;
+  };
+
+  [[nodiscard]] size_t searches_of(size_t i) const {
+    return counts_by_bounds(i) ? 1 : counts_[input_.instances[i].group];
+  }
+  [[nodiscard]] Searched searched(size_t i, size_t triangle) const {
+    const WorldInstance& instance = input_.instances[i];
+    if (counts_by_bounds(i)) return {bounds_of(instance), std::nullopt};
+    uint32_t m = input_.groups[instance.group].first_mesh;
+    for (; triangle >= input_.geometries[m].indices.size() / 3; ++m)
+      triangle -= input_.geometries[m].indices.size() / 3;
+    const std::array<V3d, 3> corners = corners_of(input_.geometries[m], instance, triangle);
+    return {box_of(corners), corners};
+  }
+
+  // Returns evenly chosen searches of `total`.
+  [[nodiscard]] std::vector<Searched> sample_searches(size_t total) const {
+    const size_t stride = total / kSamples + 1;
+    std::vector<Searched> samples;
+    const auto next = [&] {
+      return samples.size() * stride + hash_u32(static_cast<uint32_t>(samples.size())) % stride;
+    };
+    size_t before = 0;
+    for (size_t i = 0; i < input_.instances.size(); ++i) {
+      const size_t end = before + searches_of(i);
+      while (next() < end) samples.push_back(searched(i, next() - before));
+      before = end;
+    }
+    return samples;
+  }
+
+  // Returns the tree over as many of the large triangles as the effort allows.
+  [[nodiscard]] LargeTree limited_tree() {
+    size_t total = 0;
+    for (size_t i = 0; i < input_.instances.size(); ++i) total += searches_of(i);
+    const std::vector<Searched> samples = sample_searches(total);
+    const size_t allowed = kFreeEffort + kContactEffort * total;
+    for (;;) {
+      LargeTree tree(large_);
+      std::atomic<size_t> effort{0};
+      tbb::parallel_for(size_t{0}, samples.size(), [&](size_t i) {
+        const Searched& sample = samples[i];
+        size_t found = 0;
+        if (sample.box.isEmpty() || cancelled()) return;
+        tree.for_each_near(sample.box, [&](size_t l) {
+          found += !sample.corners || large_[l].crosses_plane(*sample.corners) ? kCrossingEffort : 1;
+        });
+        effort += found;
+      });
+      const size_t predicted = effort / std::max<size_t>(samples.size(), 1) * total;
+      if (predicted <= allowed || large_.size() == 1 || cancelled()) return tree;
+      large_.erase(large_.begin() + static_cast<ptrdiff_t>(large_.size() / 2), large_.end());
+    }
+  }
+
+  void mark(const Box3f& box, const LargeTree& tree, CellMarks& marks) const {
+    if (box.isEmpty()) return;
+    Contacts::Rows rows;
+    tree.for_each_near(box, [&](size_t i) {
+      if (!marks.are_all(i) && large_[i].mark_near(box, rows)) marks.add(i, rows);
+    });
+  }
+
+  void mark_triangles(const WorldInstance& instance, const LargeTree& tree, CellMarks& marks) const {
     for_each_triangle(instance, [&](uint32_t mesh, uint32_t triangle, const std::array<V3d, 3>& p) {
-      Box3f box;
-      Polygon polygon;
-      for (const V3d& corner : p) {
-        box.extendBy(V3f(corner));
-        polygon.add(corner);
-      }
-      tree.for_each_near(box, [&](size_t i) {
-        const Large& large = large_[i];
+      Contacts::Rows rows;
+      tree.for_each_near(box_of(p), [&](size_t i) {
+        const LargeTriangle& large = large_[i];
         if (large.mesh == mesh && large.triangle == triangle && large.corners == p) return;
-        const uint64_t cells = large.cells_near(polygon);
-        if (cells != 0) cells_[i].fetch_or(cells, std::memory_order_relaxed);
+        if (!marks.are_all(i) && large.mark_near(p, rows)) marks.add(i, rows);
       });
     });
   }
 
+  // Instances of one mesh share its cells.
+  [[nodiscard]] std::unique_ptr<const Contacts> joined(const CellMarks& marks) const {
+    struct Touched {
+      uint32_t mesh, triangle;
+      Contacts::Rows rows;
+    };
+    std::vector<Touched> touched;
+    for (size_t i = 0; i < large_.size(); ++i)
+      if (const auto rows = marks.of(i)) touched.push_back({large_[i].mesh, large_[i].triangle, *rows});
+    if (touched.empty()) return nullptr;
+    const auto id = [](const Touched& of) { return std::pair(of.mesh, of.triangle); };
+    std::sort(touched.begin(), touched.end(), [&](const Touched& a, const Touched& b) { return id(a) < id(b); });
+    std::vector<Contacts::Marked> marked;
+    size_t last = 0;
+    for (size_t i = 0; i < touched.size(); ++i) {
+      if (!marked.empty() && id(touched[last]) == id(touched[i])) {
+        for (size_t row = 0; row < Contacts::kCells; ++row) touched[last].rows[row] |= touched[i].rows[row];
+        continue;
+      }
+      marked.push_back({touched[i].mesh, touched[i].triangle, &touched[i].rows});
+      last = i;
+    }
+    return std::make_unique<const Contacts>(marked);
+  }
+
   const ContactInput& input_;
-  std::vector<Box3f> boxes_; // by group
-  std::vector<Large> large_;
-  std::vector<std::atomic<uint64_t>> cells_; // by large triangle
+  const CancelToken* cancel_;
+  std::vector<Box3f> boxes_;              // by group
+  std::vector<size_t> counts_;            // of triangles, by group
+  std::vector<uint32_t> first_instances_; // by group, at rest
+  bool repeats_by_bounds_ = false;        // further instances of a group count by their bounds
+  std::vector<LargeTriangle> large_;
 };
 
 } // namespace
 
-Contacts::Contacts(const std::vector<Entry>& entries) {
+Contacts::Contacts(std::span<const Marked> marked) {
   size_t size = 2;
-  while (size < 2 * entries.size()) size *= 2;
+  while (size < 2 * marked.size()) size *= 2;
   table_.resize(size);
   mask_ = size - 1;
-  for (const Entry& entry : entries) {
-    size_t i = slot_of(entry.mesh, entry.triangle);
+  for (const Marked& triangle : marked) {
+    size_t i = slot_of(triangle.mesh, triangle.triangle);
     while (table_[i].mesh != accel::kNoId) i = (i + 1) & mask_;
-    table_[i] = entry;
+    Entry& entry = table_[i];
+    entry = {triangle.mesh, triangle.triangle, 0, rows_.size()};
+    for (uint32_t row = 0; row < kCells; ++row) {
+      if ((*triangle.rows)[row] == 0) continue;
+      entry.rows |= uint64_t{1} << row;
+      rows_.push_back((*triangle.rows)[row]);
+    }
   }
 }
 
-std::unique_ptr<const Contacts> find_contacts(const ContactInput& input) { return ContactSearch(input).run(); }
+std::unique_ptr<const Contacts> find_contacts(const ContactInput& input, const CancelToken* cancel) {
+  return ContactSearch(input, cancel).run();
+}
 
 } // namespace kindling

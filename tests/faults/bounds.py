@@ -2,82 +2,28 @@
 """Renders scenes made to exhaust memory and patience, and compares the measured with the estimated.
 
     bounds.py KINDLING [NAME...] [--accel kdtree,embree] [--list] [--limit-gb N] [--json FILE]
+    bounds.py KINDLING [NAME...] --factors [--triangles N]
+    bounds.py KINDLING NAME... --signals N
 
 For each scene and accelerator: the peak that `info` estimates, the peak that a render takes, the time of its
-build, and for each phase the time from the first SIGTERM to the end of the process. The scenes are
+build, and for each phase the time from the first SIGTERM to the end of the process. With --factors: build, memory and
+rays of each shape over those of a typical mesh with as many triangles. With --signals: the time to the end after SIGTERM at
+N moments, evenly spread over loading, building and three seconds of rendering. The scenes are
 written into a temporary folder. A process beyond --limit-gb is killed.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
-import re
-import signal
-import subprocess
 import sys
 import tempfile
-import threading
-import time
 from pathlib import Path
 
+from bounds_factors import measure_factors
+from bounds_process import Process, render, size, time_to_end
 from bounds_scenes import FILES, SCENES
+from bounds_signals import measure_signals
 
 END_S = 2.0  # bound of the time to the end
-
-
-class Process:
-    """A process with its peak of resident memory, killed beyond a limit of memory or time."""
-
-    def __init__(self, command, folder, limit_bytes, limit_s):
-        self.started = time.monotonic()
-        self.killed = ""
-        self.process = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.out, self.err = [], []
-        self.readers = [threading.Thread(target=self.read, args=pair, daemon=True)
-                        for pair in ((self.process.stdout, self.out), (self.process.stderr, self.err))]
-        for reader in self.readers:
-            reader.start()
-        self.limit_bytes, self.limit_s = limit_bytes, limit_s
-        self.peak = 0
-
-    @staticmethod
-    def read(stream, lines):
-        lines.extend(iter(stream.readline, ""))
-
-    def poll(self):
-        """Returns False once the process has ended."""
-        if self.process.poll() is not None:
-            return False
-        try:
-            status = Path(f"/proc/{self.process.pid}/status").read_text()
-            self.peak = max(self.peak, *(int(value) * 1024 for value in re.findall(r"VmHWM:\s*(\d+)", status)), 0)
-        except (OSError, ProcessLookupError):
-            pass
-        if self.peak > self.limit_bytes:
-            self.kill(f"killed at {size(self.limit_bytes)}")
-        elif time.monotonic() - self.started > self.limit_s:
-            self.kill(f"killed after {self.limit_s:.0f} s")
-        return True
-
-    def kill(self, reason):
-        self.killed = self.killed or reason
-        self.process.kill()
-
-    def finish(self):
-        while self.poll():
-            time.sleep(0.02)
-        for reader in self.readers:
-            reader.join()
-        self.seconds = time.monotonic() - self.started
-        return self
-
-    def phase(self):
-        """The last phase that was begun; from --progress json."""
-        found = [json.loads(line)["phase"] for line in list(self.err) if line.startswith("{") and '"phase"' in line]
-        return found[-1] if found else ""
-
-
-def size(count):
-    return f"{count / 2**30:.2f} GiB" if count >= 2**30 else f"{count / 2**20:.0f} MiB"
 
 
 def estimated_peaks(program, path, options):
@@ -87,27 +33,6 @@ def estimated_peaks(program, path, options):
         return {}, info
     report = json.loads("".join(info.out))
     return {of["name"]: of["peak_bytes"] for of in report["memory"]["accelerators"]}, info
-
-
-def render(program, path, accelerator, options, spp="1"):
-    return Process([program, "render", path, "--accel", accelerator, "--size", "64x36", "--spp", spp, "--threads", "2", "-o", "a.exr",
-                    "--stats", "stats.json", "--progress", "json"], path.parent, options.limit, options.seconds)
-
-
-def time_to_end(program, path, accelerator, phase, delay, options):
-    """Seconds from a SIGTERM in a phase to the end, or None if the phase ended before."""
-    run = render(program, path, accelerator, options, "100000")
-    while run.poll() and run.phase() != phase:
-        time.sleep(0.01)
-    time.sleep(delay)
-    if not run.poll() or run.phase() != phase:
-        run.kill("not needed")
-        run.finish()
-        return None
-    sent = time.monotonic()
-    run.process.send_signal(signal.SIGTERM)
-    run.finish()
-    return (time.monotonic() - sent, run.killed or f"exit code {run.process.returncode}")
 
 
 def measure_scene(program, scene, path, options, rows):
@@ -146,10 +71,17 @@ def main():
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--limit-gb", type=float, default=6.0)
     parser.add_argument("--seconds", type=float, default=60.0, help="limit of each process")
+    parser.add_argument("--factors", action="store_true", help="compare shapes with a typical mesh")
+    parser.add_argument("--triangles", type=int, default=50_000, help="of --factors [%(default)s]")
+    parser.add_argument("--signals", type=int, metavar="N", help="of each scene and accelerator")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     options.limit = int(options.limit_gb * 2**30)
     rows = []
+    if options.factors:
+        sys.exit(measure_factors(options))
+    if options.signals:
+        sys.exit(measure_signals(options, [scene for scene in SCENES if scene.__name__ in options.names], END_S))
     for scene in SCENES + FILES:
         if options.list:
             print(f"{scene.__name__:30} {scene.__doc__}")

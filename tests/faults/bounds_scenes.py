@@ -1,94 +1,50 @@
 """Scenes and files made to exhaust memory and patience: the material of bounds.py."""
 # SPDX-License-Identifier: Apache-2.0
-import json
-import math
 import random
 from array import array
 
-FLOAT, UINT, USHORT = 5126, 5125, 5123
-
-
-class Gltf:
-    """A glTF file under construction; its buffer becomes a file beside it."""
-
-    def __init__(self):
-        self.root = {"asset": {"version": "2.0"}, "accessors": [], "bufferViews": [], "meshes": [], "nodes": []}
-        self.bin = bytearray()
-
-    def accessor(self, values, component, kind, count=None):
-        """Without values: all zero, which takes no bytes of the file."""
-        width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}[kind]
-        entry = {"componentType": component, "type": kind, "count": count if values is None else len(values) // width}
-        if values is not None:
-            entry["bufferView"] = len(self.root["bufferViews"])
-            data = values.tobytes()
-            self.root["bufferViews"].append({"buffer": 0, "byteOffset": len(self.bin), "byteLength": len(data)})
-            self.bin += data + bytes(-len(data) % 4)
-        self.root["accessors"].append(entry)
-        return len(self.root["accessors"]) - 1
-
-    def mesh(self, positions, indices, **attributes):
-        primitive = {"attributes": {"POSITION": positions, **attributes}}
-        if indices is not None:
-            primitive["indices"] = indices
-        self.root["meshes"].append({"primitives": [primitive]})
-        return len(self.root["meshes"]) - 1
-
-    def triangles(self, positions, indices):
-        return self.mesh(self.accessor(array("f", positions), FLOAT, "VEC3"), self.accessor(array("I", indices), UINT, "SCALAR"))
-
-    def node(self, **node):
-        self.root["nodes"].append(node)
-        return len(self.root["nodes"]) - 1
-
-    def write(self, folder, name):
-        root = {key: value for key, value in self.root.items() if value}
-        root.setdefault("scenes", [{"nodes": list(range(len(self.root["nodes"])))}])
-        if self.bin:
-            root["buffers"] = [{"uri": name + ".bin", "byteLength": len(self.bin)}]
-            (folder / (name + ".bin")).write_bytes(self.bin)
-        path = folder / (name + ".gltf")
-        path.write_text(json.dumps(root, separators=(",", ":")))
-        return path
-
-
-def same_triangles(count):
-    """Indices of copies of one triangle."""
-    return array("I", [0, 1, 2]) * count
-
-
-TILTED = [0.0, 0.0, 0.0, 1.0, 0.1, 0.3, 0.2, 1.0, 0.6]
-
-
-def terrain(gltf, side):
-    """The typical scene that others are compared with."""
-    positions = array("f")
-    for z in range(side + 1):
-        for x in range(side + 1):
-            u, v = x / side, z / side
-            positions.extend((u, 0.05 * math.sin(20 * u) * math.cos(17 * v), v))
-    indices = array("I")
-    for z in range(side):
-        for x in range(side):
-            i = z * (side + 1) + x
-            j = i + side + 1
-            indices.extend((i, j, i + 1, i + 1, j, j + 1))
-    return gltf.mesh(gltf.accessor(positions, FLOAT, "VEC3"), gltf.accessor(indices, UINT, "SCALAR"))
+import bounds_shapes as shapes
+from bounds_shapes import FLOAT, TILTED, UINT, USHORT, Gltf, box_mesh, same_triangles
 
 
 def typical(folder):
-    """1 million triangles of a terrain"""
-    gltf = Gltf()
-    gltf.node(mesh=terrain(gltf, 707))
-    return gltf.write(folder, "typical")
+    """1 million triangles of a bumpy surface"""
+    return shapes.write_shape(folder, shapes.bumpy, 1_000_000)
 
 
 def coincident_triangles(folder):
     """4 million copies of one tilted triangle in one mesh"""
-    gltf = Gltf()
-    gltf.node(mesh=gltf.mesh(gltf.accessor(array("f", TILTED), FLOAT, "VEC3"),
-                             gltf.accessor(same_triangles(4_000_000), UINT, "SCALAR")))
-    return gltf.write(folder, "coincident_triangles")
+    return shapes.write_shape(folder, shapes.coincident, 4_000_000)
+
+
+def nested_boxes(folder):
+    """83,333 boxes one in the other, 1 million triangles"""
+    return shapes.write_shape(folder, shapes.nested_boxes, 1_000_000)
+
+
+def nested_spheres(folder):
+    """12,500 spheres one in the other, 1 million triangles"""
+    return shapes.write_shape(folder, shapes.nested_spheres, 1_000_000)
+
+
+def needles(folder):
+    """1 million needles through the whole scene in all directions"""
+    return shapes.write_shape(folder, shapes.needles, 1_000_000)
+
+
+def one_cell(folder):
+    """1 million triangles in a spot of 0.1 mm, far from two others"""
+    return shapes.write_shape(folder, shapes.one_cell, 1_000_000)
+
+
+def soup(folder):
+    """1 million random triangles of all sizes"""
+    return shapes.write_shape(folder, shapes.soup, 1_000_000)
+
+
+def overlapping_soup(folder):
+    """300,000 large random triangles through one another"""
+    return shapes.write_shape(folder, shapes.large_soup, 300_000)
 
 
 def coincident_instances(folder, moved=False):
@@ -123,60 +79,6 @@ def scattered_instances(folder):
     gltf.root["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
     gltf.node(mesh=mesh, extensions={"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": gltf.accessor(places, FLOAT, "VEC3")}}})
     return gltf.write(folder, "scattered_instances")
-
-
-BOX = [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3]
-
-
-def box_mesh(gltf, extents):
-    positions, indices = array("f"), array("I")
-    for low, high in extents:
-        first = len(positions) // 3
-        for corner in range(8):
-            positions.extend(high if corner >> axis & 1 else low for axis in range(3))
-        indices.extend(first + i for i in BOX)
-    return gltf.mesh(gltf.accessor(positions, FLOAT, "VEC3"), gltf.accessor(indices, UINT, "SCALAR"))
-
-
-def nested_boxes(folder):
-    """83,333 boxes one in the other, 1 million triangles"""
-    gltf = Gltf()
-    gltf.node(mesh=box_mesh(gltf, [(-1 - i * 1e-4, 1 + i * 1e-4) for i in range(83333)]))
-    return gltf.write(folder, "nested_boxes")
-
-
-def needles(folder):
-    """1 million needles through the whole scene in all directions"""
-    gltf, rng = Gltf(), random.Random(2)
-    positions = array("f")
-    for _ in range(1_000_000):
-        a = [rng.gauss(0, 1) for _ in range(3)]
-        b = [rng.gauss(0, 1) for _ in range(3)]
-        positions.extend(a)
-        positions.extend(b)
-        positions.extend(value + 1e-4 * rng.gauss(0, 1) for value in b)
-    gltf.node(mesh=gltf.mesh(gltf.accessor(positions, FLOAT, "VEC3"), None))
-    return gltf.write(folder, "needles")
-
-
-def one_cell(folder):
-    """1 million triangles in a spot of 0.1 mm, on a square of 1 km"""
-    gltf, rng = Gltf(), random.Random(3)
-    positions = array("f", [-500, 0, -500, 500, 0, -500, 0, 0, 500])
-    for _ in range(1_000_000):
-        at = [rng.random() * 1e-4 for _ in range(3)]
-        for _ in range(3):
-            positions.extend(value + rng.random() * 1e-5 for value in at)
-    gltf.node(mesh=gltf.mesh(gltf.accessor(positions, FLOAT, "VEC3"), None))
-    return gltf.write(folder, "one_cell")
-
-
-def overlapping_soup(folder):
-    """300,000 large random triangles through one another"""
-    gltf, rng = Gltf(), random.Random(4)
-    positions = array("f", (rng.random() for _ in range(9 * 300_000)))
-    gltf.node(mesh=gltf.mesh(gltf.accessor(positions, FLOAT, "VEC3"), None))
-    return gltf.write(folder, "overlapping_soup")
 
 
 def skinned_nodes(folder):
@@ -278,5 +180,5 @@ def long_joints(folder):
 
 
 SCENES = [typical, coincident_triangles, coincident_instances, coincident_instances_moved, million_coincident_instances,
-          scattered_instances, nested_boxes, needles, one_cell, overlapping_soup]
+          scattered_instances, nested_boxes, nested_spheres, needles, one_cell, soup, overlapping_soup]
 FILES = [skinned_nodes, morphed_nodes, shared_meshes, shared_keys, empty_nodes, empty_materials, nested_json, zero_tangents, long_joints]

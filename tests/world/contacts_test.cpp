@@ -1,9 +1,13 @@
 // Contacts of large triangles: marked cells, and nothing where nothing touches.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/find_contacts.h"
+
+#include "renderer/base/hash.h"
 #include "tests/integrator/test_scenes.h"
 
 #include <tbb/global_control.h>
+
+#include <chrono>
 
 namespace kindling::test {
 namespace {
@@ -18,14 +22,15 @@ Geometry geometry_of(const std::vector<Primitive>& primitives) {
   return make_geometry(std::move(all), M44f(), 0, Material());
 }
 
-std::unique_ptr<const Contacts> contacts_of(const Geometry& geometry, const M44f& place = M44f()) {
+std::unique_ptr<const Contacts> contacts_of(const Geometry& geometry, const M44f& place = M44f(),
+                                            const CancelToken* cancel = nullptr) {
   const std::vector<accel::MeshGroup> groups{{0, 1}};
   std::vector<WorldInstance> instances(1);
   instances[0].object_to_world = place;
   instances[0].identity = place == M44f();
   Box3f bounds;
   for (const V3f& p : geometry.position_span()) bounds.extendBy(transform_point(place, p));
-  return find_contacts({std::span(&geometry, 1), groups, instances, {}, bounds});
+  return find_contacts({std::span(&geometry, 1), groups, instances, {}, bounds}, cancel);
 }
 
 accel::Hit hit_of(uint32_t triangle, float u, float v) {
@@ -52,6 +57,9 @@ TEST(Contacts, MarkCellsUnderAWall) {
     EXPECT_FALSE(contacts->at(hit_of(0, 0.6f, 0.15f)));
     EXPECT_FALSE(contacts->at(hit_of(0, 0.15f, 0.6f)));
     EXPECT_FALSE(contacts->at(hit_of(1, 0.15f, 0.15f)));
+    // Two cells beside the wall, and beyond its end.
+    EXPECT_FALSE(contacts->at(hit_of(0, 0.225f, 0.15f + 2.0f / 64.0f)));
+    EXPECT_FALSE(contacts->at(hit_of(0, 0.35f + 2.0f / 64.0f, 0.15f)));
     EXPECT_FALSE(contacts->at(hit_of(7, 0.15f, 0.15f)));
   }
 }
@@ -72,6 +80,69 @@ TEST(Contacts, EveryPointOfADiagonalWallIsMarked) {
     }
     EXPECT_GT(inside, 900);
   }
+}
+
+// Another triangle in the same place touches every cell, so that its further copies are skipped.
+TEST(Contacts, CoincidentTrianglesTouchEverywhere) {
+  std::vector<Primitive> scene{floor()};
+  Primitive copies;
+  copies.positions = {V3f(1, 1, 0), V3f(3, 1, 0.5f), V3f(1, 2, 0.25f)};
+  for (int copy = 0; copy < 100'000; ++copy) copies.indices.insert(copies.indices.end(), {0, 1, 2});
+  scene.push_back(copies);
+  const auto contacts = contacts_of(geometry_of(scene));
+  ASSERT_NE(contacts, nullptr);
+  for (int u = 0; u < 64; ++u)
+    for (int v = 0; u + v < 64; ++v)
+      EXPECT_TRUE(contacts->at(hit_of(2, static_cast<float>(u) / 64.0f, static_cast<float>(v) / 64.0f)))
+          << u << " " << v;
+}
+
+// Each needle lies in the boxes of thousands of others: the search keeps to the larger triangles.
+TEST(Contacts, NeedlesAreComparedWithTheLargestOnly) {
+  std::vector<Primitive> scene{floor(), quad(V3f(1, 0, -0.6f), V3f(1, 0, 0), V3f(0, 3, 0), 0)};
+  Primitive needles;
+  uint32_t h = 1;
+  const auto number = [&h] {
+    h = hash_u32(h + 1);
+    return static_cast<float>(h) * 0x1p-32f;
+  };
+  for (uint32_t i = 0; i < 40'000; ++i) {
+    const V3f a(3.0f * number(), 0.5f + 2.5f * number(), -3.0f * number());
+    const V3f b(3.0f * number(), 0.5f + 2.5f * number(), -3.0f * number());
+    needles.positions.insert(needles.positions.end(), {a, b, b + V3f(1e-4f, 0, 0)});
+    needles.indices.insert(needles.indices.end(), {3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  scene.push_back(needles);
+  const Geometry geometry = geometry_of(scene);
+  const auto start = std::chrono::steady_clock::now();
+  const auto contacts = contacts_of(geometry);
+  // Milliseconds; without a limit 1.6 billion pairs would take minutes.
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+  ASSERT_NE(contacts, nullptr);
+  EXPECT_TRUE(contacts->at(hit_of(0, 0.225f, 0.15f)));
+  CancelToken cancel;
+  cancel.cancel();
+  EXPECT_EQ(contacts_of(geometry, M44f(), &cancel), nullptr);
+}
+
+// Many instances of a mesh count by their bounds, and the time does not grow with their triangles.
+TEST(Contacts, ManyInstancesCountByTheirBounds) {
+  std::vector<Geometry> geometries;
+  geometries.push_back(geometry_of({floor()}));
+  geometries.push_back(geometry_of({sphere(V3f(0.0f), 0.1f, 32, 0)}));
+  const std::vector<accel::MeshGroup> groups{{0, 1}, {1, 1}};
+  std::vector<WorldInstance> instances(1);
+  instances[0].identity = true;
+  WorldInstance copy;
+  copy.group = 1;
+  copy.identity = false;
+  copy.object_to_world.setTranslation(V3f(1.0f, 0.0f, -0.5f));
+  instances.insert(instances.end(), 100'000, copy);
+  const Box3f bounds(V3f(0, -1, -4), V3f(4, 1, 0));
+  const auto contacts = find_contacts({geometries, groups, instances, {}, bounds});
+  ASSERT_NE(contacts, nullptr);
+  EXPECT_TRUE(contacts->at(hit_of(0, (1.0f - 0.5f) / 4.0f, 0.5f / 4.0f)));
+  EXPECT_FALSE(contacts->at(hit_of(0, 0.5f, 0.4f)));
 }
 
 TEST(Contacts, SmallTrianglesHaveNone) {
