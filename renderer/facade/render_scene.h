@@ -4,8 +4,10 @@
 
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
+#include "renderer/facade/back_faces.h"
 #include "renderer/facade/load_environment.h"
 #include "renderer/facade/scene_light.h"
+#include "renderer/facade/view_settings.h"
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/member_values.h"
 #include "renderer/scene/scene.h"
@@ -19,10 +21,18 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace kindling {
+
+// Decisions of build_stage(), made once for all images with these views.
+struct ViewDecisions {
+  ViewSettings views;
+  std::vector<PlacedCamera> cameras;    // decisive_views()
+  std::optional<BackFaceCounts> backs;  // with Backfaces::automatic
+  std::optional<SceneLight> light;      // if nothing but emissive surfaces lights the scene
+  std::optional<double> exposure_stops; // if RenderScene::shares_exposure and animations change the scene
+};
 
 struct RenderScene {
   WorldSettings settings;
@@ -42,9 +52,10 @@ struct RenderScene {
   uint64_t environment_hash = 0;              // LoadedEnvironment::content_hash
   std::optional<MemberValues> as_loaded;      // set by keep()
   const std::atomic<bool>* abandon = nullptr; // WorldOptions::abandon of its Worlds
-  bool strokes_sized = false;                 // points and lines have their width
-  // The last decision of build_stage(), and the views that it holds for.
-  std::optional<std::pair<LightViewSettings, SceneLight>> light;
+  decltype(WorldOptions::wrap_accelerator) wrap_accelerator; // of its Worlds; may be null
+  bool strokes_sized = false;                                // points and lines have their width
+  bool shares_exposure = false;           // frames of an animation: ViewDecisions::exposure_stops is wanted
+  std::optional<ViewDecisions> decisions; // of the last build_stage()
   double load_s = 0.0;
   ImportTimes import_times;           // phases of load_s, one after the other
   EnvironmentTimes environment_times; // in parallel with these

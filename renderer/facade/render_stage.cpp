@@ -39,6 +39,11 @@ bool is_built(const RenderScene& scene, const ResolvedImage& image) {
   return scene.world != nullptr && same_shutter && scene.world_time_s == image.time_s;
 }
 
+bool hides_backs(const RenderScene& scene, const ImageSettings& image) {
+  if (scene.decisions && scene.decisions->backs) return scene.decisions->backs->in_the_way();
+  return image.backfaces == Backfaces::cull;
+}
+
 WorldOptions world_options(RenderScene& scene, const ImageSettings& image, const V2i& size_px) {
   const WorldSettings& settings = scene.settings;
   WorldOptions options;
@@ -50,7 +55,8 @@ WorldOptions world_options(RenderScene& scene, const ImageSettings& image, const
   options.studio = settings.studio;
   options.texture_memory = scene.textures();
   options.abandon = scene.abandon;
-  options.hide_backs = image.backfaces == Backfaces::cull;
+  options.wrap_accelerator = scene.wrap_accelerator;
+  options.hide_backs = hides_backs(scene, image);
   options.image_samples = static_cast<uint64_t>(size_px.x) * static_cast<uint64_t>(size_px.y) * image.planned_samples();
   return options;
 }
@@ -70,18 +76,9 @@ Result<const World*> next_world(RenderScene& scene, PosedImage& posed, const Ima
 }
 
 // Lets the camera look through backs of faces if that is asked for, or if they are in the way.
-Result<void> treat_back_faces(RenderScene& scene, const World& world, const PlacedCamera& camera,
-                              const ImageSettings& image, const V2i& size_px, const CancelToken* cancel,
-                              ProgressListener& listener) {
+Result<void> treat_back_faces(RenderScene& scene, const PlacedCamera& camera, const ImageSettings& image,
+                              const V2i& size_px, const CancelToken* cancel, ProgressListener& listener) {
   WorldOptions options = world_options(scene, image, size_px);
-  if (image.backfaces == Backfaces::automatic) {
-    const BackFaceShares shares = measure_back_faces(world, camera, size_px);
-    options.hide_backs = shares.in_the_way();
-    if (options.hide_backs)
-      listener.on_warning(fmt::format("{}: {}", scene.source, describe(shares)));
-    else if (shares.first > 0.0)
-      listener.on_info(fmt::format("{}: {}", scene.source, describe(shares)));
-  }
   if (options.hide_backs) {
     const M44f& m = camera.camera_to_world;
     options.view_point = ViewPoint{V3f(m[3][0], m[3][1], m[3][2]), -V3f(m[2][0], m[2][1], m[2][2]),
@@ -92,29 +89,87 @@ Result<void> treat_back_faces(RenderScene& scene, const World& world, const Plac
   return treated;
 }
 
+bool has_single_sided_faces(const Scene& scene, const PosedScene& posed) {
+  return std::any_of(posed.meshes.begin(), posed.meshes.end(), [&](const PosedMesh& mesh) {
+    const std::vector<Primitive>& primitives = scene.meshes[static_cast<size_t>(mesh.mesh)].primitives;
+    return std::any_of(primitives.begin(), primitives.end(), [&](const Primitive& primitive) {
+      return primitive.material == kNone || !scene.materials[static_cast<size_t>(primitive.material)].double_sided;
+    });
+  });
+}
+
 // Returns whether nothing but emissive surfaces may light the posed scene.
-bool may_need_measurement(const RenderScene& scene, const PosedScene& posed) {
+bool may_need_light(const RenderScene& scene, const PosedScene& posed) {
   return scene.settings.studio == Studio::automatic && !scene.environment && posed.lights.empty() &&
          posed.image_light == kNone && std::any_of(scene.scene.materials.begin(), scene.scene.materials.end(), is_lamp);
 }
 
-// Decides what lights the views of the scene at rest, which the World shows.
-Result<void> decide_light(RenderScene& scene, const World& world, const PlacedCamera& camera,
-                          const LightViewSettings& views, const CancelToken* cancel) {
-  SceneLight light{.studio = world.lights().environment() != nullptr};
-  if (world.lit_by_emission_alone()) {
-    scene.worlds.light_by_studio(false);
-    const Result<double> share = measure_lit_share(world, light_views(camera, views), views.size_px, cancel);
-    if (!share.ok()) return share.error();
-    light = {share.value() < kMinLitShare, share.value()};
+// Returns whether something is to be decided that the scene at rest may answer differently. A
+// program that places its own camera has it at the time of the image, so that its view of other
+// times says little, and a viewer would build two Worlds for each image.
+bool decides_at_rest(const RenderScene& scene, const PosedScene& posed, const ImageSettings& image) {
+  if (!posed.animated || scene.scene.animations.empty()) return false;
+  if (may_need_light(scene, posed)) return true;
+  if (image.own_camera) return false;
+  return scene.shares_exposure ||
+         (image.backfaces == Backfaces::automatic && has_single_sided_faces(scene.scene, posed));
+}
+
+Result<SceneLight> decide_light(RenderScene& scene, const World& world, const ImageSettings& image,
+                                const CancelToken* cancel, ProgressListener& listener) {
+  const ViewSettings& views = scene.decisions->views;
+  scene.worlds.light_by_studio(false);
+  LitPixels pixels;
+  for (const PlacedCamera& view : scene.decisions->cameras) {
+    if (Result<void> treated = treat_back_faces(scene, view, image, views.size_px, cancel, listener); !treated.ok())
+      return treated.error();
+    const Result<LitPixels> counted = count_lit_pixels(world, view, views.size_px, cancel);
+    if (!counted.ok()) return counted.error();
+    pixels += counted.value();
   }
-  scene.light.emplace(views, light);
+  const double share = pixels.lit_share();
+  const SceneLight light{share < kMinLitShare, share};
+  const std::string line = fmt::format("{}: {}", scene.source, describe(light));
+  light.studio ? listener.on_warning(line) : listener.on_info(line);
+  return light;
+}
+
+// Decides what the images with these views share, in the World as it is. With `exposure`, also
+// their exposure.
+Result<void> decide(RenderScene& scene, const World& world, const PlacedCamera& camera, const ViewSettings& views,
+                    const ImageSettings& image, bool exposure, const CancelToken* cancel, ProgressListener& listener) {
+  ViewDecisions& decisions = scene.decisions.emplace(ViewDecisions{views, decisive_views(camera, views), {}, {}, {}});
+  if (image.backfaces == Backfaces::automatic) {
+    BackFaceCounts counts;
+    for (const PlacedCamera& view : decisions.cameras) counts += count_back_faces(world, view, views.size_px);
+    decisions.backs = counts;
+    const std::string line = fmt::format("{}: {}", scene.source, describe(counts));
+    if (counts.in_the_way())
+      listener.on_warning(line);
+    else if (counts.backs > 0)
+      listener.on_info(line);
+  }
+  if (world.lit_by_emission_alone()) {
+    const Result<SceneLight> light = decide_light(scene, world, image, cancel, listener);
+    if (!light.ok()) return light.error();
+    decisions.light = light.value();
+    scene.worlds.light_by_studio(light.value().studio);
+  }
+  if (!exposure) return {};
+  PlacedCamera view = camera;
+  view.camera.lens = CameraLens{};
+  view.later_transforms.clear();
+  if (Result<void> treated = treat_back_faces(scene, view, image, views.size_px, cancel, listener); !treated.ok())
+    return treated;
+  const Result<double> stops = measure_exposure(world, view, image, views.size_px, cancel);
+  if (!stops.ok()) return stops.error();
+  decisions.exposure_stops = stops.value();
   return {};
 }
 
-// Builds the World of the scene at rest for that. The pose of the scene is lost.
-Result<void> decide_light_at_rest(RenderScene& scene, const LightViewSettings& views, const ImageSettings& image,
-                                  const CancelToken* cancel, ProgressListener& listener) {
+// Builds the World of the scene at rest and decides there. The pose of the scene is lost.
+Result<void> decide_at_rest(RenderScene& scene, const ViewSettings& views, const ImageSettings& image,
+                            const CancelToken* cancel, ProgressListener& listener) {
   scene.as_loaded->restore(scene.scene);
   Result<PosedScene> posed = pose_scene(scene.scene, {.scene = scene.root});
   if (!posed.ok()) return posed.error();
@@ -126,10 +181,7 @@ Result<void> decide_light_at_rest(RenderScene& scene, const LightViewSettings& v
   Result<PlacedCamera> placed = camera.value() ? Result<PlacedCamera>(*std::move(camera.value()))
                                                : fit_own_camera(*world.value(), views.size_px, image);
   if (!placed.ok()) return placed.error();
-  const Result<void> treated =
-      treat_back_faces(scene, *world.value(), placed.value(), image, views.size_px, cancel, listener);
-  if (!treated.ok()) return treated.error();
-  return decide_light(scene, *world.value(), placed.value(), views, cancel);
+  return decide(scene, *world.value(), placed.value(), views, image, scene.shares_exposure, cancel, listener);
 }
 
 // Gives points and lines their width at the camera of the scene at rest.
@@ -195,10 +247,11 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
-  const LightViewSettings views(image, posed.size_px);
-  const bool moves = posed.posed.animated && !scene.scene.animations.empty();
-  if (moves && may_need_measurement(scene, posed.posed) && !(scene.light && scene.light->first == views)) {
-    const Result<void> decided = decide_light_at_rest(scene, views, image, cancel, listener);
+  const ViewSettings views(image, posed.size_px);
+  if (scene.decisions && !(scene.decisions->views == views)) scene.decisions.reset();
+  if (!scene.decisions && decides_at_rest(scene, posed.posed, image)) {
+    posed.posed = PosedScene(); // posed again below
+    const Result<void> decided = decide_at_rest(scene, views, image, cancel, listener);
     if (!decided.ok()) return decided.error();
     Result<PosedImage> again = pose_image(scene, image);
     if (!again.ok()) return again.error();
@@ -219,21 +272,23 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
     stage.placed_camera = std::move(fitted).value();
     listener.on_warning(scene.source + ": no camera: one is fitted to the bounds of the scene");
   }
-  const Result<void> treated =
-      treat_back_faces(scene, *stage.world, stage.placed_camera, image, stage.size_px, cancel, listener);
-  if (!treated.ok()) return treated.error();
-  if (stage.world->lit_by_emission_alone()) {
-    if (!(scene.light && scene.light->first == views)) {
-      const Result<void> decided = decide_light(scene, *stage.world, stage.placed_camera, views, cancel);
-      if (!decided.ok()) return decided.error();
-    }
-    stage.light = scene.light->second;
-    scene.worlds.light_by_studio(stage.light.studio);
-    if (const std::string what = describe(stage.light); !what.empty()) {
-      const std::string line = fmt::format("{}: {}", scene.source, what);
-      stage.light.studio ? listener.on_warning(line) : listener.on_info(line);
-    }
+  if (!scene.decisions) {
+    const Result<void> decided =
+        decide(scene, *stage.world, stage.placed_camera, views, image, false, cancel, listener);
+    if (!decided.ok()) return decided.error();
   }
+  if (stage.world->lit_by_emission_alone()) {
+    if (!scene.decisions->light) { // no emissive surface was placed at rest
+      const Result<SceneLight> light = decide_light(scene, *stage.world, image, cancel, listener);
+      if (!light.ok()) return light.error();
+      scene.decisions->light = light.value();
+    }
+    stage.light = *scene.decisions->light;
+    scene.worlds.light_by_studio(stage.light.studio);
+  }
+  stage.exposure_stops = scene.decisions->exposure_stops;
+  const Result<void> treated = treat_back_faces(scene, stage.placed_camera, image, stage.size_px, cancel, listener);
+  if (!treated.ok()) return treated.error();
   const Result<std::string> focus = focus_lens(stage.placed_camera, *stage.world, stage.size_px, image.lens);
   if (!focus.ok()) return focus.error();
   if (!focus.value().empty()) listener.on_info(focus.value());

@@ -35,7 +35,8 @@ struct RenderStage {
   V2i size_px{0, 0};
   std::optional<Shutter> shutter;
   SceneLight light;
-  double build_s = 0.0; // pose and World
+  std::optional<double> exposure_stops; // ViewDecisions::exposure_stops
+  double build_s = 0.0;                 // pose and World
 };
 
 // Before the first pose, gives points and lines their width at the camera of the scene at rest:
@@ -48,9 +49,11 @@ struct RenderStage {
 // the scene unless `more` images follow. Reports Phase::build. Fails (render_failed) when
 // cancelled, and then the scene cannot be used again. `cancel` may be null.
 //
-// Studio::automatic: if nothing but emissive surfaces lights the scene, their light is measured in
-// light_views() of the scene at rest, whatever the time of the image, so that all frames of an
-// animation are lit alike. A scene that animations change needs a World at rest for that.
+// Decides what images with the same ViewSettings share (RenderScene::decisions) with the first of
+// them: the studio, backs of faces and a shared exposure. It looks at the scene at rest, whatever
+// the time of the image, so that frames agree, also if other processes render them; a scene that
+// animations change needs a World at rest for that. Only an ImageSettings::own_camera looks at the
+// scene at the time of the first image, unless emission alone lights it.
 [[nodiscard]] Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image,
                                               bool more, const CancelToken* cancel, ProgressListener& listener);
 

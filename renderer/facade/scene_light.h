@@ -1,4 +1,4 @@
-// Decides whether the built-in studio lights a scene whose only lights are its emissive surfaces.
+// Measures what emission lights in a view, and how bright the view is.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,42 +8,38 @@
 #include "renderer/session/image_settings.h"
 #include "renderer/world/world.h"
 
+#include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 namespace kindling {
 
-// The share of lit surfaces from which emission lights a image. Scenes that are meant to be lit
-// by their lamps have shares above a half, lamps of a car or the screen of a device below 0.02.
-inline constexpr double kMinLitShare = 0.125;
+// The share of lit surfaces from which emission lights an image. Scenes that are meant to be lit
+// by their lamps have shares of 0.4 and more, lamps of a car or the screen of a device below 0.02,
+// and objects that glow a little among others that do not about 0.2.
+inline constexpr double kMinLitShare = 0.25;
 
-// The part of the settings that the views of a scene at rest follow from.
-struct LightViewSettings {
-  std::string camera;
-  std::optional<PlacedCamera> own_camera;
-  std::optional<V3f> orbit;
-  V3f target{0.0f};
-  std::optional<double> yfov_deg;
-  V2i size_px{0, 0};
+// Pixels of views that surfaces cover.
+struct LitPixels {
+  size_t reflecting = 0; // of surfaces that do not glow
+  size_t lit = 0;        // among these: reflect at least 0.02 times their albedo (luminance at exposure 0)
+  size_t glowing = 0;
 
-  LightViewSettings(const ImageSettings& image, const V2i& image_size_px);
-  bool operator==(const LightViewSettings& other) const;
+  LitPixels& operator+=(const LitPixels& other);
+  // Returns the share of the reflecting surfaces that are lit: 1 if all glow, 0 if none is seen.
+  [[nodiscard]] double lit_share() const;
 };
 
-// Returns the view of the camera without lens and motion, or for an orbit the views from four sides
-// (azimuths 0, 90, 180 and 270 degrees) at its height, so that all images of a turntable are lit
-// alike.
-[[nodiscard]] std::vector<PlacedCamera> light_views(const PlacedCamera& camera, const LightViewSettings& settings);
+// Renders a view in the aspect ratio of `size_px`, at 64 pixels on the longer side with 16 paths
+// each. The World must have no environment. A function of these arguments: no number of threads
+// changes it. Fails (render_failed) when cancelled.
+[[nodiscard]] Result<LitPixels> count_lit_pixels(const World& world, const PlacedCamera& view, const V2i& size_px,
+                                                 const CancelToken* cancel);
 
-// Renders the views in the aspect ratio of `size_px`, at 64 pixels on the longer side with 16 paths
-// each, and returns the share of the surfaces that reflect at least 0.02 times their albedo
-// (luminance at exposure 0). Pixels that glow themselves are left out: 1 if there are no others, 0
-// if no surface is seen. The World must have no environment. A function of these arguments: no
-// number of threads changes it. Fails (render_failed) when cancelled.
-[[nodiscard]] Result<double> measure_lit_share(const World& world, std::span<const PlacedCamera> views,
-                                               const V2i& size_px, const CancelToken* cancel);
+// Returns auto_exposure_stops() of a view at 64 pixels on the longer side with 64 samples each,
+// rendered with the integrator of `image`. Fails like count_lit_pixels(), and as render() does.
+[[nodiscard]] Result<double> measure_exposure(const World& world, const PlacedCamera& view, const ImageSettings& image,
+                                              const V2i& size_px, const CancelToken* cancel);
 
 // The light that a scene is rendered in.
 struct SceneLight {

@@ -63,12 +63,12 @@ std::string hex_of_start(Bytes bytes) {
   return text.empty() ? "none" : text;
 }
 
-Result<Image> decode_format(ImageFormat format, Bytes bytes, const ImageLimits& limits) {
+Result<Image> decode_format(ImageFormat format, Bytes bytes, const ImageLimits& limits, ImageUse use) {
   switch (format) {
   case ImageFormat::png: return image_detail::decode_png(bytes, limits);
   case ImageFormat::jpeg: return image_detail::decode_jpeg(bytes, limits);
   case ImageFormat::webp: return image_detail::decode_webp(bytes, limits);
-  case ImageFormat::ktx2: return image_detail::decode_ktx2(bytes, limits);
+  case ImageFormat::ktx2: return image_detail::decode_ktx2(bytes, limits, use);
   case ImageFormat::hdr: return image_detail::decode_hdr(bytes, limits);
   case ImageFormat::exr: return image_detail::decode_exr(bytes, limits);
   case ImageFormat::unknown: break;
@@ -101,7 +101,7 @@ std::string_view image_format_name(ImageFormat format) {
   return "unknown";
 }
 
-Result<Image> decode_image(Bytes bytes, std::string_view name, const ImageLimits& limits) {
+Result<Image> decode_image(Bytes bytes, std::string_view name, const ImageLimits& limits, ImageUse use) {
   const ImageFormat format = detect_image_format(bytes);
   if (format == ImageFormat::unknown) {
     return Error{ErrorKind::input_output,
@@ -110,7 +110,7 @@ Result<Image> decode_image(Bytes bytes, std::string_view name, const ImageLimits
   }
   std::string detail;
   try {
-    Result<Image> image = decode_format(format, bytes, limits);
+    Result<Image> image = decode_format(format, bytes, limits, use);
     if (image) return image;
     detail = image.error().message;
   } catch (const std::bad_alloc&) {

@@ -22,10 +22,16 @@ struct ImageLimits {
   uint64_t max_pixels = 1ULL << 28; // 268 megapixels
 };
 
+// The purpose that an image is decoded for.
+enum class ImageUse : uint8_t {
+  any,
+  normal_map // the blue of directions that is not stored is rebuilt (rebuild_blue())
+};
+
 // Decodes an image. `name` identifies it in error messages. HDR is decoded to f32, EXR to f32 or
 // f16, PNG to u8 or u16, other formats to u8.
 [[nodiscard]] Result<Image> decode_image(std::span<const std::byte> bytes, std::string_view name,
-                                         const ImageLimits& limits = {});
+                                         const ImageLimits& limits = {}, ImageUse use = ImageUse::any);
 [[nodiscard]] Result<Image> read_image_file(const std::filesystem::path& path, const ImageLimits& limits = {});
 
 } // namespace kindling

@@ -4,6 +4,7 @@
 #include "renderer/image/etc1s_slices.h"
 #include "renderer/image/ktx2_container.h"
 #include "renderer/image/ktx2_texels.h"
+#include "renderer/image/rebuild_blue.h"
 #include "renderer/image/uastc_block.h"
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <vector>
 
@@ -145,19 +147,28 @@ Result<Image> decode_etc1s(const Ktx2Texture& texture) {
   return image;
 }
 
+Result<Image> decode_payload(const Ktx2Texture& texture) {
+  if (texture.payload == Ktx2Payload::vulkan) {
+    std::vector<std::byte> buffer;
+    const Result<Bytes> level = inflate_level(texture, buffer);
+    if (!level) return level.error();
+    return decode_ktx2_texels(texture, level.value());
+  }
+  return texture.payload == Ktx2Payload::uastc ? decode_uastc(texture) : decode_etc1s(texture);
+}
+
 } // namespace
 
-Result<Image> decode_ktx2(Bytes bytes, const ImageLimits& limits) {
+Result<Image> decode_ktx2(Bytes bytes, const ImageLimits& limits, ImageUse use) {
   const Result<Ktx2Texture> texture = parse_ktx2(bytes);
   if (!texture) return texture.error();
   if (const auto error = check_size(texture.value().width, texture.value().height, limits)) return detail_error(*error);
-  if (texture.value().payload == Ktx2Payload::vulkan) {
-    std::vector<std::byte> buffer;
-    const Result<Bytes> level = inflate_level(texture.value(), buffer);
-    if (!level) return level.error();
-    return decode_ktx2_texels(texture.value(), level.value());
-  }
-  return texture.value().payload == Ktx2Payload::uastc ? decode_uastc(texture.value()) : decode_etc1s(texture.value());
+  Result<Image> image = decode_payload(texture.value());
+  const std::array<char, 4>& swizzle = texture.value().swizzle;
+  const auto is_constant = [](char channel) { return channel == '0' || channel == '1'; };
+  const bool constant_blue = is_constant(swizzle[2]) && !is_constant(swizzle[0]) && !is_constant(swizzle[1]);
+  if (image && use == ImageUse::normal_map) rebuild_blue(image.value(), constant_blue);
+  return image;
 }
 
 } // namespace kindling::image_detail

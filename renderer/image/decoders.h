@@ -22,7 +22,7 @@ using Bytes = std::span<const std::byte>;
 [[nodiscard]] Result<Image> decode_png(Bytes bytes, const ImageLimits& limits);
 [[nodiscard]] Result<Image> decode_jpeg(Bytes bytes, const ImageLimits& limits);
 [[nodiscard]] Result<Image> decode_webp(Bytes bytes, const ImageLimits& limits);
-[[nodiscard]] Result<Image> decode_ktx2(Bytes bytes, const ImageLimits& limits);
+[[nodiscard]] Result<Image> decode_ktx2(Bytes bytes, const ImageLimits& limits, ImageUse use);
 [[nodiscard]] Result<Image> decode_hdr(Bytes bytes, const ImageLimits& limits);
 [[nodiscard]] Result<Image> decode_exr(Bytes bytes, const ImageLimits& limits);
 

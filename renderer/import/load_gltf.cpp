@@ -80,15 +80,16 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
 } // namespace
 } // namespace gltf
 
-Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener) {
-  gltf::Warnings warnings(options.strict);
+namespace {
+
+// Returns what `work` returns. Exceptions become errors in one line.
+template <typename Value, typename Work>
+Result<Value> guarded(const std::filesystem::path& path, const Work& work) {
   const auto error = [&](ErrorKind kind, std::string_view message) {
     return Error{kind, fmt::format("{}: {}", path.string(), message)};
   };
   try {
-    Scene scene = gltf::import(path, options, listener, warnings);
-    warnings.send(path.string(), listener);
-    return scene;
+    return work();
   } catch (const gltf::ImportFailure& failure) {
     return error(failure.error.kind, failure.error.message);
   } catch (const std::bad_alloc&) {
@@ -98,6 +99,26 @@ Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& 
   } catch (const std::exception& e) {
     return error(ErrorKind::scene_invalid, fmt::format("cannot be read: {}", e.what()));
   }
+}
+
+} // namespace
+
+Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener) {
+  gltf::Warnings warnings(options.strict);
+  return guarded<Scene>(path, [&] {
+    Scene scene = gltf::import(path, options, listener, warnings);
+    warnings.send(path.string(), listener);
+    return scene;
+  });
+}
+
+Result<std::vector<std::filesystem::path>> list_scene_files(const std::filesystem::path& path,
+                                                            const ImportLimits& limits) {
+  return guarded<std::vector<std::filesystem::path>>(path, [&] {
+    std::vector<std::filesystem::path> files = gltf::list_files(path, limits);
+    files.insert(files.begin(), path);
+    return files;
+  });
 }
 
 } // namespace kindling

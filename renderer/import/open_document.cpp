@@ -236,10 +236,17 @@ bool named_glb(const std::filesystem::path& path) {
   return extension == ".glb";
 }
 
-} // namespace
-
-Document open_document(const std::filesystem::path& path, const ImportLimits& limits, Warnings& warnings) {
+// The file itself: checked JSON, and the BIN chunk if there is one.
+struct OpenedFile {
   Document document;
+  CorePlaces places;
+  std::optional<Bytes> bin;
+  bool container = false;
+};
+
+OpenedFile open_file(const std::filesystem::path& path, const ImportLimits& limits, Warnings& warnings) {
+  OpenedFile opened;
+  Document& document = opened.document;
   document.path = path;
   document.limits = limits;
   auto file = read_file(path, limits.max_file_bytes);
@@ -247,40 +254,48 @@ Document open_document(const std::filesystem::path& path, const ImportLimits& li
   document.bytes_read = file.value().size();
   document.content_hash = hash_content(file.value().span());
 
-  std::optional<Bytes> bin;
   Bytes text = file.value().span();
-  const bool container = is_glb(text) || named_glb(path);
-  if (container) {
+  opened.container = is_glb(text) || named_glb(path);
+  if (opened.container) {
     const GlbChunks chunks = split_glb(text, path, warnings);
     text = chunks.json;
-    bin = chunks.bin;
+    opened.bin = chunks.bin;
   } else if (text.empty()) {
     fail("", "the file is empty, expected JSON or a .glb", "INVALID_JSON");
   } else if (const std::string other = describe_other_format(text, path); !other.empty()) {
     fail("", other);
   }
   document.json = std::make_unique<json>(parse_json(as_text(text), limits.max_json_bytes, warnings));
-  if (bin) {
-    document.storage.push_back(std::move(file).value());
-  } else {
-    file = OwnedBytes();
-  }
+  if (opened.bin) document.storage.push_back(std::move(file).value());
 
   check_asset_first(*document.json, path, warnings);
-  const CorePlaces places = check_json(*document.json, warnings);
+  opened.places = check_json(*document.json, warnings);
   check_extensions(*document.json, warnings);
+  return opened;
+}
+
+} // namespace
+
+Document open_document(const std::filesystem::path& path, const ImportLimits& limits, Warnings& warnings) {
+  OpenedFile opened = open_file(path, limits, warnings);
+  Document& document = opened.document;
   charge_objects(document);
-  document.core = read_core_structs(*document.json, places);
-  document.faulty_accessors = places.faulty_accessors;
+  document.core = read_core_structs(*document.json, opened.places);
+  document.faulty_accessors = opened.places.faulty_accessors;
   if (document.core.nodes.size() > limits.max_nodes) {
     fail("/nodes", fmt::format("{} nodes, at most {} are accepted", document.core.nodes.size(), limits.max_nodes));
   }
   document.files = find_scene_files(document);
-  read_buffers(document, container, bin, warnings);
+  read_buffers(document, opened.container, opened.bin, warnings);
   make_views(document, warnings);
   decompress_meshopt_views(document);
   check_accessors(document, warnings);
-  return document;
+  return std::move(document);
+}
+
+std::vector<std::filesystem::path> list_files(const std::filesystem::path& path, const ImportLimits& limits) {
+  Warnings ignored(false);
+  return find_scene_files(open_file(path, limits, ignored).document);
 }
 
 } // namespace kindling::gltf

@@ -71,5 +71,35 @@ TEST_F(ExposureCommand, NotesImagesThatAreDarkOrBright) {
   EXPECT_EQ(render(".0001,.0001,.0001", "a.exr").find("the image is"), std::string::npos);
 }
 
+// Frames rendered together, by themselves and in parts.
+TEST_F(ExposureCommand, FramesOfAnAnimationShareOne) {
+  const std::string scene = KINDLING_SCENES "/tiny/animation.gltf";
+  const auto run = [&](std::vector<std::string> arguments) {
+    const ProgramResult result = run_program(arguments, folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  const std::vector<std::string> settings = {"--size",     "24x16", "--spp",  "4",
+                                             "--exposure", "auto",  "--view", "Standard"};
+  const auto render_with = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {"render", scene});
+    flags.insert(flags.end(), settings.begin(), settings.end());
+    return run(flags);
+  };
+  const std::string both = render_with({"--frames", "1,12", "-o", "f_##.png"});
+  const std::string first = stops(both, kChosen);
+  EXPECT_EQ(first.rfind("none", 0), std::string::npos) << both;
+  EXPECT_NE(both.find("stops (of all frames)"), std::string::npos) << both;
+  const std::string alone = render_with({"--frames", "12", "-o", "g_##.png"});
+  EXPECT_EQ(stops(alone, kChosen), first);
+  EXPECT_EQ(pixels("f_12.png"), pixels("g_12.png"));
+  for (const char* part : {"1/2", "2/2"})
+    render_with({"--frames", "12", "--part", part, "-o", std::string("p_##_") + part[0] + ".kacc"});
+  const std::string merged =
+      run({"merge", "p_12_1.kacc", "p_12_2.kacc", "-o", "m.png", "--exposure", "auto", "--view", "Standard"});
+  EXPECT_EQ(stops(merged, kChosen), first);
+  EXPECT_EQ(pixels("m.png"), pixels("f_12.png"));
+}
+
 } // namespace
 } // namespace kindling::test

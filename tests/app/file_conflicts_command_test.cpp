@@ -73,24 +73,32 @@ TEST_F(FileConflicts, OutputsAreNoInputs) {
   EXPECT_TRUE(contents() == before) << "a file has changed";
 }
 
-// Files of a scene are known once it is loaded, before anything is measured or written.
-TEST_F(FileConflicts, ReportsOfScalingAreNoInputs) {
+// All scenes are asked for their files before the first is loaded: nothing is measured or printed.
+TEST_F(FileConflicts, ReportsOfMeasurementsAreNoInputs) {
   fs::create_symlink("scene.bin", folder_ / "buffer.json");
+  const std::string first = write_scene("first");
   const auto before = contents();
-  const auto scaling = [&](const Words& flags) {
-    Words words{"scaling", scene_, "--size", "8x8", "--spp", "1", "--threads", "1"};
+  const auto measure = [&](const Words& command, const Words& flags) {
+    Words words = command;
+    words.insert(words.end(), {first, scene_, "--size", "8x8"});
     words.insert(words.end(), flags.begin(), flags.end());
     Program program(words, folder_);
-    return program.finish(std::chrono::seconds(30));
+    return program.finish(std::chrono::seconds(60));
   };
-  const auto refused = [](const ProgramResult& result, const std::string& message) {
-    EXPECT_EQ(result.exit_code, 2) << result.err;
-    EXPECT_NE(result.err.find(message), std::string::npos) << result.err; // a warning may precede it
+  const auto refused = [&](const ProgramResult& result, const std::string& message) {
+    expect_refused(result, 2, message);
+    EXPECT_EQ(result.out, "");
   };
-  refused(scaling({"--json", "scene.gltf"}), "--json: scene.gltf: is the scene as well");
-  refused(scaling({"--json", "buffer.json"}), "--json: buffer.json: is a file of the scene as well");
-  refused(scaling({"--csv", "lamp.ies"}), "--csv: lamp.ies: is a file of the scene as well");
-  refused(scaling({"--svg", "texture.png"}), "--svg: texture.png: is a file of the scene as well");
+  const Words scaling{"scaling", "--spp", "1", "--threads", "1"};
+  refused(measure(scaling, {"--json", "scene.gltf"}), "--json: scene.gltf: is the scene as well");
+  refused(measure(scaling, {"--json", "buffer.json"}), "--json: buffer.json: is a file of the scene as well");
+  refused(measure(scaling, {"--csv", "lamp.ies"}), "--csv: lamp.ies: is a file of the scene as well");
+  refused(measure(scaling, {"--svg", "texture.png"}), "--svg: texture.png: is a file of the scene as well");
+  const Words shootout{"shootout", "--rays-per-kind", "64", "--repeat", "1", "--build-repeat", "1"};
+  refused(measure(shootout, {"--json", "first.bin"}), "--json: first.bin: is a file of the scene as well");
+  refused(measure(shootout, {"--html", "buffer.json"}), "--html: buffer.json: is a file of the scene as well");
+  refused(measure(shootout, {"--csv", "lamp.ies"}), "--csv: lamp.ies: is a file of the scene as well");
+  expect_refused(measure(shootout, {"no.gltf"}), 4, "no.gltf");
   EXPECT_TRUE(contents() == before) << "a file has changed";
 }
 

@@ -133,6 +133,41 @@ TEST_F(Shootout, WritesEveryReport) {
     EXPECT_EQ(page.find(external), std::string::npos) << external;
 }
 
+// As `kindling render` does: points and lines have their width, small lamps leave the studio on.
+TEST_F(Shootout, PreparesScenesAsARenderDoes) {
+  const std::string strokes = KINDLING_SCENES "/tiny/points_and_lines.gltf";
+  const auto triangles = [&](const std::string& size) {
+    const ProgramResult result = shootout({strokes}, {"--accel", "kdtree,brute-force", "--point-size", size,
+                                                      "--rays-per-kind", "12000", "--json", "a.json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const Json scene = json("a.json")["scenes"][0];
+    size_t hits = 0;
+    for (const Json& rays : scene["rays"])
+      if (rays["name"] == "camera") hits = rays["hits"].get<size_t>();
+    return hits;
+  };
+  const size_t none = triangles("0"), thin = triangles("2"), wide = triangles("12");
+  EXPECT_LT(none, thin);
+  EXPECT_LT(thin, wide);
+
+  // A small lamp: rays of shadows look for the studio as well.
+  TestSceneOptions options;
+  options.light = false;
+  write_scene("lamp", options);
+  Json gltf = Json::parse(read_file("lamp.gltf"));
+  Json mesh = gltf["meshes"][0];
+  mesh["primitives"][0]["material"] = gltf["materials"].size();
+  gltf["materials"].push_back({{"emissiveFactor", {1, 1, 1}}, {"doubleSided", true}});
+  gltf["nodes"].push_back(
+      {{"mesh", gltf["meshes"].size()}, {"scale", {0.001, 0.001, 0.001}}, {"translation", {0, 0, 0.1}}});
+  gltf["meshes"].push_back(mesh);
+  gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size() - 1);
+  write_file("lamp.gltf", gltf.dump());
+  const ProgramResult lamp = shootout({"lamp.gltf"}, {"--accel", "kdtree"});
+  EXPECT_EQ(lamp.exit_code, 0) << lamp.err;
+  EXPECT_NE(lamp.err.find("emissive surfaces light"), std::string::npos) << lamp.err;
+}
+
 TEST_F(Shootout, SavesAndReplaysRays) {
   const std::vector<std::string> flags{"--rays", "rays.bin", "--json", "a.json"};
   const ProgramResult recorded = shootout({kRacedScene}, flags);

@@ -259,5 +259,103 @@ TEST(BackFaces, OneSceneFollowsItsCamera) {
   EXPECT_TRUE(stage_of(*built.scene, image_from(V3f(3.0f, 4.0f, 6.0f)), warnings).world->hides_backs());
 }
 
+// A room with a camera that flies from outside into it, from time 0 to 1, and starts outside.
+Scene room_with_flight() {
+  Scene scene = room(true);
+  scene.cameras.emplace_back();
+  scene.cameras[0].yfov_rad = 0.8f;
+  Node camera;
+  camera.camera = 0;
+  camera.local.translation = V3f(0.0f, 0.0f, 8.0f);
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  AnimationChannel flight;
+  flight.node = static_cast<int>(scene.nodes.size());
+  flight.times_s = {0.0f, 1.0f};
+  flight.values = {0.0f, 0.0f, 8.0f, 0.0f, 0.0f, 1.5f};
+  scene.nodes.push_back(camera);
+  scene.animations.push_back({"flight", {flight}});
+  return scene;
+}
+
+ImageSettings frame_at(double time_s) {
+  ImageSettings image;
+  image.size_px = V2i(96, 64);
+  image.time_s = time_s;
+  return image;
+}
+
+TEST(BackFaces, FramesDecideAsTheSceneAtRest) {
+  Built first = build(room_with_flight(), frame_at(0.0));
+  EXPECT_TRUE(first.stage.world->hides_backs());
+  EXPECT_TRUE(mentions(first.warnings, "--backfaces show"));
+  Warnings later;
+  EXPECT_TRUE(stage_of(*first.scene, frame_at(1.0), later).world->hides_backs());
+  EXPECT_FALSE(mentions(later.messages, "--backfaces")) << "reported again";
+  // A frame by itself, as another process renders it.
+  EXPECT_TRUE(build(room_with_flight(), frame_at(1.0)).stage.world->hides_backs());
+
+  // From inside outwards, and with walls that move away: the scene at rest decides.
+  Scene scene = room_with_flight();
+  scene.nodes.back().local.translation = V3f(0.0f, 0.0f, 1.5f);
+  Built inside = build(scene, frame_at(0.0));
+  EXPECT_FALSE(inside.stage.world->hides_backs());
+  Scene moving = room_with_flight();
+  AnimationChannel away;
+  away.node = 5; // the wall towards the camera
+  away.times_s = {0.0f, 1.0f};
+  away.values = {0.0f, 0.0f, 0.0f, 0.0f, 50.0f, 0.0f};
+  moving.animations[0].channels = {away};
+  EXPECT_TRUE(build(moving, frame_at(1.0)).stage.world->hides_backs());
+  moving.animations.clear();
+  moving.nodes[5].local.translation = V3f(0.0f, 50.0f, 0.0f);
+  EXPECT_FALSE(build(moving, frame_at(1.0)).stage.world->hides_backs()) << "the wall makes no difference";
+}
+
+TEST(BackFaces, TurntablesDecideAlike) {
+  Scene scene = room(true);
+  scene.scenes[0].nodes = {5, 6}; // one wall, towards +z, and the sphere
+  scene.meshes[5].primitives[0] = quad(V3f(2, -2, 1), V3f(-4, 0, 0), V3f(0, 4, 0), 0);
+  std::optional<bool> hidden;
+  for (const float theta_deg : {0.0f, 45.0f, 90.0f, 180.0f}) {
+    ImageSettings image;
+    image.size_px = V2i(96, 64);
+    image.orbit = V3f(theta_deg, 80.0f, 8.0f);
+    const bool hides = build(scene, image).stage.world->hides_backs();
+    if (!hidden) hidden = hides;
+    EXPECT_EQ(hides, *hidden) << theta_deg;
+  }
+}
+
+TEST(SharedExposure, FramesHaveThatOfTheSceneAtRest) {
+  // The lamp that lights the sphere flies away.
+  Scene scene = sphere_and_lamp(1.5f);
+  scene.cameras.emplace_back();
+  Node camera;
+  camera.camera = 0;
+  camera.local.translation = V3f(0.0f, 0.0f, 6.0f);
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(camera);
+  AnimationChannel away;
+  away.node = 2;
+  away.times_s = {0.0f, 1.0f};
+  away.values = {0.0f, 0.0f, 0.0f, 0.0f, 100.0f, 0.0f};
+  scene.animations.push_back({"away", {away}});
+  const auto stops = [&](std::optional<double> time_s, bool wanted) {
+    auto taken = take_render_scene(scene, {}).value();
+    taken->shares_exposure = wanted;
+    ImageSettings image;
+    image.size_px = V2i(96, 64);
+    image.time_s = time_s;
+    Warnings warnings;
+    return stage_of(*taken, image, warnings).exposure_stops;
+  };
+  const std::optional<double> first = stops(0.0, true);
+  ASSERT_TRUE(first);
+  EXPECT_LT(*first, 3.0); // without the lamp the image is black
+  EXPECT_EQ(stops(1.0, true), first);
+  EXPECT_FALSE(stops(1.0, false));
+  EXPECT_FALSE(stops(std::nullopt, true)) << "one image has an exposure of its own";
+}
+
 } // namespace
 } // namespace kindling::test

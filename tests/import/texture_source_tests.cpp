@@ -1,9 +1,12 @@
 // KHR_texture_basisu and EXT_texture_webp: choice of a texture's image, and unreadable images.
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/image/ktx2_files.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -100,6 +103,41 @@ TEST(TextureSources, WarnsOfImageThatSomeTextureLacks) {
   EXPECT_EQ(loaded.scene->textures[1].image, nullptr);
   EXPECT_EQ(loaded.warnings.size(), 1U);
   EXPECT_TRUE(loaded.warned("'absent.ktx2': no such file: the material's factor is used alone"));
+}
+
+// A BC5 image as normal map, and its bytes again for another use.
+TEST(TextureSources, NormalMapsOfTwoChannelsGetTheirBlue) {
+  const FileBytes file = write_ktx2({141, 16, 16, random_blocks(141, 16, 16)});
+  const std::string bytes(reinterpret_cast<const char*>(file.data()), file.size());
+  for (const char* slot : {"normalTexture", "clearcoatNormalTexture"}) {
+    SCOPED_TRACE(slot);
+    GltfBuilder builder;
+    for (int i = 0; i < 2; ++i) builder.push("textures", {{"source", builder.push("images", ktx2(bytes))}});
+    json material = {{"emissiveTexture", {{"index", 1}}}};
+    if (slot == std::string("normalTexture"))
+      material[slot] = {{"index", 0}};
+    else
+      material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatFactor", 1}, {slot, {{"index", 0}}}};
+    builder.push("materials", material);
+    builder.root["extensionsUsed"] = {"KHR_materials_clearcoat"};
+    const Loaded loaded = load(builder, kLenient);
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    const auto blue = [&](size_t texture) {
+      const Image& image = *loaded.scene->textures[texture].image;
+      EXPECT_EQ(image.channels, 3);
+      EXPECT_EQ(image.type, PixelType::u16);
+      uint16_t smallest = 65535, largest = 0, value = 0;
+      for (size_t at = 4; at < image.pixels.size(); at += 6) {
+        std::memcpy(&value, image.pixels.data() + at, 2);
+        smallest = std::min(smallest, value);
+        largest = std::max(largest, value);
+      }
+      return std::pair(smallest, largest);
+    };
+    EXPECT_GE(blue(0).first, 32767);
+    EXPECT_GT(blue(0).second, 60000);
+    EXPECT_EQ(blue(1).second, 0) << "not a normal map";
+  }
 }
 
 } // namespace

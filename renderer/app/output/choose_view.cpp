@@ -34,13 +34,18 @@ Result<DisplayTransform> choose_view(const RenderOptions& options) {
 }
 
 std::optional<DisplayTransform> choose_exposure(const RenderOptions& options, const Film& film,
-                                                const std::vector<fs::path>& outputs, Console& console) {
+                                                const ImageMetadata& metadata, const std::vector<fs::path>& outputs,
+                                                Console& console) {
   if (std::all_of(outputs.begin(), outputs.end(), is_exr)) return std::nullopt;
   const ImageBrightness brightness = measure_brightness(film);
   const double suggested = auto_exposure_stops(brightness);
   if (!options.exposure_stops) {
-    console.note(fmt::format("exposure {:+.1f} stops (mean luminance {:.2g})", suggested, brightness.mean));
-    Result<DisplayTransform> view = view_at(options, suggested);
+    const auto shared = metadata.numbers.find(kSharedExposureKey);
+    const double stops = shared != metadata.numbers.end() ? std::round(10.0 * shared->second) / 10.0 : suggested;
+    console.note(fmt::format("exposure {:+.1f} stops ({})", stops,
+                             shared != metadata.numbers.end() ? "of all frames"
+                                                              : fmt::format("mean luminance {:.2g}", brightness.mean)));
+    Result<DisplayTransform> view = view_at(options, stops);
     return view.ok() ? std::optional(std::move(view).value()) : std::nullopt; // choose_view() made it before
   }
   const double given = *options.exposure_stops;

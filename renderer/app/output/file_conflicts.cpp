@@ -4,6 +4,7 @@
 
 #include "renderer/film/write_film.h"
 #include "renderer/image/output_file.h"
+#include "renderer/import/load_gltf.h"
 #include "renderer/session/checkpoint.h"
 
 #include <fmt/format.h>
@@ -64,6 +65,19 @@ Result<void> check_inputs_remain(std::span<const NamedFile> written, std::span<c
   for (const NamedFile& output : written)
     if (const auto found = inputs.find(FileIdentity(output.file)); found != inputs.end())
       return conflict(output, *found->second, "it would be overwritten: use another name");
+  return {};
+}
+
+Result<void> check_scenes_remain(std::span<const NamedFile> written, std::vector<NamedFile> read,
+                                 std::span<const fs::path> scenes, const WorldSettings& settings) {
+  for (const NamedFile& scene : with_role("the scene", scenes)) read.push_back(scene);
+  if (Result<void> remain = check_inputs_remain(written, read); !remain.ok()) return remain;
+  for (const fs::path& scene : scenes) {
+    const Result<std::vector<fs::path>> files = list_scene_files(scene, {.follow_links = settings.follow_links});
+    if (!files.ok()) return files.error();
+    if (Result<void> remain = check_inputs_remain(written, with_role(kSceneFile, files.value())); !remain.ok())
+      return remain;
+  }
   return {};
 }
 

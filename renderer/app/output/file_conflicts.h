@@ -33,6 +33,11 @@ inline constexpr const char* kViewFile = "a file of the OpenColorIO configuratio
 
 // Fails (usage) if a written file is among the read ones, by this or another name (FileIdentity).
 [[nodiscard]] Result<void> check_inputs_remain(std::span<const NamedFile> written, std::span<const NamedFile> read);
+// The same for a command that reads several scenes: `read` and the files of each scene, which are
+// listed without being read. Fails as list_scene_files() does, too.
+[[nodiscard]] Result<void> check_scenes_remain(std::span<const NamedFile> written, std::vector<NamedFile> read,
+                                               std::span<const std::filesystem::path> scenes,
+                                               const WorldSettings& settings);
 // Fails (usage) if two written files are one. An output may be the checkpoint itself, which holds
 // the same sums, and the generations of a checkpoint may be one file, as a killed save leaves them.
 [[nodiscard]] Result<void> check_outputs_differ(std::span<const NamedFile> written);

@@ -122,7 +122,7 @@ WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& fil
                            Console& console) {
   const auto start = std::chrono::steady_clock::now();
   WrittenImages written;
-  const std::optional<DisplayTransform> exposed = choose_exposure(options, film, outputs, console);
+  const std::optional<DisplayTransform> exposed = choose_exposure(options, film, metadata, outputs, console);
   display.start_phase(Phase::write);
   for (size_t i = 0; i < outputs.size(); ++i) {
     Result<void> done = write_film(outputs[i], film, exposed ? *exposed : view, metadata,

@@ -4,6 +4,7 @@
 
 #include "renderer/app/checkpoint/accumulation_outputs.h"
 #include "renderer/app/flags/part_flags.h"
+#include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/output/render_metadata.h"
 #include "renderer/app/output/replay.h"
@@ -18,6 +19,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -35,6 +37,8 @@ class ImageRender {
     report_.scene_file = options_.scene_file.string();
     report_.scene_hash = scene.content_hash;
     report_.frame = request.frame;
+    scene.shares_exposure =
+        !options_.exposure_stops && !std::all_of(request.outputs.begin(), request.outputs.end(), is_exr);
     report_.time_s = options_.time_s;
     if (request.start_s > 0.0) return; // loading counts for the first frame
     report_.times.load_s = scene.load_s;
@@ -153,6 +157,7 @@ class ImageRender {
   [[nodiscard]] ImageMetadata metadata() const {
     ImageMetadata metadata = make_metadata(report_, *stage_.camera);
     add_lens_metadata(stage_.placed_camera.camera.lens, metadata);
+    if (stage_.exposure_stops) metadata.numbers[kSharedExposureKey] = static_cast<float>(*stage_.exposure_stops);
     return metadata;
   }
 

@@ -141,17 +141,16 @@ class ScalingCommand {
   }
 
   // Finds errors in file names before any work.
-  [[nodiscard]] Result<void> check() {
-    std::vector<NamedFile> read = files_read(options_.image);
-    for (const NamedFile& scene : with_role("the scene", options_.scene_files)) read.push_back(scene);
+  [[nodiscard]] Result<void> check() const {
+    std::vector<NamedFile> written;
     for (const Report& report : reports()) {
       if (report.file->empty() || *report.file == kStandardOutput) continue;
       if (Result<void> writable = check_writable(*report.file); !writable.ok())
         return Error{writable.error().kind, fmt::format("{}: {}", report.flag, writable.error().message)};
-      written_.push_back({report.flag, *report.file});
+      written.push_back({report.flag, *report.file});
     }
-    if (Result<void> differ = check_outputs_differ(written_); !differ.ok()) return differ;
-    return check_inputs_remain(written_, read);
+    if (Result<void> differ = check_outputs_differ(written); !differ.ok()) return differ;
+    return check_scenes_remain(written, files_read(options_.image), options_.scene_files, options_.image);
   }
   [[nodiscard]] Result<void> write() const {
     for (const Report& report : reports())
@@ -195,9 +194,6 @@ class ScalingCommand {
     Result<std::unique_ptr<ScalingStage>> stage =
         prepare_stage(image_of(file, options_.accelerators.front()), threads, &warnings_);
     if (!stage.ok()) return stage.error();
-    if (Result<void> remain = check_inputs_remain(written_, with_role(kSceneFile, stage.value()->scene.files));
-        !remain.ok())
-      return remain.error();
     const WorldStatistics& world = stage.value()->built.world->statistics();
     scene.size_px = stage.value()->built.size_px;
     scene.triangle_count = world.accelerator.triangle_count;
@@ -270,7 +266,6 @@ class ScalingCommand {
   SignalGuard signals_;
   ScalingProgress progress_;
   ScalingReport report_;
-  std::vector<NamedFile> written_; // set by check()
 };
 
 } // namespace

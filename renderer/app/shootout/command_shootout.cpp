@@ -13,14 +13,10 @@
 #include "renderer/app/terminal/signals.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/camera/camera.h"
-#include "renderer/facade/choose.h"
-#include "renderer/facade/light_sizes.h"
-#include "renderer/facade/load_environment.h"
-#include "renderer/import/load_gltf.h"
-#include "renderer/scene/animated_members.h"
+#include "renderer/facade/render_scene.h"
+#include "renderer/facade/render_stage.h"
 #include "renderer/session/ray_file.h"
 #include "renderer/session/record_rays.h"
-#include "renderer/world/build_world.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -36,10 +32,9 @@ namespace fs = std::filesystem;
 
 // A prepared scene: world, camera, image size.
 struct Stage {
-  std::unique_ptr<const World> world;
+  std::unique_ptr<RenderScene> scene;       // owns the world
   RecordingAccelerator* recorder = nullptr; // owned by the world
-  PlacedCamera camera;
-  V2i size_px{0, 0};
+  RenderStage built;
 };
 
 class ShootoutCommand {
@@ -80,20 +75,20 @@ class ShootoutCommand {
   Result<void> check() {
     const std::pair<const char*, const fs::path*> files[] = {
         {"--json", &options_.json_file}, {"--csv", &options_.csv_file}, {"--html", &options_.html_file}};
-    std::vector<NamedFile> read = files_read(options_.view);
-    for (const NamedFile& scene : with_role("the scene", options_.scene_files)) read.push_back(scene);
+    std::vector<NamedFile> read = files_read(options_.view), written;
     for (const auto& [flag, file] : files) {
       if (file->empty() || *file == kStandardOutput) continue;
       if (Result<void> writable = check_writable(*file); !writable.ok())
         return Error{writable.error().kind, fmt::format("{}: {}", flag, writable.error().message)};
-      written_.push_back({flag, *file});
+      written.push_back({flag, *file});
     }
     std::error_code ignored;
     const bool recorded = !options_.rays_file.empty() && fs::exists(options_.rays_file, ignored);
     if (!options_.rays_file.empty())
-      (recorded ? read : written_).push_back({recorded ? "the file of --rays" : "--rays", options_.rays_file});
-    if (Result<void> differ = check_outputs_differ(written_); !differ.ok()) return differ;
-    if (Result<void> remain = check_inputs_remain(written_, read); !remain.ok()) return remain;
+      (recorded ? read : written).push_back({recorded ? "the file of --rays" : "--rays", options_.rays_file});
+    if (Result<void> differ = check_outputs_differ(written); !differ.ok()) return differ;
+    if (Result<void> remain = check_scenes_remain(written, read, options_.scene_files, options_.view); !remain.ok())
+      return remain;
     if (options_.rays_file.empty()) return {};
     if (recorded) {
       Result<RayRecording> rays = read_ray_file(options_.rays_file);
@@ -111,14 +106,14 @@ class ShootoutCommand {
     const Stage& stage = prepared.value();
     SceneResult result;
     result.file = file.string();
-    result.geometry_hash = hash_geometry(stage.world->accelerator_input());
-    result.size_px = stage.size_px;
+    result.geometry_hash = hash_geometry(stage.built.world->accelerator_input());
+    result.size_px = stage.built.size_px;
     Result<std::vector<RaySet>> sets = rays_of(stage, result);
     if (!sets.ok()) return sets.error();
     for (const AcceleratorVariant& variant : options_.accelerators)
       result.accelerators.emplace_back().variant = variant;
 
-    const accel::BuildInput geometry = stage.world->accelerator_input();
+    const accel::BuildInput geometry = stage.built.world->accelerator_input();
     const RaceSettings settings{
         options_.batch_size,   options_.repeat, options_.build_repeat, report_.build_threads, options_.clock,
         options_.embree_calls, &geometry};
@@ -162,59 +157,33 @@ class ShootoutCommand {
                                       first->found_t, scene.accelerators.front().variant.name(), first->expected_t));
   }
 
-  // Loads and poses a scene, chooses its camera, and builds a World whose accelerator can record
-  // rays.
+  // Loads a scene, chooses its camera and its light as a render does, and builds a World whose
+  // accelerator can record rays. Nothing moves, and backs of faces are shown: filters and motion
+  // would be a race of their own.
   Result<Stage> prepare(const fs::path& file) {
-    display_.start_phase(Phase::load);
-    std::vector<fs::path> files;
-    ImportOptions import_options;
-    import_options.files = &files;
-    import_options.limits.follow_links = options_.view.follow_links;
-    Result<Scene> scene = load_gltf(file, import_options, &display_);
-    if (!scene.ok()) return scene.error();
-    if (Result<void> remain = check_inputs_remain(written_, with_role(kSceneFile, files)); !remain.ok())
-      return remain.error();
-    Result<LoadedEnvironment> environment = load_environment(options_.view);
-    display_.end_phase();
-    if (!environment.ok()) return environment.error();
-    const Result<int> root = choose_scene(scene.value(), options_.view.scene_name);
-    if (!root.ok()) return root.error();
-    if (const Result<int> variant = show_variant(scene.value(), options_.view.variant_name); !variant.ok())
-      return variant.error();
-    apply_light_options(options_.view.lights, scene.value());
-    if (options_.view.time_s) animate_members(scene.value(), *options_.view.time_s);
-    Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), options_.view.time_s});
-    if (!posed.ok()) return posed.error();
-    Result<std::optional<PlacedCamera>> camera = choose_camera(scene.value(), posed.value(), options_.view);
-    if (!camera.ok()) return camera.error();
-    const Result<V2i> size = choose_size(camera.value() ? &camera.value()->camera : nullptr, options_.view);
-    if (!size.ok()) return size.error();
-
+    RenderOptions view = options_.view;
+    view.accelerator = accel::Kind::embree;
+    view.backfaces = Backfaces::show;
     Stage stage;
-    stage.size_px = size.value();
-    WorldOptions world_options;
-    world_options.environment = environment.value().environment;
-    world_options.studio = options_.view.studio;
-    world_options.wrap_accelerator = [&stage](std::unique_ptr<accel::Accelerator> inner) {
+    display_.start_phase(Phase::load);
+    Result<std::unique_ptr<RenderScene>> scene = load_render_scene(file, view, &display_);
+    if (!scene.ok()) return scene.error();
+    display_.end_phase();
+    stage.scene = std::move(scene).value();
+    for (SceneCamera& camera : stage.scene->scene.cameras) camera.shutter.reset();
+    Result<PosedImage> posed = pose_image(*stage.scene, view);
+    if (!posed.ok()) return posed.error();
+    stage.scene->wrap_accelerator = [&stage](std::unique_ptr<accel::Accelerator> inner) {
       auto recorder = std::make_unique<RecordingAccelerator>(std::move(inner));
       stage.recorder = recorder.get();
       return recorder;
     };
     display_.start_phase(Phase::build);
-    Result<std::unique_ptr<const World>> world =
-        build_world(std::move(scene).value(), std::move(posed).value(), world_options, &cancel_, &display_);
+    Result<RenderStage> built = build_stage(*stage.scene, std::move(posed).value(), view, false, &cancel_, display_);
     display_.end_phase();
-    if (!world.ok()) return world.error();
-    stage.world = std::move(world).value();
-    if (camera.value()) {
-      stage.camera = *camera.value();
-    } else {
-      stage.camera =
-          fit_camera(stage.world->bounds(), static_cast<float>(stage.size_px.x) / static_cast<float>(stage.size_px.y));
-      if (Result<void> overridden = override_fov(stage.camera.camera, options_.view); !overridden.ok())
-        return overridden.error();
-      display_.on_warning(file.string() + ": no camera: one is fitted to the bounds of the scene");
-    }
+    if (!built.ok()) return built.error();
+    stage.scene->wrap_accelerator = nullptr;
+    stage.built = std::move(built).value();
     return stage;
   }
 
@@ -225,7 +194,8 @@ class ShootoutCommand {
         return Error{
             ErrorKind::usage,
             fmt::format("--rays: {}: recorded in geometry {}, but {} is {}; use the scene, --scene and --time of "
-                        "the recording, or another name to record again",
+                        "the recording (with points or lines the camera, --size and --point-size too), or another "
+                        "name to record again",
                         options_.rays_file.string(), format_hash(replayed_->geometry_hash), result.file,
                         format_hash(result.geometry_hash))};
       console_.note(fmt::format("rays replayed from {}", options_.rays_file.string()));
@@ -233,11 +203,10 @@ class ShootoutCommand {
       return std::move(replayed_->sets);
     }
     show(fmt::format("{}: recording rays", result.file));
-    const Camera camera(stage.camera.camera, stage.camera.camera_to_world, stage.size_px);
     RecordSettings settings;
     settings.rays_per_kind = options_.rays_per_kind;
-    RayRecording recording{result.geometry_hash, stage.size_px,
-                           record_rays(*stage.world, *stage.recorder, camera, settings, &cancel_)};
+    RayRecording recording{result.geometry_hash, stage.built.size_px,
+                           record_rays(*stage.built.world, *stage.recorder, *stage.built.camera, settings, &cancel_)};
     show("");
     if (!options_.rays_file.empty() && !cancel_.cancelled()) {
       if (Result<void> written = write_ray_file(options_.rays_file, recording); !written.ok())
@@ -248,9 +217,12 @@ class ShootoutCommand {
   }
 
   [[nodiscard]] Camera heat_map_camera(const Stage& stage) const {
-    const int longer = std::max(stage.size_px.x, stage.size_px.y);
-    const auto side = [&](int full) { return std::max(1, full * options_.heat_map_width_px / longer); };
-    return {stage.camera.camera, stage.camera.camera_to_world, V2i(side(stage.size_px.x), side(stage.size_px.y))};
+    const V2i& size = stage.built.size_px;
+    const auto side = [&](int full) {
+      return std::max(1, full * options_.heat_map_width_px / std::max(size.x, size.y));
+    };
+    return {stage.built.placed_camera.camera, stage.built.placed_camera.camera_to_world,
+            V2i(side(size.x), side(size.y))};
   }
 
   // Shows the current step in the status line of a terminal, or else as a detail. An empty text
@@ -286,7 +258,6 @@ class ShootoutCommand {
   SignalGuard signals_;
   ProgressDisplay display_;
   ShootoutReport report_;
-  std::vector<NamedFile> written_; // reports, and rays that are recorded
   std::optional<RayRecording> replayed_;
 };
 

@@ -53,9 +53,10 @@ struct ImageFile {
   std::string name;
   OwnedBytes owned; // unless the bytes are part of a buffer
   Bytes bytes;
+  ImageUse use = ImageUse::any;
   std::string error; // not empty: unreadable
   uint64_t hash = 0;
-  size_t same_as = 0; // the first image with these bytes: itself or an earlier one
+  size_t same_as = 0; // the first image with these bytes and this use: itself or an earlier one
   std::shared_ptr<const Image> decoded;
 };
 
@@ -125,14 +126,24 @@ std::vector<bool> used_textures(const Scene& scene) {
   return used;
 }
 
-// Finds images with equal bytes.
+// Returns the images of textures that a material uses as normal maps.
+std::set<int> normal_maps(const Document& document, const Scene& scene) {
+  std::set<int> images;
+  for (const Material& material : scene.materials)
+    for (const TextureSlot* slot : {&material.normal_texture, &material.clearcoat_normal_texture})
+      if (slot->texture != kNone)
+        for (const int image : images_of(document, static_cast<size_t>(slot->texture))) images.insert(image);
+  return images;
+}
+
+// Finds images with equal bytes and equal use.
 void find_equal(std::vector<ImageFile>& files) {
-  std::multimap<std::tuple<uint64_t, size_t>, size_t> seen;
+  std::multimap<std::tuple<uint64_t, size_t, ImageUse>, size_t> seen;
   for (size_t i = 0; i < files.size(); ++i) {
     ImageFile& file = files[i];
     file.same_as = i;
     if (!file.error.empty()) continue;
-    const std::tuple<uint64_t, size_t> key(file.hash, file.bytes.size());
+    const std::tuple key(file.hash, file.bytes.size(), file.use);
     const auto [first, last] = seen.equal_range(key);
     const auto same = std::find_if(first, last, [&](const auto& other) {
       const Bytes bytes = files[other.second].bytes;
@@ -164,7 +175,7 @@ void decode_all(const Document& document, std::vector<ImageFile>& files, size_t 
   tbb::parallel_for(first, files.size(), [&](size_t i) {
     ImageFile& file = files[i];
     if (file.error.empty() && file.same_as == i && total.load() <= document.limits.max_texture_bytes) {
-      Result<Image> image = decode_image(file.bytes, file.name);
+      Result<Image> image = decode_image(file.bytes, file.name, {}, file.use);
       if (image) {
         total.fetch_add(image.value().byte_count());
         Result<std::shared_ptr<const Image>> stored = keep(memory, std::move(image).value());
@@ -196,6 +207,7 @@ void load_files(Document& document, std::vector<ImageFile>& files, size_t first,
                 ProgressListener* listener) {
   tbb::parallel_for(first, files.size(), [&](size_t i) {
     fetch(document, files[i]);
+    if (detect_image_format(files[i].bytes) != ImageFormat::ktx2) files[i].use = ImageUse::any; // same pixels
     files[i].hash = hash_content(files[i].bytes);
   });
   for (size_t i = first; i < files.size(); ++i) {
@@ -235,6 +247,7 @@ void import_samplers(const Document& document, Scene& scene, Warnings& warnings)
 void import_images(Document& document, Scene& scene, TextureMemory* memory, ProgressListener* listener,
                    Warnings& warnings) {
   const std::vector<bool> used = used_textures(scene);
+  const std::set<int> normals = normal_maps(document, scene);
   std::map<int, size_t> file_of_image;
   std::vector<ImageFile> files;
   std::vector<std::vector<int>> images(used.size());
@@ -257,6 +270,7 @@ void import_images(Document& document, Scene& scene, TextureMemory* memory, Prog
       if (!wanted(i) || !file_of_image.emplace(images[i][rank], files.size()).second) continue;
       ImageFile file;
       file.image = images[i][rank];
+      if (normals.contains(file.image)) file.use = ImageUse::normal_map;
       file.name = short_name((*document.json)["images"][static_cast<size_t>(file.image)], file.image);
       files.push_back(std::move(file));
     }
