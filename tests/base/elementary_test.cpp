@@ -117,8 +117,8 @@ TEST(ElementaryFloat, ExponentialsAreNearTheExactValue) {
   EXPECT_FLOAT_ERROR(exp2, 0.62);
 }
 TEST(ElementaryFloat, LogarithmsAreNearTheExactValue) {
-  EXPECT_FLOAT_ERROR(log, 0.51);
-  EXPECT_FLOAT_ERROR(log2, 0.51);
+  EXPECT_FLOAT_ERROR(log, 0.58);
+  EXPECT_FLOAT_ERROR(log2, 0.58);
 }
 TEST(ElementaryFloat, CircularFunctionsAreNearTheExactValue) {
   EXPECT_FLOAT_ERROR(sin, 0.57);
