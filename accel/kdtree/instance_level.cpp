@@ -243,7 +243,7 @@ class InstanceTop {
     float low, scale;
     [[nodiscard]] size_t bin_of(const Imath::Box3f& box) const {
       const float place = (box.min[axis] + box.max[axis] - low) * scale;
-      return place > 0.0f ? std::min(static_cast<size_t>(place), kBins - 1) : 0;
+      return static_cast<size_t>(std::min(std::max(0.0f, place), static_cast<float>(kBins - 1))); // 0 for NaN
     }
   };
 

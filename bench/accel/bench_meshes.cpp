@@ -76,7 +76,7 @@ void add_hall(BenchScene& scene, size_t triangles) {
 void add_soup(BenchScene& scene, size_t triangles) {
   Rng rng(1);
   for (size_t i = 0; i < triangles; ++i) {
-    const V3f center(uniform(rng), uniform(rng), uniform(rng));
+    const V3f center{uniform(rng), uniform(rng), uniform(rng)};
     const float size = std::pow(10.0f, -1.0f - uniform(rng)) * std::cbrt(1000.0f / static_cast<float>(triangles));
     for (int k = 0; k < 3; ++k) {
       scene.indices.push_back(static_cast<uint32_t>(scene.positions.size()));

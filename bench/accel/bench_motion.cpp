@@ -73,7 +73,7 @@ MotionScene swarm(size_t triangles, bool moving) {
                             0.2f -
                         V3f(0.9f));
     const M44f first = place * turn;
-    turn.setAxisAngle(V3f(uniform(), uniform(), uniform()).normalized(), 0.3f);
+    turn.setAxisAngle(V3f{uniform(), uniform(), uniform()}.normalized(), 0.3f);
     M44f second = place * turn;
     for (int k = 0; k < 3; ++k) second[3][k] = first[3][k] + 0.1f * uniform();
     if (moving) {

@@ -1,8 +1,9 @@
 // Benchmark of the elementary functions beside those of the C library.
 //
-// `single` calls a function for one number at a time, `loop` for an array, which compilers turn
-// into vector code where they can. To compare in pairs: --benchmark_enable_random_interleaving=true
-// --benchmark_repetitions=9.
+// `single` calls a function for one number at a time, `chain` adds zero times the last result to
+// the next number, so that it measures latency (and that of a product and a sum); `loop` computes
+// an array, which compilers turn into vector code where they can. To compare in pairs:
+// --benchmark_enable_random_interleaving=true --benchmark_repetitions=9.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/elementary.h"
 
@@ -34,6 +35,18 @@ void add(const std::string& name, float low, float high, const F& f) {
       benchmark::DoNotOptimize(f(x[i % kCount], y[i % kCount]));
       ++i;
     }
+  });
+  benchmark::RegisterBenchmark(("chain/" + name).c_str(), [=](benchmark::State& state) {
+    const std::vector<float> x = arguments(low, high, 389), y = arguments(0.1f, 3.0f, 601);
+    const volatile float unknown = 0.0f;
+    const float zero = unknown;
+    float last = 0.0f;
+    size_t i = 0;
+    for (auto _ : state) {
+      last = f(x[i % kCount] + zero * last, y[i % kCount]);
+      ++i;
+    }
+    benchmark::DoNotOptimize(last);
   });
   benchmark::RegisterBenchmark(("loop/" + name).c_str(), [=](benchmark::State& state) {
     const std::vector<float> x = arguments(low, high, 389), y = arguments(0.1f, 3.0f, 601);

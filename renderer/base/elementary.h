@@ -1,13 +1,12 @@
 // Elementary functions of floats that give the same bits on every machine and by every compiler.
 //
 // They use additions, products, quotients and square roots of doubles, which IEEE 754 defines to
-// the last bit, and operations on bits: no table, no C library, no fused multiply-add (sources must
-// be compiled with -ffp-contract=off). There are no branches but in pow() and for huge angles, so
-// that loops over the others become vector code.
+// the last bit, and operations on bits: no C library, no fused multiply-add (sources must be
+// compiled with -ffp-contract=off). Exponentials and logarithms look up one entry of a table each,
+// of 512 bytes and 2 KB. Branches are for special values and huge angles only.
 //
-// Errors are at most 0.57 units in the last place over all floats (tests/base/elementary_test.cpp
-// measures them). Special values are those of C's Annex F: signed zeros, infinities, NaN. Denormal
-// arguments and results follow the mode of the thread, which may flush them.
+// Errors are at most 0.62 units in the last place over all floats (tests/base/elementary_test.cpp
+// measures them). Special values are those of C's Annex F: signed zeros, infinities, NaN.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,87 +37,117 @@ template <size_t kCount>
 // 2^51.
 inline constexpr double kRounder = 0x1.8p52;
 
-// Returns 2^t rounded once.
+// Exponents beyond this give 0 or infinity as float, and below it no double overflows.
+inline constexpr double kMaxExponent = 1000.0;
+
+// Returns 2^t rounded once, for |t| <= kMaxExponent. With k, the multiple of 1/64 that is nearest
+// to t, it is 2^k times a short polynomial in t - k (P. T. P. Tang 1989, "Table-driven
+// implementation of the exponential function in IEEE floating-point arithmetic").
+[[nodiscard]] constexpr float exp2_of_exponent(double t) {
+  constexpr double kRounderOf64ths = kRounder / 64.0;
+  const double rounded = t + kRounderOf64ths;
+  const auto k = std::bit_cast<uint64_t>(rounded);
+  const double r = t - (rounded - kRounderOf64ths);
+  const auto scale = std::bit_cast<double>(kExp2Table[k % 64] + (k << 46));
+  return static_cast<float>(((1.0 + kExp2Near[0] * r) + kExp2Near[1] * (r * r)) * scale);
+}
+
+// Returns 2^t rounded once. Special values replace the result in the end, so that loops become
+// vector code.
 [[nodiscard]] constexpr float float_exp2(double t) {
-  t = t < -160.0 ? -160.0 : t; // NaN remains
-  t = t > 130.0 ? 130.0 : t;
-  const double rounded = t + kRounder;
-  const auto scale = std::bit_cast<double>((std::bit_cast<uint64_t>(rounded) + 1023) << 52);
-  const double r = t - (rounded - kRounder);
-  const double r2 = r * r;
-  const double high = (kExp2Short[3] + kExp2Short[4] * r) + kExp2Short[5] * r2;
-  const double low = (1.0 + kExp2Short[0] * r) + (kExp2Short[1] + kExp2Short[2] * r) * r2;
-  return static_cast<float>((low + high * (r2 * r2)) * scale);
+  float result = exp2_of_exponent(t);
+  if (!(t <= kMaxExponent)) [[unlikely]]
+    result = t > 0.0 ? std::numeric_limits<float>::infinity() : std::numeric_limits<float>::quiet_NaN();
+  if (t < -kMaxExponent) [[unlikely]]
+    result = 0.0f;
+  return result;
 }
 
 [[nodiscard]] constexpr float exp2(float x) { return float_exp2(static_cast<double>(x)); }
 [[nodiscard]] constexpr float exp(float x) { return float_exp2(static_cast<double>(x) * kLog2E); }
 
-// x = 2^exponent (1 + s) / (1 - s), the quotient between sqrt(1/2) and sqrt(2).
-struct LogParts {
-  double exponent;
-  double s;
+inline constexpr uint32_t kMinNormalBits = 0x00800000, kInfinityBits = 0x7f800000;
+
+// Returns the bits of a positive, finite float, for denormal ones those of the float 2^149 times as
+// large less 149 in the exponent, which may become negative. They are taken as integers, so that it
+// does not matter whether the thread flushes denormals.
+[[nodiscard]] constexpr uint32_t normalized_bits(uint32_t bits) {
+  if (bits < kMinNormalBits) [[unlikely]]
+    bits = std::bit_cast<uint32_t>(static_cast<float>(static_cast<int32_t>(bits))) - (149U << 23);
+  return bits;
+}
+
+// log2(x) is near the sum of `middle` and the logarithm of 1 + r.
+struct Log2Parts {
+  double middle;
+  double r;
 };
-
-// Splits a positive, normal double.
-[[nodiscard]] constexpr LogParts split_logarithm(double x) {
-  constexpr uint64_t kRootHalf = 0x3fe6a09e667f3bcd;
-  const uint64_t u = std::bit_cast<uint64_t>(x) - kRootHalf + (uint64_t{1024} << 52);
-  const auto m = std::bit_cast<double>((u & 0x000fffffffffffff) + kRootHalf);
-  // An integer in the lowest bits of 2^52 is a conversion that vector units have, too.
-  return {std::bit_cast<double>(u >> 52 | 0x4330000000000000) - (0x1p52 + 1024.0), (m - 1.0) / (m + 1.0)};
+// Splits x, given by its normalized_bits(), into 2^k m. The middle is k and the logarithm of that
+// of m's interval, r the relative distance of m from there (P. T. P. Tang 1990, "Table-driven
+// implementation of the logarithm function in IEEE floating-point arithmetic").
+[[nodiscard]] constexpr Log2Parts split_logarithm(uint32_t bits) {
+  const uint32_t above = bits - kMinMantissa;
+  const uint32_t mantissa = bits - (above & 0xff800000U);
+  const auto m = std::bit_cast<double>((uint64_t{mantissa} << 29) + (uint64_t{1023 - 127} << 52));
+  const Log2Entry entry = kLog2Table[above >> 16 & 127];
+  return {static_cast<double>(static_cast<int32_t>(above) >> 23) + entry.log2, m * entry.inverse - 1.0};
 }
 
-// Returns what a logarithm is at 0, negative numbers, infinity and NaN, else the value given.
-[[nodiscard]] constexpr float logarithm_of(float x, double value) {
-  constexpr float kInfinite = std::numeric_limits<float>::infinity();
-  const float edge = x == 0.0f ? -kInfinite : std::numeric_limits<float>::quiet_NaN();
-  const float result = x > 0.0f ? static_cast<float>(value) : edge;
-  return x < kInfinite ? result : x + x;
+// Returns log2(x) times `factor`, rounded once.
+[[nodiscard]] constexpr float logarithm(float x, double factor) {
+  const auto bits = std::bit_cast<uint32_t>(x);
+  const Log2Parts p = split_logarithm(normalized_bits(bits));
+  const double rest = factor * kLog2Near[1] + (factor * kLog2Near[2]) * p.r;
+  const double value = (p.middle * factor + (factor * kLog2Near[0]) * p.r) + (p.r * p.r) * rest;
+  auto result = static_cast<float>(value);
+  if (bits - 1U >= kInfinityBits - 1U) [[unlikely]] { // 0, negative, infinite or NaN
+    const float edge = bits == kInfinityBits ? x : std::numeric_limits<float>::quiet_NaN();
+    result = bits << 1 == 0 ? -std::numeric_limits<float>::infinity() : edge;
+  }
+  return result;
+}
+[[nodiscard]] constexpr float log(float x) { return logarithm(x, kLn2); }
+[[nodiscard]] constexpr float log2(float x) { return logarithm(x, 1.0); }
+
+// Returns log2(x) with a relative error below 2^-37, from its normalized_bits().
+[[nodiscard]] constexpr double log2_for_power(uint32_t bits) {
+  const Log2Parts p = split_logarithm(bits);
+  const double r2 = p.r * p.r;
+  const double rest = (kLog2Nearer[1] + kLog2Nearer[2] * p.r) + kLog2Nearer[3] * r2;
+  return (p.middle + kLog2Nearer[0] * p.r) + r2 * rest;
 }
 
-[[nodiscard]] constexpr float log(float x) {
-  const LogParts p = split_logarithm(static_cast<double>(x));
-  const double z = p.s * p.s;
-  return logarithm_of(x, p.exponent * kLn2 + p.s * (2.0 + z * polynomial(kLogShort, z)));
-}
-
-[[nodiscard]] constexpr float log2(float x) {
-  const LogParts p = split_logarithm(static_cast<double>(x));
-  const double z = p.s * p.s;
-  return logarithm_of(x, p.exponent + p.s * (2.0 * kLog2E + z * polynomial(kLog2Short, z)));
-}
-
-// Returns x^y for zeros, negative numbers, infinities and NaN.
-[[nodiscard]] constexpr float special_pow(float x, float y);
-
-// Returns x^y. Negative x have powers of integer y.
-[[nodiscard]] constexpr float pow(float x, float y) {
-  constexpr float kInfinite = std::numeric_limits<float>::infinity();
-  if (!(x > 0.0f && x < kInfinite && y > -kInfinite && y < kInfinite)) [[unlikely]]
-    return special_pow(x, y);
-  const LogParts p = split_logarithm(static_cast<double>(x));
-  const double z = p.s * p.s;
-  const double exponent = p.exponent + p.s * (2.0 * kLog2E + z * polynomial(kLog2Medium, z));
-  return float_exp2(static_cast<double>(y) * exponent);
-}
-
-constexpr float special_pow(float x, float y) {
+// Returns x^y where one of them is zero, denormal, negative, infinite or NaN, or the power is far
+// beyond the range of floats.
+[[nodiscard]] constexpr float special_pow(float x, float y) {
   constexpr float kInfinite = std::numeric_limits<float>::infinity();
   const bool y_infinite = y == kInfinite || y == -kInfinite;
   if (y == 0.0f || x == 1.0f || (x == -1.0f && y_infinite)) return 1.0f;
-  if (x != x || y != y) return x + y;
-  const auto base = std::bit_cast<float>(std::bit_cast<uint32_t>(x) & 0x7fffffffU);
+  if (x != x || y != y) return std::numeric_limits<float>::quiet_NaN();
+  const uint32_t bits = std::bit_cast<uint32_t>(x) & 0x7fffffffU;
+  const auto base = std::bit_cast<float>(bits);
   const bool grows = (base > 1.0f) == (y > 0.0f);
-  const bool is_limit = y_infinite || base == 0.0f || base == kInfinite;
-  const float result = is_limit ? (grows ? kInfinite : 0.0f) : pow(base, y);
+  const bool is_limit = y_infinite || bits == 0 || base == kInfinite;
+  const float limit = grows ? kInfinite : 0.0f;
+  const float result = is_limit ? limit : float_exp2(static_cast<double>(y) * log2_for_power(normalized_bits(bits)));
   if (std::bit_cast<int32_t>(x) >= 0 || y_infinite) return result;
   // All floats from 2^24 on are even integers.
   const auto power = static_cast<double>(y);
   const auto whole = [](double v) { return (v + kRounder) - kRounder == v; };
   const bool large = !(power > -0x1p24 && power < 0x1p24);
-  if (base > 0.0f && base < kInfinite && !large && !whole(power)) return std::numeric_limits<float>::quiet_NaN();
+  if (bits != 0 && base < kInfinite && !large && !whole(power)) return std::numeric_limits<float>::quiet_NaN();
   return !large && whole(power) && !whole(0.5 * power) ? -result : result;
+}
+
+// Returns x^y. Negative x have powers of integer y.
+[[nodiscard]] constexpr float pow(float x, float y) {
+  const auto bits = std::bit_cast<uint32_t>(x);
+  if (bits - kMinNormalBits >= kInfinityBits - kMinNormalBits) [[unlikely]]
+    return special_pow(x, y);
+  const double exponent = static_cast<double>(y) * log2_for_power(bits);
+  if (!(exponent * exponent <= kMaxExponent * kMaxExponent)) [[unlikely]]
+    return special_pow(x, y);
+  return exp2_of_exponent(exponent);
 }
 
 // Reduces an angle to [-pi/4, pi/4], with an error far below that of a float's rounding.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fits the polynomials of elementary.h and writes elementary_coefficients.h.
+"""Fits the polynomials of elementary.h, computes its tables and writes elementary_coefficients.h.
 
 usage: fit_elementary.py > elementary_coefficients.h
        fit_elementary.py --check    verifies that the header beside it is the one that the fit gives
@@ -10,6 +10,7 @@ double at the end; the comments have the largest error of the rounded polynomial
 python3-mpmath)."""
 # SPDX-License-Identifier: Apache-2.0
 import pathlib
+import struct
 import sys
 
 from mpmath import mp, mpf, acos, asin, atan, atanh, cos, log, pi, sin, sqrt
@@ -70,13 +71,15 @@ def off_zero(f, series):
 LN2 = log(mpf(2))
 
 
-def times(factor, f):
-    return lambda x: factor * f(x)
+# Powers 2^(i / 64), and logarithms of 128 intervals of the mantissa.
+EXP2_ENTRIES = 64
+LOG2_ENTRIES = 128
 
 
 def polynomials():
     third, fifth = mpf(1) / 3, mpf(1) / 5
-    exp2 = off_zero(lambda r: (mpf(2) ** r - 1) / r, [LN2, LN2**2 / 2, LN2**3 / 6, LN2**4 / 24, LN2**5 / 120])
+    exp2_end, log2_end = mpf("1.0000001") / (2 * EXP2_ENTRIES), mpf("1.0000001") / (2 * LOG2_ENTRIES)
+    log2_near = off_zero(lambda r: log(1 + r) / (LN2 * r), [1 / LN2, -1 / (2 * LN2), 1 / (3 * LN2)])
     exp2_tail = off_zero(lambda r: (mpf(2) ** r - 1 - LN2 * r) / r**2, [LN2**2 / 2, LN2**3 / 6, LN2**4 / 24, LN2**5 / 120])
     exp_tail = off_zero(lambda r: (mp.exp(r) - 1 - r) / r**2, [mpf(1) / 2, mpf(1) / 6, mpf(1) / 24, mpf(1) / 120])
 
@@ -96,10 +99,9 @@ def polynomials():
     half = mpf("0.5000001")
     atan_end = (sqrt(mpf(2)) - 1) ** 2 * mpf("1.0001")
     return [
-        ("kExp2Short", "(2^r - 1) / r, |r| <= 1/2", exp2, -half, half, 6),
-        ("kLogShort", "(log(m) / s - 2) / s^2, in s^2, s = (m - 1) / (m + 1), m up to sqrt(2)", times(2, log_series), 0, log_end, 3),
-        ("kLog2Short", "(log2(m) / s - 2 log2(e)) / s^2, in s^2", times(2 / LN2, log_series), 0, log_end, 3),
-        ("kLog2Medium", "as kLog2Short, in s^2, for pow()", times(2 / LN2, log_series), 0, log_end, 4),
+        ("kExp2Near", f"2^r, |r| <= 1/{2 * EXP2_ENTRIES}, but for its first coefficient, 1", lambda r: mpf(2) ** r, -exp2_end, exp2_end, 3),
+        ("kLog2Near", f"log2(1 + r) / r, |r| <= 1/{2 * LOG2_ENTRIES}", log2_near, -log2_end, log2_end, 3),
+        ("kLog2Nearer", "the same for pow()", log2_near, -log2_end, log2_end, 4),
         ("kSinShort", "(sin(r) / r - 1) / r^2, in r^2, |r| <= pi/4", sin_series, 0, circle_end, 3),
         ("kCosShort", "(cos(r) - 1) / r^2, in r^2, |r| <= pi/4", cos_series, 0, circle_end, 4),
         ("kAsinShort", "(asin(s) / s - 1) / s^2, in s^2, |s| <= 1/2", asin_series, 0, mpf("0.25"), 6),
@@ -142,6 +144,29 @@ def constants():
     ]
 
 
+def exp2_table():
+    """The bits of 2^(i / n) as double, less those of i in the place that i has in the bits of k / n."""
+    bits = lambda x: struct.unpack("<Q", struct.pack("<d", float(x)))[0]
+    return [(bits(mpf(2) ** (mpf(i) / EXP2_ENTRIES)) - i * 2**52 // EXP2_ENTRIES) % 2**64 for i in range(EXP2_ENTRIES)]
+
+
+def log2_intervals():
+    """The bits of the lowest mantissa, and (1 / c, log2(c)) of each interval: of equal length in the bits of floats; c is its middle."""
+    value = lambda bits: mpf(struct.unpack("<f", struct.pack("<I", bits))[0])
+    length, one = 2**23 // LOG2_ENTRIES, 0x3f800000
+    # 1 is c of its own interval, so that logarithms near 0 have small relative errors. Floats below
+    # 1 are twice as dense: two thirds of the interval are below, so that it ends as far above.
+    lowest = one - 2 * length // 3
+    entries = []
+    for i in range(LOG2_ENTRIES):
+        low, high = value(lowest + i * length), value(lowest + (i + 1) * length)
+        inverse = mpf(1) if low < 1 < high else mpf(float(2 / (low + high)))
+        if max(abs(low * inverse - 1), abs(high * inverse - 1)) > mpf(1) / (2 * LOG2_ENTRIES):
+            raise ArithmeticError(f"interval {i} is too long")
+        entries.append((inverse, -log(inverse) / LN2))
+    return lowest, entries
+
+
 def two_over_pi_words(count):
     mp.prec = 64 * (count + 4)
     scaled = int(mp.floor(2 / (+pi) * mpf(2) ** (64 * count)))
@@ -166,11 +191,29 @@ def header():
     for name, what, f, low, high, count in polynomials():
         exact = remez(f, low, high, count)
         rounded = [mpf(float(c)) for c in exact]
+        if "but for its first coefficient" in what:
+            exact, rounded[0] = exact[1:], mpf(1)
         grid = [mpf(low) + (mpf(high) - mpf(low)) * i / 400 for i in range(401)]
         error = max((x if low == 0 else 1) * abs(f(x) - horner(rounded, x)) for x in grid)
         times = {"s": " times s^2", "r": " times r^2", "t": " times t^2"}[what.split("in ")[1][0]] if "in " in what and low == 0 else ""
         lines.append(f"// {what}; error{times} {float(error):.1e}.")
         lines.append(f"inline constexpr double {name}[] = {{{', '.join(float(c).hex() for c in exact)}}};")
+    lowest, entries = log2_intervals()
+    lines += [
+        "",
+        f"// The bits of 2^(i / {EXP2_ENTRIES}) less i 2^52 / {EXP2_ENTRIES}. Adding k 2^52 / {EXP2_ENTRIES} gives those of",
+        f"// 2^(k / {EXP2_ENTRIES}) for i = k mod {EXP2_ENTRIES}.",
+        f"inline constexpr uint64_t kExp2Table[] = {{{', '.join(f'0x{w:016x}' for w in exp2_table())}}};",
+        "",
+        f"// Mantissas from that of these bits of a float to twice that are divided into {LOG2_ENTRIES} intervals.",
+        f"inline constexpr uint32_t kMinMantissa = 0x{lowest:08x};",
+        "// The inverse of the middle of each interval, and the logarithm of the middle.",
+        "struct Log2Entry {",
+        "  double inverse;",
+        "  double log2;",
+        "};",
+        f"inline constexpr Log2Entry kLog2Table[] = {{{', '.join('{' + float(c).hex() + ', ' + float(v).hex() + '}' for c, v in entries)}}};",
+    ]
     words = two_over_pi_words(20)
     lines.append("")
     lines.append("// 64 zeros and the first 1280 bits of 2 / pi.")

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 
@@ -39,6 +40,11 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 [[nodiscard]] inline constexpr float square(float x) { return x * x; }
 [[nodiscard]] inline float lerp(float a, float b, float t) { return a + (b - a) * t; }
 [[nodiscard]] inline V3f lerp(const V3f& a, const V3f& b, float t) { return a + (b - a) * t; }
+// Returns the integer part of x, clamped to [0, last]; 0 for NaN. Casts of floats beyond the range
+// of the integer type are undefined, and processors differ.
+[[nodiscard]] inline uint32_t cell_of(float x, uint32_t last) {
+  return static_cast<uint32_t>(std::min(std::max(0.0f, x), static_cast<float>(last)));
+}
 [[nodiscard]] inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
 [[nodiscard]] inline float max_component(const V3f& v) { return std::max(v.x, std::max(v.y, v.z)); }
 [[nodiscard]] inline float min_component(const V3f& v) { return std::min(v.x, std::min(v.y, v.z)); }

@@ -58,7 +58,7 @@ class AnisotropicAlbedoTable {
     const Axis i = axis(std::sqrt(std::sqrt(across2)));
     const Axis j = axis(std::sqrt(along));
     const float x = std::sqrt(mu * (1.0f + 2.0f * along) / (mu + 2.0f * along)) * (kAnisotropicNodes - 1);
-    const auto k = std::min(static_cast<uint32_t>(x), kAnisotropicNodes - 2);
+    const auto k = cell_of(x, kAnisotropicNodes - 2);
     const float s = x - static_cast<float>(k);
     const AnisotropicTableNode* n = table_ + (i.index * kAnisotropicNodes + j.index) * kAnisotropicNodes + k;
     float e = 0.0f;
@@ -84,7 +84,7 @@ class AnisotropicAlbedoTable {
   static Axis axis(float roughness) {
     const float y =
         std::min(std::max((roughness - kMinRoughness) / (1.0f - kMinRoughness), 0.0f), 1.0f) * (kAnisotropicNodes - 1);
-    const auto index = std::min(static_cast<uint32_t>(y), kAnisotropicNodes - 2);
+    const auto index = cell_of(y, kAnisotropicNodes - 2);
     return {index, y - static_cast<float>(index)};
   }
 
@@ -98,8 +98,8 @@ class AnisotropicAlbedoTable {
   constexpr float kScale = (kAnisotropicAverageNodes - 1) / (1.0f - kMinRoughness);
   const float x = std::max(roughness_x - kMinRoughness, 0.0f) * kScale;
   const float y = std::max(roughness_y - kMinRoughness, 0.0f) * kScale;
-  const auto i = std::min(static_cast<uint32_t>(y), kAnisotropicAverageNodes - 2);
-  const auto j = std::min(static_cast<uint32_t>(x), kAnisotropicAverageNodes - 2);
+  const auto i = cell_of(y, kAnisotropicAverageNodes - 2);
+  const auto j = cell_of(x, kAnisotropicAverageNodes - 2);
   const float s = y - static_cast<float>(i);
   const float t = x - static_cast<float>(j);
   const GgxAlbedo* a = kAnisotropicAverages + i * kAnisotropicAverageNodes + j;

@@ -17,7 +17,7 @@ struct Position {
 // Returns the position of t in [0, 1] on an axis with this number of nodes; clamped.
 Position position(float t, uint32_t nodes) {
   const float x = std::min(std::max(0.0f, t), 1.0f) * static_cast<float>(nodes - 1); // NaN becomes 0
-  const uint32_t node = std::min(static_cast<uint32_t>(x), nodes - 2);
+  const uint32_t node = cell_of(x, nodes - 2);
   return {node, x - static_cast<float>(node)};
 }
 

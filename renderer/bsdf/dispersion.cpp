@@ -27,7 +27,7 @@ float dispersed_ior(float ior, float dispersion, float nm) {
 WavelengthSample sample_wavelength(float u) {
   assert(u >= 0.0f && u <= 1.0f);
   const float x = u * (kWavelengthNodes - 1);
-  const uint32_t i = std::min(static_cast<uint32_t>(x), kWavelengthNodes - 2);
+  const uint32_t i = cell_of(x, kWavelengthNodes - 2);
   const float t = x - static_cast<float>(i);
   const WavelengthSample& a = kWavelengths[i];
   const WavelengthSample& b = kWavelengths[i + 1];

@@ -46,7 +46,7 @@ FilmAlbedo::FilmAlbedo(const FilmLayer& film, float roughness) {
   mean_fresnel_ = sum / weights + Rgb(schlick_share_ * (1.0f / 21.0f));
 
   const float y = (roughness - kMinRoughness) * ((kFilmRoughnessNodes - 1) / (1.0f - kMinRoughness));
-  const auto row = std::min(static_cast<uint32_t>(std::max(0.0f, y)), kFilmRoughnessNodes - 2);
+  const auto row = cell_of(y, kFilmRoughnessNodes - 2);
   const float upper = (y - static_cast<float>(row)) * (1.0f / 65535.0f);
   const float lower = 1.0f / 65535.0f - upper;
   const uint16_t* low = kFilmTable + row * (kFilmNodes * kFilmNodes);

@@ -79,7 +79,7 @@ class FilmAlbedo {
   [[nodiscard]] static Position position(float mu) {
     const float t = 0.5f * (std::sqrt(1.0f + 8.0f * std::min(mu, 1.0f)) - 1.0f);
     const float x = t * (kFilmNodes - 1);
-    const auto node = std::min(static_cast<uint32_t>(x), kFilmNodes - 2);
+    const auto node = cell_of(x, kFilmNodes - 2);
     const float below = film_node_cosine(node);
     return {node, (std::min(mu, 1.0f) - below) / (film_node_cosine(node + 1) - below)};
   }

@@ -57,7 +57,7 @@ class GgxAlbedoTable {
       : scale_(square(kGgxMuNodes - 1) * (1.0f + 2.0f * alpha)), two_alpha_(2.0f * alpha) {
     assert(roughness > 0.999f * kMinRoughness && roughness <= 1.0f);
     const float y = (roughness - kMinRoughness) * ((kGgxRoughnessNodes - 1) / (1.0f - kMinRoughness));
-    const auto row = std::min(static_cast<uint32_t>(y), kGgxRoughnessNodes - 2);
+    const auto row = cell_of(y, kGgxRoughnessNodes - 2);
     row_ = table + row * kGgxMuNodes;
     fraction_ = y - static_cast<float>(row);
   }
@@ -65,7 +65,7 @@ class GgxAlbedoTable {
   // Returns E and B for mu in (0, 1].
   [[nodiscard]] GgxAlbedo operator()(float mu) const {
     const float x = std::sqrt(mu * scale_ / (mu + two_alpha_));
-    const auto column = std::min(static_cast<uint32_t>(x), kGgxMuNodes - 2);
+    const auto column = cell_of(x, kGgxMuNodes - 2);
     const float s = x - static_cast<float>(column);
     const GgxTableNode* n = row_ + column;
     const GgxTableNode* m = n + kGgxMuNodes;
@@ -87,7 +87,7 @@ class GgxAlbedoTable {
 [[nodiscard]] inline GgxAlbedo ggx_average_albedo(float roughness) {
   assert(roughness > 0.999f * kMinRoughness && roughness <= 1.0f);
   const float y = (roughness - kMinRoughness) * ((kGgxAverageNodes - 1) / (1.0f - kMinRoughness));
-  const auto i = std::min(static_cast<uint32_t>(y), kGgxAverageNodes - 2);
+  const auto i = cell_of(y, kGgxAverageNodes - 2);
   const float s = y - static_cast<float>(i);
   const GgxAlbedo& a = kGgxAverages[i];
   const GgxAlbedo& b = kGgxAverages[i + 1];

@@ -17,7 +17,7 @@ struct Column {
 };
 Column column_of(float mu) {
   const float x = std::sqrt(std::min(mu, 1.0f)) * static_cast<float>(kSheenMuNodes - 1);
-  const uint32_t index = std::min(static_cast<uint32_t>(x), kSheenMuNodes - 2);
+  const uint32_t index = cell_of(x, kSheenMuNodes - 2);
   return {index, x - static_cast<float>(index)};
 }
 
@@ -39,7 +39,7 @@ SheenLobe::SheenLobe(float roughness, const V3f& wo, const SheenNode* table)
   shadowing_o_ = shadowing(wo.z);
 
   const float y = (roughness - kMinSheenRoughness) * ((kSheenRoughnessNodes - 1) / (1.0f - kMinSheenRoughness));
-  const uint32_t row = std::min(static_cast<uint32_t>(y), kSheenRoughnessNodes - 2);
+  const uint32_t row = cell_of(y, kSheenRoughnessNodes - 2);
   row_ = table + row * kSheenMuNodes;
   fraction_ = y - static_cast<float>(row);
 

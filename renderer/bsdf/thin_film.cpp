@@ -18,7 +18,7 @@ float clamped(float x, float low, float high) { return std::min(std::max(low, x)
 // Returns e^-x for x >= 0, relative error below 1e-6: 2^-n with integer n by bit operations, the
 // rest in [-1/2, 1/2] by a polynomial. Bitwise equal on every machine, unlike std::exp.
 float exp_of_minus(float x) {
-  const float y = std::min(x * std::numbers::log2e_v<float>, 125.0f);
+  const float y = std::min(125.0f, x * std::numbers::log2e_v<float>); // 125 for NaN
   const float whole = std::nearbyint(y);
   const float r = (whole - y) * std::numbers::ln2_v<float>;
   const float p =

@@ -27,7 +27,7 @@ enum class Caustics : uint8_t {
 class WidestLobe {
  public:
   void add(Lobe lobe, float roughness) {
-    const float alpha = lobe == Lobe::diffuse ? 1.0f : std::min(roughness * roughness, 1.0f);
+    const float alpha = lobe == Lobe::diffuse ? 1.0f : std::min(1.0f, roughness * roughness);
     steps_ = std::max(steps_, static_cast<uint8_t>(alpha * 255.0f + 0.5f));
   }
   [[nodiscard]] float alpha() const { return static_cast<float>(steps_) * (1.0f / 255.0f); }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/guide_training.h"
 
-#include "renderer/base/flush_denormals.h"
+#include "renderer/base/standard_arithmetic.h"
 #include "renderer/guiding/learn_guide.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
@@ -99,7 +99,7 @@ class Training {
       const uint64_t place = i * step % count;
       const auto samples = static_cast<uint32_t>((place + 1) * visits / count - place * visits / count);
       if (samples == 0 || stopped()) return;
-      const FlushDenormals flush_denormals;
+      const StandardArithmetic standard_arithmetic;
       const Clock::time_point start = Clock::now();
       Worker& worker = workers.local();
       PathRecorder& recorder = *worker.recorder;

@@ -143,7 +143,7 @@ class LightTreeBuilder {
     uint32_t bin = 0;
     float origin = 0.0f, scale = 0.0f;
     [[nodiscard]] uint32_t bin_of(const EmitterBounds& e) const {
-      return std::min(static_cast<uint32_t>((e.center[axis] - origin) * scale), kBins - 1);
+      return cell_of((e.center[axis] - origin) * scale, kBins - 1);
     }
   };
 

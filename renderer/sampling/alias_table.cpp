@@ -26,7 +26,7 @@ AliasTable::AliasTable(std::span<const float> weights) : slots_(weights.size()) 
   // The slot of a small entry is filled up with a part of a large one.
   std::vector<double> mass(n, 0.0); // probability of each entry in the finished table, in units of one slot
   const auto fill_slot = [&](uint32_t slot, double own, uint32_t alias) {
-    const double threshold = std::fmin(std::nearbyint(own * 0x1p32), 0x1p32 - 1.0);
+    const double threshold = std::min(std::nearbyint(own * 0x1p32), 0x1p32 - 1.0);
     slots_[slot].threshold = static_cast<uint32_t>(threshold);
     slots_[slot].alias = alias;
     mass[slot] += threshold * 0x1p-32;

@@ -39,8 +39,7 @@ class Distribution1D {
   // Returns the density at x; 0 outside of [0, 1).
   [[nodiscard]] float pdf(float x) const {
     if (!(x >= 0.0f && x < 1.0f)) return 0.0f;
-    return probability(std::min(static_cast<uint32_t>(x * static_cast<float>(size())), size() - 1)) *
-           static_cast<float>(size());
+    return probability(cell_of(x * static_cast<float>(size()), size() - 1)) * static_cast<float>(size());
   }
   // Returns the probability of cell i.
   [[nodiscard]] float probability(uint32_t i) const {

@@ -49,9 +49,7 @@ class Distribution2D {
     if (!(uv.x >= 0.0f && uv.x < 1.0f && uv.y >= 0.0f && uv.y < 1.0f)) return 0.0f;
     const auto height = static_cast<float>(rows_.size());
     const auto width = static_cast<float>(width_);
-    return probability(std::min(static_cast<uint32_t>(uv.x * width), width_ - 1),
-                       std::min(static_cast<uint32_t>(uv.y * height), rows_.size() - 1)) *
-           width * height;
+    return probability(cell_of(uv.x * width, width_ - 1), cell_of(uv.y * height, rows_.size() - 1)) * width * height;
   }
   // Returns the probability of a cell.
   [[nodiscard]] float probability(uint32_t column, uint32_t row) const {

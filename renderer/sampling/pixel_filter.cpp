@@ -102,7 +102,7 @@ PixelFilter::AxisSample PixelFilter::sample_axis(float u) const {
   assert(u >= 0.0f && u < 1.0f);
   const float v = std::abs(2.0f * u - 1.0f);
   if (kind_ == FilterKind::box) return {(2.0f * u - 1.0f) * radius_, 1.0f};
-  uint32_t cell = guide_[std::min(static_cast<uint32_t>(v * kGuideSize), kGuideSize - 1)];
+  uint32_t cell = guide_[cell_of(v * kGuideSize, kGuideSize - 1)];
   while (cell + 1 < kCells && cdf_[cell + 1] <= v) ++cell;
   // Solve d0 s + (d1 - d0) s^2 / 2 = rest for s in [0, 1], in the form that is stable for small
   // coefficients.
@@ -119,7 +119,7 @@ PixelFilter::AxisSample PixelFilter::sample_axis(float u) const {
 float PixelFilter::pdf_axis(float x) const {
   const float t = std::abs(x) / radius_ * kCells;
   if (!(t <= kCells)) return 0.0f;
-  const uint32_t cell = std::min(static_cast<uint32_t>(t), kCells - 1);
+  const uint32_t cell = cell_of(t, kCells - 1);
   return 0.5f * lerp(density_[cell], density_[cell + 1], t - static_cast<float>(cell)) / radius_;
 }
 

@@ -5,8 +5,10 @@
 #include "renderer/base/elementary.h"
 #include "renderer/base/math.h"
 
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 
 namespace kindling {
 
@@ -23,13 +25,16 @@ struct SinCos {
 // 1e-7 give the same bits on every machine, unlike the C library.
 [[nodiscard]] inline SinCos sincos_turns(float turns) {
   assert(!(std::abs(turns) >= 0x1p20f));
-  const float quarter = std::nearbyint(turns * 4.0f);
+  // The sum with this is rounded to an integer, whose lowest bits are those of the sum.
+  constexpr float kRounder = 0x1.8p23f;
+  const float rounded = turns * 4.0f + kRounder;
+  const float quarter = rounded - kRounder;
   const float a = (turns - quarter * 0.25f) * (2.0f * kPi); // in [-pi/4, pi/4]
   const float a2 = a * a;
   const float s =
       a * (1.0f + a2 * (-1.0f / 6.0f + a2 * (1.0f / 120.0f + a2 * (-1.0f / 5040.0f + a2 * (1.0f / 362880.0f)))));
   const float c = 1.0f + a2 * (-0.5f + a2 * (1.0f / 24.0f + a2 * (-1.0f / 720.0f + a2 * (1.0f / 40320.0f))));
-  switch (static_cast<int>(quarter) & 3) {
+  switch (std::bit_cast<uint32_t>(rounded) & 3U) {
   case 0: return {s, c};
   case 1: return {c, -s};
   case 2: return {-s, -c};

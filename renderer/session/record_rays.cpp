@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/record_rays.h"
 
-#include "renderer/base/flush_denormals.h"
 #include "renderer/base/hash.h"
+#include "renderer/base/standard_arithmetic.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/session/tile_scheduler.h"
@@ -44,7 +44,7 @@ class RecordingRender {
 
   // Renders until `enough`, a pass without new rays, or kMaxPasses.
   void run(const std::function<bool()>& enough, const std::function<size_t()>& recorded, const CancelToken* cancel) {
-    const FlushDenormals flush_denormals;
+    const StandardArithmetic standard_arithmetic;
     const std::vector<PixelRect> tiles = spread_tiles(film_.crop());
     const uint32_t samples = batch_size_ / (kBlockSize * kBlockSize); // of each pixel in a batch
     for (uint32_t pass = 0; pass < kMaxPasses; ++pass) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_loop.h"
 
-#include "renderer/base/flush_denormals.h"
+#include "renderer/base/standard_arithmetic.h"
 #include "renderer/session/run_workers.h"
 #include "renderer/session/tile_scheduler.h"
 
@@ -103,7 +103,7 @@ void RenderLoop::run(RenderStatistics& statistics) {
 }
 
 void RenderLoop::work(size_t thread) {
-  const FlushDenormals flush_denormals;
+  const StandardArithmetic standard_arithmetic;
   Worker& worker = workers_[thread];
   if (!worker.context) worker.context = integrator_.make_context();
   const size_t lane = settings_.schedule == Schedule::regions ? thread : 0;

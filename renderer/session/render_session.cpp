@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
 
-#include "renderer/base/flush_denormals.h"
+#include "renderer/base/standard_arithmetic.h"
 #include "renderer/session/check_settings.h"
 #include "renderer/session/render_loop.h"
 #include "renderer/session/train_guide.h"
@@ -117,7 +117,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   ReplayedSample replayed;
   const std::unique_ptr<ThreadContext> context = integrator->make_context();
   context->trace = &replayed.trace;
-  const FlushDenormals flush_denormals;
+  const StandardArithmetic standard_arithmetic;
   integrator->render_block(block, {sample_index, sample_index + 1}, *context, film);
   const std::vector<float> rgb = film.resolve(Aov::beauty);
   replayed.radiance = Rgb(rgb[0], rgb[1], rgb[2]);

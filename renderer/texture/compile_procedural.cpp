@@ -4,6 +4,7 @@
 
 #include "renderer/texture/procedural_emitter.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <utility>
@@ -71,7 +72,9 @@ class Compiler {
     return in_order(std::make_index_sequence<kCount>());
   }
   [[nodiscard]] float number(size_t k) const { return node_->inputs[k].value.x; }
-  [[nodiscard]] int integer(size_t k) const { return static_cast<int>(node_->inputs[k].value.x); }
+  [[nodiscard]] int integer(size_t k) const {
+    return static_cast<int>(std::min(std::max(-0x1p24f, node_->inputs[k].value.x), 0x1p24f));
+  }
   // Returns the number of channels that operators of the current node compute.
   [[nodiscard]] int width() const { return channels_of(node_->type) == 1 ? 1 : 4; }
 

@@ -16,6 +16,9 @@ inline void store(T value, std::byte* to) {
   std::memcpy(to, &value, sizeof value);
 }
 
+// Clamps to [0, 1]; 0 for NaN.
+[[nodiscard]] inline float in_unit_interval(float value) { return std::min(std::max(0.0f, value), 1.0f); }
+
 // Stores a linear value, in [0, 1] for integer types, rounded to nearest.
 template <typename Reader, bool kAlpha>
 inline void store_channel(float value, std::byte* to) {
@@ -23,12 +26,12 @@ inline void store_channel(float value, std::byte* to) {
     if constexpr (Reader::kIsSrgb && !kAlpha)
       store(encode_srgb_u8(value), to);
     else
-      store(static_cast<uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f), to);
+      store(static_cast<uint8_t>(in_unit_interval(value) * 255.0f + 0.5f), to);
   } else if constexpr (Reader::kType == PixelType::u16) {
     if constexpr (Reader::kIsSrgb && !kAlpha)
       store(encode_srgb_u16(value), to);
     else
-      store(static_cast<uint16_t>(std::clamp(value, 0.0f, 1.0f) * 65535.0f + 0.5f), to);
+      store(static_cast<uint16_t>(in_unit_interval(value) * 65535.0f + 0.5f), to);
   } else if constexpr (Reader::kType == PixelType::f16) {
     store(Imath::half(value), to);
   } else {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/build_world.h"
 
+#include "renderer/base/standard_arithmetic.h"
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/emitter_budget.h"
 #include "renderer/world/find_contacts.h"
@@ -366,6 +367,7 @@ Result<std::unique_ptr<const World>> build_world(Scene scene, PosedScene posed, 
 Result<std::unique_ptr<World>> build_world_of_parts(Scene& scene, PosedScene posed, const WorldOptions& options,
                                                     WorldParts& parts, const CancelToken* cancel,
                                                     ProgressListener* listener) {
+  const StandardArithmetic standard_arithmetic; // of the threads that this one starts, too
   return WorldBuilder(scene, std::move(posed), options, parts, cancel, listener).build();
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "renderer/base/math.h"
 
 #include <array>
 #include <bit>
@@ -57,8 +58,7 @@ class Contacts {
   };
 
   [[nodiscard]] static uint32_t cell(float coordinate) {
-    const float scaled = coordinate * static_cast<float>(kCells);
-    return scaled < 1.0f ? 0U : scaled >= static_cast<float>(kCells) ? kCells - 1 : static_cast<uint32_t>(scaled);
+    return cell_of(coordinate * static_cast<float>(kCells), kCells - 1);
   }
   [[nodiscard]] size_t slot_of(uint32_t mesh, uint32_t triangle) const {
     const uint64_t key = (uint64_t{mesh} << 32U) | triangle;

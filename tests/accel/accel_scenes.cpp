@@ -110,8 +110,8 @@ Mesh triangle_soup(Rng& rng, int count, float extent, float size) {
   const Box3f box(V3f(-extent), V3f(extent));
   for (int i = 0; i < count; ++i) {
     const V3f p = uniform_in(rng, box);
-    mesh.add_triangle(p + uniform_direction(rng) * size, p + uniform_direction(rng) * size,
-                      p + uniform_direction(rng) * size);
+    const V3f c = p + uniform_direction(rng) * size, b = p + uniform_direction(rng) * size;
+    mesh.add_triangle(p + uniform_direction(rng) * size, b, c);
   }
   return mesh;
 }
@@ -138,7 +138,8 @@ Mesh slivers(Rng& rng, int count) {
   for (int i = 0; i < count; ++i) {
     const V3f p = uniform_direction(rng), d = uniform_direction(rng);
     const float width = std::pow(10.0f, uniform(rng, -6.0f, -1.0f));
-    mesh.add_triangle(p, p + d * 2.0f, p + d * uniform(rng) + uniform_direction(rng) * width);
+    const V3f aside = uniform_direction(rng) * width;
+    mesh.add_triangle(p, p + d * 2.0f, p + d * uniform(rng) + aside);
   }
   return mesh;
 }
@@ -277,14 +278,17 @@ std::vector<Ray> grazing_rays(Rng& rng, const TestScene& scene, int count) {
     } else if (rays.size() % 3 == 0) { // in the plane of the triangle, or close to it
       const float u = uniform(rng), v = uniform(rng) * (1.0f - u);
       const V3f inside = a + (b - a) * u + (c - a) * v;
-      ray.direction = (b - a) * uniform(rng, -1.0f, 1.0f) + (c - a) * uniform(rng, -1.0f, 1.0f);
+      const V3f across = (c - a) * uniform(rng, -1.0f, 1.0f);
+      ray.direction = (b - a) * uniform(rng, -1.0f, 1.0f) + across;
       const float length = ray.direction.length();
       if (length == 0.0f) ray.direction = uniform_direction(rng);
       ray.origin = inside - ray.direction * (size / std::max(length, 1e-20f));
-      ray.origin += uniform_direction(rng) * size * std::pow(10.0f, uniform(rng, -8.0f, -3.0f));
+      const float shift = std::pow(10.0f, uniform(rng, -8.0f, -3.0f));
+      ray.origin += uniform_direction(rng) * size * shift;
     } else { // at a vertex, or at a point of an edge
       const V3f target = rays.size() % 3 == 1 ? a : a + (b - a) * uniform(rng);
-      ray.origin = target + uniform_direction(rng) * size * uniform(rng, 0.1f, 1.0f);
+      const float distance = uniform(rng, 0.1f, 1.0f);
+      ray.origin = target + uniform_direction(rng) * size * distance;
       ray.direction = target - ray.origin;
     }
     if (ray.direction.length() > 0.0f) rays.push_back(ray);

@@ -92,7 +92,8 @@ std::string disagreement_any(const TestScene& scene, const Accelerator& accelera
   Rng rng(1);
   for (int i = 0; i < 256; ++i) {
     Ray moved = ray;
-    moved.origin += uniform_direction(rng) * reach * uniform(rng);
+    const V3f farthest = uniform_direction(rng) * reach;
+    moved.origin += farthest * uniform(rng);
     if (accelerator.intersect(moved).is_hit()) return {};
   }
   return "blocked, but nothing is near the ray";

@@ -27,6 +27,12 @@ int between(Rng& rng, int low, int high) {
 
 float power_of_ten(Rng& rng, float low, float high) { return std::pow(10.0f, uniform(rng, low, high)); }
 
+// Returns a random direction with a length that is a random power of ten.
+V3f any_size(Rng& rng, float low, float high) {
+  const V3f direction = uniform_direction(rng);
+  return direction * power_of_ten(rng, low, high);
+}
+
 bool accept_by_hash(const void*, const Ray& ray, const Hit& candidate) {
   uint32_t h = ray.key * 2654435761U ^ candidate.triangle * 40503U ^ candidate.mesh * 97U ^ candidate.instance * 31U;
   h ^= h >> 15;
@@ -70,19 +76,22 @@ M44f random_transform(Rng& rng) {
   M44f m, r;
   switch (rng() % 6) {
   case 0: return m; // the identity
-  case 1: m.setTranslation(uniform_direction(rng) * power_of_ten(rng, -3.0f, 3.0f)); return m;
+  case 1: m.setTranslation(any_size(rng, -3.0f, 3.0f)); return m;
   case 2: m.setScale(power_of_ten(rng, -3.0f, 3.0f)); return m;
   case 3: // singular
     m.setScale(V3f(1, 0, 1));
     return m;
   default: {
-    m.setScale(V3f(power_of_ten(rng, -1.0f, 1.0f), (chance(rng, 0.5f) ? -1.0f : 1.0f) * power_of_ten(rng, -1.0f, 1.0f),
-                   power_of_ten(rng, -1.0f, 1.0f)));
+    const float side = chance(rng, 0.5f) ? -1.0f : 1.0f;
+    m.setScale(
+        V3f{power_of_ten(rng, -1.0f, 1.0f), side * power_of_ten(rng, -1.0f, 1.0f), power_of_ten(rng, -1.0f, 1.0f)});
     M44f shear;
     shear[1][0] = uniform(rng, -1.0f, 1.0f);
-    r.setAxisAngle(uniform_direction(rng), uniform(rng, 0.0f, 6.0f));
+    const V3f axis = uniform_direction(rng);
+    r.setAxisAngle(axis, uniform(rng, 0.0f, 6.0f));
     M44f t;
-    t.setTranslation(uniform_direction(rng) * uniform(rng, 0.0f, 3.0f));
+    const V3f towards = uniform_direction(rng);
+    t.setTranslation(towards * uniform(rng, 0.0f, 3.0f));
     return m * shear * r * t;
   }
   }
@@ -135,7 +144,7 @@ Mesh needles(Rng& rng, int count) {
   Mesh mesh;
   for (int i = 0; i < count; ++i) {
     const V3f start = V3f(-1.0f) + uniform_direction(rng) * 0.3f;
-    mesh.add_triangle(start, start + V3f(2.0f), start + uniform_direction(rng) * power_of_ten(rng, -5.0f, -1.0f));
+    mesh.add_triangle(start, start + V3f(2.0f), start + any_size(rng, -5.0f, -1.0f));
   }
   return mesh;
 }
@@ -215,7 +224,7 @@ TestScene random_scene(Rng& rng, int largest) {
     for (int m = between(rng, 1, 4); m > 0; --m) {
       Mesh mesh = random_mesh(rng, largest);
       if (chance(rng, 0.3f)) mesh = scaled(mesh, power_of_ten(rng, -2.0f, 2.0f));
-      if (chance(rng, 0.3f)) mesh = moved_by(mesh, uniform_direction(rng) * power_of_ten(rng, -1.0f, 2.0f));
+      if (chance(rng, 0.3f)) mesh = moved_by(mesh, any_size(rng, -1.0f, 2.0f));
       mesh = scaled(mesh, scale);
       mesh.opaque = !(cut_outs && chance(rng, 0.6f));
       meshes.push_back(std::move(mesh));
@@ -240,15 +249,16 @@ std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count) {
     V3f p[3];
     if (!pick_triangle(rng, scene, p))
       for (V3f& q : p) q = uniform_in(rng, box);
-    const V3f inside = p[0] + (p[1] - p[0]) * uniform(rng) * 0.5f + (p[2] - p[0]) * uniform(rng) * 0.5f,
-              edge = p[0] + (p[1] - p[0]) * uniform(rng);
+    const V3f along = p[0] + (p[1] - p[0]) * uniform(rng) * 0.5f;
+    const V3f inside = along + (p[2] - p[0]) * uniform(rng) * 0.5f;
+    const V3f edge = p[0] + (p[1] - p[0]) * uniform(rng);
     const V3f target = rng() % 3 == 0 ? p[0] : rng() % 2 == 0 ? edge : inside;
     const float size = (p[1] - p[0]).length() + (p[2] - p[0]).length();
     Ray ray;
     ray.t_max = kInfinity;
     ray.key = static_cast<uint32_t>(rng());
-    ray.origin =
-        rng() % 4 == 0 ? target + uniform_direction(rng) * (extent * uniform(rng, 0.0f, 2.0f)) : uniform_in(rng, box);
+    const V3f beside = uniform_direction(rng) * extent;
+    ray.origin = rng() % 4 == 0 ? target + beside * uniform(rng, 0.0f, 2.0f) : uniform_in(rng, box);
     ray.direction = target - ray.origin;
     switch (rng() % 8) {
     case 0: // toward any point
@@ -266,9 +276,10 @@ std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count) {
       break;
     }
     case 3: // in the plane of the triangle, or close to it
-      ray.direction = (p[1] - p[0]) * uniform(rng, -1.0f, 1.0f) + (p[2] - p[0]) * uniform(rng, -1.0f, 1.0f);
+      ray.direction = (p[1] - p[0]) * uniform(rng, -1.0f, 1.0f);
+      ray.direction += (p[2] - p[0]) * uniform(rng, -1.0f, 1.0f);
       ray.origin = inside - ray.direction * uniform(rng, 0.0f, 3.0f);
-      if (rng() % 2 == 0) ray.origin += uniform_direction(rng) * size * power_of_ten(rng, -8.0f, -3.0f);
+      if (rng() % 2 == 0) ray.origin += any_size(rng, -8.0f, -3.0f) * size;
       break;
     case 4: // along an edge, from a vertex
       ray.origin = p[0];
@@ -276,7 +287,7 @@ std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count) {
       break;
     case 5: // leaves a surface
       ray.origin = target;
-      if (rng() % 2 == 0) ray.origin += uniform_direction(rng) * size * power_of_ten(rng, -8.0f, -3.0f);
+      if (rng() % 2 == 0) ray.origin += any_size(rng, -8.0f, -3.0f) * size;
       ray.direction = uniform_direction(rng) * extent;
       break;
     default: break;

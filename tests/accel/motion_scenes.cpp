@@ -96,6 +96,31 @@ std::vector<M44f> keys_of(uint32_t count, const M44f& start, const V3f& axis, fl
   return keys;
 }
 
+namespace {
+
+struct Range {
+  float low;
+  float high;
+};
+
+M44f random_place(Rng& rng, Range sizes, float distance) {
+  const float size = uniform(rng, sizes.low, sizes.high);
+  const V3f axis = uniform_direction(rng);
+  const float angle = uniform(rng, 0.0f, 6.0f);
+  return placed(V3f(size), axis, angle, uniform_direction(rng) * distance);
+}
+
+std::vector<M44f> random_keys(Rng& rng, uint32_t max_count, const M44f& place, float max_angle, Range scales,
+                              float max_displacement) {
+  const auto count = 2 + static_cast<uint32_t>(rng() % (max_count - 1));
+  const V3f axis = uniform_direction(rng);
+  const float angle = uniform(rng, 0.0f, max_angle), scale = uniform(rng, scales.low, scales.high);
+  const V3f direction = uniform_direction(rng);
+  return keys_of(count, place, axis, angle, scale, direction * uniform(rng, 0.0f, max_displacement));
+}
+
+} // namespace
+
 TestScene moving_instances() {
   Rng rng(601);
   TestScene scene;
@@ -118,13 +143,10 @@ TestScene moving_instances() {
   scene.add_instance(globe, {M44f(), not_finite, M44f()});
   scene.add_instance(empty, keys_of(3, M44f(), {0, 0, 1}, 1.0f, 1.0f, V3f(1)));
   scene.add_instance(broken, keys_of(3, M44f(), {0, 0, 1}, 1.0f, 1.0f, V3f(1)));
-  for (int i = 0; i < 60; ++i)
-    scene.add_instance(i % 2 == 0 ? globe : soup,
-                       keys_of(2 + rng() % 4,
-                               placed(V3f(uniform(rng, 0.1f, 0.5f)), uniform_direction(rng), uniform(rng, 0.0f, 6.0f),
-                                      uniform_direction(rng) * 5.0f),
-                               uniform_direction(rng), uniform(rng, 0.0f, 0.4f), uniform(rng, 0.7f, 1.3f),
-                               uniform_direction(rng) * uniform(rng, 0.0f, 2.0f)));
+  for (int i = 0; i < 60; ++i) {
+    const M44f place = random_place(rng, {0.1f, 0.5f}, 5.0f);
+    scene.add_instance(i % 2 == 0 ? globe : soup, random_keys(rng, 5, place, 0.4f, {0.7f, 1.3f}, 2.0f));
+  }
   return scene;
 }
 
@@ -181,24 +203,24 @@ TestScene random_motion(Rng& rng, int largest) {
       case 3: mesh = slivers(rng, count); break;
       default: mesh = shared_planes(rng, count); break;
       }
-      mesh = moved_by(std::move(mesh), uniform_direction(rng) * uniform(rng, 0.0f, 2.0f));
-      if (rng() % 3 != 0)
-        mesh = deformed(std::move(mesh), rng() % 2 == 0 ? 2 : 2 + rng() % 9, kDeformations[rng() % 5],
-                        std::pow(10.0f, uniform(rng, -3.0f, 0.7f)), rng());
+      const V3f farthest = uniform_direction(rng) * 2.0f;
+      mesh = moved_by(std::move(mesh), farthest * uniform(rng));
+      if (rng() % 3 != 0) {
+        const uint32_t keys = rng() % 2 == 0 ? 2 : 2 + rng() % 9;
+        const Deformation how = kDeformations[rng() % 5];
+        const float amount = std::pow(10.0f, uniform(rng, -3.0f, 0.7f));
+        mesh = deformed(std::move(mesh), keys, how, amount, rng());
+      }
       mesh.opaque = !(cut_outs && rng() % 2 == 0);
       meshes.push_back(std::move(mesh));
     }
     const uint32_t group = scene.add_group(std::move(meshes));
     for (uint32_t i = 0; i < 1 + rng() % 3; ++i) {
-      const M44f place = rng() % 3 == 0 ? M44f()
-                                        : placed(V3f(uniform(rng, 0.3f, 1.5f)), uniform_direction(rng),
-                                                 uniform(rng, 0.0f, 6.0f), uniform_direction(rng) * 2.0f);
+      const M44f place = rng() % 3 == 0 ? M44f() : random_place(rng, {0.3f, 1.5f}, 2.0f);
       if (rng() % 2 == 0)
         scene.add_instance(group, place);
       else
-        scene.add_instance(group,
-                           keys_of(2 + rng() % 6, place, uniform_direction(rng), uniform(rng, 0.0f, 3.0f),
-                                   uniform(rng, -0.5f, 2.0f), uniform_direction(rng) * uniform(rng, 0.0f, 4.0f)));
+        scene.add_instance(group, random_keys(rng, 7, place, 3.0f, {-0.5f, 2.0f}, 4.0f));
     }
   }
   return scene;

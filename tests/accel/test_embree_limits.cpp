@@ -25,6 +25,15 @@ using embree::start_at_bounds;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 float power_of_ten(Rng& rng, float low, float high) { return std::pow(10.0f, uniform(rng, low, high)); }
+float signed_power_of_ten(Rng& rng, float low, float high) {
+  const float factor = uniform(rng, -1.0f, 1.0f);
+  return factor * power_of_ten(rng, low, high);
+}
+// Returns a random direction with a length that is a random power of ten.
+V3f any_size(Rng& rng, float low, float high) {
+  const V3f direction = uniform_direction(rng);
+  return direction * power_of_ten(rng, low, high);
+}
 
 M44f turned(Rng& rng) {
   M44f m;
@@ -35,8 +44,9 @@ M44f turned(Rng& rng) {
 // Returns two rotations with a scale per axis between them.
 M44f squashed(Rng& rng, float low, float high) {
   M44f scale;
-  scale.setScale(V3f(power_of_ten(rng, low, high), power_of_ten(rng, low, high), power_of_ten(rng, low, high)));
-  return turned(rng) * scale * turned(rng);
+  scale.setScale(V3f{power_of_ten(rng, low, high), power_of_ten(rng, low, high), power_of_ten(rng, low, high)});
+  const M44f first = turned(rng);
+  return first * scale * turned(rng);
 }
 
 // Returns the largest entry of the inverse of the upper 3x3 matrix, computed by cofactors in single
@@ -60,7 +70,7 @@ TEST(EmbreeLimits, SafeExtentBoundsSinglePrecisionInverse) {
     M44f m = squashed(rng, -14.0f, 14.0f);
     if (i % 2 == 0) m = squashed(rng, -1.0f, 1.0f);
     if (i % 5 == 0) m[2][0] = m[1][0], m[2][1] = m[1][1] * (1.0f + 1e-7f), m[2][2] = m[1][2]; // nearly singular
-    for (int k = 0; k < 3; ++k) m[3][k] = uniform(rng, -1.0f, 1.0f) * power_of_ten(rng, -3.0f, 9.0f);
+    for (int k = 0; k < 3; ++k) m[3][k] = signed_power_of_ten(rng, -3.0f, 9.0f);
     const float extent = safe_ray_extent(std::span(&m, 1));
     (extent < 1e12f ? guarded : passed) += 1;
     if (extent == 0.0f) continue;
@@ -76,7 +86,8 @@ TEST(EmbreeLimits, SafeExtentHoldsAtAllTimes) {
   for (int i = 0; i < 500; ++i) {
     const M44f first = squashed(rng, -1.0f, 1.0f);
     M44f turn;
-    turn.rotate(uniform_direction(rng) * uniform(rng, 0.0f, 3.2f));
+    const V3f axis = uniform_direction(rng);
+    turn.rotate(axis * uniform(rng, 0.0f, 3.2f));
     const M44f keys[2] = {first, first * turn};
     const float extent = safe_ray_extent(keys);
     safe += extent >= 1e12f ? 1 : 0;
@@ -98,8 +109,9 @@ TEST(EmbreeLimits, RaysStartAtBounds) {
   int started_count = 0;
   for (int i = 0; i < 5000; ++i) {
     Ray ray;
-    ray.origin = uniform_direction(rng) * power_of_ten(rng, 3.0f, 18.0f);
-    ray.direction = (uniform_in(rng, box) - ray.origin) * power_of_ten(rng, -6.0f, 0.0f);
+    ray.origin = any_size(rng, 3.0f, 18.0f);
+    ray.direction = uniform_in(rng, box) - ray.origin;
+    ray.direction *= power_of_ten(rng, -6.0f, 0.0f);
     ray.t_max = i % 2 == 0 ? kInfinity : ray.origin.length() / ray.direction.length();
     const auto started = start_at_bounds(ray, box);
     if (!started) continue;
@@ -159,7 +171,7 @@ TEST_P(EmbreeEdges, FarRaysHitTheirTargets) {
     for (int i = 0; i < 2000; ++i) {
       Ray ray;
       const int axis = i % 3;
-      ray.origin = V3f(uniform(rng, -1.1f, 1.1f), uniform(rng, -1.1f, 1.1f), uniform(rng, -1.1f, 1.1f));
+      ray.origin = V3f{uniform(rng, -1.1f, 1.1f), uniform(rng, -1.1f, 1.1f), uniform(rng, -1.1f, 1.1f)};
       ray.origin[axis] = -power_of_ten(rng, 13.5f, 18.2f);
       ray.direction = V3f(0);
       ray.direction[axis] = power_of_ten(rng, -2.0f, 2.0f);
@@ -211,10 +223,9 @@ TEST_P(EmbreeEdges, ExtremeInstancesMatchBruteForce) {
     const float unit = seed % 3 == 0 ? 1.0f : power_of_ten(rng, -8.0f, 17.5f);
     const uint32_t group = scene.add_group({sphere(6, 12, unit, V3f(0)), triangle_soup(rng, 20, unit, unit)});
     for (int i = 0; i < 4; ++i) {
-      M44f m = seed % 2 == 0 ? squashed(rng, -0.5f, 0.5f) * M44f().setScale(power_of_ten(rng, -8.0f, 2.0f))
-                             : squashed(rng, -11.0f, 13.0f);
-      for (int k = 0; k < 3; ++k)
-        m[3][k] = uniform(rng, -1.0f, 1.0f) * power_of_ten(rng, -2.0f, seed % 2 == 0 ? 2.0f : 12.0f);
+      M44f m = seed % 2 == 0 ? squashed(rng, -0.5f, 0.5f) : squashed(rng, -11.0f, 13.0f);
+      if (seed % 2 == 0) m *= M44f().setScale(power_of_ten(rng, -8.0f, 2.0f));
+      for (int k = 0; k < 3; ++k) m[3][k] = signed_power_of_ten(rng, -2.0f, seed % 2 == 0 ? 2.0f : 12.0f);
       if (seed % 4 == 3 && i % 2 == 0) {
         M44f other = i == 0 ? m : squashed(rng, -2.0f, 2.0f);
         for (int k = 0; k < 3; ++k) other[k][0] = i == 0 ? -other[k][0] : other[k][0];
@@ -238,8 +249,8 @@ TEST_P(EmbreeEdges, ExtremeInstancesMatchBruteForce) {
       to_world.multVecMatrix((mesh.corner(triangle, 0) + mesh.corner(triangle, 1) + mesh.corner(triangle, 2)) / 3.0f,
                              target);
       to_world.multVecMatrix(uniform_direction(rng) * unit * 2.0f, from);
-      ray.origin = i % 4 == 0 ? uniform_direction(rng) * power_of_ten(rng, 0.0f, 19.0f) : from;
-      ray.direction = i % 8 == 1 ? uniform_direction(rng) * power_of_ten(rng, -20.0f, 18.0f) : target - ray.origin;
+      ray.origin = i % 4 == 0 ? any_size(rng, 0.0f, 19.0f) : from;
+      ray.direction = i % 8 == 1 ? any_size(rng, -20.0f, 18.0f) : target - ray.origin;
       ray.t_max = i % 7 == 0 ? power_of_ten(rng, -10.0f, 30.0f) : kInfinity;
       if (i % 50 == 0) ray.origin[i % 3] = std::numeric_limits<float>::quiet_NaN();
       rays.push_back(ray);

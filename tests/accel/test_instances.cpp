@@ -38,10 +38,12 @@ TestScene instanced_scene() {
   scene.add_instance(soup, shear);
   scene.add_instance(globe, placed({1e-3f, 1e-3f, 1e-3f}, {1, 0, 0}, 0.2f, {0, 2, 2}));
   scene.add_instance(soup, placed({100, 100, 100}, {1, 1, 0}, 0.9f, {10, 20, 300}));
-  for (int i = 0; i < 60; ++i)
-    scene.add_instance(i % 2 == 0 ? globe : hollow,
-                       placed(V3f(uniform(rng, 0.1f, 0.6f), uniform(rng, 0.1f, 0.6f), uniform(rng, 0.1f, 0.6f)),
-                              uniform_direction(rng), uniform(rng, 0.0f, 6.0f), uniform_direction(rng) * 6.0f));
+  for (int i = 0; i < 60; ++i) {
+    const V3f scale{uniform(rng, 0.1f, 0.6f), uniform(rng, 0.1f, 0.6f), uniform(rng, 0.1f, 0.6f)};
+    const V3f axis = uniform_direction(rng);
+    const float angle = uniform(rng, 0.0f, 6.0f);
+    scene.add_instance(i % 2 == 0 ? globe : hollow, placed(scale, axis, angle, uniform_direction(rng) * 6.0f));
+  }
   return scene;
 }
 

@@ -47,8 +47,9 @@ TestScene many_instances(int count) {
   const float extent = std::sqrt(static_cast<float>(count) / 64.0f);
   for (int i = 0; i < count; ++i) {
     const float size = uniform(rng, 0.02f, 0.08f);
-    scene.add_instance(group, placed(V3f(size), uniform_direction(rng), uniform(rng, 0.0f, 6.0f),
-                                     V3f(uniform(rng, 0.0f, extent), uniform(rng, 0.0f, extent), uniform(rng))));
+    const float z = uniform(rng), y = uniform(rng, 0.0f, extent), x = uniform(rng, 0.0f, extent);
+    const float angle = uniform(rng, 0.0f, 6.0f);
+    scene.add_instance(group, placed(V3f(size), uniform_direction(rng), angle, V3f(x, y, z)));
   }
   return scene;
 }
@@ -137,7 +138,7 @@ TEST(InstanceLevel, IsIdenticalForAnyThreadCount) {
   std::vector<Imath::Box3f> boxes;
   for (int i = 0; i < 60000; ++i) {
     const V3f p = uniform_in(rng, Imath::Box3f(V3f(0), V3f(100, 5, 60)));
-    boxes.emplace_back(p, p + V3f(uniform(rng), uniform(rng), uniform(rng)));
+    boxes.emplace_back(p, p + V3f{uniform(rng), uniform(rng), uniform(rng)});
   }
   const auto with_threads = [&](size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);

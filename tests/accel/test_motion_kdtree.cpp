@@ -102,7 +102,8 @@ TEST_P(MovingKernels, AreWatertight) {
           const auto triangle = static_cast<uint32_t>(rng() % (posed.mesh(0).indices.size() / 3));
           const V3f a = posed.mesh(0).corner(triangle, 0), b = posed.mesh(0).corner(triangle, 1);
           Ray ray;
-          ray.origin = center + uniform_direction(rng) * uniform(rng, 0.0f, 0.2f);
+          const V3f towards = uniform_direction(rng);
+          ray.origin = center + towards * uniform(rng, 0.0f, 0.2f);
           ray.direction = (i % 2 == 0 ? a : a + (b - a) * uniform(rng)) - ray.origin;
           ray.t_max = kInfinity;
           ray.time = time;

@@ -76,8 +76,8 @@ TEST(Rounding, AllowsSliverHitsBehindOrigin) {
 // of it, from a random side.
 Case random_case(Rng& rng, float length, float thin, float away) {
   Case c;
-  const V3f a = uniform_direction(rng) * uniform(rng, 0.0f, 5.0f) * length, along = uniform_direction(rng),
-            across = uniform_direction(rng);
+  const V3f towards = uniform_direction(rng) * length;
+  const V3f a = towards * uniform(rng, 0.0f, 5.0f), along = uniform_direction(rng), across = uniform_direction(rng);
   c.p[0] = a;
   c.p[1] = a + along * length;
   c.p[2] = a + along * (length * uniform(rng)) + across * (length * thin);
@@ -97,8 +97,9 @@ TEST(Rounding, ErrorBoundsHold) {
   Rng rng(211);
   int hits = 0, settled = 0, finite = 0;
   for (int i = 0; i < 400000; ++i) {
-    const Case c = random_case(rng, std::pow(10.0f, uniform(rng, -4.0f, 4.0f)),
-                               std::pow(10.0f, uniform(rng, -6.0f, 0.0f)), std::pow(10.0f, uniform(rng, -6.0f, 1.0f)));
+    const float exponents[] = {uniform(rng, -4.0f, 4.0f), uniform(rng, -6.0f, 0.0f), uniform(rng, -6.0f, 1.0f)};
+    const Case c =
+        random_case(rng, std::pow(10.0f, exponents[0]), std::pow(10.0f, exponents[1]), std::pow(10.0f, exponents[2]));
     if (c.direction == V3f(0) || !can_be_hit(c.p[0], c.p[1], c.p[2])) continue;
     const TriangleJudgment judgment = judge_triangle(c.origin, c.direction, c.p[0], c.p[1], c.p[2]);
     float t = 0.0f, u = 0.0f, v = 0.0f;
@@ -134,7 +135,8 @@ TEST(Rounding, ErrorIsSmallForWellShapedTriangles) {
       const float angle = 2.0943951f * static_cast<float>(k);
       c.p[k] = center + side * std::cos(angle) + other * std::sin(angle);
     }
-    c.origin = center + uniform_direction(rng) * uniform(rng, 0.01f, 10.0f);
+    const V3f towards = uniform_direction(rng);
+    c.origin = center + towards * uniform(rng, 0.01f, 10.0f);
     c.direction = (center - c.origin).normalized();
     const float cosine = std::fabs(c.direction.dot(normal));
     if (cosine < 0.01f) continue;

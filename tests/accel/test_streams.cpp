@@ -19,8 +19,10 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 M44f random_transform(Rng& rng) {
   M44f m, r;
-  m.setScale(V3f(uniform(rng, 0.3f, 1.5f), -uniform(rng, 0.3f, 1.5f), uniform(rng, 0.3f, 1.5f)));
-  r.setAxisAngle(uniform_direction(rng), uniform(rng, 0.0f, 6.0f));
+  const float z = uniform(rng, 0.3f, 1.5f), y = uniform(rng, 0.3f, 1.5f);
+  m.setScale(V3f(uniform(rng, 0.3f, 1.5f), -y, z));
+  const float angle = uniform(rng, 0.0f, 6.0f);
+  r.setAxisAngle(uniform_direction(rng), angle);
   m *= r;
   r.makeIdentity();
   r.setTranslation(uniform_direction(rng) * 1.5f);

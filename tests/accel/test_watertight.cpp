@@ -19,7 +19,11 @@ std::vector<Ray> rays_from_inside(const Mesh& mesh, const V3f& center, float inn
     const auto triangle = static_cast<uint32_t>(rng() % (mesh.indices.size() / 3));
     const V3f a = mesh.corner(triangle, 0), b = mesh.corner(triangle, 1);
     Ray ray;
-    ray.origin = i % 5 == 0 ? center : center + uniform_direction(rng) * uniform(rng) * inner;
+    ray.origin = center;
+    if (i % 5 != 0) {
+      const V3f farthest = uniform_direction(rng) * inner;
+      ray.origin += farthest * uniform(rng);
+    }
     const V3f target = i % 2 == 0 ? a : a + (b - a) * uniform(rng);
     ray.direction = target - ray.origin;
     if (i % 3 == 0) ray.direction.normalize();

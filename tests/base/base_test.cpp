@@ -5,11 +5,16 @@
 #include "renderer/base/math.h"
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
+#include "renderer/base/standard_arithmetic.h"
 
 #include <gtest/gtest.h>
 
+#include <cfenv>
+#include <initializer_list>
+#include <limits>
 #include <memory>
 #include <set>
+#include <utility>
 
 namespace kindling {
 namespace {
@@ -79,6 +84,53 @@ TEST(CancelToken, NowImpliesCancelled) {
   EXPECT_FALSE(token.cancelled_now());
   token.cancel_now();
   EXPECT_TRUE(token.cancelled_now());
+}
+
+// Returns a product that the compiler cannot compute.
+float product_of(float a, float b) {
+  const volatile float x = a, y = b;
+  return x * y;
+}
+
+TEST(StandardArithmetic, KeepsDenormalsAndRoundsToNearest) {
+#ifdef __SSE__
+  const unsigned saved = _mm_getcsr();
+  _mm_setcsr(saved | 1U << 15 | 1U << 6); // flushes results and operands
+  ASSERT_EQ(product_of(0x1p-126f, 0.5f), 0.0f);
+#endif
+  ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
+  ASSERT_GT(product_of(0x1.000002p0f, 0x1.000002p0f), 0x1.000004p0f);
+  {
+    const StandardArithmetic standard;
+    EXPECT_EQ(product_of(0x1p-126f, 0.5f), 0x1p-127f);
+    EXPECT_EQ(product_of(0x1p-127f, 0x1p127f), 1.0f);
+    EXPECT_EQ(product_of(0x1.000002p0f, 0x1.000002p0f), 0x1.000004p0f);
+  }
+  EXPECT_EQ(std::fegetround(), FE_UPWARD); // restored
+  ASSERT_EQ(std::fesetround(FE_TONEAREST), 0);
+#ifdef __SSE__
+  EXPECT_EQ(product_of(0x1p-126f, 0.5f), 0.0f);
+  _mm_setcsr(saved);
+#endif
+}
+
+TEST(CellOf, ClampsEveryNumber) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const auto& [x, cell] : std::initializer_list<std::pair<float, uint32_t>>{{0.0f, 0},
+                                                                                 {-0.0f, 0},
+                                                                                 {0.999f, 0},
+                                                                                 {1.0f, 1},
+                                                                                 {6.5f, 6},
+                                                                                 {7.0f, 7},
+                                                                                 {8.0f, 7},
+                                                                                 {1e30f, 7},
+                                                                                 {kInfinity, 7},
+                                                                                 {-1.0f, 0},
+                                                                                 {-kInfinity, 0},
+                                                                                 {nan, 0},
+                                                                                 {-nan, 0},
+                                                                                 {0x1p-149f, 0}})
+    EXPECT_EQ(cell_of(x, 7), cell) << x;
 }
 
 } // namespace

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Compiles a program that prints hashes with every installed compiler and compares the output.
 
-usage: compare_compilers.py ROOT SOURCE COMPILER [--few] [--write] [INCLUDE]...
+usage: [KINDLING_ALL_FLOATS=1] compare_compilers.py ROOT SOURCE COMPILER [--few] [--write] [INCLUDE]...
 ROOT is the repository, SOURCE a program in it (tests/.../NAME.cpp) that needs no library, COMPILER that of the build.
 Others are taken where they are installed: g++ and clang++ of several versions, and g++ for arm64, whose program
 qemu-user-static runs. The results must be those of NAME.txt beside the source; --write stores those of COMPILER
-there. --few: COMPILER, the newest clang++ and arm64 only. INCLUDE: folders of headers."""
+there. One more program ends where a float is cast to an integer type that does not reach so far. --few: COMPILER, the
+newest clang++ and arm64 only. INCLUDE: folders of headers. KINDLING_ALL_FLOATS=1 is the long form: a million inputs for
+each function, all compilers, and results are compared with those of COMPILER."""
 # SPDX-License-Identifier: Apache-2.0
+import os
 import pathlib
 import platform
 import shutil
@@ -14,8 +17,10 @@ import subprocess
 import sys
 import tempfile
 
-FLAGS = ["-std=c++20", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
+FLAGS = ["-std=c++20", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-psabi"]
 LEVELS = [["-O0"], ["-O2"], ["-O3", "-fno-math-errno", "-fno-trapping-math"]]
+# The program ends at undefined casts, so that it needs no run-time library.
+CASTS = ["-O1", "-fsanitize=float-cast-overflow", "-fsanitize-undefined-trap-on-error"]
 # Vector units, and a fused multiply-add that must not be used.
 X86_LEVELS = [["-O3", "-fno-math-errno", "-fno-trapping-math", "-march=x86-64-v3"]]
 NEWER = [f"g++-{n}" for n in range(11, 17)] + [f"clang++-{n}" for n in range(14, 22)] + ["g++", "clang++"]
@@ -38,10 +43,13 @@ def runs_avx2():
         return False
 
 
-def hashes(source, includes, folder, compiler, flags, emulator=()):
+def hashes(source, includes, folder, compiler, flags, emulator=(), inputs=()):
     program = folder / "hashes"
     subprocess.run([compiler, *FLAGS, *flags, *includes, source, "-o", program], check=True)
-    return subprocess.run([*emulator, program], check=True, capture_output=True, text=True).stdout
+    done = subprocess.run([*emulator, program, *inputs], check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        return f"the program ended with code {done.returncode}: {done.stderr.strip()}\n"
+    return done.stdout
 
 
 def variants(own, few):
@@ -53,6 +61,7 @@ def variants(own, few):
         others = [c for c in others if "clang" in pathlib.Path(c).name][-1:]
     for level in levels[1::2] if few else levels:
         yield own, level, ()
+    yield own, CASTS, ()
     for compiler in others:
         for level in levels[2:3] if few else levels[1::2]:
             yield compiler, level, ()
@@ -71,12 +80,14 @@ def main():
     stored = source.with_suffix(".txt")
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        long_form = os.environ.get("KINDLING_ALL_FLOATS") == "1"
+        inputs = ["1000000"] if long_form else []
         if "--write" in sys.argv:
             stored.write_text(hashes(source, includes, folder, own, LEVELS[1]), encoding="utf-8")
-        expected = stored.read_text(encoding="utf-8")
+        expected = hashes(source, includes, folder, own, LEVELS[1], (), inputs) if long_form else stored.read_text(encoding="utf-8")
         failed = False
-        for compiler, flags, emulator in variants(own, "--few" in sys.argv):
-            found = hashes(source, includes, folder, compiler, flags, emulator)
+        for compiler, flags, emulator in variants(own, "--few" in sys.argv and not long_form):
+            found = hashes(source, includes, folder, compiler, flags, emulator, inputs)
             differing = [line for line in found.splitlines() if line not in expected.splitlines()]
             same = found == expected
             print(f"{compiler} {' '.join(flags)}: {'same bits' if same else 'other bits: ' + '; '.join(differing)}", flush=True)

@@ -9,6 +9,7 @@
 #include <cinttypes>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 
 namespace {
 
@@ -32,7 +33,7 @@ class Hash {
   uint64_t value_ = 0xcbf29ce484222325U;
 };
 
-constexpr uint64_t kCount = 1 << 18;
+uint64_t count = 1 << 18; // of inputs; the program's argument
 
 uint64_t mixed(uint64_t x) { // SplitMix64
   x += 0x9e3779b97f4a7c15U;
@@ -45,13 +46,13 @@ float any_float(uint64_t i) { return std::bit_cast<float>(static_cast<uint32_t>(
 double any_double(uint64_t i) { return std::bit_cast<double>(mixed(i)); }
 // From -1 to 1, at the place of the sample times `range`.
 double uniform(uint64_t i, double range) {
-  return static_cast<double>(static_cast<int64_t>(mixed(i + kCount))) * 0x1p-63 * range;
+  return static_cast<double>(static_cast<int64_t>(mixed(i + count))) * 0x1p-63 * range;
 }
 
 template <typename F>
 void print_float(const char* name, double range, const F& f) {
   Hash hash;
-  for (uint64_t i = 0; i < kCount; ++i) {
+  for (uint64_t i = 0; i < count; ++i) {
     hash.add(f(any_float(i)));
     hash.add(f(static_cast<float>(uniform(i, range))));
   }
@@ -61,7 +62,7 @@ void print_float(const char* name, double range, const F& f) {
 template <typename F>
 void print_double(const char* name, double range, const F& f) {
   Hash hash;
-  for (uint64_t i = 0; i < kCount / 4; ++i) {
+  for (uint64_t i = 0; i < count / 4; ++i) {
     hash.add(f(any_double(i)));
     hash.add(f(uniform(i, range)));
   }
@@ -71,7 +72,7 @@ void print_double(const char* name, double range, const F& f) {
 template <typename F>
 void print_floats(const char* name, const F& f) {
   Hash hash;
-  for (uint64_t i = 0; i < kCount; ++i) {
+  for (uint64_t i = 0; i < count; ++i) {
     hash.add(f(any_float(2 * i), any_float(2 * i + 1)));
     hash.add(f(static_cast<float>(uniform(2 * i, 4.0)), static_cast<float>(uniform(2 * i + 1, 30.0))));
     hash.add(f(static_cast<float>(uniform(2 * i, 1.0) + 1.0), static_cast<float>(uniform(2 * i + 1, 30.0))));
@@ -82,7 +83,7 @@ void print_floats(const char* name, const F& f) {
 template <typename F>
 void print_doubles(const char* name, const F& f) {
   Hash hash;
-  for (uint64_t i = 0; i < kCount / 4; ++i) {
+  for (uint64_t i = 0; i < count / 4; ++i) {
     hash.add(f(any_double(2 * i), any_double(2 * i + 1)));
     hash.add(f(uniform(2 * i, 4.0), uniform(2 * i + 1, 100.0)));
     hash.add(f(uniform(2 * i, 1.0) + 1.0, uniform(2 * i + 1, 100.0)));
@@ -92,7 +93,8 @@ void print_doubles(const char* name, const F& f) {
 
 } // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc > 1) count = std::strtoull(argv[1], nullptr, 10);
 #define KINDLING_HASH(NAME, RANGE)                                                                                     \
   print_float(#NAME, RANGE, [](float x) { return elementary::NAME(x); });                                              \
   print_double(#NAME, RANGE, [](double x) { return elementary::NAME(x); })

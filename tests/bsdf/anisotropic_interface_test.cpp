@@ -74,7 +74,8 @@ InterfaceView random_view(Random& random, float eta) {
   v.alpha_y = roughness * roughness;
   v.alpha_x = random.next_1d() < 0.3f ? 1.0f : lerp(v.alpha_y, 1.0f, square(random.next_1d()));
   if (random.next_1d() < 0.5f) std::swap(v.alpha_x, v.alpha_y);
-  v.wo = view(std::sqrt(4e-4f + 0.9996f * random.next_1d()), random.next_1d()); // as a sphere is seen
+  const V2f u = random.next_2d();
+  v.wo = view(std::sqrt(4e-4f + 0.9996f * u.x), u.y); // as a sphere is seen
   v.eta = eta;
   return v;
 }
@@ -116,7 +117,8 @@ TEST(AnisotropicInterface, AgreesWithIsotropicTables) {
     const float alpha = roughness * roughness;
     const float greater = 1.02f + 1.4f * random.next_1d();
     const float eta = i % 2 == 0 ? greater : 1.0f / greater;
-    const V3f wo = view(0.02f + 0.98f * random.next_1d(), random.next_1d());
+    const V2f u = random.next_2d();
+    const V3f wo = view(0.02f + 0.98f * u.x, u.y);
     const DielectricAlbedo table = dielectric_albedo(wo.z, roughness, alpha, eta);
     const InterfaceIntegrals seen = anisotropic_interface(wo, alpha, alpha, eta);
     const float tolerance = eta > 1.0f ? 0.02f : 0.06f;

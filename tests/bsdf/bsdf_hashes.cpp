@@ -19,48 +19,25 @@
 #include "renderer/bsdf/thin_film.cpp"
 #include "renderer/bsdf/wavelength_tables.cpp"
 #include "renderer/sampling/pixel_filter.cpp"
-#include "tests/sampling/random.h"
-
-#include <bit>
-#include <cinttypes>
-#include <cstdio>
+#include "tests/base/result_hash.h"
 
 namespace {
 
 using namespace kindling;
+using test::ResultHash;
 
-class Hash {
- public:
-  void add(float x) { // the sign and the bits of NaN are the processor's affair
-    const uint32_t bits = x == x ? std::bit_cast<uint32_t>(x) : 0x7fc00000U;
-    for (int i = 0; i < 4; ++i) value_ = (value_ ^ (bits >> (8 * i) & 0xff)) * 0x100000001b3U; // FNV-1a
+struct Draws : test::Inputs {
+  // Parameters and directions are special where those of test::Inputs are.
+  float pick() {
+    const float usual = Inputs::pick();
+    const float drawn = any(0.0f, 1.0f);
+    return special ? drawn : usual;
   }
-  void add(const V3f& v) {
-    add(v.x);
-    add(v.y);
-    add(v.z);
-  }
-  void print(const char* name) const { std::printf("%s %016" PRIx64 "\n", name, value_); }
-
- private:
-  uint64_t value_ = 0xcbf29ce484222325U;
-};
-
-// One number a statement: compilers choose the order of a call's arguments.
-struct Draws {
-  test::Random random;
-
-  float number() { return random.next_1d(); }
-  float between(float low, float high) { return low + (high - low) * random.next_1d(); }
-  // The ends of the range are as frequent as the interior.
-  float pick() { return std::clamp(2.0f * random.next_1d() - 0.5f, 0.0f, 1.0f); }
-  Rgb color(float scale) {
-    const float r = scale * random.next_1d(), g = scale * random.next_1d(), b = scale * random.next_1d();
-    return {r, g, b};
-  }
+  Rgb color(float scale) { return any_3d(0.0f, 1.0f) * scale; }
   V3f direction() {
-    const V2f u = random.next_2d();
-    return sample_uniform_hemisphere(u);
+    const V3f usual = sample_uniform_hemisphere(random.next_2d());
+    const V3f drawn = any_3d(-1.0f, 1.0f);
+    return special && number() < 0.125f ? drawn : usual;
   }
 };
 
@@ -69,7 +46,7 @@ BsdfParameters base_of(Draws& draws) {
   p.base_color = draws.color(1.0f);
   p.metallic = draws.pick();
   p.roughness = draws.pick();
-  p.ior = draws.between(1.0f, 2.5f);
+  p.ior = draws.any(1.0f, 2.5f);
   p.specular = draws.pick();
   p.specular_color = draws.color(2.0f);
   return p;
@@ -82,11 +59,11 @@ LayerParameters layers_of(Draws& draws, float ior, const V3f& wo) {
   const V3f normal = (draws.direction() + V3f(0.0f, 0.0f, 2.0f)).normalized();
   if (normal.dot(wo) > 0.01f) l.clearcoat_normal = normal;
   l.sheen_color = draws.color(1.0f);
-  l.sheen_roughness = draws.number();
+  l.sheen_roughness = draws.any(0.0f, 1.0f);
   l.anisotropy = draws.pick();
   l.iridescence = draws.pick();
-  l.iridescence_ior = draws.between(1.0f, 2.0f);
-  l.iridescence_thickness_nm = draws.between(0.0f, 1000.0f);
+  l.iridescence_ior = draws.any(1.0f, 2.0f);
+  l.iridescence_thickness_nm = draws.any(0.0f, 1000.0f);
   l.transmission = draws.pick();
   l.thin_walled = draws.number() < 0.5f;
   l.eta = draws.number() < 0.5f ? ior : 1.0f / ior;
@@ -96,7 +73,7 @@ LayerParameters layers_of(Draws& draws, float ior, const V3f& wo) {
 }
 
 template <typename Bsdf>
-void add(Hash& hash, const Bsdf& bsdf, Draws& draws) {
+void add(ResultHash& hash, const Bsdf& bsdf, Draws& draws) {
   hash.add(bsdf.albedo());
   for (int i = 0; i < 4; ++i) {
     V3f wi = draws.direction();
@@ -113,24 +90,24 @@ void add(Hash& hash, const Bsdf& bsdf, Draws& draws) {
   }
 }
 
-void print_bsdfs() {
-  Draws draws{test::Random(1)};
-  Hash gltf, layered;
-  for (int i = 0; i < 20000; ++i) {
+void print_bsdfs(bool special, int count) {
+  Draws draws{{test::Random(1), special}};
+  ResultHash gltf, layered;
+  for (int i = 0; i < count; ++i) {
     const BsdfParameters base = base_of(draws);
     const V3f wo = draws.direction();
     const LayerParameters layers = layers_of(draws, base.ior, wo);
     add(gltf, GltfBsdf(base, wo), draws);
     add(layered, LayeredBsdf(base, layers, wo), draws);
   }
-  gltf.print("GltfBsdf");
-  layered.print("LayeredBsdf");
+  gltf.print(special ? "GltfBsdf-special" : "GltfBsdf");
+  layered.print(special ? "LayeredBsdf-special" : "LayeredBsdf");
 }
 
-void print_warps() {
-  Draws draws{test::Random(2)};
-  Hash hash;
-  for (int i = 0; i < 200000; ++i) {
+void print_warps(int count) {
+  Draws draws{{test::Random(2)}};
+  ResultHash hash;
+  for (int i = 0; i < count; ++i) {
     const V2f u = draws.random.next_2d();
     hash.add(sample_cosine_hemisphere(u));
     hash.add(sample_uniform_sphere(u));
@@ -143,13 +120,13 @@ void print_warps() {
   hash.print("warps");
 }
 
-void print_filters() {
-  Draws draws{test::Random(3)};
-  Hash hash;
+void print_filters(int count) {
+  Draws draws{{test::Random(3)}};
+  ResultHash hash;
   for (const FilterKind kind :
        {FilterKind::blackman_harris, FilterKind::gaussian, FilterKind::box, FilterKind::mitchell}) {
     const PixelFilter filter({.kind = kind, .width = 2.5f});
-    for (int i = 0; i < 50000; ++i) {
+    for (int i = 0; i < count / 4; ++i) {
       const auto sample = filter.sample(draws.random.next_2d());
       hash.add(sample.offset.x);
       hash.add(sample.offset.y);
@@ -161,9 +138,11 @@ void print_filters() {
 
 } // namespace
 
-int main() {
-  print_bsdfs();
-  print_warps();
-  print_filters();
+int main(int argc, char** argv) {
+  const int count = test::input_count(argc, argv, 20000);
+  print_bsdfs(false, count);
+  print_bsdfs(true, count);
+  print_warps(10 * count);
+  print_filters(10 * count);
   return 0;
 }

@@ -161,7 +161,8 @@ TEST(DielectricLobeStatistical, WhiteFurnace) {
 TEST(DielectricLobeStatistical, ConservesEnergy) {
   Random random(9);
   for (uint64_t i = 0; i < 300; ++i) {
-    DielectricParameters p = interface(random.next_1d(), 1.02f + 1.4f * random.next_1d(), i % 3 == 0);
+    const V2f drawn = random.next_2d();
+    DielectricParameters p = interface(drawn.x, 1.02f + 1.4f * drawn.y, i % 3 == 0);
     if (i % 2 == 1) p.eta = 1.0f / p.eta;
     p.specular = random.next_1d();
     p.specular_color = {3.0f * random.next_1d(), 3.0f * random.next_1d(), 3.0f * random.next_1d()};

@@ -266,7 +266,8 @@ TEST(DielectricLobe, InvalidInputGivesFiniteValues) {
     const BsdfEval e = lobe.eval(lights[random.next_u64() % std::size(lights)]);
     ASSERT_TRUE(is_finite(e.value) && std::isfinite(e.pdf) && min_component(e.value) >= 0.0f && e.pdf >= 0.0f) << i;
     const float ends[] = {0.0f, 0.5f, kOneMinusEpsilon};
-    const auto s = lobe.sample(ends[random.next_u64() % 3], {random.next_1d(), ends[random.next_u64() % 3]});
+    const float u_lobe = ends[random.next_u64() % 3];
+    const auto s = lobe.sample(u_lobe, {random.next_1d(), ends[random.next_u64() % 3]});
     if (!s) continue;
     ASSERT_TRUE(is_finite(s->weight) && std::isfinite(s->pdf) && is_finite(s->wi) && min_component(s->weight) >= 0.0f)
         << i << " alpha " << p.alpha_x << " " << p.alpha_y << " eta " << p.eta << " specular " << p.specular << " "

@@ -49,7 +49,8 @@ TEST(GltfBsdf, IsExactlyLambertWithoutReflection) {
     EXPECT_EQ(e.value, p.base_color * kInvPi * wi.z);
     EXPECT_EQ(e.pdf, wi.z * kInvPi);
     EXPECT_EQ(bsdf.albedo(), p.base_color);
-    const auto s = bsdf.sample(random.next_1d(), random.next_2d());
+    const float u_lobe = random.next_1d();
+    const auto s = bsdf.sample(u_lobe, random.next_2d());
     ASSERT_TRUE(s);
     EXPECT_EQ(s->weight, p.base_color);
     EXPECT_EQ(s->pdf, cosine_hemisphere_pdf(s->wi));
@@ -116,7 +117,8 @@ TEST(GltfBsdf, SampleAgreesWithEval) {
   for (int i = 0; i < 300000; ++i) {
     const BsdfParameters p = random_parameters(random);
     const GltfBsdf bsdf(p, random_direction(random));
-    const auto s = bsdf.sample(random.next_1d(), random.next_2d());
+    const float u_lobe = random.next_1d();
+    const auto s = bsdf.sample(u_lobe, random.next_2d());
     if (!s) continue;
     glossy += s->lobe == Lobe::glossy ? 1 : 0;
     const BsdfEval e = bsdf.eval(s->wi);
@@ -175,7 +177,8 @@ TEST(GltfBsdf, ClampsParameters) {
     const GltfBsdf bsdf(p, random_direction(random));
     const Rgb albedo = bsdf.albedo();
     ASSERT_TRUE(is_finite(albedo) && min_component(albedo) >= 0.0f && max_component(albedo) <= 1.0f);
-    const auto s = bsdf.sample(random.next_1d(), random.next_2d());
+    const float u_lobe = random.next_1d();
+    const auto s = bsdf.sample(u_lobe, random.next_2d());
     if (s) {
       ASSERT_TRUE(is_finite(s->weight) && min_component(s->weight) >= 0.0f);
     }

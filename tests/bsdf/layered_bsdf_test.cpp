@@ -210,7 +210,8 @@ TEST(LayeredBsdf, MirrorHasFilmColor) {
           Rgb mean(0.0f);
           constexpr int kSamples = 2000;
           for (int i = 0; i < kSamples; ++i) {
-            const auto s = bsdf.sample(0.5f * random.next_1d() * bsdf.cosine_begin(), random.next_2d());
+            const float u_lobe = 0.5f * random.next_1d() * bsdf.cosine_begin();
+            const auto s = bsdf.sample(u_lobe, random.next_2d());
             if (s) mean += s->weight * (bsdf.cosine_begin() / kSamples);
           }
           EXPECT_LT((mean - expected).length(), 3e-3f) << metallic << " " << amount << " " << thickness << " " << mu;
@@ -250,7 +251,8 @@ TEST(LayeredBsdf, TransmissionIsGlassBelowLayers) {
     const DielectricLobe glass(p, wo);
     const LayeredBsdf bsdf(m.base, m.layers, wo);
     // Below the surface there is nothing else.
-    const V3f wi = -view(0.1f + 0.9f * random.next_1d(), random.next_1d());
+    const V2f drawn = random.next_2d();
+    const V3f wi = -view(0.1f + 0.9f * drawn.x, drawn.y);
     const Rgb expected = glass.eval(wi).value * 0.75f;
     const Rgb layered = bsdf.eval(wi).value;
     LayerParameters top = m.layers;
@@ -321,7 +323,8 @@ TEST(LayeredBsdf, GrazingInvertedAndInvalidInputIsFinite) {
             << describe(m, wo.z) << " wi " << wi;
       }
       for (const float u : {0.0f, 0.5f, kOneMinusEpsilon}) {
-        const auto s = bsdf.sample(random.next_1d(), {random.next_1d(), u});
+        const float u_lobe = random.next_1d();
+        const auto s = bsdf.sample(u_lobe, {random.next_1d(), u});
         if (s) {
           ASSERT_TRUE(is_finite(s->weight) && std::isfinite(s->pdf) && is_finite(s->wi) &&
                       min_component(s->weight) >= 0.0f)

@@ -51,8 +51,10 @@ inline LayeredMaterial random_material(Random& random, float min_roughness) {
   LayerParameters& l = m.layers;
   l.clearcoat = pick(random);
   l.clearcoat_roughness = rough();
-  l.clearcoat_normal = view(0.8f + 0.2f * random.next_1d(), random.next_1d());
-  l.sheen_color = pick(random) * color(random);
+  const V2f tilt = random.next_2d();
+  l.clearcoat_normal = view(0.8f + 0.2f * tilt.x, tilt.y);
+  const float sheen = pick(random);
+  l.sheen_color = sheen * color(random);
   l.sheen_roughness = random.next_1d();
   l.anisotropy = pick(random);
   l.iridescence = pick(random);

@@ -41,8 +41,9 @@ TEST(SheenLobe, MatchesSpecificationFormula) {
   Random random(1);
   for (int i = 0; i < 20000; ++i) {
     const float roughness = kSheenGainRoughness + (1.0f - kSheenGainRoughness) * random.next_1d();
-    const V3f wo = view(0.005f + 0.995f * random.next_1d(), random.next_1d());
-    const V3f wi = view(0.005f + 0.995f * random.next_1d(), random.next_1d());
+    const V2f uo = random.next_2d(), ui = random.next_2d();
+    const V3f wo = view(0.005f + 0.995f * uo.x, uo.y);
+    const V3f wi = view(0.005f + 0.995f * ui.x, ui.y);
     const double expected = sheen(V3d(wo), V3d(wi), static_cast<double>(roughness));
     // sin^2(theta_h) has an error of 1e-7, which the exponent 1 / (2 alpha) magnifies where it is
     // small.

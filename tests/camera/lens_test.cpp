@@ -34,9 +34,9 @@ TEST(Lens, RaysConvergeInPlaneOfFocus) {
   EXPECT_TRUE(lens.has_lens());
   EXPECT_FALSE(pinhole.has_lens());
   for (int i = 0; i < 300; ++i) {
-    const V2f film(uniform(random) * 640.0f, uniform(random) * 480.0f);
+    const V2f film{uniform(random) * 640.0f, uniform(random) * 480.0f};
     const V3f sharp = at_depth(pinhole, pinhole.generate_ray(film, V2f(0.5f), 0.0f), 3.0f);
-    const CameraRay ray = lens.generate_ray(film, V2f(uniform(random), uniform(random)), 0.0f);
+    const CameraRay ray = lens.generate_ray(film, V2f{uniform(random), uniform(random)}, 0.0f);
     EXPECT_NEAR(ray.direction.length(), 1.0f, 1e-6f);
     EXPECT_NEAR(lens.depth(ray.origin, 0.0f), 0.0f, 1e-6f);                          // on the lens
     EXPECT_LE((ray.origin - lens.position()).length(), 0.5f * 0.05f / 2.0f + 1e-6f); // inside of the aperture

@@ -85,8 +85,10 @@ TEST(Camera, DirectionsAreUnit) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> uniform(-10.0f, 1000.0f);
   const Camera camera(perspective(100), look_at({1, 2, 3}, {-4, 0, 2}, {0, 1, 0}), {640, 480});
-  for (int i = 0; i < 1000; ++i)
-    EXPECT_NEAR(ray(camera, uniform(random), uniform(random)).direction.length(), 1.0f, 1e-6f);
+  for (int i = 0; i < 1000; ++i) {
+    const float x = uniform(random), y = uniform(random);
+    EXPECT_NEAR(ray(camera, x, y).direction.length(), 1.0f, 1e-6f);
+  }
 }
 
 TEST(Camera, ProjectInvertsGenerateRay) {
@@ -96,7 +98,7 @@ TEST(Camera, ProjectInvertsGenerateRay) {
   for (const SceneCamera& file : {perspective(50), orthographic(1, 3)}) {
     const Camera camera(file, placed, {640, 480});
     for (int i = 0; i < 1000; ++i) {
-      const V2f film(uniform(random) * 640.0f, uniform(random) * 480.0f);
+      const V2f film{uniform(random) * 640.0f, uniform(random) * 480.0f};
       const CameraRay r = camera.generate_ray(film, kNoLens, 0.0f);
       const V3f point = r.origin + r.direction * (0.1f + 10.0f * uniform(random));
       const std::optional<V2f> found = camera.project(point);

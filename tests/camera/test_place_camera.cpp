@@ -62,10 +62,10 @@ TEST(FitCamera, FramesBoxTightly) {
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   for (int i = 0; i < 500; ++i) {
     const float scale = std::pow(10.0f, uniform(random) * 8.0f - 4.0f);
-    const V3f low = V3f(uniform(random), uniform(random), uniform(random)) * (scale * 3.0f);
-    const V3f extent(uniform(random), uniform(random), uniform(random));
+    const V3f low = V3f{uniform(random), uniform(random), uniform(random)} * (scale * 3.0f);
+    const V3f extent{uniform(random), uniform(random), uniform(random)};
     const Box3f box(low, low + (extent + V3f(0.05f)) * scale);
-    const V2i size(64 + static_cast<int>(uniform(random) * 1000), 64 + static_cast<int>(uniform(random) * 1000));
+    const V2i size{64 + static_cast<int>(uniform(random) * 1000), 64 + static_cast<int>(uniform(random) * 1000)};
     const PlacedCamera placed = fit_camera(box, static_cast<float>(size.x) / static_cast<float>(size.y));
     expect_rigid(placed.camera_to_world);
     const Imath::Box2f film = film_bounds(box, placed, size);

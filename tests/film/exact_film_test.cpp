@@ -40,7 +40,8 @@ std::vector<PlacedSample> random_samples(uint32_t per_pixel) {
   std::mt19937 random(3);
   const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
   const auto any_size = [&](int minimum, int span) {
-    return std::ldexp(1.0f + uniform(), minimum + static_cast<int>(random() % static_cast<uint32_t>(span)));
+    const float mantissa = 1.0f + uniform();
+    return std::ldexp(mantissa, minimum + static_cast<int>(random() % static_cast<uint32_t>(span)));
   };
   std::vector<PlacedSample> samples;
   for (int y = kCrop.min.y; y < kCrop.max.y; ++y)
@@ -49,11 +50,11 @@ std::vector<PlacedSample> random_samples(uint32_t per_pixel) {
         PlacedSample& placed = samples.emplace_back();
         placed.pixel = V2i(x, y);
         const float brightness = random() % 100 == 0 ? any_size(10, 28) : any_size(-20, 10);
-        placed.sample = {brightness * Rgb(uniform(), uniform(), uniform()), uniform(),
+        placed.sample = {brightness * Rgb{uniform(), uniform(), uniform()}, uniform(),
                          random() % 8 == 0 ? -kMitchellWeight : kMitchellWeight, i};
         placed.surface.hit = random() % 4 != 0;
-        placed.surface.albedo = Rgb(uniform(), uniform(), uniform());
-        placed.surface.normal = V3f(uniform() - 0.5f, -uniform(), uniform());
+        placed.surface.albedo = Rgb{uniform(), uniform(), uniform()};
+        placed.surface.normal = V3f{uniform() - 0.5f, -uniform(), uniform()};
         placed.surface.depth = any_size(-10, 50);
         placed.surface.position = V3f(any_size(-10, 50), -any_size(-10, 50), uniform());
         placed.surface.emission = Rgb(uniform(), 0.0f, any_size(-30, 60));

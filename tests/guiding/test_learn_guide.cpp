@@ -24,7 +24,7 @@ std::vector<GuideRecord> room_records(int count, uint64_t seed, float strip_radi
   std::vector<GuideRecord> records;
   while (static_cast<int>(records.size()) < count) {
     GuideRecord record;
-    record.position = V3f(4.0f * random.next_1d() - 2.0f, 0.0f, 4.0f * random.next_1d() - 2.0f);
+    record.position = V3f{4.0f * random.next_1d() - 2.0f, 0.0f, 4.0f * random.next_1d() - 2.0f};
     record.normal = V3f(0, 1, 0);
     const V3f wi = Frame::around(record.normal).to_world(sample_cosine_hemisphere(random.next_2d()));
     if (wi.y < 0.001f) continue;

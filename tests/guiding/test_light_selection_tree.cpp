@@ -21,7 +21,7 @@ std::vector<LightRecord> floor_records(int count, uint64_t seed) {
   std::vector<LightRecord> records;
   for (int i = 0; i < count; ++i) {
     LightRecord record;
-    record.position = V3f(2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d());
+    record.position = V3f{2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d()};
     record.facing = static_cast<uint8_t>(facing_of(V3f(0, 1, 0)));
     record.probability = 0.5f;
     const bool sun = record.position.x < 0.0f && i % 2 == 0;
@@ -60,7 +60,7 @@ TEST(LightSelectionTree, IsIndependentOfThreadCount) {
   EXPECT_EQ(together.region_count(), alone.region_count());
   Random random(4);
   for (int i = 0; i < 5000; ++i) {
-    const V3f position(2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d());
+    const V3f position{2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d()};
     for (uint32_t facing = 0; facing < kFacings; ++facing)
       ASSERT_EQ(alone.find(position, facing), together.find(position, facing));
     // The sun, and only on the left.

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import rules_language
 import rules_layers
+import rules_order
 import rules_sizes
 from rules_layers import Layers
 
@@ -20,11 +21,11 @@ RULES = {
     "includes": rules_layers.check_includes, "printing": rules_layers.check_printing, "files": rules_layers.check_files,
     "readmes": rules_layers.check_readmes, "words": rules_language.check_words, "heads": rules_language.check_heads,
     "width": rules_language.check_width, "test_names": rules_language.check_test_names, "sizes": rules_sizes.check_sizes,
-    "functions": rules_sizes.check_functions,
+    "functions": rules_sizes.check_functions, "order": rules_order.check_order,
 }
 # ctest runs these, one test each: tests/house/CMakeLists.txt asks for them by --list-enforced. A
 # rule is added once it finds nothing.
-ENFORCED = ["includes", "printing", "files", "readmes", "words", "heads", "width", "test_names", "sizes", "functions"]
+ENFORCED = ["includes", "printing", "files", "readmes", "words", "heads", "width", "test_names", "sizes", "functions", "order"]
 
 
 def summary(findings):

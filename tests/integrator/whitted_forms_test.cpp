@@ -70,7 +70,8 @@ TEST(WhittedSum, DoesNotDependOnTheOrder) {
   std::vector<float> terms;
   for (int i = 0; i < 500; ++i) {
     const float magnitude = std::ldexp(1.0f, static_cast<int>(random() % 60) - 40);
-    terms.push_back(magnitude * static_cast<float>(random()) * 0x1p-32f * (random() % 8 == 0 ? -1.0f : 1.0f));
+    const float term = magnitude * static_cast<float>(random()) * 0x1p-32f;
+    terms.push_back(random() % 8 == 0 ? -term : term);
   }
   long double exact = 0.0L;
   for (const float x : terms) exact += static_cast<long double>(x);

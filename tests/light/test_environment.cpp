@@ -110,8 +110,8 @@ TEST(Environment, MatchesReferenceInterpolation) {
 TEST(Environment, HalfImagesAreExact) {
   test::Random random(3);
   const auto image = float_image(16, 8, [&](int, int) {
-    return Rgb(Imath::half(random.next_1d()), Imath::half(100.0f * random.next_1d()),
-               Imath::half(6e4f * random.next_1d()));
+    return Rgb{Imath::half(random.next_1d()), Imath::half(100.0f * random.next_1d()),
+               Imath::half(6e4f * random.next_1d())};
   });
   const Environment environment(image, 0.0f, 1.0f);
   for (int y = 0; y < 8; ++y) {

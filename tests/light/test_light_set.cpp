@@ -65,7 +65,7 @@ TEST(LightSet, TriangleSamplePdfMatchesPdfTriangle) {
   constexpr int kSamples = 200'000;
   int samples = 0;
   for (int i = 0; i < kSamples; ++i) {
-    const V3f point(2.0f * random.next_1d() - 1.0f, 1.5f * random.next_1d(), 2.0f * random.next_1d());
+    const V3f point{2.0f * random.next_1d() - 1.0f, 1.5f * random.next_1d(), 2.0f * random.next_1d()};
     const float u_light = random.next_1d();
     const auto sample = lights.sample(point, {0, 1, 0}, u_light, random.next_2d());
     if (!sample) continue;
@@ -124,7 +124,7 @@ TEST(LightSet, DegenerateTrianglesAreNeverSelected) {
   EXPECT_EQ(lights.light_count(), 1u);
   test::Random random(3);
   for (int i = 0; i < 1000; ++i) {
-    const V3f point(random.next_1d(), random.next_1d(), random.next_1d());
+    const V3f point{random.next_1d(), random.next_1d(), random.next_1d()};
     const float u_light = random.next_1d();
     const auto sample = lights.sample(point, {0, 1, 0}, u_light, random.next_2d());
     ASSERT_TRUE(sample);

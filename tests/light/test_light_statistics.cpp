@@ -49,7 +49,7 @@ TEST(LightStatistics, RectangleMatchesFormFactor) {
 TEST(LightStatistics, TexturedEmissionMatchesQuadrature) {
   const auto image = float_image(16, 16, [](int x, int y) {
     test::Random random(static_cast<uint64_t>(y * 16 + x));
-    return x > 3 && x < 9 ? Rgb(0.0f) : Rgb(random.next_1d() * 5.0f, random.next_1d(), y == 5 ? 30.0f : 0.0f);
+    return x > 3 && x < 9 ? Rgb(0.0f) : Rgb{random.next_1d() * 5.0f, random.next_1d(), y == 5 ? 30.0f : 0.0f};
   });
   const Texture texture(
       image, {TextureWrap::clamp_to_edge, TextureWrap::clamp_to_edge, TextureFilter::linear, TextureEncoding::linear});
@@ -206,7 +206,8 @@ TEST(LightStatistics, TriangleSamplingMatchesPdf) {
     // Uses the square that maps to the triangle with constant density: b1 = 1 - sqrt(x), b2 = y
     // sqrt(x).
     const auto draw = [&](test::Random& random) -> std::optional<std::array<double, 2>> {
-      const auto s = lights.sample(point, {0, 1, 0}, random.next_1d(), random.next_2d());
+      const float u_light = random.next_1d();
+      const auto s = lights.sample(point, {0, 1, 0}, u_light, random.next_2d());
       if (!s) return std::nullopt;
       const V3d hit = V3d(point) + V3d(s->wi) * static_cast<double>(s->distance) - V3d(triangle.p0);
       const V3d n(normal);

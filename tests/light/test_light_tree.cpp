@@ -106,7 +106,8 @@ TEST(LightTree, ContributingEmittersHavePositiveProbability) {
     for (uint32_t k = 0; k < emitters.size(); ++k) {
       const EmitterBounds& e = emitters[k];
       if (!(e.intensity > 0.0f)) continue;
-      const V3f on_light = e.center + random_direction(random) * (e.radius * random.next_1d());
+      const V3f towards = random_direction(random);
+      const V3f on_light = e.center + towards * (e.radius * random.next_1d());
       const V3f wi = (on_light - point).normalized();
       const float angle = std::acos(std::clamp(-wi.dot(e.axis), -1.0f, 1.0f));
       const float from_normals = std::max(angle - std::acos(e.cos_normals), 0.0f);

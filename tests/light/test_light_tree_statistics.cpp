@@ -176,8 +176,8 @@ TEST(LightTreeStatistics, HasLessVarianceThanPowerSampling) {
   LightSetInput input;
   input.emissions = {{Rgb(5.0f), nullptr, false}, {Rgb(20.0f), nullptr, false}};
   for (int i = 0; i < 500; ++i) {
-    const V3f corner(40.0f * random.next_1d() - 20.0f, 2.0f + 4.0f * random.next_1d(),
-                     40.0f * random.next_1d() - 20.0f);
+    const V3f corner{40.0f * random.next_1d() - 20.0f, 2.0f + 4.0f * random.next_1d(),
+                     40.0f * random.next_1d() - 20.0f};
     test::add_rectangle(input, corner, {0.2f, 0, 0}, {0, 0, 0.2f}, i % 2 == 0 ? 0 : 1);
   }
   const LightSet lights(input);
@@ -190,7 +190,7 @@ TEST(LightTreeStatistics, HasLessVarianceThanPowerSampling) {
   double log_ratio = 0.0;
   constexpr int kPoints = 20;
   for (int i = 0; i < kPoints; ++i) {
-    const V3f point(30.0f * random.next_1d() - 15.0f, 0.0f, 30.0f * random.next_1d() - 15.0f);
+    const V3f point{30.0f * random.next_1d() - 15.0f, 0.0f, 30.0f * random.next_1d() - 15.0f};
     const V3f normal = (V3f(0, 1, 0) + random_direction(random) * 0.9f).normalized();
     const Estimate tree = sampled_irradiance(lights, point, normal, 20'000, 42);
     Estimate power;

@@ -34,7 +34,7 @@ LightSetInput flock(size_t still, size_t moving) {
   input.emissions = {{Rgb(2.0f), nullptr, false}, {Rgb(1.0f), nullptr, true}};
   test::Random random(3);
   const auto anywhere = [&](float size) {
-    return (V3f(random.next_1d(), random.next_1d(), random.next_1d()) - V3f(0.5f)) * size;
+    return (V3f{random.next_1d(), random.next_1d(), random.next_1d()} - V3f(0.5f)) * size;
   };
   for (size_t i = 0; i < still + moving; ++i) {
     const V3f at = anywhere(6.0f);
@@ -106,7 +106,7 @@ TEST(MovingLights, PdfMatchesSamplesAtSameTime) {
   int shining = 0;
   for (int i = 0; i < 4000; ++i) {
     const float time = i % 10 == 0 ? 1.0f : random.next_1d();
-    const V3f point = (V3f(random.next_1d(), random.next_1d(), random.next_1d()) - V3f(0.5f)) * 8.0f;
+    const V3f point = (V3f{random.next_1d(), random.next_1d(), random.next_1d()} - V3f(0.5f)) * 8.0f;
     const V3f normal = i % 4 == 0 ? V3f(0.0f) : sample_uniform_sphere(random.next_2d());
     const LightSetInput here = frozen(input, time);
     const auto s = lights.sample(

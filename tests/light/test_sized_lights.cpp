@@ -190,7 +190,7 @@ TEST(SizedLights, SettingSunMatchesQuadrature) {
 LightSetInput many_kinds(size_t count) {
   LightSetInput input;
   test::Random random(11);
-  const auto anywhere = [&] { return V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 8.0f - V3f(4.0f); };
+  const auto anywhere = [&] { return V3f{random.next_1d(), random.next_1d(), random.next_1d()} * 8.0f - V3f(4.0f); };
   for (size_t i = 0; i < count; ++i) {
     PointLight point{.position = anywhere(), .intensity = Rgb(random.next_1d() + 0.1f)};
     if (i % 3 != 0) point.radius_m = 0.05f + 0.3f * random.next_1d();
@@ -218,7 +218,7 @@ TEST(SizedLights, RaysHitEverySphereAndDisk) {
     test::Random random(5);
     size_t met = 0;
     for (int i = 0; i < 3000; ++i) {
-      const V3f origin = V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 10.0f - V3f(5.0f);
+      const V3f origin = V3f{random.next_1d(), random.next_1d(), random.next_1d()} * 10.0f - V3f(5.0f);
       V3f wi = sample_uniform_sphere(random.next_2d()); // some of them towards a light or along an axis
       if (i % 2 == 0)
         wi = (input.points[static_cast<size_t>(i / 2) % count].position + wi * 0.2f - origin).normalized();
@@ -276,7 +276,7 @@ TEST(SizedLights, MisWeightsUseSamplePdf) {
     test::Random random(9);
     int compared = 0;
     for (int i = 0; i < 20'000; ++i) {
-      const V3f point = V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 6.0f - V3f(3.0f);
+      const V3f point = V3f{random.next_1d(), random.next_1d(), random.next_1d()} * 6.0f - V3f(3.0f);
       const V3f normal = i % 3 == 0 ? V3f(0.0f) : sample_uniform_sphere(random.next_2d());
       const float u_light = random.next_1d();
       const auto s = lights.sample(point, normal, u_light, random.next_2d());

@@ -33,8 +33,8 @@ RandomMesh random_mesh(uint32_t seed) {
   for (int j = 0; j <= n; ++j) {
     for (int i = 0; i <= n; ++i) {
       grid[j][i] = V3f(static_cast<float>(i), static_cast<float>(j), 0.0f) +
-                   V3f(uniform(random), uniform(random), uniform(random)) * 0.3f;
-      normal[j][i] = V3f(uniform(random) * 0.5f, uniform(random) * 0.5f, 1.0f).normalized();
+                   V3f{uniform(random), uniform(random), uniform(random)} * 0.3f;
+      normal[j][i] = V3f{uniform(random) * 0.5f, uniform(random) * 0.5f, 1.0f}.normalized();
     }
   }
   RandomMesh mesh;

@@ -166,8 +166,8 @@ TEST(Texture, NearestMatchesTheReference) {
         const TextureSettings settings{wrap, wrap, TextureFilter::nearest, TextureEncoding::linear};
         const Texture texture(image, settings);
         for (int i = 0; i < 100; ++i) {
-          const auto x = static_cast<float>(static_cast<int>(random() % 40) - 20) + 0.1f +
-                         0.8f * static_cast<float>(random() % 100) * 0.01f;
+          const auto left = static_cast<float>(static_cast<int>(random() % 40) - 20);
+          const auto x = left + 0.1f + 0.8f * static_cast<float>(random() % 100) * 0.01f;
           const auto y = static_cast<float>(static_cast<int>(random() % 40) - 20) + 0.5f;
           expect_sample(texture, *image, settings, {x / 7.0f, y / 5.0f}, 1e-6);
         }
@@ -356,7 +356,7 @@ TEST(Texture, OpaqueAlphaIsExactlyOne) {
                               {TextureWrap::repeat, TextureWrap::mirrored_repeat, TextureFilter::linear, encoding});
         EXPECT_FALSE(texture.has_alpha());
         for (int i = 0; i < 200; ++i) {
-          const V2f uv(coordinate(random), coordinate(random));
+          const V2f uv{coordinate(random), coordinate(random)};
           ASSERT_EQ(texture.sample(uv).w, 1.0f);
           ASSERT_EQ(texture.sample_channel(uv, 3), 1.0f);
         }

@@ -201,14 +201,14 @@ TestScene textured_emitters() {
       {surface_material(Rgb(0.6f), 0.4f, 0.0f), diffuse_material(Rgb(0.7f, 0.5f, 0.3f)), lamp},
       {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 4, 0), 1)});
   scene.textures.push_back(patchy_texture());
-  Node node; // instances of one lamp, turned, stretched and mirrored
-  node.mesh = add_mesh(scene, quad(V3f(-0.4f, 0, 0.3f), V3f(0.8f, 0, 0), V3f(0, 0, -0.6f), 2));
+  Node node{.mesh = add_mesh(scene, quad(V3f(-0.4f, 0, 0.3f), V3f(0.8f, 0, 0), V3f(0, 0, -0.6f), 2))};
   Random random(3);
-  for (int i = 0; i < 4; ++i)
+  for (int i = 0; i < 4; ++i) // instances of one lamp, turned, stretched and mirrored
     for (int j = 0; j < 3; ++j) {
       Transform place;
       place.translation = V3f(-2.4f + 1.5f * static_cast<float>(i), 2.0f, -1.8f + 1.4f * static_cast<float>(j));
-      place.rotation.setAxisAngle(V3f(random.next_1d(), 0.3f, random.next_1d()).normalized(), 0.8f * random.next_1d());
+      const V3f drawn{random.next_1d(), random.next_1d(), random.next_1d()};
+      place.rotation.setAxisAngle(V3f(drawn.x, 0.3f, drawn.y).normalized(), 0.8f * drawn.z);
       place.scale = V3f(0.7f + 0.6f * random.next_1d(), 1.0f, j == 1 ? -1.0f : 1.2f);
       node.gpu_instances.push_back(place);
     }

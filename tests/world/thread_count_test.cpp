@@ -18,11 +18,11 @@ Primitive soup(uint32_t triangles, uint32_t seed) {
   Primitive primitive;
   primitive.texcoords.resize(2);
   for (uint32_t v = 0; v < 3 * triangles; ++v) {
-    primitive.positions.emplace_back(uniform(), uniform(), v % 5 == 0 ? -0.0f : v % 5 == 1 ? 0.0f : -uniform());
-    primitive.normals.push_back(V3f(uniform(), uniform(), 1.5f).normalized());
-    primitive.texcoords[0].emplace_back(uniform(), uniform());
+    primitive.positions.push_back({uniform(), uniform(), v % 5 == 0 ? -0.0f : v % 5 == 1 ? 0.0f : -uniform()});
+    primitive.normals.push_back(V3f{uniform(), uniform(), 1.5f}.normalized());
+    primitive.texcoords[0].push_back({uniform(), uniform()});
     if (seed % 2 == 0) primitive.tangents.emplace_back(1.0f, 0.0f, 0.0f, 1.0f);
-    if (seed % 3 == 0) primitive.colors.emplace_back(uniform(), uniform(), uniform(), 1.0f);
+    if (seed % 3 == 0) primitive.colors.push_back({uniform(), uniform(), uniform(), 1.0f});
     primitive.indices.push_back((v * 7919) % (3 * triangles));
   }
   primitive.material = static_cast<int>(seed % 2);
@@ -47,7 +47,7 @@ Scene many_meshes() {
   for (uint32_t n = 0; n < 60; ++n) {
     Node& node = scene.nodes.emplace_back();
     node.mesh = static_cast<int>(n < 12 ? n : n % 5 == 0 ? 4 : n % 11);
-    node.local.translation = V3f(uniform(), uniform(), 5.0f * uniform());
+    node.local.translation = V3f{uniform(), uniform(), 5.0f * uniform()};
     node.local.scale = n % 7 == 3 ? V3f(-1.0f, 2.0f, 1.0f) : n % 13 == 5 ? V3f(1.0f, 0.0f, 1.0f) : V3f(1.0f);
     if (n % 9 == 4) {
       AnimationChannel channel;

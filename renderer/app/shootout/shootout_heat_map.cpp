@@ -1,7 +1,7 @@
 // Measures the cost of each pixel's camera ray.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_measure.h"
-#include "renderer/base/flush_denormals.h"
+#include "renderer/base/standard_arithmetic.h"
 
 #include <algorithm>
 
@@ -34,7 +34,7 @@ std::vector<accel::Ray> center_rays(const Camera& camera) {
 } // namespace
 
 HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera) {
-  const FlushDenormals flush_denormals;
+  const StandardArithmetic standard_arithmetic;
   HeatMap map{camera.size_px(), {}};
   const std::vector<accel::Ray> rays = center_rays(camera);
   const size_t pixels = rays.size();
@@ -55,7 +55,7 @@ HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& ca
 }
 
 HeatMap count_step_map(const accel::Accelerator& accelerator, const Camera& camera) {
-  const FlushDenormals flush_denormals;
+  const StandardArithmetic standard_arithmetic;
   HeatMap map{camera.size_px(), {}};
   for (const accel::Ray& ray : center_rays(camera)) {
     const auto cost = accelerator.traversal_cost(ray, false);

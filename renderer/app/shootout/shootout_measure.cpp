@@ -5,7 +5,7 @@
 #include "accel/embree/embree_accelerator.h"
 #include "accel/rounding.h"
 #include "renderer/app/terminal/process_info.h"
-#include "renderer/base/flush_denormals.h"
+#include "renderer/base/standard_arithmetic.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -190,7 +190,7 @@ std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildI
 }
 
 std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::span<const RaySet> sets) {
-  const FlushDenormals flush_denormals;
+  const StandardArithmetic standard_arithmetic;
   std::vector<MeanCost> costs;
   for (const RaySet& set : sets) {
     MeanCost& mean = costs.emplace_back();
@@ -211,7 +211,7 @@ std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::
 
 bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
                     const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
-  const FlushDenormals flush_denormals;
+  const StandardArithmetic standard_arithmetic;
   const size_t count = accelerators.size();
   std::vector<Racer> racers;
   for (const accel::Accelerator* accelerator : accelerators) racers.emplace_back(*accelerator, settings.embree_calls);
