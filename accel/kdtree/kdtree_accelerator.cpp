@@ -292,7 +292,8 @@ class KdTreeAccelerator final : public Accelerator {
     s.memory_bytes += structure_.moving_level.memory_bytes() +
                       structure_.moving.capacity() * sizeof(kd::MovingInstance) +
                       structure_.key_boxes.capacity() * sizeof(Imath::Box3f);
-    for (const auto& keys : structure_.motions) s.memory_bytes += sizeof(keys) + keys.capacity() * sizeof(Imath::M44f);
+    for (const auto& keys : structure_.motions)
+      s.memory_bytes += sizeof(std::vector<Imath::M44f>) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();
       s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // index 0 is unused

@@ -40,8 +40,9 @@ Primitive random_quads(std::mt19937& rng, int material) {
   Primitive all;
   all.material = material;
   for (int i = 0; i < kQuadsOfEach; ++i) {
-    const V3f u = uniform_direction(rng) * uniform(rng, 0.3f, 1.0f);
-    const V3f v = uniform_direction(rng).cross(u).normalized() * uniform(rng, 0.3f, 1.0f);
+    const V3f along = uniform_direction(rng), across = uniform_direction(rng).cross(along).normalized();
+    const float width = uniform(rng, 0.3f, 1.0f), height = uniform(rng, 0.3f, 1.0f);
+    const V3f u = along * width, v = across * height;
     const Primitive one = quad(uniform_in(rng, 3.0f), u, v, material);
     const auto first = static_cast<uint32_t>(all.positions.size());
     all.positions.insert(all.positions.end(), one.positions.begin(), one.positions.end());
