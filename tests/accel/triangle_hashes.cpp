@@ -71,9 +71,7 @@ void print_transforms(const char* name, bool special, int count) {
 
 int main(int argc, char** argv) {
   const int count = test::input_count(argc, argv, 100000);
-  print_triangles("triangles", false, count);
-  print_triangles("triangles-special", true, count);
-  print_transforms("motion", false, count);
-  print_transforms("motion-special", true, count);
+  test::print_usual_and_special("triangles", count, print_triangles);
+  test::print_usual_and_special("motion", count, print_transforms);
   return 0;
 }

@@ -168,7 +168,7 @@ Block astc(const std::array<int, 4>& a, const std::array<int, 4>&) {
   block.right = block.left;
   return block;
 }
-// Of a direction: x in gray, y in alpha.
+// A direction (x, y, z): x is stored in gray, y in alpha.
 Block astc_direction(const std::array<int, 4>& a, const std::array<int, 4>& b) {
   Block block = astc({a[0], a[0], a[0], a[1]}, b);
   block.left = block.right = of_bytes(a[0], a[1], 0);

@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <limits>
+#include <string>
 
 namespace kindling::test {
 
@@ -95,5 +96,13 @@ struct Inputs {
 
 // The number of inputs of each function: the program's argument, or this.
 inline int input_count(int argc, char** argv, int otherwise) { return argc > 1 ? std::atoi(argv[1]) : otherwise; }
+
+// Prints the hashes of usual inputs under `name`, and of those with special numbers among them
+// under `name`-special, by print(name, special, count).
+template <class Print>
+void print_usual_and_special(const std::string& name, int count, const Print& print) {
+  print(name.c_str(), false, count);
+  print((name + "-special").c_str(), true, count);
+}
 
 } // namespace kindling::test

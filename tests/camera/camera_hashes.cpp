@@ -68,7 +68,6 @@ void print_rays(const char* name, bool special, int count) {
 
 int main(int argc, char** argv) {
   const int count = test::input_count(argc, argv, 64000);
-  print_rays("rays", false, count);
-  print_rays("rays-special", true, count);
+  test::print_usual_and_special("rays", count, print_rays);
   return 0;
 }

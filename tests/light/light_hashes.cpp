@@ -70,9 +70,7 @@ void print_directions(const char* name, bool special, int count) {
 
 int main(int argc, char** argv) {
   const int count = test::input_count(argc, argv, 100000);
-  print_importances("importances", false, count);
-  print_importances("importances-special", true, count);
-  print_directions("equirect", false, count);
-  print_directions("equirect-special", true, count);
+  test::print_usual_and_special("importances", count, print_importances);
+  test::print_usual_and_special("equirect", count, print_directions);
   return 0;
 }

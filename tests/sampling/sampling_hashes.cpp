@@ -73,7 +73,6 @@ void print_distributions(const char* name, bool special, int count) {
 int main(int argc, char** argv) {
   const int count = test::input_count(argc, argv, 80000);
   print_samplers(count);
-  print_distributions("distributions", false, count);
-  print_distributions("distributions-special", true, count);
+  test::print_usual_and_special("distributions", count, print_distributions);
   return 0;
 }

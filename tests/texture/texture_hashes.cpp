@@ -100,9 +100,7 @@ void print_noise(const char* name, bool special, int count) {
 
 int main(int argc, char** argv) {
   const int count = test::input_count(argc, argv, 96000);
-  print_textures("textures", false, count);
-  print_textures("textures-special", true, count);
-  print_noise("noise", false, count);
-  print_noise("noise-special", true, count);
+  test::print_usual_and_special("textures", count, print_textures);
+  test::print_usual_and_special("noise", count, print_noise);
   return 0;
 }

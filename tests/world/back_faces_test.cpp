@@ -174,7 +174,8 @@ bool is_back(const DoubleQuad& q, const V3d& direction) {
 enum class Rays { camera, every_face, secondary };
 enum class Answer { yes, no, unsure };
 
-// Whether the face at `point` is cut away: its back is in free sight of the eye.
+// Returns yes if `cull` removes the face at `point`: the eye sees its back, and nothing is in
+// between.
 Answer is_cut(const std::vector<DoubleQuad>& quads, const DoubleQuad& q, const V3d& point) {
   const V3d sight = point - V3d(kEye);
   const double distance = sight.length();
