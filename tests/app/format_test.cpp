@@ -97,7 +97,7 @@ TEST(ProgressFormat, StatusLineNeverWraps) {
 TEST(ProgressFormat, NarrowTerminalsKeepTheImportantParts) {
   const std::string line = format_status_line(render_state(), 40);
   EXPECT_NE(line.find("50.0%"), std::string::npos) << line;
-  EXPECT_NE(line.find("["), std::string::npos) << line;
+  EXPECT_NE(line.find('['), std::string::npos) << line;
 }
 
 TEST(ProgressFormat, PlainLine) {
