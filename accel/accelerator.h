@@ -211,12 +211,12 @@ class Accelerator {
   virtual void occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) const = 0;
 
   // Batch version for rays that start close together and point almost the same way (camera rays of
-  // a tile). The one exception to the rule above: the answer may differ from the single query's by
-  // rounding, and in which of several triangles at the same distance is reported. It is the same
-  // whenever the same rays come in the same order, so group rays by fixed blocks of the image.
+  // a tile). Embree is the one exception to the rule above: its answer may differ from the single
+  // query's by rounding, and in which of several triangles at the same distance is reported. It is
+  // the same whenever the same rays come in the same order, so group rays by fixed blocks of the
+  // image.
   virtual void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const { intersect(rays, hits); }
   // Any-hit version with the same exception: shadow rays from a tile's first surfaces to one light.
-  // The answer of a ray that meets an edge within rounding may differ from the single query's.
   virtual void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
     this->occluded(rays, occluded);
   }

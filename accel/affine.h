@@ -78,6 +78,9 @@ class RayToObject {
     return out;
   }
 
+  // Returns an entry of the linear part of the inverse.
+  [[nodiscard]] float entry(int row, int column) const { return rows_[static_cast<size_t>(3 * row + column)]; }
+
  private:
   // The fourth lane is the first float of the next row: finite and never used.
   [[nodiscard]] Float4 row(size_t number) const {
@@ -90,6 +93,25 @@ class RayToObject {
   std::array<float, 13> rows_{}; // rows of the inverse for row vectors, three floats each, then a zero
 };
 static_assert(sizeof(RayToObject) == 52);
+
+// Returns how much larger, in world space, the rounding of a ray's transform to object space may be
+// than that of its world coordinates: the largest row sum of |inverse| |matrix|, 1 to 3 for
+// rotations and uniform scales; at most 1e6. `inverse` is that of the matrix.
+[[nodiscard]] inline float rounding_growth(const Imath::M44f& object_to_world, const RayToObject& inverse) {
+  float growth = 1.0f;
+  for (int to = 0; to < 3; ++to) {
+    float sum = 0.0f;
+    for (int from = 0; from < 3; ++from)
+      for (int k = 0; k < 3; ++k) sum += std::fabs(inverse.entry(from, k)) * std::fabs(object_to_world[k][to]);
+    growth = std::max(growth, sum);
+  }
+  return std::min(growth, 1e6f);
+}
+// Bound of the world-space rounding error of a transformed ray where it is within `magnitude` of
+// the world's origin and began there too: five roundings of entries and sums, on either side.
+[[nodiscard]] inline float transform_error(float growth, float magnitude) {
+  return 6.0f * std::numeric_limits<float>::epsilon() * growth * magnitude;
+}
 
 // Returns the bounds of a transformed box, a few rounding errors larger than exact. Empty stays
 // empty.
@@ -111,6 +133,16 @@ static_assert(sizeof(RayToObject) == 52);
   out.min -= Imath::V3f(margin);
   out.max += Imath::V3f(margin);
   return out;
+}
+
+// Returns a box widened by transform_error() for rays that reach it from the world's origin; those
+// from elsewhere need the error for their own origin as well.
+[[nodiscard]] inline Imath::Box3f widened(const Imath::Box3f& box, float growth, const Imath::V3f& translation) {
+  float largest = 0.0f;
+  for (int k = 0; k < 3; ++k)
+    largest = std::max({largest, std::fabs(box.min[k]), std::fabs(box.max[k]), std::fabs(translation[k])});
+  const Imath::V3f margin(transform_error(growth, largest));
+  return {box.min - margin, box.max + margin};
 }
 
 // Returns bounds that hold at all times for a box moving with a matrix interpolated between keys, a

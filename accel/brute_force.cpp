@@ -35,7 +35,7 @@ bool may_hit(const Imath::Box3f& box, const Ray& ray, float t_max) {
   float extent = 0.0f;
   for (int k = 0; k < 3; ++k)
     extent = std::max({extent, std::fabs(box.min[k] - ray.origin[k]), std::fabs(box.max[k] - ray.origin[k])});
-  const double margin = 1e-5 * extent;
+  const double margin = 4e-5 * extent;
   double enter = 0.0, leave = static_cast<double>(t_max) * (1.0 + 1e-5);
   for (int k = 0; k < 3; ++k) {
     const double low = static_cast<double>(box.min[k]) - ray.origin[k] - margin;
@@ -136,7 +136,7 @@ class BruteForce final : public Accelerator {
     Hit best;
     if (!can_hit(world) || filter_.abandoned()) return best;
     const float t_min = std::max(world.t_min, 0.0f);
-    float t_max = world.t_max;
+    float t_max = std::min(world.t_max, std::numeric_limits<float>::max());
     for (const PlacedGroup& placed : placed_) {
       RayToObject to_object = placed.to_object;
       if (!placed.keys.empty() && !to_object.set_inverse_of(matrix_at(placed.keys, world.time))) continue;

@@ -116,7 +116,7 @@ TriangleJudgment judge_triangle(const Imath::V3f& origin, const Imath::V3f& dire
   return result;
 }
 
-TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit, Arithmetic arithmetic) {
+TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit) {
   assert(hit.is_hit());
   const TriangleMesh& mesh = input.meshes[hit.mesh];
   const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(hit.triangle)];
@@ -124,14 +124,13 @@ TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& h
   const Imath::V3f p0 = positions[corner[0]], p1 = positions[corner[1]], p2 = positions[corner[2]];
   // Vertices interpolated differently count as an error of the ray.
   double origin = 0.0, direction = 0.0;
-  if (arithmetic == Arithmetic::any && deforms(mesh)) origin = largest_at_keys(mesh, corner);
+  if (deforms(mesh)) origin = largest_at_keys(mesh, corner);
   const Imath::M44f m = matrix_at(input, input.instances[hit.instance], ray.time);
   RayToObject to_object;
   if (is_identity(m) || !to_object.set_inverse_of(m))
     return judge_triangle(ray.origin, ray.direction, p0, p1, p2, 8.0 * kUnit * origin);
 
   const Ray transformed = to_object(ray);
-  if (arithmetic == Arithmetic::same) return judge_triangle(transformed.origin, transformed.direction, p0, p1, p2);
   // Sums of the magnitudes of the added terms, found by transforming one component at a time.
   Ray probe;
   probe.origin = Imath::V3f(0.0f);
@@ -157,24 +156,17 @@ bool is_possible_hit(const BuildInput& input, const Ray& ray, const Hit& hit) {
   return judgment.t_error == kInfinity || std::fabs(hit.t - judgment.t) <= judgment.t_error;
 }
 
-bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b, Arithmetic arithmetic) {
+bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b) {
   if (!a.is_hit() && !b.is_hit()) return true;
   const bool a_is_nearer = a.is_hit() && (!b.is_hit() || a.t < b.t);
   const Hit &nearer = a_is_nearer ? a : b, &farther = a_is_nearer ? b : a;
   if (!is_possible_hit(input, ray, nearer)) return false;
-  const TriangleJudgment judgment = judge_hit(input, ray, nearer, arithmetic);
+  const TriangleJudgment judgment = judge_hit(input, ray, nearer);
   const double t_min = std::max(ray.t_min, 0.0f);
-  if (arithmetic == Arithmetic::same) {
-    const double t_far = farther.is_hit() ? farther.t : ray.t_max;
-    // A cell is entered by plane distances with three roundings each; its interval may be empty by
-    // as much.
-    constexpr double kPlanes = 8.0 * kUnit;
-    return !judgment.inside || !(judgment.t > t_min * (1.0 + kPlanes) && judgment.t < t_far * (1.0 - kPlanes));
-  }
   if (judgment.at_edge) return true;
   if (!(judgment.t > t_min + judgment.t_error && judgment.t < ray.t_max - judgment.t_error)) return true;
-  return farther.is_hit() && static_cast<double>(farther.t) - nearer.t <=
-                                 judgment.t_error + judge_hit(input, ray, farther, arithmetic).t_error;
+  return farther.is_hit() &&
+         static_cast<double>(farther.t) - nearer.t <= judgment.t_error + judge_hit(input, ray, farther).t_error;
 }
 
 } // namespace kindling::accel

@@ -1,5 +1,6 @@
-// Bounds of the rounding errors of the watertight triangle test, computed in double precision.
-// They serve tests and cross-checks of accelerators, not tracing.
+// Bounds of the rounding errors of watertight triangle tests, computed in double precision.
+// The tests are in single precision, such as Embree's. The bounds serve tests and cross-checks of
+// accelerators, not tracing.
 //
 // Notation: u = 2^-24; vertices are relative to the ray's origin and sheared to its direction as in
 // triangle.h, with the z axis along the ray.
@@ -39,16 +40,9 @@ struct TriangleJudgment {
                                               const Imath::V3f& p0, const Imath::V3f& p1, const Imath::V3f& p2,
                                               double origin_error = 0.0, double direction_error = 0.0);
 
-// The arithmetic that two compared implementations have in common.
-enum class Arithmetic {
-  any,  // each has its own triangle test and ray transform
-  same, // both are those of brute_force, bit for bit; only the sets of triangles tested differ
-};
-
 // Applies judge_triangle() to a hit. Under an instance it judges the ray in object space and adds
-// the rounding of the transform, doubled if implementations may transform rays differently.
-[[nodiscard]] TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit,
-                                         Arithmetic arithmetic = Arithmetic::any);
+// the rounding of the transform, doubled since implementations may transform rays differently.
+[[nodiscard]] TriangleJudgment judge_hit(const BuildInput& input, const Ray& ray, const Hit& hit);
 
 // Returns true if a hit is correct within rounding: its distance lies in the ray's interval, and
 // the ray meets its triangle there or passes at an edge.
@@ -56,13 +50,8 @@ enum class Arithmetic {
 
 // Returns true if rounding explains the difference between two nearest hits of one ray, either of
 // which may be a miss. The nearer hit must be a possible hit that the other implementation may
-// lose:
-//  - any: the distances are equal within their errors, or the nearer hit is at an edge, or its
-//    exact distance lies outside the ray's interval or within the error of an end.
-//  - same: in exact arithmetic the ray does not meet the nearer triangle, or not before the farther
-//    hit, or not between its ends, except for the rounding of plane distances. So no hit may be
-//    lost at an edge that two triangles share.
-[[nodiscard]] bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b,
-                                     Arithmetic arithmetic = Arithmetic::any);
+// lose: the distances are equal within their errors, or the nearer hit is at an edge, or its exact
+// distance lies outside the ray's interval or within the error of an end.
+[[nodiscard]] bool rounding_explains(const BuildInput& input, const Ray& ray, const Hit& a, const Hit& b);
 
 } // namespace kindling::accel

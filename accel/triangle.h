@@ -2,12 +2,12 @@
 //
 // After Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013: the triangle
 // is sheared so that the ray runs along its largest axis, then the origin is tested against the
-// three edges. The two triangles at an edge evaluate the same products with opposite signs, so no
-// ray can pass between them. This holds only while no product is fused with a sum
-// (-ffp-contract=off). Departures: axes are not permuted by the sign of the direction, because both
-// facings are accepted; there is no second try in double precision, because an edge value of zero
-// counts as inside. kdtree/kernels/leaf_test.h has the same operations in the same order for
-// sixteen triangles at a time; results are equal bit for bit.
+// three edges. The edge functions have the sign of the exact ones, so the two triangles at an edge
+// agree, and no ray can pass between them. This holds only while the compiler fuses no product with
+// a sum by itself (-ffp-contract=off). Departures: axes are not permuted by the sign of the
+// direction, because both facings are accepted; there is no second try in double precision, because
+// signs are exact and an edge value of zero counts as inside. kdtree/kernels/leaf_test.h has the
+// same operations in the same order for sixteen triangles at a time; results are equal bit for bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,8 +41,25 @@ struct RayShear {
   }
 };
 
+// A hit lies within this part of the triangle's extent (its largest range along an axis) of some
+// point of the triangle along each axis, and within kDistanceTolerance of its distance; a traversal
+// must enter all cells that are so near. With u = 2^-24 the errors are: 5 u of the sheared corners,
+// of the extent and of the distance; 2 u of the barycentric coordinates, which displace a point of
+// the triangle by less than 3 u of its extent; and 3 u of the mean of the corners' depths.
+inline constexpr float kExtentTolerance = 11.0f * 0x1p-24f, kDistanceTolerance = 11.0f * 0x1p-24f;
+
+// Returns a b - c d with a relative error of at most 2 u, so the sign is exact (Jeannerod, Louvet,
+// Muller, "Further analysis of Kahan's algorithm for the accurate computation of 2 x 2
+// determinants", Math. Comp. 82, 2013). Differences of rounded products would be noise for a
+// triangle that is seen edge-on, and so would the distance.
+[[nodiscard]] inline float difference_of_products(float a, float b, float c, float d) {
+  const float product = c * d;
+  const float error = __builtin_fmaf(-c, d, product);
+  return __builtin_fmaf(a, b, -product) + error;
+}
+
 // Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v
-// (see Hit) only then.
+// (see Hit) only then. t_max is finite.
 [[nodiscard]] inline bool intersect_triangle(const RayShear& ray, const Imath::V3f& p0, const Imath::V3f& p1,
                                              const Imath::V3f& p2, float t_min, float t_max, float& t, float& u,
                                              float& v) {
@@ -50,7 +67,8 @@ struct RayShear {
   const float ax = (p0[ray.kx] - ray.origin.x) - ray.sx * az, ay = (p0[ray.ky] - ray.origin.y) - ray.sy * az;
   const float bx = (p1[ray.kx] - ray.origin.x) - ray.sx * bz, by = (p1[ray.ky] - ray.origin.y) - ray.sy * bz;
   const float cx = (p2[ray.kx] - ray.origin.x) - ray.sx * cz, cy = (p2[ray.ky] - ray.origin.y) - ray.sy * cz;
-  const float e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+  const float e0 = difference_of_products(cx, by, cy, bx), e1 = difference_of_products(ax, cy, ay, cx),
+              e2 = difference_of_products(bx, ay, by, ax);
   const bool inside = (e0 >= 0.0f && e1 >= 0.0f && e2 >= 0.0f) || (e0 <= 0.0f && e1 <= 0.0f && e2 <= 0.0f);
   const float det = (e0 + e1) + e2;
   if (!inside || det == 0.0f) return false;

@@ -10,9 +10,11 @@
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -39,7 +41,7 @@ class TopBuilder {
     if (cell.depth < context_.max_depth && !context_.stopped())
       split = find_split(config, model, cell.box, references.all(), scratch);
     if (!split) return make_leaf(cell, references, node);
-    Halves halves = partition_in_chunks(context_.geometries, references.all(), *split);
+    Halves halves = partition_in_chunks(context_.meshes, references.all(), *split);
     const HalfCounts counts = halves.counts;
     const bool reduced = counts.left < references.count || counts.right < references.count;
     if (!reduced || counts.left + counts.right > cell.budget) return make_leaf(cell, references, node);
@@ -125,9 +127,31 @@ References initial_references(std::span<const Geometry> geometries, const BuildM
   return references;
 }
 
-} // namespace
+// Widens the boxes of whole triangles by their margins; returns their bounds.
+Imath::Box3f widen(const BuildMeshes& meshes, std::span<Reference> references) {
+  const auto add = [&](const tbb::blocked_range<size_t>& range, Imath::Box3f bounds) {
+    for (size_t i = range.begin(); i < range.end(); ++i) {
+      Reference& r = references[i];
+      const Imath::V3f size = r.max - r.min, margin(meshes.margin_of(std::max(size.x, std::max(size.y, size.z))));
+      r.min -= margin;
+      r.max += margin;
+      bounds.extendBy(Imath::Box3f(r.min, r.max));
+    }
+    return bounds;
+  };
+  const auto join = [](Imath::Box3f a, const Imath::Box3f& b) {
+    a.extendBy(b);
+    return a;
+  };
+  return tbb::parallel_reduce(tbb::blocked_range<size_t>(0, references.size(), 16384), Imath::Box3f(), add, join);
+}
 
-namespace {
+// Returns the largest magnitude of a coordinate.
+float largest_coordinate(const Imath::Box3f& bounds) {
+  float largest = 0.0f;
+  for (int k = 0; k < 3; ++k) largest = std::max({largest, std::fabs(bounds.min[k]), std::fabs(bounds.max[k])});
+  return largest;
+}
 
 // Builds a tree of at most config.max_references(). Returns nothing if it had more references than
 // `limit`.
@@ -137,10 +161,14 @@ std::optional<BinaryTree> build_within(const Config& config, std::span<const Geo
   References references = initial_references(geometries, monitor, tree.bounds);
   tree.triangle_count = references.count;
   if (references.count == 0) return tree;
+  BuildMeshes meshes(geometries);
+  meshes.extent_margin = kExtentTolerance;
+  meshes.rounding_margin = 0x1p-22f * largest_coordinate(tree.bounds); // two units of its last place
+  tree.bounds = widen(meshes, {references.buffer.data(), references.count});
   const double area = half_area(tree.bounds);
   ReferenceCount count(limit);
   const BuildContext context{
-      config, geometries, monitor, config.max_depth(tree.triangle_count), area > 0.0 ? 1.0 / area : 0.0, &count};
+      config, meshes, monitor, config.max_depth(tree.triangle_count), area > 0.0 ? 1.0 / area : 0.0, &count};
   TopBuilder builder(context);
   Cell cell;
   cell.box = tree.bounds;

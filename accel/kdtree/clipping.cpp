@@ -50,9 +50,21 @@ struct Bounds {
     low = vector_min(p, low);
     high = vector_max(p, high);
   }
-  // Rounds outwards by up to two ulps if a bound is not a float, and cuts to the box. Returns false
-  // if nothing is left.
-  [[nodiscard]] bool cut_to(Float4 box_low, Float4 box_high, Imath::V3f& min, Imath::V3f& max) const {
+  // Extends by the point where the edge from a to b crosses a plane, if it does, and by b if it is
+  // `inside`. `da`, `db`: distances of a and b.
+  template <class Mask>
+  void extend_cut(Double4 a, Double4 b, Double4 da, Double4 db, size_t axis, Double4 plane, Mask inside,
+                  Double4 none_low, Double4 none_high) {
+    Double4 at = a + (b - a) * (da / (da - db)); // meaningless if the edge does not cross
+    at[axis] = plane[axis];
+    const auto crosses = ((da < 0.0) & (db > 0.0)) | ((da > 0.0) & (db < 0.0));
+    low = vector_min(inside ? b : none_low, vector_min(crosses ? at : none_low, low));
+    high = vector_max(inside ? b : none_high, vector_max(crosses ? at : none_high, high));
+  }
+  // Rounds outwards by up to two ulps if a bound is not a float, widens by the margin, and cuts to
+  // the box. Returns false if nothing is left. At a vertex that gives the bound of the whole
+  // triangle.
+  [[nodiscard]] bool cut_to(Float4 box_low, Float4 box_high, float margin, Imath::V3f& min, Imath::V3f& max) const {
     constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
     constexpr float kTiny = std::numeric_limits<float>::denorm_min();
     Float4 l = __builtin_convertvector(low, Float4), h = __builtin_convertvector(high, Float4);
@@ -60,8 +72,8 @@ struct Bounds {
     const Float4 l_size = l < 0.0f ? -l : l, h_size = h < 0.0f ? -h : h;
     const Float4 l_down = l - (l_size * kEpsilon + kTiny), h_up = h + (h_size * kEpsilon + kTiny);
     for (size_t k = 0; k < 3; ++k) {
-      const float at_least = std::max(l_back[k] > low[k] ? l_down[k] : l[k], box_low[k]);
-      const float at_most = std::min(h_back[k] < high[k] ? h_up[k] : h[k], box_high[k]);
+      const float at_least = std::max((l_back[k] > low[k] ? l_down[k] : l[k]) - margin, box_low[k]);
+      const float at_most = std::min((h_back[k] < high[k] ? h_up[k] : h[k]) + margin, box_high[k]);
       min[static_cast<int>(k)] = at_least;
       max[static_cast<int>(k)] = at_most;
     }
@@ -72,9 +84,10 @@ struct Bounds {
 Float4 lanes(const Imath::V3f& v) { return Float4{v.x, v.y, v.z, 0.0f}; }
 Double4 wide_lanes(const Imath::V3f& v) { return Double4{v.x, v.y, v.z, 0.0}; }
 
-// Clips the triangle by those planes of the box that cut it; returns one of the two polygons.
+// Clips the triangle by those planes of the box, widened by the margin, that cut it; returns one of
+// the two polygons.
 Polygon* clip_to_box(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& box_min, const Imath::V3f& box_max,
-                     Polygon& first, Polygon& second) {
+                     float margin, Polygon& first, Polygon& second) {
   Polygon* polygon = &first;
   Polygon* spare = &second;
   for (size_t i = 0; i < 3; ++i) polygon->corners[i] = wide_lanes(triangle[i]);
@@ -82,16 +95,27 @@ Polygon* clip_to_box(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f
   for (int axis = 0; axis < 3; ++axis) {
     const auto lane = static_cast<size_t>(axis);
     const float a = triangle[0][axis], b = triangle[1][axis], c = triangle[2][axis];
-    if (std::min(a, std::min(b, c)) < box_min[axis]) {
-      clip(*polygon, lane, box_min[axis], -1.0, *spare);
+    const double low = static_cast<double>(box_min[axis]) - margin, high = static_cast<double>(box_max[axis]) + margin;
+    if (std::min(a, std::min(b, c)) < low) {
+      clip(*polygon, lane, low, -1.0, *spare);
       std::swap(polygon, spare);
     }
-    if (std::max(a, std::max(b, c)) > box_max[axis]) {
-      clip(*polygon, lane, box_max[axis], 1.0, *spare);
+    if (std::max(a, std::max(b, c)) > high) {
+      clip(*polygon, lane, high, 1.0, *spare);
       std::swap(polygon, spare);
     }
   }
   return polygon;
+}
+
+// Returns the largest range of the corners' coordinates along an axis.
+float extent_of(const std::array<Imath::V3f, 3>& triangle) {
+  float extent = 0.0f;
+  for (int k = 0; k < 3; ++k) {
+    const float a = triangle[0][k], b = triangle[1][k], c = triangle[2][k];
+    extent = std::max(extent, std::max(a, std::max(b, c)) - std::min(a, std::min(b, c)));
+  }
+  return extent;
 }
 
 } // namespace
@@ -99,22 +123,22 @@ Polygon* clip_to_box(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f
 bool clip_bounds(const std::array<Imath::V3f, 3>& triangle, const Imath::V3f& box_min, const Imath::V3f& box_max,
                  Imath::V3f& bounds_min, Imath::V3f& bounds_max) {
   Polygon first, second;
-  const Polygon& polygon = *clip_to_box(triangle, box_min, box_max, first, second);
+  const Polygon& polygon = *clip_to_box(triangle, box_min, box_max, 0.0f, first, second);
   if (polygon.count == 0) return false;
   Bounds bounds;
   for (size_t i = 0; i < polygon.count; ++i) bounds.extend(polygon.corners[i]);
-  return bounds.cut_to(lanes(box_min), lanes(box_max), bounds_min, bounds_max);
+  return bounds.cut_to(lanes(box_min), lanes(box_max), 0.0f, bounds_min, bounds_max);
 }
 
-SplitReference split_reference(std::span<const Geometry> geometries, const Reference& reference, int axis,
-                               float position) {
+SplitReference split_reference(const BuildMeshes& meshes, const Reference& reference, int axis, float position) {
   assert(reference.min[axis] < position && position < reference.max[axis]);
-  const Geometry& geometry = geometries[reference.geometry];
+  const Geometry& geometry = meshes.geometries[reference.geometry];
   const std::array<Imath::V3f, 3> triangle = {geometry.vertex(reference.triangle, 0),
                                               geometry.vertex(reference.triangle, 1),
                                               geometry.vertex(reference.triangle, 2)};
+  const float margin = meshes.margin_of(extent_of(triangle));
   Polygon first, second;
-  const Polygon& polygon = *clip_to_box(triangle, reference.min, reference.max, first, second);
+  const Polygon& polygon = *clip_to_box(triangle, reference.min, reference.max, margin, first, second);
 
   SplitReference parts{reference, reference, false, false};
   parts.left.max[axis] = parts.right.min[axis] = position;
@@ -122,29 +146,25 @@ SplitReference split_reference(std::span<const Geometry> geometries, const Refer
     // Corners and cuts are added to both sides, as infinity where they do not belong: the side
     // cannot be predicted by branches.
     const auto lane = static_cast<size_t>(axis);
-    const Double4 plane = splat(static_cast<double>(position));
+    // A piece up to the margin beyond the plane is near enough to the other side.
+    const Double4 low_plane = splat(static_cast<double>(position) - margin),
+                  high_plane = splat(static_cast<double>(position) + margin);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const Double4 none_low = splat(kInfinity), none_high = splat(-kInfinity);
     Bounds below, above;
     Double4 a = polygon.corners[polygon.count - 1];
-    Double4 da = splat(a[lane]) - plane;
+    Double4 da_high = splat(a[lane]) - high_plane, da_low = splat(a[lane]) - low_plane;
     for (size_t i = 0; i < polygon.count; ++i) {
-      const Double4 b = polygon.corners[i], db = splat(b[lane]) - plane;
-      Double4 at = a + (b - a) * (da / (da - db)); // meaningless if the edge does not cross
-      at[lane] = plane[lane];
-      const auto crosses = ((da < 0.0) & (db > 0.0)) | ((da > 0.0) & (db < 0.0));
-      const auto is_below = db <= 0.0, is_above = db >= 0.0;
-      const Double4 cut_low = crosses ? at : none_low, cut_high = crosses ? at : none_high;
-      below.low = vector_min(is_below ? b : none_low, vector_min(cut_low, below.low));
-      below.high = vector_max(is_below ? b : none_high, vector_max(cut_high, below.high));
-      above.low = vector_min(is_above ? b : none_low, vector_min(cut_low, above.low));
-      above.high = vector_max(is_above ? b : none_high, vector_max(cut_high, above.high));
+      const Double4 b = polygon.corners[i], db_high = splat(b[lane]) - high_plane, db_low = splat(b[lane]) - low_plane;
+      below.extend_cut(a, b, da_high, db_high, lane, high_plane, db_high <= 0.0, none_low, none_high);
+      above.extend_cut(a, b, da_low, db_low, lane, low_plane, db_low >= 0.0, none_low, none_high);
       a = b;
-      da = db;
+      da_high = db_high;
+      da_low = db_low;
     }
     const Imath::V3f left_max = parts.left.max, right_min = parts.right.min;
-    parts.in_left = below.cut_to(lanes(reference.min), lanes(left_max), parts.left.min, parts.left.max);
-    parts.in_right = above.cut_to(lanes(right_min), lanes(reference.max), parts.right.min, parts.right.max);
+    parts.in_left = below.cut_to(lanes(reference.min), lanes(left_max), margin, parts.left.min, parts.left.max);
+    parts.in_right = above.cut_to(lanes(right_min), lanes(reference.max), margin, parts.right.min, parts.right.max);
   }
   if (!parts.in_left && !parts.in_right) {
     parts = {reference, reference, true, true};

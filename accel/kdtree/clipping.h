@@ -22,10 +22,10 @@ struct SplitReference {
   bool in_left, in_right; // at least one is true; a part is valid only if its flag is
 };
 
-// Splits a reference with min[axis] < position < max[axis]: each part bounds the piece of the
-// triangle within the reference's bounds on one side of the plane, as clip_bounds() computes it. If
-// rounding leaves neither part, both are the bounds cut at the plane.
-[[nodiscard]] SplitReference split_reference(std::span<const Geometry> geometries, const Reference& reference, int axis,
+// Splits a reference with min[axis] < position < max[axis]: each part bounds the points within the
+// reference's bounds on one side of the plane that are no farther from the triangle than its margin
+// along each axis. If rounding leaves neither part, both are the bounds cut at the plane.
+[[nodiscard]] SplitReference split_reference(const BuildMeshes& meshes, const Reference& reference, int axis,
                                              float position);
 
 } // namespace kindling::accel::kd

@@ -360,7 +360,8 @@ class InstanceTop {
   std::vector<Subtree> subtrees_;
 };
 
-InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel) {
+InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel, float growth)
+    : growth_(growth) {
   assert(std::none_of(boxes.begin(), boxes.end(), [](const Imath::Box3f& box) { return box.isEmpty(); }));
   if (boxes.empty()) return;
   nodes_ = InstanceTop(std::move(boxes), cancel).finish();

@@ -6,12 +6,15 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "accel/affine.h"
 #include "accel/kdtree/aligned_array.h"
 
 #include <ImathBox.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -23,7 +26,10 @@ class InstanceLevel {
   InstanceLevel() = default;
   // Builds over world-space boxes, conservative and none of them empty. Parallel; the result is the
   // same for any number of threads. `cancel`: null, or polled; a cancelled build is empty.
-  explicit InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel = nullptr);
+  // `growth`: the largest rounding_growth() of the instances; a ray's transform moves it by up to
+  // transform_error(growth, its origin), which the traversal adds to the boxes.
+  explicit InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<bool>* cancel = nullptr,
+                         float growth = 1.0f);
 
   [[nodiscard]] bool empty() const { return nodes_.size() == 0; }
   [[nodiscard]] size_t node_count() const { return nodes_.size(); }
@@ -39,11 +45,16 @@ class InstanceLevel {
     std::array<uint32_t, 8> child; // node index, kBoxBit and a box index, or kNone
   };
   static_assert(sizeof(Node) == 256);
+  // Returns the distance in world space by which boxes are widened for a ray from this origin.
+  [[nodiscard]] float margin(const Imath::V3f& origin) const {
+    return transform_error(growth_, std::max(std::max(std::fabs(origin.x), std::fabs(origin.y)), std::fabs(origin.z)));
+  }
   // Returns a node by index; node 0 is the root.
   [[nodiscard]] const Node& node(uint32_t number) const { return nodes_[number]; }
 
  private:
   AlignedArray<Node> nodes_;
+  float growth_ = 1.0f;
 };
 
 } // namespace kindling::accel::kd

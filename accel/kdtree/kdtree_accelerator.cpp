@@ -223,6 +223,7 @@ class KdTreeAccelerator final : public Accelerator {
                   [&](uint32_t i) { return structure_.group_trees[input.instances[i].group].root == kd::kEmptyChild; });
     structure_.transformed.resize(transformed.size());
     std::vector<Imath::Box3f> boxes(transformed.size());
+    std::vector<float> growths(transformed.size());
     tbb::parallel_for(
         tbb::blocked_range<size_t>(0, transformed.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
           for (size_t i = range.begin(); i < range.end(); ++i) {
@@ -232,15 +233,39 @@ class KdTreeAccelerator final : public Accelerator {
             placed.instance = transformed[i];
             (void)placed.to_object.set_inverse_of(instance.object_to_world); // invertible: see find_traceable()
             boxes[i] = transform_bounds(instance.object_to_world, placed.tree->bounds);
+            growths[i] = rounding_growth(instance.object_to_world, placed.to_object);
           }
         });
-    transformed = decltype(transformed)();
     for (const Imath::Box3f& box : boxes) bounds_.extendBy(box);
-    structure_.instance_level = kd::InstanceLevel(std::move(boxes), cancel);
+    float largest = 1.0f;
+    for (size_t i = 0; i < boxes.size(); ++i) {
+      boxes[i] = widened(boxes[i], growths[i], translation_of(input.instances[transformed[i]].object_to_world));
+      largest = std::max(largest, growths[i]);
+    }
+    transformed = decltype(transformed)();
+    growths = decltype(growths)();
+    structure_.instance_level = kd::InstanceLevel(std::move(boxes), cancel, largest);
+  }
+
+  static Imath::V3f translation_of(const Imath::M44f& m) { return {m[3][0], m[3][1], m[3][2]}; }
+
+  // Returns rounding_growth() over the shutter: twice that at the keys and halfway between them.
+  static float growth_of(std::span<const Imath::M44f> keys) {
+    float growth = 1.0f;
+    const auto add = [&](const Imath::M44f& m) {
+      RayToObject inverse;
+      growth = std::max(growth, inverse.set_inverse_of(m) ? 2.0f * rounding_growth(m, inverse) : 1e6f);
+    };
+    for (size_t k = 0; k < keys.size(); ++k) {
+      add(keys[k]);
+      if (k + 1 < keys.size()) add(between(keys[k], keys[k + 1], 0.5f));
+    }
+    return growth;
   }
 
   void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving, const std::atomic<bool>* cancel) {
     std::vector<Imath::Box3f> boxes;
+    float largest = 1.0f;
     if (!moving.empty())
       for (const std::span<const Imath::M44f> keys : input.motions)
         structure_.motions.emplace_back(keys.begin(), keys.end());
@@ -255,13 +280,22 @@ class KdTreeAccelerator final : public Accelerator {
         placed.in_place = true;
       else if (!placed.to_object.set_inverse_of(instance.object_to_world))
         continue;
+      const float growth = moves             ? growth_of(placed.keys)
+                           : placed.in_place ? 1.0f
+                                             : rounding_growth(instance.object_to_world, placed.to_object);
+      largest = std::max(largest, growth);
+      Imath::V3f translation = translation_of(instance.object_to_world);
+      for (const Imath::M44f& key : placed.keys)
+        for (int k = 0; k < 3; ++k) translation[k] = std::max(std::fabs(translation[k]), std::fabs(key[3][k]));
       const auto add = [&](const Imath::Box3f& bounds) {
         structure_.moving.push_back(placed);
-        for (const Imath::M44f& key : placed.keys) structure_.key_boxes.push_back(transform_bounds({&key, 1}, bounds));
-        boxes.push_back(moves             ? transform_bounds(placed.keys, bounds)
-                        : placed.in_place ? bounds
-                                          : transform_bounds(instance.object_to_world, bounds));
-        bounds_.extendBy(boxes.back());
+        for (const Imath::M44f& key : placed.keys)
+          structure_.key_boxes.push_back(widened(transform_bounds({&key, 1}, bounds), growth, translation));
+        const Imath::Box3f box = moves             ? transform_bounds(placed.keys, bounds)
+                                 : placed.in_place ? bounds
+                                                   : transform_bounds(instance.object_to_world, bounds);
+        bounds_.extendBy(box);
+        boxes.push_back(widened(box, growth, translation));
       };
       // The static meshes of an instance without motion are in the other trees.
       const Tree& tree = structure_.group_trees[instance.group];
@@ -273,14 +307,17 @@ class KdTreeAccelerator final : public Accelerator {
       if (deforming.slices.empty()) continue;
       placed.tree = nullptr;
       placed.deforming = &deforming;
-      add(deforming.bounds);
+      float extent = 0.0f;
+      for (const kd::DeformingSlice& slice : deforming.slices) extent = std::max(extent, slice.tree.largest_extent);
+      const Imath::V3f margin(kExtentTolerance * extent);
+      add(Imath::Box3f(deforming.bounds.min - margin, deforming.bounds.max + margin));
     }
     size_t box = 0;
     for (kd::MovingInstance& placed : structure_.moving) {
       placed.boxes = std::span(structure_.key_boxes).subspan(box, placed.keys.size());
       box += placed.keys.size();
     }
-    structure_.moving_level = kd::InstanceLevel(std::move(boxes), cancel);
+    structure_.moving_level = kd::InstanceLevel(std::move(boxes), cancel, largest);
   }
 
   void count() {

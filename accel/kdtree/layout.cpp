@@ -68,6 +68,7 @@ class TreePart {
     for (WideNode& node : nodes_)
       for (ChildWord& child : node.child) address(child);
     address(root_);
+    if (slice_ != nullptr) find_extent();
   }
   // Sets the position of the part in the tree.
   void set_first(size_t node, size_t unit) {
@@ -97,6 +98,7 @@ class TreePart {
   [[nodiscard]] size_t unit_count() const { return units_.size(); }
   [[nodiscard]] size_t leaf_count() const { return leaves_.size(); }
   [[nodiscard]] size_t reference_count() const { return reference_count_; }
+  [[nodiscard]] float largest_extent() const { return largest_extent_; } // of a triangle
 
  private:
   struct Lane {
@@ -163,6 +165,14 @@ class TreePart {
     }
   }
 
+  void find_extent() {
+    for (size_t unit = 0; unit < units_.size();) {
+      const MovingBlock block(&units_[unit]);
+      largest_extent_ = std::max(largest_extent_, block.largest_extent());
+      unit += block.unit_count();
+    }
+  }
+
   // Prefetches, since triangles are scattered in memory.
   static void prefetch_indices(std::span<const Geometry> geometries, const BinaryNode& leaf) {
     for (const LeafReference& r : std::span(leaf.references, leaf.count))
@@ -180,6 +190,7 @@ class TreePart {
   std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
+  float largest_extent_ = 0.0f;
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
@@ -214,6 +225,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
     units += part.unit_count();
     tree.leaf_count += part.leaf_count();
     tree.reference_count += part.reference_count();
+    tree.largest_extent = std::max(tree.largest_extent, part.largest_extent());
   }
   tree.nodes = AlignedArray<WideNode>(nodes + 1);
   tree.nodes[0] = {};

@@ -51,11 +51,12 @@ struct Tree {
   AlignedArray<PlaneDisplacements> displacements; // by node, in deforming trees; else empty
   AlignedArray<LeafUnit> leaves;                  // contiguous blocks: LeafBlock, or MovingBlock in deforming trees
   ChildWord root = kEmptyChild;
-  Imath::Box3f bounds; // exact; of a deforming tree, slightly enlarged, for all times of its slice
+  Imath::Box3f bounds; // slightly enlarged; of a deforming tree, for all times of its slice
   // Slightly enlarged bounds that rays are clipped to; in a deforming tree those at the begin of
   // the slice, interpolated to those at its end.
   Imath::Box3f clip_bounds;
   Imath::Box3f clip_bounds_at_end;  // of a deforming tree
+  float largest_extent = 0.0f;      // largest range of a triangle's coordinates along an axis
   std::vector<Geometry> geometries; // sorted by first_primitive
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 

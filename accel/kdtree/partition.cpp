@@ -47,23 +47,23 @@ Lists deal(const Reference* references, size_t count, const Split& split, Lists 
   return lists;
 }
 
-void cut_all(std::span<const Geometry> geometries, std::span<const Reference> references, const Split& split,
-             Reference*& left, Reference*& right) {
+void cut_all(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split, Reference*& left,
+             Reference*& right) {
   // Triangles are scattered in memory: prefetches indices several references ahead, then vertices.
   constexpr size_t kIndicesAhead = 8, kVerticesAhead = 4;
   const auto indices_of = [&](const Reference& r) {
-    return geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle);
+    return meshes.geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle);
   };
   for (size_t i = 0; i < references.size(); ++i) {
     if (i + kIndicesAhead < references.size()) __builtin_prefetch(indices_of(references[i + kIndicesAhead]));
     if (i + kVerticesAhead < references.size()) {
       const Reference& ahead = references[i + kVerticesAhead];
       const uint32_t* indices = indices_of(ahead);
-      const Imath::V3f* positions = geometries[ahead.geometry].mesh.positions.data();
+      const Imath::V3f* positions = meshes.geometries[ahead.geometry].mesh.positions.data();
       for (size_t corner = 0; corner < 3; ++corner) __builtin_prefetch(positions + indices[corner]);
     }
     const Reference& reference = references[i];
-    const SplitReference parts = split_reference(geometries, reference, split.axis, split.position);
+    const SplitReference parts = split_reference(meshes, reference, split.axis, split.position);
     if (parts.in_left) copy_references(&parts.left, 1, left++);
     if (parts.in_right) copy_references(&parts.right, 1, right++);
   }
@@ -81,17 +81,16 @@ void ReferenceBuffer::reserve(size_t size, size_t keep) {
   capacity_ = size;
 }
 
-HalfCounts partition_in_place(std::span<const Geometry> geometries, Reference* references, size_t count,
-                              const Split& split, bool left_in_place, Reference* elsewhere, ReferenceBuffer& scratch) {
+HalfCounts partition_in_place(const BuildMeshes& meshes, Reference* references, size_t count, const Split& split,
+                              bool left_in_place, Reference* elsewhere, ReferenceBuffer& scratch) {
   scratch.reserve(count + 1, 0);
   const Lists first = {left_in_place ? references : elsewhere, left_in_place ? elsewhere : references, scratch.data()};
   Lists end = deal(references, count, split, first);
-  cut_all(geometries, {first.cut, end.cut}, split, end.left, end.right);
+  cut_all(meshes, {first.cut, end.cut}, split, end.left, end.right);
   return {static_cast<size_t>(end.left - first.left), static_cast<size_t>(end.right - first.right)};
 }
 
-Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const Reference> references,
-                           const Split& split) {
+Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split) {
   struct Chunk {
     HalfCounts counts, first;
     std::vector<Reference> left_parts, right_parts; // parts of split references
@@ -115,7 +114,7 @@ Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const
     chunk.left_parts.resize(cut.size());
     chunk.right_parts.resize(cut.size());
     Reference *left_end = chunk.left_parts.data(), *right_end = chunk.right_parts.data();
-    cut_all(geometries, cut, split, left_end, right_end);
+    cut_all(meshes, cut, split, left_end, right_end);
     chunk.left_parts.resize(static_cast<size_t>(left_end - chunk.left_parts.data()));
     chunk.right_parts.resize(static_cast<size_t>(right_end - chunk.right_parts.data()));
     chunk.counts.left += chunk.left_parts.size();

@@ -40,7 +40,7 @@ struct HalfCounts {
 // Partitions on one thread. One child's references replace those of the node, which need `count`
 // places; the other child's go to `elsewhere`, which must have room for `count`. Parts of split
 // references come last in each child; the others keep their order.
-[[nodiscard]] HalfCounts partition_in_place(std::span<const Geometry> geometries, Reference* references, size_t count,
+[[nodiscard]] HalfCounts partition_in_place(const BuildMeshes& meshes, Reference* references, size_t count,
                                             const Split& split, bool left_in_place, Reference* elsewhere,
                                             ReferenceBuffer& scratch);
 
@@ -51,7 +51,7 @@ struct Halves {
 
 // Partitions many references in parallel. Each chunk of fixed size is ordered as above, so that the
 // result does not depend on the number of threads.
-[[nodiscard]] Halves partition_in_chunks(std::span<const Geometry> geometries, std::span<const Reference> references,
+[[nodiscard]] Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference> references,
                                          const Split& split);
 
 } // namespace kindling::accel::kd

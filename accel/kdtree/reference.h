@@ -4,7 +4,10 @@
 
 #include "accel/accelerator.h"
 
+#include <bit>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 namespace kindling::accel::kd {
 
@@ -21,8 +24,28 @@ struct Geometry {
   }
 };
 
-// The part of a triangle in the voxel of a node; bounds are conservative by less than two ulps. Not
-// initialized. Laid out as eight lanes: the builder computes with all and ignores two.
+// The meshes of a tree that is built, and how far hits may lie beside their triangle along each
+// axis (accel/triangle.h): cells refer to all triangles that are so near. Without margins by
+// default.
+struct BuildMeshes {
+  std::span<const Geometry> geometries;
+  float extent_margin = 0.0f;   // in largest extents of the triangle along an axis
+  float rounding_margin = 0.0f; // in scene units: more than the rounding of the margins
+
+  BuildMeshes(std::span<const Geometry> all) : geometries(all) {}
+  BuildMeshes(const std::vector<Geometry>& all) : geometries(all) {}
+  // Returns the margin of a triangle, rounded up to a multiple of a quarter of a power of two, so
+  // that most triangles at a corner have the same one and offer the same planes.
+  [[nodiscard]] float margin_of(float extent) const {
+    constexpr uint32_t kMantissa = 0x1fffffU;
+    const float margin = extent_margin * extent + rounding_margin;
+    return std::bit_cast<float>((std::bit_cast<uint32_t>(margin) + kMantissa) & ~kMantissa);
+  }
+};
+
+// The part of the surroundings of a triangle in the voxel of a node; bounds are conservative by
+// less than two ulps. Not initialized. Laid out as eight lanes: the builder computes with all and
+// ignores two.
 struct alignas(32) Reference {
   Imath::V3f min;
   uint32_t geometry;

@@ -123,7 +123,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   const size_t first_id = push_ids(references); // the node may still become a leaf
   const size_t top = first + count;
   stack_.reserve(top + count + 1, top);
-  const HalfCounts counts = partition_in_place(context.geometries, stack_.data() + first, count, *split, left_in_place,
+  const HalfCounts counts = partition_in_place(context.meshes, stack_.data() + first, count, *split, left_in_place,
                                                stack_.data() + top, cut_);
   const bool reduced = counts.left < count || counts.right < count;
   if (!reduced || counts.left + counts.right > cell.budget) {

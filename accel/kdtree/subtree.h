@@ -32,7 +32,7 @@ class ReferenceCount {
 // The constants of a build.
 struct BuildContext {
   const Config& config;
-  std::span<const Geometry> geometries;
+  BuildMeshes meshes;
   BuildMonitor& monitor;
   uint32_t max_depth;
   double inverse_area;                  // reciprocal half area of the whole tree

@@ -19,8 +19,9 @@
 namespace kindling::accel::kd {
 namespace {
 
-// The same constant as in kernels/traversal.h, since answers depend on it.
-constexpr float kWiden = 1.0f + 5e-7f;
+// The same constants as in kernels/traversal.h.
+constexpr float kRelativeSlack = 2.0f * (kDistanceTolerance + 0x1p-22f);
+constexpr float kWiden = 1.0f + kRelativeSlack, kBefore = 1.0f - kRelativeSlack, kBeyond = kWiden * kWiden;
 
 // Maximum and minimum that ignore a NaN in the first operand.
 float later(float value, float running) { return value > running ? value : running; }
@@ -29,13 +30,14 @@ float earlier(float value, float running) { return value < running ? value : run
 struct Interval {
   float enter, leave;
 
-  // Intersects the interval with a box; returns false if nothing is left.
-  bool cut(const Imath::V3f& low, const Imath::V3f& high, const Ray& ray) {
+  // Intersects the interval with a box that `margin` widens; returns false if nothing is left.
+  bool cut(const Imath::V3f& low, const Imath::V3f& high, const Ray& ray, float margin) {
     for (int k = 0; k < 3; ++k) {
       const float reciprocal = 1.0f / ray.direction[k];
       const bool down = std::signbit(ray.direction[k]);
-      enter = later(((down ? high[k] : low[k]) - ray.origin[k]) * reciprocal, enter);
-      leave = earlier(((down ? low[k] : high[k]) - ray.origin[k]) * reciprocal, leave);
+      const float wide = down ? -margin : margin;
+      enter = later((((down ? high[k] : low[k]) - ray.origin[k]) - wide) * reciprocal, enter);
+      leave = earlier((((down ? low[k] : high[k]) - ray.origin[k]) + wide) * reciprocal, leave);
     }
     return enter <= leave * kWiden;
   }
@@ -49,27 +51,33 @@ class TreeWalk {
            const TimeSlice* slice = nullptr)
       : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), time_(clamped_time(ray.time)),
         fraction_(slice == nullptr ? 0.0f : slice->fraction_of(time_)), shear_(ray.origin, ray.direction), cost_(cost) {
-    for (int k = 0; k < 3; ++k) // 1 / direction is infinite: cells beyond the hit are skipped
-      may_lie_in_plane_ = may_lie_in_plane_ || std::fabs(ray.direction[k]) < std::numeric_limits<float>::min();
+    const Imath::V3f size(std::fabs(ray.direction.x), std::fabs(ray.direction.y), std::fabs(ray.direction.z));
+    const float smallest = std::min({size.x, size.y, size.z}), largest = std::max({size.x, size.y, size.z});
+    steep_ = smallest < std::numeric_limits<float>::min() || (tree_.deforms() && smallest < largest * 0x1p-10f);
+    steepest_ = 1.0f / smallest;
+    margin_ = tree_.deforms() ? kExtentTolerance * tree_.largest_extent : 0.0f;
   }
 
   // Narrows t_far to the nearest hit. Returns true at the first hit if any_hit_ is set.
   bool run(float t_min, float& t_far) {
+    t_far = std::min(t_far, std::numeric_limits<float>::max());
     Interval whole{t_min, t_far};
     Imath::Box3f box = tree_.clip_bounds;
     if (tree_.deforms()) {
       box.min = between(box.min, tree_.clip_bounds_at_end.min, fraction_);
       box.max = between(box.max, tree_.clip_bounds_at_end.max, fraction_);
     }
-    if (tree_.root == kEmptyChild || !whole.cut(box.min, box.max, ray_)) return false;
+    if (tree_.root == kEmptyChild || !whole.cut(box.min, box.max, ray_, margin_)) return false;
+    slack_ = tree_.deforms() ? 2.0f * margin_ * steepest_ : 0.0f;
     Cell cell{tree_.root, std::min(whole.enter, whole.leave), whole.leave};
     while (true) {
       while (cell.child != kEmptyChild && (cell.child & kLeafBit) == 0) cell = descend(cell);
       if (cell.child != kEmptyChild && test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
-      while (may_lie_in_plane_ && !stack_.empty() && stack_.back().enter > t_far) stack_.pop_back();
-      if (stack_.empty() || !(stack_.back().enter <= t_far)) return false;
+      const float end = t_far * kBeyond + (steep_ ? 0.0f : 2.0f * slack_);
+      while (steep_ && !stack_.empty() && stack_.back().enter > end) stack_.pop_back();
+      if (stack_.empty() || !(stack_.back().enter <= end)) return false;
       cell = stack_.back();
-      cell.leave = earlier(cell.leave, t_far);
+      cell.leave = earlier(cell.leave, end);
       stack_.pop_back();
     }
   }
@@ -86,7 +94,7 @@ class TreeWalk {
     ++cost_.nodes;
     const WideNode& node = tree_.nodes[cell.child];
     const auto axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
-    std::array<float, kWideLanes> t{};
+    std::array<float, kWideLanes> begin{}, end{}; // distances to planes, as ends of intervals
     uint32_t above = 0, down = 0;
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
@@ -95,7 +103,9 @@ class TreeWalk {
                                           : node.planes[lane];
       const float reciprocal = 1.0f / ray_.direction[axis];
       const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
-      t[lane] = (plane - ray_.origin[axis]) * reciprocal;
+      const float distance = plane - ray_.origin[axis], wide = steep_ ? std::copysign(margin_, reciprocal) : 0.0f;
+      begin[lane] = (distance - wide) * reciprocal;
+      end[lane] = (distance + wide) * reciprocal;
       above |= (entry_point >= plane ? 1U : 0U) << lane;
       down |= (std::signbit(reciprocal) ? 1U : 0U) << lane;
     }
@@ -106,17 +116,17 @@ class TreeWalk {
       const auto entry = static_cast<uint32_t>(tables::kOrder[down] >> (8 * position)) & 0xffU;
       const uint32_t lane = entry & 7U;
       float enter = cell.enter, leave = cell.leave;
-      const auto pass = [&](float plane_t, bool far_side) {
-        (far_side ? enter : leave) = far_side ? later(plane_t, enter) : earlier(plane_t, leave);
+      const auto pass = [&](size_t plane, bool far_side) {
+        (far_side ? enter : leave) = far_side ? later(begin[plane], enter) : earlier(end[plane], leave);
       };
-      pass(t[kRootLane], position < 4);
-      pass(t[entry >> 6], (position & 2U) == 0);
-      pass(t[(entry >> 3) & 7U], (position & 1U) == 0);
+      pass(kRootLane, position < 4);
+      pass(entry >> 6, (position & 2U) == 0);
+      pass((entry >> 3) & 7U, (position & 1U) == 0);
       children[position] = {node.child[lane], enter, leave};
-      reached |= (enter <= leave * kWiden ? 1U : 0U) << position;
+      reached |= (enter <= leave * kWiden + (steep_ ? 0.0f : slack_) ? 1U : 0U) << position;
       near_bit |= (lane == near ? 1U : 0U) << position;
     }
-    const bool agree = (reached & (0U - near_bit)) == near_bit; // reached, and none before it
+    const bool agree = !steep_ && (reached & (0U - near_bit)) == near_bit; // reached, and none before it
     for (uint32_t position = 0; position < kWideLanes; ++position) {
       const bool goes_to_stack = ((reached >> position) & 1U) != 0 && children[position].child != kEmptyChild;
       if (goes_to_stack && !(agree && ((near_bit >> position) & 1U) != 0)) stack_.push_back(children[position]);
@@ -135,11 +145,7 @@ class TreeWalk {
     return {block.row(0)[number], block.row(1)[number], block.row(2)[number]};
   }
   [[nodiscard]] static Imath::V3f vertex_of(const MovingBlock& block, uint32_t number, float time) {
-    const KeyInterval at = block.interval_at(time);
-    const auto row = [&](uint32_t axis) {
-      return between(block.row(at.first, axis)[number], block.row(at.first + 1, axis)[number], at.fraction);
-    };
-    return {row(0), row(1), row(2)};
+    return block.vertex(number, block.interval_at(time));
   }
 
   // Returns true if there was a hit; stops there if any_hit_ is set.
@@ -173,7 +179,8 @@ class TreeWalk {
   const Ray& ray_;
   const CandidateFilter& filter_;
   bool any_hit_;
-  bool may_lie_in_plane_ = false;
+  bool steep_ = false;
+  float steepest_ = 0.0f, margin_ = 0.0f, slack_ = 0.0f; // steepest_: the largest 1 / direction
   float time_, fraction_;
   RayShear shear_;
   TraversalCost& cost_;
@@ -191,7 +198,8 @@ bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, c
     uint32_t child;
   };
   if (level.empty()) return false;
-  std::vector<Entry> stack{{t_min, 0}};
+  std::vector<Entry> stack{{t_min * kBefore, 0}};
+  const float margin = level.margin(world.origin);
   while (!stack.empty()) {
     const Entry entry = stack.back();
     stack.pop_back();
@@ -204,10 +212,10 @@ bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, c
     const InstanceLevel::Node& node = level.node(entry.child);
     const auto base = static_cast<ptrdiff_t>(stack.size());
     for (size_t lane = 0; lane < node.child.size(); ++lane) {
-      Interval interval{t_min, t_far};
+      Interval interval{t_min * kBefore, t_far * kWiden};
       if (node.child[lane] == InstanceLevel::kNone) continue;
       if (!interval.cut({node.low[0][lane], node.low[1][lane], node.low[2][lane]},
-                        {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, world))
+                        {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, world, margin))
         continue;
       const auto place = std::find_if(stack.begin() + base, stack.end(),
                                       [&](const Entry& other) { return other.enter < interval.enter; });
@@ -243,8 +251,9 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
     if (!moving.keys.empty()) {
       const KeyInterval at = key_interval(clamped_time(ray.time), static_cast<uint32_t>(moving.keys.size() - 1));
       const Imath::Box3f &first = moving.boxes[at.first], &second = moving.boxes[at.first + 1];
-      Interval inside{t_min, t_far};
-      if (!inside.cut(between(first.min, second.min, at.fraction), between(first.max, second.max, at.fraction), ray))
+      Interval inside{t_min * kBefore, t_far * kWiden};
+      if (!inside.cut(between(first.min, second.min, at.fraction), between(first.max, second.max, at.fraction), ray,
+                      structure.moving_level.margin(ray.origin)))
         return false;
     }
     if (!moving.keys.empty() && !to_object.set_inverse_of(matrix_at(moving.keys, ray.time))) return false;

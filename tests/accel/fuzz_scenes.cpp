@@ -187,7 +187,7 @@ std::deque<NamedScene> hostile_scenes() {
   add("degenerate", degenerate(rng, 120));
   add("duplicates", duplicates(150));
   add("slivers", slivers(rng, 150));
-  for (const float scale : {1e-20f, 1e-13f, 1e-6f, 1e6f, 1e12f, 1e15f}) {
+  for (const float scale : {1e-20f, 1e-10f, 1e-6f, 1e6f, 1e12f, 1e15f}) {
     std::ostringstream name;
     name << "scale " << scale;
     add(name.str(), scaled(triangle_soup(rng, 150, 1.0f, 0.4f), scale));
@@ -216,7 +216,7 @@ std::deque<NamedScene> hostile_scenes() {
 
 TestScene random_scene(Rng& rng, int largest) {
   TestScene scene;
-  const float scale = chance(rng, 0.1f) ? power_of_ten(rng, -20.0f, 15.0f) : power_of_ten(rng, -3.0f, 3.0f);
+  const float scale = chance(rng, 0.1f) ? power_of_ten(rng, -6.0f, 12.0f) : power_of_ten(rng, -3.0f, 3.0f);
   const bool instances = chance(rng, 0.5f), cut_outs = chance(rng, 0.33f);
   const int groups = instances ? between(rng, 1, 3) : 1;
   for (int g = 0; g < groups; ++g) {
@@ -335,31 +335,8 @@ void Comparison::fail(const Ray& ray, const std::string& what, const Hit& expect
   first_failure = out.str();
 }
 
-namespace {
-
-void compare_nearest(const BuildInput& input, const Accelerator& oracle, const Ray& ray, const Hit& expected,
-                     const Hit& found, Arithmetic arithmetic, const char* what, Comparison& comparison) {
-  if (same(expected, found)) return;
-  if (found.is_hit() && !is_possible_hit(input, ray, found)) return comparison.fail(ray, what, expected, found);
-  Hit next = expected;
-  bool excused = false;
-  Ray rest = ray;
-  while (next.is_hit() != found.is_hit() || next.t != found.t) {
-    if (!rounding_explains(input, ray, next, found, arithmetic)) return comparison.fail(rest, what, next, found);
-    excused = true;
-    if (!next.is_hit() || (found.is_hit() && found.t < next.t)) break;
-    if (next.t == kInfinity) break; // overflow
-    rest.t_min = next.t;            // this hit was lost to rounding; finds the next one
-    next = oracle.intersect(rest);
-  }
-  comparison.excused += excused ? 1 : 0;
-}
-
-} // namespace
-
-void compare(const TestScene& scene, const Accelerator& oracle, const Accelerator& tested, std::span<const Ray> rays,
-             size_t batch, Comparison& comparison) {
-  const BuildInput input = scene.input();
+void compare(const Accelerator& oracle, const Accelerator& tested, std::span<const Ray> rays, size_t batch,
+             Comparison& comparison) {
   std::vector<Hit> hits, coherent;
   std::vector<uint8_t> blocked, blocked_coherent;
   for (size_t first = 0; first < rays.size(); first += batch) {
@@ -379,17 +356,14 @@ void compare(const TestScene& scene, const Accelerator& oracle, const Accelerato
       const Hit expected = oracle.intersect(ray), found = tested.intersect(ray);
       ++comparison.rays;
       comparison.hits += expected.is_hit() ? 1 : 0;
-      compare_nearest(input, oracle, ray, expected, found, Arithmetic::same, "single", comparison);
-      if (!same(coherent[i], found))
-        compare_nearest(input, oracle, ray, expected, coherent[i], Arithmetic::any, "coherent", comparison);
-      if (!same(hits[i], found)) comparison.fail(ray, "batch differs from single", found, hits[i]);
-      if (tested.occluded(ray) != found.is_hit()) comparison.fail(ray, "any hit differs from nearest", expected, found);
-      if (blocked[i] != (found.is_hit() ? 1 : 0)) comparison.fail(ray, "any-hit batch differs", expected, found);
-      if (blocked_coherent[i] == (found.is_hit() ? 1 : 0)) continue;
-      // Blocked by a hit that the single query lost, or the reverse.
-      const Hit& blocker = expected.is_hit() ? expected : coherent[i];
-      if (!blocker.is_hit() || blocked_coherent[i] > 1 || !rounding_explains(input, ray, blocker, Hit()))
-        comparison.fail(ray, "coherent any hit differs", expected, found);
+      const uint8_t is_blocked = expected.is_hit() ? 1 : 0;
+      if (!same(found, expected)) comparison.fail(ray, "single", expected, found);
+      if (!same(hits[i], expected)) comparison.fail(ray, "batch", expected, hits[i]);
+      if (!same(coherent[i], expected)) comparison.fail(ray, "coherent", expected, coherent[i]);
+      if (oracle.occluded(ray) != expected.is_hit()) comparison.fail(ray, "any hit of the oracle", expected, found);
+      if (tested.occluded(ray) != expected.is_hit()) comparison.fail(ray, "any hit", expected, found);
+      if (blocked[i] != is_blocked) comparison.fail(ray, "any-hit batch", expected, found);
+      if (blocked_coherent[i] != is_blocked) comparison.fail(ray, "coherent any hit", expected, found);
     }
   }
 }

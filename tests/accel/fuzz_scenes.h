@@ -37,18 +37,16 @@ void cut_at_hits(Rng& rng, const Accelerator& oracle, std::span<Ray> rays);
 
 struct Comparison {
   size_t rays = 0;
-  size_t hits = 0;    // rays that the oracle hits
-  size_t excused = 0; // differing answers explained by rounding (accel/rounding.h)
+  size_t hits = 0; // rays that the oracle hits
   std::string first_failure;
   size_t failures = 0;
 
   void fail(const Ray& ray, const std::string& what, const Hit& expected, const Hit& found);
 };
 
-// Compares all queries: single, batches of `batch` rays, coherent, any hit. Nearest hits must equal
-// the oracle's except for rounding; where a hit is lost to rounding, the oracle's next hit is
-// expected. Batch and single queries must be equal bit for bit.
-void compare(const TestScene& scene, const Accelerator& oracle, const Accelerator& tested, std::span<const Ray> rays,
-             size_t batch, Comparison& comparison);
+// Compares all queries: single, batches of `batch` rays, coherent, any hit. All must equal the
+// oracle's answer bit for bit.
+void compare(const Accelerator& oracle, const Accelerator& tested, std::span<const Ray> rays, size_t batch,
+             Comparison& comparison);
 
 } // namespace kindling::accel::testing

@@ -20,7 +20,7 @@ TEST_P(Fuzz, AgreesWithBruteForce) {
   const auto first = static_cast<uint32_t>(number_from_environment("KINDLING_FUZZ_FIRST", 1));
   const auto count =
       static_cast<uint32_t>(trials("KINDLING_FUZZ_SEEDS", GetParam() == best_simd_target() ? 2000 : 400));
-  size_t rays = 0, hits = 0, excused = 0, failed_seeds = 0;
+  size_t rays = 0, hits = 0, failed_seeds = 0;
   for (uint32_t seed = first; seed < first + count && failed_seeds < 5; ++seed) {
     Rng rng(seed);
     const TestScene scene = random_scene(rng, seed % 16 == 0 ? 3000 : 200);
@@ -35,18 +35,16 @@ TEST_P(Fuzz, AgreesWithBruteForce) {
     std::vector<Ray> some = aimed_rays(rng, scene, 200);
     cut_at_hits(rng, *oracle, some);
     Comparison comparison;
-    compare(scene, *oracle, *tested, some, 1 + rng() % 100, comparison);
+    compare(*oracle, *tested, some, 1 + rng() % 100, comparison);
     rays += comparison.rays;
     hits += comparison.hits;
-    excused += comparison.excused;
     if (comparison.failures != 0) {
       ++failed_seeds;
       ADD_FAILURE() << "seed " << seed << ": " << comparison.failures << " failures; " << comparison.first_failure;
     }
   }
-  std::cout << rays << " rays, " << hits << " hit, " << excused << " differ within rounding\n";
+  std::cout << rays << " rays, " << hits << " hit\n";
   EXPECT_GT(hits, rays / 5);
-  EXPECT_LT(excused, rays / 100);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Fuzz, ::testing::ValuesIn(simd_targets()), simd_label);

@@ -28,7 +28,7 @@ void compare_at(const TestScene& scene, const Accelerator& oracle, const Acceler
   std::vector<Ray> rays = aimed_rays(rng, posed, count);
   for (Ray& ray : rays) ray.time = time;
   cut_at_hits(rng, oracle, rays);
-  compare(posed, oracle, tested, rays, 1 + rng() % 100, comparison);
+  compare(oracle, tested, rays, 1 + rng() % 100, comparison);
 }
 
 TEST_P(MovingKernels, AgreeWithBruteForce) {
@@ -43,7 +43,6 @@ TEST_P(MovingKernels, AgreeWithBruteForce) {
     for (const float time : some_times()) compare_at(scene, *oracle, *tested, rng, time, count, comparison);
     EXPECT_EQ(comparison.failures, 0U) << comparison.first_failure;
     EXPECT_GT(comparison.hits, comparison.rays / 10);
-    EXPECT_LT(comparison.excused, comparison.rays / 50);
   }
 }
 
@@ -51,7 +50,7 @@ TEST_P(MovingKernels, AgreeOnRandomMotion) {
   const auto first = static_cast<uint32_t>(number_from_environment("KINDLING_MOTION_FIRST", 1));
   const auto count =
       static_cast<uint32_t>(trials("KINDLING_MOTION_SEEDS", GetParam() == best_simd_target() ? 160 : 40));
-  size_t rays = 0, hits = 0, excused = 0, failed_seeds = 0;
+  size_t rays = 0, hits = 0, failed_seeds = 0;
   for (uint32_t seed = first; seed < first + count && failed_seeds < 5; ++seed) {
     Rng rng(seed);
     const TestScene scene = random_motion(rng, seed % 16 == 0 ? 1000 : 100);
@@ -67,15 +66,13 @@ TEST_P(MovingKernels, AgreeOnRandomMotion) {
     }
     rays += comparison.rays;
     hits += comparison.hits;
-    excused += comparison.excused;
     if (comparison.failures != 0) {
       ++failed_seeds;
       ADD_FAILURE() << "seed " << seed << ": " << comparison.failures << " failures; " << comparison.first_failure;
     }
   }
-  std::cout << rays << " rays, " << hits << " hit, " << excused << " differ within rounding\n";
+  std::cout << rays << " rays, " << hits << " hit\n";
   EXPECT_GT(hits, rays / 5);
-  EXPECT_LT(excused, rays / 100);
 }
 
 // No ray may leave a closed mesh, whatever its shape at the ray's time: rays from inside at its

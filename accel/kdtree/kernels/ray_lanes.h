@@ -11,7 +11,7 @@ inline constexpr uint32_t kAllRays = (1U << kRayLanes) - 1;
 
 struct alignas(64) RayLanes {
   float origin[3][kRayLanes], direction[3][kRayLanes];
-  float t_min[kRayLanes], t_max[kRayLanes]; // t_min is at least zero
+  float t_min[kRayLanes], t_max[kRayLanes]; // at least zero; at most the largest float
 
   // Loads `count` rays, 1 to 16; ray_at(i) refers to ray i. The last is repeated.
   template <class RayAt>
@@ -22,6 +22,7 @@ struct alignas(64) RayLanes {
     transpose16([&](uint32_t i) { return load_direction(ray(i)); }, {direction[0], direction[1], direction[2], t_max});
     // NaN is preserved for can_hit().
     max(Lanes16(0.0f), Lanes16::load(t_min)).store(t_min);
+    min(Lanes16(std::numeric_limits<float>::max()), Lanes16::load(t_max)).store(t_max);
   }
 
   // Bit i is can_hit(ray i).

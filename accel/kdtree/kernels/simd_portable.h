@@ -154,6 +154,18 @@ inline WideLanes pick(const Lanes16& table, const WideIntLanes& index) {
   for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = table.v[index.v[i] & 15];
   return r;
 }
+// Changes the sign of the lanes of a where b is negative.
+inline Lanes8 with_sign_of(const Lanes8& a, const Lanes8& b) {
+  return combine(a, b, [](float x, float y) { return std::signbit(y) ? -x : x; });
+}
+// See accel/triangle.h.
+template <uint32_t N>
+inline LanesOf<float, N> difference_of_products(const LanesOf<float, N>& a, const LanesOf<float, N>& b,
+                                                const LanesOf<float, N>& c, const LanesOf<float, N>& d) {
+  LanesOf<float, N> r;
+  for (size_t i = 0; i < N; ++i) r.v[i] = accel::difference_of_products(a.v[i], b.v[i], c.v[i], d.v[i]);
+  return r;
+}
 inline Lanes16 magnitude(Lanes16 a) {
   for (float& x : a.v) x = std::fabs(x);
   return a;

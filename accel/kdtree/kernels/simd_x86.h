@@ -52,6 +52,8 @@ template <int kLane>
 inline Lanes8 broadcast_lane(Lanes8 a) {
   return _mm256_permutevar8x32_ps(a.v, _mm256_set1_epi32(kLane));
 }
+// Changes the sign of the lanes of a where b is negative.
+inline Lanes8 with_sign_of(Lanes8 a, Lanes8 b) { return _mm256_xor_ps(a.v, _mm256_and_ps(b.v, _mm256_set1_ps(-0.0f))); }
 inline void prefetch(const void* p) { _mm_prefetch(static_cast<const char*>(p), _MM_HINT_T0); }
 
 #if KINDLING_SIMD_LEVEL == 512
@@ -112,6 +114,11 @@ inline WideLanes select(uint32_t mask, WideLanes a, WideLanes b) {
   return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), a.v, b.v);
 }
 inline WideLanes magnitude(WideLanes a) { return _mm512_abs_ps(a.v); }
+// See accel/triangle.h.
+inline WideLanes difference_of_products(WideLanes a, WideLanes b, WideLanes c, WideLanes d) {
+  const WideLanes product = c * d, error = _mm512_fnmadd_ps(c.v, d.v, product.v);
+  return WideLanes(_mm512_fmsub_ps(a.v, b.v, product.v)) + error;
+}
 inline uint32_t sign_bits(WideLanes a) { return _mm512_movepi32_mask(_mm512_castps_si512(a.v)); }
 inline float min_lane(WideLanes a) { return _mm512_reduce_min_ps(a.v); }
 inline float max_lane(WideLanes a) { return _mm512_reduce_max_ps(a.v); }
@@ -283,6 +290,14 @@ inline uint32_t differs(const Lanes16& a, const Lanes16& b) {
 }
 inline Lanes16 select(uint32_t mask, const Lanes16& a, const Lanes16& b) {
   return {select(mask, a.low, b.low), select(mask >> 8, a.high, b.high)};
+}
+// See accel/triangle.h.
+inline Lanes8 difference_of_products(Lanes8 a, Lanes8 b, Lanes8 c, Lanes8 d) {
+  const Lanes8 product = c * d, error = _mm256_fnmadd_ps(c.v, d.v, product.v);
+  return Lanes8(_mm256_fmsub_ps(a.v, b.v, product.v)) + error;
+}
+inline Lanes16 difference_of_products(const Lanes16& a, const Lanes16& b, const Lanes16& c, const Lanes16& d) {
+  return {difference_of_products(a.low, b.low, c.low, d.low), difference_of_products(a.high, b.high, c.high, d.high)};
 }
 inline Lanes16 magnitude(const Lanes16& a) {
   const __m256 sign = _mm256_set1_ps(-0.0f);

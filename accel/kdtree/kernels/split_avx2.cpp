@@ -5,7 +5,7 @@
 #define KINDLING_SIMD split_avx2
 #define KINDLING_SIMD_LEVEL 2
 #pragma GCC push_options
-#pragma GCC target("avx2,bmi,bmi2,lzcnt,popcnt")
+#pragma GCC target("avx2,fma,bmi,bmi2,lzcnt,popcnt")
 #include "accel/kdtree/kernels/split_queries.h"
 #pragma GCC pop_options
 

@@ -12,10 +12,7 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Factor that extends a ray slightly beyond its hit, so that rounding does not keep it from the
-// cell of another triangle at the same distance.
-inline constexpr float kBeyondHit = 1.0f + 0x1p-18f;
-inline float end_of(const Ray& ray, const Hit& hit) { return hit.is_hit() ? hit.t * kBeyondHit : ray.t_max; }
+inline float end_of(const Ray& ray, const Hit& hit) { return hit.is_hit() ? hit.t : ray.t_max; }
 
 inline void take_if_nearer(const Structure& s, const Ray& ray, const TreeHit& found, Hit& hit) {
   if (hit.is_hit() && found.t > hit.t) return;

@@ -214,7 +214,7 @@ class Stream {
       queue.child[k] = frame.child[next];
       queue.enter[k] = frame.enter[next];
       queue.leave[k] = frame.leave[next];
-      queue.far[k] = s.at.t_far;
+      queue.far[k] = s.at.t_far * kBeyond;
       s.top = top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0);
     }
     const uint32_t old_leaves = at_leaf_.count;
@@ -264,7 +264,7 @@ class Stream {
       queue.child[k] = select_bits(continues, frame.child[next], rest_of[k]);
       queue.enter[k] = std::bit_cast<float>(select_bits(continues, std::bit_cast<uint32_t>(frame.enter[next]), 0));
       queue.leave[k] = frame.leave[next];
-      queue.far[k] = s.at.t_far;
+      queue.far[k] = s.at.t_far * kBeyond;
     }
     const uint32_t old_nodes = at_node_.count;
     at_leaf_.count = 0;

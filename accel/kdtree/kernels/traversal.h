@@ -6,14 +6,18 @@
 // also enters stay in a frame of the stack, nearest first. If rounding has moved the point across a
 // plane, intervals decide the order.
 //
-// Robustness (tests/accel/test_watertight.cpp):
+// Robustness (tests/accel/test_watertight.cpp, test_oracle.cpp): hits must not depend on the tree,
+// so a ray enters all cells in which a hit may lie whose triangle is there or near.
+//  - A cell of a static tree refers to all triangles within their margin of it (BuildMeshes). What
+//    remains are errors relative to the distance: a cell is entered if enter <= leave * kWiden.
+//  - The planes of a deforming tree have no such margin. There an interval may be empty by a
+//    `slack` besides, and rays with a component that is almost or exactly zero, for which that
+//    would be too much, take a walk of their own where each plane has its margin: see is_steep().
 //  - Distances are (plane - origin) * (1 / direction), where direction 0 gives infinities. 0 *
 //    infinity is NaN and must impose no restriction, which the order of the operands of min and max
 //    ensures; a ray in a plane visits both sides.
-//  - A child is entered if its interval is empty by no more than rounding: enter <= leave * (1 + 4
-//    ulp).
 //  - Hits in a leaf count up to the end of the ray, not of the cell. The search ends when the next
-//    cell lies beyond the hit, unless the ray may lie in a plane: see may_lie_in_plane().
+//    cell lies beyond the hit by more than that, unless the ray is steep.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,10 +26,15 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-inline constexpr float kWiden = 1.0f + 5e-7f; // slightly more than 4 ulp
+// Bound of the relative errors of two distances: kDistanceTolerance, and rounding of the distances
+// to planes.
+inline constexpr float kRelativeSlack = 2.0f * (kDistanceTolerance + 0x1p-22f);
+inline constexpr float kWiden = 1.0f + kRelativeSlack, kBefore = 1.0f - kRelativeSlack;
+// Rays are followed this factor beyond their end or nearest hit.
+inline constexpr float kBeyond = kWiden * kWiden;
 
 // Cells still to visit. Each node on the path that has any leaves a frame; the bits of `rest` mark
-// these children. Nearer ones come first, except for rays that may_lie_in_plane(). A frame is
+// these children. Nearer ones come first, except for steep rays. A frame is
 // written whole and aligned: packing its cells would cost more.
 struct TraversalStack {
   struct alignas(32) Frame {
@@ -46,15 +55,46 @@ inline bool may_lie_in_plane(const Imath::V3f& direction) {
   return (std::fabs(direction.x) < kMin) | (std::fabs(direction.y) < kMin) | (std::fabs(direction.z) < kMin);
 }
 
-// Clips [enter, leave] to the box; returns false if nothing is left. Free of branches: the signs of
-// mixed rays cannot be predicted.
-inline bool clip_to_box(const Imath::Box3f& box, Float4 origin, Float4 reciprocal, float& enter, float& leave) {
+// Returns true if a ray may lie in a plane or, in a deforming tree, within the margin of one for
+// long: some component of the direction is below 2^-10 of the largest.
+inline bool is_steep(const Imath::V3f& direction, Static) { return may_lie_in_plane(direction); }
+inline bool is_steep(const Imath::V3f& direction, Deforming) {
+  const float x = std::fabs(direction.x), y = std::fabs(direction.y), z = std::fabs(direction.z);
+  const float limit = std::max(std::max(x, y), z) * 0x1p-10f;
+  return may_lie_in_plane(direction) | (x < limit) | (y < limit) | (z < limit);
+}
+
+// Returns the distance by which planes are wider for steep rays.
+inline float margin_of(const Tree&, Static) { return 0.0f; }
+inline float margin_of(const Tree& tree, Deforming) { return kExtentTolerance * tree.largest_extent; }
+
+// By how much a cell may lie beyond the end of a ray, or its end before its begin.
+struct Relative { // to the distance
+  [[nodiscard]] Lanes8 widen(Lanes8 leave) const { return leave * Lanes8(kWiden); }
+  [[nodiscard]] float end(float t_far) const { return t_far * kBeyond; }
+};
+struct RelativeAndSlack {
+  float slack; // that of a ray that is not steep: the margin on both sides, along the ray
+  [[nodiscard]] Lanes8 widen(Lanes8 leave) const { return leave * Lanes8(kWiden) + Lanes8(slack); }
+  [[nodiscard]] float end(float t_far) const { return t_far * kBeyond + 2.0f * slack; }
+};
+inline Relative ends_of(const Tree&, Static, Float4) { return {}; }
+inline RelativeAndSlack ends_of(const Tree& tree, Deforming motion, Float4 reciprocal) {
+  const float largest =
+      std::max(std::max(std::fabs(reciprocal[0]), std::fabs(reciprocal[1])), std::fabs(reciprocal[2]));
+  return {2.0f * margin_of(tree, motion) * largest};
+}
+
+// Clips [enter, leave] to the box, which `margin` widens; returns false if nothing is left. Free of
+// branches: the signs of mixed rays cannot be predicted.
+inline bool clip_to_box(const Imath::Box3f& box, Float4 origin, Float4 reciprocal, float& enter, float& leave,
+                        float margin = 0.0f) {
   Float4 low, high; // lanes x, y, z
   std::memcpy(&low, reinterpret_cast<const float*>(&box), sizeof(Float4));
   std::memcpy(&high, reinterpret_cast<const float*>(&box) + 2, sizeof(Float4));
   high = __builtin_shufflevector(high, high, 1, 2, 3, 3);
-  low = (low - origin) * reciprocal;
-  high = (high - origin) * reciprocal;
+  low = ((low - origin) - margin) * reciprocal;
+  high = ((high - origin) + margin) * reciprocal;
   const Int4 down = std::bit_cast<Int4>(reciprocal) < 0;
   const Float4 first{enter, enter, enter, enter}, last{leave, leave, leave, leave};
   Float4 near = down ? high : low, far = down ? low : high;
@@ -68,7 +108,7 @@ inline bool clip_to_box(const Imath::Box3f& box, Float4 origin, Float4 reciproca
 
 // Clips to a box that moves from one place to another, with all faces along straight lines.
 inline bool clip_to_box(const Imath::Box3f& from, const Imath::Box3f& to, float fraction, Float4 origin,
-                        Float4 reciprocal, float& enter, float& leave) {
+                        Float4 reciprocal, float& enter, float& leave, float margin) {
   struct Faces {
     Float4 first, last; // min.x to max.x, min.z to max.z
   };
@@ -84,7 +124,7 @@ inline bool clip_to_box(const Imath::Box3f& from, const Imath::Box3f& to, float 
   a.last = a.last + (b.last - a.last) * fraction;
   std::memcpy(reinterpret_cast<float*>(&box), &a.first, sizeof(Float4));
   std::memcpy(reinterpret_cast<float*>(&box) + 2, &a.last, sizeof(Float4));
-  return clip_to_box(box, origin, reciprocal, enter, leave);
+  return clip_to_box(box, origin, reciprocal, enter, leave, margin);
 }
 
 // The result of a step down: the child to visit next, which may be empty, and the end of its
@@ -104,33 +144,63 @@ inline Lanes8 planes_of(const Tree& tree, ChildWord node, Deforming motion) {
          Lanes8::load(tree.displacements[node].lanes.data()) * Lanes8(motion.fraction);
 }
 
+// Sets the children of a node in the order of the ray, given the distances to its planes as begins
+// and ends of intervals. Bit i of the result is set if the ray enters child i of that order, be it
+// empty or not.
+template <class Enters>
+[[gnu::always_inline]] inline uint32_t set_frame(const WideNode& node, IntLanes8 order, Lanes8 begin, Lanes8 end,
+                                                 float enter, float leave, const Enters& enters,
+                                                 TraversalStack::Frame& frame) {
+  const IntLanes8 second = shift_right<6>(order), third = shift_right<3>(order);
+  // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
+  const Lanes8 en = max_where<0xaa>(
+      max_where<0xcc>(max_where<0xf0>(Lanes8(enter), broadcast_lane<kRootLane>(begin)), permute(begin, second)),
+      permute(begin, third));
+  const Lanes8 ex = min_where<0x55>(
+      min_where<0x33>(min_where<0x0f>(Lanes8(leave), broadcast_lane<kRootLane>(end)), permute(end, second)),
+      permute(end, third));
+  en.store(frame.enter.data());
+  ex.store(frame.leave.data());
+  permute(IntLanes8::load(node.child.data()), order).store(frame.child.data());
+  return enters(en, ex);
+}
+
 // Steps from a node, entered at `point` for [enter, leave], to its near child; the frame receives
 // all children in the order of the ray. Ray vectors are {x, y, z, *, x, y, z, *}.
-inline WideStep step_down(const WideNode& node, Lanes8 planes, Lanes8 origin, Lanes8 reciprocal, Lanes8 point,
-                          float enter, float leave, TraversalStack::Frame& frame) {
+template <class Ends>
+[[gnu::always_inline]] inline WideStep step_down(const WideNode& node, Lanes8 planes, Lanes8 origin, Lanes8 reciprocal,
+                                                 Lanes8 point, float enter, float leave, Ends ends,
+                                                 TraversalStack::Frame& frame) {
   const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
   const uint32_t near = tables::kNearLane[at_least(permute(point, axes), planes)];
 
   const Lanes8 axis_reciprocal = permute(reciprocal, axes);
   const Lanes8 t = (planes - permute(origin, axes)) * axis_reciprocal;
   const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[sign_bits(axis_reciprocal)]);
-  const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
-               t3 = permute(t, shift_right<3>(order));
-  // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
-  const Lanes8 en = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Lanes8(enter), t1), t2), t3);
-  const Lanes8 ex = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Lanes8(leave), t1), t2), t3);
-  const IntLanes8 children = permute(IntLanes8::load(node.child.data()), order);
-  en.store(frame.enter.data());
-  ex.store(frame.leave.data());
-  children.store(frame.child.data());
+  const uint32_t reached = set_frame(
+      node, order, t, t, enter, leave, [&](Lanes8 en, Lanes8 ex) { return at_most(en, ends.widen(ex)); }, frame);
   const uint32_t near_bit = low_bits_equal(order, near);
-  const uint32_t reached = at_most(en, ex * Lanes8(kWiden)), entered = reached & nonzero_bits(children);
-  // Rounding may have moved the point across a plane. Then a child before the near one is reached
-  // too and must come first, or a hit behind it would end the search; or the near one is not
-  // reached at all. Intervals decide, as in a stream.
+  const uint32_t entered = reached & nonzero_bits(IntLanes8::load(frame.child.data()));
+  // The point may lie within the tolerance of a plane. Then a child before the near one is reached
+  // too and must come first, or a hit behind it would end the search; or, by rounding, the near one
+  // is not reached at all. Intervals decide, as in a stream.
   if ((reached & (0U - reached)) != near_bit) [[unlikely]]
     return {kEmptyChild, leave, entered};
   return {node.child[near], frame.leave[static_cast<size_t>(std::countr_zero(near_bit))], entered & ~near_bit};
+}
+
+// The same for a steep ray: planes have a margin on both sides, and intervals alone decide.
+inline WideStep step_down_steep(const WideNode& node, Lanes8 planes, Lanes8 origin, Lanes8 reciprocal, float enter,
+                                float leave, Lanes8 margin, TraversalStack::Frame& frame) {
+  const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
+  const Lanes8 axis_reciprocal = permute(reciprocal, axes), wide = with_sign_of(margin, axis_reciprocal);
+  const Lanes8 distance = planes - permute(origin, axes);
+  const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[sign_bits(axis_reciprocal)]);
+  // 0 * infinity is NaN and imposes no restriction.
+  const uint32_t reached = set_frame(
+      node, order, (distance - wide) * axis_reciprocal, (distance + wide) * axis_reciprocal, enter, leave,
+      [](Lanes8 en, Lanes8 ex) { return at_most(en, ex * Lanes8(kWiden)); }, frame);
+  return {kEmptyChild, leave, reached & nonzero_bits(IntLanes8::load(frame.child.data()))};
 }
 
 // Prefetches the first line of a child, node or leaf, without a branch.
@@ -140,17 +210,25 @@ inline void prefetch_child(const Tree& tree, ChildWord child) {
   prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - (child >> 31)))));
 }
 
+// A ray in the space of a tree, prepared to walk it.
+struct WalkingRay {
+  const Ray& ray; // satisfies can_hit()
+  Lanes8 reciprocal;
+  RayShear shear;
+  float t_min;
+};
+
 // Traces a ray through the cell `child` of a tree, with interval [enter, leave] there. Nearest hit:
 // finds the hit in (t_min, t_far], and narrows t_far to it. Any hit: returns true at the first
 // found.
-template <bool kAny, class Motion>
-[[gnu::always_inline]] inline bool walk_cell(const Tree& tree, Motion motion, const Ray& ray, Lanes8 reciprocal,
-                                             const RayShear& shear, ChildWord child, float enter, float leave,
-                                             float t_min, const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  const auto* vectors = reinterpret_cast<const float*>(&ray); // lane 3 of each is never selected
+template <bool kAny, bool kSteepRay, class Motion, class Ends>
+[[gnu::always_inline]] inline bool walk_cell(const Tree& tree, Motion motion, Ends ends, const WalkingRay& ray,
+                                             ChildWord child, float enter, float leave, const CandidateFilter& filter,
+                                             float& t_far, TreeHit& best) {
+  const auto* vectors = reinterpret_cast<const float*>(&ray.ray); // lane 3 of each is never selected
   const Lanes8 origin = Lanes8::load_twice(vectors);
   const Lanes8 direction = Lanes8::load_twice(vectors + 4);
-  const bool in_plane = may_lie_in_plane(ray.direction);
+  const Lanes8 margin(margin_of(tree, motion)); // of steep rays
 
   TraversalStack stack;
   size_t top = 0; // the current frame; its `rest` is held in a register
@@ -162,8 +240,13 @@ template <bool kAny, class Motion>
       stack.rest[top] = rest;
       top += static_cast<size_t>(rest != 0);
       assert(top < TraversalStack::kFrames);
-      const WideStep step = step_down(tree.nodes[child], planes_of(tree, child, motion), origin, reciprocal, point,
-                                      enter, leave, stack.frames[top]);
+      const WideNode& node = tree.nodes[child];
+      const Lanes8 planes = planes_of(tree, child, motion);
+      WideStep step;
+      if constexpr (kSteepRay)
+        step = step_down_steep(node, planes, origin, ray.reciprocal, enter, leave, margin, stack.frames[top]);
+      else
+        step = step_down(node, planes, origin, ray.reciprocal, point, enter, leave, ends, stack.frames[top]);
       child = step.child;
       leave = step.leave;
       rest = step.rest;
@@ -174,8 +257,9 @@ template <bool kAny, class Motion>
     }
     if (child != kEmptyChild) {
       const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
-      if (intersect_leaf<kAny>(unit, motion, shear, t_min, filter, t_far, best)) return true;
+      if (intersect_leaf<kAny>(unit, motion, ray.shear, ray.t_min, filter, t_far, best)) return true;
     }
+    const float end = kSteepRay ? t_far * kBeyond : ends.end(t_far);
     do {
       // A branch on purpose: if predicted, the next cell does not wait for the intervals of the
       // last node.
@@ -186,19 +270,41 @@ template <bool kAny, class Motion>
       enter = frame.enter[next];
       leave = frame.leave[next];
       rest &= rest - 1;
-    } while (in_plane && enter > t_far);
-    if (!(enter <= t_far)) return false;
-    leave = leave < t_far ? leave : t_far;
+      // A steep ray may have about the same interval on both sides of a plane. Nearer cells of one
+      // side may then be below cells of the other, so a cell beyond the hit does not end the
+      // search.
+    } while (kSteepRay && enter > end);
+    if (!(enter <= end)) return false;
+    leave = leave < end ? leave : end;
     point = origin + Lanes8(enter) * direction;
   }
 }
 
-// Version for static trees.
+// Version for static trees and rays that are not steep.
 template <bool kAny>
-inline bool trace_cell(const Tree& tree, const Ray& ray, Lanes8 reciprocal, const RayShear& shear, ChildWord child,
-                       float enter, float leave, float t_min, const CandidateFilter& filter, float& t_far,
-                       TreeHit& best) {
-  return walk_cell<kAny>(tree, Static(), ray, reciprocal, shear, child, enter, leave, t_min, filter, t_far, best);
+inline bool trace_cell(const Tree& tree, const WalkingRay& ray, ChildWord child, float enter, float leave,
+                       const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  return walk_cell<kAny, false>(tree, Static(), Relative(), ray, child, enter, leave, filter, t_far, best);
+}
+
+// Version for whole trees and steep rays.
+template <bool kAny, class Motion>
+[[gnu::noinline]] bool trace_steep(const Tree& tree, Motion motion, const WalkingRay& ray, float enter, float leave,
+                                   const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  return walk_cell<kAny, true>(tree, motion, Relative(), ray, tree.root, enter, leave, filter, t_far, best);
+}
+
+template <bool kAny, class Motion>
+[[gnu::always_inline]] inline bool trace_clipped(const Tree& tree, Motion motion, const Ray& ray, Float4 reciprocal,
+                                                 float t_min, float enter, float leave, const CandidateFilter& filter,
+                                                 float& t_far, TreeHit& best) {
+  alignas(16) const Float4 stored = reciprocal;
+  const WalkingRay walking{ray, Lanes8::load_twice(reinterpret_cast<const float*>(&stored)), shear_of(ray), t_min};
+  const bool any = is_steep(ray.direction, motion)
+                       ? trace_steep<kAny>(tree, motion, walking, enter, leave, filter, t_far, best)
+                       : walk_cell<kAny, false>(tree, motion, ends_of(tree, motion, reciprocal), walking, tree.root,
+                                                enter, leave, filter, t_far, best);
+  return any || (!kAny && best.is_hit());
 }
 
 // Traces a ray through a tree. `ray` is in the tree's space and satisfies can_hit(). Nearest hit:
@@ -208,13 +314,12 @@ template <bool kAny>
 inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
                        TreeHit& best) {
   assert(can_hit(ray));
+  t_far = std::min(t_far, std::numeric_limits<float>::max());
   float enter = t_min, leave = t_far;
-  alignas(16) const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
+  const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
   if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, load_origin(ray), reciprocal, enter, leave))
     return false;
-  return trace_cell<kAny>(tree, ray, Lanes8::load_twice(reinterpret_cast<const float*>(&reciprocal)), shear_of(ray),
-                          tree.root, enter, leave, t_min, filter, t_far, best) ||
-         (!kAny && best.is_hit());
+  return trace_clipped<kAny>(tree, Static(), ray, reciprocal, t_min, enter, leave, filter, t_far, best);
 }
 
 // Version for deforming trees.
@@ -222,14 +327,13 @@ template <bool kAny>
 inline bool trace_tree(const Tree& tree, Deforming motion, const Ray& ray, float t_min, const CandidateFilter& filter,
                        float& t_far, TreeHit& best) {
   assert(can_hit(ray));
+  t_far = std::min(t_far, std::numeric_limits<float>::max());
   float enter = t_min, leave = t_far;
-  alignas(16) const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
+  const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
   if (!clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, load_origin(ray), reciprocal, enter,
-                   leave))
+                   leave, margin_of(tree, motion)))
     return false;
-  return walk_cell<kAny>(tree, motion, ray, Lanes8::load_twice(reinterpret_cast<const float*>(&reciprocal)),
-                         shear_of(ray), tree.root, enter, leave, t_min, filter, t_far, best) ||
-         (!kAny && best.is_hit());
+  return trace_clipped<kAny>(tree, motion, ray, reciprocal, t_min, enter, leave, filter, t_far, best);
 }
 
 // Traces ray `i` of a batch, in world space, on its own; it must satisfy can_hit(). Calls finish(i,

@@ -53,11 +53,11 @@ using Excuse = std::function<bool(const accel::Ray& ray, const accel::Hit& expec
 // kDistanceTolerance times the sum of the distance and the largest coordinate of the ray's origin,
 // in lengths of the direction. Larger differences do not count if `excuse`, if any, returns true.
 // `first` gave the expected answers, `other` the found ones; for any-hit rays they are asked for
-// the nearest hits.
+// the nearest hits. `to_the_bit`: any difference counts.
 inline constexpr float kDistanceTolerance = 1e-4f;
 [[nodiscard]] Disagreements count_disagreements(const RaySet& set, const accel::Accelerator& first,
                                                 const Answers& expected, const accel::Accelerator& other,
-                                                const Answers& found, const Excuse& excuse);
+                                                const Answers& found, const Excuse& excuse, bool to_the_bit = false);
 
 // Builds every variant `build_repeat` times on one thread and on many, in turn, and returns the
 // last build of each. Returns nothing if `progress` ends the race.
