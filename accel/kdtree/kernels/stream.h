@@ -275,7 +275,7 @@ class Stream {
 
   // Returns a mask of the triangles of a block that the ray hits in its interval. Distances are
   // computed before it is known whether they are needed, which avoids a branch.
-  static uint32_t test_block(const LeafBlock& block, const PreparedRay& ray, TestedBlock& out) {
+  [[gnu::always_inline]] static uint32_t test_block(const LeafBlock& block, const PreparedRay& ray, TestedBlock& out) {
     const RayShear shear = ray.ray_shear();
     const ShearedVertices vertices(block, shear);
     uint32_t hit = 0;
