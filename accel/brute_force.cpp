@@ -35,7 +35,7 @@ bool may_hit(const Imath::Box3f& box, const Ray& ray, float t_max) {
   float extent = 0.0f;
   for (int k = 0; k < 3; ++k)
     extent = std::max({extent, std::fabs(box.min[k] - ray.origin[k]), std::fabs(box.max[k] - ray.origin[k])});
-  const double margin = 4e-5 * extent;
+  const double margin = 1e-5 * extent;
   double enter = 0.0, leave = static_cast<double>(t_max) * (1.0 + 1e-5);
   for (int k = 0; k < 3; ++k) {
     const double low = static_cast<double>(box.min[k]) - ray.origin[k] - margin;

@@ -59,7 +59,7 @@ inline constexpr float kExtentTolerance = 11.0f * 0x1p-24f, kDistanceTolerance =
 }
 
 // Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v
-// (see Hit) only then. t_max is finite.
+// (see Hit) only then. Callers pass a finite t_max, so that no hit is at infinity.
 [[nodiscard]] inline bool intersect_triangle(const RayShear& ray, const Imath::V3f& p0, const Imath::V3f& p1,
                                              const Imath::V3f& p2, float t_min, float t_max, float& t, float& u,
                                              float& v) {

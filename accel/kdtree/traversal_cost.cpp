@@ -6,6 +6,7 @@
 #include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/node.h"
 #include "accel/kdtree/tables.h"
+#include "accel/kdtree/widening.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
 
@@ -18,10 +19,6 @@
 
 namespace kindling::accel::kd {
 namespace {
-
-// The same constants as in kernels/traversal.h.
-constexpr float kRelativeSlack = 2.0f * (kDistanceTolerance + 0x1p-22f);
-constexpr float kWiden = 1.0f + kRelativeSlack, kBefore = 1.0f - kRelativeSlack, kBeyond = kWiden * kWiden;
 
 // Maximum and minimum that ignore a NaN in the first operand.
 float later(float value, float running) { return value > running ? value : running; }

@@ -13,6 +13,7 @@
 #include "accel/kdtree/queries.h"
 #include "accel/kdtree/structure.h"
 #include "accel/kdtree/tables.h"
+#include "accel/kdtree/widening.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
 #include "accel/vectors.h"

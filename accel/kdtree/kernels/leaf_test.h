@@ -2,7 +2,8 @@
 //
 // The arithmetic is that of accel/triangle.h, operation by operation. The shear onto the largest
 // axis is free here, because it only selects rows of the block. Vertices are translated and sheared
-// once, then selected by the triangles.
+// once, then selected by the triangles. Several walks share this code, which
+// must be inlined in each.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -17,7 +17,7 @@
 //    infinity is NaN and must impose no restriction, which the order of the operands of min and max
 //    ensures; a ray in a plane visits both sides.
 //  - Hits in a leaf count up to the end of the ray, not of the cell. The search ends when the next
-//    cell lies beyond the hit by more than that, unless the ray is steep.
+//    cell lies beyond the hit by more than these errors, unless the ray is steep.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,16 +26,9 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Bound of the relative errors of two distances: kDistanceTolerance, and rounding of the distances
-// to planes.
-inline constexpr float kRelativeSlack = 2.0f * (kDistanceTolerance + 0x1p-22f);
-inline constexpr float kWiden = 1.0f + kRelativeSlack, kBefore = 1.0f - kRelativeSlack;
-// Rays are followed this factor beyond their end or nearest hit.
-inline constexpr float kBeyond = kWiden * kWiden;
-
 // Cells still to visit. Each node on the path that has any leaves a frame; the bits of `rest` mark
-// these children. Nearer ones come first, except for steep rays. A frame is
-// written whole and aligned: packing its cells would cost more.
+// these children. Nearer ones come first, except for steep rays. A frame is written whole and
+// aligned: packing its cells would cost more.
 struct TraversalStack {
   struct alignas(32) Frame {
     std::array<float, kWideLanes> enter, leave;
@@ -68,11 +61,13 @@ inline bool is_steep(const Imath::V3f& direction, Deforming) {
 inline float margin_of(const Tree&, Static) { return 0.0f; }
 inline float margin_of(const Tree& tree, Deforming) { return kExtentTolerance * tree.largest_extent; }
 
-// By how much a cell may lie beyond the end of a ray, or its end before its begin.
-struct Relative { // to the distance
+// These widen the end of a cell's interval, and the end of a ray. In a static tree the widening is
+// relative to the distance.
+struct Relative {
   [[nodiscard]] Lanes8 widen(Lanes8 leave) const { return leave * Lanes8(kWiden); }
   [[nodiscard]] float end(float t_far) const { return t_far * kBeyond; }
 };
+// In a deforming tree the margin of its planes is added.
 struct RelativeAndSlack {
   float slack; // that of a ray that is not steep: the margin on both sides, along the ray
   [[nodiscard]] Lanes8 widen(Lanes8 leave) const { return leave * Lanes8(kWiden) + Lanes8(slack); }
@@ -294,6 +289,8 @@ template <bool kAny, class Motion>
   return walk_cell<kAny, true>(tree, motion, Relative(), ray, tree.root, enter, leave, filter, t_far, best);
 }
 
+// Traces a ray through a tree, with interval [enter, leave] in the tree's box; else as
+// trace_tree().
 template <bool kAny, class Motion>
 [[gnu::always_inline]] inline bool trace_clipped(const Tree& tree, Motion motion, const Ray& ray, Float4 reciprocal,
                                                  float t_min, float enter, float leave, const CandidateFilter& filter,
