@@ -66,12 +66,6 @@ BENCHMARK(look_up<Call::all>)->Name("texture/sample")->Apply(layouts);
 BENCHMARK(look_up<Call::rgb>)->Name("texture/sample_rgb")->Apply(layouts);
 BENCHMARK(look_up<Call::channel>)->Name("texture/sample_channel")->Apply(layouts);
 
-void average(benchmark::State& state) {
-  const Texture texture(make_image(1024, 3, PixelType::u8), {{}, {}, TextureFilter::linear, TextureEncoding::srgb});
-  for (auto _ : state) benchmark::DoNotOptimize(texture.average_rgb({0.1f, 0.1f}, {0.12f, 0.1f}, {0.1f, 0.12f}));
-}
-BENCHMARK(average)->Name("texture/average_rgb_of_210_texels");
-
 } // namespace
 } // namespace kindling
 

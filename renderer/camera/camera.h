@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/owned_arrays.h"
 #include "renderer/base/ray_cone.h"
 #include "renderer/camera/aperture.h"
 #include "renderer/scene/scene.h"
 
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace kindling {
 
@@ -46,70 +46,13 @@ struct CameraMotion {
 // A moving camera's position is interpolated linearly between keys and its rotation along the
 // shortest arc. Properties of the camera as a whole (project(), position(), matrices) are those at
 // the shutter's opening.
-class Camera {
- public:
-  // `camera_to_world` and the later transforms must be rigid, as in PosedCamera; `size_px` must be
-  // positive.
-  Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i& size_px, const CameraMotion& motion = {});
-
-  // `lens_u` in [0, 1)^2 and `time` in [0, 1) are the random numbers of lens and shutter;
-  // has_lens() and shutter_open() are true if they are used.
-  [[nodiscard]] CameraRay generate_ray(const V2f& film_px, const V2f& lens_u, float time) const {
-    if (lens_ || !keys_.empty()) return generate_distributed_ray(film_px, lens_u, time);
-    const V3f on_film = view_.film_corner + view_.film_dx * film_px.x + view_.film_dy * film_px.y;
-    if (orthographic_) return {on_film, view_.forward};
-    return {view_.position,
-            on_film * (1.0f / std::sqrt(on_film.dot(on_film)))}; // never zero: the film is at distance 1
-  }
-
-  // Returns the cone of one pixel around a ray of generate_ray(). Off the center of a perspective
-  // image, a pixel's solid angle is narrower in one direction and wider in the other; the cone has
-  // the area of both.
-  [[nodiscard]] RayCone pixel_cone(const V3f& direction) const {
-    if (orthographic_) return {pixel_, 0.0f};
-    // The solid angle of a pixel is proportional to the third power of the cosine.
-    const float cosine = std::max(direction.dot(view_.forward), 0.0f);
-    return {0.0f, pixel_ * cosine * std::sqrt(cosine)};
-  }
-
-  // Returns the diameter of the circle of confusion in object space: of the part of a plane
-  // perpendicular to the axis at `depth_m` that one film position sees. 0 without a lens. For an
-  // aperture that is not round, the diameter of one of nearly the same area.
-  [[nodiscard]] float confusion(float depth_m) const {
-    return lens_ ? lens_->mean_diameter_m * std::abs(depth_m / lens_->focus_distance_m - 1.0f) : 0.0f;
-  }
-
-  // Returns the depth along the axis of the camera at that time, from the plane of its position.
-  [[nodiscard]] float depth(const V3f& p_world, float time) const {
-    if (keys_.empty()) return (p_world - view_.position).dot(view_.forward);
-    const View view = view_at(time);
-    return (p_world - view.position).dot(view.forward);
-  }
-
-  // Returns the film position of a world point, possibly beyond the film's edges; nothing for
-  // points behind the camera or in its plane.
-  [[nodiscard]] std::optional<V2f> project(const V3f& p_world) const;
-
-  [[nodiscard]] V2i size_px() const { return size_px_; }
-  [[nodiscard]] V3f position() const { return view_.position; }
-  [[nodiscard]] V3f forward() const { return view_.forward; } // unit
-  [[nodiscard]] bool is_orthographic() const { return orthographic_; }
-  [[nodiscard]] bool has_lens() const { return lens_.has_value(); }
-  // True if rays have different times.
-  [[nodiscard]] bool shutter_open() const { return shutter_open_; }
-
-  // Metadata of images. Row vectors; the camera looks along -z with +y up.
-  [[nodiscard]] M44f world_to_camera() const { return world_to_camera_; }
-  // After division by w, x and y follow OpenEXR's worldToNDC: (0, 0) is the upper left corner of
-  // the film and (1, 1) the lower right one. z grows from 0 at the near plane towards 1 at infinity
-  // (perspective), or is the distance in meters (orthographic).
-  [[nodiscard]] M44f world_to_ndc() const;
-
- private:
+//
+// The view is what rendering reads of it.
+struct CameraView {
   // Position and basis of the camera at one moment. film_corner + x film_dx + y film_dy is the
   // direction through pixel position (x, y), with depth 1 (perspective), or the ray's origin
   // (orthographic).
-  struct View {
+  struct Basis {
     V3f film_corner, film_dx, film_dy;
     V3f position;
     V3f forward, right, up; // unit
@@ -124,20 +67,83 @@ class Camera {
     float mean_diameter_m;
   };
 
-  [[nodiscard]] View make_view(const V3f& right, const V3f& up, const V3f& back, const V3f& position) const;
-  [[nodiscard]] View view_at(float time) const;
+  // `lens_u` in [0, 1)^2 and `time` in [0, 1) are the random numbers of lens and shutter;
+  // has_lens() and shutter_open() are true if they are used.
+  [[nodiscard]] CameraRay generate_ray(const V2f& film_px, const V2f& lens_u, float time) const {
+    if (lens || !keys.empty()) return generate_distributed_ray(film_px, lens_u, time);
+    const V3f on_film = basis.film_corner + basis.film_dx * film_px.x + basis.film_dy * film_px.y;
+    if (orthographic) return {on_film, basis.forward};
+    return {basis.position,
+            on_film * (1.0f / std::sqrt(on_film.dot(on_film)))}; // never zero: the film is at distance 1
+  }
+
+  // Returns the cone of one pixel around a ray of generate_ray(). Off the center of a perspective
+  // image, a pixel's solid angle is narrower in one direction and wider in the other; the cone has
+  // the area of both.
+  [[nodiscard]] RayCone pixel_cone(const V3f& direction) const {
+    if (orthographic) return {pixel, 0.0f};
+    // The solid angle of a pixel is proportional to the third power of the cosine.
+    const float cosine = std::max(direction.dot(basis.forward), 0.0f);
+    return {0.0f, pixel * cosine * std::sqrt(cosine)};
+  }
+
+  // Returns the diameter of the circle of confusion in object space: of the part of a plane
+  // perpendicular to the axis at `depth_m` that one film position sees. 0 without a lens. For an
+  // aperture that is not round, the diameter of one of nearly the same area.
+  [[nodiscard]] float confusion(float depth_m) const {
+    return lens ? lens->mean_diameter_m * std::abs(depth_m / lens->focus_distance_m - 1.0f) : 0.0f;
+  }
+
+  // Returns the depth along the axis of the camera at that time, from the plane of its position.
+  [[nodiscard]] float depth(const V3f& p_world, float time) const {
+    if (keys.empty()) return (p_world - basis.position).dot(basis.forward);
+    const Basis then = basis_at(time);
+    return (p_world - then.position).dot(then.forward);
+  }
+
+  [[nodiscard]] V2i size_px() const { return image_px; }
+  [[nodiscard]] V3f position() const { return basis.position; }
+  [[nodiscard]] V3f forward() const { return basis.forward; } // unit
+  [[nodiscard]] bool is_orthographic() const { return orthographic; }
+  [[nodiscard]] bool has_lens() const { return lens.has_value(); }
+  // True if rays have different times.
+  [[nodiscard]] bool shutter_open() const { return opens_shutter; }
+
+  [[nodiscard]] Basis make_basis(const V3f& right, const V3f& up, const V3f& back, const V3f& position) const;
+  [[nodiscard]] Basis basis_at(float time) const;
   [[nodiscard]] CameraRay generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const;
 
-  View view_;   // at the shutter's opening
-  float pixel_; // side of a pixel: perspective, at distance 1; orthographic, in meters
-  bool orthographic_ = false;
-  bool shutter_open_ = false;
-  V2i size_px_;
-  V2f half_film_; // perspective: at distance 1
-  float near_m_;  // for the matrices only
+  Basis basis;        // at the shutter's opening
+  float pixel = 0.0f; // side of a pixel: perspective, at distance 1; orthographic, in meters
+  bool orthographic = false;
+  bool opens_shutter = false; // rays have different times
+  V2i image_px{0};
+  V2f half_film{0.0f}; // perspective: at distance 1
+  std::optional<Lens> lens;
+  std::span<const Key> keys; // empty: static
+};
+
+class Camera : public CameraView {
+ public:
+  // `camera_to_world` and the later transforms must be rigid, as in PosedCamera; `size_px` must be
+  // positive.
+  Camera(const SceneCamera& camera, const M44f& camera_to_world, const V2i& size_px, const CameraMotion& motion = {});
+
+  // Returns the film position of a world point, possibly beyond the film's edges; nothing for
+  // points behind the camera or in its plane.
+  [[nodiscard]] std::optional<V2f> project(const V3f& p_world) const;
+
+  // Metadata of images. Row vectors; the camera looks along -z with +y up.
+  [[nodiscard]] M44f world_to_camera() const { return world_to_camera_; }
+  // After division by w, x and y follow OpenEXR's worldToNDC: (0, 0) is the upper left corner of
+  // the film and (1, 1) the lower right one. z grows from 0 at the near plane towards 1 at infinity
+  // (perspective), or is the distance in meters (orthographic).
+  [[nodiscard]] M44f world_to_ndc() const;
+
+ private:
+  float near_m_; // for the matrices only
   M44f world_to_camera_;
-  std::optional<Lens> lens_;
-  std::vector<Key> keys_; // empty: static
+  OwnedArrays arrays_;
 };
 
 // Returns the focal length that gives this vertical field of view on a 24 mm high sensor (36 x 24

@@ -71,7 +71,7 @@ Result<std::string> focus_lens(PlacedCamera& placed, const World& world, const V
   if (o.focus_pixel)
     return usage_error(fmt::format("--focus-pixel: no surface is seen at {},{}; use another pixel or --focus-distance",
                                    o.focus_pixel->x, o.focus_pixel->y));
-  const float middle = pinhole.depth(world.bounds().center(), 0.0f);
+  const float middle = pinhole.depth(world.bounds.center(), 0.0f);
   lens.focus_distance_m = middle > 0.0f ? middle : 1.0f;
   return fmt::format("in focus: {:g} m along the axis, the middle of the scene: no surface is seen at the focus point",
                      *lens.focus_distance_m);

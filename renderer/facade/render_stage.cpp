@@ -24,7 +24,7 @@ namespace {
 
 Result<PlacedCamera> fit_own_camera(const World& world, const V2i& size_px, const ImageSettings& image) {
   const float aspect = static_cast<float>(size_px.x) / static_cast<float>(size_px.y);
-  PlacedCamera fitted = fit_camera(world.bounds(), aspect);
+  PlacedCamera fitted = fit_camera(world.bounds, aspect);
   if (Result<void> overridden = override_fov(fitted.camera, image); !overridden.ok()) return overridden.error();
   if (Result<void> overridden = override_lens(fitted.camera, image.lens); !overridden.ok()) return overridden.error();
   return fitted;
@@ -292,9 +292,9 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
   const Result<std::string> focus = focus_lens(stage.placed_camera, *stage.world, stage.size_px, image.lens);
   if (!focus.ok()) return focus.error();
   if (!focus.value().empty()) listener.on_info(focus.value());
-  stage.camera.emplace(stage.placed_camera.camera, stage.placed_camera.camera_to_world, stage.size_px,
-                       CameraMotion{.later_transforms = stage.placed_camera.later_transforms,
-                                    .shutter_open = stage.world->has_motion()});
+  stage.camera.emplace(
+      stage.placed_camera.camera, stage.placed_camera.camera_to_world, stage.size_px,
+      CameraMotion{.later_transforms = stage.placed_camera.later_transforms, .shutter_open = stage.world->has_motion});
   stage.build_s = posed.pose_s + clock.elapsed().wall_s;
 
   const WorldStatistics& statistics = stage.world->statistics();

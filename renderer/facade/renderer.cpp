@@ -171,7 +171,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
 
 std::vector<std::string> Renderer::cameras() const { return impl_->cameras; }
 
-Box3f Renderer::bounds() const { return impl_->scene->world ? impl_->scene->world->bounds() : Box3f(); }
+Box3f Renderer::bounds() const { return impl_->scene->world ? impl_->scene->world->bounds : Box3f(); }
 
 Result<void> RenderedImage::write(const std::filesystem::path& file, const WriteOptions& options,
                                   const DisplayOptions& display) const {

@@ -72,7 +72,7 @@ double LitPixels::lit_share() const {
 
 Result<LitPixels> count_lit_pixels(const World& world, const PlacedCamera& view, const V2i& size_px,
                                    const CancelToken* cancel) {
-  assert(world.lights().environment() == nullptr);
+  assert(!world.lights.has_environment);
   RenderSettings settings;
   settings.samples_per_pixel = kPaths;
   settings.integrator.transparent_background = true;

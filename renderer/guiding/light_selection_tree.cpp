@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace kindling {
 namespace {
@@ -30,23 +32,6 @@ LightProbabilities probabilities_for(const std::array<double, kLightKinds>& mome
   return probabilities;
 }
 
-// Appends a separately built tree (root first) to another one, with its root at `at`.
-template <typename Node>
-void append(const std::vector<Node>& part_nodes, const std::vector<LightProbabilities>& part_probabilities,
-            uint32_t leaf, size_t at, std::vector<Node>& nodes, std::vector<LightProbabilities>& probabilities) {
-  const auto node_offset = static_cast<uint32_t>(nodes.size()) - 1;
-  const auto probability_offset = static_cast<uint32_t>(probabilities.size());
-  for (size_t i = 0; i < part_nodes.size(); ++i) {
-    Node node = part_nodes[i];
-    node.next = node.next + (node.axis == leaf ? probability_offset : node_offset);
-    if (i == 0)
-      nodes[at] = node;
-    else
-      nodes.push_back(node);
-  }
-  probabilities.insert(probabilities.end(), part_probabilities.begin(), part_probabilities.end());
-}
-
 // Sorts by facing, and keeps the order within.
 std::array<std::span<LightRecord>, kFacings> sort_by_facing(std::span<LightRecord> records) {
   std::array<size_t, kFacings> counts{}, next{};
@@ -63,29 +48,35 @@ std::array<std::span<LightRecord>, kFacings> sort_by_facing(std::span<LightRecor
   return sorted;
 }
 
-} // namespace
+using Node = LightSelectionTreeView::Node;
 
-LightSelectionTree::LightSelectionTree(std::span<LightRecord> records) {
-  if (records.empty()) return;
-  const std::array<std::span<LightRecord>, kFacings> sorted = sort_by_facing(records);
-  std::array<double, kLightKinds> moments{};
-  for (const LightRecord& r : records)
-    moments[static_cast<size_t>(r.kind)] += static_cast<double>(r.moment) / static_cast<double>(records.size());
-  LightProbabilities around;
-  for (size_t f = 0; f < kLightKinds; ++f) around[f] = static_cast<float>(moments[f]);
-  nodes_.resize(kFacings);
-  std::array<LightSelectionTree, kFacings> parts;
-  tbb::parallel_for(uint32_t{0}, kFacings, [&](uint32_t facing) {
-    parts[facing].nodes_.resize(1);
-    parts[facing].build(0, sorted[facing], around, 0);
-  });
-  for (uint32_t facing = 0; facing < kFacings; ++facing)
-    append(parts[facing].nodes_, parts[facing].probabilities_, kLeaf, facing, nodes_, probabilities_);
+// A tree while it grows.
+struct GrowingTree {
+  // Grows below `node`. `around` holds the mean moments by kind of the surrounding region.
+  void grow(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around, uint32_t depth);
+  // Appends another tree (root first), with its root at node `at`.
+  void append(const GrowingTree& part, size_t at);
+
+  std::vector<Node> nodes{1};
+  std::vector<LightProbabilities> probabilities;
+};
+
+void GrowingTree::append(const GrowingTree& part, size_t at) {
+  const auto node_offset = static_cast<uint32_t>(nodes.size()) - 1;
+  const auto probability_offset = static_cast<uint32_t>(probabilities.size());
+  for (size_t i = 0; i < part.nodes.size(); ++i) {
+    Node node = part.nodes[i];
+    node.next = node.next + (node.axis == LightSelectionTreeView::kLeaf ? probability_offset : node_offset);
+    if (i == 0)
+      nodes[at] = node;
+    else
+      nodes.push_back(node);
+  }
+  probabilities.insert(probabilities.end(), part.probabilities.begin(), part.probabilities.end());
 }
 
-// `around` holds the mean moments by kind of the surrounding region.
-void LightSelectionTree::build(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around,
-                               uint32_t depth) {
+void GrowingTree::grow(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around,
+                       uint32_t depth) {
   std::array<double, kLightKinds> moments{};
   V3d sum(0.0), sum2(0.0);
   for (const LightRecord& r : records) {
@@ -111,30 +102,47 @@ void LightSelectionTree::build(uint32_t node, std::span<LightRecord> records, co
     });
     const auto left = static_cast<size_t>(middle - records.begin());
     if (left > 0 && left < records.size()) {
-      const auto children = static_cast<uint32_t>(nodes_.size());
-      nodes_.resize(nodes_.size() + 2);
-      nodes_[node].split = split;
-      nodes_[node].axis = axis;
-      nodes_[node].next = children;
+      const auto children = static_cast<uint32_t>(nodes.size());
+      nodes.resize(nodes.size() + 2);
+      nodes[node].split = split;
+      nodes[node].axis = axis;
+      nodes[node].next = children;
       if (records.size() < kTaskRecords) {
-        build(children, records.first(left), means, depth + 1);
-        build(children + 1, records.subspan(left), means, depth + 1);
+        grow(children, records.first(left), means, depth + 1);
+        grow(children + 1, records.subspan(left), means, depth + 1);
         return;
       }
-      std::array<LightSelectionTree, 2> halves;
-      for (LightSelectionTree& half : halves) half.nodes_.resize(1);
-      tbb::parallel_invoke([&] { halves[0].build(0, records.first(left), means, depth + 1); },
-                           [&] { halves[1].build(0, records.subspan(left), means, depth + 1); });
-      for (uint32_t i = 0; i < 2; ++i)
-        append(halves[i].nodes_, halves[i].probabilities_, kLeaf, children + i, nodes_, probabilities_);
+      std::array<GrowingTree, 2> halves;
+      tbb::parallel_invoke([&] { halves[0].grow(0, records.first(left), means, depth + 1); },
+                           [&] { halves[1].grow(0, records.subspan(left), means, depth + 1); });
+      for (uint32_t i = 0; i < 2; ++i) append(halves[i], children + i);
       return;
     }
   }
-  nodes_[node].next = static_cast<uint32_t>(probabilities_.size());
-  probabilities_.push_back(probabilities_for(moments));
+  nodes[node].next = static_cast<uint32_t>(probabilities.size());
+  probabilities.push_back(probabilities_for(moments));
 }
 
-double second_moment(std::span<const LightRecord> records, const LightSelectionTree& tree) {
+} // namespace
+
+LightSelectionTree::LightSelectionTree(std::span<LightRecord> records) {
+  if (records.empty()) return;
+  const std::array<std::span<LightRecord>, kFacings> sorted = sort_by_facing(records);
+  std::array<double, kLightKinds> moments{};
+  for (const LightRecord& r : records)
+    moments[static_cast<size_t>(r.kind)] += static_cast<double>(r.moment) / static_cast<double>(records.size());
+  LightProbabilities around;
+  for (size_t f = 0; f < kLightKinds; ++f) around[f] = static_cast<float>(moments[f]);
+  std::array<GrowingTree, kFacings> parts;
+  tbb::parallel_for(uint32_t{0}, kFacings, [&](uint32_t facing) { parts[facing].grow(0, sorted[facing], around, 0); });
+  GrowingTree all;
+  all.nodes.resize(kFacings);
+  for (uint32_t facing = 0; facing < kFacings; ++facing) all.append(parts[facing], facing);
+  nodes = arrays_.keep(std::move(all.nodes));
+  probabilities = arrays_.keep(std::move(all.probabilities));
+}
+
+double second_moment(std::span<const LightRecord> records, const LightSelectionTreeView& tree) {
   std::array<bool, kLightKinds> seen{};
   for (const LightRecord& r : records) seen[static_cast<size_t>(r.kind)] = true;
   std::vector<float> terms(records.size());

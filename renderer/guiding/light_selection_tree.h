@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/owned_arrays.h"
 #include "renderer/guiding/guide_record.h"
 #include "renderer/light/light_probabilities.h"
 
 #include <cassert>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace kindling {
 
@@ -24,30 +24,8 @@ struct LightRecord {
   float probability = 1.0f; // of the kind
 };
 
-// A binary tree over space for each facing. Immutable, thread-safe, without allocation after
-// construction.
-class LightSelectionTree {
- public:
-  LightSelectionTree() = default;
-  // Sorts `records`. Deterministic in the records and their order.
-  explicit LightSelectionTree(std::span<LightRecord> records);
-
-  [[nodiscard]] bool empty() const { return nodes_.empty(); }
-  // Returns the probabilities at a point; `normal` is unit. The tree must not be empty. The
-  // reference is valid as long as the tree.
-  [[nodiscard]] const LightProbabilities& find(const V3f& position, const V3f& normal) const {
-    return find(position, facing_of(normal));
-  }
-  [[nodiscard]] const LightProbabilities& find(const V3f& position, uint32_t facing) const {
-    assert(!empty() && facing < kFacings);
-    uint32_t at = facing;
-    while (nodes_[at].axis != kLeaf)
-      at = nodes_[at].next + (position[static_cast<int>(nodes_[at].axis)] >= nodes_[at].split ? 1 : 0);
-    return probabilities_[nodes_[at].next];
-  }
-  [[nodiscard]] size_t region_count() const { return probabilities_.size(); }
-
- private:
+// A binary tree over space for each facing. Immutable, thread-safe.
+struct LightSelectionTreeView {
   static constexpr uint32_t kLeaf = 3;
   struct Node {
     float split = 0.0f;
@@ -56,14 +34,37 @@ class LightSelectionTree {
   };
   static_assert(sizeof(Node) == 8);
 
-  void build(uint32_t node, std::span<LightRecord> records, const LightProbabilities& around, uint32_t depth);
+  [[nodiscard]] bool empty() const { return nodes.empty(); }
+  // Returns the probabilities at a point; `normal` is unit. The tree must not be empty. The
+  // reference is valid as long as the tree.
+  [[nodiscard]] const LightProbabilities& find(const V3f& position, const V3f& normal) const {
+    return find(position, facing_of(normal));
+  }
+  [[nodiscard]] const LightProbabilities& find(const V3f& position, uint32_t facing) const {
+    assert(!empty() && facing < kFacings);
+    uint32_t at = facing;
+    while (nodes[at].axis != kLeaf)
+      at = nodes[at].next + (position[static_cast<int>(nodes[at].axis)] >= nodes[at].split ? 1 : 0);
+    return probabilities[nodes[at].next];
+  }
+  [[nodiscard]] size_t region_count() const { return probabilities.size(); }
 
-  std::vector<Node> nodes_; // the roots of all facings come first
-  std::vector<LightProbabilities> probabilities_;
+  std::span<const Node> nodes; // the roots of all facings come first
+  std::span<const LightProbabilities> probabilities;
+};
+
+class LightSelectionTree : public LightSelectionTreeView {
+ public:
+  LightSelectionTree() = default;
+  // Sorts `records`. Deterministic in the records and their order.
+  explicit LightSelectionTree(std::span<LightRecord> records);
+
+ private:
+  OwnedArrays arrays_;
 };
 
 // Returns the second moment of the records if kinds were selected with these probabilities,
 // relative to the actual selection. Below 1 is a gain.
-[[nodiscard]] double second_moment(std::span<const LightRecord> records, const LightSelectionTree& tree);
+[[nodiscard]] double second_moment(std::span<const LightRecord> records, const LightSelectionTreeView& tree);
 
 } // namespace kindling

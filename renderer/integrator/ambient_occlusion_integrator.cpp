@@ -14,7 +14,7 @@ AmbientOcclusionIntegrator::AmbientOcclusionIntegrator(const IntegratorSettings&
                                                        const Camera& camera, const Sampler& sampler,
                                                        const PixelFilter& filter)
     : batch_size_(settings.batch_size),
-      distance_m_(settings.ao_distance_m > 0.0f ? settings.ao_distance_m : world.bounds().size().length() * 0.1f),
+      distance_m_(settings.ao_distance_m > 0.0f ? settings.ao_distance_m : world.bounds.size().length() * 0.1f),
       world_(world), camera_(camera), sampler_(sampler), filter_(filter) {}
 
 std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const {

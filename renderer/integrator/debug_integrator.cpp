@@ -53,7 +53,7 @@ Rgb DebugIntegrator::view_of(const accel::Ray& ray, const accel::Hit& hit) const
   case IntegratorKind::normal: return surface.shading_normal * 0.5f + V3f(0.5f);
   case IntegratorKind::geometric_normal: return surface.geometric_normal * 0.5f + V3f(0.5f);
   case IntegratorKind::depth: {
-    const Box3f& bounds = world_.bounds();
+    const Box3f& bounds = world_.bounds;
     const float far_m = (bounds.center() - ray.origin).length() + bounds.size().length() * 0.5f;
     return Rgb(std::clamp(1.0f - hit.t / far_m, 0.0f, 1.0f));
   }

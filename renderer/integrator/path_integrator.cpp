@@ -96,7 +96,7 @@ void PathIntegrator::shade(PathContext& context) const {
     sample_lights(first, end - first, context);
     for (size_t i = first; i < end; ++i) {
       ShadeGroup::Member& member = context.group.members[i - first];
-      if (world_.lights().has_shapes()) add_shapes(i, context);
+      if (world_.lights.has_shapes) add_shapes(i, context);
       if (context.hits[i].is_hit())
         shade_hit(i, member, context);
       else
@@ -114,7 +114,7 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   const std::span<RayFootprint> footprints = std::span(context.group.footprints).first(count);
   for (size_t i = 0; i < count; ++i) {
     if (!hits[i].is_hit()) {
-      context.group.members[i].escaped = world_.lights().locate_in_environment(rays[i].direction);
+      context.group.members[i].escaped = world_.lights.locate_in_environment(rays[i].direction);
       continue;
     }
     PathState& state = context.states[context.active[first + i]];
@@ -151,7 +151,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
                                     member.draws.light,         member.draws.spare,
                                     member.light_probabilities, context.rays[first + i].time};
   }
-  world_.lights().sample(std::span(group.queries).first(query_count), group.lights);
+  world_.lights.sample(std::span(group.queries).first(query_count), group.lights);
 }
 
 // Inlined at both calls, so that surfaces without layers get code of their own.
@@ -232,10 +232,10 @@ void PathIntegrator::shade_escaped(const accel::Ray& ray, const Environment::Loc
   Rgb radiance;
   if (state.bsdf_pdf > 0.0f) {
     const EnvironmentEval environment =
-        world_.lights().environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
+        world_.lights.environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
     radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
   } else {
-    radiance = world_.lights().environment_radiance(at);
+    radiance = world_.lights.environment_radiance(at);
   }
   state.light[state.light_class(state.bounce)] += state.throughput * radiance;
   trace_event(context, [&](PathVertex& vertex) {
@@ -261,9 +261,9 @@ void PathIntegrator::add_emission(const accel::Ray& ray, const SurfacePoint& sur
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();
     weight =
-        power_heuristic(state.bsdf_pdf, world_.lights().pdf_triangle(surface.emissive_triangle, state.previous_position,
-                                                                     state.previous_normal, ray.direction, distance,
-                                                                     state.light_probabilities, ray.time));
+        power_heuristic(state.bsdf_pdf, world_.lights.pdf_triangle(surface.emissive_triangle, state.previous_position,
+                                                                   state.previous_normal, ray.direction, distance,
+                                                                   state.light_probabilities, ray.time));
   }
   state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
 }
@@ -363,7 +363,7 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
   context.occluded.resize(count);
   world_.accelerator().occluded(context.shadow_rays, context.occluded);
   context.counters.shadow += count;
-  if (world_.has_thin_walls()) tint_shadows(context);
+  if (world_.has_thin_walls) tint_shadows(context);
   for (size_t i = 0; i < count; ++i) {
     if (context.occluded[i]) continue;
     if (context.recorder) context.recorder->accept_light(i);

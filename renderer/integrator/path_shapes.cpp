@@ -24,7 +24,7 @@ void PathIntegrator::add_shapes(size_t i, PathContext& context) const {
                    .learned = state.light_probabilities,
                    .time = ray.time};
   if (state.in_medium) stretch.extinction = world_.medium(*context.media[slot].innermost()).extinction;
-  const Rgb radiance = world_.lights().shape_radiance(stretch);
+  const Rgb radiance = world_.lights.shape_radiance(stretch);
   if (!is_black(radiance)) state.light[state.light_class(state.bounce)] += state.throughput * radiance;
 }
 

@@ -65,7 +65,7 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
       SurfacePoint& surface = context.group.members[0].surface; // free: shading of the batch has ended
       world_.surface_at(ray, hit, surface);
       const uint32_t number = context.thin_wall_records[i];
-      if (surface.unlit) context.occluded[context.thin_wall_records[i]] = 1; // no ray can leave it (World::guard)
+      if (surface.unlit) context.occluded[context.thin_wall_records[i]] = 1; // no ray can leave it (WorldView::guard)
       if (!surface.layered || !surface.layers.thin_wall) continue; // the occlusion query has handled this surface
       Rgb& contribution = context.shadow_records[number].contribution;
       contribution *= thin_wall_transmittance(surface, -ray.direction);

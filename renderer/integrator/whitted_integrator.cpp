@@ -39,9 +39,8 @@ struct WhittedIntegrator::RecursiveSink : Sink {
   void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
     ++context.counters.shadow;
     if (integrator.world_.accelerator().occluded(feeler)) return;
-    const Rgb through = integrator.world_.has_thin_walls()
-                            ? integrator.shader_.through_thin_walls(feeler, context.counters)
-                            : Rgb(1.0f);
+    const Rgb through =
+        integrator.world_.has_thin_walls ? integrator.shader_.through_thin_walls(feeler, context.counters) : Rgb(1.0f);
     add(node, WhittedPart::direct, contribution * through);
   }
   void follow(WhittedNode&& node) { integrator.trace_recursively(node, context); }
@@ -124,7 +123,7 @@ bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, Whitted
     vertex.throughput = node.weight;
     vertex.radiance = context.samples[node.slot].radiance.value();
   });
-  if (world_.lights().has_shapes() && !node.seen) add_shapes(node, hit, context);
+  if (world_.lights.has_shapes && !node.seen) add_shapes(node, hit, context);
   if (!hit.is_hit()) {
     if (node.seen && settings_.transparent_background) {
       const Rgb& w = node.weight;
@@ -146,7 +145,7 @@ void WhittedIntegrator::add_shapes(const WhittedNode& node, const accel::Hit& hi
                    .end_m = hit.is_hit() ? hit.t : kInfinity,
                    .time = node.ray.time};
   if (node.in_medium) stretch.extinction = world_.medium(*node.media.innermost()).extinction;
-  const Rgb radiance = world_.lights().shape_radiance(stretch);
+  const Rgb radiance = world_.lights.shape_radiance(stretch);
   if (!is_black(radiance)) Sink{*this, context}.add(node, WhittedPart::indirect, node.weight * radiance);
 }
 
@@ -214,7 +213,7 @@ void WhittedIntegrator::trace_feelers(WhittedContext& context) const {
     if (context.occluded[i]) continue;
     const WhittedFeeler& feeler = context.feelers[i];
     const Rgb through =
-        world_.has_thin_walls() ? shader_.through_thin_walls(context.feeler_rays[i], context.counters) : Rgb(1.0f);
+        world_.has_thin_walls ? shader_.through_thin_walls(context.feeler_rays[i], context.counters) : Rgb(1.0f);
     sink.add(feeler.slot, feeler.seen, WhittedPart::direct, feeler.contribution * through);
   }
   context.feelers.clear();

@@ -5,15 +5,15 @@
 namespace kindling {
 namespace {
 
-Rgb ambient_of(const WhittedSettings& settings, const LightSet& lights) {
+Rgb ambient_of(const WhittedSettings& settings, const LightSetView& lights) {
   if (settings.ambient) return *settings.ambient;
-  if (settings.environment_light || lights.environment() == nullptr) return Rgb(0.0f);
-  return lights.environment()->total_radiance() * (0.25f * kInvPi);
+  if (settings.environment_light || !lights.has_environment) return Rgb(0.0f);
+  return lights.environment.total_radiance * (0.25f * kInvPi);
 }
 
 // Returns the number of lights that get feelers. The environment is the last light.
-size_t count_lights(const WhittedSettings& settings, const LightSet& lights, const PerLightSampling& whole) {
-  const bool skips_environment = lights.environment() != nullptr && !settings.environment_light;
+size_t count_lights(const WhittedSettings& settings, const LightSetView& lights, const PerLightSampling& whole) {
+  const bool skips_environment = lights.has_environment && !settings.environment_light;
   return whole.count() - (skips_environment ? 1 : 0);
 }
 
@@ -21,9 +21,9 @@ size_t count_lights(const WhittedSettings& settings, const LightSet& lights, con
 
 WhittedShader::WhittedShader(const IntegratorSettings& settings, const World& world)
     : world_(world), settings_(settings.whitted), environment_visible_(settings.environment_visible),
-      background_(settings.background), lights_(world.lights()),
-      light_count_(count_lights(settings_, world.lights(), lights_)), ambient_(ambient_of(settings_, world.lights())),
-      cache_(world.material_count()) {}
+      background_(settings.background), lights_(world.light_set()),
+      light_count_(count_lights(settings_, world.lights, lights_)), ambient_(ambient_of(settings_, world.lights)),
+      cache_(world.materials.size()) {}
 
 WhittedTerms WhittedShader::terms_of(const accel::Hit& hit, const SurfacePoint& surface, RayCounters& counters) const {
   if (!settings_.cache) return whitted_terms(surface, ambient_);
@@ -48,7 +48,7 @@ WhittedTerms WhittedShader::terms_of(const accel::Hit& hit, const SurfacePoint& 
 Rgb WhittedShader::escaped(const WhittedNode& node) const {
   if (node.seen && background_) return *background_;
   if (node.seen && !environment_visible_) return Rgb(0.0f);
-  return world_.lights().environment_radiance(node.ray.direction);
+  return world_.lights.environment_radiance(node.ray.direction);
 }
 
 Rgb WhittedShader::through_thin_walls(accel::Ray feeler, RayCounters& counters) const {
@@ -60,7 +60,7 @@ Rgb WhittedShader::through_thin_walls(accel::Ray feeler, RayCounters& counters) 
     ++counters.shadow;
     if (!hit.is_hit()) return through;
     world_.surface_at(feeler, hit, surface);
-    if (surface.unlit) return Rgb(0.0f);                               // no ray can leave it (World::guard)
+    if (surface.unlit) return Rgb(0.0f);                               // no ray can leave it (WorldView::guard)
     if (!surface.layered || !surface.layers.thin_wall) return through; // the occlusion query has handled this surface
     WhittedNode node;
     node.ray = feeler;

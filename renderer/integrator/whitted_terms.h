@@ -31,10 +31,10 @@ struct WhittedTerms {
 // fall from 1 at a roughness of 0.3 to 0 at 0.6; that of glass is 1.
 [[nodiscard]] WhittedTerms whitted_terms(const SurfacePoint& surface, const Rgb& ambient);
 
-// Terms by material, for materials whose parameters are the same everywhere (World::is_uniform()).
-// The first thread that needs a value stores it while rendering; values depend on their key alone,
-// so it does not matter which thread that is. Thread-safe without locks: a slot that is being
-// written counts as empty.
+// Terms by material, for materials whose parameters are the same everywhere
+// (WorldView::is_uniform()). The first thread that needs a value stores it while rendering; values
+// depend on their key alone, so it does not matter which thread that is. Thread-safe without locks:
+// a slot that is being written counts as empty.
 class WhittedCache {
  public:
   explicit WhittedCache(size_t material_count) : count_(material_count), slots_(new Slot[material_count]) {}

@@ -4,6 +4,7 @@
 #include "renderer/light/light_tree.h"
 
 #include "renderer/base/elementary.h"
+#include "renderer/base/huge_pages.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -12,6 +13,8 @@
 #include <array>
 #include <cassert>
 #include <memory>
+#include <utility>
+#include <vector>
 
 namespace kindling {
 
@@ -59,10 +62,9 @@ struct Family {
 
 class LightTreeBuilder {
  public:
-  LightTreeBuilder(std::span<const EmitterBounds> emitters, LightTree& tree)
-      : emitters_(emitters.begin(), emitters.end()), tree_(tree) {}
+  explicit LightTreeBuilder(std::span<const EmitterBounds> emitters) : emitters_(emitters.begin(), emitters.end()) {}
 
-  void build() {
+  void build(LightTreeView& tree) {
     double total = 0.0;
     for (uint32_t i = 0; i < emitters_.size(); ++i) {
       if (!(emitters_[i].intensity > 0.0f)) continue;
@@ -70,34 +72,39 @@ class LightTreeBuilder {
       total += static_cast<double>(emitters_[i].intensity);
     }
     if (order_.empty()) return;
-    tree_.total_intensity_ = static_cast<float>(std::min(total, 1e30));
+    tree.total_intensity = static_cast<float>(std::min(total, 1e30));
     for (EmitterBounds& e : emitters_) {
       e.intensity = std::max(static_cast<float>(static_cast<double>(e.intensity) / total), kMinIntensity);
     }
     if (order_.size() <= 2) {
-      tree_.by_intensity_ = true;
-      tree_.few_[0] = order_.front();
+      tree.by_intensity = true;
+      tree.few[0] = order_.front();
       // Rounded to the grid of single precision near 1, so that the two add up to 1.
       const double fraction = order_.size() == 1 ? 1.0 : static_cast<double>(emitters_[order_[0]].intensity);
-      tree_.few_probability_[0] = std::clamp(1.0f - static_cast<float>(1.0 - fraction), 0x1p-20f, 1.0f);
+      tree.few_probability[0] = std::clamp(1.0f - static_cast<float>(1.0 - fraction), 0x1p-20f, 1.0f);
       if (order_.size() == 2) {
-        tree_.few_probability_[0] = std::min(tree_.few_probability_[0], 1.0f - 0x1p-20f);
-        tree_.few_[1] = order_[1];
-        tree_.few_probability_[1] = 1.0f - tree_.few_probability_[0];
+        tree.few_probability[0] = std::min(tree.few_probability[0], 1.0f - 0x1p-20f);
+        tree.few[1] = order_[1];
+        tree.few_probability[1] = 1.0f - tree.few_probability[0];
       }
     }
-    tree_.places_.assign(emitters_.size(), LightTree::kNowhere);
+    places_.assign(emitters_.size(), LightTree::kNowhere);
     const auto root = split(0, static_cast<uint32_t>(order_.size()));
-    tree_.nodes_.reserve(order_.size() / 4 + 1);
-    tree_.emitters_.reserve(order_.size());
-    tree_.nodes_.emplace_back();
+    nodes_.reserve(order_.size() / 4 + 1);
+    leaf_emitters_.reserve(order_.size());
+    nodes_.emplace_back();
     filled_.resize(1);
     fill_node(0, *root, LightTree::kNowhere);
     tbb::parallel_for(tbb::blocked_range<size_t>(0, filled_.size(), 64), [&](const tbb::blocked_range<size_t>& nodes) {
-      for (size_t i = nodes.begin(); i != nodes.end(); ++i) store_lanes(tree_.nodes_[i], filled_[i].lanes);
+      for (size_t i = nodes.begin(); i != nodes.end(); ++i) store_lanes(nodes_[i], filled_[i].lanes);
     });
-    tree_.nodes_.shrink_to_fit();
+    nodes_.shrink_to_fit();
   }
+
+  // After build().
+  [[nodiscard]] HugePageVector<LightNode> take_nodes() { return std::move(nodes_); }
+  [[nodiscard]] HugePageVector<uint32_t> take_emitters() { return std::move(leaf_emitters_); }
+  [[nodiscard]] HugePageVector<uint32_t> take_places() { return std::move(places_); }
 
  private:
   // A range of order_; leaves have up to eight emitters.
@@ -294,7 +301,7 @@ class LightTreeBuilder {
     uint32_t inner_count = 0;
     LightNode node{};
     node.parent = parent;
-    node.first_emitter = static_cast<uint32_t>(tree_.emitters_.size());
+    node.first_emitter = static_cast<uint32_t>(leaf_emitters_.size());
     for (uint32_t i = 0; i < count; ++i) {
       const Range& child = *open[i];
       const uint32_t still_to_come = count - i - 1;
@@ -303,8 +310,8 @@ class LightTreeBuilder {
       const bool fine = child.size() == 1 || count == 1 || child.family.radius * kMaxSizeRatio > range.family.radius;
       if (fine && child.size() <= LightTree::kWidth && lane + child.size() + still_to_come <= LightTree::kWidth) {
         for (uint32_t e = child.begin; e < child.end; ++e) {
-          tree_.emitters_.push_back(order_[e]);
-          tree_.places_[order_[e]] = number * LightTree::kWidth + lane++;
+          leaf_emitters_.push_back(order_[e]);
+          places_[order_[e]] = number * LightTree::kWidth + lane++;
         }
         continue;
       }
@@ -313,10 +320,10 @@ class LightTreeBuilder {
       lane_of_inner[inner_count++] = lane++;
     }
     filled_[number] = {&range, lane};
-    node.first_child = static_cast<uint32_t>(tree_.nodes_.size());
-    tree_.nodes_[number] = node;
-    tree_.nodes_.resize(tree_.nodes_.size() + inner_count);
-    filled_.resize(tree_.nodes_.size());
+    node.first_child = static_cast<uint32_t>(nodes_.size());
+    nodes_[number] = node;
+    nodes_.resize(nodes_.size() + inner_count);
+    filled_.resize(nodes_.size());
     for (uint32_t i = 0; i < inner_count; ++i) {
       fill_node(node.first_child + i, *inner[i], number * LightTree::kWidth + lane_of_inner[i]);
     }
@@ -327,7 +334,7 @@ class LightTreeBuilder {
     std::array<LightFamily, LightTree::kWidth> families;
     for (uint32_t lane = 0; lane < count; ++lane)
       families[lane] = node.is_inner(lane) ? filled_[node.child(lane)].range->family
-                                           : family({&tree_.emitters_[node.emitter(lane)], 1});
+                                           : family({&leaf_emitters_[node.emitter(lane)], 1});
     node.store({families.data(), count});
   }
 
@@ -338,14 +345,19 @@ class LightTreeBuilder {
   };
 
   std::vector<EmitterBounds> emitters_; // intensities relative to their sum
-  LightTree& tree_;
   std::vector<uint32_t> order_;
   std::vector<Filled> filled_; // by node
+  HugePageVector<LightNode> nodes_;
+  HugePageVector<uint32_t> leaf_emitters_, places_;
 };
 
-LightTree::LightTree(std::span<const EmitterBounds> emitters) {
-  assert(emitters.size() < (size_t{1} << 29)); // places are node * 8 + lane
-  LightTreeBuilder(emitters, *this).build();
+LightTree::LightTree(std::span<const EmitterBounds> bounds) {
+  assert(bounds.size() < (size_t{1} << 29)); // places are node * 8 + lane
+  LightTreeBuilder builder(bounds);
+  builder.build(*this);
+  nodes = arrays_.keep(builder.take_nodes());
+  emitters = arrays_.keep(builder.take_emitters());
+  places = arrays_.keep(builder.take_places());
 }
 
 } // namespace kindling

@@ -1,9 +1,8 @@
-// Prepares an Environment from an image, and samples it.
+// Prepares an Environment from an image.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/light/environment.h"
 
 #include "renderer/base/elementary_double.h"
-#include "renderer/sampling/warp.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -75,12 +74,6 @@ float brightest(const Image& image, const TexelReader& texel) {
       [](float a, float b) { return std::max(a, b); });
 }
 
-// Samples x in [0, 1) by inversion with a density that is linear from a to b, both >= 0 and not
-// both 0.
-float sample_linear(float u, float a, float b) {
-  return std::min(u * (a + b) / (a + std::sqrt(lerp(a * a, b * b, u))), kOneMinusEpsilon);
-}
-
 // Returns the integral over theta of sin(theta) times the hat function of row y of `height`
 // (clamped at the poles).
 double row_integral(int y, int height) {
@@ -96,57 +89,59 @@ double row_integral(int y, int height) {
 
 } // namespace
 
-Environment::Environment(const Rgb& radiance)
-    : constant_pdf_(kindling::is_black(radiance) ? 0.0f : 0.25f * kInvPi), constant_(radiance),
-      total_radiance_(radiance * (4.0f * kPi)) {}
+Environment::Environment(const Rgb& radiance) {
+  constant_pdf = kindling::is_black(radiance) ? 0.0f : 0.25f * kInvPi;
+  constant = radiance;
+  total_radiance = radiance * (4.0f * kPi);
+}
 
 Environment::Environment(const std::shared_ptr<const Image>& image, float rotation_rad, float intensity) {
   if (!image || image->width < 1 || image->height < 1 || image->channels < 1 || !(intensity > 0.0f)) return;
   const double turns = static_cast<double>(rotation_rad) / (2.0 * std::numbers::pi);
-  rotation_turns_ = static_cast<float>(turns - std::floor(turns));
-  if (!(rotation_turns_ < 1.0f)) rotation_turns_ = 0.0f;
-  if (!store_texels(*image, intensity)) return;
-  build_distribution();
+  rotation_turns = static_cast<float>(turns - std::floor(turns));
+  if (!(rotation_turns < 1.0f)) rotation_turns = 0.0f;
+  texels = arrays_.keep(store_texels(*image, intensity));
+  if (!texels.empty()) build_distribution();
 }
 
-bool Environment::store_texels(const Image& image, float intensity) {
+std::vector<Fp16Texel> Environment::store_texels(const Image& image, float intensity) {
   const TexelReader texel(image);
   const float peak = brightest(image, texel);
-  if (!(peak > 0.0f)) return false;
-  width_ = image.width;
-  height_ = image.height;
-  texels_.resize((static_cast<size_t>(width_) + 2) * (static_cast<size_t>(height_) + 2));
+  if (!(peak > 0.0f)) return {};
+  width = image.width;
+  height = image.height;
+  std::vector<Fp16Texel> stored((static_cast<size_t>(width) + 2) * (static_cast<size_t>(height) + 2));
 
   // The brightest value is scaled to [2^14, 2^15): the largest half is 65504.
   int exponent = 0;
   (void)std::frexp(peak, &exponent);
   exponent = std::max(exponent, -100); // 2^(15 - exponent) must be finite
   const float to_stored = std::ldexp(1.0f, 15 - exponent);
-  scale_ = std::ldexp(intensity, exponent - 15);
+  scale = std::ldexp(intensity, exponent - 15);
 
-  std::vector<V3d> row_sums(static_cast<size_t>(height_), V3d(0.0));
-  tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const tbb::blocked_range<int>& rows) {
+  std::vector<V3d> row_sums(static_cast<size_t>(height), V3d(0.0));
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y < rows.end(); ++y) {
       V3d sum(0.0);
-      for (int x = 0; x < width_; ++x) {
+      for (int x = 0; x < width; ++x) {
         const Rgb c = texel(x, y) * to_stored;
-        Fp16Texel& t = texels_[texel_index(x, y)];
+        Fp16Texel& t = stored[texel_index(x, y)];
         t = {float_to_half(c.x), float_to_half(c.y), float_to_half(c.z), 0};
-        const Rgb stored(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b));
+        const Rgb rounded(half_to_float(t.r), half_to_float(t.g), half_to_float(t.b));
         // Positive wherever the color is.
-        t.weight = kindling::is_black(stored) ? 0 : std::max<uint16_t>(1, float_to_half(luminance(stored)));
-        sum += V3d(stored);
+        t.weight = kindling::is_black(rounded) ? 0 : std::max<uint16_t>(1, float_to_half(luminance(rounded)));
+        sum += V3d(rounded);
       }
       row_sums[static_cast<size_t>(y)] = sum;
     }
   });
   V3d total(0.0);
-  for (int y = 0; y < height_; ++y) total += row_sums[static_cast<size_t>(y)] * row_integral(y, height_);
-  compensate_for_mis(luminance(V3f(total)) / (2.0f * static_cast<float>(width_))); // sin(theta) integrates to 2
-  fill_border();
-  total *= 2.0 * std::numbers::pi / width_ * static_cast<double>(scale_);
-  total_radiance_ = Rgb(static_cast<float>(total.x), static_cast<float>(total.y), static_cast<float>(total.z));
-  return true;
+  for (int y = 0; y < height; ++y) total += row_sums[static_cast<size_t>(y)] * row_integral(y, height);
+  compensate_for_mis(luminance(V3f(total)) / (2.0f * static_cast<float>(width)), stored); // sin(theta) integrates to 2
+  fill_border(stored);
+  total *= 2.0 * std::numbers::pi / width * static_cast<double>(scale);
+  total_radiance = Rgb(static_cast<float>(total.x), static_cast<float>(total.y), static_cast<float>(total.z));
+  return stored;
 }
 
 // Subtracts most of the mean from the density, because BSDF sampling finds uniform light as well
@@ -154,18 +149,18 @@ bool Environment::store_texels(const Image& image, float intensity) {
 // Sampling", SIGGRAPH Asia 2019, section 5.1). The paper subtracts the whole mean, which is optimal
 // for the balance heuristic without occlusion; the power heuristic and occlusion favor a little
 // less. No weight becomes zero.
-void Environment::compensate_for_mis(float mean_weight) {
+void Environment::compensate_for_mis(float mean_weight, std::vector<Fp16Texel>& stored) {
   constexpr float kMeanFraction = 0.7f;
   constexpr float kMin = 0.02f; // of the texel's own weight
   struct RowSums {
     double all = 0.0, left = 0.0;
   };
-  std::vector<RowSums> row_sums(static_cast<size_t>(height_));
-  tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const tbb::blocked_range<int>& rows) {
+  std::vector<RowSums> row_sums(static_cast<size_t>(height));
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y < rows.end(); ++y) {
       RowSums sums;
-      for (int x = 0; x < width_; ++x) {
-        Fp16Texel& t = texels_[texel_index(x, y)];
+      for (int x = 0; x < width; ++x) {
+        Fp16Texel& t = stored[texel_index(x, y)];
         if (t.weight == 0) continue;
         const float weight = half_to_float(t.weight);
         const float left = std::max(weight - kMeanFraction * mean_weight, kMin * weight);
@@ -177,30 +172,30 @@ void Environment::compensate_for_mis(float mean_weight) {
     }
   });
   double all = 0.0, left_of_all = 0.0;
-  for (int y = 0; y < height_; ++y) {
-    all += row_sums[static_cast<size_t>(y)].all * row_integral(y, height_);
-    left_of_all += row_sums[static_cast<size_t>(y)].left * row_integral(y, height_);
+  for (int y = 0; y < height; ++y) {
+    all += row_sums[static_cast<size_t>(y)].all * row_integral(y, height);
+    left_of_all += row_sums[static_cast<size_t>(y)].left * row_integral(y, height);
   }
   sampled_fraction_ = static_cast<float>(std::min(left_of_all / all, 1.0));
 }
 
-void Environment::fill_border() {
-  const size_t stride = static_cast<size_t>(width_) + 2;
-  for (int y = 0; y < height_; ++y) {
-    texels_[texel_index(-1, y)] = texels_[texel_index(width_ - 1, y)];
-    texels_[texel_index(width_, y)] = texels_[texel_index(0, y)];
+void Environment::fill_border(std::vector<Fp16Texel>& stored) const {
+  const size_t stride = static_cast<size_t>(width) + 2;
+  for (int y = 0; y < height; ++y) {
+    stored[texel_index(-1, y)] = stored[texel_index(width - 1, y)];
+    stored[texel_index(width, y)] = stored[texel_index(0, y)];
   }
-  std::copy_n(&texels_[texel_index(-1, 0)], stride, &texels_[texel_index(-1, -1)]);
-  std::copy_n(&texels_[texel_index(-1, height_ - 1)], stride, &texels_[texel_index(-1, height_)]);
+  std::copy_n(&stored[texel_index(-1, 0)], stride, &stored[texel_index(-1, -1)]);
+  std::copy_n(&stored[texel_index(-1, height - 1)], stride, &stored[texel_index(-1, height)]);
 }
 
 void Environment::build_distribution() {
-  const auto columns = static_cast<size_t>(width_);
-  const auto rows = static_cast<size_t>(height_) + 1;
+  const auto columns = static_cast<size_t>(width);
+  const auto rows = static_cast<size_t>(height) + 1;
   // Cell rows run from texel center to texel center, so the first and the last are half as high and
   // end at the poles.
   const auto theta_of_edge = [this](size_t row) {
-    return std::clamp((static_cast<double>(row) - 0.5) / height_, 0.0, 1.0) * std::numbers::pi;
+    return std::clamp((static_cast<double>(row) - 0.5) / height, 0.0, 1.0) * std::numbers::pi;
   };
   std::vector<double> cos_bands(rows); // cos(theta) at the top minus that at the bottom: solid angle over 2 pi
   for (size_t y = 0; y < rows; ++y)
@@ -211,8 +206,8 @@ void Environment::build_distribution() {
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rows, 16), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t y = range.begin(); y < range.end(); ++y) {
       // Border texels repeat the image's, so the rows at the poles need no special case.
-      const Fp16Texel* upper = &texels_[texel_index(0, static_cast<int>(y) - 1)];
-      const Fp16Texel* lower = &texels_[texel_index(0, static_cast<int>(y))];
+      const Fp16Texel* upper = &texels[texel_index(0, static_cast<int>(y) - 1)];
+      const Fp16Texel* lower = &texels[texel_index(0, static_cast<int>(y))];
       double sum = 0.0;
       for (size_t x = 0; x < columns; ++x) {
         const float mean = 0.25f * (half_to_float(upper[x].weight) + half_to_float(upper[x + 1].weight) +
@@ -226,76 +221,17 @@ void Environment::build_distribution() {
   });
   double total = 0.0;
   for (const double sum : row_sums) total += sum;
-  distribution_ = Distribution2D(weights, static_cast<uint32_t>(columns), static_cast<uint32_t>(rows));
+  stored_distribution_ = Distribution2D(weights, static_cast<uint32_t>(columns), static_cast<uint32_t>(rows));
+  distribution = stored_distribution_;
   // The density in the image's unit square is weight * band / total * (cells per unit square); over
   // solid angle it is divided by 2 pi^2 sin(theta).
-  row_factors_.resize(rows);
+  std::vector<float> factors(rows);
   for (size_t y = 0; y < rows; ++y) {
     const double cell_height = (theta_of_edge(y + 1) - theta_of_edge(y)) / std::numbers::pi;
-    row_factors_[y] = static_cast<float>(cos_bands[y] / total * static_cast<double>(columns) / cell_height /
-                                         (2.0 * std::numbers::pi * std::numbers::pi));
+    factors[y] = static_cast<float>(cos_bands[y] / total * static_cast<double>(columns) / cell_height /
+                                    (2.0 * std::numbers::pi * std::numbers::pi));
   }
-}
-
-LightSample Environment::sample(const V2f& u) const {
-  assert(u.x >= 0.0f && u.x <= 1.0f && u.y >= 0.0f && u.y <= 1.0f);
-  LightSample result;
-  result.distance = kInfinity;
-  if (is_black()) {
-    result.wi = V3f(0.0f, 1.0f, 0.0f);
-    return result;
-  }
-  if (width_ == 0) {
-    result.wi = sample_uniform_sphere(u);
-    result.radiance = constant_;
-    result.pdf = constant_pdf_;
-    return result;
-  }
-  // Selects a cell between four texel centers, then samples bilinearly within.
-  const Distribution2D::Sample chosen = distribution_.sample(u);
-  const auto rows = static_cast<float>(height_ + 1);
-  const float u_s =
-      std::clamp(chosen.uv.x * static_cast<float>(width_) - static_cast<float>(chosen.column), 0.0f, kOneMinusEpsilon);
-  const float u_t = std::clamp(chosen.uv.y * rows - static_cast<float>(chosen.row), 0.0f, kOneMinusEpsilon);
-  const Fp16Texel* upper = &texels_[texel_index(static_cast<int>(chosen.column), static_cast<int>(chosen.row) - 1)];
-  const Fp16Texel* lower = upper + (static_cast<size_t>(width_) + 2);
-  const float w00 = half_to_float(upper[0].weight), w10 = half_to_float(upper[1].weight);
-  const float w01 = half_to_float(lower[0].weight), w11 = half_to_float(lower[1].weight);
-  float t = sample_linear(u_t, w00 + w10, w01 + w11);
-  const float s = sample_linear(u_s, lerp(w00, w01, t), lerp(w10, w11, t));
-  // The weights of a half cell at a pole do not vary across it.
-  if (chosen.row == 0)
-    t = 0.5f + 0.5f * t;
-  else if (static_cast<int>(chosen.row) == height_)
-    t *= 0.5f;
-
-  float image_u = (static_cast<float>(chosen.column) + 0.5f + s) / static_cast<float>(width_);
-  image_u -= image_u >= 1.0f ? 1.0f : 0.0f;
-  const float image_v =
-      std::clamp((static_cast<float>(chosen.row) - 0.5f + t) / static_cast<float>(height_), 0.0f, 1.0f);
-  const SinCos theta = sincos_turns(0.5f * image_v);
-  const SinCos phi = sincos_turns(image_u - 0.5f - rotation_turns_);
-  result.wi = V3f(theta.sin * phi.cos, theta.cos, theta.sin * phi.sin);
-  const EnvironmentEval evaluated = eval(Location{image_u, image_v, theta.sin});
-  result.radiance = evaluated.radiance;
-  result.pdf = evaluated.pdf;
-  return result;
-}
-
-void Environment::prefetch_samples(std::span<const V2f> draws) const {
-  if (width_ == 0) return;
-  distribution_.prefetch(draws);
-  for (const V2f& u : draws) {
-    const Distribution2D::Sample cell = distribution_.sample(u);
-    const Fp16Texel* upper = &texels_[texel_index(static_cast<int>(cell.column), static_cast<int>(cell.row) - 1)];
-    kindling::prefetch(upper);
-    kindling::prefetch(upper + width_ + 2);
-  }
-}
-
-size_t Environment::memory_bytes() const {
-  return sizeof(*this) + texels_.size() * sizeof(Fp16Texel) + row_factors_.size() * sizeof(float) +
-         distribution_.memory_bytes();
+  row_factors = arrays_.keep(std::move(factors));
 }
 
 } // namespace kindling

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/owned_arrays.h"
 #include "renderer/base/prefetch.h"
 #include "renderer/image/image.h"
 #include "renderer/light/equirect.h"
@@ -37,20 +38,13 @@ struct EnvironmentEval {
 //
 // Texels are stored as halves with one common power-of-two scale that puts the brightest at the top
 // of the range: images of halves or RGBE stay exact over a dynamic range of 2^29.
-class Environment {
- public:
+struct EnvironmentView {
   // Image coordinates of a direction.
   struct Location {
     float u = 0.0f; // in the image, rotation applied
     float v = 0.0f;
     float sin_theta = 0.0f;
   };
-
-  // Immutable after construction. Negative or non-finite texels are read as 0. Integer images are
-  // decoded from sRGB, floating-point images are linear Rec. 709. An empty image is black.
-  Environment(const std::shared_ptr<const Image>& image, float rotation_rad, float intensity);
-  // A uniform environment.
-  explicit Environment(const Rgb& radiance);
 
   [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
   // The distance is kInfinity. If the environment is black, pdf is 0 and the radiance black.
@@ -67,16 +61,8 @@ class Environment {
   // Prefetches the memory of eval(at), respectively of sample() for up to a few dozen draws.
   void prefetch(const Location& at) const;
   void prefetch_samples(std::span<const V2f> draws) const;
-  // Returns the radiance integrated over the sphere, in W/m^2 per channel; times pi it is the flux
-  // through a disk per squared radius.
-  [[nodiscard]] Rgb total_radiance() const { return total_radiance_; }
-  // Returns the fraction of the total luminance that the density of sample() follows, in (0, 1];
-  // the rest is left to BSDF sampling.
-  [[nodiscard]] float sampled_fraction() const { return sampled_fraction_; }
-  [[nodiscard]] bool is_black() const { return constant_pdf_ == 0.0f && row_factors_.empty(); }
-  [[nodiscard]] size_t memory_bytes() const;
+  [[nodiscard]] bool is_black() const { return constant_pdf == 0.0f && row_factors.empty(); }
 
- private:
   static constexpr float kMinSinTheta = 1e-6f; // keeps densities finite at the poles
 
   // The texel above and to the left of a point, and the point's offset from it in texels.
@@ -89,64 +75,87 @@ class Environment {
   [[nodiscard]] Footprint footprint(const Location& at) const;
   // Returns the index of texel (x, y); x in [-1, width], y in [-1, height].
   [[nodiscard]] size_t texel_index(int x, int y) const {
-    return static_cast<size_t>(y + 1) * (static_cast<size_t>(width_) + 2) + static_cast<size_t>(x + 1);
+    return static_cast<size_t>(y + 1) * (static_cast<size_t>(width) + 2) + static_cast<size_t>(x + 1);
   }
-  // Returns false if the image is black; nothing is stored then.
-  [[nodiscard]] bool store_texels(const Image& image, float intensity);
-  void fill_border();
-  void compensate_for_mis(float mean_weight);
-  void build_distribution();
 
-  int width_ = 0; // 0: uniform color
-  int height_ = 0;
-  float rotation_turns_ = 0.0f; // in [0, 1)
-  float scale_ = 1.0f;          // radiance = stored value * scale_
-  float constant_pdf_ = 0.0f;   // of a uniform color that is not black
-  Rgb constant_{0.0f};
-  Rgb total_radiance_{0.0f};
-  float sampled_fraction_ = 1.0f;
+  int width = 0; // 0: uniform color
+  int height = 0;
+  float rotation_turns = 0.0f; // in [0, 1)
+  float scale = 1.0f;          // radiance = stored value * scale
+  float constant_pdf = 0.0f;   // of a uniform color that is not black
+  Rgb constant{0.0f};
+  // The radiance integrated over the sphere, in W/m^2 per channel; times pi it is the flux through
+  // a disk per squared radius.
+  Rgb total_radiance{0.0f};
   // R, G, B and weight of a texel as halves, (width + 2) * (height + 2) of them: the border repeats
   // the image (wrapped left and right, clamped at the top and bottom), so interpolation needs no
   // special cases.
-  std::vector<Fp16Texel> texels_;
+  std::span<const Fp16Texel> texels;
   // Distribution over the cells between texel centers: width columns (the last one wraps), height +
   // 1 rows (half cells at the poles).
-  Distribution2D distribution_;
-  std::vector<float> row_factors_; // per cell row: solid-angle density = weight * factor / sin(theta)
+  Distribution2DView distribution;
+  std::span<const float> row_factors; // per cell row: solid-angle density = weight * factor / sin(theta)
 };
 
-inline Environment::Footprint Environment::footprint(const Location& at) const {
+class Environment : public EnvironmentView {
+ public:
+  // Immutable after construction. Negative or non-finite texels are read as 0. Integer images are
+  // decoded from sRGB, floating-point images are linear Rec. 709. An empty image is black.
+  Environment(const std::shared_ptr<const Image>& image, float rotation_rad, float intensity);
+  // A uniform environment.
+  explicit Environment(const Rgb& radiance);
+
+  // Returns the fraction of the total luminance that the density of sample() follows, in (0, 1];
+  // the rest is left to BSDF sampling.
+  [[nodiscard]] float sampled_fraction() const { return sampled_fraction_; }
+  [[nodiscard]] size_t memory_bytes() const {
+    return sizeof(*this) + arrays_.bytes() + stored_distribution_.memory_bytes();
+  }
+
+ private:
+  // Returns the texels; nothing if the image is black.
+  [[nodiscard]] std::vector<Fp16Texel> store_texels(const Image& image, float intensity);
+  void fill_border(std::vector<Fp16Texel>& stored) const;
+  void compensate_for_mis(float mean_weight, std::vector<Fp16Texel>& stored);
+  void build_distribution();
+
+  OwnedArrays arrays_;
+  Distribution2D stored_distribution_; // owns `distribution`
+  float sampled_fraction_ = 1.0f;
+};
+
+inline EnvironmentView::Footprint EnvironmentView::footprint(const Location& at) const {
   // Texel centers are at half-integers; the border shifts indices by one. min(1, NaN) is 1, so
   // accesses stay in bounds.
-  const float x = std::min(1.0f, at.u) * static_cast<float>(width_) + 0.5f;
-  const float y = std::min(1.0f, at.v) * static_cast<float>(height_) + 0.5f;
+  const float x = std::min(1.0f, at.u) * static_cast<float>(width) + 0.5f;
+  const float y = std::min(1.0f, at.v) * static_cast<float>(height) + 0.5f;
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
-  const size_t stride = static_cast<size_t>(width_) + 2;
-  return {texels_.data() + static_cast<size_t>(y0) * stride + static_cast<size_t>(x0), y0, x - static_cast<float>(x0),
+  const size_t stride = static_cast<size_t>(width) + 2;
+  return {texels.data() + static_cast<size_t>(y0) * stride + static_cast<size_t>(x0), y0, x - static_cast<float>(x0),
           y - static_cast<float>(y0)};
 }
 
-inline EnvironmentEval Environment::eval(const Location& at) const {
-  if (width_ == 0) return {constant_, constant_pdf_};
+inline EnvironmentEval EnvironmentView::eval(const Location& at) const {
+  if (width == 0) return {constant, constant_pdf};
   const Footprint f = footprint(at);
-  const V4f stored = interpolate(f.top, f.top + width_ + 2, f.fx, f.fy);
-  const float to_pdf = row_factors_[static_cast<size_t>(f.row)] / std::max(at.sin_theta, kMinSinTheta);
-  return {Rgb(stored.x, stored.y, stored.z) * scale_, stored.w * to_pdf};
+  const V4f stored = interpolate(f.top, f.top + width + 2, f.fx, f.fy);
+  const float to_pdf = row_factors[static_cast<size_t>(f.row)] / std::max(at.sin_theta, kMinSinTheta);
+  return {Rgb(stored.x, stored.y, stored.z) * scale, stored.w * to_pdf};
 }
 
-inline Environment::Location Environment::locate(const V3f& wi) const {
-  if (width_ == 0) return {};
-  float u = atan2_turns(wi.z, wi.x) + 0.5f + rotation_turns_;
+inline EnvironmentView::Location EnvironmentView::locate(const V3f& wi) const {
+  if (width == 0) return {};
+  float u = atan2_turns(wi.z, wi.x) + 0.5f + rotation_turns;
   u -= u >= 1.0f ? 1.0f : 0.0f;
   return {u, acos_half_turns(wi.y), std::sqrt(wi.x * wi.x + wi.z * wi.z)};
 }
 
-inline void Environment::prefetch(const Location& at) const {
-  if (width_ == 0) return;
+inline void EnvironmentView::prefetch(const Location& at) const {
+  if (width == 0) return;
   const Fp16Texel* top = footprint(at).top;
   ::kindling::prefetch(top);
-  ::kindling::prefetch(top + width_ + 2);
+  ::kindling::prefetch(top + width + 2);
 }
 
 } // namespace kindling

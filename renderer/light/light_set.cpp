@@ -1,6 +1,6 @@
 // Light selection, sampling and densities of a LightSet.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/light/light_set.h"
+#include "renderer/light/light_set_view.h"
 
 #include "renderer/base/hash.h"
 #include "renderer/base/prefetch.h"
@@ -38,7 +38,7 @@ float first_coordinate(double rest) { return std::min(static_cast<float>(rest), 
 
 } // namespace
 
-float LightSet::directional_irradiance(const Punctual& light, const V3f& normal) {
+float LightSetView::directional_irradiance(const Punctual& light, const V3f& normal) {
   const bool any_side = normal == V3f(0.0f);
   float cosine = -normal.dot(light.axis);
   // A disk cut by the horizon, or a light that moves.
@@ -49,71 +49,72 @@ float LightSet::directional_irradiance(const Punctual& light, const V3f& normal)
 // Without a directional light above the horizon, or without an environment, their weight goes to
 // the others. Among directional lights the weights are those of light_selection_weight() relative
 // to the strongest of them.
-void LightSet::set_learned_weights(const V3f& normal, const LightProbabilities& learned,
-                                   SelectionWeights& weights) const {
-  weights.tree = tree_.empty() ? 0.0f : learned[static_cast<size_t>(LightKind::tree)];
-  weights.environment = environment_irradiance_ > 0.0f ? learned[static_cast<size_t>(LightKind::environment)] : 0.0f;
+void LightSetView::set_learned_weights(const V3f& normal, const LightProbabilities& learned,
+                                       SelectionWeights& weights) const {
+  weights.tree = tree.empty() ? 0.0f : learned[static_cast<size_t>(LightKind::tree)];
+  weights.environment = environment_irradiance > 0.0f ? learned[static_cast<size_t>(LightKind::environment)] : 0.0f;
   weights.sum = weights.tree + weights.environment;
-  for (size_t i = first_directional_; i < punctuals_.size(); ++i)
-    weights.strongest = std::max(weights.strongest, directional_irradiance(punctuals_[i], normal));
+  for (size_t i = first_directional; i < punctuals.size(); ++i)
+    weights.strongest = std::max(weights.strongest, directional_irradiance(punctuals[i], normal));
   if (!(weights.strongest > 0.0f)) return;
   float directional = 0.0f;
-  for (size_t i = first_directional_; i < punctuals_.size(); ++i)
-    directional += light_selection_weight(directional_irradiance(punctuals_[i], normal), weights.strongest);
+  for (size_t i = first_directional; i < punctuals.size(); ++i)
+    directional += light_selection_weight(directional_irradiance(punctuals[i], normal), weights.strongest);
   weights.directional_scale = learned[static_cast<size_t>(LightKind::directional)] / directional;
   weights.sum += learned[static_cast<size_t>(LightKind::directional)];
 }
 
-LightSet::SelectionWeights LightSet::selection_weights(const V3f& point, const V3f& normal,
-                                                       const LightProbabilities* learned) const {
+LightSetView::SelectionWeights LightSetView::selection_weights(const V3f& point, const V3f& normal,
+                                                               const LightProbabilities* learned) const {
   if (learned) {
     SelectionWeights result;
     set_learned_weights(normal, *learned, result);
     return result;
   }
-  const float tree = tree_.irradiance(point, normal);
+  const float from_tree = tree.irradiance(point, normal);
   SelectionWeights result;
-  result.strongest = std::max(tree, environment_irradiance_);
-  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    result.strongest = std::max(result.strongest, directional_irradiance(punctuals_[i], normal));
+  result.strongest = std::max(from_tree, environment_irradiance);
+  for (size_t i = first_directional; i < punctuals.size(); ++i) {
+    result.strongest = std::max(result.strongest, directional_irradiance(punctuals[i], normal));
   }
-  result.tree = light_selection_weight(tree, result.strongest);
-  result.environment = light_selection_weight(environment_irradiance_, result.strongest);
+  result.tree = light_selection_weight(from_tree, result.strongest);
+  result.environment = light_selection_weight(environment_irradiance, result.strongest);
   result.sum = result.tree;
-  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    result.sum += light_selection_weight(directional_irradiance(punctuals_[i], normal), result.strongest);
+  for (size_t i = first_directional; i < punctuals.size(); ++i) {
+    result.sum += light_selection_weight(directional_irradiance(punctuals[i], normal), result.strongest);
   }
   result.sum += result.environment;
   return result;
 }
 
-float LightSet::environment_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
-  if (single_kind_) return environment_ ? 1.0f : 0.0f;
+float LightSetView::environment_probability(const V3f& point, const V3f& normal,
+                                            const LightProbabilities* learned) const {
+  if (single_kind) return has_environment ? 1.0f : 0.0f;
   const SelectionWeights all = selection_weights(point, normal, learned);
   return all.sum > 0.0f ? all.environment / all.sum : 0.0f;
 }
 
-float LightSet::tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
-  if (single_kind_) return tree_.empty() ? 0.0f : 1.0f;
+float LightSetView::tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const {
+  if (single_kind) return tree.empty() ? 0.0f : 1.0f;
   const SelectionWeights all = selection_weights(point, normal, learned);
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
-std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) const {
+std::optional<LightSetView::Choice> LightSetView::choose_kind(const LightQuery& query) const {
   assert(query.u.x >= 0.0f && query.u.x <= 1.0f && query.u.y >= 0.0f && query.u.y <= 1.0f);
   if (empty()) return std::nullopt;
   Choice result;
   result.rest = static_cast<double>(query.u.x);
-  if (single_kind_ && environment_) {
+  if (single_kind && has_environment) {
     result.kind = LightKind::environment;
     return result;
   }
-  if (single_kind_ && tree_.by_intensity()) return result;
+  if (single_kind && tree.by_intensity) return result;
   // A draw is a multiple of 2^-24. Digits below that give improbable lights their exact
   // probability.
   const auto digits = hash_combine(std::bit_cast<uint32_t>(query.digits), std::bit_cast<uint32_t>(query.u.y));
   result.rest += static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
-  if (single_kind_) return result;
+  if (single_kind) return result;
   // The order is: tree, directional lights, environment.
   const SelectionWeights all = selection_weights(query.point, query.normal, query.learned);
   result.rest *= static_cast<double>(all.sum);
@@ -127,8 +128,8 @@ std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) c
     return false;
   };
   if (chooses(all.tree)) return result;
-  for (size_t i = first_directional_; i < punctuals_.size(); ++i) {
-    if (!chooses(light_selection_weight(directional_irradiance(punctuals_[i], query.normal), all.strongest) *
+  for (size_t i = first_directional; i < punctuals.size(); ++i) {
+    if (!chooses(light_selection_weight(directional_irradiance(punctuals[i], query.normal), all.strongest) *
                  all.directional_scale))
       continue;
     result.kind = LightKind::directional;
@@ -142,15 +143,15 @@ std::optional<LightSet::Choice> LightSet::choose_kind(const LightQuery& query) c
   return result;
 }
 
-std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, const Choice& choice,
-                                                   const std::optional<LightTree::Choice>& emitter) const {
+std::optional<LightSample> LightSetView::sample_chosen(const LightQuery& query, const Choice& choice,
+                                                       const std::optional<LightTree::Choice>& emitter) const {
   std::optional<LightSample> result;
   switch (choice.kind) {
   case LightKind::tree:
     if (!emitter) return std::nullopt;
-    result = emitter->emitter < triangles_.size()
+    result = emitter->emitter < triangles.size()
                  ? sample_triangle(emitter->emitter, query.point, {first_coordinate(emitter->u), query.u.y}, query.time)
-                 : sample_punctual(emitter->emitter - static_cast<uint32_t>(triangles_.size()), query.point,
+                 : sample_punctual(emitter->emitter - static_cast<uint32_t>(triangles.size()), query.point,
                                    {first_coordinate(emitter->u), query.u.y}, query.time);
     if (!result) return std::nullopt;
     result->pdf *= emitter->probability;
@@ -158,7 +159,7 @@ std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, cons
   case LightKind::directional:
     result = sample_punctual(choice.directional, query.point, {first_coordinate(choice.rest), query.u.y}, query.time);
     break;
-  case LightKind::environment: result = environment_->sample({first_coordinate(choice.rest), query.u.y}); break;
+  case LightKind::environment: result = environment.sample({first_coordinate(choice.rest), query.u.y}); break;
   }
   result->kind = choice.kind;
   result->kind_probability = choice.probability;
@@ -167,16 +168,16 @@ std::optional<LightSample> LightSet::sample_chosen(const LightQuery& query, cons
   return result;
 }
 
-std::optional<LightSample> LightSet::sample(const LightQuery& query) const {
+std::optional<LightSample> LightSetView::sample(const LightQuery& query) const {
   const std::optional<Choice> choice = choose_kind(query);
   if (!choice) return std::nullopt;
   return sample_chosen(query, *choice,
-                       choice->kind == LightKind::tree ? tree_.choose(query.point, query.normal, choice->rest)
+                       choice->kind == LightKind::tree ? tree.choose(query.point, query.normal, choice->rest)
                                                        : std::nullopt);
 }
 
 // Works in steps over all queries of a group; each step prefetches the memory of the next one.
-void LightSet::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
+void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
   assert(samples.size() >= queries.size());
   constexpr size_t kGroup = 32;
   std::array<std::optional<Choice>, kGroup> choices;
@@ -194,10 +195,10 @@ void LightSet::sample(std::span<const LightQuery> queries, std::span<std::option
       else if (choices[i]->kind == LightKind::tree)
         descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
     }
-    if (draw_count > 0) environment_->prefetch_samples(std::span(draws).first(draw_count));
-    tree_.choose(std::span(descents).first(descent_count), emitters);
+    if (draw_count > 0) environment.prefetch_samples(std::span(draws).first(draw_count));
+    tree.choose(std::span(descents).first(descent_count), emitters);
     for (size_t i = 0; i < descent_count; ++i)
-      if (emitters[i] && emitters[i]->emitter < triangles_.size()) prefetch(&triangles_[emitters[i]->emitter]);
+      if (emitters[i] && emitters[i]->emitter < triangles.size()) prefetch(&triangles[emitters[i]->emitter]);
     size_t descent = 0;
     for (size_t i = 0; i < group.size(); ++i) {
       std::optional<LightSample>& sample = samples[first + i];
@@ -209,14 +210,15 @@ void LightSet::sample(std::span<const LightQuery> queries, std::span<std::option
   }
 }
 
-std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& point, const V2f& u, float time) const {
+std::optional<LightSample> LightSetView::sample_triangle(uint32_t index, const V3f& point, const V2f& u,
+                                                         float time) const {
   Triangle posed;
   if (moves(index)) [[unlikely]]
     posed = posed_triangle(index, time);
-  const Triangle& t = moves(index) ? posed : triangles_[index];
+  const Triangle& t = moves(index) ? posed : triangles[index];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(point - t.p0) > 0.0f;
-  if (!front && !emissions_[t.emission].two_sided) return std::nullopt;
+  if (!front && !emissions[t.emission].two_sided) return std::nullopt;
 
   LightSample result;
   V2f barycentrics;
@@ -242,19 +244,19 @@ std::optional<LightSample> LightSet::sample_triangle(uint32_t index, const V3f& 
   if (!(result.pdf > 0.0f && result.pdf < kInfinity)) return std::nullopt;
   result.radiance = emission_at(index, barycentrics.x, barycentrics.y);
   result.normal = normal * ((front ? 1.0f : -1.0f) / normal.length());
-  result.radiance *= through_coat(emissions_[t.emission], front, result.normal.dot(result.wi));
+  result.radiance *= through_coat(emissions[t.emission], front, result.normal.dot(result.wi));
   return result;
 }
 
-float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
-                             const LightProbabilities* learned, float time) const {
-  assert(triangle < triangles_.size());
+float LightSetView::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi, float distance,
+                                 const LightProbabilities* learned, float time) const {
+  assert(triangle < triangles.size());
   assert(std::fabs(wi.length2() - 1.0f) < 1e-3f);
   Triangle posed;
   if (moves(triangle)) [[unlikely]]
     posed = posed_triangle(triangle, time);
-  const Triangle& t = moves(triangle) ? posed : triangles_[triangle];
-  float probability = tree_.probability(triangle, point, normal);
+  const Triangle& t = moves(triangle) ? posed : triangles[triangle];
+  float probability = tree.probability(triangle, point, normal);
   if (!(probability > 0.0f)) return 0.0f;
   probability *= tree_probability(point, normal, learned);
   const float density = sampled_by_solid_angle(t, point) ? SphericalTriangle(t.p0, t.p1, t.p2, point).pdf()
@@ -262,17 +264,17 @@ float LightSet::pdf_triangle(uint32_t triangle, const V3f& point, const V3f& nor
   return density * probability < kInfinity ? density * probability : 0.0f;
 }
 
-Rgb LightSet::emission_at(uint32_t index, float u, float v) const {
-  const Emission& emission = emissions_[triangles_[index].emission];
-  if (emission.texture == nullptr || uvs_.empty()) return emission.factor;
-  const V2f* uv = uvs_.data() + size_t{index} * 3;
+Rgb LightSetView::emission_at(uint32_t index, float u, float v) const {
+  const Emission& emission = emissions[triangles[index].emission];
+  if (emission.texture == nullptr || uvs.empty()) return emission.factor;
+  const V2f* uv = uvs.data() + size_t{index} * 3;
   return emission.factor * emission.texture->sample_rgb(uv[0] * (1.0f - u - v) + uv[1] * u + uv[2] * v);
 }
 
-Rgb LightSet::emitted(uint32_t triangle, float u, float v, const V3f& wi, float time) const {
-  assert(triangle < triangles_.size());
-  const Triangle t = moves(triangle) ? posed_triangle(triangle, time) : triangles_[triangle];
-  const Emission& emission = emissions_[t.emission];
+Rgb LightSetView::emitted(uint32_t triangle, float u, float v, const V3f& wi, float time) const {
+  assert(triangle < triangles.size());
+  const Triangle t = moves(triangle) ? posed_triangle(triangle, time) : triangles[triangle];
+  const Emission& emission = emissions[t.emission];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(wi) < 0.0f;
   if (!emission.two_sided && !front) return Rgb(0.0f);

@@ -1,353 +1,45 @@
-// All lights of a World: light selection, sampling, densities and emitted radiance.
+// All lights of a World.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/base/huge_pages.h"
-#include "renderer/base/math.h"
-#include "renderer/light/coated_emission.h"
-#include "renderer/light/environment.h"
-#include "renderer/light/light_frame.h"
-#include "renderer/light/light_profile.h"
-#include "renderer/light/light_sample.h"
-#include "renderer/light/light_tree.h"
-#include "renderer/light/sphere_tree.h"
-#include "renderer/texture/texture.h"
+#include "renderer/base/owned_arrays.h"
+#include "renderer/light/light_set_view.h"
 
-#include <array>
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace kindling {
 
-// Emission of a group of triangles: radiance = factor * texture(uv), on the front face or on both.
-struct Emission {
-  Rgb factor{0.0f};                 // W / (sr m^2), including emissive strength
-  const Texture* texture = nullptr; // sRGB-decoded emission; borrowed; null: factor alone
-  bool two_sided = false;           // false: emits on the side where p0, p1, p2 are counterclockwise
-  float clearcoat = 0.0f;           // strength of a uniform coat over it; see coat_transmittance()
-  bool coated_back = true;          // the coat is also on the back side
-};
-
-// World space. The triangle's uv are already transformed for the texture.
-struct EmissiveTriangle {
-  V3f p0, p1, p2;
-  uint32_t emission = 0; // index into LightSetInput::emissions
-};
-
-// Keys of a moving triangle after the first: `count` entries of LightSetInput::later_corners. Keys
-// are equally spaced over the shutter; corners move linearly between them.
-struct CornerKeys {
-  uint32_t first = 0;
-  uint32_t count = 0; // 0: static
-};
-
-// The consecutive triangles of one mesh of the scene, which PerLightSampling treats as one light.
-struct EmissiveMesh {
-  uint32_t first = 0; // index into LightSetInput::triangles
-  uint32_t count = 0;
-  std::string name;
-};
-
-// Point, spot and profiled lights with a radius are uniformly emitting spheres: every point of the
-// surface emits the light's intensity in that direction over pi radius^2, so that a plane that
-// faces the whole sphere receives the irradiance of the point light. They occlude nothing and emit
-// inwards as well. Rays that leave a surface hit them (shape_radiance()). Without a radius they are
-// points.
-//
-// `later` holds the frames at the keys after the first, for lights that move over the shutter.
-struct PointLight {
-  V3f position;
-  Rgb intensity; // candela per channel
-  std::optional<float> range_m;
-  std::string name;
-  float radius_m = 0.0f; // below a micrometer: a point
-  std::vector<LightFrame> later;
-};
-// light.intensity is multiplied by the profile's intensity in the direction.
-struct ProfiledLight {
-  V3f position;
-  V3f axes[3];   // unit, of the profile's frame; it is aimed along -axes[2]
-  Rgb intensity; // factor per channel
-  std::shared_ptr<const LightProfile> profile;
-  std::string name;
-  float radius_m = 0.0f;
-  std::vector<LightFrame> later;
-};
-struct SpotLight {
-  V3f position;
-  V3f axis;      // unit, direction of emission
-  Rgb intensity; // candela per channel, on the axis
-  float cos_inner = 1.0f;
-  float cos_outer = 0.0f; // < cos_inner
-  std::optional<float> range_m;
-  std::string name;
-  float radius_m = 0.0f;
-  std::vector<LightFrame> later;
-};
-struct DirectionalLight {
-  V3f direction;  // unit, direction of emission
-  Rgb irradiance; // lux per channel, on a surface facing it
-  std::string name;
-  float angular_diameter_rad = 0.0f; // of a uniform disk in the sky, up to pi; below a microradian: a point
-  std::vector<LightFrame> later;
-};
-
-struct LightSetInput {
-  std::vector<Emission> emissions;
-  std::vector<EmissiveTriangle> triangles;
-  std::vector<V2f> triangle_uvs; // empty, or three per triangle
-  std::vector<EmissiveMesh> meshes;
-  // Keys of the last triangles, which are posed at the opening of the shutter; empty if all are
-  // static.
-  std::vector<CornerKeys> moving;
-  std::vector<std::array<V3f, 3>> later_corners;
-  std::vector<PointLight> points;
-  std::vector<SpotLight> spots;
-  std::vector<ProfiledLight> profiled;
-  std::vector<DirectionalLight> directionals;
-  std::shared_ptr<const Environment> environment; // may be null
-  V3f scene_center{0.0f};
-  float scene_radius_m = 1.0f;
-};
-
-// A point at which light is requested, and the random numbers of the choice.
-struct LightQuery {
-  V3f point;
-  V3f normal; // unit, on the lit side: light from below its horizon is rarely sampled; zero: light from all directions
-  V2f u;      // in [0, 1)^2: x selects the light, its remainder is the first coordinate on the light, y the second
-  float digits = 0.0f; // in [0, 1): continues u.x below its 24 bits
-  // Learned selection probabilities of the kinds of light; they replace the estimates. All
-  // densities take them, too.
-  const LightProbabilities* learned = nullptr;
-  float time = 0.0f; // in [0, 1] over the shutter
-};
-
-// A ray segment along which sized lights are intersected.
-struct ShapeRay {
-  V3f origin; // the point of the light query
-  V3f normal; // the normal of the light query
-  V3f direction;
-  float begin_m = 0.0f, end_m = kInfinity; // distances from the origin; kInfinity: the ray escapes
-  float bsdf_pdf = 0.0f;                   // solid-angle density of the direction; 0: no light sampling competes
-  const LightProbabilities* learned = nullptr;
-  float time = 0.0f;
-  Rgb extinction{0.0f}; // 1 / m from begin_m on, in front of lights at a finite distance
-};
-
-// Length: twice the area. Points to the side from which p0, p1, p2 are counterclockwise.
-template <typename Triangle>
-[[nodiscard]] V3f double_area_normal(const Triangle& t) {
-  return (t.p1 - t.p0).cross(t.p2 - t.p0);
-}
-
-// Immutable, thread-safe, without allocation after construction. A LightTree selects among
-// triangles, point and spot lights. That tree, each directional light and the environment are
-// selected in proportion to light_selection_weight() of the unoccluded irradiance that each would
-// contribute. Lights without power are never selected.
-//
-// Triangles nearer than twice their longest edge are sampled uniformly by solid angle, others by
-// area. The decision depends on triangle and point only, so that pdf_triangle() can repeat it.
-class LightSet {
+// Immutable, thread-safe, without allocation after construction.
+class LightSet : public LightSetView {
  public:
   explicit LightSet(LightSetInput input);
 
-  [[nodiscard]] bool empty() const { return light_count_ == 0; }
-
-  // Samples a light and a direction to it from the point of the query. Empty: no contribution
-  // (counts as zero). Point, spot and directional lights follow KHR_lights_punctual, with its
-  // window for `range_m`.
-  [[nodiscard]] std::optional<LightSample> sample(const LightQuery& query) const;
-  // The same: u_light selects the light, u.x continues its digits, u.y is the second coordinate.
-  [[nodiscard]] std::optional<LightSample> sample(const V3f& point, const V3f& normal, float u_light, const V2f& u,
-                                                  const LightProbabilities* learned = nullptr) const {
-    return sample(LightQuery{point, normal, {u_light, u.y}, u.x, learned});
-  }
-  // The same samples for many points, interleaved to hide memory latency. Both spans must have the
-  // same size.
-  void sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const;
-
-  // Returns the density of sample() for a hit of emissive triangle `triangle` (in the order of
-  // LightSetInput::triangles): solid angle, including light selection. `wi` is unit, from `point`
-  // to the hit at `distance`; `point`, `normal` and `time` are those of the query. The side is not
-  // checked: emitted() is black on a dark side.
-  [[nodiscard]] float pdf_triangle(uint32_t triangle, const V3f& point, const V3f& normal, const V3f& wi,
-                                   float distance, const LightProbabilities* learned = nullptr,
-                                   float time = 0.0f) const;
-  // Returns the density of sample() for leaving the scene along wi.
-  [[nodiscard]] float pdf_environment(const V3f& point, const V3f& normal, const V3f& wi,
-                                      const LightProbabilities* learned = nullptr) const {
-    return environment_ ? environment_->pdf(wi) * environment_probability(point, normal, learned) : 0.0f;
-  }
-
-  // True if a ray may hit a point, spot or directional light with a size.
-  [[nodiscard]] bool has_shapes() const { return has_shapes_; }
-  // Returns the radiance of sized lights along the ray to its origin, weighted by the power
-  // heuristic between the direction's density and that of light sampling. They do not occlude each
-  // other. Directional lights count if the ray escapes.
-  [[nodiscard]] Rgb shape_radiance(const ShapeRay& ray) const;
-
-  // Returns the radiance of triangle `triangle` along -wi at barycentrics (u, v). Black on a dark
-  // side.
-  [[nodiscard]] Rgb emitted(uint32_t triangle, float u, float v, const V3f& wi, float time = 0.0f) const;
-  [[nodiscard]] Rgb environment_radiance(const V3f& wi) const { // black without an environment
-    return environment_ ? environment_->radiance(wi) : Rgb(0.0f);
-  }
-  [[nodiscard]] Rgb environment_radiance(const Environment::Location& at) const {
-    return environment_ ? environment_->eval(at).radiance : Rgb(0.0f);
-  }
-  // environment_radiance() and pdf_environment() from one lookup.
-  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi,
-                                                 const LightProbabilities* learned = nullptr) const {
-    return environment_ ? environment_eval(point, normal, environment_->locate(wi), learned) : EnvironmentEval{};
-  }
-  [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const Environment::Location& at,
-                                                 const LightProbabilities* learned = nullptr) const {
-    if (!environment_) return {};
-    EnvironmentEval eval = environment_->eval(at);
-    eval.pdf *= environment_probability(point, normal, learned);
-    return eval;
-  }
-  // Returns the location of wi in the environment for the two functions above, and prefetches its
-  // memory.
-  [[nodiscard]] Environment::Location locate_in_environment(const V3f& wi) const {
-    if (!environment_) return {};
-    const Environment::Location at = environment_->locate(wi);
-    environment_->prefetch(at);
-    return at;
-  }
-  [[nodiscard]] const Environment* environment() const { return environment_.get(); }
   // Replaces the environment; null removes it. The lights are then those of a set that was built
   // with it, to the bit.
-  void set_environment(std::shared_ptr<const Environment> environment);
+  void set_environment(std::shared_ptr<const Environment> light);
 
-  // Returns the number of lights that can be selected; each emissive triangle counts.
-  [[nodiscard]] size_t light_count() const { return light_count_; }
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
   friend class PerLightSampling;
-  // 40 bytes, plus those of the tree, plus 24 if any emission is textured.
-  struct Triangle {
-    V3f p0;
-    uint32_t emission;
-    V3f p1;
-    V3f p2;
-  };
-  static_assert(sizeof(Triangle) == 40);
-  // Point, spot and directional lights.
-  struct Punctual {
-    enum class Kind : uint32_t { point, spot, profiled, directional } kind;
-    V3f position;
-    V3f axis;                   // direction of emission
-    Rgb intensity;              // irradiance for directional lights
-    float inverse_range = 0.0f; // 0: unlimited
-    float angle_scale = 0.0f;   // spot: falloff = clamp(cos * angle_scale + angle_offset, 0, 1)^2
-    float angle_offset = 1.0f;
-    float luminance = 0.0f;     // of intensity; 0: never selected
-    uint32_t profiled = 0;      // index into profiled_
-    float radius = 0.0f;        // of a sphere, or sine of half the angle of a disk in the sky; 0: none
-    float one_minus_cos = 0.0f; // of half that angle
-    float sin_reach = 0.0f;     // directional: sine of the maximum angle of any direction to it from -axis
-    uint32_t key_count = 0;     // of a moving light; 0: static
-    uint32_t first_key = 0;     // index into frames_
-    V3f x{0.0f}, y{0.0f};       // axes of the frame, whose z is -axis
-  };
-  // Selection weights of the tree, the environment and the directional lights at a point.
-  struct SelectionWeights {
-    float strongest = 0.0f; // irradiance
-    float tree = 0.0f;
-    float environment = 0.0f;
-    float sum = 0.0f;
-    float directional_scale = 1.0f; // of the weights of directional lights
-  };
-
-  // The selected kind of light and, for directional lights, which one.
-  struct Choice {
-    LightKind kind = LightKind::tree;
-    uint32_t directional = 0; // index into punctuals_
-    float probability = 1.0f; // of the selection
-    double rest = 0.0;        // remainder of the random number: again uniform in [0, 1)
-  };
 
   void add_punctuals(const LightSetInput& input);
-  void add_punctual(Punctual light, const std::string& name, const LightFrame& first,
-                    const std::vector<LightFrame>& later);
-  void prepare_shapes();
+  void prepare_shapes(std::span<Punctual> lights);
   [[nodiscard]] EmitterBounds punctual_bounds(const Punctual& light) const;
-  [[nodiscard]] SelectionWeights selection_weights(const V3f& point, const V3f& normal,
-                                                   const LightProbabilities* learned) const;
-  void set_learned_weights(const V3f& normal, const LightProbabilities& learned, SelectionWeights& weights) const;
-  [[nodiscard]] static float directional_irradiance(const Punctual& light, const V3f& normal);
-  [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal,
-                                              const LightProbabilities* learned) const;
-  [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const;
-  [[nodiscard]] std::optional<Choice> choose_kind(const LightQuery& query) const;
-  // `emitter` is the tree's choice for choice.rest if the kind is tree.
-  [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
-                                                         const std::optional<LightTree::Choice>& emitter) const;
-  [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u,
-                                                           float time) const;
-  [[nodiscard]] bool moves(uint32_t triangle) const { return triangle >= first_moving_; }
-  [[nodiscard]] Triangle posed_triangle(uint32_t index, float time) const; // for moving triangles
-  // Key 0 is the opening of the shutter.
-  [[nodiscard]] Triangle triangle_at_key(uint32_t index, uint32_t key) const;
   [[nodiscard]] EmitterBounds moving_bounds(uint32_t index) const;
-  // Punctual lights (punctual_samples.cpp). `number` is an index into punctuals_; u is a position
-  // on a sized light.
-  [[nodiscard]] std::optional<LightSample> sample_punctual(uint32_t number, const V3f& point, const V2f& u,
-                                                           float time) const;
-  [[nodiscard]] std::optional<LightSample> sample_posed(const Punctual& light, const V3f& point, const V2f& u) const;
-  [[nodiscard]] Punctual posed(const Punctual& light, float time) const;
-  // Returns `scale` times the intensity's attenuation in direction -wi at this distance from the
-  // center.
-  [[nodiscard]] float attenuated(const Punctual& light, const V3f& wi, float distance, float scale) const;
-  void add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
-  void add_disk(uint32_t number, const ShapeRay& ray, Rgb& sum) const;
   // Returns the mean emission of a triangle over its area.
   [[nodiscard]] Rgb mean_emission(uint32_t index) const;
-  [[nodiscard]] Rgb emission_at(uint32_t index, float u, float v) const;
-  // Returns the transmittance of the coat on a side, at a cosine to the normal.
-  [[nodiscard]] static float through_coat(const Emission& emission, bool front, float cos_theta) {
-    return emission.clearcoat > 0.0f && (front || emission.coated_back)
-               ? coat_transmittance(emission.clearcoat, cos_theta)
-               : 1.0f;
-  }
 
-  std::vector<Emission> emissions_;
-  HugePageVector<Triangle> triangles_;
-  std::vector<V2f> uvs_;           // three per triangle, or empty
-  uint32_t first_moving_ = 0;      // first index of moving triangles
-  std::vector<CornerKeys> moving_; // keys of the moving triangles
-  std::vector<std::array<V3f, 3>> later_corners_;
-  std::vector<Punctual> punctuals_; // points, spots and profiled ones (in the tree), then directional lights
-  std::vector<ProfiledLight> profiled_;
+  OwnedArrays arrays_;
+  LightTree stored_tree_;
+  SphereTree stored_spheres_;
+  std::shared_ptr<const Environment> stored_environment_;
   std::vector<EmissiveMesh> meshes_;
   std::vector<std::string> punctual_names_;
-  std::vector<LightFrame> frames_; // of moving punctual lights
-  SphereTree spheres_;             // punctual lights with a radius; ids are indices into punctuals_
-  std::vector<uint32_t> disks_;    // directional lights with an angle; indices into punctuals_
-  bool has_shapes_ = false;
-  size_t first_directional_ = 0;
-  LightTree tree_;                                 // of triangles, then points and spots
-  std::shared_ptr<const Environment> environment_; // null if absent
-  float environment_irradiance_ =
-      0.0f;                  // mean luminance of the irradiance on an unoccluded plane, over its orientations
-  size_t kind_count_ = 0;    // the tree, each directional light twice, and the environment
-  bool single_kind_ = false; // at most the tree or the environment exists: probabilities are 0 and 1
-  size_t light_count_ = 0;
+  size_t kind_count_ = 0; // the tree, each directional light twice, and the environment
 };
-
-// Returns the selection weight of the tree, the environment or a directional light at a point,
-// given its unoccluded irradiance and the maximum of all. The weight is proportional to the
-// irradiance with a floor of 1/19, because occlusion is unknown: the weaker of two gets at least
-// 0.05 of the samples. Zero irradiance has no weight.
-[[nodiscard]] inline float light_selection_weight(float irradiance, float strongest) {
-  if (!(irradiance > 0.0f)) return 0.0f;
-  return std::clamp(irradiance / strongest, 1.0f / 19.0f, 1.0f);
-}
 
 } // namespace kindling

@@ -61,10 +61,10 @@ inline Float8 importances(const LightNode& node, const V3f& point, const V3f& no
 
 // Descends one level. Returns false at the end: at an emitter, or where nothing reaches the point
 // (choice.probability is 0).
-inline bool LightTree::step(Descent& descent) const {
-  const LightNode& node = nodes_[descent.node];
+inline bool LightTreeView::step(Descent& descent) const {
+  const LightNode& node = nodes[descent.node];
   Choice& choice = descent.choice;
-  prefetch(emitters_.data() + node.first_emitter);
+  prefetch(emitters.data() + node.first_emitter);
   const Float8 weights = importances(node, descent.point, descent.normal);
   const Float8 sums = running_sums(weights);
   const float sum = sums[7];
@@ -82,22 +82,23 @@ inline bool LightTree::step(Descent& descent) const {
                         0x1.fffffffffffffp-1);
   choice.probability *= weight / sum;
   if (!node.is_inner(lane)) {
-    choice.emitter = node.emitter(lane); // an index into emitters_ until end()
+    choice.emitter = node.emitter(lane); // an index into emitters until end()
     return false;
   }
   descent.node = node.child(lane);
   return true;
 }
 
-std::optional<LightTree::Choice> LightTree::end(const Descent& descent) const {
+std::optional<LightTreeView::Choice> LightTreeView::end(const Descent& descent) const {
   if (!(descent.choice.probability > 0.0f)) return std::nullopt;
   Choice choice = descent.choice;
-  choice.emitter = emitters_[choice.emitter];
+  choice.emitter = emitters[choice.emitter];
   return choice;
 }
 
-std::optional<LightTree::Choice> LightTree::choose_by_importance(const V3f& point, const V3f& normal, double u) const {
-  if (nodes_.empty()) return std::nullopt;
+std::optional<LightTreeView::Choice> LightTreeView::choose_by_importance(const V3f& point, const V3f& normal,
+                                                                         double u) const {
+  if (nodes.empty()) return std::nullopt;
   Descent descent{point, normal, 0, {0, 1.0f, u}};
   while (step(descent)) {
   }
@@ -106,7 +107,7 @@ std::optional<LightTree::Choice> LightTree::choose_by_importance(const V3f& poin
 
 // All descents advance one level before any continues, so that memory latency and dependency chains
 // overlap.
-void LightTree::descend(std::span<Descent> descents) const {
+void LightTreeView::descend(std::span<Descent> descents) const {
   assert(descents.size() <= kMaxGroup);
   std::array<uint32_t, kMaxGroup> going;
   uint32_t count = 0;
@@ -116,7 +117,7 @@ void LightTree::descend(std::span<Descent> descents) const {
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t index = going[i];
       if (!step(descents[index])) continue;
-      const LightNode* next = &nodes_[descents[index].node];
+      const LightNode* next = &nodes[descents[index].node];
       prefetch(next);
       prefetch(reinterpret_cast<const std::byte*>(next) + 64);
       going[remaining++] = index;
@@ -125,9 +126,9 @@ void LightTree::descend(std::span<Descent> descents) const {
   }
 }
 
-void LightTree::choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const {
+void LightTreeView::choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const {
   assert(choices.size() >= queries.size());
-  if (by_intensity_ || nodes_.empty()) {
+  if (by_intensity || nodes.empty()) {
     for (size_t i = 0; i < queries.size(); ++i) choices[i] = choose(queries[i].point, queries[i].normal, queries[i].u);
     return;
   }
@@ -143,14 +144,14 @@ void LightTree::choose(std::span<const Query> queries, std::span<std::optional<C
   }
 }
 
-float LightTree::probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const {
-  assert(places_.empty() || emitter < places_.size());
-  uint32_t place = places_.empty() ? kNowhere : places_[emitter];
+float LightTreeView::probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const {
+  assert(places.empty() || emitter < places.size());
+  uint32_t place = places.empty() ? kNowhere : places[emitter];
   if (place == kNowhere) return 0.0f;
   float result = 1.0f;
   for (;;) {
     const uint32_t number = place / kWidth;
-    const LightNode& node = nodes_[number];
+    const LightNode& node = nodes[number];
     const Float8 weights = importances(node, point, normal);
     const float sum = running_sums(weights)[7];
     if (!(sum > 0.0f)) return 0.0f;
@@ -160,9 +161,9 @@ float LightTree::probability_by_importance(uint32_t emitter, const V3f& point, c
   }
 }
 
-float LightTree::irradiance(const V3f& point, const V3f& normal) const {
-  if (nodes_.empty()) return 0.0f;
-  return running_sums(importances(nodes_[0], point, normal))[7] * total_intensity_;
+float LightTreeView::irradiance(const V3f& point, const V3f& normal) const {
+  if (nodes.empty()) return 0.0f;
+  return running_sums(importances(nodes[0], point, normal))[7] * total_intensity;
 }
 
 } // namespace kindling

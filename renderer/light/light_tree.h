@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/base/huge_pages.h"
 #include "renderer/base/math.h"
+#include "renderer/base/owned_arrays.h"
 #include "renderer/light/light_node.h"
 
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace kindling {
 
@@ -31,13 +30,8 @@ struct EmitterBounds {
 // contributes nothing, so every contributing emitter has a positive probability. Up to two emitters
 // are selected by their intensity alone.
 //
-// Immutable, thread-safe, without allocation after construction. Built in parallel, independent of
-// the thread count.
-class LightTree {
- public:
-  LightTree() = default;
-  explicit LightTree(std::span<const EmitterBounds> emitters);
-
+// Immutable, thread-safe.
+struct LightTreeView {
   struct Choice {
     uint32_t emitter = 0; // index into the constructor's emitters
     float probability = 0.0f;
@@ -48,10 +42,10 @@ class LightTree {
   // light from all directions. Empty: nothing reaches the point. That may be detected below the
   // root, too, so the sum of all probabilities may be less than one.
   [[nodiscard]] std::optional<Choice> choose(const V3f& point, const V3f& normal, double u) const {
-    if (!by_intensity_) return choose_by_importance(point, normal, u);
-    const auto first = static_cast<double>(few_probability_[0]);
-    if (u < first) return Choice{few_[0], few_probability_[0], u / first};
-    return Choice{few_[1], few_probability_[1], (u - first) / (1.0 - first)};
+    if (!by_intensity) return choose_by_importance(point, normal, u);
+    const auto first = static_cast<double>(few_probability[0]);
+    if (u < first) return Choice{few[0], few_probability[0], u / first};
+    return Choice{few[1], few_probability[1], (u - first) / (1.0 - first)};
   }
   // The same choices for many points, interleaved to hide memory latency.
   struct Query {
@@ -62,22 +56,15 @@ class LightTree {
   void choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const;
   // Returns the probability with which choose() selects this emitter; 0 if never.
   [[nodiscard]] float probability(uint32_t emitter, const V3f& point, const V3f& normal) const {
-    if (!by_intensity_) return probability_by_importance(emitter, point, normal);
-    return emitter == few_[0] ? few_probability_[0] : emitter == few_[1] ? few_probability_[1] : 0.0f;
+    if (!by_intensity) return probability_by_importance(emitter, point, normal);
+    return emitter == few[0] ? few_probability[0] : emitter == few[1] ? few_probability[1] : 0.0f;
   }
   // Returns the root's estimate of the unoccluded irradiance (luminance) of all emitters. Zero only
   // if none can reach the point.
   [[nodiscard]] float irradiance(const V3f& point, const V3f& normal) const;
 
-  [[nodiscard]] bool empty() const { return nodes_.empty(); }
-  // True if choices do not depend on the point.
-  [[nodiscard]] bool by_intensity() const { return by_intensity_; }
-  [[nodiscard]] size_t memory_bytes() const {
-    return nodes_.size() * sizeof(LightNode) + (emitters_.size() + places_.size()) * sizeof(uint32_t);
-  }
+  [[nodiscard]] bool empty() const { return nodes.empty(); }
 
- private:
-  friend class LightTreeBuilder;
   static constexpr uint32_t kWidth = LightNode::kWidth;
   static constexpr uint32_t kNowhere = ~0U;
 
@@ -96,13 +83,25 @@ class LightTree {
   [[nodiscard]] std::optional<Choice> choose_by_importance(const V3f& point, const V3f& normal, double u) const;
   [[nodiscard]] float probability_by_importance(uint32_t emitter, const V3f& point, const V3f& normal) const;
 
-  HugePageVector<LightNode> nodes_;   // root first
-  HugePageVector<uint32_t> emitters_; // in the order of the leaves
-  HugePageVector<uint32_t> places_;   // by emitter: node * 8 + lane, or kNowhere
-  float total_intensity_ = 0.0f;      // of all emitters; intensities of the nodes are relative to it
-  bool by_intensity_ = false;         // up to two emitters
-  uint32_t few_[2] = {kNowhere, kNowhere};
-  float few_probability_[2] = {1.0f, 0.0f};
+  std::span<const LightNode> nodes;   // root first
+  std::span<const uint32_t> emitters; // in the order of the leaves
+  std::span<const uint32_t> places;   // by emitter: node * 8 + lane, or kNowhere
+  float total_intensity = 0.0f;       // of all emitters; intensities of the nodes are relative to it
+  bool by_intensity = false;          // up to two emitters: choices do not depend on the point
+  uint32_t few[2] = {kNowhere, kNowhere};
+  float few_probability[2] = {1.0f, 0.0f};
+};
+
+// Built in parallel, independent of the thread count.
+class LightTree : public LightTreeView {
+ public:
+  LightTree() = default;
+  explicit LightTree(std::span<const EmitterBounds> bounds);
+
+  [[nodiscard]] size_t memory_bytes() const { return arrays_.bytes(); }
+
+ private:
+  OwnedArrays arrays_;
 };
 
 } // namespace kindling

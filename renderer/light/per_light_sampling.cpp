@@ -19,27 +19,27 @@ const V3f& corner(const Triangle& t, int i) {
 } // namespace
 
 PerLightSampling::PerLightSampling(const LightSet& lights) : lights_(lights) {
-  sums_.resize(lights.triangles_.size());
+  sums_.resize(lights.triangles.size());
   for (const EmissiveMesh& mesh : lights.meshes_) add_mesh(mesh, static_cast<uint32_t>(&mesh - lights.meshes_.data()));
-  for (size_t i = 0; i < lights.punctuals_.size(); ++i)
-    if (lights.punctuals_[i].luminance > 0.0f)
+  for (size_t i = 0; i < lights.punctuals.size(); ++i)
+    if (lights.punctuals[i].luminance > 0.0f)
       entries_.push_back({.kind = Kind::punctual, .first = static_cast<uint32_t>(i)});
-  if (lights.environment_) entries_.push_back({.kind = Kind::environment});
+  if (lights.has_environment) entries_.push_back({.kind = Kind::environment});
 }
 
 void PerLightSampling::add_mesh(const EmissiveMesh& mesh, uint32_t number) {
   double sum = 0.0;
   for (uint32_t i = mesh.first; i < mesh.first + mesh.count; ++i) {
-    const double weight = static_cast<double>(double_area_normal(lights_.triangles_[i]).length()) *
+    const double weight = static_cast<double>(double_area_normal(lights_.triangles[i]).length()) *
                           static_cast<double>(luminance(lights_.mean_emission(i)));
     if (weight > 0.0 && std::isfinite(weight)) sum += weight;
     sums_[i] = sum;
   }
   if (!(sum > 0.0)) return;
   Entry entry{.kind = Kind::mesh, .first = mesh.first, .count = mesh.count, .name = number};
-  if (mesh.count == 2 && lights_.triangles_[mesh.first].emission == lights_.triangles_[mesh.first + 1].emission) {
-    const auto& a = lights_.triangles_[mesh.first];
-    const auto& b = lights_.triangles_[mesh.first + 1];
+  if (mesh.count == 2 && lights_.triangles[mesh.first].emission == lights_.triangles[mesh.first + 1].emission) {
+    const auto& a = lights_.triangles[mesh.first];
+    const auto& b = lights_.triangles[mesh.first + 1];
     const float size = std::sqrt(double_area_normal(a).length());
     const bool same_side = double_area_normal(a).dot(double_area_normal(b)) > 0.0f;
     for (int apex = 0; apex < 3 && same_side; ++apex) {
@@ -71,7 +71,7 @@ std::string_view PerLightSampling::name(size_t light) const {
 }
 
 bool PerLightSampling::is_delta(size_t light) const {
-  return entries_[light].kind == Kind::punctual && !(lights_.punctuals_[entries_[light].first].radius > 0.0f);
+  return entries_[light].kind == Kind::punctual && !(lights_.punctuals[entries_[light].first].radius > 0.0f);
 }
 
 PerLightSampling::OnTriangle PerLightSampling::choose_point(const Entry& entry, const V2f& u) const {
@@ -89,7 +89,7 @@ PerLightSampling::OnTriangle PerLightSampling::choose_point(const Entry& entry, 
       weights[p.t1] = 1.0f - u.x;
     }
     const uint32_t triangle = entry.first + (first ? 0 : 1);
-    const float double_area = double_area_normal(lights_.triangles_[entry.first]).length();
+    const float double_area = double_area_normal(lights_.triangles[entry.first]).length();
     return {triangle, {weights[1], weights[2]}, 1.0f / double_area};
   }
   const double* begin = sums_.data() + entry.first;
@@ -101,7 +101,7 @@ PerLightSampling::OnTriangle PerLightSampling::choose_point(const Entry& entry, 
   if (!(weight > 0.0)) return {};
   const auto rest = static_cast<float>(std::clamp((at - before) / weight, 0.0, 1.0));
   const uint32_t triangle = entry.first + static_cast<uint32_t>(found - begin);
-  const double area = 0.5 * static_cast<double>(double_area_normal(lights_.triangles_[triangle]).length());
+  const double area = 0.5 * static_cast<double>(double_area_normal(lights_.triangles[triangle]).length());
   return {triangle, sample_uniform_triangle({std::min(rest, kOneMinusEpsilon), u.y}),
           static_cast<float>(weight / (end[-1] * area))};
 }
@@ -110,13 +110,13 @@ std::optional<LightSample> PerLightSampling::sample_mesh(const Entry& entry, con
                                                          float time) const {
   OnTriangle at = choose_point(entry, u);
   if (!(at.pdf > 0.0f)) return std::nullopt;
-  auto t = lights_.triangles_[at.triangle];
+  auto t = lights_.triangles[at.triangle];
   if (lights_.moves(at.triangle)) {
     const float first = double_area_normal(t).length();
     t = lights_.posed_triangle(at.triangle, time);
     at.pdf *= first / double_area_normal(t).length();
   }
-  const Emission& emission = lights_.emissions_[t.emission];
+  const Emission& emission = lights_.emissions[t.emission];
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(point - t.p0) > 0.0f;
   if (!front && !emission.two_sided) return std::nullopt;
@@ -142,10 +142,10 @@ std::optional<LightSample> PerLightSampling::sample(size_t light, const V3f& poi
   case Kind::mesh: result = sample_mesh(entry, point, u, time); break;
   case Kind::punctual:
     result = lights_.sample_punctual(entry.first, point, u, time);
-    if (result && entry.first >= lights_.first_directional_) result->kind = LightKind::directional;
+    if (result && entry.first >= lights_.first_directional) result->kind = LightKind::directional;
     break;
   case Kind::environment:
-    result = lights_.environment_->sample(u);
+    result = lights_.environment.sample(u);
     if (result) result->kind = LightKind::environment;
     break;
   }

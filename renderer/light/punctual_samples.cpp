@@ -1,6 +1,6 @@
 // Point, spot and directional lights: sampling, and intersection of sized ones with rays.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/light/light_set.h"
+#include "renderer/light/light_set_view.h"
 
 #include "renderer/base/elementary.h"
 #include "renderer/light/sphere_seen.h"
@@ -8,14 +8,14 @@
 
 namespace kindling {
 
-std::optional<LightSample> LightSet::sample_punctual(uint32_t number, const V3f& point, const V2f& u,
-                                                     float time) const {
-  const Punctual& light = punctuals_[number];
+std::optional<LightSample> LightSetView::sample_punctual(uint32_t number, const V3f& point, const V2f& u,
+                                                         float time) const {
+  const Punctual& light = punctuals[number];
   return light.key_count == 0 ? sample_posed(light, point, u) : sample_posed(posed(light, time), point, u);
 }
 
-LightSet::Punctual LightSet::posed(const Punctual& light, float time) const {
-  const LightFrame frame = frame_at({frames_.data() + light.first_key, light.key_count}, time);
+LightSetView::Punctual LightSetView::posed(const Punctual& light, float time) const {
+  const LightFrame frame = frame_at({frames.data() + light.first_key, light.key_count}, time);
   Punctual result = light;
   result.position = frame.position;
   result.axis = -frame.z;
@@ -24,7 +24,7 @@ LightSet::Punctual LightSet::posed(const Punctual& light, float time) const {
   return result;
 }
 
-float LightSet::attenuated(const Punctual& light, const V3f& wi, float distance, float scale) const {
+float LightSetView::attenuated(const Punctual& light, const V3f& wi, float distance, float scale) const {
   if (light.inverse_range > 0.0f) {
     // KHR_lights_punctual, "Range Property": max(min(1 - (distance / range)^4, 1), 0) / distance^2.
     scale *= std::clamp(1.0f - square(square(distance * light.inverse_range)), 0.0f, 1.0f);
@@ -34,12 +34,12 @@ float LightSet::attenuated(const Punctual& light, const V3f& wi, float distance,
     scale *= square(std::clamp(-light.axis.dot(wi) * light.angle_scale + light.angle_offset, 0.0f, 1.0f));
   }
   if (light.kind == Punctual::Kind::profiled) {
-    scale *= profiled_[light.profiled].profile->intensity(-V3f(wi.dot(light.x), wi.dot(light.y), -wi.dot(light.axis)));
+    scale *= profiles[light.profiled].intensity(-V3f(wi.dot(light.x), wi.dot(light.y), -wi.dot(light.axis)));
   }
   return scale;
 }
 
-std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V3f& point, const V2f& u) const {
+std::optional<LightSample> LightSetView::sample_posed(const Punctual& light, const V3f& point, const V2f& u) const {
   LightSample result;
   if (light.kind == Punctual::Kind::directional) {
     result.distance = kInfinity;
@@ -78,16 +78,16 @@ std::optional<LightSample> LightSet::sample_posed(const Punctual& light, const V
   return result;
 }
 
-Rgb LightSet::shape_radiance(const ShapeRay& ray) const {
+Rgb LightSetView::shape_radiance(const ShapeRay& ray) const {
   Rgb sum(0.0f);
-  spheres_.visit(ray.origin, ray.direction, ray.end_m, [&](uint32_t number) { add_sphere(number, ray, sum); });
+  spheres.visit(ray.origin, ray.direction, ray.end_m, [&](uint32_t number) { add_sphere(number, ray, sum); });
   if (ray.end_m == kInfinity)
-    for (const uint32_t number : disks_) add_disk(number, ray, sum);
+    for (const uint32_t number : disks) add_disk(number, ray, sum);
   return sum;
 }
 
-void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
-  const Punctual light = punctuals_[number].key_count == 0 ? punctuals_[number] : posed(punctuals_[number], ray.time);
+void LightSetView::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
+  const Punctual light = punctuals[number].key_count == 0 ? punctuals[number] : posed(punctuals[number], ray.time);
   const V3f to_center = light.position - ray.origin;
   const SphereSeen sphere(to_center, light.radius);
   const std::optional<float> distance = sphere.distance(ray.direction);
@@ -96,9 +96,9 @@ void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const 
   if (!(attenuation > 0.0f)) return;
   float weight = 1.0f;
   if (ray.bsdf_pdf > 0.0f) {
-    const auto emitter = static_cast<uint32_t>(triangles_.size()) + number;
+    const auto emitter = static_cast<uint32_t>(triangles.size()) + number;
     const float probability =
-        tree_.probability(emitter, ray.origin, ray.normal) * tree_probability(ray.origin, ray.normal, ray.learned);
+        tree.probability(emitter, ray.origin, ray.normal) * tree_probability(ray.origin, ray.normal, ray.learned);
     weight = power_heuristic(ray.bsdf_pdf, sphere.pdf() * probability);
   }
   Rgb radiance = light.intensity * (weight * attenuation);
@@ -108,8 +108,8 @@ void LightSet::add_sphere(uint32_t number, const ShapeRay& ray, Rgb& sum) const 
   sum += radiance;
 }
 
-void LightSet::add_disk(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
-  const Punctual& light = punctuals_[number];
+void LightSetView::add_disk(uint32_t number, const ShapeRay& ray, Rgb& sum) const {
+  const Punctual& light = punctuals[number];
   const V3f axis = light.key_count == 0 ? light.axis : posed(light, ray.time).axis;
   // |wi + axis|^2 = 2 (1 - cos), which keeps the digits of small angles.
   if ((ray.direction + axis).length2() > 2.0f * light.one_minus_cos) return;

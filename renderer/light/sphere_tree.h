@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/owned_arrays.h"
 
 #include <array>
 #include <cstdint>
@@ -13,53 +14,44 @@ namespace kindling {
 
 // A binary tree of boxes, split at the median: sized lights are few, or a few thousand. Immutable,
 // thread-safe, deterministic; visits in a fixed order.
-class SphereTree {
- public:
+struct SphereTreeView {
   struct Sphere {
     V3f center{0.0f};
     float radius = 0.0f; // bounding radius
     uint32_t id = 0;     // chosen by the caller
   };
 
-  SphereTree() = default;
-  explicit SphereTree(std::vector<Sphere> spheres);
+  struct Node {
+    V3f low, high;
+    uint32_t first = 0; // first sphere of a leaf, else the second child
+    uint32_t count = 0; // number of spheres; 0: an inner node
+  };
 
-  [[nodiscard]] bool empty() const { return spheres_.empty(); }
-  [[nodiscard]] size_t memory_bytes() const { return spheres_.size() * sizeof(Sphere) + nodes_.size() * sizeof(Node); }
+  [[nodiscard]] bool empty() const { return spheres.empty(); }
 
   // Calls visit(id) for every sphere that the ray may hit at a distance up to `end`, and possibly
   // for others. `direction` is unit.
   template <typename Visit>
   void visit(const V3f& origin, const V3f& direction, float end, const Visit& visit) const {
-    if (nodes_.empty()) return;
+    if (nodes.empty()) return;
     const V3f inverse(1.0f / direction.x, 1.0f / direction.y, 1.0f / direction.z);
     std::array<uint32_t, kMaxLevels> stack;
     size_t depth = 0;
     uint32_t number = 0;
     for (;;) {
-      const Node& node = nodes_[number];
+      const Node& node = nodes[number];
       if (meets(node, origin, inverse, end)) {
         if (node.count == 0) {
           stack[depth++] = node.first; // the second child
           ++number;                    // the first child is adjacent
           continue;
         }
-        for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(spheres_[i].id);
+        for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(spheres[i].id);
       }
       if (depth == 0) return;
       number = stack[--depth];
     }
   }
-
- private:
-  static constexpr uint32_t kLeaf = 4;
-  static constexpr size_t kMaxLevels = 40; // medians halve 2^32 spheres 30 times
-
-  struct Node {
-    V3f low, high;
-    uint32_t first = 0; // first sphere of a leaf, else the second child
-    uint32_t count = 0; // number of spheres; 0: an inner node
-  };
 
   // Comparisons with NaN, for directions along the box's side, are false and leave the interval
   // unchanged.
@@ -74,10 +66,22 @@ class SphereTree {
     }
     return near <= far * (1.0f + 1e-6f);
   }
-  void build(uint32_t begin, uint32_t end);
 
-  std::vector<Sphere> spheres_;
-  std::vector<Node> nodes_; // in depth-first order
+  static constexpr size_t kMaxLevels = 40; // medians halve 2^32 spheres 30 times
+
+  std::span<const Sphere> spheres;
+  std::span<const Node> nodes; // in depth-first order
+};
+
+class SphereTree : public SphereTreeView {
+ public:
+  SphereTree() = default;
+  explicit SphereTree(std::vector<Sphere> from);
+
+  [[nodiscard]] size_t memory_bytes() const { return arrays_.bytes(); }
+
+ private:
+  OwnedArrays arrays_;
 };
 
 } // namespace kindling

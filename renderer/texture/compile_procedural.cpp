@@ -359,4 +359,16 @@ CompiledProcedural compile_procedural(const ProceduralGraph& graph, size_t outpu
   return Compiler(graph, number_of).compile(output);
 }
 
+ProceduralTexture::ProceduralTexture(const ProceduralGraph& graph, size_t output, const TextureNumber& number_of) {
+  CompiledProcedural compiled = compile_procedural(graph, output, number_of);
+  program = {.instructions = arrays_.keep(std::move(compiled.program.instructions)),
+             .constants = arrays_.keep(std::move(compiled.program.constants)),
+             .footprints = arrays_.keep(std::move(compiled.program.footprints)),
+             .frequencies = arrays_.keep(std::move(compiled.program.frequencies)),
+             .result = compiled.program.result,
+             .filters_itself = compiled.program.filters_itself};
+  streams = arrays_.keep(std::move(compiled.streams));
+  channels = channels_of(graph.outputs[output].type);
+}
+
 } // namespace kindling

@@ -160,7 +160,7 @@ int16_t ProceduralEmitter::emit(Op op, std::initializer_list<int16_t> operands, 
   const bool fold = op != Op::stream && op != Op::image && std::all_of(operands.begin(), operands.end(), is_constant);
   if (fold)
     return constant(run(instruction, {value_of(list[0]), value_of(list[1]), value_of(list[2]), value_of(list[3])},
-                        program_, {}, {}));
+                        program_.view(), {}, {}));
   dependences_.push_back(depend(instruction));
   program_.instructions.push_back(instruction);
   return static_cast<int16_t>(program_.instructions.size() - 1);

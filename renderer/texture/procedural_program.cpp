@@ -4,7 +4,6 @@
 
 #include "renderer/base/elementary.h"
 #include "renderer/texture/noise.h"
-#include "renderer/texture/procedural_graph.h"
 #include "renderer/texture/texture.h"
 
 #include <algorithm>
@@ -58,7 +57,7 @@ struct Extent {
   [[nodiscard]] float width() const { return std::sqrt(std::sqrt(along[0].length2() * along[1].length2())); }
 };
 
-Extent extent_of(const ProceduralInstruction& instruction, const ProceduralProgram& program,
+Extent extent_of(const ProceduralInstruction& instruction, const ProceduralProgramView& program,
                  const ProceduralPoint& point) {
   Extent extent;
   if (!instruction.filtered || !(point.scale > 0.0f)) return extent;
@@ -210,10 +209,10 @@ Float4 pattern(const ProceduralInstruction& instruction, const Float4& at, const
   }
 }
 
-Float4 image(const ProceduralInstruction& instruction, const Float4& at, const ProceduralProgram& program,
-             const ProceduralPoint& point, std::span<const Texture> textures) {
+Float4 image(const ProceduralInstruction& instruction, const Float4& at, const ProceduralProgramView& program,
+             const ProceduralPoint& point, std::span<const TextureView> textures) {
   assert(static_cast<size_t>(instruction.i[0]) < textures.size());
-  const Texture& texture = textures[static_cast<size_t>(instruction.i[0])];
+  const TextureView& texture = textures[static_cast<size_t>(instruction.i[0])];
   int level = 0;
   if (instruction.footprint >= 0 && point.scale > 0.0f) {
     ProceduralInstruction filtered = instruction;
@@ -229,7 +228,7 @@ Float4 image(const ProceduralInstruction& instruction, const Float4& at, const P
 } // namespace
 
 Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>& operands,
-           const ProceduralProgram& program, const ProceduralPoint& point, std::span<const Texture> textures) {
+           const ProceduralProgramView& program, const ProceduralPoint& point, std::span<const TextureView> textures) {
   const Float4 &a = operands[0], &b = operands[1], &c = operands[2], &d = operands[3];
   switch (instruction.op) {
   case Op::stream: return point.values[static_cast<size_t>(instruction.i[0])];
@@ -288,7 +287,7 @@ Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>
   }
 }
 
-Float4 run(const ProceduralProgram& program, const ProceduralPoint& point, std::span<const Texture> textures) {
+Float4 run(const ProceduralProgramView& program, const ProceduralPoint& point, std::span<const TextureView> textures) {
   assert(program.instructions.size() <= kMaxProceduralInstructions);
   std::array<Float4, kMaxProceduralInstructions> values; // uninitialized, so the unused rest costs nothing
   const auto value_of = [&](int16_t operand) {

@@ -14,7 +14,7 @@
 
 namespace kindling {
 
-class Texture;
+struct TextureView;
 
 // Values are a Float4 of channels; a single number fills all of them.
 
@@ -91,14 +91,29 @@ struct ProceduralInstruction {
   std::array<float, 4> mean{}; // mean of the pattern over all of space
 };
 
-struct ProceduralProgram {
-  std::vector<ProceduralInstruction> instructions; // in order of dependence; at most kMaxProceduralInstructions
-  std::vector<Float4> constants;
-  std::vector<ProceduralFootprint> footprints;
+// A program as evaluation reads it.
+struct ProceduralProgramView {
+  std::span<const ProceduralInstruction> instructions; // in order of dependence; at most kMaxProceduralInstructions
+  std::span<const Float4> constants;
+  std::span<const ProceduralFootprint> footprints;
+  // Features without an analytic filter, for each stream their number per unit of the stream.
+  std::span<const float> frequencies;
   int16_t result = 0;         // operand
   bool filters_itself = true; // true: all features are filtered analytically
-  // Features without an analytic filter, for each stream their number per unit of the stream.
+};
+
+// A program while it is compiled; the members are those of the view.
+struct ProceduralProgram {
+  std::vector<ProceduralInstruction> instructions;
+  std::vector<Float4> constants;
+  std::vector<ProceduralFootprint> footprints;
   std::vector<float> frequencies;
+  int16_t result = 0;
+  bool filters_itself = true;
+
+  [[nodiscard]] ProceduralProgramView view() const {
+    return {instructions, constants, footprints, frequencies, result, filters_itself};
+  }
 };
 
 inline constexpr size_t kMaxProceduralInstructions = 1024;
@@ -112,11 +127,11 @@ struct ProceduralPoint {
 };
 
 // Evaluates a program at a point. Images refer to `textures` by index.
-[[nodiscard]] Float4 run(const ProceduralProgram& program, const ProceduralPoint& point,
-                         std::span<const Texture> textures);
+[[nodiscard]] Float4 run(const ProceduralProgramView& program, const ProceduralPoint& point,
+                         std::span<const TextureView> textures);
 // Evaluates one instruction, given the values of its operands.
 [[nodiscard]] Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>& operands,
-                         const ProceduralProgram& program, const ProceduralPoint& point,
-                         std::span<const Texture> textures);
+                         const ProceduralProgramView& program, const ProceduralPoint& point,
+                         std::span<const TextureView> textures);
 
 } // namespace kindling

@@ -2,12 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/texture/procedural_texture.h"
 
-#include "renderer/texture/compile_procedural.h"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 namespace kindling {
 namespace {
@@ -33,39 +30,32 @@ float wrapped(float x) { return x - std::floor(x); }
 
 } // namespace
 
-ProceduralTexture::ProceduralTexture(const ProceduralGraph& graph, size_t output, const TextureNumber& number_of)
-    : type_(graph.outputs[output].type) {
-  CompiledProcedural compiled = compile_procedural(graph, output, number_of);
-  program_ = std::move(compiled.program);
-  streams_ = std::move(compiled.streams);
-}
-
-int ProceduralTexture::point_count(std::span<const ProceduralSample> streams) const {
-  if (program_.filters_itself) return 1;
-  assert(streams.size() >= streams_.size());
+int ProceduralTextureView::point_count(std::span<const ProceduralSample> samples) const {
+  if (program.filters_itself) return 1;
+  assert(samples.size() >= streams.size());
   float features = 0.0f; // along the longer axis
   for (const size_t axis : {size_t{0}, size_t{1}}) {
     float along = 0.0f;
-    for (size_t s = 0; s < streams_.size(); ++s) along += length3(streams[s].across[axis]) * program_.frequencies[s];
+    for (size_t s = 0; s < streams.size(); ++s) along += length3(samples[s].across[axis]) * program.frequencies[s];
     features = std::max(features, along);
   }
   return features < 0.125f ? 1 : features < 0.4f ? 4 : 16;
 }
 
-V4f ProceduralTexture::evaluate(std::span<const ProceduralSample> streams, std::span<const Texture> textures,
-                                const V2f& shift, int max_points) const {
-  assert(streams.size() >= streams_.size() && streams_.size() <= kProceduralStreams);
+V4f ProceduralTextureView::evaluate(std::span<const ProceduralSample> samples, std::span<const TextureView> textures,
+                                    const V2f& shift, int max_points) const {
+  assert(samples.size() >= streams.size() && streams.size() <= kProceduralStreams);
   std::array<Float4, kProceduralStreams> values;
   std::array<std::array<Float4, 2>, kProceduralStreams> across;
   bool filtered = false;
-  for (size_t s = 0; s < streams_.size(); ++s) {
-    values[s] = to_float4(streams[s].value);
+  for (size_t s = 0; s < streams.size(); ++s) {
+    values[s] = to_float4(samples[s].value);
     for (const size_t axis : {size_t{0}, size_t{1}}) {
-      across[s][axis] = to_float4(streams[s].across[axis]);
-      filtered |= length3(streams[s].across[axis]) > 0.0f;
+      across[s][axis] = to_float4(samples[s].across[axis]);
+      filtered |= length3(samples[s].across[axis]) > 0.0f;
     }
   }
-  const int count = filtered ? std::min(point_count(streams), max_points) : 1;
+  const int count = filtered ? std::min(point_count(samples), max_points) : 1;
   Float4 sum = {0.0f, 0.0f, 0.0f, 0.0f};
   for (int k = 0; k < count; ++k) {
     ProceduralPoint point{
@@ -74,13 +64,13 @@ V4f ProceduralTexture::evaluate(std::span<const ProceduralSample> streams, std::
     if (count > 1) {
       const V2f at = hammersley(k, count) + shift;
       const float x = wrapped(at.x) - 0.5f, y = wrapped(at.y) - 0.5f;
-      for (size_t s = 0; s < streams_.size(); ++s) moved[s] = values[s] + across[s][0] * x + across[s][1] * y;
+      for (size_t s = 0; s < streams.size(); ++s) moved[s] = values[s] + across[s][0] * x + across[s][1] * y;
       point.values = moved;
     }
-    sum += run(program_, point, textures);
+    sum += run(program, point, textures);
   }
   sum /= static_cast<float>(count);
-  switch (channels_of(type_)) {
+  switch (channels) {
   case 4: return {in_range(sum[0]), in_range(sum[1]), in_range(sum[2]), in_range(sum[3])};
   case 2: return {in_range(sum[0]), in_range(sum[1]), 0.0f, 1.0f};
   default: return {in_range(sum[0]), in_range(sum[1]), in_range(sum[2]), 1.0f};

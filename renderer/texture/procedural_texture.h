@@ -3,13 +3,13 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/owned_arrays.h"
 #include "renderer/texture/procedural_graph.h"
 #include "renderer/texture/procedural_program.h"
 
 #include <array>
 #include <functional>
 #include <span>
-#include <vector>
 
 namespace kindling {
 
@@ -32,8 +32,29 @@ struct ProceduralSample {
   V4f across[2] = {V4f(0.0f), V4f(0.0f)};
 };
 
-// An immutable, thread-safe procedural texture.
-class ProceduralTexture {
+// A procedural texture as look-ups read it. Immutable, thread-safe.
+struct ProceduralTextureView {
+  // Returns the mean over the footprint. Channels are in [0, 65504]; NaN becomes 0. A single
+  // channel fills red, green and blue; alpha is 1 if the output has none. `samples` are those of
+  // `streams`, in this order. `shift` in [0, 1)^2 moves the points at which the footprint is
+  // sampled, so that the mean over many shifts is that of the footprint. At most `max_points`
+  // points are evaluated (1, 4 or 16). Does not allocate.
+  [[nodiscard]] V4f evaluate(std::span<const ProceduralSample> samples, std::span<const TextureView> textures,
+                             const V2f& shift, int max_points = 16) const;
+
+  [[nodiscard]] bool has_alpha() const { return channels == 4; }
+  [[nodiscard]] size_t instruction_count() const { return program.instructions.size(); }
+  // Returns true if a single evaluation is the filtered value for any footprint.
+  [[nodiscard]] bool filters_itself() const { return program.filters_itself; }
+  // Returns the number of points at which evaluate() samples such a footprint: 1, 4 or 16.
+  [[nodiscard]] int point_count(std::span<const ProceduralSample> samples) const;
+
+  ProceduralProgramView program;
+  std::span<const ProceduralStream> streams; // that evaluate() reads
+  int channels = 3;                          // of the output
+};
+
+class ProceduralTexture : public ProceduralTextureView {
  public:
   // Returns the index of an image among the textures that are passed to evaluate(), or -1 if it is
   // missing. `color` requests sRGB decoding.
@@ -42,26 +63,8 @@ class ProceduralTexture {
   // Compiles output number `output` of a valid graph.
   ProceduralTexture(const ProceduralGraph& graph, size_t output, const TextureNumber& number_of);
 
-  // Returns the streams that evaluate() reads, in the order of its argument.
-  [[nodiscard]] std::span<const ProceduralStream> streams() const { return streams_; }
-  // Returns the mean over the footprint. Channels are in [0, 65504]; NaN becomes 0. A single
-  // channel fills red, green and blue; alpha is 1 if the output has none. `shift` in [0, 1)^2 moves
-  // the points at which the footprint is sampled, so that the mean over many shifts is that of the
-  // footprint. At most `max_points` points are evaluated (1, 4 or 16). Does not allocate.
-  [[nodiscard]] V4f evaluate(std::span<const ProceduralSample> streams, std::span<const Texture> textures,
-                             const V2f& shift, int max_points = 16) const;
-
-  [[nodiscard]] bool has_alpha() const { return type_ == ProceduralType::color4 || type_ == ProceduralType::vector4; }
-  [[nodiscard]] size_t instruction_count() const { return program_.instructions.size(); }
-  // Returns true if a single evaluation is the filtered value for any footprint.
-  [[nodiscard]] bool filters_itself() const { return program_.filters_itself; }
-  // Returns the number of points at which evaluate() samples such a footprint: 1, 4 or 16.
-  [[nodiscard]] int point_count(std::span<const ProceduralSample> streams) const;
-
  private:
-  ProceduralProgram program_;
-  ProceduralType type_;
-  std::vector<ProceduralStream> streams_;
+  OwnedArrays arrays_;
 };
 
 } // namespace kindling

@@ -17,19 +17,8 @@
 
 namespace kindling {
 
-// An immutable, thread-safe texture that is cheap to copy: textures share the pixels of an image
-// (one that is used as color and as data is stored once).
-class Texture {
- public:
-  // The image must be complete: at least one pixel, 1 to 4 channels, byte_count() bytes. `levels`
-  // are those of the image; without them the texture has level 0 only.
-  Texture(std::shared_ptr<const Image> image, const TextureSettings& settings,
-          std::shared_ptr<const MipLevels> levels = nullptr);
-  // Reads the texels of all levels from `pages`. `format` gives the size and type of level 0; its
-  // pixels are ignored.
-  Texture(std::shared_ptr<const TiledImage> pages, const Image& format, const TextureSettings& settings,
-          const MipLevels& sizes);
-
+// A texture as look-ups read it. Its texels are in memory, or in pages that a cache loads.
+struct TextureView {
   // Returns the filtered texel at uv, as in glTF: (0, 0) is the corner of the top-left texel.
   // Non-finite uv counts as (0, 0). Luminance is replicated to RGB; missing alpha is 1. Integers
   // map to [0, 1]. Texels are decoded before they are filtered. `level` is in [0, level_count());
@@ -48,46 +37,56 @@ class Texture {
   // the logarithm of the width. Footprints of at most one texel of level 0 get level 0.
   [[nodiscard]] int choose_level(float uv_area, float u) const {
     assert(!(uv_area < 0.0f) && u >= 0.0f && u < 1.0f);
-    const float texels = uv_area * texel_count_;
+    const float texels = uv_area * texel_count;
     if (!(texels > 1.0f)) return 0;
     // log2 of the width from the bits of a float: linear between powers of two, at most 0.043 too
     // low.
     const float log2_width = static_cast<float>(std::bit_cast<int32_t>(texels) - (127 << 23)) * 0x1p-24f;
-    return std::min(static_cast<int>(log2_width + u), level_count_ - 1);
+    return std::min(static_cast<int>(log2_width + u), level_count - 1);
   }
-  [[nodiscard]] int level_count() const { return level_count_; }
 
-  // Returns the mean of sample_rgb() over a triangle in uv space, for the power of an emissive
-  // triangle. It uses a fixed set of 16 to 65536 points, about two for each texel, and is
-  // deterministic.
-  [[nodiscard]] Rgb average_rgb(const V2f& uv0, const V2f& uv1, const V2f& uv2) const;
+  [[nodiscard]] V2i size_px() const { return {levels[0].width, levels[0].height}; }
+  // Copies texels of a level from `pages`, as TiledImage::fetch() does.
+  void fetch(int level, const std::array<int, 2>& x, const std::array<int, 2>& y, std::byte* texels) const;
 
-  [[nodiscard]] V2i size_px() const { return {levels_[0].width, levels_[0].height}; }
-  // Returns false if alpha is exactly 1 everywhere: no alpha channel, or an opaque one.
-  [[nodiscard]] bool has_alpha() const { return has_alpha_; }
-
- private:
-  struct Lookup;
-  Texture(const Image& format, const TextureSettings& settings);
   struct Level {
     const std::byte* pixels = nullptr; // null if the texels are in pages
     int width = 0;
     int height = 0;
   };
 
+  const TiledImage* pages = nullptr; // set if the levels have no pixels
+  float texel_count = 1.0f;          // of level 0
+  int level_count = 1;
+  uint8_t layout = 0;      // of a texel, from make_layout() of texel_fetch.h
+  uint8_t pixel_bytes = 0; // bytes of one texel
+  TextureWrap wrap_u = TextureWrap::repeat;
+  TextureWrap wrap_v = TextureWrap::repeat;
+  TextureFilter filter = TextureFilter::linear;
+  bool repeats = true;    // true if both axes repeat, the common case with a faster path
+  bool has_alpha = false; // false if alpha is exactly 1 everywhere: no alpha channel, or an opaque one
+  std::array<Level, kMaxMipLevels> levels;
+};
+
+// An immutable, thread-safe texture that is cheap to copy: textures share the pixels of an image
+// (one that is used as color and as data is stored once).
+class Texture : public TextureView {
+ public:
+  // The image must be complete: at least one pixel, 1 to 4 channels, byte_count() bytes. `mips`
+  // are the levels of the image; without them the texture has level 0 only.
+  Texture(std::shared_ptr<const Image> image, const TextureSettings& settings,
+          std::shared_ptr<const MipLevels> mips = nullptr);
+  // Reads the texels of all levels from `tiles`. `format` gives the size and type of level 0; its
+  // pixels are ignored.
+  Texture(std::shared_ptr<const TiledImage> tiles, const Image& format, const TextureSettings& settings,
+          const MipLevels& sizes);
+
+ private:
+  Texture(const Image& format, const TextureSettings& settings);
+
   std::shared_ptr<const Image> image_;
   std::shared_ptr<const MipLevels> mip_levels_;
-  std::shared_ptr<const TiledImage> pages_; // set if the levels have no pixels
-  float texel_count_;                       // of level 0
-  int level_count_ = 1;
-  uint8_t layout_;      // index of the texel reader, from make_layout() of texel_fetch.h
-  uint8_t pixel_bytes_; // bytes of one texel
-  TextureWrap wrap_u_;
-  TextureWrap wrap_v_;
-  TextureFilter filter_;
-  bool repeats_; // true if both axes repeat, the common case with a faster path
-  bool has_alpha_;
-  std::array<Level, kMaxMipLevels> levels_;
+  std::shared_ptr<const TiledImage> tiles_;
 };
 
 } // namespace kindling

@@ -62,6 +62,11 @@ class WorldBuilder {
   }
 
  private:
+  // Gives an array that is complete to the World.
+  template <typename Vector>
+  [[nodiscard]] std::span<const typename Vector::value_type> keep(Vector elements) {
+    return world_->arrays_.keep(std::move(elements));
+  }
   [[nodiscard]] bool cancelled() const { return cancel_ && cancel_->cancelled(); }
   static Error cancelled_error() { return {ErrorKind::render_failed, "cancelled while the scene was prepared"}; }
 
@@ -69,17 +74,23 @@ class WorldBuilder {
   // ---------------------------------------------------------------------
 
   Result<void> prepare_materials() {
+    std::vector<ShadingMaterial> materials;
+    std::vector<LayerMaterial> layer_materials;
+    std::vector<Medium> media;
     for (const Material& material : scene_.materials) {
       PreparedMaterial prepared = prepare_material(material, textures_);
       if (prepared.layers) {
-        prepared.shading.layers = static_cast<int32_t>(world_->layer_materials_.size());
-        world_->has_thin_walls_ |= prepared.shading.thin_wall;
-        world_->layer_materials_.push_back(*prepared.layers);
-        world_->media_.push_back(make_medium(material));
+        prepared.shading.layers = static_cast<int32_t>(layer_materials.size());
+        world_->has_thin_walls |= prepared.shading.thin_wall;
+        layer_materials.push_back(*prepared.layers);
+        media.push_back(make_medium(material));
       }
-      world_->materials_.push_back(prepared.shading);
+      materials.push_back(prepared.shading);
       world_->material_names_.push_back(material.name);
     }
+    world_->materials = keep(std::move(materials));
+    world_->layer_materials = keep(std::move(layer_materials));
+    world_->media = keep(std::move(media));
     if (!parts_.textures || parts_.texture_numbers != textures_.numbers()) {
       auto textures = textures_.build(options_.texture_memory, parts_.texture_bytes);
       if (!textures) return textures.error();
@@ -87,8 +98,12 @@ class WorldBuilder {
       parts_.texture_numbers = textures_.numbers();
     }
     world_->textures_ = *std::exchange(parts_.textures, std::nullopt);
+    world_->textures = keep(std::vector<TextureView>(world_->textures_.begin(), world_->textures_.end()));
     world_->statistics_.texture_bytes = parts_.texture_bytes;
-    world_->procedurals_.textures = textures_.take_procedurals();
+    world_->procedurals_ = textures_.take_procedurals();
+    world_->procedurals.images = world_->textures;
+    world_->procedurals.textures =
+        keep(std::vector<ProceduralTextureView>(world_->procedurals_.begin(), world_->procedurals_.end()));
     if (!parts_.keep_scene)
       for (SceneTexture& texture : scene_.textures) texture.image.reset();
     return {};
@@ -99,18 +114,17 @@ class WorldBuilder {
 
   // True if rays can skip the hit filter for this geometry.
   [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
-    const ShadingMaterial& material = world_->materials_[geometry.material];
+    const ShadingMaterial& material = world_->materials[geometry.material];
     if (material.thin_wall) return false;
     if (material.alpha_mode == AlphaMode::opaque) return true;
     if (geometry.color_offset != Geometry::kAbsent) {
-      for (size_t v = 0; v < geometry.position_count; ++v)
+      for (size_t v = 0; v < geometry.positions.size(); ++v)
         if (geometry.record(static_cast<uint32_t>(v))[geometry.color_offset + 3] < 1.0f) return false;
     }
     if (material.base_color.is_procedural()) {
-      if (world_->procedurals_.textures[static_cast<size_t>(material.base_color.procedural())].has_alpha())
-        return false;
+      if (world_->procedurals.textures[static_cast<size_t>(material.base_color.procedural())].has_alpha()) return false;
     } else if (material.base_color.present() &&
-               world_->textures_[static_cast<size_t>(material.base_color.texture)].has_alpha())
+               world_->textures[static_cast<size_t>(material.base_color.texture)].has_alpha)
       return false;
     return material.alpha_mode == AlphaMode::mask ? material.base_color_factor.w >= material.alpha_cutoff
                                                   : material.base_color_factor.w >= 1.0f;
@@ -120,27 +134,24 @@ class WorldBuilder {
     const SceneChanges changes = posed_.animated ? SceneChanges(scene_) : SceneChanges();
     PreparedGeometry prepared = prepare_geometry(scene_, posed_, &parts_);
     world_->geometries_ = std::move(prepared.geometries);
-    world_->instances_ = std::move(prepared.instances);
-    world_->motions_ = std::move(prepared.motions);
+    world_->geometries = keep(std::vector<GeometryView>(world_->geometries_.begin(), world_->geometries_.end()));
+    instances_ = std::move(prepared.instances);
+    std::vector<std::span<const M44f>> motions;
+    for (std::vector<M44f>& keys : prepared.motions) motions.push_back(keep(std::move(keys)));
+    world_->motions = keep(std::move(motions));
     groups_ = std::move(prepared.groups);
-    world_->bounds_ = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
+    world_->bounds = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
 
-    world_->accel_motions_.assign(world_->motions_.begin(), world_->motions_.end());
-    std::vector<uint8_t>& covers = world_->covers_;
-    covers.resize(world_->geometries_.size());
+    std::vector<uint8_t> covers(world_->geometries.size());
     tbb::parallel_for(size_t{0}, covers.size(), [&](size_t i) { covers[i] = is_opaque(world_->geometries_[i]); });
-    for (const Geometry& geometry : world_->geometries_) {
-      accel_meshes_.push_back({geometry.position_span(), geometry.indices, covers[accel_meshes_.size()] != 0, {}});
-      if (geometry.later_positions.empty()) continue;
-      std::vector<std::span<const V3f>>& keys = world_->accel_keys_.emplace_back();
-      for (size_t key = 0; key < geometry.later_positions.size(); ++key)
-        keys.push_back(geometry.later_position_span(key));
-      accel_meshes_.back().later_positions = keys; // of a vector that may move, but not its elements
-    }
-    mark_persistent({world_->geometries_, prepared.nodes, world_->instances_, groups_}, changes,
+    world_->covers = keep(std::move(covers));
+    for (const GeometryView& geometry : world_->geometries)
+      accel_meshes_.push_back(
+          {geometry.positions, geometry.indices, world_->covers[accel_meshes_.size()] != 0, geometry.later_positions});
+    mark_persistent({world_->geometries_, prepared.nodes, instances_, groups_}, changes,
                     min_persistent_triangles(options_.min_persistent_triangles, options_.image_samples), accel_meshes_);
-    for (const WorldInstance& instance : world_->instances_) world_->has_motion_ |= instance.moving;
-    for (const PosedLight& light : posed_.lights) world_->has_motion_ |= !light.later_transforms.empty();
+    for (const WorldInstance& instance : instances_) world_->has_motion |= instance.moving;
+    for (const PosedLight& light : posed_.lights) world_->has_motion |= !light.later_transforms.empty();
   }
 
   // --- Lights
@@ -148,11 +159,12 @@ class WorldBuilder {
 
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
+    std::vector<uint32_t> first_emissive;
     bool any_textured = false;
     const std::vector<uint8_t> emissive = find_emissive_groups();
     std::vector<WorldInstance*> order; // moving ones come last in a LightSet
     for (const bool moving : {false, true})
-      for (WorldInstance& instance : world_->instances_)
+      for (WorldInstance& instance : instances_)
         if (emissive[instance.group] != 0 && instance.moving == moving) order.push_back(&instance);
     std::vector<EmissiveMeshJob> jobs;
     size_t count = 0;
@@ -160,38 +172,41 @@ class WorldBuilder {
       WorldInstance& instance = *pointer;
       const accel::MeshGroup& group = groups_[instance.group];
       instance.emissive = true;
-      instance.emissive_begin = static_cast<uint32_t>(world_->first_emissive_.size());
+      instance.emissive_begin = static_cast<uint32_t>(first_emissive.size());
       for (uint32_t m = group.first_mesh; m < group.first_mesh + group.mesh_count; ++m) {
         if (!is_sampled_emitter(m)) {
-          world_->first_emissive_.push_back(accel::kNoId);
+          first_emissive.push_back(accel::kNoId);
           continue;
         }
-        world_->first_emissive_.push_back(static_cast<uint32_t>(count));
-        const Geometry& geometry = world_->geometries_[m];
-        const ShadingMaterial& material = world_->materials_[geometry.material];
+        first_emissive.push_back(static_cast<uint32_t>(count));
+        const GeometryView& geometry = world_->geometries[m];
+        const ShadingMaterial& material = world_->materials[geometry.material];
         const auto [entry, inserted] =
             emission_of_material.try_emplace(geometry.material, static_cast<uint32_t>(input.emissions.size()));
         if (inserted)
           input.emissions.push_back({material.emission_factor,
                                      material.emission.present()
-                                         ? &world_->textures_[static_cast<size_t>(material.emission.texture)]
+                                         ? &world_->textures[static_cast<size_t>(material.emission.texture)]
                                          : nullptr,
                                      material.double_sided});
         if (inserted && material.layers != kNone) {
-          const LayerMaterial& layers = world_->layer_materials_[static_cast<size_t>(material.layers)];
+          const LayerMaterial& layers = world_->layer_materials[static_cast<size_t>(material.layers)];
           input.emissions.back().clearcoat = layers.clearcoat_factor;
           input.emissions.back().coated_back = !layers.volume;
         }
         any_textured |= material.emission.present();
         if (instance.moving)
           for (size_t i = 0; i < geometry.indices.size(); i += 3) append_keys(input, geometry, instance, i);
-        jobs.push_back({&geometry, &material, &instance, count, entry->second});
+        jobs.push_back({&geometry, &material, static_cast<size_t>(pointer - instances_.data()), count, entry->second});
         const size_t triangles = geometry.indices.size() / 3;
         input.meshes.push_back({static_cast<uint32_t>(count), static_cast<uint32_t>(triangles),
                                 world_->material_names_[geometry.material]});
         count += triangles;
       }
     }
+    world_->first_emissive = keep(std::move(first_emissive));
+    world_->instances = keep(std::move(instances_)); // which are complete now
+    world_->procedurals.instances = world_->instances;
     input.triangles.resize(count);
     input.triangle_uvs.resize(3 * count);
     tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) { set_emissive(input, jobs[i]); });
@@ -202,12 +217,12 @@ class WorldBuilder {
   // Returns flags by group: 1 if its emitters are sampled.
   [[nodiscard]] std::vector<uint8_t> find_emissive_groups() {
     std::vector<Emitters> emitters(groups_.size());
-    for (const WorldInstance& instance : world_->instances_) ++emitters[instance.group].instances;
+    for (const WorldInstance& instance : instances_) ++emitters[instance.group].instances;
     for (size_t g = 0; g < groups_.size(); ++g)
       for (uint32_t m = groups_[g].first_mesh; m < groups_[g].first_mesh + groups_[g].mesh_count; ++m) {
         if (!is_sampled_emitter(m)) continue;
-        emitters[g].triangles += world_->geometries_[m].indices.size() / 3;
-        has_lamp_ |= emitters[g].instances > 0 && is_lamp(scene_.materials[world_->geometries_[m].material]);
+        emitters[g].triangles += world_->geometries[m].indices.size() / 3;
+        has_lamp_ |= emitters[g].instances > 0 && is_lamp(scene_.materials[world_->geometries[m].material]);
       }
     SampledEmitters sampled = choose_sampled_emitters(emitters);
     if (sampled.left_out > 0 && listener_)
@@ -220,36 +235,37 @@ class WorldBuilder {
   // to the light. So are those below a textured coat, which light samples do not look up, and those
   // with procedural emission, whose mean is unknown.
   [[nodiscard]] bool is_sampled_emitter(uint32_t mesh) const {
-    const ShadingMaterial& material = world_->materials_[world_->geometries_[mesh].material];
+    const ShadingMaterial& material = world_->materials[world_->geometries[mesh].material];
     const LayerMaterial* layers =
-        material.layers == kNone ? nullptr : &world_->layer_materials_[static_cast<size_t>(material.layers)];
+        material.layers == kNone ? nullptr : &world_->layer_materials[static_cast<size_t>(material.layers)];
     const bool patchy_coat = layers != nullptr && layers->clearcoat_factor > 0.0f && layers->clearcoat.present();
-    if (world_->geometries_[mesh].stroke == Stroke::unlit) return false; // emits more than its emission
-    return material.emissive && world_->covers_[mesh] != 0 && !patchy_coat && !material.emission.is_procedural();
+    if (world_->geometries[mesh].stroke == Stroke::unlit) return false; // emits more than its emission
+    return material.emissive && world_->covers[mesh] != 0 && !patchy_coat && !material.emission.is_procedural();
   }
 
   struct EmissiveMeshJob {
-    const Geometry* geometry;
+    const GeometryView* geometry;
     const ShadingMaterial* material;
-    const WorldInstance* instance;
+    size_t instance;
     size_t first; // of its triangles
     uint32_t emission;
   };
-  static void set_emissive(LightSetInput& input, const EmissiveMeshJob& job) {
+  void set_emissive(LightSetInput& input, const EmissiveMeshJob& job) const {
     tbb::parallel_for(tbb::blocked_range<size_t>(0, job.geometry->indices.size() / 3, 4096),
                       [&](const tbb::blocked_range<size_t>& range) {
                         for (size_t i = range.begin(); i != range.end(); ++i) set_emissive(input, job, i);
                       });
   }
-  static void set_emissive(LightSetInput& input, const EmissiveMeshJob& job, size_t index) {
-    const Geometry& geometry = *job.geometry;
+  void set_emissive(LightSetInput& input, const EmissiveMeshJob& job, size_t index) const {
+    const WorldInstance& instance = world_->instances[job.instance];
+    const GeometryView& geometry = *job.geometry;
     const TextureBinding& emission = job.material->emission;
     EmissiveTriangle& triangle = input.triangles[job.first + index];
     V2f* const uvs = &input.triangle_uvs[3 * (job.first + index)];
     V3f* corners[3] = {&triangle.p0, &triangle.p1, &triangle.p2};
     for (size_t c = 0; c < 3; ++c) {
       const uint32_t vertex = geometry.indices[3 * index + c];
-      *corners[c] = transform_point(job.instance->object_to_world, geometry.positions[vertex]);
+      *corners[c] = transform_point(instance.object_to_world, geometry.positions[vertex]);
       const uint8_t offset = geometry.texcoord_offset[emission.texcoord];
       V2f uv(0.0f);
       if (emission.present() && offset != Geometry::kAbsent) {
@@ -260,7 +276,7 @@ class WorldBuilder {
     }
     // Front faces are wound counterclockwise in world space. Barycentrics change with the order,
     // but emission at a hit is read through the surface, and the LightSet only uses its own.
-    if (job.instance->mirrored) {
+    if (instance.mirrored) {
       std::swap(triangle.p1, triangle.p2);
       std::swap(uvs[1], uvs[2]);
     }
@@ -268,20 +284,20 @@ class WorldBuilder {
   }
 
   // Appends the corners of the triangle at the keys after the opening of the shutter.
-  void append_keys(LightSetInput& input, const Geometry& geometry, const WorldInstance& instance,
+  void append_keys(LightSetInput& input, const GeometryView& geometry, const WorldInstance& instance,
                    size_t first_index) const {
     const auto first = static_cast<uint32_t>(input.later_corners.size());
-    const auto add = [&](const M44f& object_to_world, const std::vector<V3f>& positions) {
+    const auto add = [&](const M44f& object_to_world, std::span<const V3f> positions) {
       std::array<V3f, 3>& corners = input.later_corners.emplace_back();
       for (size_t c = 0; c < 3; ++c)
         corners[c] = transform_point(object_to_world, positions[geometry.indices[first_index + c]]);
       if (instance.mirrored) std::swap(corners[1], corners[2]);
     };
     if (instance.motion != accel::kNoId) {
-      const std::vector<M44f>& keys = world_->motions_[instance.motion];
+      const std::span<const M44f> keys = world_->motions[instance.motion];
       for (size_t key = 1; key < keys.size(); ++key) add(keys[key], geometry.positions);
     } else {
-      for (const std::vector<V3f>& key : geometry.later_positions) add(instance.object_to_world, key);
+      for (const std::span<const V3f> key : geometry.later_positions) add(instance.object_to_world, key);
     }
     input.moving.push_back({first, static_cast<uint32_t>(input.later_corners.size()) - first});
   }
@@ -303,9 +319,10 @@ class WorldBuilder {
                                 ": no lights and no --env: lit by the built-in neutral studio (off with --studio off)");
       }
     }
-    input.scene_center = world_->bounds_.center();
-    input.scene_radius_m = std::max(world_->bounds_.size().length() * 0.5f, 1e-6f);
-    world_->lights_ = std::make_unique<LightSet>(std::move(input));
+    input.scene_center = world_->bounds.center();
+    input.scene_radius_m = std::max(world_->bounds.size().length() * 0.5f, 1e-6f);
+    world_->light_set_ = std::make_unique<LightSet>(std::move(input));
+    world_->lights = *world_->light_set_;
   }
 
   // --- Accelerator
@@ -316,30 +333,31 @@ class WorldBuilder {
     world_->accel_meshes_ = std::move(accel_meshes_);
     world_->accel_groups_ = std::move(groups_);
     world_->contacts_ = find_contacts(
-        {world_->geometries_, world_->accel_groups_, world_->instances_, world_->motions_, world_->bounds_}, cancel_);
+        {world_->geometries_, world_->accel_groups_, world_->instances, world_->motions, world_->bounds}, cancel_);
+    if (world_->contacts_) world_->contacts = *world_->contacts_;
     if (cancelled()) return false;
     return WorldChanges::build_accelerator(*world_, options_, std::move(parts_.accelerators), cancel_, listener_);
   }
 
   void finish_statistics() {
     WorldStatistics& statistics = world_->statistics_;
-    world_->procedurals_.images = world_->textures_;
-    world_->procedurals_.instances = world_->instances_;
     MotionStatistics& motion = statistics.motion;
     for (const Geometry& geometry : world_->geometries_) {
       statistics.geometry_bytes += geometry.memory_bytes();
       if (geometry.later_positions.empty()) continue;
       ++motion.deforming_mesh_count;
       motion.max_keys = std::max(motion.max_keys, geometry.later_positions.size() + 1);
-      motion.key_bytes += geometry.key_bytes();
+      motion.key_bytes += geometry.key_bytes;
     }
-    for (const std::vector<M44f>& keys : world_->motions_) {
+    for (const std::span<const M44f> keys : world_->motions) {
       ++motion.moving_instance_count;
       motion.max_keys = std::max(motion.max_keys, keys.size());
-      motion.key_bytes += keys.capacity() * sizeof(M44f);
+      motion.key_bytes += keys.size_bytes();
     }
-    statistics.light_bytes = world_->lights_->memory_bytes();
+    statistics.light_bytes = world_->light_set_->memory_bytes();
     statistics.accelerator = world_->accelerator_->statistics();
+    constexpr size_t kCacheBytes = 256 * 1024; // smaller data stays in the second-level cache
+    world_->exceeds_caches = statistics.geometry_bytes + statistics.texture_bytes > kCacheBytes;
   }
 
   Scene& scene_;
@@ -351,6 +369,7 @@ class WorldBuilder {
   std::unique_ptr<World> world_;
   TextureTable textures_{scene_.textures, scene_.procedurals};
   bool has_lamp_ = false;
+  std::vector<WorldInstance> instances_; // until they are complete
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> groups_;
 };

@@ -34,7 +34,7 @@ struct WorldOptions {
   // Polled by queries and integrators: once it is set, they drop the work in hand
   // (World::abandoned()). Null: never. Must outlive the World.
   const std::atomic<bool>* abandon = nullptr;
-  bool hide_backs = false;             // World::hides_backs()
+  bool hide_backs = false;             // WorldView::hides_backs
   std::optional<ViewPoint> view_point; // with it; unset: only rays of the camera pass through backs
   // The built-in environment. Automatic: it lights a scene without any light. Emissive surfaces
   // count as lights (is_lamp()); light_by_studio() can add it to a World that they alone light.

@@ -111,8 +111,8 @@ class ContactSearch {
           for (const V3f& p : positions)
             if (is_finite(p)) boxes_[g].extendBy(p);
         };
-        extend(geometry.position_span());
-        for (size_t key = 0; key < geometry.later_positions.size(); ++key) extend(geometry.later_position_span(key));
+        extend(geometry.positions);
+        for (const std::span<const V3f> key : geometry.later_positions) extend(key);
         counts_[g] += geometry.indices.size() / 3;
       }
     });
@@ -135,8 +135,7 @@ class ContactSearch {
 
   [[nodiscard]] Box3f bounds_of(const WorldInstance& instance) const {
     const Box3f& box = boxes_[instance.group];
-    if (instance.motion != accel::kNoId)
-      return accel::transform_bounds(std::span<const M44f>(input_.motions[instance.motion]), box);
+    if (instance.motion != accel::kNoId) return accel::transform_bounds(input_.motions[instance.motion], box);
     return accel::transform_bounds(instance.object_to_world, box);
   }
 
@@ -366,19 +365,21 @@ class ContactSearch {
 Contacts::Contacts(std::span<const Marked> marked) {
   size_t size = 2;
   while (size < 2 * marked.size()) size *= 2;
-  table_.resize(size);
-  mask_ = size - 1;
+  std::vector<Entry> entries(size);
+  std::vector<uint64_t> words;
   for (const Marked& triangle : marked) {
-    size_t i = slot_of(triangle.mesh, triangle.triangle);
-    while (table_[i].mesh != accel::kNoId) i = (i + 1) & mask_;
-    Entry& entry = table_[i];
-    entry = {triangle.mesh, triangle.triangle, 0, rows_.size()};
+    size_t i = slot_of(triangle.mesh, triangle.triangle) & (size - 1);
+    while (entries[i].mesh != accel::kNoId) i = (i + 1) & (size - 1);
+    Entry& entry = entries[i];
+    entry = {triangle.mesh, triangle.triangle, 0, words.size()};
     for (uint32_t row = 0; row < kCells; ++row) {
       if ((*triangle.rows)[row] == 0) continue;
       entry.rows |= uint64_t{1} << row;
-      rows_.push_back((*triangle.rows)[row]);
+      words.push_back((*triangle.rows)[row]);
     }
   }
+  table = arrays_.keep(std::move(entries));
+  rows = arrays_.keep(std::move(words));
 }
 
 std::unique_ptr<const Contacts> find_contacts(const ContactInput& input, const CancelToken* cancel) {

@@ -15,8 +15,8 @@ struct ContactInput {
   std::span<const Geometry> geometries; // one per accelerator mesh
   std::span<const accel::MeshGroup> groups;
   std::span<const WorldInstance> instances;
-  std::span<const std::vector<M44f>> motions; // by WorldInstance::motion
-  Box3f bounds;                               // of all geometry
+  std::span<const std::span<const M44f>> motions; // by WorldInstance::motion
+  Box3f bounds;                                   // of all geometry
 };
 
 // A triangle is large from this fraction of the diagonal of `bounds` on, by its longest edge.

@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/geometry.h"
 
+#include "renderer/base/uninitialized_vector.h"
 #include "renderer/scene/material_slots.h"
 #include "renderer/scene/tangents.h"
 
 #include <tbb/parallel_for.h>
+
+#include <utility>
+#include <vector>
 
 namespace kindling {
 namespace {
@@ -26,20 +30,59 @@ V3f normalized_or(const V3f& v, const V3f& fallback) {
   return length > 0.0f && std::isfinite(length) ? v / length : fallback;
 }
 
+// Swaps the last two corners of each triangle.
+void reverse_winding(std::vector<uint32_t>& indices) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, indices.size() / 3, kRecordGrain),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t t = range.begin(); t != range.end(); ++t)
+                        std::swap(indices[3 * t + 1], indices[3 * t + 2]);
+                    });
+}
+
+// Returns the normals and tangents that the records of `layout` have.
+UninitializedVector<float> frames_of(const PosedMesh::Deformed& key, const GeometryView& layout) {
+  const size_t floats = layout.frame_floats(), count = layout.positions.size();
+  UninitializedVector<float> frames(count * floats);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kRecordGrain), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t v = range.begin(); v != range.end(); ++v) {
+      float* frame = frames.data() + v * floats;
+      if (layout.normal_offset != GeometryView::kAbsent)
+        for (int c = 0; c < 3; ++c) *frame++ = key.normals[v][c];
+      if (layout.tangent_offset != GeometryView::kAbsent)
+        for (int c = 0; c < 3; ++c) *frame++ = key.tangents[v][c];
+    }
+  });
+  return frames;
+}
+
+void add_keys(Geometry& geometry, std::vector<PosedMesh::Deformed> keys) {
+  const size_t before = geometry.arrays.bytes(), count = geometry.positions.size();
+  std::vector<std::span<const V3f>> positions;
+  std::vector<std::span<const float>> frames;
+  for (PosedMesh::Deformed& key : keys) {
+    frames.push_back(geometry.arrays.keep(frames_of(key, geometry)));
+    key.positions.resize(count + kPadding, V3f(0.0f));
+    positions.push_back(geometry.arrays.keep(std::move(key.positions)).first(count));
+  }
+  geometry.later_positions = geometry.arrays.keep(std::move(positions));
+  geometry.later_frames = geometry.arrays.keep(std::move(frames));
+  geometry.key_bytes = geometry.arrays.bytes() - before;
+}
+
 } // namespace
 
-Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index, const Material& material) {
+Geometry make_geometry(GeometrySource&& source, const Material& material) {
+  Primitive& primitive = source.primitive;
   Geometry geometry;
-  geometry.material = material_index;
+  geometry.material = source.material;
   geometry.stroke = primitive.stroke;
-  geometry.indices = std::move(primitive.indices);
   const size_t count = primitive.positions.size();
-  geometry.position_count = count;
   // Imath's constructor leaves elements uninitialized, so the writing thread touches each page
   // first. The size is exact.
-  geometry.positions = std::vector<V3f>(count + kPadding);
-  std::fill_n(geometry.positions.begin() + static_cast<std::ptrdiff_t>(count), kPadding, V3f(0.0f));
+  std::vector<V3f> positions(count + kPadding);
+  std::fill_n(positions.begin() + static_cast<std::ptrdiff_t>(count), kPadding, V3f(0.0f));
 
+  const M44f& bake = source.bake;
   const bool identity = bake == M44f();
   // If the transform flattens the mesh, only face normals remain.
   if (bake.determinant() == 0.0f) primitive.normals.clear();
@@ -60,11 +103,11 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
   place(geometry.tangent_offset, !primitive.tangents.empty() && tangent_texcoord_set(material).has_value(), 4);
   place(geometry.color_offset, !primitive.colors.empty(), 4);
   geometry.stride = stride;
-  geometry.attributes.resize(count * stride);
+  UninitializedVector<float> attributes(count * stride);
 
   tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kRecordGrain), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t v = range.begin(); v != range.end(); ++v) {
-      float* record = geometry.attributes.data() + v * stride;
+      float* record = attributes.data() + v * stride;
       if (geometry.normal_offset != Geometry::kAbsent) {
         V3f n = primitive.normals[v];
         if (!identity) n = normalized_or(transform_normal(inverse, n), n);
@@ -90,39 +133,18 @@ Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t materia
       if (geometry.color_offset != Geometry::kAbsent)
         for (int c = 0; c < 4; ++c) record[geometry.color_offset + c] = primitive.colors[v][c];
       const V3f& p = primitive.positions[v];
-      geometry.positions[v] = identity ? p : transform_point(bake, p);
+      positions[v] = identity ? p : transform_point(bake, p);
     }
   });
 
   // A mirroring transform makes front faces clockwise (glTF 2.0, section 3.7.4): restores the
   // winding.
-  if (mirrored) reverse_winding(geometry);
+  if (mirrored != source.clockwise) reverse_winding(primitive.indices);
+  geometry.indices = geometry.arrays.keep(std::move(primitive.indices));
+  geometry.positions = geometry.arrays.keep(std::move(positions)).first(count);
+  geometry.attributes = geometry.arrays.keep(std::move(attributes));
+  if (!source.later_keys.empty()) add_keys(geometry, std::move(source.later_keys));
   return geometry;
-}
-
-void add_key(Geometry& geometry, PosedMesh::Deformed&& key) {
-  const size_t floats = geometry.frame_floats();
-  UninitializedVector<float>& frames = geometry.later_frames.emplace_back(geometry.position_count * floats);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.position_count, kRecordGrain),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      for (size_t v = range.begin(); v != range.end(); ++v) {
-                        float* frame = frames.data() + v * floats;
-                        if (geometry.normal_offset != Geometry::kAbsent)
-                          for (int c = 0; c < 3; ++c) *frame++ = key.normals[v][c];
-                        if (geometry.tangent_offset != Geometry::kAbsent)
-                          for (int c = 0; c < 3; ++c) *frame++ = key.tangents[v][c];
-                      }
-                    });
-  key.positions.resize(geometry.position_count + kPadding, V3f(0.0f));
-  geometry.later_positions.push_back(std::move(key.positions));
-}
-
-void reverse_winding(Geometry& geometry) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, geometry.indices.size() / 3, kRecordGrain),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      for (size_t t = range.begin(); t != range.end(); ++t)
-                        std::swap(geometry.indices[3 * t + 1], geometry.indices[3 * t + 2]);
-                    });
 }
 
 } // namespace kindling

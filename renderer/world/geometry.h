@@ -4,7 +4,7 @@
 
 #include "accel/accelerator.h"
 #include "renderer/base/math.h"
-#include "renderer/base/uninitialized_vector.h"
+#include "renderer/base/owned_arrays.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene.h"
 
@@ -19,14 +19,13 @@ namespace kindling {
 // Positions are separate, for the accelerator. The other attributes of a vertex are adjacent in one
 // record of floats, so that a hit touches one or two cache lines per vertex. Offsets are in floats
 // from the start of a record.
-struct Geometry {
+struct GeometryView {
   static constexpr uint8_t kAbsent = 0xff;
   static constexpr int kMaxTexcoordSets = 8;
 
-  std::vector<V3f> positions; // position_count of them, followed by padding that the accelerator may read
-  size_t position_count = 0;
-  std::vector<uint32_t> indices;
-  UninitializedVector<float> attributes;
+  std::span<const V3f> positions; // followed by padding that the accelerator may read
+  std::span<const uint32_t> indices;
+  std::span<const float> attributes;
   uint8_t stride = 0;
   uint8_t normal_offset = kAbsent;                       // 3 floats
   uint8_t tangent_offset = kAbsent;                      // 4 floats
@@ -37,33 +36,17 @@ struct Geometry {
   // Keys of a mesh that deforms over the shutter, after the first (accel/accelerator.h); empty: it
   // does not deform. Positions are padded likewise. Frames are the normals and tangents that the
   // records have: 3 floats each for every vertex.
-  std::vector<std::vector<V3f>> later_positions;
-  std::vector<UninitializedVector<float>> later_frames;
-  uint64_t number = 0; // unique within one WorldParts and constant as long as the geometry is reused; 0: it deforms
-  M44f to_object;      // from the space of positions to that of the file's mesh; inverts baking
+  std::span<const std::span<const V3f>> later_positions;
+  std::span<const std::span<const float>> later_frames;
+  M44f to_object; // from the space of positions to that of the file's mesh; inverts baking
 
-  Geometry() { texcoord_offset.fill(kAbsent); }
+  GeometryView() { texcoord_offset.fill(kAbsent); }
 
-  [[nodiscard]] std::span<const V3f> position_span() const { return {positions.data(), position_count}; }
-  [[nodiscard]] std::span<const V3f> later_position_span(size_t key) const {
-    return {later_positions[key].data(), position_count};
-  }
   [[nodiscard]] size_t frame_floats() const {
     return (normal_offset == kAbsent ? 0U : 3U) + (tangent_offset == kAbsent ? 0U : 3U);
   }
-  // Returns the memory of the keys only.
-  [[nodiscard]] size_t key_bytes() const {
-    size_t bytes = 0;
-    for (const std::vector<V3f>& key : later_positions) bytes += key.capacity() * sizeof(V3f);
-    for (const UninitializedVector<float>& key : later_frames) bytes += key.capacity() * sizeof(float);
-    return bytes;
-  }
-  [[nodiscard]] size_t memory_bytes() const {
-    return positions.capacity() * sizeof(V3f) + indices.capacity() * sizeof(uint32_t) +
-           attributes.capacity() * sizeof(float) + key_bytes();
-  }
   [[nodiscard]] const float* record(uint32_t vertex) const {
-    assert(vertex < position_count);
+    assert(vertex < positions.size());
     return attributes.data() + size_t{vertex} * stride;
   }
 
@@ -90,6 +73,14 @@ struct Geometry {
   }
 };
 
+struct Geometry : GeometryView {
+  uint64_t number = 0; // unique within one WorldParts and constant as long as the geometry is reused; 0: it deforms
+  OwnedArrays arrays;
+  size_t key_bytes = 0; // of the memory of the keys alone
+
+  [[nodiscard]] size_t memory_bytes() const { return arrays.bytes(); }
+};
+
 // An accelerator's instance with the data of shading. The instance of all baked geometry is an
 // identity. Moving ones are stored at the opening of the shutter; `motion` is an index into World's
 // motions, absent if only meshes deform.
@@ -106,13 +97,14 @@ struct WorldInstance : accel::Instance {
 // `material` and the debug views need. `bake` is applied to positions, normals and tangents:
 // identity for instanced geometry. Consumes the primitive's arrays. Parallel with TBB; independent
 // of the number of threads.
-[[nodiscard]] Geometry make_geometry(Primitive&& primitive, const M44f& bake, uint32_t material_index,
-                                     const Material& material);
-
-// Appends one key: positions, normals and tangents in the space and number of the existing ones.
-void add_key(Geometry& geometry, PosedMesh::Deformed&& key);
-
-// Reverses the winding of all triangles.
-void reverse_winding(Geometry& geometry);
+struct GeometrySource {
+  Primitive primitive;
+  M44f bake;
+  uint32_t material = 0;
+  bool clockwise = false; // reverses the winding of all triangles
+  // Keys after the first, in the space of the primitive; then `bake` is an identity.
+  std::vector<PosedMesh::Deformed> later_keys;
+};
+[[nodiscard]] Geometry make_geometry(GeometrySource&& source, const Material& material);
 
 } // namespace kindling

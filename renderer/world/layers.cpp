@@ -3,20 +3,20 @@
 #include "renderer/world/normal_map.h"
 #include "renderer/world/shading_normal.h"
 #include "renderer/world/texture_lookup.h"
-#include "renderer/world/world.h"
+#include "renderer/world/world_view.h"
 
 namespace kindling {
 
-void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, const V3f& wo,
-                      SurfacePoint& surface) const {
-  const ShadingMaterial& shading = materials_[surface.material];
-  const LayerMaterial& material = layer_materials_[static_cast<size_t>(shading.layers)];
+void WorldView::layers_at(const TextureLookup& texels, const VertexFrame& vertex, const V3f& wo,
+                          SurfacePoint& surface) const {
+  const ShadingMaterial& shading = materials[surface.material];
+  const LayerMaterial& material = layer_materials[static_cast<size_t>(shading.layers)];
   SurfaceLayers& layers = surface.layers;
   const auto rgb = [&](const TextureBinding& binding) {
-    return binding.present() ? textures.sample_rgb(binding) : Rgb(1.0f);
+    return binding.present() ? texels.sample_rgb(binding) : Rgb(1.0f);
   };
   const auto channel = [&](const TextureBinding& binding, int index) {
-    return binding.present() ? textures.sample_channel(binding, index) : 1.0f;
+    return binding.present() ? texels.sample_channel(binding, index) : 1.0f;
   };
 
   // Inside of a medium the outer layers are skipped, since they are beyond the interface.
@@ -74,8 +74,7 @@ void World::layers_at(const TextureLookup& textures, const VertexFrame& vertex, 
   layers.thin_wall = false;
   if (material.thin_wall()) { // at the finest level, like shadow rays
     float roughness = shading.roughness_factor;
-    if (shading.metallic_roughness.present())
-      roughness *= textures.sample_channel_finest(shading.metallic_roughness, 1);
+    if (shading.metallic_roughness.present()) roughness *= texels.sample_channel_finest(shading.metallic_roughness, 1);
     layers.thin_wall = roughness <= kStraightRoughness;
     if (layers.thin_wall) surface.bsdf.roughness = std::min(surface.bsdf.roughness, kStraightRoughness);
   }

@@ -17,14 +17,14 @@ float magnitude_through(const M44f& m, float magnitude) {
   return (row(0) + row(1) + row(2)) * magnitude + row(3);
 }
 
-void lerp_record(const Geometry& geometry, uint32_t vertex, const accel::KeyInterval& at, float* record) {
+void lerp_record(const GeometryView& geometry, uint32_t vertex, const accel::KeyInterval& at, float* record) {
   const float* own = geometry.record(vertex);
   std::copy(own, own + geometry.stride, record);
   const float* after = geometry.later_frames[at.first].data() + size_t{vertex} * geometry.frame_floats();
   const float* before =
       at.first == 0 ? nullptr : geometry.later_frames[at.first - 1].data() + size_t{vertex} * geometry.frame_floats();
   const auto blend = [&](uint8_t offset, int floats) {
-    if (offset == Geometry::kAbsent) return;
+    if (offset == GeometryView::kAbsent) return;
     for (int c = 0; c < floats; ++c)
       record[offset + c] = lerp(before ? *before++ : own[offset + c], *after++, at.fraction);
   };
@@ -34,8 +34,8 @@ void lerp_record(const Geometry& geometry, uint32_t vertex, const accel::KeyInte
 
 } // namespace
 
-const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instance,
-                          std::span<const std::vector<M44f>> motions, uint32_t triangle, float time,
+const MovingHit& move_hit(const GeometryView& geometry, const WorldInstance& instance,
+                          std::span<const std::span<const M44f>> motions, uint32_t triangle, float time,
                           std::optional<MovingHit>& moving) {
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon() * 16.0f;
   assert(instance.moving && size_t{triangle} * 3 < geometry.indices.size());
@@ -52,8 +52,8 @@ const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instanc
   } else {
     const accel::KeyInterval at =
         accel::key_interval(accel::clamped_time(time), static_cast<uint32_t>(geometry.later_positions.size()));
-    const std::vector<V3f>& before = at.first == 0 ? geometry.positions : geometry.later_positions[at.first - 1];
-    const std::vector<V3f>& after = geometry.later_positions[at.first];
+    const std::span<const V3f> before = at.first == 0 ? geometry.positions : geometry.later_positions[at.first - 1];
+    const std::span<const V3f> after = geometry.later_positions[at.first];
     for (size_t corner = 0; corner < 3; ++corner) {
       const V3f &a = before[index[corner]], &b = after[index[corner]];
       out.positions[corner] = lerp(a, b, at.fraction);
@@ -64,7 +64,7 @@ const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instanc
     out.error = kEpsilon * magnitude;
   }
   if (instance.motion != accel::kNoId) {
-    const std::vector<M44f>& keys = motions[instance.motion];
+    const std::span<const M44f> keys = motions[instance.motion];
     const accel::KeyInterval at =
         accel::key_interval(accel::clamped_time(time), static_cast<uint32_t>(keys.size() - 1));
     out.instance.object_to_world = accel::between(keys[at.first], keys[at.first + 1], at.fraction);

@@ -8,13 +8,12 @@
 #include <array>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace kindling {
 
 // Replaces the arrays of static geometry.
 struct MovingHit {
-  static constexpr size_t kMaxFloats = 3 + 4 + 4 + 2 * Geometry::kMaxTexcoordSets; // of a record
+  static constexpr size_t kMaxFloats = 3 + 4 + 4 + 2 * GeometryView::kMaxTexcoordSets; // of a record
 
   WorldInstance instance;                              // posed at the time of the ray
   std::array<V3f, 3> positions;                        // in the space of the instance
@@ -23,11 +22,11 @@ struct MovingHit {
   float error = 0.0f;                                  // bound of the position error from interpolation, meters
 };
 
-// Fills `moving` and returns its content. `motions` are PreparedGeometry::motions. Between keys
+// Fills `moving` and returns its content. `motions` are WorldView::motions. Between keys
 // positions, normals, tangents and the entries of matrices are interpolated linearly; normals and
 // tangents are not unit then.
-const MovingHit& move_hit(const Geometry& geometry, const WorldInstance& instance,
-                          std::span<const std::vector<M44f>> motions, uint32_t triangle, float time,
+const MovingHit& move_hit(const GeometryView& geometry, const WorldInstance& instance,
+                          std::span<const std::span<const M44f>> motions, uint32_t triangle, float time,
                           std::optional<MovingHit>& moving);
 
 } // namespace kindling

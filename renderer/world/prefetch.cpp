@@ -3,7 +3,7 @@
 #include "renderer/base/prefetch.h"
 #include "renderer/world/moving_hit.h"
 #include "renderer/world/texture_lookup.h"
-#include "renderer/world/world.h"
+#include "renderer/world/world_view.h"
 
 #include <optional>
 
@@ -12,7 +12,7 @@ namespace {
 
 // Prefetches the textures that most materials have.
 void prefetch_textures(const ShadingMaterial& material, const TextureLookup& lookup,
-                       std::span<const Texture> textures) {
+                       std::span<const TextureView> textures) {
   for (const TextureBinding* binding :
        {&material.base_color, &material.metallic_roughness, &material.normal, &material.emission}) {
     if (!binding->present() || binding->is_procedural()) continue;
@@ -21,16 +21,16 @@ void prefetch_textures(const ShadingMaterial& material, const TextureLookup& loo
   }
 }
 
-[[gnu::noinline, gnu::cold]] V3f moving_face_normal(const Geometry& geometry, const WorldInstance& instance,
-                                                    std::span<const std::vector<M44f>> motions, const accel::Hit& hit,
-                                                    float time) {
+[[gnu::noinline, gnu::cold]] V3f moving_face_normal(const GeometryView& geometry, const WorldInstance& instance,
+                                                    std::span<const std::span<const M44f>> motions,
+                                                    const accel::Hit& hit, float time) {
   std::optional<MovingHit> moving;
   const auto& [p0, p1, p2] = move_hit(geometry, instance, motions, hit.triangle, time, moving).positions;
   const M44f& m = moving->instance.object_to_world;
   return transform_vector(m, p1 - p0).cross(transform_vector(m, p2 - p0));
 }
 
-V3f face_normal(const Geometry& geometry, const WorldInstance& instance, const accel::Hit& hit) {
+V3f face_normal(const GeometryView& geometry, const WorldInstance& instance, const accel::Hit& hit) {
   const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
   V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
   if (!instance.identity) {
@@ -43,16 +43,15 @@ V3f face_normal(const Geometry& geometry, const WorldInstance& instance, const a
 
 } // namespace
 
-void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
-                     std::span<RayFootprint> footprints) const {
-  constexpr size_t kCacheBytes = 256 * 1024; // smaller data stays in the second-level cache
-  if (statistics_.geometry_bytes + statistics_.texture_bytes <= kCacheBytes) return;
+void WorldView::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hit> hits,
+                         std::span<RayFootprint> footprints) const {
+  if (!exceeds_caches) return;
   for (const accel::Hit& hit : hits) {
-    if (hit.is_hit()) ::kindling::prefetch(geometries_[hit.mesh].indices.data() + size_t{hit.triangle} * 3);
+    if (hit.is_hit()) ::kindling::prefetch(geometries[hit.mesh].indices.data() + size_t{hit.triangle} * 3);
   }
   for (const accel::Hit& hit : hits) {
     if (!hit.is_hit()) continue;
-    const Geometry& geometry = geometries_[hit.mesh];
+    const GeometryView& geometry = geometries[hit.mesh];
     const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
     for (size_t corner = 0; corner < 3; ++corner) {
       ::kindling::prefetch(&geometry.positions[index[corner]]);
@@ -61,21 +60,21 @@ void World::prefetch(std::span<const accel::Ray> rays, std::span<const accel::Hi
       if (geometry.stride > 0) ::kindling::prefetch(record + geometry.stride - 1);
     }
   }
-  if (textures_.empty()) return;
+  if (textures.empty()) return;
   for (size_t i = 0; i < hits.size(); ++i) {
     const accel::Hit& hit = hits[i];
     if (!hit.is_hit()) continue;
-    const Geometry& geometry = geometries_[hit.mesh];
-    const ShadingMaterial& material = materials_[geometry.material];
+    const GeometryView& geometry = geometries[hit.mesh];
+    const ShadingMaterial& material = materials[geometry.material];
     if (!material.textured) continue;
-    const WorldInstance& instance = instances_[hit.instance];
-    const V3f normal = instance.moving ? moving_face_normal(geometry, instance, motions_, hit, rays[i].time)
+    const WorldInstance& instance = instances[hit.instance];
+    const V3f normal = instance.moving ? moving_face_normal(geometry, instance, motions, hit, rays[i].time)
                                        : face_normal(geometry, instance, hit);
     const SurfaceFootprint seen{rays[i], footprints[i], normal};
     footprints[i].choice = seen.choice();
     footprints[i].relative_area = seen.relative_area();
     const HitRecords records(geometry, hit);
-    prefetch_textures(material, TextureLookup(textures_, procedurals_, records, seen), textures_);
+    prefetch_textures(material, TextureLookup(textures, procedurals, records, seen), textures);
   }
 }
 

@@ -63,9 +63,8 @@ Box3f box_of(const Geometry& geometry) {
       if (is_finite(positions[i])) box.extendBy(positions[i]);
     });
   };
-  Box3f box = box_of_span(geometry.position_span());
-  for (size_t key = 0; key < geometry.later_positions.size(); ++key)
-    box.extendBy(box_of_span(geometry.later_position_span(key)));
+  Box3f box = box_of_span(geometry.positions);
+  for (const std::span<const V3f> key : geometry.later_positions) box.extendBy(box_of_span(key));
   return box;
 }
 
@@ -182,12 +181,12 @@ class GeometryPreparation {
       primitive.normals = std::move(deformed.normals);
       primitive.tangents = std::move(deformed.tangents);
     }
-    Geometry geometry = make_geometry(std::move(primitive), job.bake, job.material, scene_.materials[job.material]);
+    GeometrySource all{std::move(primitive), job.bake, job.material, posed.clockwise, {}};
     for (std::vector<PosedMesh::Deformed>& moment : posed.later_deformed)
-      add_key(geometry, std::move(moment[job.primitive]));
-    if (posed.clockwise) reverse_winding(geometry);
+      all.later_keys.push_back(std::move(moment[job.primitive]));
+    Geometry& geometry = out_.geometries[job.geometry];
+    geometry = make_geometry(std::move(all), scene_.materials[job.material]);
     geometry.number = job.name;
-    out_.geometries[job.geometry] = std::move(geometry);
   }
 
   [[nodiscard]] GeometryKey key_of(const PosedMesh& posed, uint32_t primitive, const M44f& bake) const {

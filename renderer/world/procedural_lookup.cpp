@@ -63,8 +63,8 @@ void footprint_axes(const V3f (&corners)[3], const SurfaceFootprint& seen, V2f (
 
 V4f ProceduralScene::sample(int number, const HitRecords& records, const SurfaceFootprint& footprint,
                             bool filtered) const {
-  const ProceduralTexture& texture = textures[static_cast<size_t>(number)];
-  const Geometry& geometry = records.geometry;
+  const ProceduralTextureView& texture = textures[static_cast<size_t>(number)];
+  const GeometryView& geometry = records.geometry;
   const WorldInstance& instance = instances[records.hit->instance];
   const uint32_t* index = geometry.indices.data() + size_t{records.hit->triangle} * 3;
   V3f stored[3], world[3];
@@ -80,7 +80,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
 
   const auto normals = [&](const M44f& to_space, bool moved) {
     ProceduralSample sample = interpolate([&](int k) {
-      if (geometry.normal_offset == Geometry::kAbsent) {
+      if (geometry.normal_offset == GeometryView::kAbsent) {
         const V3f face = (stored[1] - stored[0]).cross(stored[2] - stored[0]);
         return extended(moved ? transform_normal_direction(to_space, face) : face);
       }
@@ -97,7 +97,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
 
   std::array<ProceduralSample, kProceduralStreams> samples;
   size_t count = 0;
-  for (const Stream stream : texture.streams()) {
+  for (const Stream stream : texture.streams) {
     ProceduralSample& sample = samples[count++];
     switch (stream) {
     case Stream::position_object:
@@ -108,7 +108,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
     case Stream::normal_world: sample = normals(instance.object_to_world, !instance.identity); break;
     case Stream::color:
       sample = interpolate([&](int k) {
-        if (geometry.color_offset == Geometry::kAbsent) return V4f(1.0f);
+        if (geometry.color_offset == GeometryView::kAbsent) return V4f(1.0f);
         const float* at = records.records[static_cast<size_t>(k)] + geometry.color_offset;
         return V4f(at[0], at[1], at[2], at[3]);
       });
@@ -116,7 +116,7 @@ V4f ProceduralScene::sample(int number, const HitRecords& records, const Surface
     default: {
       const uint8_t offset = geometry.texcoord_offset[static_cast<size_t>(stream)];
       sample = interpolate([&](int k) {
-        if (offset == Geometry::kAbsent) return V4f(0.0f, 0.0f, 0.0f, 1.0f);
+        if (offset == GeometryView::kAbsent) return V4f(0.0f, 0.0f, 0.0f, 1.0f);
         const float* at = records.records[static_cast<size_t>(k)] + offset;
         return V4f(at[0], at[1], 0.0f, 1.0f);
       });

@@ -7,7 +7,6 @@
 #include "renderer/world/hit_records.h"
 
 #include <span>
-#include <vector>
 
 namespace kindling {
 
@@ -16,8 +15,8 @@ struct SurfaceFootprint;
 // The parts of a World that procedural textures read. Positions and normals are those at the
 // opening of the shutter, so patterns move with their objects.
 struct ProceduralScene {
-  std::vector<ProceduralTexture> textures;
-  std::span<const Texture> images;
+  std::span<const ProceduralTextureView> textures;
+  std::span<const TextureView> images;
   std::span<const WorldInstance> instances;
 
   // Returns the value of texture `number` at a hit, averaged over the footprint if `filtered`, else

@@ -8,7 +8,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/ray_origins.h"
 
-#include "renderer/world/contacts.h"
+#include "renderer/world/world_view.h"
 
 #include <cassert>
 #include <optional>
@@ -78,11 +78,11 @@ bool lets_light_pass(const SurfacePoint& surface) {
 
 } // namespace
 
-void World::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const {
+void WorldView::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const {
   const float error = surface.position_error;
   const std::array<V3f, 3> corners = face_at(ray, hit).corners;
   if (!is_near_edge(corners, V3f(1.0f - hit.u - hit.v, hit.u, hit.v), kEdgeMargin * error) &&
-      !(contacts_ && contacts_->at(hit))) {
+      !(!contacts.empty() && contacts.at(hit))) {
     surface.guarded = false;
     return;
   }
@@ -117,9 +117,9 @@ void World::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& su
     V3f point = origin_beside(surface, false);
     for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
       const Probe probe = probe_to(point, kProbe);
-      if (!probed_->occluded(probe.ray)) return point;
-      if (start(kProbe) > 0.0f && !probed_->occluded(probe_to(point, kLongProbe).ray)) return point;
-      const accel::Hit wall = probed_->intersect(probe.ray);
+      if (!probed->occluded(probe.ray)) return point;
+      if (start(kProbe) > 0.0f && !probed->occluded(probe_to(point, kLongProbe).ray)) return point;
+      const accel::Hit wall = probed->intersect(probe.ray);
       if (!wall.is_hit()) return std::nullopt;
       if (const std::optional<V3f> before = in_front_of(probe, wall, 0.0f, 1.0f)) return before;
       point = pushed_off(probe, wall, point);
@@ -138,11 +138,11 @@ void World::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& su
   const auto find_back = [&](V3f point) -> std::optional<V3f> {
     for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
       Probe probe = probe_to(point, kProbe);
-      accel::Hit crossed = probed_->intersect(probe.ray);
+      accel::Hit crossed = probed->intersect(probe.ray);
       float after = -1.0f; // the probe has crossed the surface there
       for (int layer = 0; layer < kMaxLayers && crossed.is_hit() && is_on_surface(probe, crossed); ++layer) {
         probe.ray.t_min = after = crossed.t;
-        crossed = probed_->intersect(probe.ray);
+        crossed = probed->intersect(probe.ray);
       }
       if (after < 0.0f) return std::nullopt;
       if (!crossed.is_hit()) return point;

@@ -10,7 +10,7 @@
 #include "renderer/world/ray_origins.h"
 #include "renderer/world/shading_normal.h"
 #include "renderer/world/texture_lookup.h"
-#include "renderer/world/world.h"
+#include "renderer/world/world_view.h"
 
 #include <optional>
 
@@ -45,16 +45,16 @@ float stroke_diameter(const V3f& p0, const V3f& p1, const V3f& p2) {
 float coverage(const ShadingMaterial& material, const HitRecords& records, const TextureLookup& textures) {
   float alpha = material.base_color_factor.w;
   if (material.base_color.present()) alpha *= textures.sample_channel_finest(material.base_color, 3);
-  if (records.geometry.color_offset != Geometry::kAbsent)
+  if (records.geometry.color_offset != GeometryView::kAbsent)
     alpha *= records.geometry.interpolate4(records.records, records.geometry.color_offset, records.barycentric).w;
   return alpha;
 }
 
 } // namespace
 
-void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
-                       const RayFootprint& footprint) const {
-  if (instances_[hit.instance].moving) [[unlikely]]
+void WorldView::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                           const RayFootprint& footprint) const {
+  if (instances[hit.instance].moving) [[unlikely]]
     moving_surface_at(ray, hit, surface, footprint);
   else
     surface_of<false>(ray, hit, surface, footprint);
@@ -62,19 +62,19 @@ void World::surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoin
     guard(ray, hit, surface);
 }
 
-void World::moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
-                              const RayFootprint& footprint) const {
+void WorldView::moving_surface_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                  const RayFootprint& footprint) const {
   surface_of<true>(ray, hit, surface, footprint);
 }
 
 // Two instantiations, so that static geometry has no cost of motion.
 template <bool kMoving>
-inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
-                              const RayFootprint& footprint) const {
-  const Geometry& geometry = geometries_[hit.mesh];
-  const WorldInstance* placed = &instances_[hit.instance];
-  const ShadingMaterial& material = materials_[geometry.material];
-  HitRecords lookup(geometry, hit);
+inline void WorldView::surface_of(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                  const RayFootprint& footprint) const {
+  const GeometryView& geometry = geometries[hit.mesh];
+  const WorldInstance* placed = &instances[hit.instance];
+  const ShadingMaterial& material = materials[geometry.material];
+  HitRecords records(geometry, hit);
   const V3f wo = -ray.direction;
 
   // Position by barycentrics (more accurate than along the ray) with a bound of its rounding error.
@@ -82,9 +82,9 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   V3f p0 = geometry.positions[index[0]], p1 = geometry.positions[index[1]], p2 = geometry.positions[index[2]];
   std::optional<MovingHit> moving;
   if constexpr (kMoving) {
-    placed = &move_hit(geometry, *placed, motions_, hit.triangle, ray.time, moving).instance;
+    placed = &move_hit(geometry, *placed, motions, hit.triangle, ray.time, moving).instance;
     p0 = moving->positions[0], p1 = moving->positions[1], p2 = moving->positions[2];
-    lookup.records = moving->records;
+    records.records = moving->records;
   }
   const WorldInstance& instance = *placed;
   float magnitude = std::max(max_abs(p0), std::max(max_abs(p1), max_abs(p2)));
@@ -98,7 +98,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     error = position_bound(m, magnitude, world_magnitude);
     if constexpr (kMoving) error += moving->error;
   }
-  surface.position = p0 * lookup.barycentric.x + p1 * lookup.barycentric.y + p2 * lookup.barycentric.z;
+  surface.position = p0 * records.barycentric.x + p1 * records.barycentric.y + p2 * records.barycentric.z;
   surface.position_error = error;
 
   const V3f edge1 = p1 - p0, edge2 = p2 - p0;
@@ -108,15 +108,15 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   // A barycentric coordinate is a fraction of a height, which is twice the area over its edge.
   const float edges = std::abs(edge1.x) + std::abs(edge1.y) + std::abs(edge1.z) + std::abs(edge2.x) +
                       std::abs(edge2.y) + std::abs(edge2.z); // at least as long as each of the three
-  surface.guarded = min_component(lookup.barycentric) * face_length < kEdgeMargin * error * edges ||
-                    (contacts_ && contacts_->at(hit));
+  surface.guarded = min_component(records.barycentric) * face_length < kEdgeMargin * error * edges ||
+                    (!contacts.empty() && contacts.at(hit));
   face_normal = face_length > 0.0f ? face_normal / face_length : wo;
   bool front = face_normal.dot(wo) >= 0.0f;
 
   // The interpolated normal, on the side given by the file.
   V3f normal = face_normal;
-  if (geometry.normal_offset != Geometry::kAbsent) {
-    V3f n = geometry.interpolate3(lookup.records, geometry.normal_offset, lookup.barycentric);
+  if (geometry.normal_offset != GeometryView::kAbsent) {
+    V3f n = geometry.interpolate3(records.records, geometry.normal_offset, records.barycentric);
     if (!instance.identity) n = transform_normal_direction(instance.object_to_world, n);
     const float length = std::sqrt(n.length2());
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
@@ -139,7 +139,7 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   surface.layered = false;
   surface.emissive_triangle = accel::kNoId;
   surface.emitted = Rgb(0.0f);
-  if (material.constant && geometry.color_offset == Geometry::kAbsent && geometry.stroke != Stroke::unlit) {
+  if (material.constant && geometry.color_offset == GeometryView::kAbsent && geometry.stroke != Stroke::unlit) {
     set_normals(normal);
     surface.unlit = false;
     surface.alpha = 1.0f;
@@ -148,13 +148,13 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   }
 
   const SurfaceFootprint seen{ray, footprint, triangle_normal};
-  const TextureLookup textures(textures_, procedurals_, lookup, seen);
+  const TextureLookup texels(textures, procedurals, records, seen);
   float slope_variance = 0.0f; // of the normals averaged by a coarse level
   const V3f vertex_normal = normal;
   V3f tangent, bitangent; // valid if has_tangent
   bool has_tangent = false;
-  if (geometry.tangent_offset != Geometry::kAbsent) {
-    const V4f tangent4 = geometry.interpolate4(lookup.records, geometry.tangent_offset, lookup.barycentric);
+  if (geometry.tangent_offset != GeometryView::kAbsent) {
+    const V4f tangent4 = geometry.interpolate4(records.records, geometry.tangent_offset, records.barycentric);
     tangent = V3f(tangent4.x, tangent4.y, tangent4.z);
     if (!instance.identity) tangent = transform_vector(instance.object_to_world, tangent);
     const float handedness = (tangent4.w < 0.0f) != instance.mirrored ? -1.0f : 1.0f;
@@ -166,8 +166,8 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
     }
   }
   if (has_tangent && material.normal.present()) {
-    const TextureLookup::Place at = textures.place(material.normal);
-    const Rgb texel = textures.sample_rgb(material.normal, at);
+    const TextureLookup::Place at = texels.place(material.normal);
+    const Rgb texel = texels.sample_rgb(material.normal, at);
     const V3f n = normal_from_map(texel, material.normal_scale, tangent, bitangent, normal);
     const float length = std::sqrt(n.length2());
     if (length > 0.0f && std::isfinite(length)) normal = n / length;
@@ -177,21 +177,21 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   surface.unlit = material.unlit || geometry.stroke == Stroke::unlit;
 
   V4f base = material.base_color_factor;
-  if (material.base_color.present()) base *= textures.sample(material.base_color);
-  if (geometry.color_offset != Geometry::kAbsent)
-    base *= geometry.interpolate4(lookup.records, geometry.color_offset, lookup.barycentric);
+  if (material.base_color.present()) base *= texels.sample(material.base_color);
+  if (geometry.color_offset != GeometryView::kAbsent)
+    base *= geometry.interpolate4(records.records, geometry.color_offset, records.barycentric);
   surface.bsdf.base_color =
       Rgb(std::clamp(base.x, 0.0f, 1.0f), std::clamp(base.y, 0.0f, 1.0f), std::clamp(base.z, 0.0f, 1.0f));
 
   // Rays test coverage at the finest level, so alpha uses the same level here.
   if (material.alpha_mode == AlphaMode::blend && material.base_color.present() &&
-      textures.is_filtered(material.base_color))
-    base.w = coverage(material, lookup, textures);
+      texels.is_filtered(material.base_color))
+    base.w = coverage(material, records, texels);
   surface.alpha = material.alpha_mode == AlphaMode::blend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
   if (surface.unlit) {
     surface.emitted = surface.bsdf.base_color;
     if (material.emissive) // only points and lines have both
-      surface.emitted += material.emission.present() ? material.emission_factor * textures.sample_rgb(material.emission)
+      surface.emitted += material.emission.present() ? material.emission_factor * texels.sample_rgb(material.emission)
                                                      : material.emission_factor;
     return;
   }
@@ -199,65 +199,64 @@ inline void World::surface_of(const accel::Ray& ray, const accel::Hit& hit, Surf
   surface.bsdf.metallic = material.metallic_factor;
   surface.bsdf.roughness = material.roughness_factor;
   if (material.metallic_roughness.present()) {
-    const Rgb texel = textures.sample_rgb(material.metallic_roughness);
+    const Rgb texel = texels.sample_rgb(material.metallic_roughness);
     surface.bsdf.roughness *= texel.y;
     surface.bsdf.metallic *= texel.z;
   }
   if (slope_variance > 0.0f) surface.bsdf.roughness = widened(surface.bsdf.roughness, slope_variance);
   surface.bsdf.ior = material.ior;
   surface.bsdf.specular = material.specular_factor;
-  if (material.specular.present()) surface.bsdf.specular *= textures.sample_channel(material.specular, 3);
+  if (material.specular.present()) surface.bsdf.specular *= texels.sample_channel(material.specular, 3);
   surface.bsdf.specular_color = material.specular_color_factor;
-  if (material.specular_color.present()) surface.bsdf.specular_color *= textures.sample_rgb(material.specular_color);
+  if (material.specular_color.present()) surface.bsdf.specular_color *= texels.sample_rgb(material.specular_color);
 
   if (material.specular_glossiness) {
     const float glossiness = 1.0f - material.roughness_factor;
     const bool textured = material.specular_color.present();
     surface.bsdf.roughness =
-        1.0f - (textured ? glossiness * textures.sample_channel(material.specular_color, 3) : glossiness);
+        1.0f - (textured ? glossiness * texels.sample_channel(material.specular_color, 3) : glossiness);
   }
   if (material.layers != kNone) {
     surface.layered = true;
     VertexFrame vertex{.normal = vertex_normal, .has_tangent = has_tangent, .front = front};
     if (has_tangent) vertex.tangent = tangent, vertex.bitangent = bitangent;
-    layers_at(TextureLookup(textures_, procedurals_, lookup, seen), vertex, wo,
+    layers_at(TextureLookup(textures, procedurals, records, seen), vertex, wo,
               surface); // a separate object, so that ours can stay in registers
   }
 
   if (material.emissive && (front || material.double_sided)) {
     surface.emitted = material.emission_factor;
     if (instance.emissive) {
-      const uint32_t first = first_emissive_[instance.emissive_begin + (hit.mesh - instance.first_mesh)];
+      const uint32_t first = first_emissive[instance.emissive_begin + (hit.mesh - instance.first_mesh)];
       if (first != accel::kNoId) surface.emissive_triangle = first + hit.triangle;
     }
     if (material.emission.present()) {
       const bool filtered = footprint.filters_emission || surface.emissive_triangle == accel::kNoId;
-      surface.emitted *=
-          filtered ? textures.sample_rgb(material.emission) : textures.sample_rgb_finest(material.emission);
+      surface.emitted *= filtered ? texels.sample_rgb(material.emission) : texels.sample_rgb_finest(material.emission);
     }
     if (surface.layered)
       surface.emitted *= coat_transmittance(surface.layers.bsdf.clearcoat, surface.geometric_normal.dot(wo));
   }
 }
 
-V2f World::texcoord_at(const accel::Hit& hit) const {
-  return HitRecords(geometries_[hit.mesh], hit).texcoord(uint8_t{0});
+V2f WorldView::texcoord_at(const accel::Hit& hit) const {
+  return HitRecords(geometries[hit.mesh], hit).texcoord(uint8_t{0});
 }
 
-bool World::is_single_sided(const ShadingMaterial& material) const {
+bool WorldView::is_single_sided(const ShadingMaterial& material) const {
   return !material.double_sided &&
-         (material.layers == kNone || !layer_materials_[static_cast<size_t>(material.layers)].volume);
+         (material.layers == kNone || !layer_materials[static_cast<size_t>(material.layers)].volume);
 }
 
 // Decides as surface_of() does which side is seen.
-World::PosedFace World::face_at(const accel::Ray& ray, const accel::Hit& hit) const {
-  const Geometry& geometry = geometries_[hit.mesh];
-  const WorldInstance* placed = &instances_[hit.instance];
+WorldView::PosedFace WorldView::face_at(const accel::Ray& ray, const accel::Hit& hit) const {
+  const GeometryView& geometry = geometries[hit.mesh];
+  const WorldInstance* placed = &instances[hit.instance];
   const uint32_t* index = geometry.indices.data() + size_t{hit.triangle} * 3;
   PosedFace face{{geometry.positions[index[0]], geometry.positions[index[1]], geometry.positions[index[2]]}};
   std::optional<MovingHit> moving;
   if (placed->moving) {
-    placed = &move_hit(geometry, *placed, motions_, hit.triangle, ray.time, moving).instance;
+    placed = &move_hit(geometry, *placed, motions, hit.triangle, ray.time, moving).instance;
     face.corners = moving->positions;
   }
   if (!placed->identity)
@@ -266,53 +265,51 @@ World::PosedFace World::face_at(const accel::Ray& ray, const accel::Hit& hit) co
   return face;
 }
 
-bool World::is_hidden_back(const accel::Ray& ray, const accel::Hit& hit) const {
-  return is_single_sided(materials_[geometries_[hit.mesh].material]) && face_at(ray, hit).is_back_for(ray.direction);
+bool WorldView::is_hidden_back(const accel::Ray& ray, const accel::Hit& hit) const {
+  return is_single_sided(materials[geometries[hit.mesh].material]) && face_at(ray, hit).is_back_for(ray.direction);
 }
 
-bool World::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const {
-  const ShadingMaterial& material = materials_[geometries_[hit.mesh].material];
-  if (!view_point_ || material.emissive || !is_single_sided(material)) return false;
+bool WorldView::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const {
+  const ShadingMaterial& material = materials[geometries[hit.mesh].material];
+  if (!view_point || material.emissive || !is_single_sided(material)) return false;
   const PosedFace face = face_at(ray, hit);
   const V3f point = face.corners[0] * (1.0f - hit.u - hit.v) + face.corners[1] * hit.u + face.corners[2] * hit.v;
-  V3f sight = point - view_point_->position;
-  if (view_point_->orthographic) {
-    const float depth = sight.dot(view_point_->forward);
+  V3f sight = point - view_point->position;
+  if (view_point->orthographic) {
+    const float depth = sight.dot(view_point->forward);
     if (!(depth > 0.0f)) return false;
-    sight = view_point_->forward * depth;
+    sight = view_point->forward * depth;
   }
   if (!face.is_back_for(sight)) return false;
   constexpr float kBeforeTheFace = 1.0f - 1e-4f;
-  return !accelerator_->occluded({.origin = point - sight,
-                                  .direction = sight,
-                                  .t_max = kBeforeTheFace,
-                                  .key = ray.key,
-                                  .time = ray.time,
-                                  .index = ray.index,
-                                  .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay});
+  return !traced->occluded({.origin = point - sight,
+                            .direction = sight,
+                            .t_max = kBeforeTheFace,
+                            .key = ray.key,
+                            .time = ray.time,
+                            .index = ray.index,
+                            .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay});
 }
 
-bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::Hit& candidate) {
-  const World& world = *static_cast<const World*>(context);
-  const Geometry& geometry = world.geometries_[candidate.mesh];
-  const ShadingMaterial& material = world.materials_[geometry.material];
-  if (world.hides_backs_) {
-    const bool seen =
-        (ray.flags & kEveryFace) != 0 ||
-        !((ray.flags & kCameraRay) != 0 ? world.is_hidden_back(ray, candidate) : world.is_cut_away(ray, candidate));
+bool WorldView::accepts(const accel::Ray& ray, const accel::Hit& candidate) const {
+  const GeometryView& geometry = geometries[candidate.mesh];
+  const ShadingMaterial& material = materials[geometry.material];
+  if (hides_backs) {
+    const bool seen = (ray.flags & kEveryFace) != 0 ||
+                      !((ray.flags & kCameraRay) != 0 ? is_hidden_back(ray, candidate) : is_cut_away(ray, candidate));
     if (!seen) return false;
-    if (world.covers_[candidate.mesh] != 0) return true;
+    if (covers[candidate.mesh] != 0) return true;
   }
   const HitRecords records(geometry, candidate);
   const RayFootprint none;
   const SurfaceFootprint point{ray, none};
-  const TextureLookup textures(world.textures_, world.procedurals_, records, point);
-  const float alpha = coverage(material, records, textures);
+  const TextureLookup texels(textures, procedurals, records, point);
+  const float alpha = coverage(material, records, texels);
 
   if (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) return false;
   if (material.thin_wall && (ray.flags & (kPassThinWalls | kHitThinWalls)) != 0) {
     float roughness = material.roughness_factor;
-    if (material.metallic_roughness.present()) roughness *= textures.sample_channel(material.metallic_roughness, 1);
+    if (material.metallic_roughness.present()) roughness *= texels.sample_channel(material.metallic_roughness, 1);
     if (roughness <= kStraightRoughness) return (ray.flags & kHitThinWalls) != 0;
   }
   if (material.alpha_mode != AlphaMode::blend) return true;
@@ -324,10 +321,6 @@ bool World::accept_hit(const void* context, const accel::Ray& ray, const accel::
   const uint32_t h = hash_combine(hash_combine(ray.key, candidate.instance), candidate.mesh);
   return Sampler::sample_1d(h, ray.index, candidate.triangle) < alpha;
 }
-
-const std::string& World::material_name(uint32_t material) const { return material_names_[material]; }
-
-World::~World() = default;
 
 V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
   const bool beyond = direction.dot(surface.geometric_normal) < 0.0f;

@@ -6,7 +6,7 @@
 #include "renderer/texture/texture.h"
 #include "renderer/world/hit_records.h"
 #include "renderer/world/procedural_lookup.h"
-#include "renderer/world/world.h"
+#include "renderer/world/surface_point.h"
 
 #include <cassert>
 #include <cmath>
@@ -41,7 +41,7 @@ struct SurfaceFootprint {
 // present(). Construction is free until a texture is read. Borrows all arguments.
 class TextureLookup {
  public:
-  TextureLookup(std::span<const Texture> textures, const ProceduralScene& procedurals, const HitRecords& records,
+  TextureLookup(std::span<const TextureView> textures, const ProceduralScene& procedurals, const HitRecords& records,
                 const SurfaceFootprint& footprint)
       : textures_(textures.data()), procedurals_(procedurals), records_(records), footprint_(footprint) {}
 
@@ -99,7 +99,7 @@ class TextureLookup {
   [[gnu::noinline]] V4f procedural(const TextureBinding& binding, bool filtered) const {
     return procedurals_.sample(binding.procedural(), records_, footprint_, filtered);
   }
-  [[nodiscard]] const Texture& texture(const TextureBinding& binding) const {
+  [[nodiscard]] const TextureView& texture(const TextureBinding& binding) const {
     assert(binding.texture >= 0);
     return textures_[static_cast<size_t>(binding.texture)];
   }
@@ -113,7 +113,7 @@ class TextureLookup {
     choice_ = footprint_.choice();
   }
 
-  const Texture* textures_;
+  const TextureView* textures_;
   const ProceduralScene& procedurals_;
   const HitRecords& records_;
   const SurfaceFootprint& footprint_;

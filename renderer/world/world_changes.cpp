@@ -22,24 +22,25 @@ bool WorldChanges::build_accelerator(World& world, const WorldOptions& options,
     if (listener) listener->on_progress({.phase = Phase::build, .done = fraction, .total = 1.0});
   };
   if (cancel && cancel->cancelled()) return false;
-  world.hides_backs_ = options.hide_backs;
-  world.view_point_ = options.view_point;
+  world.hides_backs = options.hide_backs;
+  world.view_point = options.view_point;
   for (size_t i = 0; i < world.accel_meshes_.size(); ++i) { // the hit filter leaves backs out
-    const bool filtered = options.hide_backs && world.is_single_sided(world.materials_[world.geometries_[i].material]);
-    world.accel_meshes_[i].opaque = world.covers_[i] != 0 && !filtered;
+    const bool filtered = options.hide_backs && world.is_single_sided(world.materials[world.geometries[i].material]);
+    world.accel_meshes_[i].opaque = world.covers[i] != 0 && !filtered;
   }
   world.accelerator_ =
       accel::make_accelerator(options.accelerator, world.accelerator_input(), build_options, std::move(structures));
   if (!world.accelerator_) return false;
-  world.probed_ = world.accelerator_.get();
+  world.probed = world.accelerator_.get();
   if (options.wrap_accelerator) world.accelerator_ = options.wrap_accelerator(std::move(world.accelerator_));
+  world.traced = world.accelerator_.get();
   return true;
 }
 
 Result<void> WorldChanges::hide_backs(World& world, const WorldOptions& options, const CancelToken* cancel,
                                       ProgressListener* listener) {
-  world.view_point_ = options.view_point;
-  if (world.hides_backs_ == options.hide_backs) return {};
+  world.view_point = options.view_point;
+  if (world.hides_backs == options.hide_backs) return {};
   std::unique_ptr<accel::PersistentStructures> structures = world.accelerator_->take_structures();
   world.accelerator_ = nullptr;
   if (!build_accelerator(world, options, std::move(structures), cancel, listener))
@@ -50,9 +51,10 @@ Result<void> WorldChanges::hide_backs(World& world, const WorldOptions& options,
 
 void WorldChanges::light_by_studio(World& world, bool studio) {
   assert(world.lit_by_emission_alone_);
-  if (studio == (world.lights_->environment() != nullptr)) return;
-  world.lights_->set_environment(studio ? builtin_environment() : nullptr);
-  world.statistics_.light_bytes = world.lights_->memory_bytes();
+  if (studio == world.lights.has_environment) return;
+  world.light_set_->set_environment(studio ? builtin_environment() : nullptr);
+  world.lights = *world.light_set_;
+  world.statistics_.light_bytes = world.light_set_->memory_bytes();
 }
 
 } // namespace kindling

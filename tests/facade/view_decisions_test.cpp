@@ -81,7 +81,7 @@ TEST(StudioDecision, SmallLampsLeaveTheStudioOn) {
   EXPECT_TRUE(built.stage.light.studio);
   ASSERT_TRUE(built.stage.light.lit_share);
   EXPECT_LT(*built.stage.light.lit_share, 0.02);
-  EXPECT_NE(built.stage.world->lights().environment(), nullptr);
+  EXPECT_TRUE(built.stage.world->lights.has_environment);
   EXPECT_TRUE(mentions(built.warnings, "--studio off")) << testing::PrintToString(built.warnings);
 }
 
@@ -90,7 +90,7 @@ TEST(StudioDecision, LampsThatLightTheViewSuffice) {
   EXPECT_FALSE(built.stage.light.studio);
   ASSERT_TRUE(built.stage.light.lit_share);
   EXPECT_GT(*built.stage.light.lit_share, 0.8);
-  EXPECT_EQ(built.stage.world->lights().environment(), nullptr);
+  EXPECT_FALSE(built.stage.world->lights.has_environment);
   EXPECT_FALSE(mentions(built.warnings, "studio"));
 }
 
@@ -98,11 +98,11 @@ TEST(StudioDecision, SettingsOverrideIt) {
   WorldSettings on, off;
   on.studio = Studio::on;
   off.studio = Studio::off;
-  EXPECT_NE(build(sphere_and_lamp(1.5f), image_from(kEye), on).stage.world->lights().environment(), nullptr);
-  EXPECT_EQ(build(sphere_and_lamp(0.01f), image_from(kEye), off).stage.world->lights().environment(), nullptr);
+  EXPECT_TRUE(build(sphere_and_lamp(1.5f), image_from(kEye), on).stage.world->lights.has_environment);
+  EXPECT_FALSE(build(sphere_and_lamp(0.01f), image_from(kEye), off).stage.world->lights.has_environment);
   Scene dark = make_scene({diffuse_material(Rgb(0.5f))}, {sphere(V3f(0.0f), 1.0f, 16, 0)});
-  EXPECT_EQ(build(dark, image_from(kEye), off).stage.world->lights().environment(), nullptr);
-  EXPECT_NE(build(dark, image_from(kEye)).stage.world->lights().environment(), nullptr);
+  EXPECT_FALSE(build(dark, image_from(kEye), off).stage.world->lights.has_environment);
+  EXPECT_TRUE(build(dark, image_from(kEye)).stage.world->lights.has_environment);
 }
 
 TEST(StudioDecision, AddedStudioHasTheBitsOfOneFromTheStart) {
@@ -166,7 +166,7 @@ TEST(StudioDecision, FramesAreLitAsTheSceneAtRest) {
   image.time_s = 1.0;
   const Built later = build(scene, image);
   EXPECT_EQ(later.stage.light.lit_share, rest.stage.light.lit_share);
-  EXPECT_EQ(later.stage.world->lights().environment(), nullptr);
+  EXPECT_FALSE(later.stage.world->lights.has_environment);
   // At that time alone the lamp would not be enough.
   scene.nodes[2].local.translation = V3f(0.0f, 100.0f, 0.0f);
   scene.animations.clear();
@@ -195,7 +195,7 @@ Scene room(bool inwards) {
 TEST(BackFaces, RoomsSeenFromOutsideAreOpened) {
   const ImageSettings outside = image_from(V3f(3.0f, 4.0f, 6.0f));
   const Built built = build(room(true), outside);
-  EXPECT_TRUE(built.stage.world->hides_backs());
+  EXPECT_TRUE(built.stage.world->hides_backs);
   EXPECT_TRUE(mentions(built.warnings, "--backfaces show")) << testing::PrintToString(built.warnings);
 
   ImageSettings cull = outside;
@@ -212,7 +212,7 @@ TEST(BackFaces, RoomsSeenFromOutsideAreOpened) {
   ImageSettings show = outside;
   show.backfaces = Backfaces::show;
   const Built shown = build(room(true), show);
-  EXPECT_FALSE(shown.stage.world->hides_backs());
+  EXPECT_FALSE(shown.stage.world->hides_backs);
   EXPECT_NE(depths(shown), depths(asked));
 }
 
@@ -243,7 +243,7 @@ TEST(BackFaces, LightEntersWhereTheCameraLooksThrough) {
 
 TEST(BackFaces, OtherViewsShowBacks) {
   const auto hidden = [](Scene scene, const V3f& eye, const V3f& target) {
-    return build(std::move(scene), image_from(eye, target)).stage.world->hides_backs();
+    return build(std::move(scene), image_from(eye, target)).stage.world->hides_backs;
   };
   EXPECT_FALSE(hidden(room(true), V3f(0.0f, 1.0f, 1.5f), V3f(0.0f)));  // a room from inside
   EXPECT_FALSE(hidden(room(false), V3f(0.0f, 1.0f, 1.5f), V3f(0.0f))); // a shell from inside: only nothing is behind
@@ -252,11 +252,11 @@ TEST(BackFaces, OtherViewsShowBacks) {
 
 TEST(BackFaces, OneSceneFollowsItsCamera) {
   Built built = build(room(true), image_from(V3f(3.0f, 4.0f, 6.0f)));
-  EXPECT_TRUE(built.stage.world->hides_backs());
+  EXPECT_TRUE(built.stage.world->hides_backs);
   Warnings warnings;
-  EXPECT_TRUE(stage_of(*built.scene, image_from(V3f(-3.0f, -4.0f, -6.0f)), warnings).world->hides_backs());
-  EXPECT_FALSE(stage_of(*built.scene, image_from(V3f(0.0f, 1.0f, 1.5f)), warnings).world->hides_backs());
-  EXPECT_TRUE(stage_of(*built.scene, image_from(V3f(3.0f, 4.0f, 6.0f)), warnings).world->hides_backs());
+  EXPECT_TRUE(stage_of(*built.scene, image_from(V3f(-3.0f, -4.0f, -6.0f)), warnings).world->hides_backs);
+  EXPECT_FALSE(stage_of(*built.scene, image_from(V3f(0.0f, 1.0f, 1.5f)), warnings).world->hides_backs);
+  EXPECT_TRUE(stage_of(*built.scene, image_from(V3f(3.0f, 4.0f, 6.0f)), warnings).world->hides_backs);
 }
 
 // A room with a camera that flies from outside into it, from time 0 to 1, and starts outside.
@@ -286,29 +286,29 @@ ImageSettings frame_at(double time_s) {
 
 TEST(BackFaces, FramesDecideAsTheSceneAtRest) {
   Built first = build(room_with_flight(), frame_at(0.0));
-  EXPECT_TRUE(first.stage.world->hides_backs());
+  EXPECT_TRUE(first.stage.world->hides_backs);
   EXPECT_TRUE(mentions(first.warnings, "--backfaces show"));
   Warnings later;
-  EXPECT_TRUE(stage_of(*first.scene, frame_at(1.0), later).world->hides_backs());
+  EXPECT_TRUE(stage_of(*first.scene, frame_at(1.0), later).world->hides_backs);
   EXPECT_FALSE(mentions(later.messages, "--backfaces")) << "reported again";
   // A frame by itself, as another process renders it.
-  EXPECT_TRUE(build(room_with_flight(), frame_at(1.0)).stage.world->hides_backs());
+  EXPECT_TRUE(build(room_with_flight(), frame_at(1.0)).stage.world->hides_backs);
 
   // From inside outwards, and with walls that move away: the scene at rest decides.
   Scene scene = room_with_flight();
   scene.nodes.back().local.translation = V3f(0.0f, 0.0f, 1.5f);
   Built inside = build(scene, frame_at(0.0));
-  EXPECT_FALSE(inside.stage.world->hides_backs());
+  EXPECT_FALSE(inside.stage.world->hides_backs);
   Scene moving = room_with_flight();
   AnimationChannel away;
   away.node = 5; // the wall towards the camera
   away.times_s = {0.0f, 1.0f};
   away.values = {0.0f, 0.0f, 0.0f, 0.0f, 50.0f, 0.0f};
   moving.animations[0].channels = {away};
-  EXPECT_TRUE(build(moving, frame_at(1.0)).stage.world->hides_backs());
+  EXPECT_TRUE(build(moving, frame_at(1.0)).stage.world->hides_backs);
   moving.animations.clear();
   moving.nodes[5].local.translation = V3f(0.0f, 50.0f, 0.0f);
-  EXPECT_FALSE(build(moving, frame_at(1.0)).stage.world->hides_backs()) << "the wall makes no difference";
+  EXPECT_FALSE(build(moving, frame_at(1.0)).stage.world->hides_backs) << "the wall makes no difference";
 }
 
 TEST(BackFaces, TurntablesDecideAlike) {
@@ -320,7 +320,7 @@ TEST(BackFaces, TurntablesDecideAlike) {
     ImageSettings image;
     image.size_px = V2i(96, 64);
     image.orbit = V3f(theta_deg, 80.0f, 8.0f);
-    const bool hides = build(scene, image).stage.world->hides_backs();
+    const bool hides = build(scene, image).stage.world->hides_backs;
     if (!hidden) hidden = hides;
     EXPECT_EQ(hides, *hidden) << theta_deg;
   }

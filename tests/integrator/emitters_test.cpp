@@ -80,7 +80,7 @@ TEST_P(Emitters, LightSamplingMatchesBsdfSampling) {
   const Case& c = GetParam();
   const auto mean_with = [&](bool sampled, uint32_t spp) {
     const auto world = make_world(floor_under_lamp(c, sampled), accel::Kind::embree);
-    EXPECT_EQ(world->lights().light_count() > 0, sampled);
+    EXPECT_EQ(world->lights.light_count > 0, sampled);
     RenderSettings settings = small_render(V2i(16, 16), spp);
     settings.integrator.max_bounces = 0;
     return render_mean(*world, beam_camera(V3f(0.3f, 0.7f, 2), V3f(0.0f), 0.5f, V2i(16, 16)), settings);

@@ -16,7 +16,7 @@ class LightLeaks : public testing::TestWithParam<accel::Kind> {
     pinhole.yfov_rad = 1.4f;
     const V3f eye = center + V3f(0.25f, 0.125f, 0.5f);
     const Camera camera(pinhole, look_at(eye, center - V3f(1, 0.8f, 1)), V2i(32, 32),
-                        CameraMotion{.shutter_open = world.has_motion()});
+                        CameraMotion{.shutter_open = world.has_motion});
     RenderSettings settings = small_render(V2i(32, 32), 64);
     settings.integrator.kind = kind;
     settings.integrator.roulette_start_bounce = 2;
@@ -107,7 +107,7 @@ TEST_P(LightLeaks, MovingBox) {
     animate_turn(scene, 0, V3f(0, 1, 0), 20.0f);
     animate(scene, 0, AnimatedProperty::translation, {0, 1}, {c.x, c.y, c.z, c.x + 0.25f, c.y + 0.25f, c.z});
     const auto world = make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, GetParam(), sky());
-    ASSERT_TRUE(world->has_motion());
+    ASSERT_TRUE(world->has_motion);
     EXPECT_EQ(count_leaks(*world, c), 0) << "distance " << distance;
   }
 }

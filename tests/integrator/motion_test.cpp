@@ -112,7 +112,7 @@ TEST_P(MotionBlur, ObjectMovingWithTheCameraIsSharp) {
     const PosedCamera& placed = posed.cameras.at(0);
     const auto world = make_posed_world(scene, options, GetParam());
     const Camera camera(SceneCamera{}, placed.camera_to_world, size,
-                        CameraMotion{placed.later_transforms, world->has_motion()});
+                        CameraMotion{placed.later_transforms, world->has_motion});
     const Result<RenderOutcome> outcome = render(*world, camera, small_render(size, 64), nullptr, nullptr);
     return outcome.value().film.resolve(Aov::beauty);
   };

@@ -31,7 +31,7 @@ Mean image_of(const World& world, uint32_t spp, uint32_t seed = 0) {
   beam.kind = SceneCamera::Kind::orthographic;
   beam.xmag = beam.ymag = 0.6f;
   const V2i size(16, 16);
-  const Camera camera(beam, look_at(V3f(0.3f, 1.4f, 2), V3f(0.0f)), size, {.shutter_open = world.has_motion()});
+  const Camera camera(beam, look_at(V3f(0.3f, 1.4f, 2), V3f(0.0f)), size, {.shutter_open = world.has_motion});
   RenderSettings settings = small_render(size, spp);
   settings.integrator.max_bounces = 0;
   settings.seed = seed;
@@ -84,8 +84,8 @@ TEST_P(MovingEmitters, LightSamplingMatchesBsdfSampling) {
   const auto mean_with = [&](bool sampled, uint32_t spp) {
     auto [scene, posed] = swinging_lamp(motion, roughness, sampled);
     const auto world = build(std::move(scene), std::move(posed));
-    EXPECT_TRUE(world->has_motion());
-    EXPECT_EQ(world->lights().light_count() > 0, sampled);
+    EXPECT_TRUE(world->has_motion);
+    EXPECT_EQ(world->lights.light_count > 0, sampled);
     return image_of(*world, spp, sampled ? 0 : 7);
   };
   const Mean both = mean_with(true, 128), bsdf_only = mean_with(false, 512);

@@ -133,7 +133,7 @@ TEST_P(WhittedOptimizations, CacheThreadsTilesAndBatchesChangeNoBit) {
   const WhittedCounters& counters = reference.statistics.rays.whitted;
   EXPECT_GT(counters.cache_hits, counters.cache_bypasses);
   EXPECT_GT(counters.cache_misses, 3U);
-  EXPECT_LE(counters.cache_misses, world->material_count());
+  EXPECT_LE(counters.cache_misses, world->materials.size());
 
   settings.integrator.whitted.cache = false;
   const RenderOutcome uncached = form_outcome(*world, settings);

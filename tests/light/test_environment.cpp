@@ -156,7 +156,7 @@ TEST(Environment, IntensityScalesRadianceButNotDensity) {
     EXPECT_FLOAT_EQ(three.radiance(d).x, 3.0f * one.radiance(d).x);
     EXPECT_EQ(three.pdf(d), one.pdf(d));
   }
-  EXPECT_FLOAT_EQ(three.total_radiance().y, 3.0f * one.total_radiance().y);
+  EXPECT_FLOAT_EQ(three.total_radiance.y, 3.0f * one.total_radiance.y);
 }
 
 TEST(Environment, BlackEnvironmentHasNoSamples) {
@@ -170,7 +170,7 @@ TEST(Environment, BlackEnvironmentHasNoSamples) {
     const LightSample sample = environment.sample({0.3f, 0.7f});
     EXPECT_EQ(sample.pdf, 0.0f);
     EXPECT_EQ(sample.radiance, Rgb(0.0f));
-    EXPECT_EQ(environment.total_radiance(), Rgb(0.0f));
+    EXPECT_EQ(environment.total_radiance, Rgb(0.0f));
   }
 }
 
@@ -178,7 +178,7 @@ TEST(Environment, UniformColorHasConstantDensity) {
   const Environment environment(Rgb(1.0f, 2.0f, 3.0f));
   EXPECT_EQ(environment.radiance({0.6f, 0.8f, 0.0f}), Rgb(1.0f, 2.0f, 3.0f));
   EXPECT_FLOAT_EQ(environment.pdf({0.6f, 0.8f, 0.0f}), 1.0f / (4.0f * kPi));
-  EXPECT_FLOAT_EQ(environment.total_radiance().y, 8.0f * kPi);
+  EXPECT_FLOAT_EQ(environment.total_radiance.y, 8.0f * kPi);
   const LightSample sample = environment.sample({0.3f, 0.7f});
   EXPECT_NEAR(sample.wi.length(), 1.0f, 1e-6f);
   EXPECT_EQ(sample.distance, kInfinity);

@@ -119,7 +119,7 @@ TEST(LightProfile, SamplesCarryFluxOfTable) {
   const V3f position(1, 2, 3);
   input.profiled.push_back({position, {{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}, Rgb(1.0f, 0.5f, 2.0f), profile});
   const LightSet lights(std::move(input));
-  ASSERT_EQ(lights.light_count(), 1U);
+  ASSERT_EQ(lights.light_count, 1U);
   constexpr int kRows = 180;
   constexpr int kColumns = 90;
   constexpr float kRadius = 3.0f;
@@ -165,7 +165,7 @@ TEST(LightProfile, SelectionAmongOthersIsUnbiased) {
     input.profiled.push_back(
         {{x, 2, 0}, {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, Rgb(0.1f), std::make_shared<LightProfile>(lambertian())});
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), 4U);
+  EXPECT_EQ(lights.light_count, 4U);
   double expected = 50.0 / 5.0;
   for (const double x : {-1.0, 0.5, 1.5}) expected += 100.0 * (2.0 / std::sqrt(x * x + 4.0)) / (x * x + 4.0);
   double sum = 0.0;

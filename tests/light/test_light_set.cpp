@@ -18,11 +18,11 @@ Emission white(float radiance, bool two_sided = false) { return {Rgb(radiance), 
 TEST(LightSet, EmptySetHasNoSamples) {
   const LightSet nothing{LightSetInput{}};
   EXPECT_TRUE(nothing.empty());
-  EXPECT_EQ(nothing.light_count(), 0u);
+  EXPECT_EQ(nothing.light_count, 0u);
   EXPECT_FALSE(nothing.sample({0, 0, 0}, {0, 1, 0}, 0.5f, {0.5f, 0.5f}));
   EXPECT_EQ(nothing.pdf_environment({0, 0, 0}, {0, 1, 0}, {0, 1, 0}), 0.0f);
   EXPECT_EQ(nothing.environment_radiance(V3f(0, 1, 0)), Rgb(0.0f));
-  EXPECT_EQ(nothing.environment(), nullptr);
+  EXPECT_FALSE(nothing.has_environment);
 
   LightSetInput dark;
   dark.emissions = {white(0.0f)};
@@ -121,7 +121,7 @@ TEST(LightSet, DegenerateTrianglesAreNeverSelected) {
   input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 3});
   input.triangles.push_back({{-1, 2, -1}, {1, 2, -1}, {0, 2, 1}, 0}); // the only valid one
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), 1u);
+  EXPECT_EQ(lights.light_count, 1u);
   test::Random random(3);
   for (int i = 0; i < 1000; ++i) {
     const V3f point{random.next_1d(), random.next_1d(), random.next_1d()};
@@ -206,7 +206,7 @@ TEST(LightSet, SelectsTwoLightsByIntensity) {
   input.points.push_back({{2, 0, 0}, Rgb(0.0f), {}}); // never
   input.spots.push_back({{3, 0, 0}, {0, -1, 0}, Rgb(1.0f), 1.0f, 0.0f, {}});
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), 2u);
+  EXPECT_EQ(lights.light_count, 2u);
   constexpr int kSamples = 10'000;
   int spot = 0;
   for (int i = 0; i < kSamples; ++i) {
@@ -225,7 +225,7 @@ TEST(LightSet, SelectionFollowsIrradianceAtPoint) {
   input.directionals.push_back({{0, -1, 0}, Rgb(0.5f)});    // half as strong
   input.directionals.push_back({{-1, 0, 0}, Rgb(1000.0f)}); // grazes a floor, faces a wall
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), 3u);
+  EXPECT_EQ(lights.light_count, 3u);
   const auto counts = [&](const V3f& normal) {
     std::array<double, 3> seen{};
     constexpr int kSamples = 10'000;
@@ -265,7 +265,7 @@ TEST(LightSet, EnvironmentPdfIncludesSelection) {
   add_rectangle(input, {0, 5, 0}, {1, 0, 0}, {0, 0, 1}, 0);
   input.environment = std::make_shared<Environment>(test::uneven_image(64, 32), 0.4f, 0.01f);
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), 3u);
+  EXPECT_EQ(lights.light_count, 3u);
   test::Random random(4);
   int from_environment = 0;
   int different = 0;
@@ -307,7 +307,7 @@ TEST(LightSet, PowerDependsOnTexture) {
     for (const V2f& uv : {V2f(x, 0), V2f(x + 0.49f, 0), V2f(x, 1)}) input.triangle_uvs.push_back(uv);
   }
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), 1u);
+  EXPECT_EQ(lights.light_count, 1u);
   EXPECT_EQ(lights.pdf_triangle(0, {0.2f, 0, 0.2f}, {0, 1, 0}, {0, 1, 0}, 1.0f), 0.0f);
   EXPECT_EQ(lights.emitted(1, 0.3f, 0.3f, {0, 1, 0}), Rgb(2.0f, 1.0f, 0.5f));
   EXPECT_EQ(lights.emitted(0, 0.3f, 0.3f, {0, 1, 0}), Rgb(0.0f));
@@ -327,7 +327,7 @@ TEST(LightSet, HandlesMillionsOfLights) {
   input.environment = std::make_shared<Environment>(Rgb(1.0f));
   input.scene_radius_m = 800.0f;
   const LightSet lights(input);
-  EXPECT_EQ(lights.light_count(), kCount + 2u);
+  EXPECT_EQ(lights.light_count, kCount + 2u);
   EXPECT_LT(static_cast<double>(lights.memory_bytes()), 110.0 * kCount);
 
   test::Random random(5);

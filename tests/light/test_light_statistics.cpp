@@ -124,9 +124,9 @@ TEST(LightStatistics, EnvironmentTotalRadianceMatchesQuadrature) {
       }
     }
     sum *= 2.0 * std::numbers::pi * std::numbers::pi / (static_cast<double>(kSteps) * kSteps);
-    EXPECT_NEAR(static_cast<double>(environment.total_radiance().x), sum.x, 1e-3 * sum.x) << height;
-    EXPECT_NEAR(static_cast<double>(environment.total_radiance().y), 8.0 * std::numbers::pi, 2e-4) << height;
-    EXPECT_EQ(environment.total_radiance().z, 0.0f);
+    EXPECT_NEAR(static_cast<double>(environment.total_radiance.x), sum.x, 1e-3 * sum.x) << height;
+    EXPECT_NEAR(static_cast<double>(environment.total_radiance.y), 8.0 * std::numbers::pi, 2e-4) << height;
+    EXPECT_EQ(environment.total_radiance.z, 0.0f);
   }
 }
 

@@ -71,7 +71,7 @@ TEST(SizedLights, SphereIrradianceEqualsPoint) {
     LightSetInput input;
     input.points.push_back({.position = to_light, .intensity = Rgb(7.0f), .radius_m = radius});
     const LightSet lights(input);
-    EXPECT_EQ(lights.has_shapes(), radius > 0.0f);
+    EXPECT_EQ(lights.has_shapes, radius > 0.0f);
     expect_close_agreement(sampled_irradiance(lights, V3f(0.0f), normal, 100'000, 1), expected, "point");
     if (radius == 0.0f) continue;
     // Nineteen other lights give the tree a choice.

@@ -11,7 +11,7 @@ const V2i kMovingSize(43, 29); // not a multiple of anything
 
 Film render_moving(const World& world, const RenderSettings& settings) {
   const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kMovingSize,
-                      CameraMotion{.shutter_open = world.has_motion()});
+                      CameraMotion{.shutter_open = world.has_motion});
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
   return std::move(outcome).value().film;

@@ -110,7 +110,7 @@ Film render_persistent(const World& world) {
   RenderSettings settings = small_render(kPersistentSize, 5);
   for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
   const Camera camera(SceneCamera{}, look_at(V3f(0.5f, 0.8f, 5.5f), V3f(0.0f)), kPersistentSize,
-                      CameraMotion{.shutter_open = world.has_motion()});
+                      CameraMotion{.shutter_open = world.has_motion});
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
   EXPECT_TRUE(outcome.ok());
   return std::move(outcome).value().film;

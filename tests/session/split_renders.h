@@ -54,7 +54,7 @@ class SplitScene {
       camera.lens.f_stop = 2.0f;
       camera.lens.focus_distance_m = 6.0f;
     }
-    return {camera, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, CameraMotion{.shutter_open = world_->has_motion()}};
+    return {camera, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, CameraMotion{.shutter_open = world_->has_motion}};
   }
 
   [[nodiscard]] RenderSettings settings() const {

@@ -94,7 +94,7 @@ class GraphBuilder {
 inline std::array<ProceduralSample, kProceduralStreams> streams_at(const ProceduralTexture& texture, const V3f& p,
                                                                    float width = 0.0f) {
   std::array<ProceduralSample, kProceduralStreams> samples;
-  for (size_t k = 0; k < texture.streams().size(); ++k) {
+  for (size_t k = 0; k < texture.streams.size(); ++k) {
     samples[k].value = V4f(p.x, p.y, p.z, 1.0f);
     samples[k].across[0] = V4f(width, 0.0f, 0.0f, 0.0f);
     samples[k].across[1] = V4f(0.0f, width, 0.0f, 0.0f);
@@ -104,7 +104,7 @@ inline std::array<ProceduralSample, kProceduralStreams> streams_at(const Procedu
 
 inline V4f value_at(const ProceduralTexture& texture, const V3f& p, float width = 0.0f, const V2f& shift = V2f(0.0f)) {
   const auto samples = streams_at(texture, p, width);
-  return texture.evaluate({samples.data(), texture.streams().size()}, {}, shift);
+  return texture.evaluate({samples.data(), texture.streams.size()}, {}, shift);
 }
 
 } // namespace kindling::test

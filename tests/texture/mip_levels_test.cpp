@@ -200,7 +200,7 @@ TEST(MipLevels, LookUpsReadTheRequestedLevel) {
   const auto levels = std::make_shared<MipLevels>(build_mip_levels(*image, TextureContent::color));
   const TextureSettings settings{.filter = TextureFilter::linear, .encoding = TextureEncoding::srgb};
   const Texture texture(image, settings, levels);
-  ASSERT_EQ(texture.level_count(), 4);
+  ASSERT_EQ(texture.level_count, 4);
   for (int level = 1; level < 4; ++level) {
     const MipLevels::Level& from = levels->levels[static_cast<size_t>(level - 1)];
     auto alone = std::make_shared<Image>(Image{from.width, from.height, 4, PixelType::u8, {}});

@@ -178,14 +178,14 @@ TEST(ProceduralFilter, PointCountFollowsFootprint) {
   const ProceduralTexture marble = g.texture(patterns()[9].make(g));
   const auto count = [&](float width) {
     const auto samples = streams_at(marble, V3f(0.5f), width);
-    return marble.point_count({samples.data(), marble.streams().size()});
+    return marble.point_count({samples.data(), marble.streams.size()});
   };
   EXPECT_EQ(count(0.0f), 1);
   EXPECT_EQ(count(1e-3f), 1);
   EXPECT_EQ(count(0.5f), 16);
   const ProceduralTexture board = g.texture(patterns()[0].make(g));
   const auto samples = streams_at(board, V3f(0.5f), 3.0f);
-  EXPECT_EQ(board.point_count({samples.data(), board.streams().size()}), 1);
+  EXPECT_EQ(board.point_count({samples.data(), board.streams.size()}), 1);
 }
 
 } // namespace

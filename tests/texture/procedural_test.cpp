@@ -210,7 +210,7 @@ TEST(ProceduralTexture, RemovesNeedlessInstructions) {
   const Node b = g.add(K::multiply, T::float_, {{"in1", a}, {"in2", 3.0f}});
   static_cast<void>(g.add(K::noise3d, T::float_));
   EXPECT_EQ(g.texture(b).instruction_count(), 0U);
-  EXPECT_TRUE(g.texture(b).streams().empty() || g.texture(b).instruction_count() == 0);
+  EXPECT_TRUE(g.texture(b).streams.empty() || g.texture(b).instruction_count() == 0);
   EXPECT_EQ(value_at(g.texture(b), V3f(0.0f)).x, 6.0f);
   // Amplitude 1 and pivot 0 are folded, which leaves position and noise.
   EXPECT_EQ(g.texture(g.add(K::noise3d, T::float_)).instruction_count(), 2U);

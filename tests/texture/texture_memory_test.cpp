@@ -67,10 +67,10 @@ Pair make_pair(TextureMemory& memory, Image image, TextureContent content, const
 }
 
 int differences(const Pair& pair, int count) {
-  int different = pair.in_memory.level_count() != pair.paged.level_count();
+  int different = pair.in_memory.level_count != pair.paged.level_count;
   for (int i = 0; i < count; ++i) {
     const V2f uv(0.61803f * static_cast<float>(i) - 7.0f, 0.75488f * static_cast<float>(i));
-    const int level = i % pair.in_memory.level_count();
+    const int level = i % pair.in_memory.level_count;
     different += pair.in_memory.sample(uv, level) != pair.paged.sample(uv, level);
     different += pair.in_memory.sample_rgb(uv, level) != pair.paged.sample_rgb(uv, level);
     different += pair.in_memory.sample_channel(uv, 3, level) != pair.paged.sample_channel(uv, 3, level);
@@ -88,10 +88,8 @@ TEST_F(TextureMemoryTest, PagedTexelsAreBitExactForEveryLayout) {
                                      .encoding = color ? TextureEncoding::srgb : TextureEncoding::linear};
       const Pair pair = make_pair(memory, noise_image(150, 77, channels, type),
                                   color ? TextureContent::cutout_color : TextureContent::tangent_normal, settings);
-      EXPECT_EQ(pair.in_memory.has_alpha(), pair.paged.has_alpha());
+      EXPECT_EQ(pair.in_memory.has_alpha, pair.paged.has_alpha);
       EXPECT_EQ(differences(pair, 300), 0) << static_cast<int>(type) << " x " << channels;
-      EXPECT_EQ(pair.in_memory.average_rgb(V2f(0.1f), V2f(0.2f, 0.1f), V2f(0.15f, 0.3f)),
-                pair.paged.average_rgb(V2f(0.1f), V2f(0.2f, 0.1f), V2f(0.15f, 0.3f)));
     }
   EXPECT_TRUE(memory.exceeded());
   EXPECT_EQ(memory.failure(), "");

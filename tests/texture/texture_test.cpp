@@ -354,7 +354,7 @@ TEST(Texture, OpaqueAlphaIsExactlyOne) {
       for (const TextureEncoding encoding : {TextureEncoding::linear, TextureEncoding::srgb}) {
         const Texture texture(image,
                               {TextureWrap::repeat, TextureWrap::mirrored_repeat, TextureFilter::linear, encoding});
-        EXPECT_FALSE(texture.has_alpha());
+        EXPECT_FALSE(texture.has_alpha);
         for (int i = 0; i < 200; ++i) {
           const V2f uv{coordinate(random), coordinate(random)};
           ASSERT_EQ(texture.sample(uv).w, 1.0f);
@@ -369,7 +369,7 @@ TEST(Texture, OneTransparentTexelIsFound) {
   for (const int channels : {2, 4}) {
     std::vector<int> values(static_cast<size_t>(5 * 5 * channels), 255);
     values.back() = 254;
-    EXPECT_TRUE(Texture(make_u8(5, 5, channels, values), {}).has_alpha());
+    EXPECT_TRUE(Texture(make_u8(5, 5, channels, values), {}).has_alpha);
   }
 }
 

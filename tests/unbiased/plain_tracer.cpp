@@ -96,13 +96,13 @@ Rgb PlainTracer::radiance(accel::Ray ray, Random& random) const {
   while (!is_black(throughput)) {
     const accel::Hit hit = world_.accelerator().intersect(ray);
     if (reflections + transmissions > 0)
-      sum += throughput * world_.lights().shape_radiance({.origin = scattered_at,
-                                                          .direction = ray.direction,
-                                                          .begin_m = passed,
-                                                          .end_m = hit.is_hit() ? passed + hit.t : kInfinity,
-                                                          .extinction = medium ? medium->extinction : Rgb(0.0f)});
+      sum += throughput * world_.lights.shape_radiance({.origin = scattered_at,
+                                                        .direction = ray.direction,
+                                                        .begin_m = passed,
+                                                        .end_m = hit.is_hit() ? passed + hit.t : kInfinity,
+                                                        .extinction = medium ? medium->extinction : Rgb(0.0f)});
     passed += hit.t;
-    if (!hit.is_hit()) return sum + throughput * world_.lights().environment_radiance(ray.direction);
+    if (!hit.is_hit()) return sum + throughput * world_.lights.environment_radiance(ray.direction);
     world_.surface_at(ray, hit, surface);
     if (medium)
       for (unsigned c = 0; c < 3; ++c) throughput[c] *= std::exp(-medium->extinction[c] * hit.t);

@@ -282,8 +282,8 @@ TEST(BackFaceHits, AgreeWithDoublePrecision) {
     for (const RayCase& c : kRayCases) {
       SCOPED_TRACE(std::string(accel::kind_name(kind)) + ", " + c.name);
       const auto world = world_of(kind, c.hides, c.cut);
-      EXPECT_EQ(world->hides_backs(), c.hides);
-      EXPECT_TRUE(world->has_motion());
+      EXPECT_EQ(world->hides_backs, c.hides);
+      EXPECT_TRUE(world->has_motion);
       const int rays = 4000;
       const Counts counts = compare(*world, c.kind, c.hides, c.cut, rays);
       EXPECT_LT(counts.unsure, rays / 20);

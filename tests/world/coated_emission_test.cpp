@@ -33,8 +33,8 @@ TEST(CoatedEmission, IsAttenuatedByCoatFresnel) {
       EXPECT_NEAR(surface.emitted.x, expected, 1e-5) << clearcoat << ", " << degrees;
       // The same triangle, evaluated as a light and sampled.
       ASSERT_NE(surface.emissive_triangle, accel::kNoId);
-      EXPECT_NEAR(world->lights().emitted(surface.emissive_triangle, 0.3f, 0.3f, -wo).x, expected, 1e-5);
-      const auto sample = world->lights().sample(target + wo * 20.0f, -wo, 0.3f, {0.4f, 0.6f});
+      EXPECT_NEAR(world->lights.emitted(surface.emissive_triangle, 0.3f, 0.3f, -wo).x, expected, 1e-5);
+      const auto sample = world->lights.sample(target + wo * 20.0f, -wo, 0.3f, {0.4f, 0.6f});
       ASSERT_TRUE(sample);
       const double seen = static_cast<double>(std::fabs(sample->wi.y));
       EXPECT_NEAR(sample->radiance.x, 3.0 * (1.0 - static_cast<double>(clearcoat) * reflected(seen)), 1e-5);
@@ -60,7 +60,7 @@ TEST(CoatedEmission, VolumeIsCoatedOnOuterSide) {
     world->surface_at(ray, hit, surface);
     const float expected = side > 0.0f ? 3.0f * 0.96f : 3.0f;
     EXPECT_NEAR(surface.emitted.x, expected, 1e-5f) << side;
-    EXPECT_NEAR(world->lights().emitted(surface.emissive_triangle, 0.3f, 0.3f, ray.direction).x, expected, 1e-5f);
+    EXPECT_NEAR(world->lights.emitted(surface.emissive_triangle, 0.3f, 0.3f, ray.direction).x, expected, 1e-5f);
   }
 }
 
@@ -76,7 +76,7 @@ TEST(CoatedEmission, TexturedCoatIsLeftToBsdfSampling) {
   scene.textures.push_back({.image = image});
   scene.meshes[0].primitives[0].texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
   const auto world = make_world(std::move(scene), accel::Kind::embree);
-  EXPECT_EQ(world->lights().light_count(), 0U);
+  EXPECT_EQ(world->lights.light_count, 0U);
   const accel::Ray ray{.origin = V3f(0.1f, 1, 0.2f), .t_min = 0.0f, .direction = V3f(0, -1, 0), .t_max = kInfinity};
   const accel::Hit hit = world->accelerator().intersect(ray);
   ASSERT_TRUE(hit.is_hit());

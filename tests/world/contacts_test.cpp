@@ -19,7 +19,7 @@ Geometry geometry_of(const std::vector<Primitive>& primitives) {
     all.positions.insert(all.positions.end(), primitive.positions.begin(), primitive.positions.end());
     for (const uint32_t index : primitive.indices) all.indices.push_back(first + index);
   }
-  return make_geometry(std::move(all), M44f(), 0, Material());
+  return make_geometry({std::move(all), M44f(), 0, false, {}}, Material());
 }
 
 std::unique_ptr<const Contacts> contacts_of(const Geometry& geometry, const M44f& place = M44f(),
@@ -29,7 +29,7 @@ std::unique_ptr<const Contacts> contacts_of(const Geometry& geometry, const M44f
   instances[0].object_to_world = place;
   instances[0].identity = place == M44f();
   Box3f bounds;
-  for (const V3f& p : geometry.position_span()) bounds.extendBy(transform_point(place, p));
+  for (const V3f& p : geometry.positions) bounds.extendBy(transform_point(place, p));
   return find_contacts({std::span(&geometry, 1), groups, instances, {}, bounds}, cancel);
 }
 

@@ -89,7 +89,7 @@ TEST(ImageLight, EnvironmentIsImageTimesIntensity) {
     EXPECT_LT((environment->radiance(d) - pattern(d) * 3.0f).length(), 0.2f);
   }
   // The pattern's mean over the sphere is 2.
-  EXPECT_LT((environment->total_radiance() * (0.25f * kInvPi) - Rgb(6.0f)).length(), 0.02f);
+  EXPECT_LT((environment->total_radiance * (0.25f * kInvPi) - Rgb(6.0f)).length(), 0.02f);
 }
 
 TEST(ImageLight, CoefficientsReproduceIrradiance) {
@@ -128,8 +128,8 @@ TEST(ImageLight, PrecedenceIsOptionFileStudio) {
     options.environment = option;
     return build_world(std::move(scene), std::move(posed), options, nullptr, nullptr).value();
   };
-  EXPECT_NEAR(build(nullptr)->lights().environment_radiance(V3f(0, 1, 0)).x, 7.0f, 0.01f);
-  EXPECT_EQ(build(std::make_shared<Environment>(Rgb(2.0f)))->lights().environment_radiance(V3f(0, 1, 0)).x, 2.0f);
+  EXPECT_NEAR(build(nullptr)->lights.environment_radiance(V3f(0, 1, 0)).x, 7.0f, 0.01f);
+  EXPECT_EQ(build(std::make_shared<Environment>(Rgb(2.0f)))->lights.environment_radiance(V3f(0, 1, 0)).x, 2.0f);
 }
 
 } // namespace

@@ -42,11 +42,11 @@ const Case kCases[] = {{"sphere", turning_sphere, false, 4e-3f},
 TEST(MovingSurface, MatchesPoseAtTimeOfRay) {
   for (const Case& c : kCases) {
     const auto moving = make_posed_world(c.scene(), {.shutter = Shutter{0.0, 1.0}}, accel::Kind::brute_force);
-    EXPECT_TRUE(moving->has_motion());
+    EXPECT_TRUE(moving->has_motion);
     for (const float time : kTimes) {
       const auto still = make_posed_world(c.scene(), {.time_s = time}, accel::Kind::brute_force);
-      EXPECT_FALSE(still->has_motion());
-      const V3f center = still->bounds().center();
+      EXPECT_FALSE(still->has_motion);
+      const V3f center = still->bounds.center();
       int compared = 0;
       for (int i = 0; i < 400; ++i) {
         // Rays from all around to points near the center.
@@ -94,13 +94,13 @@ TEST(MovingSurface, KeepsFrontSide) {
       EXPECT_EQ(surface.emitted, Rgb(1.0f)) << time;
       // Light sampling uses the triangle as well, with the same front side at that time.
       EXPECT_EQ(surface.emissive_triangle, hit.triangle);
-      EXPECT_EQ(world->lights().emitted(surface.emissive_triangle, 0.3f, 0.3f, ray.direction, time), Rgb(1.0f)) << time;
-      EXPECT_GT(world->lights().pdf_triangle(surface.emissive_triangle, ray.origin, V3f(0.0f), ray.direction, hit.t,
-                                             nullptr, time),
+      EXPECT_EQ(world->lights.emitted(surface.emissive_triangle, 0.3f, 0.3f, ray.direction, time), Rgb(1.0f)) << time;
+      EXPECT_GT(world->lights.pdf_triangle(surface.emissive_triangle, ray.origin, V3f(0.0f), ray.direction, hit.t,
+                                           nullptr, time),
                 0.0f);
       EXPECT_GT(surface.shading_normal.z, 0.0f);
     }
-    EXPECT_FALSE(world->lights().empty());
+    EXPECT_FALSE(world->lights.empty());
   }
 }
 
@@ -126,8 +126,8 @@ TEST(MovingWorld, StaticMeshesAreBakedAndMovingOnesShared) {
   EXPECT_EQ(input.motions[0].size(), 2U);
   EXPECT_EQ(input.motions[0][0], input.instances[1].object_to_world);
   // Over the shutter: the spheres move down to z = -10 and up to y = 8.
-  EXPECT_NEAR(world->bounds().min.z, -10.0f, 1e-4f);
-  EXPECT_NEAR(world->bounds().max.y, 8.0f, 1e-4f);
+  EXPECT_NEAR(world->bounds.min.z, -10.0f, 1e-4f);
+  EXPECT_NEAR(world->bounds.max.y, 8.0f, 1e-4f);
   EXPECT_EQ(world->statistics().motion.moving_instance_count, 2U);
   EXPECT_EQ(world->statistics().motion.max_keys, 2U);
 }
@@ -148,7 +148,7 @@ TEST(MovingWorld, MovingLampsLightTheScene) {
   scene.materials[0].emissive_factor = Rgb(1.0f);
   PosedScene posed = pose_scene(scene, {.shutter = Shutter{0.0, 1.0}}).value();
   const auto world = build_world(std::move(scene), std::move(posed), {}, nullptr, nullptr);
-  EXPECT_EQ(world.value()->lights().environment(), nullptr); // no studio
+  EXPECT_FALSE(world.value()->lights.has_environment); // no studio
 }
 
 } // namespace

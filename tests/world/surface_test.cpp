@@ -203,7 +203,7 @@ TEST(World, SharedMeshIsInstancedUnlessSmall) {
 TEST(World, EmptySceneHasBoundsAndNoHits) {
   for (const accel::Kind kind : kAllKinds) {
     const auto world = make_world(make_scene({}, {}), kind);
-    EXPECT_FALSE(world->bounds().isEmpty());
+    EXPECT_FALSE(world->bounds.isEmpty());
     EXPECT_FALSE(world->accelerator().intersect(ray_down(0, 0)).is_hit());
   }
 }
@@ -240,7 +240,7 @@ TEST(World, DarkSceneGetsStudioWithWarning) {
   Warnings warnings;
   const auto world = build_world(std::move(scene), std::move(posed), {}, nullptr, &warnings);
   ASSERT_TRUE(world.ok());
-  EXPECT_NE(world.value()->lights().environment(), nullptr);
+  EXPECT_TRUE(world.value()->lights.has_environment);
   ASSERT_EQ(warnings.lines.size(), 1U);
   EXPECT_NE(warnings.lines[0].find("built-in"), std::string::npos);
 }
@@ -266,7 +266,7 @@ TEST(World, ScenesWithoutLampGetBuiltinEnvironment) {
     Result<PosedScene> posed = pose_scene(scene, {});
     const Result<std::unique_ptr<const World>> world =
         build_world(std::move(scene), std::move(posed).value(), {}, nullptr, nullptr);
-    return !is_black(world.value()->lights().environment_radiance(V3f(0, 1, 0)));
+    return !is_black(world.value()->lights.environment_radiance(V3f(0, 1, 0)));
   };
   EXPECT_TRUE(is_lit(1.0f, true));
   EXPECT_FALSE(is_lit(2.0f, true));

@@ -87,7 +87,7 @@ void expect_same(const World& a, const World& b) {
       EXPECT_EQ(of_a.material, of_b.material) << m;
       EXPECT_EQ(of_a.bsdf.base_color, of_b.bsdf.base_color) << m;
     }
-  EXPECT_EQ(a.bounds(), b.bounds());
+  EXPECT_EQ(a.bounds, b.bounds);
   EXPECT_EQ(a.statistics().geometry_bytes, b.statistics().geometry_bytes);
 }
 
@@ -137,7 +137,7 @@ TEST(WorldSequence, CameraMotionKeepsWorld) {
   EXPECT_EQ(worlds.next(scene, pose(scene, 0.5), {}, true, nullptr, nullptr).value(), first);
   scene.meshes[3].weights = {0.5f}; // deforms
   const World* deformed = worlds.next(scene, pose(scene, 0.5), {}, true, nullptr, nullptr).value();
-  EXPECT_EQ(deformed->bounds().max.z, 2.0f);
+  EXPECT_EQ(deformed->bounds.max.z, 2.0f);
 }
 
 TEST(WorldSequence, StaticGeometryIsReused) {

@@ -1,0 +1,192 @@
+// Texture look-ups: wrapping, fetching, decoding and filtering of texels.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/texture/texture.h"
+
+#include "renderer/base/prefetch.h"
+#include "renderer/texture/layouts.h"
+#include "renderer/texture/texel_fetch.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace kindling {
+
+namespace {
+
+using texture_detail::with_layout;
+
+// Pixel indices of the four texels around a point, and the position of the point between them.
+struct Footprint {
+  size_t top_left, top_right, bottom_left, bottom_right;
+  float tx, ty;
+};
+
+bool is_finite(const V2f& uv) { return (uv.x - uv.x) + (uv.y - uv.y) == 0.0f; }
+
+// Maps to [0, 1]. Rounding can give 1, which callers treat as the end of the axis.
+float wrap_coordinate(float u, TextureWrap wrap) {
+  switch (wrap) {
+  case TextureWrap::repeat: return u - std::floor(u);
+  case TextureWrap::mirrored_repeat: return 1.0f - std::abs(1.0f - (u - 2.0f * std::floor(0.5f * u)));
+  case TextureWrap::clamp_to_edge: break;
+  }
+  return std::clamp(u, 0.0f, 1.0f);
+}
+
+// Wraps an index that is at most one step outside. The mirror image of a texel at an edge is that
+// texel.
+int wrap_index(int index, int size, TextureWrap wrap) {
+  if (wrap != TextureWrap::repeat) return std::clamp(index, 0, size - 1);
+  return index < 0 ? index + size : index >= size ? index - size : index;
+}
+
+struct Axis {
+  int low, high;
+  float t;
+};
+
+// Returns the two texels around `unit` in [0, 1]; texel i has its center at (i + 0.5) / size.
+template <bool kRepeats>
+inline Axis locate_axis(float unit, int size, TextureWrap wrap) {
+  const float x = unit * static_cast<float>(size) - 0.5f;
+  const float cell = std::floor(x);
+  const int low = static_cast<int>(cell);
+  const int high = low + 1;
+  if constexpr (kRepeats) return {low < 0 ? size - 1 : low, high >= size ? 0 : high, x - cell};
+  return {wrap_index(low, size, wrap), wrap_index(high, size, wrap), x - cell};
+}
+
+inline Footprint make_footprint(const Axis& u, const Axis& v, int width) {
+  const size_t top = static_cast<size_t>(v.low) * static_cast<size_t>(width);
+  const size_t bottom = static_cast<size_t>(v.high) * static_cast<size_t>(width);
+  const auto left = static_cast<size_t>(u.low), right = static_cast<size_t>(u.high);
+  return {top + left, top + right, bottom + left, bottom + right, u.t, v.t};
+}
+
+int nearest_index(float unit, int size) {
+  return std::min(static_cast<int>(unit * static_cast<float>(size)), size - 1);
+}
+
+// Bilinear interpolation, in a form that returns equal texels unchanged.
+template <typename T>
+inline T blend(const T& a, const T& b, const T& c, const T& d, float tx, float ty) {
+  const T top = a + (b - a) * tx;
+  const T bottom = c + (d - c) * tx;
+  return top + (bottom - top) * ty;
+}
+
+// Look-ups, compiled once for each layout.
+struct Lookup {
+  using Level = TextureView::Level;
+
+  static Footprint locate(const TextureView& t, const Level& level, V2f uv) {
+    if (!is_finite(uv)) uv = {0.0f, 0.0f};
+    if (t.repeats) {
+      return make_footprint(locate_axis<true>(uv.x - std::floor(uv.x), level.width, TextureWrap::repeat),
+                            locate_axis<true>(uv.y - std::floor(uv.y), level.height, TextureWrap::repeat), level.width);
+    }
+    return make_footprint(locate_axis<false>(wrap_coordinate(uv.x, t.wrap_u), level.width, t.wrap_u),
+                          locate_axis<false>(wrap_coordinate(uv.y, t.wrap_v), level.height, t.wrap_v), level.width);
+  }
+
+  static size_t locate_nearest(const TextureView& t, const Level& level, V2f uv) {
+    if (!is_finite(uv)) uv = {0.0f, 0.0f};
+    const int x = nearest_index(wrap_coordinate(uv.x, t.wrap_u), level.width);
+    const int y = nearest_index(wrap_coordinate(uv.y, t.wrap_v), level.height);
+    return static_cast<size_t>(y) * static_cast<size_t>(level.width) + static_cast<size_t>(x);
+  }
+
+  // Copies the four texels from pages, side by side.
+  static void fetch(const TextureView& t, int level, const Footprint& f, std::byte* texels) {
+    const auto width = static_cast<size_t>(t.levels[static_cast<size_t>(level)].width);
+    t.fetch(level, {static_cast<int>(f.top_left % width), static_cast<int>(f.top_right % width)},
+            {static_cast<int>(f.top_left / width), static_cast<int>(f.bottom_left / width)}, texels);
+  }
+
+  // Filters read(texel) by the filter of the texture.
+  template <typename Reader, typename Read>
+  static auto filter(const TextureView& t, const V2f& uv, int number, const Read& read) {
+    const Level& level = t.levels[static_cast<size_t>(number)];
+    const std::byte* pixels = level.pixels;
+    std::array<std::byte, 4 * Reader::kBytes> fetched;
+    const auto at = [&](size_t pixel) { return read(pixels + pixel * Reader::kBytes); };
+    if (t.filter == TextureFilter::nearest && number == 0) {
+      size_t pixel = locate_nearest(t, level, uv);
+      if (!pixels) [[unlikely]] {
+        fetch(t, number, {pixel, pixel, pixel, pixel, 0.0f, 0.0f}, fetched.data());
+        pixels = fetched.data();
+        pixel = 0;
+      }
+      return at(pixel);
+    }
+    Footprint f = locate(t, level, uv);
+    if (!pixels) [[unlikely]] {
+      fetch(t, number, f, fetched.data());
+      pixels = fetched.data();
+      f = {0, 1, 2, 3, f.tx, f.ty};
+    }
+    return blend(at(f.top_left), at(f.top_right), at(f.bottom_left), at(f.bottom_right), f.tx, f.ty);
+  }
+
+  // Returns RGB in the first three channels, and alpha in the last if the layout has one.
+  template <typename Reader>
+  static Float4 all(const TextureView& t, const V2f& uv, int level) {
+    return filter<Reader>(t, uv, level, [](const std::byte* texel) { return Reader::all(texel); }) * Reader::kScale;
+  }
+
+  template <typename Reader>
+  static V4f sample(const TextureView& t, const V2f& uv, int level) {
+    const Float4 value = all<Reader>(t, uv, level);
+    return {value[0], value[1], value[2], Reader::kHasAlpha ? value[3] : 1.0f};
+  }
+
+  template <typename Reader>
+  static Rgb sample_rgb(const TextureView& t, const V2f& uv, int level) {
+    const Float4 value = all<Reader>(t, uv, level);
+    return {value[0], value[1], value[2]};
+  }
+
+  template <typename Reader>
+  static float sample_channel(const TextureView& t, const V2f& uv, int channel, int level) {
+    if (channel == 3 && !Reader::kHasAlpha) return 1.0f;
+    const int stored = Reader::kChannelCount >= 3 ? channel : channel == 3 ? 1 : 0;
+    return filter<Reader>(t, uv, level, [&](const std::byte* texel) { return Reader::channel(texel, stored); }) *
+           Reader::kScale;
+  }
+};
+
+} // namespace
+
+V4f TextureView::sample(const V2f& uv, int level) const {
+  assert(level >= 0 && level < level_count);
+  return with_layout(layout, [&]<typename Reader>() { return Lookup::sample<Reader>(*this, uv, level); });
+}
+
+Rgb TextureView::sample_rgb(const V2f& uv, int level) const {
+  assert(level >= 0 && level < level_count);
+  return with_layout(layout, [&]<typename Reader>() { return Lookup::sample_rgb<Reader>(*this, uv, level); });
+}
+
+float TextureView::sample_channel(const V2f& uv, int channel, int level) const {
+  assert(channel >= 0 && channel < 4 && level >= 0 && level < level_count);
+  return with_layout(layout,
+                     [&]<typename Reader>() { return Lookup::sample_channel<Reader>(*this, uv, channel, level); });
+}
+
+// Prefetches the upper left of the four texels and the one below, with repeat wrapping. Their right
+// neighbors are nearly always in the same cache lines. A wrong guess only wastes a request.
+void TextureView::prefetch(const V2f& uv, int level) const {
+  assert(level >= 0 && level < level_count);
+  const Level& from = levels[static_cast<size_t>(level)];
+  if (!from.pixels || !is_finite(uv)) return; // tiles are not prefetched
+  const auto x = static_cast<int>((uv.x - std::floor(uv.x)) * static_cast<float>(from.width) - 0.5f);
+  const auto y = static_cast<int>((uv.y - std::floor(uv.y)) * static_cast<float>(from.height) - 0.5f);
+  const size_t row_bytes = static_cast<size_t>(from.width) * pixel_bytes;
+  const std::byte* texel = from.pixels + static_cast<size_t>(y) * row_bytes + static_cast<size_t>(x) * pixel_bytes;
+  ::kindling::prefetch(texel);
+  if (y + 1 < from.height) ::kindling::prefetch(texel + row_bytes);
+}
+
+} // namespace kindling
